@@ -1,0 +1,38 @@
+# Modules in dependency order: a module may use only those before it.
+set(GRAPNEL_MODULES spatial model dynamics integrate constraint impact simulate result capture scenario)
+
+# grapnel_module(<name> [SOURCES <file>...] [USES <module>...] [LIBRARIES <target>...] [PRIVATE_LIBRARIES <target>...])
+#
+# Defines grapnel::<name>. Its headers are visible as "grapnel/<name>/..." only to targets that link it: each module's
+# include directory holds a link to that module alone, so that an include against the dependency order does not compile.
+function(grapnel_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;USES;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
+  list(FIND GRAPNEL_MODULES ${name} own_rank)
+  if(own_rank EQUAL -1)
+    message(FATAL_ERROR "grapnel_module: '${name}' is not in GRAPNEL_MODULES")
+  endif()
+  foreach(used ${ARG_USES})
+    list(FIND GRAPNEL_MODULES ${used} used_rank)
+    if(used_rank EQUAL -1 OR used_rank GREATER_EQUAL own_rank)
+      message(FATAL_ERROR "grapnel_module: '${name}' must not use '${used}': modules depend only on earlier ones")
+    endif()
+  endforeach()
+
+  set(include_root ${CMAKE_BINARY_DIR}/include/${name})
+  file(MAKE_DIRECTORY ${include_root}/grapnel)
+  file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${include_root}/grapnel/${name} SYMBOLIC)
+
+  set(target grapnel_${name})
+  list(TRANSFORM ARG_USES PREPEND grapnel:: OUTPUT_VARIABLE used_targets)
+  if(ARG_SOURCES)
+    add_library(${target} STATIC ${ARG_SOURCES})
+    set(scope PUBLIC)
+    target_link_libraries(${target} PRIVATE ${ARG_PRIVATE_LIBRARIES})
+  else()
+    add_library(${target} INTERFACE)
+    set(scope INTERFACE)
+  endif()
+  target_include_directories(${target} ${scope} ${include_root})
+  target_link_libraries(${target} ${scope} grapnel::options ${used_targets} ${ARG_LIBRARIES})
+  add_library(grapnel::${name} ALIAS ${target})
+endfunction()

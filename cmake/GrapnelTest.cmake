@@ -1,0 +1,52 @@
+include(GoogleTest)
+
+# grapnel_test(<name> SOURCES <file>... [LIBRARIES <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [PROGRAM])
+#
+# Defines the test executable <name> on GoogleTest and GoogleMock (their main included) and registers each of its cases
+# with ctest as <name>.<Suite>.<Case>. Labels select: "slow" stays out of the sanitizer runs, "engine" compares with
+# another engine. PROGRAM: the test runs the grapnel program, which is then built first.
+#
+# In the sources: GRAPNEL_SOURCE_DIR is the repository root and GRAPNEL_PROGRAM the program's path, both as strings.
+# Headers below tests/ are found from there: #include "oracle/free_body.hpp".
+function(grapnel_test name)
+  cmake_parse_arguments(ARG "PROGRAM" "TIMEOUT" "SOURCES;LIBRARIES;LABELS" ${ARGN})
+  if(ARG_UNPARSED_ARGUMENTS)
+    message(FATAL_ERROR "grapnel_test(${name}): unknown arguments: ${ARG_UNPARSED_ARGUMENTS}")
+  endif()
+  if(NOT ARG_SOURCES)
+    message(FATAL_ERROR "grapnel_test(${name}): no SOURCES")
+  endif()
+  if(NOT ARG_TIMEOUT)
+    # For one case, sanitizers included: it stops what hangs, and times nothing.
+    set(ARG_TIMEOUT 300)
+    if("slow" IN_LIST ARG_LABELS)
+      set(ARG_TIMEOUT 1200)
+    endif()
+  endif()
+
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main grapnel::options)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  target_compile_definitions(${name} PRIVATE
+    GRAPNEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    $<$<TARGET_EXISTS:grapnel>:GRAPNEL_PROGRAM="$<TARGET_FILE:grapnel>">)
+  if(ARG_PROGRAM)
+    add_dependencies(${name} grapnel)
+  endif()
+
+  gtest_discover_tests(${name}
+    TEST_PREFIX ${name}.
+    DISCOVERY_MODE PRE_TEST
+    DISCOVERY_TIMEOUT 60
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+  if(ARG_LABELS)
+    # gtest_discover_tests takes a list of labels apart, so a script that ctest reads after its own sets them.
+    set(script ${CMAKE_CURRENT_BINARY_DIR}/${name}_labels.cmake)
+    file(CONFIGURE OUTPUT ${script} @ONLY CONTENT [[
+if(@name@_TESTS)
+  set_tests_properties(${@name@_TESTS} PROPERTIES LABELS "@ARG_LABELS@")
+endif()
+]])
+    set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES ${script})
+  endif()
+endfunction()
