@@ -1,0 +1,225 @@
+#include "grapnel/model/model.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+namespace grapnel {
+namespace {
+
+std::string join(const std::vector<std::string>& lines) {
+  std::string text;
+  for (const std::string& line : lines) text += (text.empty() ? "" : "\n") + line;
+  return text;
+}
+
+bool finite(const Vector3d& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+bool finite(const Symmetric3d& m) {
+  return std::isfinite(m.xx + m.yy + m.zz) && std::isfinite(m.xy) && std::isfinite(m.xz) && std::isfinite(m.yz);
+}
+bool finite(const Posed& X) {
+  for (const auto& row : X.R.m) {
+    for (double x : row) {
+      if (!std::isfinite(x)) return false;
+    }
+  }
+  return finite(X.p);
+}
+
+// Eigenvalues of a symmetric 3 x 3 matrix in ascending order, by cyclic Jacobi rotations.
+std::array<double, 3> eigenvalues(Symmetric3d A) {
+  double a[3][3] = {{A.xx, A.xy, A.xz}, {A.xy, A.yy, A.yz}, {A.xz, A.yz, A.zz}};
+  for (int sweep = 0; sweep < 30; ++sweep) {
+    const double off = a[0][1] * a[0][1] + a[0][2] * a[0][2] + a[1][2] * a[1][2];
+    if (off == 0) break;
+    for (int p = 0; p < 2; ++p) {
+      for (int q = p + 1; q < 3; ++q) {
+        if (a[p][q] == 0) continue;
+        const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
+        const double t = (theta < 0 ? -1.0 : 1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+        const double c = 1 / std::sqrt(t * t + 1), s = t * c;
+        for (auto& row : a) {
+          const double rp = row[p], rq = row[q];
+          row[p] = c * rp - s * rq, row[q] = s * rp + c * rq;
+        }
+        for (int k = 0; k < 3; ++k) {
+          const double pk = a[p][k], qk = a[q][k];
+          a[p][k] = c * pk - s * qk, a[q][k] = s * pk + c * qk;
+        }
+      }
+    }
+  }
+  std::array<double, 3> values{a[0][0], a[1][1], a[2][2]};
+  std::sort(values.begin(), values.end());
+  return values;
+}
+
+void check_joint(const BodyDescription& body, std::vector<std::string>& faults) {
+  const JointDescription& j = body.joint;
+  const auto fault = [&](const std::string& text) {
+    faults.push_back(fmt::format("joint '{}' of body '{}': {}", j.name, body.name, text));
+  };
+  if (j.type == JointType::revolute || j.type == JointType::continuous || j.type == JointType::prismatic) {
+    const double length = norm(j.axis);
+    if (!(std::abs(length - 1) < 1e-9)) fault(fmt::format("axis has length {}, must be a unit vector", length));
+  }
+  if (j.limits.lower > j.limits.upper) fault(fmt::format("lower limit {} is above upper limit {}", j.limits.lower, j.limits.upper));
+  if (!(j.limits.rate > 0)) fault(fmt::format("rate limit {} must be positive", j.limits.rate));
+  if (!(j.limits.effort > 0)) fault(fmt::format("effort limit {} must be positive", j.limits.effort));
+  if (!(j.friction.viscous >= 0) || !(j.friction.coulomb >= 0)) fault("friction must not be negative");
+  if (!(j.friction.transition_rate > 0)) fault("friction transition rate must be positive");
+  if (!(j.rotor_inertia >= 0) || !std::isfinite(j.gear_ratio)) fault("rotor inertia must not be negative, gear ratio finite");
+}
+
+void check_body(const BodyDescription& body, std::vector<std::string>& faults) {
+  const auto fault = [&](const std::string& text) { faults.push_back(fmt::format("body '{}': {}", body.name, text)); };
+  if (!finite(body.X_PF)) fault("joint placement is not finite");
+  if (!finite(body.com)) fault("centre of mass is not finite");
+  if (!(body.mass > 0) || !std::isfinite(body.mass)) fault(fmt::format("mass {} must be positive", body.mass));
+  const std::string inertia = inertia_fault(body.inertia);
+  if (!inertia.empty()) fault(inertia);
+  check_joint(body, faults);
+}
+
+}  // namespace
+
+std::string inertia_fault(const Symmetric3d& inertia) {
+  if (!finite(inertia)) return "inertia is not finite";
+  const auto lambda = eigenvalues(inertia);
+  if (!(lambda[0] > 0)) {
+    return fmt::format("inertia is not positive definite (principal moments {:.6g}, {:.6g}, {:.6g})", lambda[0], lambda[1],
+                       lambda[2]);
+  }
+  if (lambda[2] > (lambda[0] + lambda[1]) * (1 + 1e-9)) {
+    return fmt::format(
+        "inertia breaks the triangle inequality: principal moment {:.6g} is larger than the sum of {:.6g} and {:.6g}, which no "
+        "body has",
+        lambda[2], lambda[0], lambda[1]);
+  }
+  return {};
+}
+
+ModelError::ModelError(std::vector<std::string> faults) : std::invalid_argument(join(faults)), faults_(std::move(faults)) {}
+
+double Model::mass() const {
+  double total = 0;
+  for (const Body& b : bodies_) total += b.description.mass;
+  return total;
+}
+
+namespace {
+template <class Items, class Name>
+int find_by_name(const Items& items, std::string_view name, std::string_view kind, Name name_of) {
+  std::string known;
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    if (name_of(items[i]) == name) return static_cast<int>(i);
+    known += (known.empty() ? "'" : ", '") + std::string(name_of(items[i])) + "'";
+  }
+  throw std::out_of_range(fmt::format("no {} '{}' in the model; there are {}", kind, name, known.empty() ? "none" : known));
+}
+}  // namespace
+
+int Model::body_index(std::string_view name) const {
+  return find_by_name(bodies_, name, "body", [](const Body& b) -> const std::string& { return b.description.name; });
+}
+int Model::frame_index(std::string_view name) const {
+  return find_by_name(frames_, name, "frame", [](const Frame& f) -> const std::string& { return f.name; });
+}
+bool Model::has_free_root(int body) const {
+  return bodies_[bodies_.at(body).root].description.joint.type == JointType::free;
+}
+
+ModelBuilder::ModelBuilder(const Model& model) {
+  for (const Body& b : model.bodies()) bodies_.push_back(b.description);
+  for (const Frame& f : model.frames()) frames_.push_back({f.name, model.bodies()[f.body].description.name, f.X_BE});
+}
+
+ModelBuilder& ModelBuilder::add(BodyDescription body) {
+  bodies_.push_back(std::move(body));
+  return *this;
+}
+ModelBuilder& ModelBuilder::add(FrameDescription frame) {
+  frames_.push_back(std::move(frame));
+  return *this;
+}
+ModelBuilder& ModelBuilder::attach(std::string_view body, std::string_view parent, const Posed& X_PF, JointDescription joint) {
+  const auto it = std::find_if(bodies_.begin(), bodies_.end(), [&](const auto& b) { return b.name == body; });
+  if (it == bodies_.end()) throw std::out_of_range(fmt::format("no body '{}' to attach", body));
+  it->parent = parent;
+  it->X_PF = X_PF;
+  it->joint = std::move(joint);
+  return *this;
+}
+
+Model ModelBuilder::build() const {
+  std::vector<std::string> faults;
+  std::map<std::string, int, std::less<>> given;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const BodyDescription& b = bodies_[i];
+    check_body(b, faults);
+    if (!given.emplace(b.name, i).second) faults.push_back(fmt::format("body '{}' occurs twice", b.name));
+  }
+  if (bodies_.empty()) faults.push_back("a model needs at least one body");
+  for (const BodyDescription& b : bodies_) {
+    const bool root = b.parent.empty();
+    if (!root && !given.contains(b.parent)) faults.push_back(fmt::format("body '{}': unknown parent '{}'", b.name, b.parent));
+    if (root && b.joint.type != JointType::free && b.joint.type != JointType::fixed) {
+      faults.push_back(fmt::format("body '{}': a root must be free or fixed to the world", b.name));
+    }
+    if (!root && b.joint.type == JointType::free) {
+      faults.push_back(fmt::format("body '{}': only a root can be free", b.name));
+    }
+  }
+  std::map<std::string, int, std::less<>> frame_names;
+  for (const FrameDescription& f : frames_) {
+    if (!given.contains(f.body)) faults.push_back(fmt::format("frame '{}': unknown body '{}'", f.name, f.body));
+    if (!finite(f.X_BE)) faults.push_back(fmt::format("frame '{}': placement is not finite", f.name));
+    if (!frame_names.emplace(f.name, 0).second) faults.push_back(fmt::format("frame '{}' occurs twice", f.name));
+  }
+  if (!faults.empty()) throw ModelError(std::move(faults));
+
+  // Parents first; otherwise the given order. Each pass places what has become placeable, so a cycle is what is left.
+  std::vector<BodyDescription> sorted;
+  std::map<std::string, int, std::less<>> index;
+  std::vector<bool> placed(bodies_.size(), false);
+  for (bool progress = true; progress;) {
+    progress = false;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      if (placed[i] || !(bodies_[i].parent.empty() || index.contains(bodies_[i].parent))) continue;
+      index.emplace(bodies_[i].name, sorted.size());
+      sorted.push_back(bodies_[i]);
+      placed[i] = progress = true;
+    }
+  }
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    if (!placed[i]) faults.push_back(fmt::format("body '{}': its parents form a cycle", bodies_[i].name));
+  }
+  if (!faults.empty()) throw ModelError(std::move(faults));
+
+  Model model;
+  std::vector<int> parent, q, v;
+  int next_q = 0, next_v = 0;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    const BodyDescription& b = sorted[i];
+    const JointType type = b.joint.type;
+    parent.push_back(b.parent.empty() ? -1 : index.find(b.parent)->second);
+    q.push_back(next_q), v.push_back(next_v);
+    if (type == JointType::free) model.quaternions_.push_back(next_q + 3);
+    if (type == JointType::spherical) model.quaternions_.push_back(next_q);
+    if (velocity_count(type) == 1) model.joints_.push_back(static_cast<int>(i));
+    next_q += coordinate_count(type), next_v += velocity_count(type);
+  }
+  std::vector<BodyPlacement> placements;
+  model.tree_ = make_tree(sorted, parent, q, v, placements);
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    const int root = parent[i] < 0 ? static_cast<int>(i) : model.bodies_[parent[i]].root;
+    model.bodies_.push_back({sorted[i], parent[i], q[i], v[i], root, placements[i]});
+  }
+  for (const FrameDescription& f : frames_) model.frames_.push_back({f.name, index.find(f.body)->second, f.X_BE});
+  return model;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,74 @@
+#pragma once
+
+/// @file
+/// The form in which the recursive kernels see a model: moving links only, in frames chosen so that most joints turn
+/// about a coordinate axis and most joint frames are not rotated against their parents.
+///
+/// Bodies on fixed joints are merged into the link that carries them. A link's internal frame has the same origin as the
+/// body's own frame; its orientation is the parent's at zero joint angle whenever the joint's axis is then a coordinate
+/// axis. Rotating a 6 x 6 articulated inertia by a general matrix is 240 operations, by one coordinate rotation 60.
+/// Thread safety: immutable after construction.
+
+#include <cstdint>
+#include <vector>
+
+#include "grapnel/model/description.hpp"
+
+namespace grapnel {
+
+enum class LinkJoint : std::uint8_t { root_free, root_fixed, revolute, prismatic, spherical };
+
+template <class S = double>
+struct TreeLink {
+  int parent;                  // index of the parent link; -1 for a root
+  LinkJoint joint;
+  std::uint8_t axis;           // coordinate axis of a revolute or prismatic joint in the link's frame: 0, 1, 2
+  bool rotated;                // X_PF.R is not the identity
+  int q;                       // first coordinate
+  int v;                       // first velocity
+  double sign;                 // +1 or -1: whether the user's axis points along the coordinate axis
+  Pose<S> X_PF;                // joint frame in the parent link's frame
+  RigidBodyInertia<S> inertia; // of all bodies merged into the link, about its origin, in its frame
+  S armature;                  // reflected rotor inertia
+};
+
+template <class S = double>
+struct Tree {
+  std::vector<TreeLink<S>> links;  // parents before children
+  int coordinates = 0;
+  int velocities = 0;
+};
+
+/// Where a body sits in the tree.
+struct BodyPlacement {
+  int link;    // index into Tree::links
+  Posed X_LB;  // the body's frame in the link's internal frame
+};
+
+/// Builds the tree of bodies listed parents before children. `parent[i]` is the index of body i's parent, -1 for none;
+/// `q` and `v` are the offsets of each body's joint. Fills `placements`, one per body.
+Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent,
+                       const std::vector<int>& q, const std::vector<int>& v, std::vector<BodyPlacement>& placements);
+
+/// The same tree with another scalar.
+template <class S>
+Tree<S> convert_tree(const Tree<double>& tree) {
+  Tree<S> result;
+  result.coordinates = tree.coordinates;
+  result.velocities = tree.velocities;
+  for (const TreeLink<double>& l : tree.links) {
+    TreeLink<S> t{l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, {}, {}, S(l.armature)};
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) t.X_PF.R.m[i][j] = S(l.X_PF.R.m[i][j]);
+      t.X_PF.p[i] = S(l.X_PF.p[i]);
+      t.inertia.first_moment[i] = S(l.inertia.first_moment[i]);
+    }
+    t.inertia.mass = S(l.inertia.mass);
+    const Symmetric3d& J = l.inertia.rotational;
+    t.inertia.rotational = {S(J.xx), S(J.yy), S(J.zz), S(J.xy), S(J.xz), S(J.yz)};
+    result.links.push_back(t);
+  }
+  return result;
+}
+
+}  // namespace grapnel
