@@ -1,0 +1,154 @@
+#pragma once
+
+/// @file
+/// The inertia that a link shows to its joint when the joints beyond it are free to yield: a symmetric 6 x 6 matrix
+/// [J H; H^T M] that maps spatial acceleration to wrench. Operations on it are the cost of forward dynamics, so each is
+/// written out for the structure it has. Thread safety: plain values.
+
+#include "grapnel/spatial/inertia.hpp"
+
+namespace grapnel {
+
+template <class S>
+struct ArticulatedInertia {
+  Symmetric3<S> J;  // moment from angular acceleration
+  S H[3][3];        // moment from linear acceleration; its transpose: force from angular acceleration
+  Symmetric3<S> M;  // force from linear acceleration
+
+  GRAPNEL_INLINE ArticulatedInertia& operator+=(const ArticulatedInertia& b) {
+    J += b.J, M += b.M;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) H[i][j] += b.H[i][j];
+    }
+    return *this;
+  }
+};
+
+template <class S>
+GRAPNEL_INLINE ArticulatedInertia<S> articulated(const RigidBodyInertia<S>& I) {
+  const Vector3<S>& h = I.first_moment;
+  return {I.rotational,
+          {{S(0), -h[2], h[1]}, {h[2], S(0), -h[0]}, {-h[1], h[0], S(0)}},
+          Symmetric3<S>::diagonal(I.mass, I.mass, I.mass)};
+}
+
+template <class S>
+GRAPNEL_INLINE Wrench<S> operator*(const ArticulatedInertia<S>& I, const SpatialAcceleration<S>& A) {
+  const Vector3<S>& a = A.angular;
+  const Vector3<S>& l = A.linear;
+  Wrench<S> F{I.J * a, I.M * l};
+  for (int i = 0; i < 3; ++i) {
+    F.angular[i] += I.H[i][0] * l[0] + I.H[i][1] * l[1] + I.H[i][2] * l[2];
+    F.linear[i] += I.H[0][i] * a[0] + I.H[1][i] * a[1] + I.H[2][i] * a[2];
+  }
+  return F;
+}
+
+/// Seen from a frame with the same axes whose origin lies at -p: the old origin is at p in the new frame.
+///   H' = H + [p x] M,   J' = J - H [p x] + [p x] H'^T.
+template <class S>
+GRAPNEL_INLINE void shift_origin(ArticulatedInertia<S>& I, const Vector3<S>& p) {
+  // Rows of H before the shift, and p x rows: (-H [p x])_(r,c) = (p x H_r)_c.
+  const Vector3<S> h0{I.H[0][0], I.H[0][1], I.H[0][2]}, h1{I.H[1][0], I.H[1][1], I.H[1][2]},
+      h2{I.H[2][0], I.H[2][1], I.H[2][2]};
+  const Symmetric3<S>& M = I.M;
+  // [p x] M, by columns of M.
+  const Vector3<S> m0 = cross(p, Vector3<S>{M.xx, M.xy, M.xz}), m1 = cross(p, Vector3<S>{M.xy, M.yy, M.yz}),
+                   m2 = cross(p, Vector3<S>{M.xz, M.yz, M.zz});
+  for (int i = 0; i < 3; ++i) I.H[i][0] += m0[i], I.H[i][1] += m1[i], I.H[i][2] += m2[i];
+  const Vector3<S> n0{I.H[0][0], I.H[0][1], I.H[0][2]}, n1{I.H[1][0], I.H[1][1], I.H[1][2]},
+      n2{I.H[2][0], I.H[2][1], I.H[2][2]};
+  // J'_(r,c) = J_(r,c) + (p x h_r)_c + (p x n_c)_r.
+  I.J.xx += (p[1] * h0[2] - p[2] * h0[1]) + (p[1] * n0[2] - p[2] * n0[1]);
+  I.J.yy += (p[2] * h1[0] - p[0] * h1[2]) + (p[2] * n1[0] - p[0] * n1[2]);
+  I.J.zz += (p[0] * h2[1] - p[1] * h2[0]) + (p[0] * n2[1] - p[1] * n2[0]);
+  I.J.xy += (p[2] * h0[0] - p[0] * h0[2]) + (p[1] * n1[2] - p[2] * n1[1]);
+  I.J.xz += (p[0] * h0[1] - p[1] * h0[0]) + (p[1] * n2[2] - p[2] * n2[1]);
+  I.J.yz += (p[0] * h1[1] - p[1] * h1[0]) + (p[2] * n2[0] - p[0] * n2[2]);
+}
+
+/// Re-expressed by a general rotation: R J R^T, R H R^T, R M R^T.
+template <class S>
+GRAPNEL_INLINE void rotate_general(ArticulatedInertia<S>& I, const Rotation<S>& R) {
+  I.J = rotate(R, I.J);
+  I.M = rotate(R, I.M);
+  S T[3][3];
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) T[i][j] = R.m[i][0] * I.H[0][j] + R.m[i][1] * I.H[1][j] + R.m[i][2] * I.H[2][j];
+  }
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) I.H[i][j] = T[i][0] * R.m[j][0] + T[i][1] * R.m[j][1] + T[i][2] * R.m[j][2];
+  }
+}
+
+/// Rotates a vector by (sine, cosine) about coordinate axis K.
+template <int K, class S>
+GRAPNEL_INLINE Vector3<S> rotate_about(const SineCosine<S>& a, const Vector3<S>& x) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  Vector3<S> y;
+  y[K] = x[K];
+  y[i] = a.cosine * x[i] - a.sine * x[j];
+  y[j] = a.sine * x[i] + a.cosine * x[j];
+  return y;
+}
+/// The inverse rotation.
+template <int K, class S>
+GRAPNEL_INLINE Vector3<S> rotate_back_about(const SineCosine<S>& a, const Vector3<S>& x) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  Vector3<S> y;
+  y[K] = x[K];
+  y[i] = a.cosine * x[i] + a.sine * x[j];
+  y[j] = a.cosine * x[j] - a.sine * x[i];
+  return y;
+}
+
+/// Rotates the (i, j) block of a symmetric matrix about axis K; the caller handles the K entries.
+template <int K, class S>
+GRAPNEL_INLINE void rotate_block_about(const SineCosine<S>& a, Symmetric3<S>& A) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  // With t = s (A_ii - A_jj) + 2 c A_ij:  A_ii' = A_ii - s t, A_jj' = A_jj + s t, and A_ij' = c t - A_ij.
+  const S t = a.sine * (A(i, i) - A(j, j)) + (a.cosine + a.cosine) * A(i, j);
+  const S st = a.sine * t;
+  A(i, i) -= st;
+  A(j, j) += st;
+  A(i, j) = a.cosine * t - A(i, j);
+}
+
+/// Re-expressed after a turn about axis K, for an articulated inertia whose K moment row has been taken away by the joint
+/// (J_K* = 0, H_K* = 0): what a revolute joint passes to its parent.
+template <int K, class S>
+GRAPNEL_INLINE void rotate_behind_joint(const SineCosine<S>& a, ArticulatedInertia<S>& I) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  rotate_block_about<K>(a, I.J);
+  rotate_block_about<K>(a, I.M);
+  const S mi = I.M(i, K), mj = I.M(j, K);
+  I.M(i, K) = a.cosine * mi - a.sine * mj;
+  I.M(j, K) = a.sine * mi + a.cosine * mj;
+  // Rows i and j of H, then its columns i and j; row K stays zero.
+  S hi[3], hj[3];
+  for (int c = 0; c < 3; ++c) {
+    hi[c] = a.cosine * I.H[i][c] - a.sine * I.H[j][c];
+    hj[c] = a.sine * I.H[i][c] + a.cosine * I.H[j][c];
+  }
+  I.H[i][K] = hi[K];
+  I.H[j][K] = hj[K];
+  I.H[i][i] = a.cosine * hi[i] - a.sine * hi[j];
+  I.H[i][j] = a.sine * hi[i] + a.cosine * hi[j];
+  I.H[j][i] = a.cosine * hj[i] - a.sine * hj[j];
+  I.H[j][j] = a.sine * hj[i] + a.cosine * hj[j];
+}
+
+/// Re-expressed after a turn about axis K, no structure assumed.
+template <int K, class S>
+GRAPNEL_INLINE void rotate_about(const SineCosine<S>& a, ArticulatedInertia<S>& I) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  const S ji = I.J(i, K), jj = I.J(j, K);
+  const S row_i = I.H[K][i], row_j = I.H[K][j];
+  rotate_behind_joint<K>(a, I);
+  I.J(i, K) = a.cosine * ji - a.sine * jj;
+  I.J(j, K) = a.sine * ji + a.cosine * jj;
+  I.H[K][i] = a.cosine * row_i - a.sine * row_j;
+  I.H[K][j] = a.sine * row_i + a.cosine * row_j;
+}
+
+}  // namespace grapnel

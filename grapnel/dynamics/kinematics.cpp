@@ -1,0 +1,84 @@
+#include "grapnel/dynamics/kinematics.hpp"
+
+#include <stdexcept>
+
+namespace grapnel {
+
+Kinematics::Kinematics(const Model& model)
+    : X_WB(model.bodies().size()), V_WB(model.bodies().size()), links(model.tree().links.size()) {}
+
+void forward_kinematics(const Model& model, const State& state, Kinematics& kinematics) {
+  if (static_cast<int>(state.q.size()) != model.coordinates() || static_cast<int>(state.v.size()) != model.velocities()) {
+    throw std::invalid_argument("forward_kinematics: the state has another model's size");
+  }
+  if (kinematics.X_WB.size() != model.bodies().size()) {
+    throw std::invalid_argument("forward_kinematics: the output has another model's size");
+  }
+  link_motion<double>(model.tree(), state.q, state.v, kinematics.links);
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const BodyPlacement& at = model.bodies()[i].placement;
+    const LinkMotion<double>& link = kinematics.links[at.link];
+    kinematics.X_WB[i] = link.X_WL * at.X_LB;
+    kinematics.V_WB[i] = shift(link.V_WL, link.X_WL.R * at.X_LB.p);
+  }
+}
+
+Kinematics forward_kinematics(const Model& model, const State& state) {
+  Kinematics kinematics(model);
+  forward_kinematics(model, state, kinematics);
+  return kinematics;
+}
+
+Posed frame_pose(const Model& model, const Kinematics& kinematics, int frame) {
+  const Frame& f = model.frames().at(frame);
+  return kinematics.X_WB[f.body] * f.X_BE;
+}
+
+Twistd frame_twist(const Model& model, const Kinematics& kinematics, int frame) {
+  const Frame& f = model.frames().at(frame);
+  return shift(kinematics.V_WB[f.body], kinematics.X_WB[f.body].R * f.X_BE.p);
+}
+
+namespace {
+
+// Writes the column of an angular and a linear part.
+void write_column(Eigen::Ref<Eigen::MatrixXd> J, int column, const Vector3d& angular, const Vector3d& linear) {
+  for (int k = 0; k < 3; ++k) J(k, column) = angular[k], J(3 + k, column) = linear[k];
+}
+
+}  // namespace
+
+void point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Vector3d& p_WP,
+                    Eigen::Ref<Eigen::MatrixXd> J) {
+  if (J.rows() != 6 || J.cols() != model.velocities()) throw std::invalid_argument("point_jacobian: J must be 6 x velocities");
+  J.setZero();
+  for (int i = body; i >= 0; i = model.bodies()[i].parent) {
+    const Body& b = model.bodies()[i];
+    const Posed& X = kinematics.X_WB[i];
+    const Vector3d arm = p_WP - X.p;
+    switch (b.description.joint.type) {
+      case JointType::fixed: break;
+      case JointType::prismatic: write_column(J, b.v, Vector3d::zero(), X.R * b.description.joint.axis); break;
+      case JointType::revolute:
+      case JointType::continuous: {
+        const Vector3d axis = X.R * b.description.joint.axis;
+        write_column(J, b.v, axis, cross(axis, arm));
+        break;
+      }
+      case JointType::free:
+        for (int k = 0; k < 3; ++k) write_column(J, b.v + 3 + k, Vector3d::zero(), X.R.column(k));
+        [[fallthrough]];
+      case JointType::spherical:
+        for (int k = 0; k < 3; ++k) write_column(J, b.v + k, X.R.column(k), cross(X.R.column(k), arm));
+        break;
+    }
+  }
+}
+
+Eigen::MatrixXd frame_jacobian(const Model& model, const Kinematics& kinematics, int frame) {
+  Eigen::MatrixXd J(6, model.velocities());
+  point_jacobian(model, kinematics, model.frames().at(frame).body, frame_pose(model, kinematics, frame).p, J);
+  return J;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,40 @@
+#pragma once
+
+/// @file
+/// Where bodies and frames are, how they move, and the Jacobians that say so (2.1).
+/// Thread safety: functions read the model and write only their outputs.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "grapnel/dynamics/link_motion.hpp"
+#include "grapnel/dynamics/state.hpp"
+
+namespace grapnel {
+
+/// Poses and twists of all bodies at one state.
+struct Kinematics {
+  std::vector<Posed> X_WB;   // per body; forward_kinematics
+  std::vector<Twistd> V_WB;  // per body, at its frame's origin, in W [rad/s, m/s]; forward_kinematics
+  std::vector<LinkMotion<double>> links;  // of the kernels' tree
+
+  Kinematics() = default;
+  explicit Kinematics(const Model& model);
+};
+
+/// Fills `kinematics`. @throws std::invalid_argument if the state or the output has another model's size.
+void forward_kinematics(const Model& model, const State& state, Kinematics& kinematics);
+Kinematics forward_kinematics(const Model& model, const State& state);
+
+/// Pose X_WE of a frame, and its twist V_WE at E's origin in W.
+Posed frame_pose(const Model& model, const Kinematics& kinematics, int frame);
+Twistd frame_twist(const Model& model, const Kinematics& kinematics, int frame);
+
+/// Jacobian of a point fixed on a body, 6 x velocities: twist [angular; linear] of the body at the point, in W, is J v
+/// (2.1): the columns of a free root are J_b, those of the joints J_m. `p_WP`: the point's position in W.
+void point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Vector3d& p_WP,
+                    Eigen::Ref<Eigen::MatrixXd> J);
+/// Jacobian of a frame at its origin.
+Eigen::MatrixXd frame_jacobian(const Model& model, const Kinematics& kinematics, int frame);
+
+}  // namespace grapnel
