@@ -1,0 +1,301 @@
+#pragma once
+
+/// @file
+/// Adaptive integration of order 8 with error estimators of order 5 and 3 and dense output of order 7: DOP853 of
+/// Dormand, Prince, Hairer, Nørsett and Wanner (Solving Ordinary Differential Equations I, 2nd ed., 1993: method II.5,
+/// initial step and step control II.4, error estimate II.10, dense output II.6), on a manifold with unit quaternions,
+/// which are renormalized after every step and in every interpolated state. Thread safety: a stepper belongs to one
+/// thread at a time; different ones are independent.
+
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "grapnel/integrate/dormand_prince_853_tableau.hpp"
+#include "grapnel/integrate/error_norm.hpp"
+#include "grapnel/integrate/stepper.hpp"
+
+namespace grapnel {
+
+/// Bounds on the step size and on the work.
+struct StepControl {
+  double initial_step = 0.0;                                  // [time]; 0: chosen by start()
+  double max_step = std::numeric_limits<double>::infinity();  // [time]; holds to rounding (1e-10 relative)
+  std::int64_t max_steps = 10'000'000;                        // accepted and rejected steps from start() on
+};
+
+/// DOP853 as a stepper that the caller drives:
+///
+///     stepper.start(rhs, t0, y0, t_end);
+///     while (stepper.step(rhs) == StepStatus::running) { … stepper.state() … }
+///
+/// Integrates forwards or backwards. The last step ends at the end time exactly. One step costs 12 evaluations of the
+/// right-hand side, and 3 more if dense output is asked for in it. If rhs throws, the exception passes through, and the
+/// stepper is still at the end of the last accepted step.
+template <class S>
+class DormandPrince853 : public Stepper<S> {
+ public:
+  /// Allocates everything. Throws std::invalid_argument if the manifold or the tolerances are invalid (see `validate`
+  /// and `ErrorNorm`), if initial_step is negative or not finite, or if max_step or max_steps is not positive.
+  DormandPrince853(const Manifold& manifold, const Tolerances& tolerances, const StepControl& control = {});
+
+  /// Begins at t0 with y0 (n numbers; quaternions are normalized) towards t_end, on either side of t0, and chooses the
+  /// first step. Evaluates rhs twice. If t_end equals t0 the status is `finished` at once; if the derivative is not
+  /// finite it is `non_finite`. Throws std::invalid_argument if a time is not finite or y0 has another size.
+  template <RightHandSide<S> Rhs>
+  void start(Rhs&& rhs, double t0, std::span<const S> y0, double t_end);
+
+  /// Advances by one accepted step, at most to the end time. Does nothing unless the status is `running`.
+  /// @return the new status; see `StepStatus`. Throws nothing of its own.
+  template <RightHandSide<S> Rhs>
+  StepStatus step(Rhs&& rhs);
+
+  /// Size of the step that will be tried next [time], positive.
+  double proposed_step() const { return proposed_step_; }
+
+  /// Evaluates the stages that dense output in the last step needs, unless they are there (3 evaluations). Throws
+  /// std::logic_error if there is no completed step.
+  template <RightHandSide<S> Rhs>
+  void prepare_dense_output(Rhs&& rhs);
+
+  /// The state at a time t of the last step, to order 7 (n numbers, quaternions normalized). At the ends of the step it
+  /// is exactly the state there. Throws std::logic_error if prepare_dense_output() has not been called for this step,
+  /// std::out_of_range if t lies outside the step.
+  void interpolate(double t, std::span<S> y) const;
+
+  /// The same after prepare_dense_output(rhs).
+  template <RightHandSide<S> Rhs>
+  void interpolate(Rhs&& rhs, double t, std::span<S> y) {
+    prepare_dense_output(rhs);
+    interpolate(t, y);
+  }
+
+ private:
+  static constexpr int kDenseCoefficients = 7;
+  static constexpr double kSafety = 0.9;
+  static constexpr double kSmallestFactor = 1.0 / 3.0;
+  static constexpr double kLargestFactor = 6.0;
+  static constexpr double kNonFiniteFactor = 0.1;  // after a step with a result that is not finite
+  static constexpr double kStretch = 1.01;  // the last step may be this much longer, to avoid a tiny one after it
+
+  std::span<S> stage(int number) { return {stages_.data() + (number - 1) * this->size(), this->state_.size()}; }
+  std::span<S> dense(int number) { return {dense_.data() + (number - 1) * this->size(), this->state_.size()}; }
+
+  /// Σ_j weight_j k_j of number i of the state, over a row of the tableau.
+  template <const auto& kRow>
+  S weighted_sum(int i) const {
+    const S* k = stages_.data() + i;
+    const int n = this->size();
+    return [&]<std::size_t... J>(std::index_sequence<J...>) {
+      return ((kRow[J].weight * k[(kRow[J].stage - 1) * n]) + ...);
+    }
+    (std::make_index_sequence<kRow.size()>{});
+  }
+
+  /// k_number = f(t + c h, from + h Σ a k).
+  template <int kNumber, const auto& kRow, class Rhs>
+  void evaluate_stage(Rhs& rhs, double t, double h, const std::vector<S>& from) {
+    for (int i = 0; i < this->size(); ++i) stage_state_[i] = from[i] + h * weighted_sum<kRow>(i);
+    this->evaluate(rhs, t + dop853::kNodes[kNumber - 1] * h, stage_state_, stage(kNumber));
+  }
+
+  template <class Rhs>
+  void evaluate_stages(Rhs& rhs, double h);
+  double estimate_error(double h);
+  template <class Rhs>
+  double choose_initial_step(Rhs& rhs);
+
+  ErrorNorm<S> norm_;
+  StepControl control_;
+  double proposed_step_ = 0.0;
+  bool dense_ready_ = false;
+  std::vector<S> stages_;       // k_1 … k_16, n numbers each
+  std::vector<S> dense_;        // coefficients 1 … 7 of the interpolating polynomial, n numbers each
+  std::vector<S> stage_state_;  // argument of the right-hand side
+  std::vector<S> error5_;       // estimates of the local error, per unit of step
+  std::vector<S> error3_;
+};
+
+template <class S>
+DormandPrince853<S>::DormandPrince853(const Manifold& manifold, const Tolerances& tolerances,
+                                      const StepControl& control)
+    : Stepper<S>(manifold),
+      norm_(manifold, tolerances),
+      control_(control),
+      stages_(dop853::kExtendedStages * this->state_.size()),
+      dense_(kDenseCoefficients * this->state_.size()),
+      stage_state_(this->state_.size()),
+      error5_(this->state_.size()),
+      error3_(this->state_.size()) {
+  if (!(control.initial_step >= 0.0 && std::isfinite(control.initial_step))) {
+    throw std::invalid_argument("StepControl: initial_step must be finite and not negative");
+  }
+  if (!(control.max_step > 0.0)) throw std::invalid_argument("StepControl: max_step must be positive");
+  if (control.max_steps <= 0) throw std::invalid_argument("StepControl: max_steps must be positive");
+}
+
+template <class S>
+template <RightHandSide<S> Rhs>
+void DormandPrince853<S>::start(Rhs&& rhs, double t0, std::span<const S> y0, double t_end) {
+  dense_ready_ = false;
+  this->begin(rhs, t0, y0, t_end);
+  proposed_step_ = control_.initial_step;
+  if (this->status_ == StepStatus::running && control_.initial_step == 0.0) proposed_step_ = choose_initial_step(rhs);
+}
+
+// HNW II.4: a step whose Euler increment is small, then the second derivative from one more evaluation.
+template <class S>
+template <class Rhs>
+double DormandPrince853<S>::choose_initial_step(Rhs& rhs) {
+  const double longest = std::min(std::abs(this->remaining()), control_.max_step);
+  const double size_y = norm_.magnitude(this->state_);
+  const double size_f = norm_(this->state_, this->derivative_);
+  const double euler = std::min(size_y < 1e-5 || size_f < 1e-5 ? 1e-6 : 0.01 * size_y / size_f, longest);
+  const double h = this->direction_ * euler;
+  for (int i = 0; i < this->size(); ++i) stage_state_[i] = this->state_[i] + h * this->derivative_[i];
+  this->evaluate(rhs, this->time_ + h, stage_state_, stage(2));
+  for (int i = 0; i < this->size(); ++i) error5_[i] = stage(2)[i] - this->derivative_[i];
+  const double second = norm_(this->state_, error5_) / euler;
+  if (!std::isfinite(second)) return std::min(1e-6, longest);
+  const double largest = std::max(size_f, second);
+  const double step = largest <= 1e-15 ? std::max(1e-6, euler * 1e-3) : std::pow(0.01 / largest, 1.0 / 8.0);
+  return std::min({100.0 * euler, step, longest});
+}
+
+template <class S>
+template <RightHandSide<S> Rhs>
+StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
+  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+  if (this->status_ != StepStatus::running) return this->status_;
+  this->has_step_ = dense_ready_ = false;
+  bool rejected = false;
+  bool finite = true;
+  for (;;) {
+    if (this->statistics_.accepted + this->statistics_.rejected >= control_.max_steps) {
+      return this->fail(StepStatus::too_many_steps);
+    }
+    const double remaining = this->remaining();
+    const double wanted = std::min(proposed_step_, control_.max_step);
+    const bool last = std::abs(remaining) <= std::min(kStretch * wanted, (1.0 + 1e-10) * control_.max_step);
+    if (!last && wanted <= 10.0 * kEpsilon * std::abs(this->time_)) {
+      return this->fail(finite ? StepStatus::step_too_small : StepStatus::non_finite);
+    }
+    const double t_new = last ? this->end_time_ : this->time_ + this->direction_ * wanted;
+    const double h = t_new - this->time_;  // as the rounded times have it, so that time does not drift
+
+    evaluate_stages(rhs, h);
+    double error = estimate_error(h);
+    if (error <= 1.0) {
+      const double defect = normalize(this->manifold_, std::span<S>(this->end_));
+      this->evaluate(rhs, t_new, this->end_, stage(13));
+      if (all_finite(std::span<const S>(stage(13)))) {
+        const double factor = std::min(kSafety * std::pow(error, -1.0 / 8.0), rejected ? 1.0 : kLargestFactor);
+        proposed_step_ = std::abs(h) * std::max(factor, kSmallestFactor);
+        if (last) proposed_step_ = std::max(proposed_step_, wanted);  // a step cut short by the end says nothing more
+        this->accept(t_new, stage(13), defect);
+        return this->status_;
+      }
+      error = std::numeric_limits<double>::quiet_NaN();
+    }
+    rejected = true;
+    finite = std::isfinite(error);
+    ++this->statistics_.rejected;
+    proposed_step_ =
+        std::abs(h) * (finite ? std::max(kSafety * std::pow(error, -1.0 / 8.0), kSmallestFactor) : kNonFiniteFactor);
+  }
+}
+
+// Stages 1 to 12, the state of order 8 in end_, and the two error estimates per unit of step.
+template <class S>
+template <class Rhs>
+void DormandPrince853<S>::evaluate_stages(Rhs& rhs, double h) {
+  const double t = this->time_;
+  const std::vector<S>& y = this->state_;
+  std::copy(this->derivative_.begin(), this->derivative_.end(), stages_.begin());
+  evaluate_stage<2, dop853::kStage2>(rhs, t, h, y);
+  evaluate_stage<3, dop853::kStage3>(rhs, t, h, y);
+  evaluate_stage<4, dop853::kStage4>(rhs, t, h, y);
+  evaluate_stage<5, dop853::kStage5>(rhs, t, h, y);
+  evaluate_stage<6, dop853::kStage6>(rhs, t, h, y);
+  evaluate_stage<7, dop853::kStage7>(rhs, t, h, y);
+  evaluate_stage<8, dop853::kStage8>(rhs, t, h, y);
+  evaluate_stage<9, dop853::kStage9>(rhs, t, h, y);
+  evaluate_stage<10, dop853::kStage10>(rhs, t, h, y);
+  evaluate_stage<11, dop853::kStage11>(rhs, t, h, y);
+  evaluate_stage<12, dop853::kStage12>(rhs, t, h, y);
+  for (int i = 0; i < this->size(); ++i) {
+    const S slope = weighted_sum<dop853::kSolution>(i);
+    this->end_[i] = y[i] + h * slope;
+    error3_[i] = slope - weighted_sum<dop853::kThirdOrder>(i);
+    error5_[i] = weighted_sum<dop853::kError5>(i);
+  }
+}
+
+// Both estimates combined so that the result shrinks with h⁸: err = |h| e5² / √(e5² + 0.01 e3²), in the
+// root-mean-square norm (HNW II.10). At most 1: acceptable. NaN if anything is not finite.
+template <class S>
+double DormandPrince853<S>::estimate_error(double h) {
+  using std::sqrt;
+  if (norm_.dimension() == 0) return 0.0;
+  const S sum5 = norm_.sum_of_squares(this->state_, this->end_, error5_);
+  const S sum3 = norm_.sum_of_squares(this->state_, this->end_, error3_);
+  // The smallest normal number keeps 0/0 away.
+  const S denominator = S(norm_.dimension()) * (sum5 + 0.01 * sum3) + S(std::numeric_limits<double>::min());
+  return LaneReduction<S>::largest(std::abs(h) * sum5 / sqrt(denominator));
+}
+
+template <class S>
+template <RightHandSide<S> Rhs>
+void DormandPrince853<S>::prepare_dense_output(Rhs&& rhs) {
+  if (!this->has_step_) throw std::logic_error("dense output: there is no completed step: " + this->explanation());
+  if (dense_ready_) return;
+  const double t = this->previous_time_;
+  const double h = this->time_ - t;
+  const std::vector<S>& y = this->previous_state_;
+  evaluate_stage<14, dop853::kStage14>(rhs, t, h, y);
+  evaluate_stage<15, dop853::kStage15>(rhs, t, h, y);
+  evaluate_stage<16, dop853::kStage16>(rhs, t, h, y);
+  for (int i = 0; i < this->size(); ++i) {
+    const S difference = this->end_[i] - y[i];
+    const S start_slope = h * stage(1)[i] - difference;
+    dense(1)[i] = difference;
+    dense(2)[i] = start_slope;
+    dense(3)[i] = difference - h * stage(13)[i] - start_slope;
+    dense(4)[i] = h * weighted_sum<dop853::kDense4>(i);
+    dense(5)[i] = h * weighted_sum<dop853::kDense5>(i);
+    dense(6)[i] = h * weighted_sum<dop853::kDense6>(i);
+    dense(7)[i] = h * weighted_sum<dop853::kDense7>(i);
+  }
+  dense_ready_ = true;
+}
+
+template <class S>
+void DormandPrince853<S>::interpolate(double t, std::span<S> y) const {
+  this->require_in_last_step(t);
+  if (!dense_ready_) throw std::logic_error("interpolate: call prepare_dense_output() after each step that needs it");
+  if (t == this->time_) {
+    std::copy(this->end_.begin(), this->end_.end(), y.begin());
+    return;
+  }
+  // Nested alternately in θ and 1 − θ: y0 + θ(d1 + (1−θ)(d2 + θ(d3 + (1−θ)(d4 + θ(d5 + (1−θ)(d6 + θ d7))))))
+  const double theta = (t - this->previous_time_) / (this->time_ - this->previous_time_);
+  const double rest = 1.0 - theta;
+  const int n = this->size();
+  const S* d = dense_.data();
+  for (int i = 0; i < n; ++i) {
+    S sum = theta * d[6 * n + i];
+    sum = rest * (d[5 * n + i] + sum);
+    sum = theta * (d[4 * n + i] + sum);
+    sum = rest * (d[3 * n + i] + sum);
+    sum = theta * (d[2 * n + i] + sum);
+    sum = rest * (d[1 * n + i] + sum);
+    y[i] = this->previous_state_[i] + theta * (d[i] + sum);
+  }
+  if (t != this->previous_time_) normalize(this->manifold_, y);
+}
+
+}  // namespace grapnel

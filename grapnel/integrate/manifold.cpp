@@ -1,0 +1,32 @@
+#include "grapnel/integrate/manifold.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+namespace grapnel {
+
+void validate(const Manifold& manifold) {
+  const auto reject = [](const std::string& fault) { throw std::invalid_argument("Manifold: " + fault); };
+  if (manifold.size < 0) reject("size is " + std::to_string(manifold.size) + ", must not be negative");
+  const int controlled = manifold.controlled_size();
+  if (controlled < 0 || controlled > manifold.size) {
+    reject("controlled is " + std::to_string(controlled) + ", must lie in 0 … " + std::to_string(manifold.size));
+  }
+  std::vector<int> offsets = manifold.quaternions;
+  std::sort(offsets.begin(), offsets.end());
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    const int begin = offsets[i];
+    const int end = begin + 4;
+    const std::string name = "quaternion at offset " + std::to_string(begin);
+    if (begin < 0 || end > manifold.size) {
+      reject(name + " lies outside a state of " + std::to_string(manifold.size) + " numbers");
+    }
+    if (i > 0 && begin < offsets[i - 1] + 4) reject(name + " overlaps the one at " + std::to_string(offsets[i - 1]));
+    if (begin < controlled && end > controlled) {
+      reject(name + " straddles the end of the controlled part at " + std::to_string(controlled));
+    }
+  }
+}
+
+}  // namespace grapnel

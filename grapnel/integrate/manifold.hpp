@@ -1,0 +1,67 @@
+#pragma once
+
+/// @file
+/// The manifold on which a state lives: a flat list of n numbers in which some groups of four are unit quaternions. The
+/// steppers treat the numbers as a vector during a step and come back to the manifold after it (projection method;
+/// Hairer, Lubich, Wanner, Geometric Numerical Integration, 2nd ed., IV.4), which keeps the order of the method. Thread
+/// safety: `Manifold` is a plain value, and the functions here have no state.
+
+#include <cmath>
+#include <limits>
+#include <span>
+#include <vector>
+
+namespace grapnel {
+
+/// Reduces a scalar of the state to the double by which a step is judged. For packs of lanes or dual numbers specialize
+/// `largest`: the largest lane, NaN if any lane is NaN; the value (not the derivative) of a dual number.
+template <class S>
+struct LaneReduction {
+  static double largest(const S& x) { return static_cast<double>(x); }
+};
+
+/// Layout of a state y of `size` numbers.
+struct Manifold {
+  static constexpr int kAllControlled = -1;
+
+  int size = 0;                       // n: how many numbers
+  std::vector<int> quaternions = {};  // offset of each unit quaternion (w, x, y, z), four consecutive numbers
+  int controlled = kAllControlled;    // the leading ones under error control; the others are carried along
+
+  /// How many leading numbers are under error control, in 0 … size.
+  int controlled_size() const { return controlled == kAllControlled ? size : controlled; }
+};
+
+/// Checks a manifold. Throws std::invalid_argument, naming the fault, if size is negative, a quaternion lies outside
+/// the state, overlaps another one or straddles the end of the controlled part, or if that end lies outside the state.
+void validate(const Manifold& manifold);
+
+/// Scales every quaternion in y (manifold.size numbers) to unit norm.
+/// @return the largest |‖q‖ − 1| before the scaling; 0 if there is no quaternion. A zero quaternion becomes NaN. Throws
+/// nothing.
+template <class S>
+double normalize(const Manifold& manifold, std::span<S> y) {
+  using std::sqrt;
+  double largest_defect = 0.0;
+  for (const int offset : manifold.quaternions) {
+    S* q = y.data() + offset;
+    const S norm = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    const S inverse = S(1.0) / norm;
+    for (int i = 0; i < 4; ++i) q[i] = q[i] * inverse;
+    const double above = LaneReduction<S>::largest(norm - S(1.0));
+    const double below = LaneReduction<S>::largest(S(1.0) - norm);
+    const double defect = above > below ? above : below;
+    if (defect > largest_defect || std::isnan(defect)) largest_defect = defect;  // a NaN stays
+  }
+  return largest_defect;
+}
+
+/// Whether every number in y is finite in every lane. Throws nothing.
+template <class S>
+bool all_finite(std::span<const S> y) {
+  bool finite = true;
+  for (const S& value : y) finite = finite && std::isfinite(LaneReduction<S>::largest(value * value * S(0.0)));
+  return finite;
+}
+
+}  // namespace grapnel
