@@ -1,0 +1,36 @@
+#pragma once
+
+/// @file
+/// A grip: which components of the relative motion of an end-effector and a target it forbids.
+/// Thread safety: plain values and pure functions.
+
+#include <Eigen/Core>
+#include <span>
+
+#include "grapnel/constraint/grasp_model.hpp"
+#include "grapnel/dynamics/kinematics.hpp"
+
+namespace grapnel {
+
+/// A grip between two bodies at one common point.
+struct Grasp {
+  int robot_body;    // carries the end-effector
+  int target_body;
+  GraspModel model;
+  Vector3d p_WC;     // the common point in W: action and reaction are taken there
+  Vector3d hinge_W;  // unit axis in W; read for a hinge
+};
+
+/// Selects the constrained components of a relative twist [angular; linear] in W: rows x 6, orthonormal rows.
+Eigen::MatrixXd constrained_directions(const Grasp& grasp);
+
+/// Relative Jacobian of all grips, stacked in order: rows x velocities. u = J v is the end-effector's twist at the contact
+/// point minus the target's, in the constrained directions; over robot and targets together J M^-1 J^T is the W of
+/// docs/theory.md, equation (7.3), cross terms of a shared target included.
+Eigen::MatrixXd grasp_jacobian(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps);
+
+/// The target's own part of the contact-space inertia, J_t M_t^-1 J_t^T of one grip in its constrained directions: what
+/// the grip's impulse alone would do to the free target. rows x rows.
+Eigen::MatrixXd target_mobility(const Model& model, const Kinematics& kinematics, const Grasp& grasp);
+
+}  // namespace grapnel

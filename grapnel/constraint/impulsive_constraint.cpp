@@ -1,0 +1,48 @@
+#include "grapnel/constraint/impulsive_constraint.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/SVD>
+#include <stdexcept>
+
+namespace grapnel {
+
+namespace {
+// Singular values below this fraction of the largest are redundant rows: rounding leaves some 1e-15 there, and true
+// constraints of extreme mass ratios (1e-6 of the squares) still count.
+constexpr double kRankTolerance = 1e-10;
+}  // namespace
+
+ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const Eigen::VectorXd& v,
+                                             const Eigen::MatrixXd& D) {
+  if (M.rows() != v.size() || M.cols() != v.size() || J.cols() != v.size() || D.rows() != J.rows() || D.cols() != J.rows()) {
+    throw std::invalid_argument("solve_impulsive_constraint: sizes of M, J, v and D do not fit");
+  }
+  const Eigen::LLT<Eigen::MatrixXd> mass(M), metric(D);
+  if (mass.info() != Eigen::Success) throw std::invalid_argument("solve_impulsive_constraint: M is not positive definite");
+  if (metric.info() != Eigen::Success) throw std::invalid_argument("solve_impulsive_constraint: D is not positive definite");
+
+  Eigen::MatrixXd Y = J.transpose();
+  mass.matrixL().solveInPlace(Y);
+  Y = metric.matrixL().solve(Y.transpose()).transpose().eval();
+  const Eigen::VectorXd weighted = mass.matrixU() * v;
+
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Y, Eigen::ComputeThinU | Eigen::ComputeFullV);
+  const Eigen::VectorXd& sigma = svd.singularValues();
+  const double threshold = sigma.size() > 0 ? kRankTolerance * sigma[0] : 0.0;
+  ImpulsiveSolution solution;
+  while (solution.rank < sigma.size() && sigma[solution.rank] > threshold) ++solution.rank;
+  const auto U = svd.matrixU().leftCols(solution.rank);
+  const Eigen::VectorXd along = U.transpose() * weighted;
+  // Projected twice: the first subtraction leaves rounding of the size of v-, the second removes it.
+  Eigen::VectorXd rest = weighted - U * along;
+  rest -= U * (U.transpose() * rest);
+  solution.velocity = mass.matrixU().solve(rest);
+  const Eigen::VectorXd y =
+      -(svd.matrixV().leftCols(solution.rank) * along.cwiseQuotient(sigma.head(solution.rank)));
+  solution.impulse = metric.matrixU().solve(y);
+  const Eigen::MatrixXd null = svd.matrixV().rightCols(J.rows() - solution.rank);
+  solution.null_space = metric.matrixU().solve(null);
+  return solution;
+}
+
+}  // namespace grapnel

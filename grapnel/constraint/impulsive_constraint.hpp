@@ -1,0 +1,31 @@
+#pragma once
+
+/// @file
+/// Impulses that bring velocities onto linear constraints, with redundant rows recognized.
+/// Thread safety: pure functions.
+
+#include <Eigen/Core>
+
+namespace grapnel {
+
+/// Solution of M (v+ - v-) = J^T P with J v+ = 0.
+struct ImpulsiveSolution {
+  Eigen::VectorXd velocity;    // v+, unique
+  Eigen::VectorXd impulse;     // P: of all solutions the one with the least P^T D P
+  Eigen::MatrixXd null_space;  // rows x (rows - rank): basis of self-stresses, impulses that change no velocity
+  int rank = 0;
+};
+
+/// Solves for given mass matrix M (symmetric positive definite), constraint Jacobian J (rows x velocities), velocity v-
+/// and metric D (rows x rows, symmetric positive definite) that decides among impulses when rows are redundant and that
+/// makes them commensurable for the rank decision.
+///
+/// With M = L L^T, D = G G^T and Y = L^-1 J^T G^-T the post-impact velocity is the M-orthogonal projection
+///   L^T v+ = (1 - Y Y^+) L^T v-,   P = -G^-T Y^+ L^T v-,
+/// by the singular value decomposition of Y, so that the rank is decided on dimensionless numbers whose squares are the
+/// eigenvalues of G^-1 W G^-T, W = J M^-1 J^T.
+/// @throws std::invalid_argument if sizes do not fit or M or D is not positive definite.
+ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const Eigen::VectorXd& v,
+                                             const Eigen::MatrixXd& D);
+
+}  // namespace grapnel

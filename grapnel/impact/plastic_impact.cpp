@@ -1,0 +1,101 @@
+#include "grapnel/impact/plastic_impact.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/constraint/impulsive_constraint.hpp"
+#include "grapnel/dynamics/mass_matrix.hpp"
+
+namespace grapnel {
+namespace {
+
+Eigen::VectorXd as_vector(const std::vector<double>& v) {
+  return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
+}
+
+// Solves and fills the books that all impulsive constraints share. `impulse` receives P in constrained directions.
+ImpactSolution solve(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const State& state, const Eigen::MatrixXd& D,
+                     Eigen::VectorXd& impulse) {
+  const Eigen::VectorXd before = as_vector(state.v);
+  const ImpulsiveSolution solved = solve_impulsive_constraint(M, J, before, D);
+  const Eigen::VectorXd& after = solved.velocity;
+  const Eigen::VectorXd change = after - before;
+  const Eigen::VectorXd u = J * before;
+  impulse = solved.impulse;
+
+  ImpactSolution result;
+  result.velocity.assign(after.begin(), after.end());
+  result.rank = solved.rank;
+  result.rows = static_cast<int>(J.rows());
+  result.null_space = solved.null_space;
+  result.kinetic_energy_before = 0.5 * before.dot(M * before);
+  result.kinetic_energy_after = 0.5 * after.dot(M * after);
+  // u-^T W^+ u- = -P^T u- because W P = -u- and P is in the row space up to self-stress, which does no work on u-.
+  const double lost = -0.5 * impulse.dot(u);
+  const double energy_scale = std::max(result.kinetic_energy_before, 1e-300);
+  result.energy_identity_residual =
+      std::abs((result.kinetic_energy_after - result.kinetic_energy_before) + lost) / energy_scale;
+  const double speed = std::max(u.size() > 0 ? u.lpNorm<Eigen::Infinity>() : 0.0, before.lpNorm<Eigen::Infinity>());
+  if (speed > 0 && J.rows() > 0) result.constraint_residual = (J * after).lpNorm<Eigen::Infinity>() / speed;
+  const Eigen::VectorXd dh = M * change;
+  const double dh_norm = std::sqrt(std::abs(change.dot(dh)));
+  if (dh_norm > 0) {
+    const Eigen::VectorXd residual = dh - J.transpose() * impulse;
+    result.generalized_momentum_residual = std::sqrt(std::abs(residual.dot(M.llt().solve(residual)))) / dh_norm;
+  }
+  return result;
+}
+
+// Per component of the grip's wrench: whether every self-stress leaves it alone.
+std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_rows) {
+  const Eigen::MatrixXd stress = directions.transpose() * null_rows;  // 6 x (rows - rank)
+  std::vector<bool> determined(6, true);
+  for (int i = 0; i < 6; ++i) {
+    for (Eigen::Index c = 0; c < stress.cols(); ++c) {
+      if (std::abs(stress(i, c)) > 1e-8 * stress.col(c).norm() + 1e-300) determined[i] = false;
+    }
+  }
+  return determined;
+}
+
+}  // namespace
+
+ImpactSolution plastic_impact(const Model& model, const State& state, std::span<const Grasp> grasps) {
+  const Kinematics kinematics = forward_kinematics(model, state);
+  const Eigen::MatrixXd M = mass_matrix(model, state);
+  const Eigen::MatrixXd J = grasp_jacobian(model, kinematics, grasps);
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(J.rows(), J.rows());
+  for (Eigen::Index row = 0; const Grasp& g : grasps) {
+    D.block(row, row, row_count(g.model), row_count(g.model)) = target_mobility(model, kinematics, g);
+    row += row_count(g.model);
+  }
+  Eigen::VectorXd impulse;
+  ImpactSolution result = solve(M, J, state, D, impulse);
+  for (Eigen::Index row = 0; const Grasp& g : grasps) {
+    const int rows = row_count(g.model);
+    const Eigen::MatrixXd A = constrained_directions(g);
+    const Eigen::VectorXd P = A.transpose() * impulse.segment(row, rows);
+    result.contacts.push_back({{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}},
+                               determined_components(A, result.null_space.middleRows(row, rows))});
+    row += rows;
+  }
+  return result;
+}
+
+ImpactSolution lock_joints(const Model& model, const State& state, std::span<const int> velocities,
+                           std::vector<double>& locking) {
+  const Eigen::Index rows = static_cast<Eigen::Index>(velocities.size());
+  const Eigen::MatrixXd M = mass_matrix(model, state);
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, model.velocities());
+  for (Eigen::Index i = 0; i < rows; ++i) J(i, velocities[i]) = 1;
+  // Joint rows are independent, so the metric only has to make them commensurable: what each does alone.
+  const Eigen::MatrixXd D = (J * M.llt().solve(J.transpose())).diagonal().asDiagonal();
+  Eigen::VectorXd impulse;
+  ImpactSolution result = solve(M, J, state, D, impulse);
+  locking.assign(impulse.begin(), impulse.end());
+  for (int v : velocities) result.velocity[v] = 0;  // exactly, not to rounding
+  return result;
+}
+
+}  // namespace grapnel

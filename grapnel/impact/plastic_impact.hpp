@@ -1,0 +1,49 @@
+#pragma once
+
+/// @file
+/// Plastic impact of all grips at once: the end-effectors and the targets move as one afterwards.
+///
+/// M (v+ - v-) = J^T P,  J v+ = 0  =>  W P = -u-,  W = J M^-1 J^T,  u- = J v-   (docs/theory.md, section 7), over robot
+/// and targets together, valid for any momentum, any number of arms, shared targets and non-square Jacobians. The thesis's
+/// (3.9)-(3.13) drop the robot's momentum after the impact; see published_impact.hpp.
+/// Limitations: instantaneous, no restitution, no friction; configuration unchanged; finite forces do nothing.
+/// Thread safety: pure functions.
+
+#include <vector>
+
+#include "grapnel/constraint/grasp.hpp"
+#include "grapnel/dynamics/state.hpp"
+
+namespace grapnel {
+
+/// An impulse at a grip, on the robot at the contact point, in W.
+struct ContactImpulse {
+  Impulsed P_WC;                 // [N m s; N s]
+  std::vector<bool> determined;  // per component [angular; linear]: the same in every solution
+};
+
+struct ImpactSolution {
+  std::vector<double> velocity;         // v+ of the whole model
+  std::vector<ContactImpulse> contacts; // per grip
+  int rank = 0;
+  int rows = 0;
+  Eigen::MatrixXd null_space;           // self-stresses, rows x (rows - rank), in constrained directions
+  double kinetic_energy_before = 0;     // [J], by the mass matrix
+  double kinetic_energy_after = 0;
+  double energy_identity_residual = 0;  // |dT + u-^T W^+ u- / 2| / max(T-, |dT|)
+  double constraint_residual = 0;       // largest |J v+| over the largest |u-| or rate
+  double generalized_momentum_residual = 0;  // (3.6): |M dv - J^T P| in the energy norm over that of M dv
+};
+
+/// Solves the impact. If rows are redundant the impulse with the least sum over grips of P^T (J_t M_t^-1 J_t^T) P is
+/// returned: the energy each grip's impulse alone would give the free target, independent of units, frame and reference
+/// point. With no grasps nothing changes.
+/// @throws std::invalid_argument if the state has another model's size.
+ImpactSolution plastic_impact(const Model& model, const State& state, std::span<const Grasp> grasps);
+
+/// Locks joints (indices into State::v) at once: a second impulse, one component per joint, that stops them.
+/// `locking` receives it [N m s or N s].
+ImpactSolution lock_joints(const Model& model, const State& state, std::span<const int> velocities,
+                           std::vector<double>& locking);
+
+}  // namespace grapnel
