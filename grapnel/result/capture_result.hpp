@@ -1,0 +1,158 @@
+#pragma once
+
+/// @file
+/// What a capture leaves behind: plain data, SI units, vectors in the world frame W unless a name says otherwise.
+/// Filled by simulate_capture(), read by the writers and reports. Thread safety: plain values.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "grapnel/result/ledger.hpp"
+#include "grapnel/result/time_series.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
+
+namespace grapnel {
+
+/// How a run ended. Pessimistic until proven otherwise.
+enum class CaptureStatus { not_run, completed, failed };
+
+/// Motion of a free body's frame at one instant.
+struct BodyMotion {
+  std::string name;
+  Vector3d position;            // of the frame's origin [m]
+  Quaterniond quaternion_wxyz;  // R_WB
+  Vector3d angular_velocity;    // [rad/s]
+  Vector3d velocity;            // of the frame's origin [m/s]
+};
+
+struct JointMotion {
+  std::vector<std::string> names;
+  std::vector<double> position;  // [rad or m]
+  std::vector<double> velocity;  // [rad/s or m/s]
+};
+
+/// An end-effector against the grasp point it is to meet (relative: end-effector minus grasp point).
+struct EndEffectorMotion {
+  std::string name;
+  Vector3d position;
+  Vector3d velocity;
+  Vector3d angular_velocity;
+  std::string target;  // empty: grips nothing
+  std::string grasp_point;
+  double miss_distance = 0;  // [m]
+  Vector3d relative_velocity = Vector3d::zero();
+  Vector3d relative_angular_velocity = Vector3d::zero();
+};
+
+/// The system at the end of a phase.
+struct PhaseEnd {
+  double time = 0;
+  BodyMotion base;
+  JointMotion joints;
+  std::vector<EndEffectorMotion> end_effectors;
+  std::vector<BodyMotion> targets;
+};
+
+/// One grip of the impact. Impulses act on the robot, at the common contact point; the target gets the opposite there.
+struct GraspImpulse {
+  std::string end_effector;
+  std::string target;
+  std::string grasp_point;
+  std::string model;       // rigid, hinge or point
+  Vector3d contact_point;  // [m]
+  double gap = 0;          // distance of end-effector and grasp point when they were joined [m]
+  double gap_angle = 0;    // angle between their frames when they were joined [rad]
+  Vector3d target_displacement = Vector3d::zero();  // by contact.gap: translate_target [m]
+  Vector3d impulse;                                 // [N s]
+  Vector3d angular_impulse;                         // about the contact point [N m s]
+  double impulse_magnitude = 0;                     // [N s]
+  double mean_force = 0;                            // impulse_magnitude over impact.duration [N]
+  std::vector<bool> determined;       // per component [angular; linear] in W: unique, not a matter of self-stress
+  Vector3d relative_velocity_before;  // end-effector minus target at the contact point [m/s]
+  Vector3d relative_angular_velocity_before;  // [rad/s]
+};
+
+/// What a joint passes on during the impact, at its origin, from parent to child.
+struct JointImpulse {
+  std::string joint;
+  std::string body;          // the child
+  Vector3d impulse;          // [N s]
+  Vector3d angular_impulse;  // [N m s]
+  double along_axis = 0;     // driving component: zero for a free joint [N m s or N s]
+};
+
+/// The thesis's own estimate, (3.8)-(3.13), beside the right one. Absent fields: undefined for this capture.
+struct AsPublished {
+  struct Grasp {
+    std::string end_effector;
+    Vector3d impulse;
+    Vector3d angular_impulse;
+    double impulse_magnitude = 0;
+  };
+  std::vector<Grasp> grasps;
+  std::vector<double> joint_velocity_after;   // (3.11)
+  double linear_momentum_error = 0;           // |total after - before| [N s]
+  double angular_momentum_error = 0;          // [N m s]
+  double relative_linear_momentum_error = 0;  // over ledger.scale
+  double relative_angular_momentum_error = 0;
+};
+
+/// Joints locked at once after the grip: a second impulse with its own books.
+struct BrakeReport {
+  std::vector<std::string> joints;
+  std::vector<double> impulse;  // [N m s or N s] per joint
+  double kinetic_energy_before = 0;
+  double kinetic_energy_after = 0;
+};
+
+struct ImpactReport {
+  std::string law = "plastic";
+  double time = 0;
+  double duration = 0;  // over which mean forces are taken [s]
+  std::vector<GraspImpulse> grasps;
+  std::vector<JointImpulse> joints;
+  Vector3d base_impulse = Vector3d::zero();          // passed to the base by the arms [N s]
+  Vector3d base_angular_impulse = Vector3d::zero();  // about the base's origin [N m s]
+  int rank = 0;
+  int rows = 0;
+  double kinetic_energy_before = 0;
+  double kinetic_energy_after = 0;
+  Vector3d base_velocity_change = Vector3d::zero();
+  Vector3d base_angular_velocity_change = Vector3d::zero();
+  std::vector<std::string> joint_names;  // of joint_velocity_change
+  std::vector<double> joint_velocity_change;
+  std::vector<BodyMotion> targets_before;
+  std::vector<BodyMotion> targets_after;
+  std::optional<AsPublished> as_published;
+  std::string as_published_absent;  // why, if it is absent
+  std::optional<BrakeReport> brake;
+};
+
+/// An integration's cost.
+struct PhaseCost {
+  std::string phase;
+  long rhs_evaluations = 0;
+  long steps = 0;
+  long rejected = 0;
+  double linear_momentum_mended = 0;   // by taking the base's velocity from momentum instead of integrating it [N s]
+  double angular_momentum_mended = 0;  // [N m s]
+};
+
+struct CaptureResult {
+  CaptureStatus status = CaptureStatus::not_run;
+  std::string failure;  // body, time and condition, if it failed
+  std::string scenario_name;
+  std::string scenario_sha256;  // of the scenario's and all included files' bytes, and of overrides
+  std::vector<std::string> warnings;
+  std::optional<PhaseEnd> approach_start;
+  std::optional<PhaseEnd> approach_end;
+  std::vector<double> planned_final_rates;  // joint rates the approach aimed at
+  std::optional<ImpactReport> impact;
+  std::optional<PhaseEnd> post_impact_end;
+  Ledger ledger;
+  std::vector<PhaseCost> cost;
+  TimeSeries series;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,41 @@
+#pragma once
+
+/// @file
+/// The books of a capture: each conserved or balanced quantity with its largest deviation, the bound it must keep, and
+/// whether it did. Thread safety: plain values.
+
+#include <string>
+#include <vector>
+
+namespace grapnel {
+
+/// One line. `value` is relative to the scale its note names unless the unit says otherwise.
+struct LedgerEntry {
+  std::string name;  // key in summary.json
+  double value = 0;
+  double bound = 0;
+  std::string unit = "1";
+  std::string note;     // what is compared, over which phases
+  bool applies = true;  // false: there is nothing to check in this run (no closed loop, say); value is then 0
+  bool pass() const { return !applies || value <= bound; }  // NaN fails
+};
+
+/// What drifts are relative to; none can vanish while something moves (docs/theory.md, section 9).
+struct LedgerScale {
+  double linear_momentum = 0;   // max over time of sum |m v| [N s]
+  double angular_momentum = 0;  // max over time of sum (|I w| + |r x m v|), r from the system's centre of mass [N m s]
+  double energy = 0;            // largest kinetic energy [J]
+};
+
+struct Ledger {
+  std::vector<LedgerEntry> entries;
+  LedgerScale scale;
+  bool pass() const {
+    for (const LedgerEntry& e : entries) {
+      if (!e.pass()) return false;
+    }
+    return true;
+  }
+};
+
+}  // namespace grapnel

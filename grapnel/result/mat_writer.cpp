@@ -1,0 +1,243 @@
+#include "grapnel/result/mat_writer.hpp"
+
+#include <matio.h>
+
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <set>
+#include <stdexcept>
+#include <utility>
+
+#include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/mat_names.hpp"
+
+namespace grapnel {
+namespace {
+
+// Without a date, so that the same series gives the same bytes.
+constexpr const char* kHeader = "MATLAB 5.0 MAT-file, written by Grapnel";
+constexpr const char* kSchema = "grapnel-timeseries/1";
+
+struct FreeVariable {
+  void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
+};
+using Variable = std::unique_ptr<matvar_t, FreeVariable>;
+
+struct CloseMat {
+  void operator()(mat_t* mat) const { Mat_Close(mat); }
+};
+using MatFile = std::unique_ptr<mat_t, CloseMat>;
+
+Variable made(matvar_t* variable) {
+  if (variable == nullptr) throw std::bad_alloc();
+  return Variable(variable);
+}
+
+/// UTF-8 to the UTF-16 that MATLAB's char holds; what is not UTF-8 becomes U+FFFD.
+std::u16string utf16(const std::string& text) {
+  std::u16string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto lead = static_cast<unsigned char>(text[i++]);
+    const int more = lead < 0x80 ? 0 : lead >= 0xF0 && lead < 0xF8 ? 3 : lead >= 0xE0 ? 2 : lead >= 0xC0 ? 1 : -1;
+    char32_t point = more <= 0 ? lead : lead & (0x3Fu >> more);
+    int left = more;
+    for (; left > 0 && i < text.size() && (static_cast<unsigned char>(text[i]) & 0xC0) == 0x80; --left) {
+      point = (point << 6) | (static_cast<unsigned char>(text[i++]) & 0x3Fu);
+    }
+    if (left != 0 || lead >= 0xF8 || point > 0x10FFFF) point = 0xFFFD;
+    if (point < 0x10000) {
+      out += static_cast<char16_t>(point);
+    } else {
+      out += static_cast<char16_t>(0xD800 + ((point - 0x10000) >> 10));
+      out += static_cast<char16_t>(0xDC00 + ((point - 0x10000) & 0x3FF));
+    }
+  }
+  return out;
+}
+
+Variable text_variable(const std::string& text) {
+  std::u16string characters = utf16(text);
+  std::size_t extent[2] = {characters.empty() ? std::size_t{0} : std::size_t{1}, characters.size()};
+  return made(Mat_VarCreate(nullptr, MAT_C_CHAR, MAT_T_UTF16, 2, extent, characters.data(), 0));
+}
+
+Variable cell_column(std::vector<Variable> cells) {
+  std::size_t extent[2] = {cells.size(), 1};
+  Variable result = made(Mat_VarCreate(nullptr, MAT_C_CELL, MAT_T_CELL, 2, extent, nullptr, 0));
+  for (std::size_t i = 0; i < cells.size(); ++i) Mat_VarSetCell(result.get(), static_cast<int>(i), cells[i].release());
+  return result;
+}
+
+Variable cell_of_texts(const std::vector<std::string>& texts) {
+  std::vector<Variable> cells;
+  for (const std::string& text : texts) cells.push_back(text_variable(text));
+  return cell_column(std::move(cells));
+}
+
+/// samples x width, from rows as we keep them to columns as MATLAB does.
+Variable matrix(const std::vector<double>& rows, std::size_t samples, std::size_t width) {
+  std::vector<double> columns(rows.size());
+  for (std::size_t i = 0; i < samples; ++i) {
+    for (std::size_t j = 0; j < width; ++j) columns[j * samples + i] = rows[i * width + j];
+  }
+  std::size_t extent[2] = {samples, width};
+  return made(Mat_VarCreate(nullptr, MAT_C_DOUBLE, MAT_T_DOUBLE, 2, extent, columns.data(), 0));
+}
+
+/// Phases counted from 1, as MATLAB indexes phase_names.
+Variable phase_column(const std::vector<int>& phases) {
+  std::vector<std::int32_t> column;
+  for (const int phase : phases) column.push_back(phase + 1);
+  std::size_t extent[2] = {column.size(), 1};
+  return made(Mat_VarCreate(nullptr, MAT_C_INT32, MAT_T_INT32, 2, extent, column.data(), 0));
+}
+
+/// A MATLAB struct being filled, its fields in the order they came.
+class Struct {
+ public:
+  /// A field of our own. Groups of the series that have its name get another, whichever comes first here.
+  void add(const std::string& name, Variable value) {
+    fields_.push_back({std::string(1, '\0') + name, unique_matlab_name(name, taken_), std::move(value), nullptr});
+  }
+
+  /// The value at `path` below this struct; the structs on the way are made. Returns the path in MATLAB:
+  /// "base.position".
+  std::string set(const std::string& path, Variable value) {
+    const std::size_t slash = path.find('/');
+    Field& field = field_of(path.substr(0, slash));
+    if (slash == std::string::npos) {
+      field.value = std::move(value);
+      return field.name;
+    }
+    if (!field.group) field.group = std::make_unique<Struct>();
+    return field.name + "." + field.group->set(path.substr(slash + 1), std::move(value));
+  }
+
+  /// Hands the values over.
+  Variable variable(const char* name) {
+    std::vector<const char*> names;
+    for (const Field& field : fields_) names.push_back(field.name.c_str());
+    std::size_t extent[2] = {1, 1};
+    Variable result = made(Mat_VarCreateStruct(name, 2, extent, names.data(), static_cast<unsigned>(names.size())));
+    for (Field& field : fields_) {
+      Variable value = field.group ? field.group->variable(nullptr) : std::move(field.value);
+      Mat_VarSetStructFieldByName(result.get(), field.name.c_str(), 0, value.release());
+    }
+    return result;
+  }
+
+ private:
+  struct Field {
+    std::string key;   // as in the path
+    std::string name;  // as in MATLAB
+    Variable value;
+    std::unique_ptr<Struct> group;
+  };
+
+  Field& field_of(const std::string& key) {
+    for (Field& field : fields_) {
+      if (field.key == key) return field;
+    }
+    fields_.push_back({key, unique_matlab_name(key, taken_), nullptr, nullptr});
+    return fields_.back();
+  }
+
+  std::vector<Field> fields_;
+  std::set<std::string> taken_;
+};
+
+/// What a leaf of `info` says of the series in the same place.
+Variable series_info(const Series& s) {
+  Struct info;
+  info.add("unit", text_variable(s.unit));
+  info.add("description", text_variable(s.description));
+  info.add("components", cell_of_texts(s.components));
+  info.add("path", text_variable(s.path));
+  return info.variable(nullptr);
+}
+
+Variable document(const TimeSeries& series, const TimeSeriesMetadata& metadata) {
+  Struct info;
+  for (const Series& s : series.series) {
+    if (s.width() > 0) info.set(s.path, series_info(s));
+  }
+  Struct top;
+  top.add("schema", text_variable(kSchema));
+  top.add("version", text_variable(metadata.version));
+  top.add("scenario", text_variable(metadata.scenario_name));
+  top.add("sha256", text_variable(metadata.scenario_sha256));
+  top.add("time", matrix(series.time, series.time.size(), 1));
+  top.add("phase", phase_column(series.phase));
+  top.add("phase_names", cell_of_texts(series.phases));
+  top.add("info", info.variable(nullptr));
+  for (const Series& s : series.series) {
+    if (s.width() > 0) top.set(s.path, matrix(s.data, series.time.size(), s.components.size()));
+  }
+  return top.variable("grapnel");
+}
+
+bool same(matvar_t& a, matvar_t& b);
+
+bool same_children(matvar_t& a, matvar_t& b, std::size_t count) {
+  const auto* of_a = static_cast<matvar_t* const*>(a.data);
+  const auto* of_b = static_cast<matvar_t* const*>(b.data);
+  for (std::size_t i = 0; i < count; ++i) {
+    if (of_a[i] == nullptr || of_b[i] == nullptr || !same(*of_a[i], *of_b[i])) return false;
+  }
+  return true;
+}
+
+/// Whether two variables hold the same numbers, texts and fields.
+bool same(matvar_t& a, matvar_t& b) {
+  if (a.class_type != b.class_type || a.rank != 2 || b.rank != 2) return false;
+  if (a.dims[0] != b.dims[0] || a.dims[1] != b.dims[1]) return false;
+  const std::size_t items = a.dims[0] * a.dims[1];
+  if (a.class_type == MAT_C_CELL) return same_children(a, b, items);
+  if (a.class_type == MAT_C_STRUCT) {
+    const unsigned fields = Mat_VarGetNumberOfFields(&a);
+    return fields == Mat_VarGetNumberOfFields(&b) && same_children(a, b, items * fields);
+  }
+  if (items == 0) return true;
+  return a.nbytes == b.nbytes && a.data != nullptr && b.data != nullptr && std::memcmp(a.data, b.data, a.nbytes) == 0;
+}
+
+/// matio reports few failures of the disk, so what it wrote is read back. Throws a reason.
+void save(matvar_t& document, const std::filesystem::path& path) {
+  Mat_LogInitFunc("grapnel", [](int, char*) {});  // it prints otherwise
+  {
+    const MatFile file(Mat_CreateVer(path.c_str(), kHeader, MAT_FT_MAT5));
+    if (!file) throw std::runtime_error("the file cannot be made");
+    if (Mat_VarWrite(file.get(), &document, MAT_COMPRESSION_ZLIB) != 0) throw std::runtime_error("writing failed");
+  }
+  const MatFile file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
+  const Variable written(file ? Mat_VarRead(file.get(), document.name) : nullptr);
+  if (!written || !same(document, *written)) throw std::runtime_error("what was written is incomplete; disk full?");
+}
+
+/// The format counts bytes with 32 bits, and MATLAB stops at 2 GiB per variable.
+void check_size(const TimeSeries& series) {
+  std::size_t numbers = 2 * series.time.size();
+  for (const Series& s : series.series) numbers += s.data.size();
+  constexpr std::size_t kMost = (std::size_t{1} << 31) - (std::size_t{1} << 24);  // room for names and texts
+  if (numbers * sizeof(double) > kMost) {
+    throw std::runtime_error("the series take more than 2 GiB, the limit of MAT files of version 5; use timeseries.h5");
+  }
+}
+
+}  // namespace
+
+void write_timeseries_mat(const TimeSeries& series, const TimeSeriesMetadata& metadata,
+                          const std::filesystem::path& path) {
+  check_time_series(series);
+  AtomicFile file(path);
+  try {
+    check_size(series);
+    save(*document(series, metadata), file.temporary());
+  } catch (const std::exception& e) {
+    throw std::runtime_error("cannot write " + path.string() + ": " + e.what());
+  }
+  file.commit();
+}
+
+}  // namespace grapnel

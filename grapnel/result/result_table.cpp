@@ -1,0 +1,173 @@
+#include "grapnel/result/result_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grapnel/result/text_table.hpp"
+
+namespace grapnel {
+namespace {
+
+std::string number(double value) { return fmt::format("{:.5g}", value); }
+std::string vector(const Vector3d& v) { return "[" + number(v[0]) + ", " + number(v[1]) + ", " + number(v[2]) + "]"; }
+
+/// "left -> debris/handle"
+std::string grip(const std::string& end_effector, const std::string& target, const std::string& grasp_point) {
+  if (target.empty()) return end_effector;
+  return end_effector + " -> " + target + (grasp_point.empty() ? "" : "/" + grasp_point);
+}
+
+std::string verdict(const CaptureResult& result) {
+  std::string text;
+  switch (result.status) {
+    case CaptureStatus::not_run:
+      text = "not run";
+      break;
+    case CaptureStatus::completed:
+      text = "completed";
+      break;
+    case CaptureStatus::failed:
+      text = "FAILED: " + result.failure;
+      break;
+  }
+  std::string out = paragraph(result.scenario_name + ": " + text, "");
+  const auto failing = std::count_if(result.ledger.entries.begin(), result.ledger.entries.end(),
+                                     [](const auto& e) { return !e.pass(); });
+  if (result.ledger.entries.empty()) {
+    out += "ledger: empty\n";
+  } else if (failing == 0) {
+    out +=
+        fmt::format("ledger: all {} quantities within their bounds or not applicable\n", result.ledger.entries.size());
+  } else {
+    out +=
+        fmt::format("ledger: FAILS, {} of {} quantities outside their bounds\n", failing, result.ledger.entries.size());
+  }
+  for (const std::string& warning : result.warnings) out += paragraph("warning: " + warning, "");
+  return out;
+}
+
+std::string approach_table(const CaptureResult& result) {
+  if (!result.approach_end) return "";
+  const PhaseEnd& end = *result.approach_end;
+  std::string out = fmt::format("\napproach, at its end (t = {} s)\n", number(end.time));
+  TextTable table;
+  table.row({"end-effector", "miss distance", "relative speed", "relative rate"});
+  table.row({"", "m", "m/s", "rad/s"});
+  bool any = false;
+  for (const EndEffectorMotion& e : end.end_effectors) {
+    if (e.target.empty()) continue;
+    any = true;
+    table.row({grip(e.name, e.target, e.grasp_point), number(e.miss_distance), number(norm(e.relative_velocity)),
+               number(norm(e.relative_angular_velocity))});
+  }
+  if (any) out += table.text();
+  TextTable base(2);
+  base.row({"base angular velocity", "rad/s", vector(end.base.angular_velocity)});
+  base.row({"base velocity", "m/s", vector(end.base.velocity)});
+  return out + base.text();
+}
+
+/// The published magnitude for an end-effector, or a dash.
+std::string published_impulse(const ImpactReport& impact, const std::string& end_effector) {
+  if (impact.as_published) {
+    for (const AsPublished::Grasp& grasp : impact.as_published->grasps) {
+      if (grasp.end_effector == end_effector) return number(grasp.impulse_magnitude);
+    }
+  }
+  return "-";
+}
+
+bool is_determined(const GraspImpulse& grasp) {
+  return std::all_of(grasp.determined.begin(), grasp.determined.end(), [](bool unique) { return unique; });
+}
+
+std::string grasp_table(const ImpactReport& impact) {
+  TextTable table;
+  table.row({"grasp", "impulse", "as publ.", "ang. impulse", "mean force", "gap", "rel. speed"});
+  table.row({"", "N s", "N s", "N m s", "N", "m", "m/s"});
+  bool all_determined = true;
+  for (const GraspImpulse& g : impact.grasps) {
+    const std::string mark = is_determined(g) ? "" : " *";
+    all_determined = all_determined && is_determined(g);
+    table.row({grip(g.end_effector, g.target, g.grasp_point) + mark, number(g.impulse_magnitude),
+               published_impulse(impact, g.end_effector), number(norm(g.angular_impulse)), number(g.mean_force),
+               number(g.gap), number(norm(g.relative_velocity_before))});
+  }
+  std::string out = table.text();
+  if (!all_determined) {
+    out += paragraph(
+        "* some components are not unique: internal stress of the closed loops is open (the smallest is given)", "  ");
+  }
+  return out;
+}
+
+std::string published_line(const ImpactReport& impact) {
+  if (impact.as_published) {
+    return paragraph(fmt::format("as published, (3.8)-(3.13), breaks momentum: linear by {} N s ({} of scale), angular "
+                                 "by {} N m s ({} of scale)",
+                                 number(impact.as_published->linear_momentum_error),
+                                 number(impact.as_published->relative_linear_momentum_error),
+                                 number(impact.as_published->angular_momentum_error),
+                                 number(impact.as_published->relative_angular_momentum_error)),
+                     "  ");
+  }
+  if (impact.as_published_absent.empty()) return "";
+  return paragraph("as published: absent, " + impact.as_published_absent, "  ");
+}
+
+std::string impact_table(const CaptureResult& result) {
+  if (!result.impact) return "";
+  const ImpactReport& impact = *result.impact;
+  std::string out = fmt::format("\nimpact at t = {} s: {}, rank {} of {} rows, mean force over {} s\n",
+                                number(impact.time), impact.law, impact.rank, impact.rows, number(impact.duration));
+  out += grasp_table(impact) + published_line(impact);
+  TextTable table(2);
+  table.row({"kinetic energy", "J",
+             fmt::format("{} -> {}", number(impact.kinetic_energy_before), number(impact.kinetic_energy_after))});
+  if (impact.brake) {
+    table.row({"kinetic energy, brake", "J",
+               fmt::format("{} -> {}", number(impact.brake->kinetic_energy_before),
+                           number(impact.brake->kinetic_energy_after))});
+  }
+  table.row({"base angular velocity change", "rad/s", vector(impact.base_angular_velocity_change)});
+  table.row({"base velocity change", "m/s", vector(impact.base_velocity_change)});
+  return out + table.text();
+}
+
+std::string post_impact_table(const CaptureResult& result) {
+  if (!result.post_impact_end) return "";
+  const PhaseEnd& end = *result.post_impact_end;
+  TextTable base(2);
+  base.row({"base angular velocity", "rad/s", vector(end.base.angular_velocity)});
+  base.row({"base velocity", "m/s", vector(end.base.velocity)});
+  return fmt::format("\nafter the impact, at its end (t = {} s)\n", number(end.time)) + base.text();
+}
+
+std::string ledger_table(const Ledger& ledger) {
+  if (ledger.entries.empty()) return "";
+  TextTable table;
+  table.row({"quantity", "largest value", "bound", "unit", "pass"});
+  for (const LedgerEntry& entry : ledger.entries) {
+    if (entry.applies) {
+      table.row({entry.name, fmt::format("{:.3g}", entry.value), fmt::format("{:.3g}", entry.bound), entry.unit,
+                 entry.pass() ? "yes" : "NO"});
+    } else {
+      table.row({entry.name, "-", fmt::format("{:.3g}", entry.bound), entry.unit, "n/a"});
+    }
+  }
+  return "\nledger\n" + table.text() +
+         paragraph(fmt::format("relative to: linear momentum {} N s, angular momentum {} N m s, energy {} J",
+                               number(ledger.scale.linear_momentum), number(ledger.scale.angular_momentum),
+                               number(ledger.scale.energy)),
+                   "  ");
+}
+
+}  // namespace
+
+std::string result_table(const CaptureResult& result) {
+  return verdict(result) + approach_table(result) + impact_table(result) + post_impact_table(result) +
+         ledger_table(result.ledger);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,223 @@
+#include "grapnel/result/summary.hpp"
+
+#include <algorithm>
+
+#include <nlohmann/json.hpp>
+
+namespace grapnel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kSchema = "grapnel-summary/1";
+
+Json to_json(const Vector3d& v) { return Json::array({v[0], v[1], v[2]}); }
+Json to_json(const Quaterniond& q) { return Json::array({q.w, q.x, q.y, q.z}); }
+
+// What list() below needs to know.
+Json to_json(const EndEffectorMotion& end_effector);
+Json to_json(const GraspImpulse& grasp);
+Json to_json(const JointImpulse& joint);
+Json to_json(const AsPublished::Grasp& grasp);
+Json to_json(const BodyMotion& body);
+Json to_json(const PhaseCost& cost);
+
+template <class T>
+Json list(const std::vector<T>& items) {
+  Json array = Json::array();
+  for (const T& item : items) array.push_back(to_json(item));
+  return array;
+}
+
+Json to_json(const BodyMotion& body) {
+  return {{"name", body.name},
+          {"position", to_json(body.position)},
+          {"quaternion_wxyz", to_json(body.quaternion_wxyz)},
+          {"angular_velocity", to_json(body.angular_velocity)},
+          {"velocity", to_json(body.velocity)}};
+}
+
+Json to_json(const JointMotion& joints) {
+  return {{"names", joints.names}, {"position", joints.position}, {"velocity", joints.velocity}};
+}
+
+Json to_json(const EndEffectorMotion& end_effector) {
+  Json json = {{"name", end_effector.name},
+               {"position", to_json(end_effector.position)},
+               {"velocity", to_json(end_effector.velocity)},
+               {"angular_velocity", to_json(end_effector.angular_velocity)}};
+  if (end_effector.target.empty()) return json;  // grips nothing: there is nothing to be relative to
+  json["target"] = end_effector.target;
+  json["grasp_point"] = end_effector.grasp_point;
+  json["miss_distance"] = end_effector.miss_distance;
+  json["relative_velocity"] = to_json(end_effector.relative_velocity);
+  json["relative_angular_velocity"] = to_json(end_effector.relative_angular_velocity);
+  return json;
+}
+
+Json to_json(const PhaseEnd& end) {
+  return {{"time", end.time},
+          {"base", to_json(end.base)},
+          {"joints", to_json(end.joints)},
+          {"end_effectors", list(end.end_effectors)},
+          {"targets", list(end.targets)}};
+}
+
+Json to_json(const GraspImpulse& grasp) {
+  return {{"end_effector", grasp.end_effector},
+          {"target", grasp.target},
+          {"grasp_point", grasp.grasp_point},
+          {"model", grasp.model},
+          {"contact_point", to_json(grasp.contact_point)},
+          {"gap", grasp.gap},
+          {"gap_angle", grasp.gap_angle},
+          {"target_displacement", to_json(grasp.target_displacement)},
+          {"impulse", to_json(grasp.impulse)},
+          {"angular_impulse", to_json(grasp.angular_impulse)},
+          {"impulse_magnitude", grasp.impulse_magnitude},
+          {"mean_force", grasp.mean_force},
+          {"determined", grasp.determined},
+          {"relative_velocity_before", to_json(grasp.relative_velocity_before)},
+          {"relative_angular_velocity_before", to_json(grasp.relative_angular_velocity_before)}};
+}
+
+Json to_json(const JointImpulse& joint) {
+  return {{"joint", joint.joint},
+          {"body", joint.body},
+          {"impulse", to_json(joint.impulse)},
+          {"angular_impulse", to_json(joint.angular_impulse)},
+          {"along_axis", joint.along_axis}};
+}
+
+Json to_json(const AsPublished::Grasp& grasp) {
+  return {{"end_effector", grasp.end_effector},
+          {"impulse", to_json(grasp.impulse)},
+          {"angular_impulse", to_json(grasp.angular_impulse)},
+          {"impulse_magnitude", grasp.impulse_magnitude}};
+}
+
+Json to_json(const AsPublished& published) {
+  return {{"grasps", list(published.grasps)},
+          {"joint_velocity_after", published.joint_velocity_after},
+          {"linear_momentum_error", published.linear_momentum_error},
+          {"angular_momentum_error", published.angular_momentum_error},
+          {"relative_linear_momentum_error", published.relative_linear_momentum_error},
+          {"relative_angular_momentum_error", published.relative_angular_momentum_error}};
+}
+
+Json to_json(const BrakeReport& brake) {
+  return {{"joints", brake.joints},
+          {"impulse", brake.impulse},
+          {"kinetic_energy_before", brake.kinetic_energy_before},
+          {"kinetic_energy_after", brake.kinetic_energy_after}};
+}
+
+Json to_json(const ImpactReport& impact) {
+  Json json = {{"law", impact.law},
+               {"time", impact.time},
+               {"duration", impact.duration},
+               {"grasps", list(impact.grasps)},
+               {"rank", impact.rank},
+               {"rows", impact.rows},
+               {"kinetic_energy_before", impact.kinetic_energy_before},
+               {"kinetic_energy_after", impact.kinetic_energy_after},
+               {"base_velocity_change", to_json(impact.base_velocity_change)},
+               {"base_angular_velocity_change", to_json(impact.base_angular_velocity_change)},
+               {"joint_names", impact.joint_names},
+               {"joint_velocity_change", impact.joint_velocity_change},
+               {"joints", list(impact.joints)},
+               {"base_reaction",
+                {{"impulse", to_json(impact.base_impulse)}, {"angular_impulse", to_json(impact.base_angular_impulse)}}},
+               {"targets_before", list(impact.targets_before)},
+               {"targets_after", list(impact.targets_after)}};
+  if (impact.as_published) {
+    json["as_published"] = to_json(*impact.as_published);
+  } else {
+    json["as_published_absent"] = impact.as_published_absent;
+  }
+  if (impact.brake) json["brake"] = to_json(*impact.brake);
+  return json;
+}
+
+Json to_json(const Ledger& ledger) {
+  Json json = Json::object();
+  for (const LedgerEntry& entry : ledger.entries) {
+    json[entry.name] = {{"value", entry.value}, {"bound", entry.bound}, {"pass", entry.pass()},
+                        {"unit", entry.unit},   {"note", entry.note},   {"applies", entry.applies}};
+  }
+  json["scale"] = {{"linear_momentum", ledger.scale.linear_momentum},
+                   {"angular_momentum", ledger.scale.angular_momentum},
+                   {"energy", ledger.scale.energy}};
+  json["pass"] = ledger.pass();
+  return json;
+}
+
+Json to_json(const PhaseCost& cost) {
+  return {{"phase", cost.phase},
+          {"rhs_evaluations", cost.rhs_evaluations},
+          {"steps", cost.steps},
+          {"rejected", cost.rejected}};
+}
+
+const char* name_of(CaptureStatus status) {
+  switch (status) {
+    case CaptureStatus::not_run:
+      return "not_run";
+    case CaptureStatus::completed:
+      return "completed";
+    case CaptureStatus::failed:
+      return "failed";
+  }
+  return "unknown";
+}
+
+Json document(const CaptureResult& result, std::string_view version) {
+  Json json;
+  json["schema"] = kSchema;
+  json["version"] = version;
+  json["scenario"] = {{"name", result.scenario_name}, {"sha256", result.scenario_sha256}};
+  json["status"] = name_of(result.status);
+  json["failure"] = result.failure;
+  json["warnings"] = result.warnings;
+  if (result.approach_start) json["approach"]["start"] = to_json(*result.approach_start);
+  if (result.approach_end) json["approach"]["end"] = to_json(*result.approach_end);
+  if (json.contains("approach")) json["approach"]["planned_final_rates"] = result.planned_final_rates;
+  if (result.impact) json["impact"] = to_json(*result.impact);
+  if (result.post_impact_end) json["post_impact"]["end"] = to_json(*result.post_impact_end);
+  json["ledger"] = to_json(result.ledger);
+  json["cost"] = list(result.cost);
+  return json;
+}
+
+/// Text of one value: objects and lists of them spread over lines, lists of numbers or names stay on one.
+void print(const Json& json, const std::string& indent, std::string& out) {
+  const bool nested =
+      std::any_of(json.begin(), json.end(), [](const Json& item) { return item.is_structured(); }) || json.is_object();
+  if (!json.is_structured() || json.empty()) {
+    out += json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return;
+  }
+  const char* brackets = json.is_object() ? "{}" : "[]";
+  const std::string inner = indent + "  ";
+  out += brackets[0];
+  bool first = true;
+  for (const auto& [key, value] : json.items()) {
+    if (!first) out += nested ? "," : ", ";
+    first = false;
+    if (nested) out += "\n" + inner;
+    if (json.is_object()) out += Json(key).dump(-1, ' ', false, Json::error_handler_t::replace) + ": ";
+    print(value, inner, out);
+  }
+  if (nested) out += "\n" + indent;
+  out += brackets[1];
+}
+
+}  // namespace
+
+std::string summary_json(const CaptureResult& result, std::string_view version) {
+  std::string text;
+  print(document(result, version), "", text);
+  return text + "\n";
+}
+
+}  // namespace grapnel

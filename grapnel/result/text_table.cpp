@@ -1,0 +1,80 @@
+#include "grapnel/result/text_table.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace grapnel {
+namespace {
+
+bool starts_character(char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }
+
+/// `text` cut to `width` columns, the last one an ellipsis if something is missing.
+std::string shortened(const std::string& text, std::size_t width) {
+  if (text_width(text) <= width) return text;
+  std::string kept;
+  std::size_t columns = 0;
+  for (const char c : text) {
+    if (starts_character(c) && ++columns == width) break;
+    kept += c;
+  }
+  return kept + "…";
+}
+
+std::string padding(const std::string& text, std::size_t width) {
+  return std::string(width - std::min(width, text_width(text)), ' ');
+}
+
+}  // namespace
+
+std::size_t text_width(std::string_view text) {
+  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), starts_character));
+}
+
+std::string paragraph(std::string_view text, std::string_view indent) {
+  std::string out;
+  std::string line(indent);
+  bool empty = true;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find_first_of(" \n", begin), text.size());
+    const std::string_view word = text.substr(begin, end - begin);
+    begin = end + 1;
+    if (word.empty()) continue;
+    if (!empty && text_width(line) + 1 + text_width(word) > kTextColumns) {
+      out += line + "\n";
+      line = indent;
+      empty = true;
+    }
+    if (!empty) line += ' ';
+    line += word;
+    empty = false;
+  }
+  return out + line + "\n";
+}
+
+std::string TextTable::text() const {
+  std::vector<std::size_t> widths;
+  for (const auto& row : rows_) {
+    widths.resize(std::max(widths.size(), row.size()), 0);
+    for (std::size_t i = 0; i < row.size(); ++i) widths[i] = std::max(widths[i], text_width(row[i]));
+  }
+  if (widths.empty()) return "";
+  constexpr std::size_t kShortest = 8;
+  const std::size_t total = std::accumulate(widths.begin(), widths.end(), 2 * widths.size());
+  if (total > kTextColumns) {
+    const std::size_t others = total - widths[0];
+    widths[0] = std::max(kShortest, kTextColumns - std::min(kTextColumns, others));
+  }
+  std::string out;
+  for (const auto& row : rows_) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string cell = i == 0 ? shortened(row[i], widths[i]) : row[i];
+      line += i < left_ ? "  " + cell + padding(cell, widths[i]) : "  " + padding(cell, widths[i]) + cell;
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
+  }
+  return out;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,40 @@
+#pragma once
+
+/// @file
+/// Sampled quantities with their names and units, ready to be written. Thread safety: plain values.
+
+#include <string>
+#include <vector>
+
+namespace grapnel {
+
+/// One quantity over time: `data` holds width numbers per sample, sample after sample.
+struct Series {
+  std::string path;  // "base/position": group and dataset in HDF5
+  std::string unit;  // "m"; "1" for none
+  std::string description;
+  std::vector<std::string> components;  // width names: "x", "y", "z" or joint names; {""} for a scalar
+  std::vector<double> data;
+  int width() const { return static_cast<int>(components.size()); }
+};
+
+/// Samples at common times. At the impact there are two samples with the same time, before and after.
+struct TimeSeries {
+  std::vector<double> time;         // [s]
+  std::vector<int> phase;           // index into phases
+  std::vector<std::string> phases;  // "approach", "post_impact"
+  std::vector<Series> series;
+};
+
+/// Where a time series comes from; written beside it.
+struct TimeSeriesMetadata {
+  std::string version;  // of Grapnel
+  std::string scenario_name;
+  std::string scenario_sha256;
+};
+
+/// Throws std::invalid_argument, naming the series, unless sizes agree, phases exist, and every path is a unique, plain
+/// a/b/c that neither hides `time` or `phase` nor is a group of another series.
+void check_time_series(const TimeSeries& series);
+
+}  // namespace grapnel
