@@ -1,0 +1,49 @@
+#pragma once
+
+/// @file
+/// The mechanical system of a capture problem: servicer and targets in one model, and where its parts are in it.
+/// Thread safety: plain values.
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/dynamics/state.hpp"
+
+namespace grapnel {
+
+/// Thrown when a problem contradicts itself (names, sizes, settings); what() lists every fault, one a line. Scenario files
+/// are checked before; this is for programs.
+class CaptureProblemError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Names in the model: a robot's bodies keep theirs; a target's body and frame are called "target:NAME", so that a target
+/// may be called like a link.
+std::string target_body_name(const std::string& target);
+
+/// Model and indices before the capture, and, rebuilt by capture_targets(), after it.
+struct CaptureSystem {
+  Model model;
+  int base;                        // body
+  std::vector<int> end_effectors;  // frames, in the robot's order
+  std::vector<int> target_frames;  // the targets' own frames, in the problem's order
+  std::vector<int> robot_joints;   // positions in Model::joints() that belong to the robot
+};
+
+/// Checks the problem and builds servicer and free targets. @throws CaptureProblemError, ModelError.
+CaptureSystem make_capture_system(const CaptureProblem& problem);
+
+/// The servicer alone, for planning.
+CaptureSystem make_servicer(const CaptureProblem& problem);
+
+/// The problem's initial base pose and twist (or momentum) and joint state, in a model of the servicer, with or without
+/// targets; targets are left at the origin at rest.
+State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem& system);
+
+/// Body description of a free target.
+BodyDescription target_body(const TargetSetup& target);
+
+}  // namespace grapnel

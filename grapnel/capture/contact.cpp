@@ -1,0 +1,86 @@
+#include "grapnel/capture/contact.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace grapnel {
+namespace {
+
+std::size_t target_index(const CaptureProblem& problem, const std::string& name) {
+  return static_cast<std::size_t>(std::find_if(problem.targets.begin(), problem.targets.end(),
+                                               [&](const TargetSetup& t) { return t.name == name; }) -
+                                  problem.targets.begin());
+}
+
+}  // namespace
+
+std::vector<GraspGap> grasp_gaps(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& kinematics) {
+  std::vector<GraspGap> gaps;
+  for (const GraspSetup& g : problem.grasps) {
+    const std::size_t at = target_index(problem, g.target);
+    const TargetSetup& target = problem.targets[at];
+    const auto point = std::find_if(target.grasp_points.begin(), target.grasp_points.end(),
+                                    [&](const GraspPoint& p) { return p.name == g.grasp_point; });
+    const int frame = system.model.frame_index(g.end_effector);
+    const Posed X_WT = frame_pose(system.model, kinematics, system.target_frames[at]);
+    const Twistd V_WT = frame_twist(system.model, kinematics, system.target_frames[at]);
+    GraspGap gap;
+    gap.X_WE = frame_pose(system.model, kinematics, frame);
+    gap.V_WE = frame_twist(system.model, kinematics, frame);
+    gap.X_WG = X_WT * point->X_TG;
+    gap.V_WG = shift(V_WT, X_WT.R * point->X_TG.p);
+    gap.distance = norm(gap.X_WE.p - gap.X_WG.p);
+    gap.angle = rotation_angle(transpose(gap.X_WG.R) * gap.X_WE.R);
+    gaps.push_back(gap);
+  }
+  return gaps;
+}
+
+Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system, const State& state) {
+  const Model& model = system.model;
+  Contact contact;
+  contact.state = state;
+  contact.gaps = grasp_gaps(problem, system, forward_kinematics(model, state));
+  contact.displacement.assign(problem.grasps.size(), Vector3d::zero());
+
+  if (problem.contact.gap == ContactSetup::Gap::refuse) {
+    for (std::size_t i = 0; i < contact.gaps.size(); ++i) {
+      if (contact.gaps[i].distance <= problem.contact.refuse_beyond) continue;
+      contact.refused += fmt::format("{}end-effector '{}' misses grasp point '{}' of target '{}' by {:.4g} m; contact.limit is {:.4g} m",
+                                     contact.refused.empty() ? "" : "; ", problem.grasps[i].end_effector,
+                                     problem.grasps[i].grasp_point, problem.grasps[i].target, contact.gaps[i].distance,
+                                     problem.contact.refuse_beyond);
+    }
+    if (!contact.refused.empty()) return contact;
+  }
+  if (problem.contact.gap == ContactSetup::Gap::translate_target) {
+    for (std::size_t t = 0; t < problem.targets.size(); ++t) {
+      Vector3d sum = Vector3d::zero();
+      int count = 0;
+      for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
+        if (problem.grasps[i].target != problem.targets[t].name) continue;
+        sum += contact.gaps[i].X_WE.p - contact.gaps[i].X_WG.p;
+        ++count;
+      }
+      if (count == 0) continue;
+      const Vector3d move = (1.0 / count) * sum;
+      const int body = model.frames()[system.target_frames[t]].body;
+      Posed X_WT = root_pose(model, contact.state, body);
+      for (int k = 0; k < 3; ++k) contact.state.q[model.bodies()[body].q + k] = X_WT.p[k] + move[k];
+      for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
+        if (problem.grasps[i].target == problem.targets[t].name) contact.displacement[i] = move;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
+    const GraspSetup& g = problem.grasps[i];
+    const int frame = model.frame_index(g.end_effector);
+    const int target = model.frames()[system.target_frames[target_index(problem, g.target)]].body;
+    contact.grasps.push_back({model.frames()[frame].body, target, g.model, contact.gaps[i].X_WE.p,
+                              contact.gaps[i].X_WE.R * g.hinge_axis});
+  }
+  return contact;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,135 @@
+#include "grapnel/capture/impact_report.hpp"
+
+#include "grapnel/capture/recorder.hpp"
+#include "grapnel/dynamics/momentum.hpp"
+
+namespace grapnel {
+namespace {
+
+const char* name_of(GraspModel model) {
+  return model == GraspModel::rigid ? "rigid" : model == GraspModel::hinge ? "hinge" : "point";
+}
+
+GraspImpulse describe_grasp(const CaptureProblem& problem, const Contact& contact,
+                            const ImpactSolution& solution, const Kinematics& k, std::size_t i) {
+  const Grasp& grasp = contact.grasps[i];
+  const GraspSetup& setup = problem.grasps[i];
+  const Impulsed& P = solution.contacts[i].P_WC;
+  GraspImpulse g;
+  g.end_effector = setup.end_effector;
+  g.target = setup.target;
+  g.grasp_point = setup.grasp_point;
+  g.model = name_of(setup.model);
+  g.contact_point = grasp.p_WC;
+  g.gap = contact.gaps[i].distance;
+  g.gap_angle = contact.gaps[i].angle;
+  g.target_displacement = contact.displacement[i];
+  g.impulse = P.linear;
+  g.angular_impulse = P.angular;
+  g.impulse_magnitude = norm(P.linear);
+  g.mean_force = g.impulse_magnitude / problem.impact->duration;
+  g.determined = solution.contacts[i].determined;
+  const Twistd V_E = shift(k.V_WB[grasp.robot_body], grasp.p_WC - k.X_WB[grasp.robot_body].p);
+  const Twistd V_T = shift(k.V_WB[grasp.target_body], grasp.p_WC - k.X_WB[grasp.target_body].p);
+  g.relative_velocity_before = V_E.linear - V_T.linear;
+  g.relative_angular_velocity_before = V_E.angular - V_T.angular;
+  return g;
+}
+
+// Impulses through the robot's joints, and the sum that reaches the base.
+void describe_reactions(const CaptureSystem& system, const Contact& contact, const State& after, ImpactOutcome& outcome) {
+  const Model& model = system.model;
+  std::vector<ExternalImpulse> external;
+  for (std::size_t i = 0; i < contact.grasps.size(); ++i) {
+    const Grasp& g = contact.grasps[i];
+    const Impulsed& P = outcome.solution.contacts[i].P_WC;
+    external.push_back({g.robot_body, g.p_WC, P});
+    external.push_back({g.target_body, g.p_WC, -P});
+  }
+  const std::vector<Impulsed> through = joint_impulses(model, contact.state, after, external);
+  const Kinematics k = forward_kinematics(model, contact.state);
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& body = model.bodies()[i];
+    if (body.root != system.base || static_cast<int>(i) == system.base) continue;
+    JointImpulse joint{body.description.joint.name, body.description.name, through[i].linear, through[i].angular, 0};
+    const Vector3d axis = k.X_WB[i].R * body.description.joint.axis;
+    if (body.description.joint.type == JointType::prismatic) {
+      joint.along_axis = dot(axis, joint.impulse);
+    } else if (velocity_count(body.description.joint.type) == 1) {
+      joint.along_axis = dot(axis, joint.angular_impulse);
+    }
+    outcome.report.joints.push_back(joint);
+    if (body.parent == system.base) {
+      // The joint acts on the base with the opposite; about the base's origin.
+      const Impulsed on_base = shift(-through[i], k.X_WB[system.base].p - k.X_WB[i].p);
+      outcome.report.base_impulse += on_base.linear;
+      outcome.report.base_angular_impulse += on_base.angular;
+    }
+  }
+  if (!model.has_free_root(system.base)) {
+    const Impulsed ground = shift(through[system.base], -k.X_WB[system.base].p);
+    outcome.from_ground = {ground.angular, ground.linear};
+  }
+}
+
+void describe_published(const CaptureSystem& system, const CaptureProblem& problem, const Contact& contact,
+                        ImpactReport& report) {
+  const PublishedImpact published = published_impact(system.model, contact.state, system.base, contact.grasps);
+  if (!published.undefined.empty()) {
+    report.as_published_absent = published.undefined;
+    return;
+  }
+  AsPublished a;
+  for (std::size_t i = 0; i < contact.grasps.size(); ++i) {
+    const Impulsed& P = published.contacts[i].P_WC;
+    a.grasps.push_back({problem.grasps[i].end_effector, P.linear, P.angular, norm(P.linear)});
+  }
+  a.joint_velocity_after = published.joint_rates;
+  a.linear_momentum_error = norm(published.momentum_error.linear);
+  const Vector3d com = center_of_mass(system.model, forward_kinematics(system.model, contact.state));
+  a.angular_momentum_error = norm(shift(published.momentum_error, com).angular);
+  report.as_published = a;
+}
+
+}  // namespace
+
+ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact, double time) {
+  const Model& model = system.model;
+  ImpactOutcome outcome;
+  outcome.solution = plastic_impact(model, contact.state, contact.grasps);
+  outcome.after = {contact.state.q, outcome.solution.velocity};
+  const Kinematics before = forward_kinematics(model, contact.state);
+
+  ImpactReport& report = outcome.report;
+  report.time = time;
+  report.duration = problem.impact->duration;
+  report.rank = outcome.solution.rank;
+  report.rows = outcome.solution.rows;
+  for (std::size_t i = 0; i < contact.grasps.size(); ++i) {
+    report.grasps.push_back(describe_grasp(problem, contact, outcome.solution, before, i));
+  }
+  const Kinematics after = forward_kinematics(model, outcome.after);
+  // Energies body by body, independent of the mass matrix that solved the impact.
+  report.kinetic_energy_before = kinetic_energy(model, before, contact.state);
+  report.kinetic_energy_after = kinetic_energy(model, after, outcome.after);
+  const Twistd jump = after.V_WB[system.base] - before.V_WB[system.base];
+  report.base_velocity_change = jump.linear;
+  report.base_angular_velocity_change = jump.angular;
+  for (int j : system.robot_joints) {
+    const int v = model.bodies()[model.joints()[j]].v;
+    report.joint_velocity_change.push_back(outcome.after.v[v] - contact.state.v[v]);
+  }
+  report.targets_before = describe(problem, system, contact.state, time).targets;
+  report.targets_after = describe(problem, system, outcome.after, time).targets;
+  describe_reactions(system, contact, outcome.after, outcome);
+  describe_published(system, problem, contact, report);
+  return outcome;
+}
+
+void scale_published(const LedgerScale& scale, ImpactReport& report) {
+  if (!report.as_published) return;
+  report.as_published->relative_linear_momentum_error = report.as_published->linear_momentum_error / scale.linear_momentum;
+  report.as_published->relative_angular_momentum_error = report.as_published->angular_momentum_error / scale.angular_momentum;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,147 @@
+#include "grapnel/capture/recorder.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "grapnel/capture/contact.hpp"
+
+namespace grapnel {
+namespace {
+
+BodyMotion motion(const std::string& name, const Posed& X, const Twistd& V) {
+  return {name, X.p, quaternion_from(X.R), V.angular, V.linear};
+}
+
+}  // namespace
+
+PhaseEnd describe(const CaptureProblem& problem, const CaptureSystem& system, const State& state, double time) {
+  const Model& model = system.model;
+  const Kinematics k = forward_kinematics(model, state);
+  PhaseEnd end;
+  end.time = time;
+  end.base = motion(problem.robot.base, k.X_WB[system.base], k.V_WB[system.base]);
+  for (int j : system.robot_joints) {
+    const Body& body = model.bodies()[model.joints()[j]];
+    end.joints.names.push_back(body.description.joint.name);
+    end.joints.position.push_back(state.q[body.q]);
+    end.joints.velocity.push_back(state.v[body.v]);
+  }
+  const std::vector<GraspGap> gaps = grasp_gaps(problem, system, k);
+  for (int f : system.end_effectors) {
+    const Twistd V = frame_twist(model, k, f);
+    EndEffectorMotion e;
+    e.name = model.frames()[f].name;
+    e.position = frame_pose(model, k, f).p;
+    e.velocity = V.linear;
+    e.angular_velocity = V.angular;
+    for (std::size_t i = 0; i < gaps.size(); ++i) {
+      if (problem.grasps[i].end_effector != e.name) continue;
+      e.target = problem.grasps[i].target;
+      e.grasp_point = problem.grasps[i].grasp_point;
+      e.miss_distance = gaps[i].distance;
+      e.relative_velocity = V.linear - gaps[i].V_WG.linear;
+      e.relative_angular_velocity = V.angular - gaps[i].V_WG.angular;
+    }
+    end.end_effectors.push_back(e);
+  }
+  for (std::size_t t = 0; t < problem.targets.size(); ++t) {
+    const int f = system.target_frames[t];
+    end.targets.push_back(motion(problem.targets[t].name, frame_pose(model, k, f), frame_twist(model, k, f)));
+  }
+  return end;
+}
+
+Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, TimeSeries& series)
+    : problem_(problem), series_(series) {
+  const std::vector<std::string> xyz{"x", "y", "z"}, wxyz{"w", "x", "y", "z"};
+  const auto add_body = [&](const std::string& group, const std::string& what) {
+    add(group + "/position", "m", "position of " + what + " in W", xyz);
+    add(group + "/quaternion_wxyz", "1", "orientation of " + what + " in W", wxyz);
+    add(group + "/angular_velocity", "rad/s", "angular velocity of " + what + " in W", xyz);
+    add(group + "/velocity", "m/s", "velocity of the origin of " + what + " in W", xyz);
+    previous_.push_back(Quaterniond::identity());
+  };
+  add_body("base", "the base frame");
+  for (int f : system.end_effectors) add_body("end_effectors/" + system.model.frames()[f].name, "the end-effector");
+  for (const TargetSetup& t : problem.targets) add_body("targets/" + t.name, "the target frame");
+  for (const GraspSetup& g : problem.grasps) {
+    add("grasps/" + g.end_effector + "/distance", "m", "distance of the end-effector from its grasp point", {"distance"});
+  }
+  std::vector<std::string> joints;
+  bool prismatic = false;
+  for (int j : system.robot_joints) {
+    const JointDescription& joint = system.model.bodies()[system.model.joints()[j]].description.joint;
+    joints.push_back(joint.name);
+    prismatic = prismatic || joint.type == JointType::prismatic;
+  }
+  const std::string mixed = prismatic ? "; m where the joint is prismatic" : "";
+  add("joints/position", "rad", "joint positions" + mixed, joints);
+  add("joints/velocity", "rad/s", "joint rates" + mixed, joints);
+  add("joints/effort", "N m", "motor efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""), joints);
+  add("joints/friction", "N m", "friction efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""), joints);
+  add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
+  add("system/linear_momentum", "N s", "total linear momentum in W", xyz);
+  add("system/angular_momentum", "N m s", "total angular momentum about the system's centre of mass, in W", xyz);
+  add("system/kinetic_energy", "J", "total kinetic energy, rotors included", {"kinetic_energy"});
+  add("system/motor_work", "J", "work of the motors since the start", {"motor_work"});
+  add("system/friction_work", "J", "work of joint friction since the start (negative)", {"friction_work"});
+}
+
+void Recorder::add(std::string path, std::string unit, std::string description, std::vector<std::string> components) {
+  series_.series.push_back({std::move(path), std::move(unit), std::move(description), std::move(components), {}});
+}
+
+void Recorder::begin_phase(const std::string& name) { series_.phases.push_back(name); }
+
+void Recorder::put(double value) { series_.series[next_++].data.push_back(value); }
+void Recorder::put(const Vector3d& v) {
+  for (double x : v.e) series_.series[next_].data.push_back(x);
+  ++next_;
+}
+// q and -q are one orientation: the one nearer to the sample before is written, so that plots and interpolation work.
+void Recorder::put(const Rotationd& R, Quaterniond& previous) {
+  Quaterniond q = quaternion_from(R);
+  if (q.w * previous.w + q.x * previous.x + q.y * previous.y + q.z * previous.z < 0) q = {-q.w, -q.x, -q.y, -q.z};
+  previous = q;
+  for (double x : {q.w, q.x, q.y, q.z}) series_.series[next_].data.push_back(x);
+  ++next_;
+}
+
+void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books, const PhaseSample& s) {
+  const Model& model = system.model;
+  series_.time.push_back(s.time);
+  series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
+  next_ = 0;
+  std::size_t body = 0;
+  const auto put_body = [&](const Posed& X, const Twistd& V) {
+    put(X.p);
+    put(X.R, previous_[body++]);
+    put(V.angular);
+    put(V.linear);
+  };
+  put_body(k.X_WB[system.base], k.V_WB[system.base]);
+  for (int f : system.end_effectors) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
+  for (int f : system.target_frames) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
+  for (const GraspGap& gap : grasp_gaps(problem_, system, k)) put(gap.distance);
+  const auto put_joints = [&](auto value) {
+    for (int j : system.robot_joints) series_.series[next_].data.push_back(value(j));
+    ++next_;
+  };
+  put_joints([&](int j) { return s.state.q[model.bodies()[model.joints()[j]].q]; });
+  put_joints([&](int j) { return s.state.v[model.bodies()[model.joints()[j]].v]; });
+  put_joints([&](int j) { return s.motor[j]; });
+  put_joints([&](int j) { return s.friction[j]; });
+  put(books.com);
+  put(books.about_com.linear);
+  put(books.about_com.angular);
+  put(books.kinetic_energy);
+  put(motor_work_ + s.integrals.motor_work);
+  put(friction_work_ + s.integrals.friction_work);
+}
+
+void Recorder::end_phase(const PhaseIntegrals& integrals) {
+  motor_work_ += integrals.motor_work;
+  friction_work_ += integrals.friction_work;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,39 @@
+#pragma once
+
+/// @file
+/// Turns states into what users read: motion of base, joints, end-effectors and targets at an instant, and the time series.
+/// Thread safety: one thread at a time.
+
+#include "grapnel/capture/bookkeeper.hpp"
+#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/result/capture_result.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+
+/// The system at an instant, before or after the capture.
+PhaseEnd describe(const CaptureProblem& problem, const CaptureSystem& system, const State& state, double time);
+
+/// Collects samples of all phases under the same names.
+class Recorder {
+ public:
+  Recorder(const CaptureProblem& problem, const CaptureSystem& system, TimeSeries& series);
+  void begin_phase(const std::string& name);
+  void sample(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books, const PhaseSample& sample);
+  /// The work done in the phase that ends is carried into the next.
+  void end_phase(const PhaseIntegrals& integrals);
+
+ private:
+  void add(std::string path, std::string unit, std::string description, std::vector<std::string> components);
+  void put(double value);
+  void put(const Vector3d& v);
+  void put(const Rotationd& R, Quaterniond& previous);
+
+  const CaptureProblem& problem_;
+  TimeSeries& series_;
+  std::size_t next_ = 0;                // series to be filled next within a sample
+  std::vector<Quaterniond> previous_;   // for quaternions without jumps of sign
+  double motor_work_ = 0, friction_work_ = 0;  // of finished phases
+};
+
+}  // namespace grapnel

@@ -1,0 +1,231 @@
+#include "grapnel/capture/simulate_capture.hpp"
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+
+#include "grapnel/capture/approach.hpp"
+#include "grapnel/capture/bookkeeper.hpp"
+#include "grapnel/capture/captured_model.hpp"
+#include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/impact_report.hpp"
+#include "grapnel/capture/recorder.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+namespace {
+
+// Ends a run early; becomes CaptureResult::failure.
+struct Failure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// One run: the phases in their order, with recorder and books kept alongside.
+class Run {
+ public:
+  Run(const CaptureProblem& problem, const CaptureProgress& progress, CaptureResult& result)
+      : problem_(problem), progress_(progress), result_(result), system_(make_capture_system(problem)),
+        recorder_(problem, system_, result.series) {}
+
+  void simulate() {
+    place();
+    if (problem_.approach) approach();
+    if (problem_.impact) {
+      impact();
+      if (problem_.post_impact) post_impact();
+    }
+  }
+
+  void close_books() {
+    bookkeeper_.write(result_.ledger);
+    if (result_.impact) scale_published(result_.ledger.scale, *result_.impact);
+    closure_rows();
+  }
+
+ private:
+  // The servicer's initial state, and the targets where they are at the start.
+  void place() {
+    const TargetPlan targets = plan_targets(problem_);
+    state_ = initial_servicer_state(problem_, system_);
+    for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
+      const int body = system_.model.frames()[system_.target_frames[t]].body;
+      set_root_pose(system_.model, body, targets.start[t].X_WT, state_);
+      set_root_twist(system_.model, body, targets.start[t].V_WT, state_);
+    }
+    if (!problem_.approach) return;
+    const RatePlan plan = plan_final_rates(problem_, targets);
+    result_.planned_final_rates = plan.rates;
+    if (!plan.warning.empty()) result_.warnings.push_back(plan.warning);
+  }
+
+  // Integrates a phase of the present system, records it and moves state_ and time_ to its end.
+  void integrate(const std::string& name, PhaseSetup setup, double duration, bool controlled) {
+    const double end = time_ + duration;
+    setup.start_time = time_;
+    setup.gravity = problem_.gravity;
+    setup.recover_root_velocities =
+        problem_.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
+    PhaseDynamics dynamics(system_.model, std::move(setup));
+    recorder_.begin_phase(name);
+    bookkeeper_.begin_phase(controlled);
+    Kinematics kinematics(system_.model);
+    const auto observe = [&](const PhaseSample& sample) {
+      forward_kinematics(system_.model, sample.state, kinematics);
+      const SystemBooks books = system_books(system_.model, kinematics, sample.state);
+      bookkeeper_.sample(books, sample.integrals);
+      recorder_.sample(system_, kinematics, books, sample);
+      if (progress_) progress_(name, sample.time, end);
+    };
+    const PhaseOutcome outcome =
+        simulate_phase(dynamics, state_, time_, end, problem_.output_interval, problem_.integration, observe);
+    result_.cost.push_back({name, outcome.rhs_evaluations, outcome.steps, outcome.rejected,
+                            outcome.momentum_mended.linear, outcome.momentum_mended.angular});
+    if (!outcome.finished) throw Failure(fmt::format("{}: {}", name, outcome.failure));
+    recorder_.end_phase(outcome.integrals);
+    bookkeeper_.end_phase(outcome.integrals);
+    state_ = outcome.end_state;
+    time_ = end;
+  }
+
+  void approach() {
+    result_.approach_start = describe(problem_, system_, state_, time_);
+    PhaseSetup setup;
+    setup.drives = approach_drives(problem_, system_, result_.planned_final_rates);
+    setup.held_root = problem_.robot.base_mode == RobotSetup::Base::held ? system_.base : -1;
+    integrate("approach", std::move(setup), problem_.approach->duration, true);
+    result_.approach_end = describe(problem_, system_, state_, time_);
+  }
+
+  // A sample outside any integration: just before and just after the impact.
+  void sample_contact() {
+    const std::vector<double> zeros(system_.model.joints().size(), 0.0);
+    const Kinematics kinematics = forward_kinematics(system_.model, state_);
+    const SystemBooks books = system_books(system_.model, kinematics, state_);
+    const PhaseIntegrals none;
+    bookkeeper_.instant(books);
+    recorder_.sample(system_, kinematics, books, {time_, state_, none, zeros, zeros});
+  }
+
+  Momentumd momentum_about_origin(const State& state) const {
+    return momentum_about(system_.model, forward_kinematics(system_.model, state), Vector3d::zero());
+  }
+
+  void impact() {
+    recorder_.begin_phase("contact");
+    const Contact contact = make_contact(problem_, system_, state_);
+    if (!contact.refused.empty()) throw Failure("contact refused: " + contact.refused);
+    if (problem_.approach) bookkeeper_.enter(momentum_about_origin(contact.state) - momentum_about_origin(state_));
+    state_ = contact.state;
+    sample_contact();
+
+    ImpactOutcome outcome = run_impact(problem_, system_, contact, time_);
+    bookkeeper_.enter(outcome.from_ground);
+    state_ = outcome.after;
+    impact_rows(outcome.solution);
+    if (problem_.post_impact) {
+      CapturedSystem captured = capture_targets(problem_, system_, state_, contact.grasps);
+      system_ = std::move(captured.system);
+      state_ = std::move(captured.state);
+      if (problem_.post_impact->joints == PostImpactSetup::Joints::braked) outcome.report.brake = brake();
+    }
+    result_.impact = std::move(outcome.report);
+    sample_contact();
+  }
+
+  // All robot joints stop at once.
+  BrakeReport brake() {
+    std::vector<int> velocities;
+    BrakeReport report;
+    for (int j : system_.robot_joints) {
+      const Body& body = system_.model.bodies()[system_.model.joints()[j]];
+      velocities.push_back(body.v);
+      report.joints.push_back(body.description.joint.name);
+    }
+    const ImpactSolution solution = lock_joints(system_.model, state_, velocities, report.impulse);
+    const State before = state_;
+    state_.v = solution.velocity;
+    const Kinematics k0 = forward_kinematics(system_.model, before), k1 = forward_kinematics(system_.model, state_);
+    report.kinetic_energy_before = kinetic_energy(system_.model, k0, before);
+    report.kinetic_energy_after = kinetic_energy(system_.model, k1, state_);
+    if (!system_.model.has_free_root(system_.base)) {
+      const std::vector<Impulsed> through = joint_impulses(system_.model, before, state_, {});
+      const Impulsed ground = shift(through[system_.base], -k0.X_WB[system_.base].p);
+      bookkeeper_.enter({ground.angular, ground.linear});
+    }
+    add_row("brake_energy_identity_residual", solution.energy_identity_residual, 1e-10,
+            "the same for the impulse that locks the joints");
+    return report;
+  }
+
+  void post_impact() {
+    PhaseSetup setup;
+    const PostImpactSetup& post = *problem_.post_impact;
+    if (post.joints != PostImpactSetup::Joints::free) {
+      setup.drives.resize(system_.model.joints().size());
+      for (std::size_t j = 0; j < system_.robot_joints.size(); ++j) {
+        JointDrive& drive = setup.drives[system_.robot_joints[j]];
+        const double angle = state_.q[system_.model.bodies()[system_.model.joints()[system_.robot_joints[j]]].q];
+        drive.path.start = drive.path.end = angle;
+        drive.path.duration = post.duration;
+        const bool braked = post.joints == PostImpactSetup::Joints::braked;
+        drive.control = braked ? JointControl::prescribed : JointControl::pd;
+        if (!braked) drive.kp = post.kp[j], drive.kd = post.kd[j];
+      }
+    }
+    integrate("post_impact", std::move(setup), post.duration, post.joints == PostImpactSetup::Joints::pd);
+    result_.post_impact_end = describe(problem_, system_, state_, time_);
+  }
+
+  void add_row(const char* name, double value, double bound, const char* note, bool applies = true, const char* unit = "1") {
+    result_.ledger.entries.push_back({name, value, bound, unit, note, applies});
+  }
+
+  void impact_rows(const ImpactSolution& solution) {
+    add_row("generalized_momentum_residual", solution.generalized_momentum_residual, 1e-10,
+            "(3.6): |M dv - J^T P| over |M dv|, energy norm");
+    add_row("energy_identity_residual", solution.energy_identity_residual, 1e-10,
+            "|dT + u^T W^+ u / 2| over the kinetic energy before the impact");
+    add_row("impact_constraint_residual", solution.constraint_residual, 1e-10,
+            "relative velocity left in the constrained directions over the largest velocity");
+  }
+
+  // A tree keeps its grips by construction; loops come with several arms on one target.
+  void closure_rows() {
+    const char* none = "no closed loop in this run: every target hangs on one arm";
+    add_row("loop_closure_position", 0, 1e-12, none, false, "m");
+    add_row("loop_closure_angle", 0, 1e-12, none, false, "rad");
+    add_row("unprojected_defect", 0, 1e-10, none, false);
+    add_row("correction_total", 0, 1e-10, none, false);
+  }
+
+  const CaptureProblem& problem_;
+  const CaptureProgress& progress_;
+  CaptureResult& result_;
+  CaptureSystem system_;
+  Recorder recorder_;
+  Bookkeeper bookkeeper_;
+  State state_;
+  double time_ = 0;
+};
+
+}  // namespace
+
+CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgress& progress) {
+  CaptureResult result;
+  result.scenario_name = problem.name;
+  result.scenario_sha256 = problem.sha256;
+  result.status = CaptureStatus::failed;
+  Run run(problem, progress, result);
+  try {
+    run.simulate();
+    result.status = CaptureStatus::completed;
+  } catch (const CaptureProblemError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    result.failure = error.what();
+  }
+  run.close_books();
+  return result;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,22 @@
+#pragma once
+
+/// @file
+/// A capture from end to end. Thread safety: pure function; different problems may run in parallel.
+
+#include <functional>
+#include <string>
+
+#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/result/capture_result.hpp"
+
+namespace grapnel {
+
+/// Told where a run is: the phase, the simulated time reached and the phase's end. Called at output instants.
+using CaptureProgress = std::function<void(const std::string& phase, double time, double end)>;
+
+/// Approach, contact, impact and motion afterwards, with time series and ledger. A numerical failure is not thrown: the
+/// result has status `failed`, says what happened where and when, and keeps all that was computed before.
+/// @throws CaptureProblemError or ModelError if the problem contradicts itself.
+CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgress& progress = {});
+
+}  // namespace grapnel
