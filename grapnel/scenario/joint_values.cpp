@@ -1,0 +1,87 @@
+#include "grapnel/scenario/joint_values.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+std::string names_of(const std::vector<JointDescription>& joints) {
+  constexpr std::size_t kMost = 20;
+  std::string list;
+  for (std::size_t i = 0; i < joints.size() && i < kMost; ++i) list += (i == 0 ? "" : ", ") + shortened(joints[i].name);
+  return list + (joints.size() > kMost ? ", …" : "");
+}
+
+// Calls visit(joint index, value, place, path) for every number that belongs to a joint.
+template <class Visit>
+void for_each_value(const Node& node, const std::string& path, const ReadRobot& robot, Visit visit) {
+  if (node.is_sequence() && robot.order_known && node.items.size() == robot.joints.size()) {
+    for (std::size_t i = 0; i < node.items.size(); ++i) {
+      if (const auto value = number_of(node.items[i])) {
+        visit(i, *value, node.items[i].mark, fmt::format("{} (joint {})", item(path, i), in_quotes(robot.joints[i].name)));
+      }
+    }
+  }
+  for (const NodeEntry& entry : node.entries) {
+    const auto it = robot.joint_index.find(entry.key);
+    const auto value = number_of(entry.value);
+    if (it != robot.joint_index.end() && value) visit(it->second, *value, entry.value.mark, below(path, shortened(entry.key)));
+  }
+}
+
+void check_names(const Node& node, const std::string& path, const ReadRobot& robot, bool all, FaultList& faults) {
+  for (const NodeEntry& entry : node.entries) {
+    if (robot.fixed_joints.contains(entry.key)) {
+      faults.add(entry.mark, fmt::format("joint {} in {} is fixed and has no value", in_quotes(entry.key), path));
+    } else {
+      robot.joint_names.expect(entry.key, entry.mark, path, faults);
+    }
+  }
+  if (!all || !robot.joint_names.complete()) return;
+  std::vector<JointDescription> missing;
+  std::map<std::string_view, int> given;
+  for (const NodeEntry& entry : node.entries) given.emplace(entry.key, 0);
+  for (const JointDescription& joint : robot.joints) {
+    if (!given.contains(joint.name)) missing.push_back(joint);
+  }
+  if (!missing.empty()) faults.add(node.mark, fmt::format("{} lacks joints: {}", path, names_of(missing)));
+}
+
+}  // namespace
+
+std::optional<std::vector<double>> joint_values(const Node& node, const std::string& path, const ReadRobot& robot,
+                                                std::optional<double> absent, FaultList& faults) {
+  const std::size_t count = robot.joints.size();
+  if (const auto one = number_of(node)) return std::vector<double>(count, *one);
+  if (node.is_mapping()) check_names(node, path, robot, !absent, faults);
+  if (node.is_sequence() && robot.joint_names.complete() && node.items.size() != count) {
+    faults.add(node.mark, fmt::format("{} has {} items, must have {}, one for each moving joint{}", path, node.items.size(), count,
+                                      count > 0 ? ": " + names_of(robot.joints) : ""));
+  }
+  if (!robot.order_known || (!node.is_mapping() && !node.is_sequence())) return {};
+  std::vector<double> values(count, absent.value_or(0));
+  for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark&, const std::string&) { values[i] = value; });
+  return values;
+}
+
+void check_position_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
+  for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
+    const JointLimits& limits = robot.joints[i].limits;
+    if (value >= limits.lower && value <= limits.upper) return;
+    faults.add(mark, fmt::format("{} is {}, beyond the joint's limits {} to {}", name, value, limits.lower, limits.upper));
+  });
+}
+
+void check_rate_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
+  for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
+    if (std::abs(value) <= robot.joints[i].limits.rate) return;
+    faults.add(mark, fmt::format("{} is {}, beyond the joint's rate limit {}", name, value, robot.joints[i].limits.rate));
+  });
+}
+
+}  // namespace grapnel

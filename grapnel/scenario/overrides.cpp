@@ -1,0 +1,128 @@
+#include "grapnel/scenario/overrides.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/scenario/yaml_document.hpp"
+
+namespace grapnel {
+namespace {
+
+// What identifies an item of a list: its name, or for a grasp the end-effector.
+std::string label_of(const Node& item) {
+  for (const char* key : {"name", "end_effector"}) {
+    const Node* name = item.find(key);
+    if (name && name->is_scalar()) return name->text;
+  }
+  return {};
+}
+
+bool ends_segment(std::string_view rest, std::size_t length) {
+  return length == rest.size() || rest[length] == '.' || rest[length] == '[';
+}
+
+// Walks along a path. Names may hold dots: what exists and is longest wins.
+class Walker {
+ public:
+  Walker(std::string_view path, const Mark& mark, FaultList& faults) : rest_(path), path_(path), mark_(mark), faults_(faults) {}
+
+  // The node that the path names, created where mappings lack it; null after a fault.
+  Node* walk(Node& root) {
+    if (rest_.empty()) return fail("the path before '=' is empty");
+    Node* node = &root;
+    for (int depth = 0; !rest_.empty(); ++depth) {
+      if (depth >= kDeepest) return fail(fmt::format("the path is deeper than {} levels", kDeepest));
+      node = rest_[0] == '[' ? by_index(*node) : by_name(*node, depth == 0);
+      if (!node) return nullptr;
+    }
+    return node;
+  }
+
+ private:
+  std::nullptr_t fail(const std::string& message) {
+    faults_.add(mark_, message);
+    return nullptr;
+  }
+  std::string walked() const {
+    const std::string_view done = path_.substr(0, path_.size() - rest_.size());
+    return done.empty() ? "the scenario" : shortened(done);
+  }
+
+  Node* by_index(Node& node) {
+    const std::size_t close = rest_.find(']');
+    const std::string_view digits = rest_.substr(1, close == std::string_view::npos ? close : close - 1);
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), index);
+    const bool number = error == std::errc() && end == digits.data() + digits.size() && close != std::string_view::npos;
+    if (!number || !ends_segment(rest_, close + 1)) return fail(fmt::format("{} is not an index such as [0]", in_quotes(rest_)));
+    if (!node.is_sequence()) return fail(fmt::format("{} is not a list", walked()));
+    if (index >= node.items.size()) {
+      return fail(fmt::format("{} has {} items, so there is no [{}]", walked(), node.items.size(), index));
+    }
+    rest_.remove_prefix(close + 1);
+    return &node.items[index];
+  }
+
+  Node* by_name(Node& node, bool first) {
+    const std::string here = walked();
+    if (!first && rest_[0] == '.') rest_.remove_prefix(1);
+    else if (!first) return fail(fmt::format("{} must follow a '.'", in_quotes(rest_)));
+    if (node.is_sequence()) return item_of(node, here);
+    // An absent or empty value becomes a mapping; a value that is there must not be lost to a slip.
+    if (node.kind == Node::Kind::null) node.kind = Node::Kind::mapping;
+    if (!node.is_mapping()) return fail(fmt::format("{} is a value without keys", here));
+    std::size_t longest = 0;
+    for (const NodeEntry& entry : node.entries) {
+      if (matches(entry.key)) longest = std::max(longest, entry.key.size());
+    }
+    if (longest == 0) longest = std::min(rest_.find_first_of(".["), rest_.size());
+    if (longest == 0) return fail("the path has an empty name");
+    const std::string key(rest_.substr(0, longest));
+    rest_.remove_prefix(longest);
+    if (Node* found = node.find(key)) return found;
+    node.entries.push_back({key, mark_, Node{}});
+    node.entries.back().value.mark = mark_;
+    return &node.entries.back().value;
+  }
+
+  Node* item_of(Node& list, const std::string& here) {
+    Node* best = nullptr;
+    std::size_t longest = 0;
+    std::vector<std::string> labels;
+    for (Node& item : list.items) {
+      labels.push_back(label_of(item));
+      if (matches(labels.back()) && labels.back().size() > longest) best = &item, longest = labels.back().size();
+    }
+    if (best) {
+      rest_.remove_prefix(longest);
+      return best;
+    }
+    const std::string_view wanted = rest_.substr(0, rest_.find_first_of(".["));
+    return fail(fmt::format("no item {} in {}{}", in_quotes(wanted), here, suggestion(wanted, labels, "items")));
+  }
+
+  bool matches(std::string_view name) const {
+    return !name.empty() && rest_.starts_with(name) && ends_segment(rest_, name.size());
+  }
+
+  std::string_view rest_;
+  std::string_view path_;
+  const Mark& mark_;
+  FaultList& faults_;
+};
+
+}  // namespace
+
+std::string override_text(const Override& change) { return "--set " + change.path + "=" + change.value; }
+
+void apply_override(Node& root, const Override& change, FaultList& faults) {
+  const Mark mark{std::make_shared<const std::string>(override_text(change)), 0, 0};
+  const std::optional<Node> value = parse_value(change.value, mark, faults);
+  if (!value) return;
+  if (Node* place = Walker(change.path, mark, faults).walk(root)) *place = *value;
+}
+
+}  // namespace grapnel

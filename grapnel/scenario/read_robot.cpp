@@ -1,0 +1,160 @@
+#include "grapnel/scenario/read_robot.hpp"
+
+#include <fmt/format.h>
+
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+JointType joint_type(const std::string& name) {
+  if (name == "revolute") return JointType::revolute;
+  if (name == "continuous") return JointType::continuous;
+  if (name == "prismatic") return JointType::prismatic;
+  return JointType::fixed;
+}
+
+JointDescription read_joint(const Node& node, const std::string& path, FaultList& faults) {
+  JointDescription joint;
+  joint.name = text_at(node, "name");
+  joint.type = joint_type(text_at(node, "type"));
+  if (node.find("axis")) joint.axis = unit_vector_at(node, "axis", path, faults);
+
+  const Node& limits = part(node, "limits");
+  joint.limits.lower = number_at(limits, "lower").value_or(joint.limits.lower);
+  joint.limits.upper = number_at(limits, "upper").value_or(joint.limits.upper);
+  joint.limits.rate = number_at(limits, "rate").value_or(joint.limits.rate);
+  joint.limits.effort = number_at(limits, "effort").value_or(joint.limits.effort);
+  if (joint.limits.lower > joint.limits.upper) {
+    faults.add(part(limits, "lower").mark, fmt::format("{}: lower limit {} is above upper limit {}", below(path, "limits"),
+                                                       joint.limits.lower, joint.limits.upper));
+    joint.limits.lower = -std::numeric_limits<double>::infinity();
+    joint.limits.upper = std::numeric_limits<double>::infinity();
+  }
+
+  const Node& friction = part(node, "friction");
+  joint.friction.viscous = number_at(friction, "viscous").value_or(0);
+  joint.friction.coulomb = number_at(friction, "coulomb").value_or(0);
+  joint.friction.transition_rate = number_at(friction, "transition_rate").value_or(joint.friction.transition_rate);
+  joint.rotor_inertia = number_at(node, "rotor_inertia").value_or(0);
+  joint.gear_ratio = number_at(node, "gear_ratio").value_or(1);
+  return joint;
+}
+
+// Mass, centre of mass, inertia and shape, the same for base and links.
+void read_body(const Node& node, const std::string& path, BodyDescription& body, RobotSetup& setup, FaultList& faults) {
+  body.mass = number_at(node, "mass").value_or(1);
+  body.com = vector_at(node, "com").value_or(Vector3d::zero());
+  body.inertia = inertia_at(node, path, faults);
+  const Geometry geometry = geometry_at(node, path, faults);
+  if (geometry.shape != Geometry::Shape::none) setup.geometry.emplace_back(body.name, geometry);
+}
+
+void read_base(const Node& node, const std::string& path, ReadRobot& robot, FaultList& faults) {
+  robot.links.add_from(node, path, faults);
+  RobotSetup& setup = robot.setup;
+  setup.base = text_at(node, "name");
+  const std::string mode = text_at(node, "mode");
+  setup.base_mode = mode == "fixed" ? RobotSetup::Base::fixed : mode == "held" ? RobotSetup::Base::held : RobotSetup::Base::free;
+  BodyDescription base;
+  base.name = setup.base;
+  base.joint.type = mode == "fixed" ? JointType::fixed : JointType::free;
+  read_body(node, path, base, setup, faults);
+  setup.bodies.push_back(std::move(base));
+}
+
+void read_link(const Node& node, const std::string& path, ReadRobot& robot, FaultList& faults) {
+  robot.links.add_from(node, path, faults);
+  const Node& joint = part(node, "joint");
+  const std::string joint_path = below(path, "joint");
+  robot.joint_names.add_from(joint, joint_path, faults);
+  BodyDescription link;
+  link.name = text_at(node, "name");
+  link.parent = text_at(node, "parent");
+  link.joint = read_joint(joint, joint_path, faults);
+  link.X_PF = pose_of(part(joint, "origin"), below(joint_path, "origin"), faults);
+  read_body(node, path, link, robot.setup, faults);
+  if (text_at(joint, "type") == "fixed") robot.fixed_joints.insert(link.joint.name);
+  robot.setup.bodies.push_back(std::move(link));
+}
+
+// Parents that exist and do not lead back to the link itself.
+void check_parents(const Node& links, const std::string& path, const ReadRobot& robot, FaultList& faults) {
+  std::map<std::string, std::string, std::less<>> parent_of;
+  for (const BodyDescription& body : robot.setup.bodies) parent_of.emplace(body.name, body.parent);
+  for (std::size_t i = 0; i < links.items.size() && !faults.full(); ++i) {
+    const Node& link = links.items[i];
+    const std::string name = text_at(link, "name"), parent = text_at(link, "parent");
+    if (name.empty() || !robot.links.expect(parent, part(link, "parent").mark, item(path, i), faults)) continue;
+    // Each member of a cycle is told once; a link that merely hangs on a cycle is not at fault.
+    std::string chain = name, at = parent;
+    for (std::size_t steps = 0; steps < parent_of.size() && !at.empty() && at != name; ++steps) {
+      const auto it = parent_of.find(at);
+      if (chain.size() < 200) chain += " -> " + at;
+      at = it != parent_of.end() ? it->second : std::string();
+    }
+    if (at == name) {
+      faults.add(part(link, "parent").mark, fmt::format("{}: the parents of {} form a cycle: {} -> {}", item(path, i),
+                                                        in_quotes(name), chain, name));
+    }
+  }
+}
+
+void read_end_effectors(const Node& list, const std::string& path, ReadRobot& robot, FaultList& faults) {
+  if (list.kind != Node::Kind::null && !list.is_sequence()) robot.end_effectors.make_incomplete();
+  for (std::size_t i = 0; i < list.items.size(); ++i) {
+    const Node& node = list.items[i];
+    const std::string here = item(path, i);
+    robot.end_effectors.add_from(node, here, faults);
+    const std::string link = text_at(node, "link");
+    robot.links.expect(link, part(node, "link").mark, here, faults);
+    robot.setup.end_effectors.push_back({text_at(node, "name"), link, pose_of(node, here, faults)});
+  }
+}
+
+// The joint order is the model's; without a model the file's, for what does not depend on the order.
+void order_joints(ReadRobot& robot, bool faultless, const Mark& mark, FaultList& faults) {
+  if (faultless) {
+    try {
+      const Model model = build_model(robot.setup);
+      for (const int body : model.joints()) robot.joints.push_back(model.bodies()[body].description.joint);
+      robot.order_known = true;
+    } catch (const ModelError& error) {
+      for (const std::string& fault : error.faults()) faults.add(mark, fault);
+    }
+  }
+  if (!robot.order_known) {
+    for (const BodyDescription& body : robot.setup.bodies) {
+      if (velocity_count(body.joint.type) == 1 && !body.joint.name.empty()) robot.joints.push_back(body.joint);
+    }
+  }
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) robot.joint_index.emplace(robot.joints[i].name, i);
+}
+
+}  // namespace
+
+Model build_model(const RobotSetup& setup) {
+  ModelBuilder builder;
+  for (const BodyDescription& body : setup.bodies) builder.add(body);
+  for (const FrameDescription& frame : setup.end_effectors) builder.add(frame);
+  return builder.build();
+}
+
+ReadRobot read_robot(const Node& node, const std::string& path, FaultList& faults) {
+  ReadRobot robot;
+  robot.setup.name = text_at(node, "name");
+  const Node& links = part(node, "links");
+  // The structural check has run on the same list of faults: any of its findings makes the model doubtful.
+  const bool sound_structure = faults.empty();
+  read_base(part(node, "base"), below(path, "base"), robot, faults);
+  if (!links.is_sequence()) {
+    for (NameTable* table : {&robot.links, &robot.joint_names}) table->make_incomplete();
+  }
+  for (std::size_t i = 0; i < links.items.size(); ++i) read_link(links.items[i], item(below(path, "links"), i), robot, faults);
+  check_parents(links, below(path, "links"), robot, faults);
+  read_end_effectors(part(node, "end_effectors"), below(path, "end_effectors"), robot, faults);
+  order_joints(robot, sound_structure && faults.empty(), node.mark, faults);
+  return robot;
+}
+
+}  // namespace grapnel

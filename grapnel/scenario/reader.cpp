@@ -1,0 +1,158 @@
+#include "grapnel/scenario/reader.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+const Node kNothing;
+
+// The numbers of a list, if it is one and all are finite.
+std::optional<std::vector<double>> finite_list(const Node& node) {
+  if (!node.is_sequence()) return {};
+  std::vector<double> values;
+  for (const Node& entry : node.items) {
+    const auto value = number_of(entry);
+    if (!value || !std::isfinite(*value)) return {};
+    values.push_back(*value);
+  }
+  return values;
+}
+
+Rotationd rotation_of(const Node& mapping, const std::string& path, FaultList& faults) {
+  if (const auto rpy = vector_at(mapping, "rpy")) return rotation_from_rpy((*rpy)[0], (*rpy)[1], (*rpy)[2]);
+  const Node& node = part(mapping, "quaternion_wxyz");
+  const auto q = finite_list(node);
+  if (!q || q->size() != 4) return Rotationd::identity();
+  const auto& v = *q;
+  // hypot: the squares of what a file may hold can overflow.
+  const double length = std::hypot(std::hypot(v[0], v[1]), std::hypot(v[2], v[3]));
+  if (!(std::abs(length - 1) <= 1e-6)) {
+    faults.add(node.mark, fmt::format("{} has length {:.9g}, must be 1 within 1e-6{}", below(path, "quaternion_wxyz"), length,
+                                      length > 0 && std::isfinite(length)
+                                          ? fmt::format("; normalised it is [{:.9g}, {:.9g}, {:.9g}, {:.9g}]", v[0] / length,
+                                                        v[1] / length, v[2] / length, v[3] / length)
+                                          : ""));
+    return Rotationd::identity();
+  }
+  return rotation_matrix(Quaterniond{v[0] / length, v[1] / length, v[2] / length, v[3] / length});
+}
+
+}  // namespace
+
+const Node& part(const Node& mapping, std::string_view key) {
+  const Node* found = mapping.find(key);
+  return found ? *found : kNothing;
+}
+
+std::string text_at(const Node& mapping, std::string_view key) {
+  const Node& node = part(mapping, key);
+  return is_text(node) ? node.text : std::string();
+}
+
+std::optional<double> number_at(const Node& mapping, std::string_view key) {
+  const auto value = number_of(part(mapping, key));
+  return value && !std::isnan(*value) ? value : std::nullopt;
+}
+
+std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key) {
+  const auto values = finite_list(part(mapping, key));
+  if (!values || values->size() != 3) return {};
+  return Vector3d{(*values)[0], (*values)[1], (*values)[2]};
+}
+
+Posed pose_of(const Node& mapping, const std::string& path, FaultList& faults) {
+  return {rotation_of(mapping, path, faults), vector_at(mapping, "position").value_or(Vector3d::zero())};
+}
+
+Vector3d unit_vector_at(const Node& mapping, std::string_view key, const std::string& path, FaultList& faults) {
+  const auto vector = vector_at(mapping, key);
+  if (!vector) return Vector3d::unit(2);
+  const Vector3d& v = *vector;
+  const double length = std::hypot(v[0], v[1], v[2]);
+  if (std::abs(length - 1) < 1e-9) return v;
+  std::string advice;
+  if (length > 0 && std::isfinite(length)) {
+    // All digits, so that the suggestion passes this very check.
+    advice = fmt::format("; normalised it is [{}, {}, {}]", v[0] / length, v[1] / length, v[2] / length);
+  }
+  faults.add(part(mapping, key).mark,
+             fmt::format("{} has length {:.9g}, must be a unit vector{}", below(path, key), length, advice));
+  return Vector3d::unit(2);
+}
+
+Symmetric3d inertia_at(const Node& mapping, const std::string& path, FaultList& faults) {
+  const Node& node = part(mapping, "inertia");
+  std::vector<double> v;
+  if (node.is_mapping()) {
+    for (const char* key : {"xx", "yy", "zz", "xy", "xz", "yz"}) v.push_back(number_at(node, key).value_or(NAN));
+  } else {
+    v = finite_list(node).value_or(std::vector<double>{});
+    if (v.size() == 3) v.resize(6, 0.0);
+  }
+  const Symmetric3d neutral{1, 1, 1, 0, 0, 0};
+  if (v.size() != 6) return neutral;
+  for (const double value : v) {
+    if (!std::isfinite(value)) return neutral;
+  }
+  const Symmetric3d inertia{v[0], v[1], v[2], v[3], v[4], v[5]};
+  const std::string fault = inertia_fault(inertia);
+  if (fault.empty()) return inertia;
+  faults.add(node.mark, (path.empty() ? "" : path + ": ") + fault);
+  return neutral;
+}
+
+Geometry geometry_at(const Node& mapping, const std::string& path, FaultList& faults) {
+  const Node& node = part(mapping, "geometry");
+  Geometry geometry;
+  if (!node.is_mapping()) return geometry;
+  const std::string shape = text_at(node, "shape");
+  const double radius = number_at(node, "radius").value_or(0);
+  if (shape == "box") {
+    geometry.shape = Geometry::Shape::box;
+    geometry.size = vector_at(node, "size").value_or(Vector3d::zero());
+  } else if (shape == "cylinder") {
+    geometry.shape = Geometry::Shape::cylinder;
+    geometry.size = {radius, number_at(node, "length").value_or(0), 0};
+  } else if (shape == "sphere") {
+    geometry.shape = Geometry::Shape::sphere;
+    geometry.size = {radius, 0, 0};
+  }
+  geometry.X_BG = pose_of(node, below(path, "geometry"), faults);
+  return geometry;
+}
+
+void NameTable::add_from(const Node& entry, const std::string& path, FaultList& faults) {
+  const std::string name = text_at(entry, "name");
+  if (name.empty()) {
+    complete_ = false;
+    return;
+  }
+  const Mark& mark = part(entry, "name").mark;
+  const auto [it, fresh] = marks_.emplace(name, mark);
+  if (fresh) {
+    names_.push_back(name);
+    return;
+  }
+  const std::string earlier = it->second.line > 0 ? fmt::format("; first given in line {}", it->second.line) : "";
+  faults.add(mark, fmt::format("duplicate name {} in {}: {} names must differ{}", in_quotes(name), path, kind_, earlier));
+}
+
+bool NameTable::expect(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults) const {
+  // Faulty or nameless things elsewhere may be what is meant; they have been reported.
+  if (name.empty() || !complete_ || faults.full() || marks_.contains(name)) return true;
+  faults.add(mark, fmt::format("unknown {} {} in {}{}", kind_, in_quotes(name), path, suggestion(name, names_, kind_ + "s")));
+  return false;
+}
+
+std::string below(const std::string& path, std::string_view key) {
+  return path.empty() ? std::string(key) : path + "." + std::string(key);
+}
+std::string item(const std::string& path, std::size_t index) { return fmt::format("{}[{}]", path, index); }
+
+}  // namespace grapnel

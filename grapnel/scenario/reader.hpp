@@ -1,0 +1,60 @@
+#pragma once
+
+/// @file
+/// Values from a Node tree whose structure has been checked, and the checks that a schema cannot express. What is absent
+/// or of the wrong kind has been reported before: the readers return a neutral value for it without a word, so that
+/// everything else can still be checked. Thread safety: free functions.
+
+#include <map>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/scenario/node.hpp"
+
+namespace grapnel {
+
+/// The part of a mapping, or an empty node.
+const Node& part(const Node& mapping, std::string_view key);
+
+std::string text_at(const Node& mapping, std::string_view key);
+/// Empty unless there is a number; it may be infinite.
+std::optional<double> number_at(const Node& mapping, std::string_view key);
+std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key);
+
+/// Position and orientation (quaternion_wxyz or rpy) of a mapping. `path` names it in messages.
+Posed pose_of(const Node& mapping, const std::string& path, FaultList& faults);
+/// A vector that must have length 1.
+Vector3d unit_vector_at(const Node& mapping, std::string_view key, const std::string& path, FaultList& faults);
+/// A tensor that a body can have.
+Symmetric3d inertia_at(const Node& mapping, const std::string& path, FaultList& faults);
+/// The shape under "geometry", if any.
+Geometry geometry_at(const Node& mapping, const std::string& path, FaultList& faults);
+
+/// Names of one kind of thing and where they were given.
+class NameTable {
+ public:
+  explicit NameTable(std::string kind) : kind_(std::move(kind)) {}
+  /// Takes the "name" of an item; reports one that occurs twice. An item without a name makes the table incomplete.
+  void add_from(const Node& item, const std::string& path, FaultList& faults);
+  /// Whether `name` is there, else a fault at the mark. True also where faults elsewhere leave the names in doubt.
+  bool expect(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults) const;
+  bool contains(const std::string& name) const { return marks_.contains(name); }
+  const std::vector<std::string>& names() const { return names_; }
+  void make_incomplete() { complete_ = false; }
+  bool complete() const { return complete_; }
+
+ private:
+  std::string kind_;
+  std::vector<std::string> names_;
+  std::map<std::string, Mark, std::less<>> marks_;
+  bool complete_ = true;
+};
+
+/// "dotted.path"; a prefix may be empty.
+std::string below(const std::string& path, std::string_view key);
+std::string item(const std::string& path, std::size_t index);
+
+}  // namespace grapnel

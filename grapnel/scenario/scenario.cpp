@@ -1,0 +1,158 @@
+#include "grapnel/scenario/scenario.hpp"
+
+#include <fmt/format.h>
+
+#include "grapnel/scenario/overrides.hpp"
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/read_robot.hpp"
+#include "grapnel/scenario/read_scenario.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/sha256.hpp"
+#include "grapnel/scenario/source_text.hpp"
+#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/scenario/yaml_document.hpp"
+
+namespace grapnel {
+namespace {
+
+enum class FileKind { scenario, robot };
+
+// A file's tree, with its bytes added to `hashed`. Empty after a fault.
+std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, const Mark& blame, std::string& hashed,
+                              FaultList& faults) {
+  const auto bytes = read_file(path, blame, faults);
+  if (!bytes) return {};
+  hashed += *bytes;
+  const auto source = std::make_shared<const std::string>(path.string());
+  const auto text = checked_text(*bytes, source, faults);
+  if (!text) return {};
+  std::optional<Node> tree = parse_document(*text, source, faults);
+  if (!tree) return {};
+  if (tree->kind == Node::Kind::null) {
+    faults.add({source, 1, 1}, "the file is empty");
+    return {};
+  }
+  // One clear sentence instead of every key of the other kind.
+  const Node* schema = tree->find("schema");
+  const std::string other = kind == FileKind::scenario ? "grapnel-robot/" : "grapnel-scenario/";
+  if (schema && schema->is_scalar() && schema->text.starts_with(other)) {
+    faults.add(schema->mark, kind == FileKind::scenario ? "this is a robot file where a scenario is expected"
+                                                        : "this is a scenario file where a robot is expected");
+    return {};
+  }
+  return tree;
+}
+
+// The robot's path as a person would write it: relative to the scenario's folder, with ".." resolved where that names the
+// same file (with symbolic links it may not).
+std::filesystem::path robot_path(const std::filesystem::path& scenario, const std::string& named) {
+  const std::filesystem::path path = scenario.parent_path() / named;
+  const std::filesystem::path shorter = path.lexically_normal();
+  std::error_code error;
+  return std::filesystem::equivalent(path, shorter, error) ? shorter : path;
+}
+
+// Scenario and robot as trees, while the pieces come together.
+class Loader {
+ public:
+  explicit Loader(std::filesystem::path path) : path_(std::move(path)) {}
+
+  CaptureProblem load(std::span<const Override> overrides) {
+    const Mark blame{std::make_shared<const std::string>(path_.string()), 0, 0};
+    std::string bytes, robot_bytes;
+    std::optional<Node> scenario = read_tree(path_, FileKind::scenario, blame, bytes, faults_);
+    if (!scenario) faults_.throw_if_any();
+
+    for (const Override& change : overrides) {
+      const bool inside_robot = change.path.starts_with("robot.") || change.path.starts_with("robot[");
+      if (inside_robot) include_robot(*scenario, robot_bytes);
+      if (inside_robot && robot_unreadable_) continue;
+      if (change.path == "robot") included_ = robot_unreadable_ = false, robot_bytes.clear();
+      apply_override(*scenario, change, faults_);
+      bytes_of_overrides_ += override_text(change) + "\n";
+    }
+    include_robot(*scenario, robot_bytes);
+
+    ReadRobot robot = check_robot(*scenario);
+    const auto& schema = scenario_schema_document();
+    check_structure(*scenario, schema, "the scenario", faults_);
+    fill_defaults(*scenario, schema);
+    CaptureProblem problem = read_scenario(*scenario, std::move(robot), faults_);
+    for (const Fault& fault : robot_faults_.all()) faults_.add(fault);
+    faults_.throw_if_any();
+    problem.sha256 = sha256(bytes + robot_bytes + bytes_of_overrides_);
+    return problem;
+  }
+
+ private:
+  // Replaces the robot's path by the file's content.
+  void include_robot(Node& scenario, std::string& robot_bytes) {
+    Node* named = scenario.find("robot");
+    if (!named || !is_text(*named) || named->text.empty() || robot_unreadable_) return;
+    const std::size_t before = faults_.size();
+    auto tree = read_tree(robot_path(path_, named->text), FileKind::robot, named->mark, robot_bytes, faults_);
+    robot_unreadable_ = !tree;
+    if (!tree) {
+      if (faults_.size() == before) faults_.add(named->mark, "the robot file cannot be read");
+      return;
+    }
+    *named = std::move(*tree);
+    included_ = true;
+  }
+
+  // Checks the robot by itself and leaves a path in its place. What is wrong with it must not hide faults of the rest.
+  ReadRobot check_robot(Node& scenario) {
+    Node* place = scenario.find("robot");
+    if (!place || robot_unreadable_ || !(place->is_mapping() || included_)) return unknown_robot();
+    Node tree = std::move(*place);
+    *place = Node{};
+    place->kind = Node::Kind::scalar;
+    place->mark = tree.mark;
+    place->text = "robot";
+    const std::string prefix = included_ ? "" : "robot";
+    check_structure(tree, robot_schema_document(), included_ ? "the robot" : "robot", robot_faults_, prefix);
+    fill_defaults(tree, robot_schema_document());
+    return read_robot(tree, prefix, robot_faults_);
+  }
+
+  static ReadRobot unknown_robot() {
+    ReadRobot robot;
+    for (NameTable* table : {&robot.links, &robot.end_effectors, &robot.joint_names}) table->make_incomplete();
+    return robot;
+  }
+
+  std::filesystem::path path_;
+  FaultList faults_, robot_faults_;
+  std::string bytes_of_overrides_;
+  bool included_ = false;
+  bool robot_unreadable_ = false;
+};
+
+}  // namespace
+
+Override parse_override(const std::string& argument) {
+  const std::size_t equals = argument.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw ScenarioError({{"--set " + argument, 0, 0, "must be path=value, such as approach.duration=10"}});
+  }
+  return {argument.substr(0, equals), argument.substr(equals + 1)};
+}
+
+CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides) {
+  return Loader(path).load(overrides);
+}
+
+RobotSetup load_robot(const std::filesystem::path& path) {
+  FaultList faults;
+  std::string bytes;
+  const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
+  std::optional<Node> tree = read_tree(path, FileKind::robot, blame, bytes, faults);
+  if (!tree) faults.throw_if_any();
+  check_structure(*tree, robot_schema_document(), "the robot", faults);
+  fill_defaults(*tree, robot_schema_document());
+  ReadRobot robot = read_robot(*tree, {}, faults);
+  faults.throw_if_any();
+  return std::move(robot.setup);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,39 @@
+#pragma once
+
+/// @file
+/// Scenario and robot files: YAML text to plain data that simulate_capture() takes. The formats are described in
+/// docs/formats/scenario.md and docs/formats/robot.md. Thread safety: free functions; calls do not share anything.
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/scenario/fault.hpp"
+
+namespace grapnel {
+
+/// A value that replaces, or adds to, what the file says. The path names keys, list items by index and named items by
+/// name: `approach.duration`, `targets[0].mass`, `targets.target-1.mass`, `robot.base.mass` (also where the robot has a
+/// file of its own). The value is YAML: `10`, `[1, 0, 0]`, `{match: twist}`.
+struct Override {
+  std::string path;
+  std::string value;
+};
+
+/// Splits the argument of --set at its first "=". @throws ScenarioError if there is none.
+Override parse_override(const std::string& argument);
+
+/// Reads a scenario and the robot file it names, applies the overrides in order, and checks everything.
+/// CaptureProblem::sha256 is that of the scenario file's bytes, then the robot file's, then "--set path=value\n" of every
+/// override. @throws ScenarioError with all faults.
+CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides = {});
+
+/// Reads a robot file. @throws ScenarioError with all faults.
+RobotSetup load_robot(const std::filesystem::path& path);
+
+/// The published JSON Schemas (draft 7).
+std::string scenario_schema();
+std::string robot_schema();
+
+}  // namespace grapnel

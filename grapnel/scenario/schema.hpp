@@ -1,0 +1,26 @@
+#pragma once
+
+/// @file
+/// The published JSON Schemas and the check of a document against them. They are the one place that says which keys
+/// there are, their types, ranges and defaults. Thread safety: free functions; the schemas are built once and constant.
+
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+#include "grapnel/scenario/node.hpp"
+
+namespace grapnel {
+
+/// Self-contained draft-7 schemas, as objects.
+const nlohmann::ordered_json& scenario_schema_document();
+const nlohmann::ordered_json& robot_schema_document();
+
+/// Checks the structure: keys, types, lengths, ranges, choices. `document` names the whole in messages ("the scenario");
+/// `path` leads to it where it is part of a larger whole.
+void check_structure(const Node& node, const nlohmann::ordered_json& schema, const std::string& document, FaultList& faults,
+                     const std::string& path = {});
+
+/// Adds what is absent and has a default, so that readers need none of their own.
+void fill_defaults(Node& node, const nlohmann::ordered_json& schema);
+
+}  // namespace grapnel

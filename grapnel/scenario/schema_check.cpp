@@ -1,0 +1,345 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const Json& resolve(const Json& root, const std::string& reference) {
+  return root.at(Json::json_pointer(reference.substr(1)));  // "#/definitions/x"
+}
+
+// The keyword of the schema itself, else of what it refers to.
+const Json* keyword(const Json& root, const Json& schema, const char* name) {
+  if (!schema.is_object()) return nullptr;
+  if (const auto it = schema.find(name); it != schema.end()) return &*it;
+  if (const auto it = schema.find("$ref"); it != schema.end()) return keyword(root, resolve(root, *it), name);
+  if (const auto it = schema.find("allOf"); it != schema.end()) {
+    for (const Json& part : *it) {
+      if (const Json* found = keyword(root, part, name)) return found;
+    }
+  }
+  return nullptr;
+}
+
+bool fits_type(const Node& node, const std::string& type) {
+  if (type == "object") return node.is_mapping();
+  if (type == "array") return node.is_sequence();
+  if (type == "string") return is_text(node);
+  if (type == "number") return number_of(node).has_value();
+  if (type == "integer") return number_of(node) && *number_of(node) == std::floor(*number_of(node));
+  return false;
+}
+
+bool fits_length(const Node& node, const Json& array) {
+  const std::size_t size = node.items.size();
+  return size >= array.value("minItems", std::size_t{0}) && size <= array.value("maxItems", size);
+}
+
+// Whether a mapping has the keys that mark this alternative.
+bool fits_keys(const Node& node, const Json& object) {
+  for (const Json& key : object.value("required", Json::array())) {
+    if (!node.entry(key.get<std::string>())) return false;
+  }
+  return true;
+}
+
+// The alternative that the node must mean: of its type, then of its length or with its keys; null if there is none.
+const Json* chosen_alternative(const Json& root, const Json& alternatives, const Node& node) {
+  const Json* of_type = nullptr;
+  std::size_t count = 0;
+  for (const Json& alternative : alternatives) {
+    if (!fits_type(node, *keyword(root, alternative, "type"))) continue;
+    const bool fits = node.is_sequence() ? fits_length(node, alternative) : !node.is_mapping() || fits_keys(node, alternative);
+    if (fits) return &alternative;
+    of_type = &alternative, ++count;
+  }
+  // Of one type there is no doubt what is meant; of several lists, the length must say it.
+  return count == 1 || node.is_mapping() ? of_type : nullptr;
+}
+
+std::string scalar_text(const Json& value) { return value.is_string() ? value.get<std::string>() : value.dump(); }
+
+std::vector<std::string> texts(const Json& list) {
+  std::vector<std::string> result;
+  for (const Json& value : list) result.push_back(scalar_text(value));
+  return result;
+}
+
+std::string unit_text(const std::string& unit) { return unit.empty() ? "" : " [" + unit + "]"; }
+
+std::string joined_path(const std::string& path, const std::string& key) {
+  return path.empty() ? shortened(key) : path + "." + shortened(key);
+}
+
+// Where a check stands.
+struct Where {
+  std::string path;       // as in --set; empty: the whole document
+  std::string unit;       // of the numbers below
+  std::string condition;  // "with type: continuous" inside a conditional part
+};
+
+class Checker {
+ public:
+  Checker(const Json& root, const std::string& document, FaultList& faults)
+      : root_(root), document_(document), faults_(faults) {}
+
+  // False if the node is of another type, so that nothing else can be said about it.
+  bool check(const Node& node, const Json& schema, Where where) {
+    if (schema.contains("x-unit")) where.unit = schema["x-unit"];
+    if (schema.contains("type") && !check_type(node, schema["type"], schema, where)) return false;
+    if (schema.contains("$ref") && !check(node, resolve(root_, schema["$ref"]), where)) return false;
+    for (const Json& part : schema.value("allOf", Json::array())) {
+      if (!check(node, part, where)) return false;
+    }
+    if (schema.contains("anyOf")) return check_alternatives(node, schema["anyOf"], where);
+    if (schema.contains("enum") || schema.contains("const")) check_choice(node, schema, where);
+    if (number_of(node)) check_number(node, schema, where);
+    if (node.is_scalar() && schema.contains("minLength") && node.text.empty()) {
+      faults_.add(node.mark, name_of(where) + " must not be empty");
+    }
+    if (node.is_sequence()) check_list(node, schema, where);
+    if (node.is_mapping()) check_mapping(node, schema, where);
+    return true;
+  }
+
+ private:
+  std::string name_of(const Where& where) const { return where.path.empty() ? document_ : where.path; }
+
+  bool check_type(const Node& node, const std::string& type, const Json& schema, const Where& where) {
+    if (fits_type(node, type)) return true;
+    const std::string subject = name_of(where) + (node.kind == Node::Kind::null ? " is empty, must be " : " must be ");
+    const bool say_what = node.kind != Node::Kind::null;
+    if (type == "number" || type == "integer") {
+      const std::string what = type == "number" ? "a number" : "a whole number";
+      const std::string why = !say_what ? "" : number_of(node) ? ", not " + shortened(node.text) : why_no_number(node);
+      faults_.add(node.mark, subject + what + unit_text(where.unit) + why);
+      return false;
+    }
+    std::string what = type == "object" ? "a mapping" : type == "array" ? schema.value("title", "a list") : "text";
+    if (type == "array") what += unit_text(where.unit);
+    std::string why = say_what ? ", not " + described(node) : "";
+    if (type == "string" && node.is_scalar()) why += "; put it in quotes: " + in_quotes(node.text);
+    faults_.add(node.mark, subject + what + why);
+    return false;
+  }
+
+  bool check_alternatives(const Node& node, const Json& alternatives, const Where& where) {
+    if (const Json* chosen = chosen_alternative(root_, alternatives, node)) return check(node, *chosen, where);
+    std::string titles;
+    bool number_possible = false;
+    for (std::size_t i = 0; i < alternatives.size(); ++i) {
+      titles += (i == 0 ? "" : i + 1 == alternatives.size() ? " or " : ", ") + alternatives[i].value("title", "?");
+      number_possible = number_possible || *keyword(root_, alternatives[i], "type") == "number";
+    }
+    const std::string must = "must be " + titles + unit_text(where.unit);
+    if (node.kind == Node::Kind::null) {
+      faults_.add(node.mark, fmt::format("{} is empty, {}", name_of(where), must));
+    } else if (node.is_sequence()) {
+      faults_.add(node.mark, fmt::format("{} has {} items, {}", name_of(where), node.items.size(), must));
+    } else {
+      const std::string why = number_possible ? why_no_number(node) : ", not " + described(node);
+      faults_.add(node.mark, fmt::format("{} {}{}", name_of(where), must, why));
+    }
+    return false;
+  }
+
+  void check_choice(const Node& node, const Json& schema, const Where& where) {
+    const bool constant = schema.contains("const");
+    const std::vector<std::string> allowed = constant ? texts(Json::array({schema["const"]})) : texts(schema["enum"]);
+    if (!node.is_scalar()) {
+      faults_.add(node.mark, fmt::format("{} is {}, must be {}{}", name_of(where), described(node),
+                                         constant ? "" : "one of ", fmt::join(allowed, ", ")));
+      return;
+    }
+    if (is_text(node) && std::find(allowed.begin(), allowed.end(), node.text) != allowed.end()) return;
+    if (constant) {
+      faults_.add(node.mark, fmt::format("{} is {}, must be '{}'", name_of(where), in_quotes(node.text), allowed[0]));
+    } else {
+      faults_.add(node.mark, fmt::format("unknown value {} for {}{}", in_quotes(node.text), name_of(where),
+                                         suggestion(node.text, allowed)));
+    }
+  }
+
+  void check_number(const Node& node, const Json& schema, const Where& where) {
+    const double value = *number_of(node);
+    const bool numeric = schema.contains("type") && (schema["type"] == "number" || schema["type"] == "integer");
+    if (!numeric) return;
+    const auto fault = [&](const std::string& must) {
+      faults_.add(node.mark, fmt::format("{} is {}, must be {}{}", name_of(where), shortened(node.text), must, unit_text(where.unit)));
+    };
+    if (std::isnan(value)) return fault("a number");
+    if (std::isinf(value) && !schema.value("x-infinity", false)) return fault("a finite number");
+    const auto bound = [&](const char* name) { return schema.contains(name) ? schema[name].get<double>() : NAN; };
+    const double above = bound("exclusiveMinimum"), from = bound("minimum"), to = bound("maximum");
+    const bool within = !(value <= above) && !(value < from) && !(value > to);
+    if (within) return;
+    if (!std::isnan(above)) return fault(fmt::format("greater than {}", above));
+    if (!std::isnan(to)) return fault(fmt::format("between {} and {}", from, to));
+    fault(fmt::format("at least {}", from));
+  }
+
+  void check_list(const Node& node, const Json& schema, const Where& where) {
+    if (!fits_length(node, schema)) {
+      const std::size_t least = schema.value("minItems", std::size_t{0}), most = schema.value("maxItems", std::size_t{0});
+      const std::string must = least == most ? fmt::format("exactly {}", least)
+                               : most > 0    ? fmt::format("at most {}", most)
+                                             : fmt::format("at least {}", least);
+      faults_.add(node.mark, fmt::format("{} has {} items, must have {}", name_of(where), node.items.size(), must));
+    }
+    if (!schema.contains("items")) return;
+    for (std::size_t i = 0; i < node.items.size() && !faults_.full(); ++i) {
+      Where below = where;
+      below.path += fmt::format("[{}]", i);
+      check(node.items[i], schema["items"], below);
+    }
+  }
+
+  void check_mapping(const Node& node, const Json& schema, const Where& where) {
+    if (schema.contains("required")) check_required(node, schema["required"], where);
+    if (schema.contains("not")) check_exclusive(node, schema["not"], where);
+    if (schema.contains("dependencies")) check_dependencies(node, schema["dependencies"], where);
+    if (schema.contains("if")) check_condition(node, schema, where);
+    check_entries(node, schema, where);
+  }
+
+  void check_required(const Node& node, const Json& keys, const Where& where) {
+    for (const Json& key : keys) {
+      if (node.entry(key.get<std::string>())) continue;
+      const std::string condition = where.condition.empty() ? "" : ", needed " + where.condition;
+      faults_.add(node.mark, fmt::format("missing key '{}' in {}{}", key.get<std::string>(), name_of(where), condition));
+    }
+  }
+
+  // {"not": {"required": [a, b]}}: not both.
+  void check_exclusive(const Node& node, const Json& negated, const Where& where) {
+    const std::vector<std::string> keys = texts(negated["required"]);
+    if (keys.size() != 2 || !node.entry(keys[0]) || !node.entry(keys[1])) return;
+    const bool ordered = node.entry(keys[0]) < node.entry(keys[1]);
+    faults_.add(node.entry(keys[ordered ? 1 : 0])->mark,
+                fmt::format("{} has both '{}' and '{}', only one is allowed", name_of(where), keys[0], keys[1]));
+  }
+
+  void check_dependencies(const Node& node, const Json& dependencies, const Where& where) {
+    for (const auto& [key, needed] : dependencies.items()) {
+      const NodeEntry* entry = node.entry(key);
+      if (!entry) continue;
+      for (const Json& other : needed) {
+        if (node.entry(other.get<std::string>())) continue;
+        faults_.add(entry->mark, fmt::format("'{}' needs '{}' in {}", key, other.get<std::string>(), name_of(where)));
+      }
+    }
+  }
+
+  // {"if": {"properties": {key: {const or enum}}, "required": [key]}, "then": ...}
+  void check_condition(const Node& node, const Json& schema, Where where) {
+    for (const auto& [key, choice] : schema["if"]["properties"].items()) {
+      const Node* value = node.find(key);
+      const std::vector<std::string> values = choice.contains("const") ? texts(Json::array({choice["const"]})) : texts(choice["enum"]);
+      if (!value || !is_text(*value) || std::find(values.begin(), values.end(), value->text) == values.end()) return;
+      where.condition = fmt::format("with {}: {}", key, value->text);
+    }
+    check(node, schema["then"], where);
+  }
+
+  void check_entries(const Node& node, const Json& schema, const Where& where) {
+    static const Json kNone = Json::object();
+    const auto properties = schema.find("properties");
+    const Json& known = properties != schema.end() ? *properties : kNone;
+    const auto other = schema.find("additionalProperties");
+    for (const NodeEntry& entry : node.entries) {
+      if (faults_.full()) return;
+      Where below{joined_path(where.path, entry.key), where.unit, where.condition};
+      if (const auto it = known.find(entry.key); it != known.end()) {
+        if (it->is_boolean()) {
+          faults_.add(entry.mark, fmt::format("'{}' in {} has no meaning {}", entry.key, name_of(where), where.condition));
+        } else {
+          check(entry.value, *it, below);
+        }
+      } else if (other != schema.end() && other->is_boolean()) {
+        std::vector<std::string> names;
+        for (const auto& [name, unused] : known.items()) names.push_back(name);
+        faults_.add(entry.mark, fmt::format("unknown key {} in {}{}", in_quotes(entry.key), name_of(where), suggestion(entry.key, names)));
+      } else if (other != schema.end()) {
+        below.path = joined_path(where.path, entry.key);
+        check(entry.value, *other, below);
+      }
+    }
+  }
+
+  const Json& root_;
+  const std::string& document_;
+  FaultList& faults_;
+};
+
+// Duplicates at every level, also below keys that are unknown. A YAML parser keeps one of them without a word.
+void check_duplicates(const Node& node, const std::string& path, const std::string& document, FaultList& faults) {
+  std::map<std::string_view, const NodeEntry*> first;
+  for (const NodeEntry& entry : node.entries) {
+    const auto [it, fresh] = first.emplace(entry.key, &entry);
+    if (!fresh) {
+      const int line = it->second->mark.line;
+      const std::string earlier = line > 0 ? fmt::format("; first given in line {}", line) : "";
+      faults.add(entry.mark, fmt::format("duplicate key {} in {}{}", in_quotes(entry.key), path.empty() ? document : path, earlier));
+    }
+    check_duplicates(entry.value, joined_path(path, entry.key), document, faults);
+  }
+  for (std::size_t i = 0; i < node.items.size(); ++i) {
+    check_duplicates(node.items[i], fmt::format("{}[{}]", path, i), document, faults);
+  }
+}
+
+Node node_from(const Json& value, const Mark& mark) {
+  Node node;
+  node.mark = mark;
+  if (value.is_object()) {
+    node.kind = Node::Kind::mapping;
+    for (const auto& [key, below] : value.items()) node.entries.push_back({key, mark, node_from(below, mark)});
+  } else if (value.is_array()) {
+    node.kind = Node::Kind::sequence;
+    for (const Json& below : value) node.items.push_back(node_from(below, mark));
+  } else {
+    node.kind = Node::Kind::scalar;
+    node.text = scalar_text(value);
+    node.plain = !value.is_string();
+  }
+  return node;
+}
+
+void fill(Node& node, const Json& root, const Json& schema) {
+  if (!schema.is_object()) return;
+  if (schema.contains("$ref")) fill(node, root, resolve(root, schema["$ref"]));
+  for (const Json& part : schema.value("allOf", Json::array())) fill(node, root, part);
+  if (schema.contains("anyOf")) {
+    if (const Json* chosen = chosen_alternative(root, schema["anyOf"], node)) fill(node, root, *chosen);
+  }
+  if (node.is_sequence() && schema.contains("items")) {
+    for (Node& item : node.items) fill(item, root, schema["items"]);
+  }
+  if (!node.is_mapping() || !schema.contains("properties")) return;
+  for (const auto& [key, property] : schema["properties"].items()) {
+    const Json* value = keyword(root, property, "default");
+    if (value && !node.entry(key)) node.entries.push_back({key, node.mark, node_from(*value, node.mark)});
+    if (Node* below = node.find(key)) fill(*below, root, property);
+  }
+}
+
+}  // namespace
+
+void check_structure(const Node& node, const Json& schema, const std::string& document, FaultList& faults, const std::string& path) {
+  check_duplicates(node, path, document, faults);
+  Checker(schema, document, faults).check(node, schema, {path, {}, {}});
+}
+
+void fill_defaults(Node& node, const Json& schema) { fill(node, schema, schema); }
+
+}  // namespace grapnel

@@ -1,0 +1,11 @@
+#pragma once
+
+/// @file
+/// The files of grapnel/scenario/schema, embedded by CMake. Thread safety: constants.
+
+namespace grapnel {
+
+extern const char* const kRobotSchemaText;
+extern const char* const kScenarioSchemaText;
+
+}  // namespace grapnel

@@ -1,0 +1,120 @@
+#include "grapnel/scenario/source_text.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <string_view>
+#include <vector>
+
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+// Names in the folder of a missing file, for "did you mean".
+std::vector<std::string> neighbours(const std::filesystem::path& path) {
+  std::vector<std::string> names;
+  std::error_code error;
+  const auto folder = path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
+  constexpr std::size_t kMost = 1000;
+  for (auto it = std::filesystem::directory_iterator(folder, error);
+       !error && it != std::filesystem::directory_iterator() && names.size() < kMost; it.increment(error)) {
+    names.push_back(it->path().filename().string());
+  }
+  return names;
+}
+
+// Length of the UTF-8 character that starts at text[i], 0 if there is none (RFC 3629: no overlong forms, no surrogates).
+std::size_t utf8_length(std::string_view text, std::size_t i) {
+  const auto byte = [&](std::size_t k) { return k < text.size() ? static_cast<unsigned char>(text[k]) : 0u; };
+  const unsigned first = byte(i), second = byte(i + 1);
+  if (first < 0x80) return 1;
+  const std::size_t length = first >= 0xc2 && first <= 0xdf ? 2 : first >= 0xe0 && first <= 0xef ? 3 : first >= 0xf0 && first <= 0xf4 ? 4 : 0;
+  for (std::size_t k = 1; k < length; ++k) {
+    if ((byte(i + k) & 0xc0) != 0x80) return 0;
+  }
+  if ((first == 0xe0 && second < 0xa0) || (first == 0xed && second > 0x9f)) return 0;
+  if ((first == 0xf0 && second < 0x90) || (first == 0xf4 && second > 0x8f)) return 0;
+  return length;
+}
+
+bool is_forbidden_control(unsigned char c) { return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f; }
+
+}  // namespace
+
+std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults) {
+  // A fault of the file named on the command line needs no second mention of its name.
+  const std::string name = blame.line > 0 || blame.source == nullptr || *blame.source != path.string()
+                               ? " " + in_quotes(path.string())
+                               : std::string();
+  const auto refuse = [&](const std::string& why) {
+    faults.add(blame, fmt::format("cannot read the file{}: {}", name, why));
+    return std::nullopt;
+  };
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) {
+    const std::string near = nearest(path.filename().string(), neighbours(path));
+    const std::string why = error && error != std::errc::no_such_file_or_directory ? error.message() : "no such file";
+    return refuse(why + (near.empty() ? "" : "; did you mean " + in_quotes((path.parent_path() / near).string()) + "?"));
+  }
+  if (std::filesystem::is_directory(status)) return refuse("it is a directory");
+  const std::string too_large = fmt::format("it is larger than {} MB", kLargestFile >> 20);
+  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) > kLargestFile) {
+    return refuse(too_large);
+  }
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return refuse(errno != 0 ? std::strerror(errno) : "it cannot be opened");
+  // A pipe has no size beforehand: stop one byte beyond the limit.
+  std::string bytes;
+  std::vector<char> buffer(1u << 16);
+  while (file && bytes.size() <= kLargestFile) {
+    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
+    bytes.append(buffer.data(), static_cast<std::size_t>(file.gcount()));
+  }
+  if (bytes.size() > kLargestFile) return refuse(too_large);
+  if (file.bad()) return refuse("reading it failed");
+  return bytes;
+}
+
+std::optional<std::string> checked_text(const std::string& bytes, const std::shared_ptr<const std::string>& source,
+                                        FaultList& faults) {
+  std::string_view text = bytes;
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  const std::size_t before = faults.size();
+  int line = 1, column = 1;
+  bool in_indentation = true, tab_reported = false;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[i]);
+    const std::size_t length = utf8_length(text, i);
+    if (length == 0) {
+      faults.add({source, line, column}, fmt::format("the file is not UTF-8 (byte 0x{:02x})", byte));
+      return {};
+    }
+    if (is_forbidden_control(byte)) {
+      faults.add({source, line, column}, fmt::format("control character 0x{:02x} is not allowed in the file", byte));
+      return {};
+    }
+    if (in_indentation && byte == '\t' && !tab_reported) {
+      const std::size_t next = text.find_first_not_of(" \t\r", i);
+      const bool blank = next == std::string_view::npos || text[next] == '\n' || text[next] == '#';
+      if (!blank) faults.add({source, line, column}, "tab in the indentation; indent with spaces");
+      tab_reported = !blank;
+    }
+    if (byte != ' ' && byte != '\t') in_indentation = false;
+    if (byte == '\n') {
+      ++line, column = 1;
+      in_indentation = true, tab_reported = false;
+    } else {
+      ++column;
+    }
+    i += length;
+  }
+  if (faults.size() != before) return {};
+  return std::string(text);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,25 @@
+#pragma once
+
+/// @file
+/// Reading files and the checks that come before any parsing. Thread safety: free functions.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "grapnel/scenario/node.hpp"
+
+namespace grapnel {
+
+/// Files above this size are refused unread.
+inline constexpr std::size_t kLargestFile = 16u << 20;  // [bytes]
+
+/// The bytes of a file; on failure empty, with a fault at `blame` (the place that names the file).
+std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults);
+
+/// The text without a byte order mark if it is clean: UTF-8, no control characters, no tabs in indentation. Else empty,
+/// with faults. A YAML parser would misread or cut off what is refused here.
+std::optional<std::string> checked_text(const std::string& bytes, const std::shared_ptr<const std::string>& source,
+                                        FaultList& faults);
+
+}  // namespace grapnel

@@ -1,0 +1,255 @@
+#include "grapnel/scenario/yaml_document.hpp"
+
+#include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <map>
+#include <sstream>
+#include <string_view>
+
+#include "grapnel/scenario/source_text.hpp"
+
+namespace grapnel {
+namespace {
+
+// Ends the parsing at the first thing that cannot go on.
+struct Refusal {
+  YAML::Mark mark;
+  std::string message;
+};
+
+// yaml-cpp counts columns in bytes from 0; people and editors count characters from 1.
+class Places {
+ public:
+  Places(std::string_view text, std::shared_ptr<const std::string> source) : text_(text), source_(std::move(source)) {
+    for (std::size_t i = 0; i < text.size(); ++i) {
+      if (text[i] == '\n') line_starts_.push_back(i + 1);
+    }
+  }
+  Mark at(const YAML::Mark& mark) const {
+    const int line = std::max(mark.line, 0), bytes = std::max(mark.column, 0);
+    Mark place{source_, line + 1, bytes + 1};
+    if (static_cast<std::size_t>(line) >= line_starts_.size()) return place;
+    for (const char c : text_.substr(line_starts_[line], static_cast<std::size_t>(bytes))) {
+      if ((static_cast<unsigned char>(c) & 0xc0) == 0x80) --place.column;
+    }
+    return place;
+  }
+
+ private:
+  std::string_view text_;
+  std::shared_ptr<const std::string> source_;
+  std::vector<std::size_t> line_starts_{0};
+};
+
+int height(const Node& node) {
+  int below = 0;
+  for (const Node& item : node.items) below = std::max(below, height(item));
+  for (const NodeEntry& entry : node.entries) below = std::max(below, height(entry.value));
+  return below + 1;
+}
+
+std::size_t value_count(const Node& node) {
+  std::size_t count = 1;
+  for (const Node& item : node.items) count += value_count(item);
+  for (const NodeEntry& entry : node.entries) count += value_count(entry.value);
+  return count;
+}
+
+// Builds the tree. Aliases are replaced by copies, so that an override changes one place only; depth and count are
+// checked before anything grows.
+class TreeBuilder final : public YAML::EventHandler {
+ public:
+  explicit TreeBuilder(const Places& places) : places_(places) {}
+
+  void OnDocumentStart(const YAML::Mark&) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { put(mark, {}, anchor); }
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string& value) override {
+    Node node;
+    node.kind = Node::Kind::scalar;
+    node.text = value;
+    // "!" stands for quotes, "?" for none; !!str makes text of anything, other tags change nothing.
+    node.plain = tag != "!" && tag != "tag:yaml.org,2002:str";
+    put(mark, std::move(node), anchor);
+  }
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto it = anchored_.find(anchor);
+    if (it == anchored_.end()) throw Refusal{mark, "the alias stands inside what it refers to"};
+    count(mark, value_count(it->second));
+    if (static_cast<int>(open_.size()) + height(it->second) > kDeepest) throw Refusal{mark, too_deep()};
+    place(mark, it->second);
+  }
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+    open(mark, Node::Kind::sequence, anchor);
+  }
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+    open(mark, Node::Kind::mapping, anchor);
+  }
+  void OnSequenceEnd() override { close(); }
+  void OnMapEnd() override { close(); }
+
+  std::optional<Node> take_root() { return std::move(root_); }
+  /// Where the innermost list or mapping that is not closed began.
+  std::optional<YAML::Mark> innermost_open() const {
+    return open_.empty() ? std::nullopt : std::optional(open_.back().mark);
+  }
+
+ private:
+  struct Open {
+    Node node;
+    YAML::anchor_t anchor;
+    YAML::Mark mark;
+    std::optional<NodeEntry> waiting;  // a key whose value is to come
+  };
+
+  static std::string too_deep() { return fmt::format("nested deeper than {} levels", kDeepest); }
+
+  void count(const YAML::Mark& mark, std::size_t more) {
+    count_ += more;
+    if (count_ > kMostValues) throw Refusal{mark, fmt::format("more than {} values (aliases expanded)", kMostValues)};
+  }
+  void open(const YAML::Mark& mark, Node::Kind kind, YAML::anchor_t anchor) {
+    if (static_cast<int>(open_.size()) >= kDeepest) throw Refusal{mark, too_deep()};
+    if (expects_key()) throw Refusal{mark, "a key must be a name, not a list or a mapping"};
+    count(mark, 1);
+    Node node;
+    node.kind = kind;
+    node.mark = places_.at(mark);
+    open_.push_back({std::move(node), anchor, mark, {}});
+  }
+  void close() {
+    Open done = std::move(open_.back());
+    open_.pop_back();
+    remember(done.mark, done.node, done.anchor);
+    place(done.mark, std::move(done.node));
+  }
+  void put(const YAML::Mark& mark, Node node, YAML::anchor_t anchor) {
+    count(mark, 1);
+    node.mark = places_.at(mark);
+    remember(mark, node, anchor);
+    place(mark, std::move(node));
+  }
+  void remember(const YAML::Mark& mark, const Node& node, YAML::anchor_t anchor) {
+    if (anchor == YAML::NullAnchor) return;
+    count(mark, value_count(node));
+    anchored_[anchor] = node;
+  }
+  bool expects_key() const {
+    return !open_.empty() && open_.back().node.is_mapping() && !open_.back().waiting.has_value();
+  }
+  void place(const YAML::Mark& mark, Node node) {
+    if (open_.empty()) {
+      root_ = std::move(node);
+      return;
+    }
+    Open& parent = open_.back();
+    if (parent.node.is_sequence()) {
+      parent.node.items.push_back(std::move(node));
+    } else if (expects_key()) {
+      if (!node.is_scalar()) throw Refusal{mark, "a key must be a name"};
+      parent.waiting = NodeEntry{std::move(node.text), places_.at(mark), {}};
+    } else {
+      // The parser places an absent value at whatever follows it.
+      if (node.kind == Node::Kind::null) node.mark = parent.waiting->mark;
+      parent.waiting->value = std::move(node);
+      parent.node.entries.push_back(std::move(*parent.waiting));
+      parent.waiting.reset();
+    }
+  }
+
+  const Places& places_;
+  std::vector<Open> open_;
+  std::map<YAML::anchor_t, Node> anchored_;
+  std::optional<Node> root_;
+  std::size_t count_ = 0;
+};
+
+// Meets a second document.
+class SecondDocument final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& mark) override { throw Refusal{mark, {}}; }
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnAlias(const YAML::Mark&, YAML::anchor_t) override {}
+  void OnScalar(const YAML::Mark&, const std::string&, YAML::anchor_t, const std::string&) override {}
+  void OnSequenceStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark&, const std::string&, YAML::anchor_t, YAML::EmitterStyle::value) override {}
+  void OnMapEnd() override {}
+};
+
+// Whether the second document that the parser found is announced by "---" or "...".
+bool has_document_marker(std::string_view text, const YAML::Mark& mark) {
+  std::istringstream lines{std::string(text)};
+  std::string line;
+  for (int i = 0; i <= mark.line && std::getline(lines, line); ++i) {
+    if (i > 0 && (line.starts_with("---") || line.starts_with("..."))) return true;
+  }
+  return false;
+}
+
+std::string readable(std::string message) {
+  if (message.find("flow not found") != std::string::npos) return "this bracket is not closed";
+  return "not valid YAML: " + message;
+}
+
+}  // namespace
+
+std::optional<Node> parse_document(const std::string& text, const std::shared_ptr<const std::string>& source,
+                                   FaultList& faults) {
+  const Places places(text, source);
+  TreeBuilder builder(places);
+  try {
+    std::istringstream stream(text);
+    YAML::Parser parser(stream);
+    if (!parser.HandleNextDocument(builder)) {
+      faults.add({source, 1, 1}, "the file is empty");
+      return {};
+    }
+    SecondDocument second;
+    parser.HandleNextDocument(second);
+    return builder.take_root();
+  } catch (const Refusal& refusal) {
+    const bool second = refusal.message.empty();
+    faults.add(places.at(refusal.mark), !second ? refusal.message
+                                        : has_document_marker(text, refusal.mark)
+                                            ? "a second document in the file; only one is allowed"
+                                            : "not valid YAML: text after the end of the document");
+  } catch (const YAML::Exception& error) {
+    const bool unclosed = error.msg.find("flow not found") != std::string::npos;
+    const YAML::Mark mark = unclosed ? builder.innermost_open().value_or(error.mark) : error.mark;
+    faults.add(places.at(mark), readable(error.msg));
+  } catch (const std::exception& error) {
+    faults.add({source, 1, 1}, std::string("not valid YAML: ") + error.what());
+  }
+  return {};
+}
+
+namespace {
+void mark_all(Node& node, const Mark& mark) {
+  node.mark = mark;
+  for (Node& item : node.items) mark_all(item, mark);
+  for (NodeEntry& entry : node.entries) {
+    entry.mark = mark;
+    mark_all(entry.value, mark);
+  }
+}
+}  // namespace
+
+std::optional<Node> parse_value(const std::string& text, const Mark& mark, FaultList& faults) {
+  FaultList in_value;
+  std::optional<Node> node;
+  if (text.find_first_not_of(" \t\r\n") == std::string::npos) {
+    node = Node{};
+  } else if (const auto clean = checked_text(text, mark.source, in_value)) {
+    node = parse_document(*clean, mark.source, in_value);
+  }
+  for (const Fault& fault : in_value.all()) faults.add(mark, fault.message);
+  if (node) mark_all(*node, mark);
+  return node;
+}
+
+}  // namespace grapnel
