@@ -32,6 +32,15 @@ SystemBooks system_books(const Model& model, const Kinematics& kinematics, const
   return books;
 }
 
+Momentumd group_momentum(const Model& model, const Kinematics& kinematics, std::span<const int> bodies, const Vector3d& p_W) {
+  Momentumd total = Momentumd::zero();
+  for (int body : bodies) {
+    const BodyMomentum m = body_momentum(model, kinematics, body);
+    total += shift(m.h, p_W - m.p_WC);
+  }
+  return total;
+}
+
 void Bookkeeper::begin_phase(bool controlled) {
   controlled_ = controlled;
   (controlled ? any_controlled_ : any_uncontrolled_) = true;

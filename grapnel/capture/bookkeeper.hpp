@@ -21,6 +21,9 @@ struct SystemBooks {
 };
 SystemBooks system_books(const Model& model, const Kinematics& kinematics, const State& state);
 
+/// Momentum of some bodies, angular about `p_W`, in W: a target that hangs on an arm still has its own.
+Momentumd group_momentum(const Model& model, const Kinematics& kinematics, std::span<const int> bodies, const Vector3d& p_W);
+
 class Bookkeeper {
  public:
   /// A phase begins. In a controlled phase motors work and the work-energy balance is kept; in another the energy itself.

@@ -12,6 +12,20 @@ BodyMotion motion(const std::string& name, const Posed& X, const Twistd& V) {
   return {name, X.p, quaternion_from(X.R), V.angular, V.linear};
 }
 
+bool is_target(const CaptureSystem& system, int body) {
+  return std::any_of(system.target_frames.begin(), system.target_frames.end(),
+                     [&](int f) { return system.model.frames()[f].body == body; });
+}
+
+// The robot's bodies but the base. Their order is the robot's in every model of one capture.
+std::vector<int> link_bodies(const CaptureSystem& system) {
+  std::vector<int> links;
+  for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {
+    if (i != system.base && !is_target(system, i)) links.push_back(i);
+  }
+  return links;
+}
+
 }  // namespace
 
 PhaseEnd describe(const CaptureProblem& problem, const CaptureSystem& system, const State& state, double time) {
@@ -62,6 +76,12 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
     previous_.push_back(Quaterniond::identity());
   };
   add_body("base", "the base frame");
+  for (int i : link_bodies(system)) {
+    const std::string& name = system.model.bodies()[i].description.name;
+    add("links/" + name + "/position", "m", "position of the link's frame, at its joint, in W", xyz);
+    add("links/" + name + "/quaternion_wxyz", "1", "orientation of the link's frame in W", wxyz);
+    previous_.push_back(Quaterniond::identity());
+  }
   for (int f : system.end_effectors) add_body("end_effectors/" + system.model.frames()[f].name, "the end-effector");
   for (const TargetSetup& t : problem.targets) add_body("targets/" + t.name, "the target frame");
   for (const GraspSetup& g : problem.grasps) {
@@ -82,6 +102,12 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
   add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
   add("system/linear_momentum", "N s", "total linear momentum in W", xyz);
   add("system/angular_momentum", "N m s", "total angular momentum about the system's centre of mass, in W", xyz);
+  const auto add_momentum = [&](const std::string& group, const std::string& what) {
+    add(group + "/linear_momentum", "N s", "linear momentum of " + what + " in W", xyz);
+    add(group + "/angular_momentum", "N m s", "angular momentum of " + what + " about the system's centre of mass, in W", xyz);
+  };
+  add_momentum("robot", "the robot without targets");
+  for (const TargetSetup& t : problem.targets) add_momentum("targets/" + t.name, "the target");
   add("system/kinetic_energy", "J", "total kinetic energy, rotors included", {"kinetic_energy"});
   add("system/motor_work", "J", "work of the motors since the start", {"motor_work"});
   add("system/friction_work", "J", "work of joint friction since the start (negative)", {"friction_work"});
@@ -107,6 +133,23 @@ void Recorder::put(const Rotationd& R, Quaterniond& previous) {
   ++next_;
 }
 
+// Of the robot, then of each target, also when it hangs on an arm.
+void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, const Vector3d& com) {
+  const Model& model = system.model;
+  std::vector<int> robot = link_bodies(system), target(1);
+  robot.push_back(system.base);
+  const auto put_group = [&](const std::vector<int>& bodies) {
+    const Momentumd h = group_momentum(model, k, bodies, com);
+    put(h.linear);
+    put(h.angular);
+  };
+  put_group(robot);
+  for (int f : system.target_frames) {
+    target[0] = model.frames()[f].body;
+    put_group(target);
+  }
+}
+
 void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books, const PhaseSample& s) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
@@ -120,6 +163,10 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
     put(V.linear);
   };
   put_body(k.X_WB[system.base], k.V_WB[system.base]);
+  for (int i : link_bodies(system)) {
+    put(k.X_WB[i].p);
+    put(k.X_WB[i].R, previous_[body++]);
+  }
   for (int f : system.end_effectors) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
   for (int f : system.target_frames) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
   for (const GraspGap& gap : grasp_gaps(problem_, system, k)) put(gap.distance);
@@ -134,6 +181,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   put(books.com);
   put(books.about_com.linear);
   put(books.about_com.angular);
+  put_momenta(system, k, books.com);
   put(books.kinetic_energy);
   put(motor_work_ + s.integrals.motor_work);
   put(friction_work_ + s.integrals.friction_work);

@@ -25,6 +25,7 @@ class Recorder {
 
  private:
   void add(std::string path, std::string unit, std::string description, std::vector<std::string> components);
+  void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
   void put(double value);
   void put(const Vector3d& v);
   void put(const Rotationd& R, Quaterniond& previous);
