@@ -61,13 +61,15 @@ int run(const RunOptions& options) {
   }
   const fs::path folder = options.output.empty() ? fs::path("out") / options.scenario.stem() : options.output;
   if (!options.quiet) {
-    fmt::print("grapnel {}, scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, options.scenario.string(), problem.sha256.substr(0, 12));
+    fmt::print("grapnel {}, scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, options.scenario.string(),
+               problem.sha256.substr(0, 12));
     std::fflush(stdout);
   }
   CaptureResult result;
   try {
     Progress progress(options.quiet);
-    result = simulate_capture(problem, [&](const std::string& phase, double at, double end) { progress.report(phase, at, end); });
+    result = simulate_capture(
+        problem, [&](const std::string& phase, double at, double end) { progress.report(phase, at, end); });
   } catch (const std::invalid_argument& error) {
     return bad_input(options.scenario, error);
   }
@@ -81,7 +83,8 @@ int run(const RunOptions& options) {
     fmt::print("{}\nresults in {}: summary.json{}\n", result_table(result), folder.string(),
                result.series.time.empty() ? "" : ", timeseries.h5");
   }
-  for (const std::string& warning : result.warnings) fmt::print(stderr, "{}: warning: {}\n", options.scenario.string(), warning);
+  for (const std::string& warning : result.warnings)
+    fmt::print(stderr, "{}: warning: {}\n", options.scenario.string(), warning);
   if (result.status != CaptureStatus::completed) {
     fmt::print(stderr, "{}: error: the simulation failed: {}\n", options.scenario.string(), result.failure);
     return kSimulationFailed;

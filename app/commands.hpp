@@ -15,8 +15,8 @@ inline constexpr int kBadInput = 2;
 
 struct RunOptions {
   std::filesystem::path scenario;
-  std::filesystem::path output;       // empty: named after the scenario, below out/
-  std::vector<std::string> overrides; // path=value
+  std::filesystem::path output;        // empty: named after the scenario, below out/
+  std::vector<std::string> overrides;  // path=value
   bool quiet = false;
 };
 int run(const RunOptions& options);

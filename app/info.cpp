@@ -19,13 +19,15 @@ RigidBodyInertiad composite(const Model& model, const Kinematics& k) {
   return total;
 }
 
-// Farthest an end-effector can get from the point where its arm leaves the base: the sum of the distances between joints.
+// Farthest an end-effector can get from the point where its arm leaves the base: the sum of the distances between
+// joints.
 double reach(const Model& model, const Frame& frame) {
   double length = norm(frame.X_BE.p);
   for (int i = frame.body; model.bodies()[i].parent >= 0; i = model.bodies()[i].parent) {
     const Body& body = model.bodies()[i];
     const JointDescription& joint = body.description.joint;
-    if (joint.type == JointType::prismatic) length += std::max(std::abs(joint.limits.lower), std::abs(joint.limits.upper));
+    if (joint.type == JointType::prismatic)
+      length += std::max(std::abs(joint.limits.lower), std::abs(joint.limits.upper));
     if (model.bodies()[body.parent].parent >= 0) length += norm(body.description.X_PF.p);
   }
   return length;
@@ -33,19 +35,26 @@ double reach(const Model& model, const Frame& frame) {
 
 const char* type_name(JointType type) {
   switch (type) {
-    case JointType::revolute: return "revolute";
-    case JointType::continuous: return "continuous";
-    case JointType::prismatic: return "prismatic";
-    case JointType::spherical: return "spherical";
-    case JointType::free: return "free";
-    default: return "fixed";
+    case JointType::revolute:
+      return "revolute";
+    case JointType::continuous:
+      return "continuous";
+    case JointType::prismatic:
+      return "prismatic";
+    case JointType::spherical:
+      return "spherical";
+    case JointType::free:
+      return "free";
+    default:
+      return "fixed";
   }
 }
 
 void print_bodies(const Model& model) {
   fmt::print("\n{:<22}{:<22}{:<22}{:<12}{:>12}\n", "body", "parent", "joint", "type", "mass [kg]");
   for (const Body& b : model.bodies()) {
-    fmt::print("{:<22}{:<22}{:<22}{:<12}{:>12.6g}\n", b.description.name, b.parent < 0 ? "-" : model.bodies()[b.parent].description.name,
+    fmt::print("{:<22}{:<22}{:<22}{:<12}{:>12.6g}\n", b.description.name,
+               b.parent < 0 ? "-" : model.bodies()[b.parent].description.name,
                b.parent < 0 ? "-" : b.description.joint.name, type_name(b.description.joint.type), b.description.mass);
   }
 }
@@ -62,20 +71,20 @@ int info(const std::filesystem::path& file) {
     const RigidBodyInertiad total = composite(model, k);
     const Vector3d c = total.com();
     const Symmetric3d I = total.rotational_about_com();
-    fmt::print("{}: {} bodies, {} joints, {} end-effectors\n", problem.robot.name, model.bodies().size(), model.joints().size(),
-               model.frames().size());
+    fmt::print("{}: {} bodies, {} joints, {} end-effectors\n", problem.robot.name, model.bodies().size(),
+               model.joints().size(), model.frames().size());
     fmt::print("mass {:.6g} kg\n", total.mass);
     fmt::print("at zero joint positions, in the base frame:\n");
     fmt::print("  centre of mass     [{:.6g}, {:.6g}, {:.6g}] m\n", c[0], c[1], c[2]);
-    fmt::print("  inertia about it   xx {:.6g}, yy {:.6g}, zz {:.6g}, xy {:.6g}, xz {:.6g}, yz {:.6g} kg m^2\n", I.xx, I.yy, I.zz,
-               I.xy, I.xz, I.yz);
+    fmt::print("  inertia about it   xx {:.6g}, yy {:.6g}, zz {:.6g}, xy {:.6g}, xz {:.6g}, yz {:.6g} kg m^2\n", I.xx,
+               I.yy, I.zz, I.xy, I.xz, I.yz);
     print_bodies(model);
     fmt::print("\n{:<22}{:<22}{:>12}   {}\n", "end-effector", "link", "reach [m]", "position at zero joints [m]");
     for (int f : system.end_effectors) {
       const Frame& frame = model.frames()[f];
       const Vector3d p = frame_pose(model, k, f).p;
-      fmt::print("{:<22}{:<22}{:>12.6g}   [{:.6g}, {:.6g}, {:.6g}]\n", frame.name, model.bodies()[frame.body].description.name,
-                 reach(model, frame), p[0], p[1], p[2]);
+      fmt::print("{:<22}{:<22}{:>12.6g}   [{:.6g}, {:.6g}, {:.6g}]\n", frame.name,
+                 model.bodies()[frame.body].description.name, reach(model, frame), p[0], p[1], p[2]);
     }
     fmt::print("reach: longest possible distance from the arm's first joint\n");
     return kDone;

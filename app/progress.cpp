@@ -33,8 +33,8 @@ void Progress::report(const std::string& phase, double at, double end) {
   last_ = now;
   const double elapsed = std::chrono::duration<double>(now - phase_start_).count();
   const double rate = elapsed > 0 ? (at - first_) / elapsed : 0;
-  const std::string text = fmt::format("{}: t = {:.3g} of {:.3g} s, {:.3g} simulated s per s, {:.0f} s left", phase, at, end, rate,
-                                       rate > 0 ? (end - at) / rate : 0.0);
+  const std::string text = fmt::format("{}: t = {:.3g} of {:.3g} s, {:.3g} simulated s per s, {:.0f} s left", phase, at,
+                                       end, rate, rate > 0 ? (end - at) / rate : 0.0);
   std::fputs((terminal_ ? "\r\033[K" + text : text + "\n").c_str(), stderr);
   std::fflush(stderr);
   shown_ = true;

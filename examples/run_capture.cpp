@@ -16,7 +16,8 @@ int main(int argc, char** argv) {
 
     const grapnel::CaptureResult result = grapnel::simulate_capture(problem);
     for (const grapnel::GraspImpulse& grasp : result.impact->grasps) {
-      std::cout << grasp.end_effector << ": " << grasp.impulse_magnitude << " N s, mean force " << grasp.mean_force << " N\n";
+      std::cout << grasp.end_effector << ": " << grasp.impulse_magnitude << " N s, mean force " << grasp.mean_force
+                << " N\n";
     }
     std::cout << "ledger: " << (result.ledger.pass() ? "pass" : "FAIL") << '\n';
 

@@ -14,9 +14,9 @@ namespace grapnel {
 namespace {
 
 const TargetSetup& target_named(const CaptureProblem& problem, const std::string& name, std::size_t& at) {
-  at = static_cast<std::size_t>(
-      std::find_if(problem.targets.begin(), problem.targets.end(), [&](const TargetSetup& t) { return t.name == name; }) -
-      problem.targets.begin());
+  at = static_cast<std::size_t>(std::find_if(problem.targets.begin(), problem.targets.end(),
+                                             [&](const TargetSetup& t) { return t.name == name; }) -
+                                problem.targets.begin());
   return problem.targets.at(at);
 }
 
@@ -104,7 +104,8 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
   set_root_pose(model, 0, at_t0.X_WT, state);
   set_root_twist(model, 0, at_t0.V_WT, state);
   const PhaseOutcome outcome = simulate_phase(dynamics, state, t0, t1, 0, integration);
-  if (!outcome.finished) throw std::runtime_error(fmt::format("propagating target '{}': {}", target.name, outcome.failure));
+  if (!outcome.finished)
+    throw std::runtime_error(fmt::format("propagating target '{}': {}", target.name, outcome.failure));
   return {root_pose(model, outcome.end_state, 0), root_twist(model, outcome.end_state, 0)};
 }
 
@@ -128,8 +129,8 @@ RatePlan plan_final_rates(const CaptureProblem& problem, const TargetPlan& targe
   if (approach.final_rates) plan.rates = *approach.final_rates;
   if (!approach.match || approach.final_rates) return plan;
 
-  // theta_dot <- rates demanded at the configuration reached with theta_dot. The configuration depends on the rates only
-  // through the base's path, so plain iteration contracts quickly (a factor of 10 or more for a heavy base).
+  // theta_dot <- rates demanded at the configuration reached with theta_dot. The configuration depends on the rates
+  // only through the base's path, so plain iteration contracts quickly (a factor of 10 or more for a heavy base).
   const State start = initial_servicer_state(problem, servicer);
   constexpr int kMaxIterations = 60;
   double change = 0;
@@ -148,17 +149,19 @@ RatePlan plan_final_rates(const CaptureProblem& problem, const TargetPlan& targe
     if (change <= 1e-13 * std::max(largest, 1e-3) || (plan.iterations > 20 && change <= 1e-10 * largest)) {
       if (plan.unmatched > 1e-9 * std::max(largest, 1e-3)) {
         plan.warning = fmt::format(
-            "approach: no joint rates give the end-effectors the demanded motion at the final configuration; the largest "
+            "approach: no joint rates give the end-effectors the demanded motion at the final configuration; the "
+            "largest "
             "component left unmatched is {:.3g} (m/s or rad/s)",
             plan.unmatched);
       }
       return plan;
     }
   }
-  throw std::runtime_error(fmt::format(
-      "planning the approach: final joint rates did not converge in {} iterations (last change {:.3g} rad/s); the final "
-      "configuration may be near a singularity of the generalized Jacobian",
-      kMaxIterations, change));
+  throw std::runtime_error(
+      fmt::format("planning the approach: final joint rates did not converge in {} iterations (last change {:.3g} "
+                  "rad/s); the final "
+                  "configuration may be near a singularity of the generalized Jacobian",
+                  kMaxIterations, change));
 }
 
 std::vector<JointDrive> approach_drives(const CaptureProblem& problem, const CaptureSystem& system,

@@ -27,13 +27,14 @@ struct TargetPlan {
 };
 TargetPlan plan_targets(const CaptureProblem& problem);
 
-/// Final joint rates of the approach: given, zero, or by `match` the fixed point at which the rates that the generalized
-/// Jacobian demands at the configuration reached by ideal tracking with those rates are the rates themselves.
+/// Final joint rates of the approach: given, zero, or by `match` the fixed point at which the rates that the
+/// generalized Jacobian demands at the configuration reached by ideal tracking with those rates are the rates
+/// themselves.
 struct RatePlan {
-  std::vector<double> rates;      // per robot joint
+  std::vector<double> rates;  // per robot joint
   int iterations = 0;
-  double unmatched = 0;           // largest component of the demanded end-effector motion that no rates give
-  std::string warning;            // empty, or what the user should know
+  double unmatched = 0;  // largest component of the demanded end-effector motion that no rates give
+  std::string warning;   // empty, or what the user should know
 };
 /// @throws std::runtime_error if the fixed point is not found, saying how far it got.
 RatePlan plan_final_rates(const CaptureProblem& problem, const TargetPlan& targets);

@@ -32,7 +32,8 @@ SystemBooks system_books(const Model& model, const Kinematics& kinematics, const
   return books;
 }
 
-Momentumd group_momentum(const Model& model, const Kinematics& kinematics, std::span<const int> bodies, const Vector3d& p_W) {
+Momentumd group_momentum(const Model& model, const Kinematics& kinematics, std::span<const int> bodies,
+                         const Vector3d& p_W) {
   Momentumd total = Momentumd::zero();
   for (int body : bodies) {
     const BodyMomentum m = body_momentum(model, kinematics, body);
@@ -76,15 +77,18 @@ void Bookkeeper::enter(const Momentumd& momentum) { expected_ += momentum; }
 void Bookkeeper::write(Ledger& ledger) const {
   ledger.scale = scale_;
   ledger.entries.push_back({"linear_momentum_drift", relative(linear_, scale_.linear_momentum), 1e-11, "1",
-                            "largest |p(t) - p(0) - external impulse| over scale.linear_momentum, all phases", started_});
+                            "largest |p(t) - p(0) - external impulse| over scale.linear_momentum, all phases",
+                            started_});
   ledger.entries.push_back({"angular_momentum_drift", relative(angular_, scale_.angular_momentum), 1e-11, "1",
                             "the same for angular momentum about the system's centre of mass", started_});
-  ledger.entries.push_back({"work_energy_residual", relative(work_energy_, scale_.energy), 1e-9, "1",
-                            "largest |T(t) - T(0) - work of motors, friction and external forces| over scale.energy, controlled phases",
-                            any_controlled_});
-  ledger.entries.push_back({"energy_drift", relative(energy_, scale_.energy), 1e-10, "1",
-                            "largest |T(t) - T(start) - work of friction and gravity| over scale.energy, uncontrolled phases",
-                            any_uncontrolled_});
+  ledger.entries.push_back(
+      {"work_energy_residual", relative(work_energy_, scale_.energy), 1e-9, "1",
+       "largest |T(t) - T(0) - work of motors, friction and external forces| over scale.energy, controlled phases",
+       any_controlled_});
+  ledger.entries.push_back(
+      {"energy_drift", relative(energy_, scale_.energy), 1e-10, "1",
+       "largest |T(t) - T(start) - work of friction and gravity| over scale.energy, uncontrolled phases",
+       any_uncontrolled_});
 }
 
 }  // namespace grapnel

@@ -12,21 +12,23 @@ namespace grapnel {
 
 /// Momentum and energy of the whole system at one instant, in W.
 struct SystemBooks {
-  Momentumd about_origin;      // total, about the world's origin
-  Vector3d com;                // of the system
-  Momentumd about_com;         // total, about the system's centre of mass
-  double kinetic_energy = 0;   // [J]
-  double linear_scale = 0;     // sum |m v|
-  double angular_scale = 0;    // sum (|I w| + |r x m v|), r from the system's centre of mass
+  Momentumd about_origin;     // total, about the world's origin
+  Vector3d com;               // of the system
+  Momentumd about_com;        // total, about the system's centre of mass
+  double kinetic_energy = 0;  // [J]
+  double linear_scale = 0;    // sum |m v|
+  double angular_scale = 0;   // sum (|I w| + |r x m v|), r from the system's centre of mass
 };
 SystemBooks system_books(const Model& model, const Kinematics& kinematics, const State& state);
 
 /// Momentum of some bodies, angular about `p_W`, in W: a target that hangs on an arm still has its own.
-Momentumd group_momentum(const Model& model, const Kinematics& kinematics, std::span<const int> bodies, const Vector3d& p_W);
+Momentumd group_momentum(const Model& model, const Kinematics& kinematics, std::span<const int> bodies,
+                         const Vector3d& p_W);
 
 class Bookkeeper {
  public:
-  /// A phase begins. In a controlled phase motors work and the work-energy balance is kept; in another the energy itself.
+  /// A phase begins. In a controlled phase motors work and the work-energy balance is kept; in another the energy
+  /// itself.
   void begin_phase(bool controlled);
   /// One sample; the first ever defines what is conserved.
   void sample(const SystemBooks& books, const PhaseIntegrals& integrals);
@@ -49,7 +51,7 @@ class Bookkeeper {
   bool any_controlled_ = false, any_uncontrolled_ = false;
   bool phase_started_ = false;
   double phase_energy_ = 0;
-  Momentumd expected_ = Momentumd::zero();  // about the world's origin, at the phase's start
+  Momentumd expected_ = Momentumd::zero();                          // about the world's origin, at the phase's start
   double linear_ = 0, angular_ = 0, work_energy_ = 0, energy_ = 0;  // largest deviations
   LedgerScale scale_;
 };

@@ -31,7 +31,7 @@ struct RobotSetup {
   /// free: floats. held: kept at its initial pose by an ideal wrench during the approach, free from the impact on.
   /// fixed: bolted to the ground in all phases.
   Base base_mode = Base::free;
-  std::vector<BodyDescription> bodies;        // joint of the base: free, or fixed with its pose in X_PF
+  std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
   std::vector<FrameDescription> end_effectors;
   std::vector<std::pair<std::string, Geometry>> geometry;  // by body name
 };
@@ -77,8 +77,8 @@ struct TrackingSetup {
 struct ApproachSetup {
   double duration = 0;  // T [s]
   JointProfile profile = JointProfile::quartic;
-  std::vector<double> final_position;               // per joint
-  std::optional<std::vector<double>> final_rates;   // given; else by `match`; else zero
+  std::vector<double> final_position;              // per joint
+  std::optional<std::vector<double>> final_rates;  // given; else by `match`; else zero
   std::optional<RateMatch> match;
   TrackingSetup tracking;
 };
@@ -87,7 +87,7 @@ struct ApproachSetup {
 struct ContactSetup {
   enum class Gap { weld_as_found, translate_target, refuse };
   Gap gap = Gap::weld_as_found;
-  double refuse_beyond = 0;        // [m], for refuse
+  double refuse_beyond = 0;  // [m], for refuse
 };
 
 struct ImpactSetup {
@@ -98,11 +98,11 @@ struct PostImpactSetup {
   double duration = 0;  // [s]
   enum class Joints { free, pd, braked };
   Joints joints = Joints::free;
-  std::vector<double> kp, kd;     // for pd: per joint; holds the angles found at the impact, rates zero
+  std::vector<double> kp, kd;  // for pd: per joint; holds the angles found at the impact, rates zero
 };
 
-/// Everything `simulate_capture()` needs. Phases that are absent are not simulated; with no approach the initial state is
-/// the state at capture (t = 0).
+/// Everything `simulate_capture()` needs. Phases that are absent are not simulated; with no approach the initial state
+/// is the state at capture (t = 0).
 struct CaptureProblem {
   std::string name;
   std::string sha256;  // of the input it came from; empty for a program's own
@@ -111,20 +111,20 @@ struct CaptureProblem {
   std::vector<TargetSetup> targets;
   std::vector<GraspSetup> grasps;
 
-  Posed X_WB = Posed::identity();            // initial base pose
-  /// The base's initial motion: its twist at B's origin in W, or the robot's total momentum [angular about its centre of
-  /// mass; linear] in W, from which the twist follows by (2.3).
+  Posed X_WB = Posed::identity();  // initial base pose
+  /// The base's initial motion: its twist at B's origin in W, or the robot's total momentum [angular about its centre
+  /// of mass; linear] in W, from which the twist follows by (2.3).
   std::optional<Twistd> V_WB;
   std::optional<Momentumd> momentum;
-  std::vector<double> joint_position;        // per joint
-  std::vector<double> joint_rate;            // per joint; empty: zero
+  std::vector<double> joint_position;  // per joint
+  std::vector<double> joint_rate;      // per joint; empty: zero
 
   std::optional<ApproachSetup> approach;
   ContactSetup contact;
   std::optional<ImpactSetup> impact;
   std::optional<PostImpactSetup> post_impact;
   IntegrationSetup integration;
-  double output_interval = 0.05;             // [s]
+  double output_interval = 0.05;  // [s]
 };
 
 }  // namespace grapnel

@@ -39,16 +39,19 @@ void check_grasps(const CaptureProblem& problem, std::vector<std::string>& fault
 
 void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
   const auto check_size = [&](const std::vector<double>& values, const char* what) {
-    if (values.size() != joints) faults.push_back(fmt::format("{}: {} values for {} joints", what, values.size(), joints));
+    if (values.size() != joints)
+      faults.push_back(fmt::format("{}: {} values for {} joints", what, values.size(), joints));
     for (double x : values) {
       if (!std::isfinite(x)) faults.push_back(fmt::format("{}: a value is not finite", what));
     }
   };
-  if (!problem.approach && !problem.impact) faults.push_back("neither approach nor impact: there is nothing to simulate");
+  if (!problem.approach && !problem.impact)
+    faults.push_back("neither approach nor impact: there is nothing to simulate");
   check_size(problem.joint_position, "initial joint positions");
   if (!problem.joint_rate.empty()) check_size(problem.joint_rate, "initial joint rates");
   if (const auto& approach = problem.approach) {
-    if (!(approach->duration > 0) || !std::isfinite(approach->duration)) faults.push_back("approach: duration must be positive");
+    if (!(approach->duration > 0) || !std::isfinite(approach->duration))
+      faults.push_back("approach: duration must be positive");
     check_size(approach->final_position, "approach: final joint positions");
     if (approach->final_rates) check_size(*approach->final_rates, "approach: final joint rates");
     if (approach->match && problem.grasps.empty()) faults.push_back("approach: matching rates needs grasps");
@@ -57,14 +60,16 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
       check_size(approach->tracking.kd, "approach: kd");
     } else if (approach->profile == JointProfile::quartic &&
                std::any_of(problem.joint_rate.begin(), problem.joint_rate.end(), [](double r) { return r != 0; })) {
-      faults.push_back("approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");
+      faults.push_back(
+          "approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");
     }
   }
   if (problem.impact && problem.grasps.empty()) faults.push_back("impact: there are no grasps");
   if (problem.impact && !(problem.impact->duration > 0)) faults.push_back("impact: duration must be positive");
   if (const auto& post = problem.post_impact) {
     if (!problem.impact) faults.push_back("post_impact needs an impact");
-    if (!(post->duration > 0) || !std::isfinite(post->duration)) faults.push_back("post_impact: duration must be positive");
+    if (!(post->duration > 0) || !std::isfinite(post->duration))
+      faults.push_back("post_impact: duration must be positive");
     if (post->joints == PostImpactSetup::Joints::pd) {
       check_size(post->kp, "post_impact: kp");
       check_size(post->kd, "post_impact: kd");
@@ -72,10 +77,11 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
     for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
       for (std::size_t k = 0; k < i; ++k) {
         if (problem.grasps[i].target == problem.grasps[k].target) {
-          faults.push_back(fmt::format(
-              "target '{}' is gripped twice: the motion of closed loops after the impact is not modelled yet; leave out "
-              "post_impact",
-              problem.grasps[i].target));
+          faults.push_back(
+              fmt::format("target '{}' is gripped twice: the motion of closed loops after the impact is not modelled "
+                          "yet; leave out "
+                          "post_impact",
+                          problem.grasps[i].target));
         }
       }
     }
@@ -92,7 +98,8 @@ void check_initial(const CaptureProblem& problem, std::vector<std::string>& faul
     }
   }
   for (const TargetSetup& t : problem.targets) {
-    if (std::none_of(problem.grasps.begin(), problem.grasps.end(), [&](const GraspSetup& g) { return g.target == t.name; }) &&
+    if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
+                     [&](const GraspSetup& g) { return g.target == t.name; }) &&
         problem.impact) {
       faults.push_back(fmt::format("target '{}' is gripped by nobody", t.name));
     }
@@ -119,7 +126,8 @@ ModelBuilder servicer_builder(const CaptureProblem& problem) {
 CaptureSystem index(const CaptureProblem& problem, Model model, bool with_targets) {
   CaptureSystem system{std::move(model), 0, {}, {}, {}};
   system.base = system.model.body_index(problem.robot.base);
-  for (const FrameDescription& f : problem.robot.end_effectors) system.end_effectors.push_back(system.model.frame_index(f.name));
+  for (const FrameDescription& f : problem.robot.end_effectors)
+    system.end_effectors.push_back(system.model.frame_index(f.name));
   if (with_targets) {
     for (const TargetSetup& t : problem.targets) {
       system.target_frames.push_back(system.model.frame_index(target_body_name(t.name)));

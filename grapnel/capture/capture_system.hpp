@@ -13,15 +13,15 @@
 
 namespace grapnel {
 
-/// Thrown when a problem contradicts itself (names, sizes, settings); what() lists every fault, one a line. Scenario files
-/// are checked before; this is for programs.
+/// Thrown when a problem contradicts itself (names, sizes, settings); what() lists every fault, one a line. Scenario
+/// files are checked before; this is for programs.
 class CaptureProblemError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
 };
 
-/// Names in the model: a robot's bodies keep theirs; a target's body and frame are called "target:NAME", so that a target
-/// may be called like a link.
+/// Names in the model: a robot's bodies keep theirs; a target's body and frame are called "target:NAME", so that a
+/// target may be called like a link.
 std::string target_body_name(const std::string& target);
 
 /// Model and indices before the capture, and, rebuilt by capture_targets(), after it.

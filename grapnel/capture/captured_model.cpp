@@ -29,7 +29,8 @@ CapturedSystem capture_targets(const CaptureProblem& problem, const CaptureSyste
   ModelBuilder builder;
   for (const Body& body : before.model.bodies()) {
     const int index = static_cast<int>(&body - before.model.bodies().data());
-    const auto grip = std::find_if(grasps.begin(), grasps.end(), [&](const Grasp& g) { return g.target_body == index; });
+    const auto grip =
+        std::find_if(grasps.begin(), grasps.end(), [&](const Grasp& g) { return g.target_body == index; });
     if (grip == grasps.end()) {
       builder.add(body.description);
       continue;
@@ -43,7 +44,8 @@ CapturedSystem capture_targets(const CaptureProblem& problem, const CaptureSyste
     builder.add(caught);
   }
   for (const Frame& frame : before.model.frames()) {
-    const auto grip = std::find_if(grasps.begin(), grasps.end(), [&](const Grasp& g) { return g.target_body == frame.body; });
+    const auto grip =
+        std::find_if(grasps.begin(), grasps.end(), [&](const Grasp& g) { return g.target_body == frame.body; });
     Posed X_BE = frame.X_BE;
     if (grip != grasps.end()) {
       const Posed& X_WT = k.X_WB[frame.body];

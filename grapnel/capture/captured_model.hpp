@@ -16,9 +16,9 @@ struct CapturedSystem {
   State state;
 };
 
-/// Makes every gripped target a child of the body that grips it, in the relative pose it has now: on a fixed joint (rigid),
-/// a hinge about the grip's axis, or a ball joint, at the contact point. `state` is that after the impact, so that the
-/// velocities fit the grips; joints that are new get the relative rates. Each target is gripped once.
+/// Makes every gripped target a child of the body that grips it, in the relative pose it has now: on a fixed joint
+/// (rigid), a hinge about the grip's axis, or a ball joint, at the contact point. `state` is that after the impact, so
+/// that the velocities fit the grips; joints that are new get the relative rates. Each target is gripped once.
 CapturedSystem capture_targets(const CaptureProblem& problem, const CaptureSystem& before, const State& state,
                                std::span<const Grasp> grasps);
 

@@ -15,7 +15,8 @@ std::size_t target_index(const CaptureProblem& problem, const std::string& name)
 
 }  // namespace
 
-std::vector<GraspGap> grasp_gaps(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& kinematics) {
+std::vector<GraspGap> grasp_gaps(const CaptureProblem& problem, const CaptureSystem& system,
+                                 const Kinematics& kinematics) {
   std::vector<GraspGap> gaps;
   for (const GraspSetup& g : problem.grasps) {
     const std::size_t at = target_index(problem, g.target);
@@ -47,10 +48,10 @@ Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system,
   if (problem.contact.gap == ContactSetup::Gap::refuse) {
     for (std::size_t i = 0; i < contact.gaps.size(); ++i) {
       if (contact.gaps[i].distance <= problem.contact.refuse_beyond) continue;
-      contact.refused += fmt::format("{}end-effector '{}' misses grasp point '{}' of target '{}' by {:.4g} m; contact.limit is {:.4g} m",
-                                     contact.refused.empty() ? "" : "; ", problem.grasps[i].end_effector,
-                                     problem.grasps[i].grasp_point, problem.grasps[i].target, contact.gaps[i].distance,
-                                     problem.contact.refuse_beyond);
+      contact.refused += fmt::format(
+          "{}end-effector '{}' misses grasp point '{}' of target '{}' by {:.4g} m; contact.limit is {:.4g} m",
+          contact.refused.empty() ? "" : "; ", problem.grasps[i].end_effector, problem.grasps[i].grasp_point,
+          problem.grasps[i].target, contact.gaps[i].distance, problem.contact.refuse_beyond);
     }
     if (!contact.refused.empty()) return contact;
   }
@@ -77,8 +78,8 @@ Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system,
     const GraspSetup& g = problem.grasps[i];
     const int frame = model.frame_index(g.end_effector);
     const int target = model.frames()[system.target_frames[target_index(problem, g.target)]].body;
-    contact.grasps.push_back({model.frames()[frame].body, target, g.model, contact.gaps[i].X_WE.p,
-                              contact.gaps[i].X_WE.R * g.hinge_axis});
+    contact.grasps.push_back(
+        {model.frames()[frame].body, target, g.model, contact.gaps[i].X_WE.p, contact.gaps[i].X_WE.R * g.hinge_axis});
   }
   return contact;
 }

@@ -11,22 +11,23 @@ namespace grapnel {
 
 /// One end-effector against its grasp point.
 struct GraspGap {
-  Posed X_WE;             // end-effector
-  Posed X_WG;             // grasp point on the target, before anything is moved
-  Twistd V_WE;            // at the end-effector's origin
-  Twistd V_WG;            // of the target at the grasp point
-  double distance = 0;    // [m]
-  double angle = 0;       // between the frames [rad]
+  Posed X_WE;           // end-effector
+  Posed X_WG;           // grasp point on the target, before anything is moved
+  Twistd V_WE;          // at the end-effector's origin
+  Twistd V_WG;          // of the target at the grasp point
+  double distance = 0;  // [m]
+  double angle = 0;     // between the frames [rad]
 };
 /// `system` may be before or after the capture. One entry per grasp of the problem.
-std::vector<GraspGap> grasp_gaps(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& kinematics);
+std::vector<GraspGap> grasp_gaps(const CaptureProblem& problem, const CaptureSystem& system,
+                                 const Kinematics& kinematics);
 
 struct Contact {
-  std::string refused;                  // why there is no contact, by contact.gap: refuse
-  State state;                          // targets moved by translate_target, everything else as it was
-  std::vector<GraspGap> gaps;           // as found, before targets were moved
-  std::vector<Vector3d> displacement;   // of the grasp's target [m]
-  std::vector<Grasp> grasps;            // common points are the end-effectors' origins
+  std::string refused;                 // why there is no contact, by contact.gap: refuse
+  State state;                         // targets moved by translate_target, everything else as it was
+  std::vector<GraspGap> gaps;          // as found, before targets were moved
+  std::vector<Vector3d> displacement;  // of the grasp's target [m]
+  std::vector<Grasp> grasps;           // common points are the end-effectors' origins
 };
 
 /// Applies the rule contact.gap. A target that several arms grip moves by the mean of its gaps.

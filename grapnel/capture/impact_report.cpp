@@ -10,8 +10,8 @@ const char* name_of(GraspModel model) {
   return model == GraspModel::rigid ? "rigid" : model == GraspModel::hinge ? "hinge" : "point";
 }
 
-GraspImpulse describe_grasp(const CaptureProblem& problem, const Contact& contact,
-                            const ImpactSolution& solution, const Kinematics& k, std::size_t i) {
+GraspImpulse describe_grasp(const CaptureProblem& problem, const Contact& contact, const ImpactSolution& solution,
+                            const Kinematics& k, std::size_t i) {
   const Grasp& grasp = contact.grasps[i];
   const GraspSetup& setup = problem.grasps[i];
   const Impulsed& P = solution.contacts[i].P_WC;
@@ -37,7 +37,8 @@ GraspImpulse describe_grasp(const CaptureProblem& problem, const Contact& contac
 }
 
 // Impulses through the robot's joints, and the sum that reaches the base.
-void describe_reactions(const CaptureSystem& system, const Contact& contact, const State& after, ImpactOutcome& outcome) {
+void describe_reactions(const CaptureSystem& system, const Contact& contact, const State& after,
+                        ImpactOutcome& outcome) {
   const Model& model = system.model;
   std::vector<ExternalImpulse> external;
   for (std::size_t i = 0; i < contact.grasps.size(); ++i) {
@@ -93,7 +94,8 @@ void describe_published(const CaptureSystem& system, const CaptureProblem& probl
 
 }  // namespace
 
-ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact, double time) {
+ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact,
+                         double time) {
   const Model& model = system.model;
   ImpactOutcome outcome;
   outcome.solution = plastic_impact(model, contact.state, contact.grasps);
@@ -128,8 +130,10 @@ ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& sys
 
 void scale_published(const LedgerScale& scale, ImpactReport& report) {
   if (!report.as_published) return;
-  report.as_published->relative_linear_momentum_error = report.as_published->linear_momentum_error / scale.linear_momentum;
-  report.as_published->relative_angular_momentum_error = report.as_published->angular_momentum_error / scale.angular_momentum;
+  report.as_published->relative_linear_momentum_error =
+      report.as_published->linear_momentum_error / scale.linear_momentum;
+  report.as_published->relative_angular_momentum_error =
+      report.as_published->angular_momentum_error / scale.angular_momentum;
 }
 
 }  // namespace grapnel

@@ -85,7 +85,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
   for (int f : system.end_effectors) add_body("end_effectors/" + system.model.frames()[f].name, "the end-effector");
   for (const TargetSetup& t : problem.targets) add_body("targets/" + t.name, "the target frame");
   for (const GraspSetup& g : problem.grasps) {
-    add("grasps/" + g.end_effector + "/distance", "m", "distance of the end-effector from its grasp point", {"distance"});
+    add("grasps/" + g.end_effector + "/distance", "m", "distance of the end-effector from its grasp point",
+        {"distance"});
   }
   std::vector<std::string> joints;
   bool prismatic = false;
@@ -97,14 +98,17 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
   const std::string mixed = prismatic ? "; m where the joint is prismatic" : "";
   add("joints/position", "rad", "joint positions" + mixed, joints);
   add("joints/velocity", "rad/s", "joint rates" + mixed, joints);
-  add("joints/effort", "N m", "motor efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""), joints);
-  add("joints/friction", "N m", "friction efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""), joints);
+  add("joints/effort", "N m", "motor efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),
+      joints);
+  add("joints/friction", "N m", "friction efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),
+      joints);
   add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
   add("system/linear_momentum", "N s", "total linear momentum in W", xyz);
   add("system/angular_momentum", "N m s", "total angular momentum about the system's centre of mass, in W", xyz);
   const auto add_momentum = [&](const std::string& group, const std::string& what) {
     add(group + "/linear_momentum", "N s", "linear momentum of " + what + " in W", xyz);
-    add(group + "/angular_momentum", "N m s", "angular momentum of " + what + " about the system's centre of mass, in W", xyz);
+    add(group + "/angular_momentum", "N m s",
+        "angular momentum of " + what + " about the system's centre of mass, in W", xyz);
   };
   add_momentum("robot", "the robot without targets");
   for (const TargetSetup& t : problem.targets) add_momentum("targets/" + t.name, "the target");
@@ -150,7 +154,8 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
   }
 }
 
-void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books, const PhaseSample& s) {
+void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books,
+                      const PhaseSample& s) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);

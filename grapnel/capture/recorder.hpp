@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Turns states into what users read: motion of base, joints, end-effectors and targets at an instant, and the time series.
-/// Thread safety: one thread at a time.
+/// Turns states into what users read: motion of base, joints, end-effectors and targets at an instant, and the time
+/// series. Thread safety: one thread at a time.
 
 #include "grapnel/capture/bookkeeper.hpp"
 #include "grapnel/capture/capture_system.hpp"
@@ -19,7 +19,8 @@ class Recorder {
  public:
   Recorder(const CaptureProblem& problem, const CaptureSystem& system, TimeSeries& series);
   void begin_phase(const std::string& name);
-  void sample(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books, const PhaseSample& sample);
+  void sample(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books,
+              const PhaseSample& sample);
   /// The work done in the phase that ends is carried into the next.
   void end_phase(const PhaseIntegrals& integrals);
 
@@ -32,8 +33,8 @@ class Recorder {
 
   const CaptureProblem& problem_;
   TimeSeries& series_;
-  std::size_t next_ = 0;                // series to be filled next within a sample
-  std::vector<Quaterniond> previous_;   // for quaternions without jumps of sign
+  std::size_t next_ = 0;                       // series to be filled next within a sample
+  std::vector<Quaterniond> previous_;          // for quaternions without jumps of sign
   double motor_work_ = 0, friction_work_ = 0;  // of finished phases
 };
 

@@ -24,7 +24,10 @@ struct Failure : std::runtime_error {
 class Run {
  public:
   Run(const CaptureProblem& problem, const CaptureProgress& progress, CaptureResult& result)
-      : problem_(problem), progress_(progress), result_(result), system_(make_capture_system(problem)),
+      : problem_(problem),
+        progress_(progress),
+        result_(result),
+        system_(make_capture_system(problem)),
         recorder_(problem, system_, result.series) {}
 
   void simulate() {
@@ -63,8 +66,7 @@ class Run {
     const double end = time_ + duration;
     setup.start_time = time_;
     setup.gravity = problem_.gravity;
-    setup.recover_root_velocities =
-        problem_.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
+    setup.recover_root_velocities = problem_.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
     PhaseDynamics dynamics(system_.model, std::move(setup));
     recorder_.begin_phase(name);
     bookkeeper_.begin_phase(controlled);
@@ -176,7 +178,8 @@ class Run {
     result_.post_impact_end = describe(problem_, system_, state_, time_);
   }
 
-  void add_row(const char* name, double value, double bound, const char* note, bool applies = true, const char* unit = "1") {
+  void add_row(const char* name, double value, double bound, const char* note, bool applies = true,
+               const char* unit = "1") {
     result_.ledger.entries.push_back({name, value, bound, unit, note, applies});
   }
 

@@ -14,7 +14,7 @@ namespace grapnel {
 
 /// A grip between two bodies at one common point.
 struct Grasp {
-  int robot_body;    // carries the end-effector
+  int robot_body;  // carries the end-effector
   int target_body;
   GraspModel model;
   Vector3d p_WC;     // the common point in W: action and reaction are taken there
@@ -24,9 +24,9 @@ struct Grasp {
 /// Selects the constrained components of a relative twist [angular; linear] in W: rows x 6, orthonormal rows.
 Eigen::MatrixXd constrained_directions(const Grasp& grasp);
 
-/// Relative Jacobian of all grips, stacked in order: rows x velocities. u = J v is the end-effector's twist at the contact
-/// point minus the target's, in the constrained directions; over robot and targets together J M^-1 J^T is the W of
-/// docs/theory.md, equation (7.3), cross terms of a shared target included.
+/// Relative Jacobian of all grips, stacked in order: rows x velocities. u = J v is the end-effector's twist at the
+/// contact point minus the target's, in the constrained directions; over robot and targets together J M^-1 J^T is the W
+/// of docs/theory.md, equation (7.3), cross terms of a shared target included.
 Eigen::MatrixXd grasp_jacobian(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps);
 
 /// The target's own part of the contact-space inertia, J_t M_t^-1 J_t^T of one grip in its constrained directions: what

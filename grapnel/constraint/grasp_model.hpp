@@ -10,6 +10,8 @@ namespace grapnel {
 enum class GraspModel { rigid, hinge, point };
 
 /// Rows a grip adds to the constraints.
-constexpr int row_count(GraspModel model) { return model == GraspModel::rigid ? 6 : model == GraspModel::hinge ? 5 : 3; }
+constexpr int row_count(GraspModel model) {
+  return model == GraspModel::rigid ? 6 : model == GraspModel::hinge ? 5 : 3;
+}
 
 }  // namespace grapnel

@@ -12,14 +12,17 @@ namespace {
 constexpr double kRankTolerance = 1e-10;
 }  // namespace
 
-ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const Eigen::VectorXd& v,
-                                             const Eigen::MatrixXd& D) {
-  if (M.rows() != v.size() || M.cols() != v.size() || J.cols() != v.size() || D.rows() != J.rows() || D.cols() != J.rows()) {
+ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J,
+                                             const Eigen::VectorXd& v, const Eigen::MatrixXd& D) {
+  if (M.rows() != v.size() || M.cols() != v.size() || J.cols() != v.size() || D.rows() != J.rows() ||
+      D.cols() != J.rows()) {
     throw std::invalid_argument("solve_impulsive_constraint: sizes of M, J, v and D do not fit");
   }
   const Eigen::LLT<Eigen::MatrixXd> mass(M), metric(D);
-  if (mass.info() != Eigen::Success) throw std::invalid_argument("solve_impulsive_constraint: M is not positive definite");
-  if (metric.info() != Eigen::Success) throw std::invalid_argument("solve_impulsive_constraint: D is not positive definite");
+  if (mass.info() != Eigen::Success)
+    throw std::invalid_argument("solve_impulsive_constraint: M is not positive definite");
+  if (metric.info() != Eigen::Success)
+    throw std::invalid_argument("solve_impulsive_constraint: D is not positive definite");
 
   Eigen::MatrixXd Y = J.transpose();
   mass.matrixL().solveInPlace(Y);
@@ -37,8 +40,7 @@ ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eig
   Eigen::VectorXd rest = weighted - U * along;
   rest -= U * (U.transpose() * rest);
   solution.velocity = mass.matrixU().solve(rest);
-  const Eigen::VectorXd y =
-      -(svd.matrixV().leftCols(solution.rank) * along.cwiseQuotient(sigma.head(solution.rank)));
+  const Eigen::VectorXd y = -(svd.matrixV().leftCols(solution.rank) * along.cwiseQuotient(sigma.head(solution.rank)));
   solution.impulse = metric.matrixU().solve(y);
   const Eigen::MatrixXd null = svd.matrixV().rightCols(J.rows() - solution.rank);
   solution.null_space = metric.matrixU().solve(null);

@@ -25,7 +25,7 @@ struct ImpulsiveSolution {
 /// by the singular value decomposition of Y, so that the rank is decided on dimensionless numbers whose squares are the
 /// eigenvalues of G^-1 W G^-T, W = J M^-1 J^T.
 /// @throws std::invalid_argument if sizes do not fit or M or D is not positive definite.
-ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const Eigen::VectorXd& v,
-                                             const Eigen::MatrixXd& D);
+ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J,
+                                             const Eigen::VectorXd& v, const Eigen::MatrixXd& D);
 
 }  // namespace grapnel

@@ -61,7 +61,8 @@ void write_root(const TreeLink<S>& link, const RigidBodyInertia<S>& I, int size,
 }  // namespace
 
 template <class S>
-void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace<S>& workspace, std::span<S> mass_matrix) {
+void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace<S>& workspace,
+                    std::span<S> mass_matrix) {
   std::vector<LinkScratch<S>>& scratch = workspace.links;
   const int size = tree.velocities;
   std::fill(mass_matrix.begin(), mass_matrix.end(), S(0));

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The mass matrix N_d^T N_l^T diag(I_i) N_l N_d (B.8) by composite rigid bodies: the columns that a joint shares with its
-/// ancestors come from the momentum of everything it carries (Walker and Orin 1982; Featherstone 2008, table 6.2).
+/// The mass matrix N_d^T N_l^T diag(I_i) N_l N_d (B.8) by composite rigid bodies: the columns that a joint shares with
+/// its ancestors come from the momentum of everything it carries (Walker and Orin 1982; Featherstone 2008, table 6.2).
 /// Thread safety: reads the tree, writes only the workspace and the output.
 
 #include "grapnel/dynamics/articulated_body.hpp"
@@ -11,7 +11,8 @@ namespace grapnel {
 
 /// Fills the symmetric matrix `mass_matrix`, velocities x velocities entries, row-major. Reads in.q only.
 template <class S>
-void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace<S>& workspace, std::span<S> mass_matrix);
+void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace<S>& workspace,
+                    std::span<S> mass_matrix);
 
 extern template void composite_body<double>(const Tree<double>&, std::span<const double>, DynamicsWorkspace<double>&,
                                             std::span<double>);

@@ -33,9 +33,9 @@ struct ExternalWrench {
 
 /// What acts on a model. Empty vectors mean zero.
 struct Forces {
-  std::vector<double> generalized;        // per velocity: joint torques; for a free root the wrench on B, in B, at its origin
+  std::vector<double> generalized;  // per velocity: joint torques; for a free root the wrench on B, in B, at its origin
   std::vector<ExternalWrench> external;
-  Vector3d gravity = Vector3d::zero();    // uniform, in W [m/s^2]
+  Vector3d gravity = Vector3d::zero();  // uniform, in W [m/s^2]
 };
 
 /// Accelerations vdot of (2.7) in O(n). `vdot` is resized to velocities (no allocation if it has that size).

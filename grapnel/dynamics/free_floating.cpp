@@ -7,7 +7,8 @@ namespace grapnel {
 namespace {
 
 bool free_root(const Model& model, int root) {
-  if (model.bodies().at(root).parent >= 0) throw std::invalid_argument("free-floating functions: 'root' must be a root body");
+  if (model.bodies().at(root).parent >= 0)
+    throw std::invalid_argument("free-floating functions: 'root' must be a root body");
   return model.has_free_root(root);
 }
 
@@ -24,7 +25,8 @@ std::vector<int> base_velocities(const Model& model, int root) {
 }
 
 // Momentum of the tree in B at B's origin, the form in which I_b V + I_bm rate = h holds.
-Eigen::VectorXd momentum_in_base(const Model& model, const Kinematics& kinematics, int root, const Momentumd& momentum) {
+Eigen::VectorXd momentum_in_base(const Model& model, const Kinematics& kinematics, int root,
+                                 const Momentumd& momentum) {
   const Posed& X_WB = kinematics.X_WB[root];
   const int roots[] = {root};
   const Vector3d p_WC = center_of_mass(model, kinematics, roots);
@@ -64,7 +66,8 @@ Eigen::MatrixXd generalized_jacobian(const Model& model, const State& state, int
 
 Eigen::MatrixXd generalized_jacobian(const Model& model, const State& state, int root, int frame) {
   const Kinematics kinematics = forward_kinematics(model, state);
-  return generalized_jacobian(model, state, root, model.frames().at(frame).body, frame_pose(model, kinematics, frame).p);
+  return generalized_jacobian(model, state, root, model.frames().at(frame).body,
+                              frame_pose(model, kinematics, frame).p);
 }
 
 Eigen::VectorXd momentum_twist(const Model& model, const State& state, int root, int body, const Vector3d& p_WP,
@@ -96,8 +99,8 @@ Eigen::MatrixXd generalized_inertia(const Model& model, const State& state, int 
   return blocks.I_m - blocks.I_bm.transpose() * blocks.I_b.llt().solve(blocks.I_bm);
 }
 
-ReducedEquation reduced_equation(const Model& model, const State& state, int root, const std::vector<double>& generalized,
-                                 const Vector3d& gravity) {
+ReducedEquation reduced_equation(const Model& model, const State& state, int root,
+                                 const std::vector<double>& generalized, const Vector3d& gravity) {
   Workspace workspace(model);
   std::vector<double> c;
   bias(model, state, gravity, workspace, c);

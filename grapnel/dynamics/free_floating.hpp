@@ -3,10 +3,10 @@
 /// @file
 /// A robot whose base floats: what momentum says about the base, and the equations reduced to the joints (2.3)-(2.8).
 ///
-/// All functions speak of the one tree rooted at `root` (the servicer); other trees in the model, targets say, do not enter.
-/// n is the number of that tree's joint velocities, in the order of `joint_velocities`. For a root fixed to the world the
-/// base quantities are empty (6 x 0 and the like) and the reduced ones are the ordinary ones.
-/// Thread safety: pure functions.
+/// All functions speak of the one tree rooted at `root` (the servicer); other trees in the model, targets say, do not
+/// enter. n is the number of that tree's joint velocities, in the order of `joint_velocities`. For a root fixed to the
+/// world the base quantities are empty (6 x 0 and the like) and the reduced ones are the ordinary ones. Thread safety:
+/// pure functions.
 
 #include <Eigen/Core>
 
@@ -26,12 +26,13 @@ struct MassBlocks {
 };
 MassBlocks mass_blocks(const Model& model, const State& state, int root);
 
-/// Generalized Jacobian of a frame, J_g = J_m - J_b I_b^-1 I_bm (2.5), 6 x n: twist of the frame in W per joint rate at zero
-/// momentum.
+/// Generalized Jacobian of a frame, J_g = J_m - J_b I_b^-1 I_bm (2.5), 6 x n: twist of the frame in W per joint rate at
+/// zero momentum.
 Eigen::MatrixXd generalized_jacobian(const Model& model, const State& state, int root, int frame);
 /// The same for a body's point at p_WP.
 Eigen::MatrixXd generalized_jacobian(const Model& model, const State& state, int root, int body, const Vector3d& p_WP);
-/// The part of a frame's twist that total momentum carries, J_b I_b^-1 [momentum about the base] (second term of (2.3)).
+/// The part of a frame's twist that total momentum carries, J_b I_b^-1 [momentum about the base] (second term of
+/// (2.3)).
 Eigen::VectorXd momentum_twist(const Model& model, const State& state, int root, int body, const Vector3d& p_WP,
                                const Momentumd& momentum);
 
@@ -46,8 +47,8 @@ struct ReducedEquation {
   Eigen::VectorXd tau;  // tau_m - I_bm^T I_b^-1 F_b
 };
 /// `generalized` as in Forces::generalized. External wrenches enter through generalized_jacobian^T F.
-ReducedEquation reduced_equation(const Model& model, const State& state, int root, const std::vector<double>& generalized,
-                                 const Vector3d& gravity = Vector3d::zero());
+ReducedEquation reduced_equation(const Model& model, const State& state, int root,
+                                 const std::vector<double>& generalized, const Vector3d& gravity = Vector3d::zero());
 /// The generalized inertia alone.
 Eigen::MatrixXd generalized_inertia(const Model& model, const State& state, int root);
 

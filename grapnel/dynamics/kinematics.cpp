@@ -8,7 +8,8 @@ Kinematics::Kinematics(const Model& model)
     : X_WB(model.bodies().size()), V_WB(model.bodies().size()), links(model.tree().links.size()) {}
 
 void forward_kinematics(const Model& model, const State& state, Kinematics& kinematics) {
-  if (static_cast<int>(state.q.size()) != model.coordinates() || static_cast<int>(state.v.size()) != model.velocities()) {
+  if (static_cast<int>(state.q.size()) != model.coordinates() ||
+      static_cast<int>(state.v.size()) != model.velocities()) {
     throw std::invalid_argument("forward_kinematics: the state has another model's size");
   }
   if (kinematics.X_WB.size() != model.bodies().size()) {
@@ -50,15 +51,19 @@ void write_column(Eigen::Ref<Eigen::MatrixXd> J, int column, const Vector3d& ang
 
 void point_jacobian(const Model& model, const Kinematics& kinematics, int body, const Vector3d& p_WP,
                     Eigen::Ref<Eigen::MatrixXd> J) {
-  if (J.rows() != 6 || J.cols() != model.velocities()) throw std::invalid_argument("point_jacobian: J must be 6 x velocities");
+  if (J.rows() != 6 || J.cols() != model.velocities())
+    throw std::invalid_argument("point_jacobian: J must be 6 x velocities");
   J.setZero();
   for (int i = body; i >= 0; i = model.bodies()[i].parent) {
     const Body& b = model.bodies()[i];
     const Posed& X = kinematics.X_WB[i];
     const Vector3d arm = p_WP - X.p;
     switch (b.description.joint.type) {
-      case JointType::fixed: break;
-      case JointType::prismatic: write_column(J, b.v, Vector3d::zero(), X.R * b.description.joint.axis); break;
+      case JointType::fixed:
+        break;
+      case JointType::prismatic:
+        write_column(J, b.v, Vector3d::zero(), X.R * b.description.joint.axis);
+        break;
       case JointType::revolute:
       case JointType::continuous: {
         const Vector3d axis = X.R * b.description.joint.axis;

@@ -14,8 +14,8 @@ namespace grapnel {
 
 /// Poses and twists of all bodies at one state.
 struct Kinematics {
-  std::vector<Posed> X_WB;   // per body; forward_kinematics
-  std::vector<Twistd> V_WB;  // per body, at its frame's origin, in W [rad/s, m/s]; forward_kinematics
+  std::vector<Posed> X_WB;                // per body; forward_kinematics
+  std::vector<Twistd> V_WB;               // per body, at its frame's origin, in W [rad/s, m/s]; forward_kinematics
   std::vector<LinkMotion<double>> links;  // of the kernels' tree
 
   Kinematics() = default;

@@ -18,7 +18,8 @@ Eigen::MatrixXd mass_matrix(const Model& model, const State& state) {
   return M;
 }
 
-void bias(const Model& model, const State& state, const Vector3d& gravity, Workspace& workspace, std::vector<double>& c) {
+void bias(const Model& model, const State& state, const Vector3d& gravity, Workspace& workspace,
+          std::vector<double>& c) {
   c.resize(model.velocities());
   DynamicsInput<double> in;
   in.q = state.q, in.v = state.v, in.gravity = gravity;

@@ -15,6 +15,7 @@ void mass_matrix(const Model& model, const State& state, Workspace& workspace, E
 Eigen::MatrixXd mass_matrix(const Model& model, const State& state);
 
 /// The bias c = [c_b; c_m] of (2.7): generalized forces at zero acceleration, gravity included.
-void bias(const Model& model, const State& state, const Vector3d& gravity, Workspace& workspace, std::vector<double>& c);
+void bias(const Model& model, const State& state, const Vector3d& gravity, Workspace& workspace,
+          std::vector<double>& c);
 
 }  // namespace grapnel

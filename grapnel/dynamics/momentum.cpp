@@ -38,7 +38,8 @@ Vector3d center_of_mass(const Model& model, const Kinematics& kinematics, std::s
   return (1 / mass) * first_moment;
 }
 
-Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const Vector3d& p_W, std::span<const int> roots) {
+Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const Vector3d& p_W,
+                         std::span<const int> roots) {
   Momentumd total = Momentumd::zero();
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     if (!counts(model, roots, i)) continue;

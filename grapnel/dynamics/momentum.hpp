@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Momentum, centre of mass and kinetic energy, body by body from poses and twists: independent of the mass matrix and of
-/// what an integrator carries, so that a ledger can trust it. Thread safety: pure functions.
+/// Momentum, centre of mass and kinetic energy, body by body from poses and twists: independent of the mass matrix and
+/// of what an integrator carries, so that a ledger can trust it. Thread safety: pure functions.
 
 #include <span>
 

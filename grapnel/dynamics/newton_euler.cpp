@@ -7,7 +7,8 @@ namespace grapnel {
 using namespace recursion;
 
 template <class S>
-void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace, std::span<S> force) {
+void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
+                  std::span<S> force) {
   std::vector<LinkScratch<S>>& scratch = workspace.links;
   const bool moving = !in.acceleration.empty();
   const std::size_t count = tree.links.size();

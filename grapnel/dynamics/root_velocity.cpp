@@ -9,8 +9,8 @@ namespace {
 
 using namespace recursion;
 
-// Sums composite inertias into the roots, and into LinkScratch::momentum the momenta of velocities v with the roots' own
-// motion (`moving_root`) or without it.
+// Sums composite inertias into the roots, and into LinkScratch::momentum the momenta of velocities v with the roots'
+// own motion (`moving_root`) or without it.
 template <class S>
 void sum_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, bool moving_root,
                  std::vector<LinkScratch<S>>& scratch) {
@@ -81,8 +81,9 @@ void root_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> 
   }
 }
 
-template void recover_root_velocities<double>(const Tree<double>&, std::span<const double>, std::span<const Momentum<double>>,
-                                              DynamicsWorkspace<double>&, std::span<double>);
+template void recover_root_velocities<double>(const Tree<double>&, std::span<const double>,
+                                              std::span<const Momentum<double>>, DynamicsWorkspace<double>&,
+                                              std::span<double>);
 template void root_momenta<double>(const Tree<double>&, std::span<const double>, std::span<const double>,
                                    DynamicsWorkspace<double>&, std::span<Momentum<double>>);
 

@@ -3,17 +3,17 @@
 /// @file
 /// Velocities of free roots from the momenta of their trees: (2.3) and (2.6) as an O(n) kernel.
 ///
-/// Where nothing acts from outside, a tree's momentum is a constant of the motion, and the base's twist is what momentum
-/// and joint rates leave: V_B = I_c^-1 (h_B - h_joints), I_c the composite inertia and h_joints the momentum of the joint
-/// rates alone. Taken from there instead of from its own differential equation, momentum cannot drift.
+/// Where nothing acts from outside, a tree's momentum is a constant of the motion, and the base's twist is what
+/// momentum and joint rates leave: V_B = I_c^-1 (h_B - h_joints), I_c the composite inertia and h_joints the momentum
+/// of the joint rates alone. Taken from there instead of from its own differential equation, momentum cannot drift.
 /// Thread safety: reads the tree, writes only the workspace and the outputs.
 
 #include "grapnel/dynamics/articulated_body.hpp"
 
 namespace grapnel {
 
-/// Overwrites the root velocities in `v` so that the tree of each free root (in the order of the links) has the momentum
-/// in `momentum`: [angular about the tree's own centre of mass; linear], in W.
+/// Overwrites the root velocities in `v` so that the tree of each free root (in the order of the links) has the
+/// momentum in `momentum`: [angular about the tree's own centre of mass; linear], in W.
 template <class S>
 void recover_root_velocities(const Tree<S>& tree, std::span<const S> q, std::span<const Momentum<S>> momentum,
                              DynamicsWorkspace<S>& workspace, std::span<S> v);

@@ -35,7 +35,8 @@ Posed root_pose(const Model& model, const State& state, int body) {
 void set_root_pose(const Model& model, int body, const Posed& X_WB, State& state) {
   const Body& b = root_at(model, body);
   if (b.description.joint.type == JointType::fixed) {
-    throw std::invalid_argument("root '" + b.description.name + "' is fixed to the world: its pose belongs to the model");
+    throw std::invalid_argument("root '" + b.description.name +
+                                "' is fixed to the world: its pose belongs to the model");
   }
   const Quaterniond q = quaternion_from(X_WB.R);
   const double values[7] = {X_WB.p[0], X_WB.p[1], X_WB.p[2], q.w, q.x, q.y, q.z};

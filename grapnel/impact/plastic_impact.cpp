@@ -76,8 +76,8 @@ ImpactSolution plastic_impact(const Model& model, const State& state, std::span<
     const int rows = row_count(g.model);
     const Eigen::MatrixXd A = constrained_directions(g);
     const Eigen::VectorXd P = A.transpose() * impulse.segment(row, rows);
-    result.contacts.push_back({{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}},
-                               determined_components(A, result.null_space.middleRows(row, rows))});
+    result.contacts.push_back(
+        {{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}}, determined_components(A, result.null_space.middleRows(row, rows))});
     row += rows;
   }
   return result;

@@ -4,10 +4,10 @@
 /// Plastic impact of all grips at once: the end-effectors and the targets move as one afterwards.
 ///
 /// M (v+ - v-) = J^T P,  J v+ = 0  =>  W P = -u-,  W = J M^-1 J^T,  u- = J v-   (docs/theory.md, section 7), over robot
-/// and targets together, valid for any momentum, any number of arms, shared targets and non-square Jacobians. The thesis's
-/// (3.9)-(3.13) drop the robot's momentum after the impact; see published_impact.hpp.
-/// Limitations: instantaneous, no restitution, no friction; configuration unchanged; finite forces do nothing.
-/// Thread safety: pure functions.
+/// and targets together, valid for any momentum, any number of arms, shared targets and non-square Jacobians. The
+/// thesis's (3.9)-(3.13) drop the robot's momentum after the impact; see published_impact.hpp. Limitations:
+/// instantaneous, no restitution, no friction; configuration unchanged; finite forces do nothing. Thread safety: pure
+/// functions.
 
 #include <vector>
 
@@ -23,15 +23,15 @@ struct ContactImpulse {
 };
 
 struct ImpactSolution {
-  std::vector<double> velocity;         // v+ of the whole model
-  std::vector<ContactImpulse> contacts; // per grip
+  std::vector<double> velocity;          // v+ of the whole model
+  std::vector<ContactImpulse> contacts;  // per grip
   int rank = 0;
   int rows = 0;
-  Eigen::MatrixXd null_space;           // self-stresses, rows x (rows - rank), in constrained directions
-  double kinetic_energy_before = 0;     // [J], by the mass matrix
+  Eigen::MatrixXd null_space;        // self-stresses, rows x (rows - rank), in constrained directions
+  double kinetic_energy_before = 0;  // [J], by the mass matrix
   double kinetic_energy_after = 0;
-  double energy_identity_residual = 0;  // |dT + u-^T W^+ u- / 2| / max(T-, |dT|)
-  double constraint_residual = 0;       // largest |J v+| over the largest |u-| or rate
+  double energy_identity_residual = 0;       // |dT + u-^T W^+ u- / 2| / max(T-, |dT|)
+  double constraint_residual = 0;            // largest |J v+| over the largest |u-| or rate
   double generalized_momentum_residual = 0;  // (3.6): |M dv - J^T P| in the energy norm over that of M dv
 };
 

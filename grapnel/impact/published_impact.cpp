@@ -62,8 +62,8 @@ PublishedImpact published_impact(const Model& model, const State& state, int roo
 
   const Eigen::MatrixXd I = generalized_inertia(model, state, root);
   Eigen::MatrixXd J(6 * r, n);
-  Eigen::MatrixXd G = I;              // (3.12)
-  Eigen::VectorXd H = I * rates;      // (3.12)
+  Eigen::MatrixXd G = I;          // (3.12)
+  Eigen::VectorXd H = I * rates;  // (3.12)
   std::vector<TargetTerms> terms;
   for (Eigen::Index k = 0; k < r; ++k) {
     const Grasp& g = grasps[k];
@@ -104,7 +104,8 @@ PublishedImpact published_impact(const Model& model, const State& state, int roo
     set_root_twist(model, g.target_body, shift(as_twist(t_f), -com_arm), after);
   }
   const Kinematics k_after = forward_kinematics(model, after);
-  result.momentum_error = momentum_about(model, k_after, Vector3d::zero()) - momentum_about(model, kinematics, Vector3d::zero());
+  result.momentum_error =
+      momentum_about(model, k_after, Vector3d::zero()) - momentum_about(model, kinematics, Vector3d::zero());
   return result;
 }
 

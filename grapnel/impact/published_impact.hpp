@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The thesis's own impact estimate, (3.8)-(3.13), for comparison only: it takes J thetadot for the end-effectors' twist,
-/// which holds only while the robot's momentum is zero, and so does not conserve momentum through an impact.
+/// The thesis's own impact estimate, (3.8)-(3.13), for comparison only: it takes J thetadot for the end-effectors'
+/// twist, which holds only while the robot's momentum is zero, and so does not conserve momentum through an impact.
 /// Thread safety: pure functions.
 
 #include <string>
@@ -12,14 +12,14 @@
 namespace grapnel {
 
 struct PublishedImpact {
-  std::string undefined;                    // why the formulas do not apply; empty if they do
-  std::vector<ContactImpulse> contacts;     // (3.8) with (J^T)^+; `determined` is not filled
-  std::vector<double> joint_rates;          // (3.11), in the order of joint_velocities()
+  std::string undefined;                         // why the formulas do not apply; empty if they do
+  std::vector<ContactImpulse> contacts;          // (3.8) with (J^T)^+; `determined` is not filled
+  std::vector<double> joint_rates;               // (3.11), in the order of joint_velocities()
   Momentumd momentum_error = Momentumd::zero();  // total after minus before, about the world's origin, in W
 };
 
-/// `root` is the robot's base. Undefined where a target is gripped by several arms, where a grip is not rigid, where the
-/// base is fixed, and where I (thetadot_f - thetadot_i) is not in the range of J^T.
+/// `root` is the robot's base. Undefined where a target is gripped by several arms, where a grip is not rigid, where
+/// the base is fixed, and where I (thetadot_f - thetadot_i) is not in the range of J^T.
 PublishedImpact published_impact(const Model& model, const State& state, int root, std::span<const Grasp> grasps);
 
 }  // namespace grapnel

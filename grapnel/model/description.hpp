@@ -18,19 +18,27 @@ enum class JointType { revolute, continuous, prismatic, fixed, spherical, free }
 /// Number of generalized velocities of a joint.
 constexpr int velocity_count(JointType type) {
   switch (type) {
-    case JointType::free: return 6;
-    case JointType::spherical: return 3;
-    case JointType::fixed: return 0;
-    default: return 1;
+    case JointType::free:
+      return 6;
+    case JointType::spherical:
+      return 3;
+    case JointType::fixed:
+      return 0;
+    default:
+      return 1;
   }
 }
 /// Number of coordinates of a joint (a free joint: position and quaternion; a spherical one: quaternion).
 constexpr int coordinate_count(JointType type) {
   switch (type) {
-    case JointType::free: return 7;
-    case JointType::spherical: return 4;
-    case JointType::fixed: return 0;
-    default: return 1;
+    case JointType::free:
+      return 7;
+    case JointType::spherical:
+      return 4;
+    case JointType::fixed:
+      return 0;
+    default:
+      return 1;
   }
 }
 
@@ -45,9 +53,9 @@ struct JointLimits {
 /// Friction torque -(viscous rate + coulomb tanh(rate / transition_rate)). The smooth transition stands for the jump of
 /// dry friction, so a joint creeps where a real one sticks; the rate at which it does is the user's to choose.
 struct JointFriction {
-  double viscous = 0;            // [N m s/rad or N s/m]
-  double coulomb = 0;            // [N m or N]
-  double transition_rate = 1e-3; // [rad/s or m/s]
+  double viscous = 0;             // [N m s/rad or N s/m]
+  double coulomb = 0;             // [N m or N]
+  double transition_rate = 1e-3;  // [rad/s or m/s]
 };
 
 /// A joint between a body and its parent.
@@ -67,12 +75,12 @@ struct JointDescription {
 /// A rigid body and the joint that carries it. Its frame sits at the joint: X_PB(q) = X_PF * joint motion(q).
 struct BodyDescription {
   std::string name;
-  std::string parent;   // name of the parent body; empty: the world
+  std::string parent;              // name of the parent body; empty: the world
   Posed X_PF = Posed::identity();  // joint frame in the parent's frame
   JointDescription joint;
-  double mass = 0;                                     // [kg]
-  Vector3d com = Vector3d::zero();                     // in the body's frame [m]
-  Symmetric3d inertia = Symmetric3d::zero();           // about the centre of mass, in the body's axes [kg m^2]
+  double mass = 0;                            // [kg]
+  Vector3d com = Vector3d::zero();            // in the body's frame [m]
+  Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, in the body's axes [kg m^2]
 };
 
 /// A named frame fixed on a body: an end-effector, a grasp point, a sensor.

@@ -29,6 +29,24 @@ bool finite(const Posed& X) {
   return finite(X.p);
 }
 
+// Largest entry of R^T R - 1, or infinity for a reflection.
+double rotation_defect(const Rotationd& R) {
+  const Rotationd G = transpose(R) * R;
+  double worst = dot(cross(R.column(0), R.column(1)), R.column(2)) > 0 ? 0 : INFINITY;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) worst = std::max(worst, std::abs(G(i, j) - (i == j ? 1 : 0)));
+  }
+  return worst;
+}
+
+// What is wrong with a placement; empty if nothing.
+std::string placement_fault(const Posed& X) {
+  if (!finite(X)) return "placement is not finite";
+  const double defect = rotation_defect(X.R);
+  if (defect > 1e-9) return fmt::format("orientation is not a rotation (R^T R differs from 1 by {:.3g})", defect);
+  return {};
+}
+
 // Eigenvalues of a symmetric 3 x 3 matrix in ascending order, by cyclic Jacobi rotations.
 std::array<double, 3> eigenvalues(Symmetric3d A) {
   double a[3][3] = {{A.xx, A.xy, A.xz}, {A.xy, A.yy, A.yz}, {A.xz, A.yz, A.zz}};
@@ -66,17 +84,19 @@ void check_joint(const BodyDescription& body, std::vector<std::string>& faults) 
     const double length = norm(j.axis);
     if (!(std::abs(length - 1) < 1e-9)) fault(fmt::format("axis has length {}, must be a unit vector", length));
   }
-  if (j.limits.lower > j.limits.upper) fault(fmt::format("lower limit {} is above upper limit {}", j.limits.lower, j.limits.upper));
+  if (j.limits.lower > j.limits.upper)
+    fault(fmt::format("lower limit {} is above upper limit {}", j.limits.lower, j.limits.upper));
   if (!(j.limits.rate > 0)) fault(fmt::format("rate limit {} must be positive", j.limits.rate));
   if (!(j.limits.effort > 0)) fault(fmt::format("effort limit {} must be positive", j.limits.effort));
   if (!(j.friction.viscous >= 0) || !(j.friction.coulomb >= 0)) fault("friction must not be negative");
   if (!(j.friction.transition_rate > 0)) fault("friction transition rate must be positive");
-  if (!(j.rotor_inertia >= 0) || !std::isfinite(j.gear_ratio)) fault("rotor inertia must not be negative, gear ratio finite");
+  if (!(j.rotor_inertia >= 0) || !std::isfinite(j.gear_ratio))
+    fault("rotor inertia must not be negative, gear ratio finite");
 }
 
 void check_body(const BodyDescription& body, std::vector<std::string>& faults) {
   const auto fault = [&](const std::string& text) { faults.push_back(fmt::format("body '{}': {}", body.name, text)); };
-  if (!finite(body.X_PF)) fault("joint placement is not finite");
+  if (const std::string text = placement_fault(body.X_PF); !text.empty()) fault("joint " + text);
   if (!finite(body.com)) fault("centre of mass is not finite");
   if (!(body.mass > 0) || !std::isfinite(body.mass)) fault(fmt::format("mass {} must be positive", body.mass));
   const std::string inertia = inertia_fault(body.inertia);
@@ -90,19 +110,21 @@ std::string inertia_fault(const Symmetric3d& inertia) {
   if (!finite(inertia)) return "inertia is not finite";
   const auto lambda = eigenvalues(inertia);
   if (!(lambda[0] > 0)) {
-    return fmt::format("inertia is not positive definite (principal moments {:.6g}, {:.6g}, {:.6g})", lambda[0], lambda[1],
-                       lambda[2]);
+    return fmt::format("inertia is not positive definite (principal moments {:.6g}, {:.6g}, {:.6g})", lambda[0],
+                       lambda[1], lambda[2]);
   }
   if (lambda[2] > (lambda[0] + lambda[1]) * (1 + 1e-9)) {
     return fmt::format(
-        "inertia breaks the triangle inequality: principal moment {:.6g} is larger than the sum of {:.6g} and {:.6g}, which no "
+        "inertia breaks the triangle inequality: principal moment {:.6g} is larger than the sum of {:.6g} and {:.6g}, "
+        "which no "
         "body has",
         lambda[2], lambda[0], lambda[1]);
   }
   return {};
 }
 
-ModelError::ModelError(std::vector<std::string> faults) : std::invalid_argument(join(faults)), faults_(std::move(faults)) {}
+ModelError::ModelError(std::vector<std::string> faults)
+    : std::invalid_argument(join(faults)), faults_(std::move(faults)) {}
 
 double Model::mass() const {
   double total = 0;
@@ -118,7 +140,8 @@ int find_by_name(const Items& items, std::string_view name, std::string_view kin
     if (name_of(items[i]) == name) return static_cast<int>(i);
     known += (known.empty() ? "'" : ", '") + std::string(name_of(items[i])) + "'";
   }
-  throw std::out_of_range(fmt::format("no {} '{}' in the model; there are {}", kind, name, known.empty() ? "none" : known));
+  throw std::out_of_range(
+      fmt::format("no {} '{}' in the model; there are {}", kind, name, known.empty() ? "none" : known));
 }
 }  // namespace
 
@@ -145,7 +168,8 @@ ModelBuilder& ModelBuilder::add(FrameDescription frame) {
   frames_.push_back(std::move(frame));
   return *this;
 }
-ModelBuilder& ModelBuilder::attach(std::string_view body, std::string_view parent, const Posed& X_PF, JointDescription joint) {
+ModelBuilder& ModelBuilder::attach(std::string_view body, std::string_view parent, const Posed& X_PF,
+                                   JointDescription joint) {
   const auto it = std::find_if(bodies_.begin(), bodies_.end(), [&](const auto& b) { return b.name == body; });
   if (it == bodies_.end()) throw std::out_of_range(fmt::format("no body '{}' to attach", body));
   it->parent = parent;
@@ -165,7 +189,8 @@ Model ModelBuilder::build() const {
   if (bodies_.empty()) faults.push_back("a model needs at least one body");
   for (const BodyDescription& b : bodies_) {
     const bool root = b.parent.empty();
-    if (!root && !given.contains(b.parent)) faults.push_back(fmt::format("body '{}': unknown parent '{}'", b.name, b.parent));
+    if (!root && !given.contains(b.parent))
+      faults.push_back(fmt::format("body '{}': unknown parent '{}'", b.name, b.parent));
     if (root && b.joint.type != JointType::free && b.joint.type != JointType::fixed) {
       faults.push_back(fmt::format("body '{}': a root must be free or fixed to the world", b.name));
     }
@@ -176,7 +201,9 @@ Model ModelBuilder::build() const {
   std::map<std::string, int, std::less<>> frame_names;
   for (const FrameDescription& f : frames_) {
     if (!given.contains(f.body)) faults.push_back(fmt::format("frame '{}': unknown body '{}'", f.name, f.body));
-    if (!finite(f.X_BE)) faults.push_back(fmt::format("frame '{}': placement is not finite", f.name));
+    if (const std::string text = placement_fault(f.X_BE); !text.empty()) {
+      faults.push_back(fmt::format("frame '{}': {}", f.name, text));
+    }
     if (!frame_names.emplace(f.name, 0).second) faults.push_back(fmt::format("frame '{}' occurs twice", f.name));
   }
   if (!faults.empty()) throw ModelError(std::move(faults));
@@ -191,6 +218,9 @@ Model ModelBuilder::build() const {
       if (placed[i] || !(bodies_[i].parent.empty() || index.contains(bodies_[i].parent))) continue;
       index.emplace(bodies_[i].name, sorted.size());
       sorted.push_back(bodies_[i]);
+      // Within the tolerance of the check, but kernels and Jacobians must see the same direction.
+      Vector3d& axis = sorted.back().joint.axis;
+      if (velocity_count(sorted.back().joint.type) == 1) axis *= 1 / norm(axis);
       placed[i] = progress = true;
     }
   }

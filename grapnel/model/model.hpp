@@ -4,8 +4,8 @@
 /// The immutable description of a mechanical system: a forest of rigid bodies on joints, with named frames.
 ///
 /// A servicer is a tree whose root is its base; a free target is a tree of one body. A model is built once by
-/// ModelBuilder, checked as a whole, and never changes; a capture makes a new model in which the target hangs on the arm.
-/// Thread safety: a Model is immutable and may be read from any number of threads.
+/// ModelBuilder, checked as a whole, and never changes; a capture makes a new model in which the target hangs on the
+/// arm. Thread safety: a Model is immutable and may be read from any number of threads.
 
 #include <stdexcept>
 #include <string>
@@ -30,11 +30,11 @@ class ModelError : public std::invalid_argument {
 /// A body of a built model.
 struct Body {
   BodyDescription description;
-  int parent;              // index of the parent body; -1: the world
-  int q;                   // first coordinate of its joint in State::q
-  int v;                   // first velocity of its joint in State::v
-  int root;                // index of the root body of its tree
-  BodyPlacement placement; // in the kernels' tree
+  int parent;               // index of the parent body; -1: the world
+  int q;                    // first coordinate of its joint in State::q
+  int v;                    // first velocity of its joint in State::v
+  int root;                 // index of the root body of its tree
+  BodyPlacement placement;  // in the kernels' tree
 };
 
 struct Frame {
@@ -43,8 +43,8 @@ struct Frame {
   Posed X_BE;  // in the body's frame
 };
 
-/// See the file comment. Coordinates q: a free root contributes its position p_WB [m] and its quaternion_wxyz of R_WB, a
-/// joint its angle [rad] or travel [m], a spherical joint quaternion_wxyz. Velocities v: a free root contributes V_WB
+/// See the file comment. Coordinates q: a free root contributes its position p_WB [m] and its quaternion_wxyz of R_WB,
+/// a joint its angle [rad] or travel [m], a spherical joint quaternion_wxyz. Velocities v: a free root contributes V_WB
 /// expressed in B [angular; linear], a joint its rate, a spherical joint the relative angular velocity in the child.
 class Model {
  public:
@@ -89,7 +89,8 @@ class ModelBuilder {
 
   /// Checks everything at once and builds. Bodies are sorted parents first, otherwise in the order given.
   /// @throws ModelError with all faults: duplicate or unknown names, cycles, masses not positive, inertias not positive
-  /// definite or against the triangle inequality, axes not of unit length, limits the wrong way round, non-finite numbers.
+  /// definite or against the triangle inequality, axes not of unit length, limits the wrong way round, non-finite
+  /// numbers.
   Model build() const;
 
  private:
@@ -97,8 +98,8 @@ class ModelBuilder {
   std::vector<FrameDescription> frames_;
 };
 
-/// Faults of an inertia tensor about the centre of mass: empty if it can belong to a body, else one sentence. A slack of
-/// 1e-9 of the trace allows for published numbers that are rounded (and for thin rods and plates).
+/// Faults of an inertia tensor about the centre of mass: empty if it can belong to a body, else one sentence. A slack
+/// of 1e-9 of the trace allows for published numbers that are rounded (and for thin rods and plates).
 std::string inertia_fault(const Symmetric3d& inertia);
 
 }  // namespace grapnel

@@ -23,8 +23,8 @@ std::optional<SignedAxis> coordinate_axis(const Vector3d& a) {
   return std::nullopt;
 }
 
-// One Newton step towards the nearest rotation, R (3 - R^T R) / 2. Without it a frame that is set along its parent's error
-// (R_PL = X_LF.R below, hence X_LB = R^T R) would double that error with every link of a chain.
+// One Newton step towards the nearest rotation, R (3 - R^T R) / 2. Without it a frame that is set along its parent's
+// error (R_PL = X_LF.R below, hence X_LB = R^T R) would double that error with every link of a chain.
 Rotationd orthonormalized(const Rotationd& R) {
   const Rotationd G = transpose(R) * R;
   Rotationd half{};
@@ -51,11 +51,16 @@ Alignment choose_frame(const Rotationd& R_PF, const Vector3d& axis_F) {
 
 LinkJoint link_joint(JointType type) {
   switch (type) {
-    case JointType::free: return LinkJoint::root_free;
-    case JointType::spherical: return LinkJoint::spherical;
-    case JointType::prismatic: return LinkJoint::prismatic;
-    case JointType::fixed: return LinkJoint::root_fixed;  // only as a root; others are merged
-    default: break;
+    case JointType::free:
+      return LinkJoint::root_free;
+    case JointType::spherical:
+      return LinkJoint::spherical;
+    case JointType::prismatic:
+      return LinkJoint::prismatic;
+    case JointType::fixed:
+      return LinkJoint::root_fixed;  // only as a root; others are merged
+    default:
+      break;
   }
   return LinkJoint::revolute;
 }

@@ -4,10 +4,10 @@
 /// The form in which the recursive kernels see a model: moving links only, in frames chosen so that most joints turn
 /// about a coordinate axis and most joint frames are not rotated against their parents.
 ///
-/// Bodies on fixed joints are merged into the link that carries them. A link's internal frame has the same origin as the
-/// body's own frame; its orientation is the parent's at zero joint angle whenever the joint's axis is then a coordinate
-/// axis. Rotating a 6 x 6 articulated inertia by a general matrix is 240 operations, by one coordinate rotation 60.
-/// Thread safety: immutable after construction.
+/// Bodies on fixed joints are merged into the link that carries them. A link's internal frame has the same origin as
+/// the body's own frame; its orientation is the parent's at zero joint angle whenever the joint's axis is then a
+/// coordinate axis. Rotating a 6 x 6 articulated inertia by a general matrix is 240 operations, by one coordinate
+/// rotation 60. Thread safety: immutable after construction.
 
 #include <cstdint>
 #include <vector>
@@ -20,16 +20,16 @@ enum class LinkJoint : std::uint8_t { root_free, root_fixed, revolute, prismatic
 
 template <class S = double>
 struct TreeLink {
-  int parent;                  // index of the parent link; -1 for a root
+  int parent;  // index of the parent link; -1 for a root
   LinkJoint joint;
-  std::uint8_t axis;           // coordinate axis of a revolute or prismatic joint in the link's frame: 0, 1, 2
-  bool rotated;                // X_PF.R is not the identity
-  int q;                       // first coordinate
-  int v;                       // first velocity
-  double sign;                 // +1 or -1: whether the user's axis points along the coordinate axis
-  Pose<S> X_PF;                // joint frame in the parent link's frame
-  RigidBodyInertia<S> inertia; // of all bodies merged into the link, about its origin, in its frame
-  S armature;                  // reflected rotor inertia
+  std::uint8_t axis;            // coordinate axis of a revolute or prismatic joint in the link's frame: 0, 1, 2
+  bool rotated;                 // X_PF.R is not the identity
+  int q;                        // first coordinate
+  int v;                        // first velocity
+  double sign;                  // +1 or -1: whether the user's axis points along the coordinate axis
+  Pose<S> X_PF;                 // joint frame in the parent link's frame
+  RigidBodyInertia<S> inertia;  // of all bodies merged into the link, about its origin, in its frame
+  S armature;                   // reflected rotor inertia
 };
 
 template <class S = double>

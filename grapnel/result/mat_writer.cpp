@@ -96,9 +96,12 @@ Variable phase_column(const std::vector<int>& phases) {
 /// A MATLAB struct being filled, its fields in the order they came.
 class Struct {
  public:
-  /// A field of our own. Groups of the series that have its name get another, whichever comes first here.
+  Struct() = default;
+  /// `reserved`: names that are for add() alone; groups of the series that are called so get another.
+  explicit Struct(std::set<std::string> reserved) : taken_(std::move(reserved)) {}
+
   void add(const std::string& name, Variable value) {
-    fields_.push_back({std::string(1, '\0') + name, unique_matlab_name(name, taken_), std::move(value), nullptr});
+    fields_.push_back({std::string(1, '\0') + name, name, std::move(value), nullptr});  // no series has this key
   }
 
   /// The value at `path` below this struct; the structs on the way are made. Returns the path in MATLAB:
@@ -158,11 +161,7 @@ Variable series_info(const Series& s) {
 }
 
 Variable document(const TimeSeries& series, const TimeSeriesMetadata& metadata) {
-  Struct info;
-  for (const Series& s : series.series) {
-    if (s.width() > 0) info.set(s.path, series_info(s));
-  }
-  Struct top;
+  Struct top({"schema", "version", "scenario", "sha256", "time", "phase", "phase_names", "info", "names"});
   top.add("schema", text_variable(kSchema));
   top.add("version", text_variable(metadata.version));
   top.add("scenario", text_variable(metadata.scenario_name));
@@ -170,10 +169,19 @@ Variable document(const TimeSeries& series, const TimeSeriesMetadata& metadata) 
   top.add("time", matrix(series.time, series.time.size(), 1));
   top.add("phase", phase_column(series.phase));
   top.add("phase_names", cell_of_texts(series.phases));
-  top.add("info", info.variable(nullptr));
+  Struct info;
+  std::vector<std::string> matlab_names, paths;
   for (const Series& s : series.series) {
-    if (s.width() > 0) top.set(s.path, matrix(s.data, series.time.size(), s.components.size()));
+    if (s.width() == 0) continue;
+    matlab_names.push_back(top.set(s.path, matrix(s.data, series.time.size(), s.components.size())));
+    paths.push_back(s.path);
+    info.set(s.path, series_info(s));
   }
+  top.add("info", info.variable(nullptr));
+  Struct names;
+  names.add("matlab", cell_of_texts(matlab_names));
+  names.add("path", cell_of_texts(paths));
+  top.add("names", names.variable(nullptr));
   return top.variable("grapnel");
 }
 

@@ -62,7 +62,7 @@ std::string approach_table(const CaptureResult& result) {
                number(norm(e.relative_angular_velocity))});
   }
   if (any) out += table.text();
-  TextTable base(2);
+  TextTable base(3);
   base.row({"base angular velocity", "rad/s", vector(end.base.angular_velocity)});
   base.row({"base velocity", "m/s", vector(end.base.velocity)});
   return out + base.text();
@@ -97,7 +97,9 @@ std::string grasp_table(const ImpactReport& impact) {
   std::string out = table.text();
   if (!all_determined) {
     out += paragraph(
-        "* some components are not unique: internal stress of the closed loops is open (the smallest is given)", "  ");
+        "* some components are not unique (a self-stress of the closed loops is free): see determined in "
+        "summary.json",
+        "  ");
   }
   return out;
 }
@@ -122,7 +124,7 @@ std::string impact_table(const CaptureResult& result) {
   std::string out = fmt::format("\nimpact at t = {} s: {}, rank {} of {} rows, mean force over {} s\n",
                                 number(impact.time), impact.law, impact.rank, impact.rows, number(impact.duration));
   out += grasp_table(impact) + published_line(impact);
-  TextTable table(2);
+  TextTable table(3);
   table.row({"kinetic energy", "J",
              fmt::format("{} -> {}", number(impact.kinetic_energy_before), number(impact.kinetic_energy_after))});
   if (impact.brake) {
@@ -138,7 +140,7 @@ std::string impact_table(const CaptureResult& result) {
 std::string post_impact_table(const CaptureResult& result) {
   if (!result.post_impact_end) return "";
   const PhaseEnd& end = *result.post_impact_end;
-  TextTable base(2);
+  TextTable base(3);
   base.row({"base angular velocity", "rad/s", vector(end.base.angular_velocity)});
   base.row({"base velocity", "m/s", vector(end.base.velocity)});
   return fmt::format("\nafter the impact, at its end (t = {} s)\n", number(end.time)) + base.text();

@@ -8,14 +8,14 @@ namespace grapnel {
 struct IntegrationSetup {
   enum class Method { adaptive_8, rk4 };
   Method method = Method::adaptive_8;
-  /// recovered: where nothing acts from outside, roots' velocities follow from the momentum at the phase's start (2.3), so
-  /// that it cannot drift. integrated: they are integrated like everything else, an independent check.
+  /// recovered: where nothing acts from outside, roots' velocities follow from the momentum at the phase's start (2.3),
+  /// so that it cannot drift. integrated: they are integrated like everything else, an independent check.
   enum class RootVelocity { recovered, integrated };
   RootVelocity root_velocity = RootVelocity::recovered;
   double relative_tolerance = 1e-12;
   double absolute_tolerance = 1e-13;
-  double step = 1e-3;              // for rk4 [s]
-  double max_step = 0;             // for adaptive_8; 0: none [s]
+  double step = 1e-3;   // for rk4 [s]
+  double max_step = 0;  // for adaptive_8; 0: none [s]
   long max_steps = 10'000'000;
 };
 

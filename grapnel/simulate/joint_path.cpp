@@ -25,7 +25,8 @@ Shape end_rate_term(double x) {
 }
 // Starts at 0 with unit rate and ends at rest at 0.
 Shape start_rate_term(double x) {
-  return {x * (1 + x * x * (-6 + x * (8 - 3 * x))), 1 + x * x * (-18 + x * (32 - 15 * x)), x * (-36 + x * (96 - 60 * x))};
+  return {x * (1 + x * x * (-6 + x * (8 - 3 * x))), 1 + x * x * (-18 + x * (32 - 15 * x)),
+          x * (-36 + x * (96 - 60 * x))};
 }
 
 }  // namespace

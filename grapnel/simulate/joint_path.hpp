@@ -19,15 +19,15 @@ struct JointPoint {
 
 struct JointPath {
   JointProfile profile = JointProfile::quintic;
-  double duration = 1;    // T [s], positive
-  double start = 0;       // [rad or m]
+  double duration = 1;  // T [s], positive
+  double start = 0;     // [rad or m]
   double end = 0;
   double start_rate = 0;  // [rad/s or m/s]; not read by quartic
   double end_rate = 0;
 };
 
-/// The path at time t; before 0 and after T it stays at the end points' values (rate included, as the thesis's reference
-/// does), with zero acceleration.
+/// The path at time t; before 0 and after T it stays at the end points' values (rate included, as the thesis's
+/// reference does), with zero acceleration.
 JointPoint evaluate(const JointPath& path, double t);
 
 }  // namespace grapnel

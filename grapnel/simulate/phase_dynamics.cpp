@@ -102,8 +102,9 @@ void PhaseDynamics::accelerate(double) {
     motor_[j] = 0;
     if (drive.control == JointControl::pd) {
       const double effort = body.description.joint.limits.effort;
-      motor_[j] = std::clamp(drive.kp * (reference_[j].position - now_.q[body.q]) + drive.kd * (reference_[j].rate - rate),
-                             -effort, effort);  // (4.1)
+      motor_[j] =
+          std::clamp(drive.kp * (reference_[j].position - now_.q[body.q]) + drive.kd * (reference_[j].rate - rate),
+                     -effort, effort);  // (4.1)
     }
     force_[body.v] = motor_[j] + friction_[j];
   }
@@ -178,7 +179,9 @@ MomentumDefect PhaseDynamics::momentum_mended(std::span<const double> y) {
 
 PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
   const std::span<const double> s = y.subspan(model_.coordinates() + model_.velocities(), kIntegrals);
-  return {s[kMotorWork], s[kFrictionWork], s[kExternalWork],
+  return {s[kMotorWork],
+          s[kFrictionWork],
+          s[kExternalWork],
           {{s[kExternalMoment], s[kExternalMoment + 1], s[kExternalMoment + 2]},
            {s[kExternalForce], s[kExternalForce + 1], s[kExternalForce + 2]}}};
 }

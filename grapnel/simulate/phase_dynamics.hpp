@@ -3,8 +3,8 @@
 /// @file
 /// A model under joint controllers and gravity as a differential equation, with the integrals that its books need.
 ///
-/// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and the
-/// external impulse; they are carried along without error control. Joints are free, driven by PD (4.1), or move as
+/// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
+/// the external impulse; they are carried along without error control. Joints are free, driven by PD (4.1), or move as
 /// prescribed; a root may be held by an ideal wrench.
 /// Thread safety: one thread at a time (it owns a workspace).
 
@@ -31,7 +31,7 @@ struct PhaseSetup {
   std::vector<JointDrive> drives;  // per entry of Model::joints(); empty: all free
   int held_root = -1;              // body index of a free root that is held at its pose; -1: none
   Vector3d gravity = Vector3d::zero();
-  double start_time = 0;           // [s]
+  double start_time = 0;  // [s]
   /// Take the velocities of free roots from the momentum that initial() saw (2.3), where no gravity, ground or holding
   /// wrench changes it; else they are integrated.
   bool recover_root_velocities = true;
@@ -39,9 +39,9 @@ struct PhaseSetup {
 
 /// Integrals since the phase's start.
 struct PhaseIntegrals {
-  double motor_work = 0;     // [J]; of drives, prescribed joints included
-  double friction_work = 0;  // [J]; negative
-  double external_work = 0;  // [J]; of gravity and of the wrench that holds a root
+  double motor_work = 0;                           // [J]; of drives, prescribed joints included
+  double friction_work = 0;                        // [J]; negative
+  double external_work = 0;                        // [J]; of gravity and of the wrench that holds a root
   Momentumd external_impulse = Momentumd::zero();  // gravity, holding wrench, ground; about the world's origin, in W
 };
 
@@ -65,11 +65,11 @@ class PhaseDynamics {
   /// dy/dt.
   void operator()(double t, std::span<const double> y, std::span<double> dydt);
 
-  /// The state in y; prescribed joints are put exactly where they are prescribed, and roots' velocities are those of the
-  /// conserved momenta.
+  /// The state in y; prescribed joints are put exactly where they are prescribed, and roots' velocities are those of
+  /// the conserved momenta.
   State state(double t, std::span<const double> y);
-  /// What recovering roots' velocities has mended: the largest deviation, over the trees, of the momentum that the integrated
-  /// velocities in y have. Zero where they are not recovered.
+  /// What recovering roots' velocities has mended: the largest deviation, over the trees, of the momentum that the
+  /// integrated velocities in y have. Zero where they are not recovered.
   MomentumDefect momentum_mended(std::span<const double> y);
   PhaseIntegrals integrals(std::span<const double> y) const;
   /// Motor effort of every joint (per Model::joints()) at this instant, the friction beside it.
@@ -85,17 +85,17 @@ class PhaseDynamics {
   const Model& model_;
   PhaseSetup setup_;
   Workspace workspace_;
-  State now_;                         // state at the evaluation
-  std::vector<JointPoint> reference_; // per joint
+  State now_;                          // state at the evaluation
+  std::vector<JointPoint> reference_;  // per joint
   std::vector<double> motor_, friction_;
-  std::vector<double> force_;         // generalized forces given
+  std::vector<double> force_;  // generalized forces given
   std::vector<std::uint8_t> prescribed_;
   std::vector<double> acceleration_;  // prescribed
   std::vector<double> vdot_;
-  std::vector<Momentumd> momenta_;    // per free root, as the phase began
-  std::vector<Momentumd> drifted_;    // scratch of momentum_mended
+  std::vector<Momentumd> momenta_;  // per free root, as the phase began
+  std::vector<Momentumd> drifted_;  // scratch of momentum_mended
   bool any_prescribed_ = false;
-  bool has_external_ = false;         // gravity, a held root or a fixed one
+  bool has_external_ = false;  // gravity, a held root or a fixed one
 };
 
 }  // namespace grapnel

@@ -52,7 +52,8 @@ PhaseOutcome run(Method&& stepper, PhaseDynamics& dynamics, const State& start, 
 }  // namespace
 
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
-                            const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe) {
+                            const IntegrationSetup& integration,
+                            const std::function<void(const PhaseSample&)>& observe) {
   if (integration.method == IntegrationSetup::Method::rk4) {
     return run(RungeKutta4<double>(dynamics.manifold(), integration.step), dynamics, start, t0, t1, interval, observe);
   }
@@ -62,7 +63,8 @@ PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double 
   StepControl control;
   if (integration.max_step > 0) control.max_step = integration.max_step;
   control.max_steps = integration.max_steps;
-  return run(DormandPrince853<double>(dynamics.manifold(), tolerances, control), dynamics, start, t0, t1, interval, observe);
+  return run(DormandPrince853<double>(dynamics.manifold(), tolerances, control), dynamics, start, t0, t1, interval,
+             observe);
 }
 
 }  // namespace grapnel

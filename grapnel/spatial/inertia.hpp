@@ -10,9 +10,9 @@ namespace grapnel {
 /// Mass, first moment and rotational inertia of a rigid body, about the origin of the frame it is expressed in.
 template <class S = double>
 struct RigidBodyInertia {
-  S mass;                      // [kg]
-  Vector3<S> first_moment;     // mass times centre of mass [kg m]
-  Symmetric3<S> rotational;    // about the origin [kg m^2]
+  S mass;                    // [kg]
+  Vector3<S> first_moment;   // mass times centre of mass [kg m]
+  Symmetric3<S> rotational;  // about the origin [kg m^2]
 
   static GRAPNEL_INLINE constexpr RigidBodyInertia zero() { return {S(0), Vector3<S>::zero(), Symmetric3<S>::zero()}; }
 

@@ -33,16 +33,19 @@ Rotationd rotation_from_rpy(double roll, double pitch, double yaw) {
 
 Rotationd rotation_between(const Vector3d& from, const Vector3d& to) {
   const double c = dot(from, to);
-  if (c > -0.99) {
+  if (c > -0.5) {
     // Half-way quaternion: (1 + cos, sin * axis), normalized.
     const Vector3d v = cross(from, to);
     const double w = 1 + c;
     const double n = std::sqrt(w * w + dot(v, v));
     return rotation_matrix(Quaterniond{w / n, v[0] / n, v[1] / n, v[2] / n});
   }
-  // Nearly opposite: first half a turn about any axis normal to `from`, then the small rest.
-  const Vector3d helper = std::abs(from[0]) < 0.6 ? Vector3d{1, 0, 0} : Vector3d{0, 1, 0};
-  Vector3d normal = cross(from, helper);
+  // More than 120 degrees: first half a turn about the normal of both (any normal of `from` where they leave it open), then
+  // the small rest, which has the same axis.
+  Vector3d normal = cross(from, to);
+  if (norm(normal) < 1e-15) normal = cross(from, std::abs(from[0]) < 0.6 ? Vector3d{1, 0, 0} : Vector3d{0, 1, 0});
+  normal *= 1 / norm(normal);
+  normal -= dot(normal, from) * from;  // rounding, of nearly parallel vectors
   normal *= 1 / norm(normal);
   return rotation_between(-from, to) * rotation_about(normal, M_PI);
 }

@@ -73,7 +73,8 @@ GRAPNEL_INLINE Rotation<S> rotation_matrix(const Quaternion<S>& q) {
   const S xx = q.x * x2, yy = q.y * y2, zz = q.z * z2, xy = q.x * y2, xz = q.x * z2, yz = q.y * z2;
   const S wx = q.w * x2, wy = q.w * y2, wz = q.w * z2;
   const S one(1);
-  return {{{one - (yy + zz), xy - wz, xz + wy}, {xy + wz, one - (xx + zz), yz - wx}, {xz - wy, yz + wx, one - (xx + yy)}}};
+  return {
+      {{one - (yy + zz), xy - wz, xz + wy}, {xy + wz, one - (xx + zz), yz - wx}, {xz - wy, yz + wx, one - (xx + yy)}}};
 }
 
 /// Time derivative of the quaternion of R_AB for the angular velocity of B in A, expressed in B: q_dot = q o (0, w)/2.

@@ -3,12 +3,14 @@
 /// @file
 /// What a scalar type must offer to run in Grapnel's kernels, and the helpers that hide the differences.
 ///
-/// The kernels are templates on the scalar S: `double` today, packs of SIMD lanes and dual numbers later. A scalar has the
-/// four operations and, found by argument-dependent lookup or in std, `sqrt`, `sin`, `cos`. Thread safety: no state.
+/// The kernels are templates on the scalar S: `double` today, packs of SIMD lanes and dual numbers later. A scalar has
+/// the four operations and, found by argument-dependent lookup or in std, `sqrt`, `sin`, `cos`. Thread safety: no
+/// state.
 
 #include <cmath>
 
-// g++ leaves small functions as calls in large kernels, which costs a factor of two there (measured on forward dynamics).
+// g++ leaves small functions as calls in large kernels, which costs a factor of two there (measured on forward
+// dynamics).
 #define GRAPNEL_INLINE __attribute__((always_inline)) inline
 
 namespace grapnel {

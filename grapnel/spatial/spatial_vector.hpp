@@ -4,9 +4,9 @@
 /// Six-dimensional vectors of rigid-body motion and of what acts on it, ordered [angular; linear] as in the thesis.
 ///
 /// Twist, acceleration, wrench, momentum and impulse are distinct types: adding a force to an impulse, or a twist to a
-/// wrench, does not compile. All have a reference point (the point whose velocity is `linear`, or about which the moment
-/// `angular` is taken) and a frame of expression; both are named where a variable is declared (`V_WE`: of E, at E's
-/// origin, in W). Thread safety: plain values.
+/// wrench, does not compile. All have a reference point (the point whose velocity is `linear`, or about which the
+/// moment `angular` is taken) and a frame of expression; both are named where a variable is declared (`V_WE`: of E, at
+/// E's origin, in W). Thread safety: plain values.
 
 #include "grapnel/spatial/pose.hpp"
 
@@ -90,14 +90,15 @@ GRAPNEL_INLINE Momentum<S> operator+(const Momentum<S>& h, const Impulse<S>& P) 
 
 /// The same motion seen at another point: `p` leads from the old point to the new one, in the frame of expression.
 template <SpatialKind kKind, class S>
-  requires(kKind == SpatialKind::twist || kKind == SpatialKind::acceleration)
-GRAPNEL_INLINE SpatialVector<kKind, S> shift(const SpatialVector<kKind, S>& V, const Vector3<S>& p) {
+requires(kKind == SpatialKind::twist || kKind == SpatialKind::acceleration)
+    GRAPNEL_INLINE SpatialVector<kKind, S> shift(const SpatialVector<kKind, S>& V, const Vector3<S>& p) {
   return {V.angular, V.linear + cross(V.angular, p)};
 }
 /// The same wrench, momentum or impulse about another point: `p` leads from the old point to the new one.
 template <SpatialKind kKind, class S>
-  requires(kKind == SpatialKind::wrench || kKind == SpatialKind::momentum || kKind == SpatialKind::impulse)
-GRAPNEL_INLINE SpatialVector<kKind, S> shift(const SpatialVector<kKind, S>& F, const Vector3<S>& p) {
+requires(kKind == SpatialKind::wrench || kKind == SpatialKind::momentum ||
+         kKind == SpatialKind::impulse) GRAPNEL_INLINE SpatialVector<kKind, S> shift(const SpatialVector<kKind, S>& F,
+                                                                                     const Vector3<S>& p) {
   return {F.angular - cross(p, F.linear), F.linear};
 }
 /// Re-expressed: from components in B to components in A for R = R_AB.

@@ -1,0 +1,237 @@
+// The program as its users meet it: commands, exit codes, files, messages. Physics is tested elsewhere.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+std::string read(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int code;
+  std::string out, err;
+};
+
+// A folder of its own for each test.
+class Program : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = fs::temp_directory_path() / ("grapnel-" + std::string(info->name()) + "-" + std::to_string(getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  Outcome run(const std::string& arguments) const {
+    const fs::path out = folder_ / "stdout", err = folder_ / "stderr";
+    const std::string command = "cd '" + folder_.string() + "' && '" GRAPNEL_PROGRAM "' " + arguments + " >'" +
+                                out.string() + "' 2>'" + err.string() + "' </dev/null";
+    const int status = std::system(command.c_str());
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read(out), read(err)};
+  }
+  static std::string scenario(const std::string& name) { return GRAPNEL_SOURCE_DIR "/scenarios/" + name; }
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return folder_ / name;
+  }
+
+  fs::path folder_;
+};
+
+const std::string kCase1 = "thesis/open-loop-case-1.yaml";
+// Short phases: what is tested here does not need long ones.
+const std::string kShort = " --set approach.duration=2 --set post_impact.duration=1 ";
+
+TEST_F(Program, RunWritesTheContractsFiles) {
+  const Outcome o = run("run " + scenario(kCase1) + kShort + "-o result");
+  ASSERT_EQ(o.code, 0) << o.err;
+  EXPECT_EQ(o.err, "");
+  EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0"));
+  EXPECT_THAT(o.out, HasSubstr("sha256"));
+  EXPECT_THAT(o.out, HasSubstr("ledger"));
+  EXPECT_TRUE(fs::exists(folder_ / "result" / "timeseries.h5"));
+  const auto summary = nlohmann::json::parse(read(folder_ / "result" / "summary.json"));
+  EXPECT_EQ(summary["scenario"]["name"], "open-loop case 1");
+  EXPECT_EQ(summary["scenario"]["sha256"].get<std::string>().size(), 64u);
+  EXPECT_EQ(summary["approach"]["end"]["time"], 2.0);
+  EXPECT_EQ(summary["approach"]["end"]["end_effectors"][0]["target"], "target-1");
+  EXPECT_EQ(summary["impact"]["rank"], 12);
+  EXPECT_GT(summary["impact"]["grasps"][0]["impulse_magnitude"].get<double>(), 0.01);
+  EXPECT_EQ(summary["post_impact"]["end"]["time"], 3.0);
+  for (const char* key : {"linear_momentum_drift", "angular_momentum_drift", "generalized_momentum_residual",
+                          "energy_identity_residual", "work_energy_residual", "energy_drift", "loop_closure_position",
+                          "loop_closure_angle", "unprojected_defect", "correction_total"}) {
+    ASSERT_TRUE(summary["ledger"].contains(key)) << key;
+    EXPECT_LE(summary["ledger"][key]["value"].get<double>(), summary["ledger"][key]["bound"].get<double>()) << key;
+    EXPECT_TRUE(summary["ledger"][key]["pass"].get<bool>()) << key;
+  }
+  EXPECT_GT(summary["ledger"]["scale"]["angular_momentum"].get<double>(), 1.0);
+}
+
+TEST_F(Program, TheSameInputGivesTheSameBytes) {
+  for (const char* name : {"a", "b"}) ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet -o " + name).code, 0);
+  EXPECT_EQ(read(folder_ / "a" / "summary.json"), read(folder_ / "b" / "summary.json"));
+  EXPECT_EQ(read(folder_ / "a" / "timeseries.h5"), read(folder_ / "b" / "timeseries.h5"));
+}
+
+TEST_F(Program, QuietPrintsNothing) {
+  const Outcome o = run("run " + scenario(kCase1) + kShort + "--quiet -o r");
+  EXPECT_EQ(o.code, 0);
+  EXPECT_EQ(o.out + o.err, "");
+}
+
+TEST_F(Program, OutputDefaultsToTheScenariosName) {
+  ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet").code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "open-loop-case-1" / "summary.json"));
+}
+
+TEST_F(Program, AbsentPhasesAreAbsentFromTheSummary) {
+  std::string text = read(scenario(kCase1));
+  const auto cut = [&](const std::string& from, const std::string& to) {
+    const std::size_t a = text.find(from), b = text.find(to);
+    text.erase(a, b - a);
+  };
+  cut("\nimpact:", "\noutput:");
+  text.replace(text.find("../../robots"), 12, GRAPNEL_SOURCE_DIR "/robots");
+  const fs::path file = write("approach-only.yaml", text);
+  const Outcome o = run("run " + file.string() + " --set approach.duration=2 -o r");
+  ASSERT_EQ(o.code, 0) << o.err;
+  const auto summary = nlohmann::json::parse(read(folder_ / "r" / "summary.json"));
+  EXPECT_TRUE(summary.contains("approach"));
+  EXPECT_FALSE(summary.contains("impact"));
+  EXPECT_FALSE(summary.contains("post_impact"));
+}
+
+TEST_F(Program, CheckReportsAllFaultsWithTheirPlaces) {
+  std::string text = read(scenario(kCase1));
+  text.replace(text.find("../../robots"), 12, GRAPNEL_SOURCE_DIR "/robots");
+  text.replace(text.find("model: rigid"), 12, "model: rigd");
+  text.replace(text.find("  duration: 20"), 14, "  durtion: 20");
+  const fs::path file = write("bad.yaml", text);
+  const Outcome o = run("check " + file.string());
+  EXPECT_EQ(o.code, 2);
+  EXPECT_EQ(o.out, "");
+  EXPECT_THAT(o.err, HasSubstr("bad.yaml:"));
+  EXPECT_THAT(o.err, HasSubstr("unknown value 'rigd' for grasps[0].model; did you mean 'rigid'?"));
+  EXPECT_THAT(o.err, HasSubstr("unknown key 'durtion' in approach; did you mean 'duration'?"));
+  EXPECT_EQ(run("run " + file.string() + " -o r").code, 2);
+  EXPECT_FALSE(fs::exists(folder_ / "r"));
+}
+
+TEST_F(Program, CheckAcceptsWhatRuns) {
+  const Outcome o = run("check " + scenario(kCase1));
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_THAT(o.out, HasSubstr("no faults"));
+}
+
+TEST_F(Program, MissingFileIsBadInput) {
+  const Outcome o = run("run nowhere.yaml");
+  EXPECT_EQ(o.code, 2);
+  EXPECT_THAT(o.err, HasSubstr("nowhere.yaml"));
+}
+
+TEST_F(Program, WrongUsageIsBadInput) {
+  EXPECT_EQ(run("").code, 2);
+  EXPECT_EQ(run("fly").code, 2);
+  EXPECT_EQ(run("run " + scenario(kCase1) + " --set nonsense").code, 2);
+  EXPECT_EQ(run("export .").code, 2);
+  EXPECT_EQ(run("--help").code, 0);
+  EXPECT_EQ(run("--version").code, 0);
+}
+
+TEST_F(Program, AFailedSimulationKeepsWhatWasComputed) {
+  const Outcome o =
+      run("run " + scenario(kCase1) + " --set integration.max_steps=300 --set approach.tracking.kp=490 -o r");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_THAT(o.err, HasSubstr("the simulation failed"));
+  EXPECT_THAT(o.err, HasSubstr("t = "));
+  const auto summary = nlohmann::json::parse(read(folder_ / "r" / "summary.json"));
+  EXPECT_EQ(summary["status"], "failed");
+  EXPECT_FALSE(summary["failure"].get<std::string>().empty());
+}
+
+TEST_F(Program, ARefusedContactSaysWhoMissesByHowMuch) {
+  const Outcome o = run("run " + scenario(kCase1) + " --set 'contact={gap: refuse, limit: 0.05}' -o r");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_THAT(o.err, HasSubstr("contact refused: end-effector 'tip-1' misses grasp point 'grip' of target 'target-1'"));
+  const auto summary = nlohmann::json::parse(read(folder_ / "r" / "summary.json"));
+  EXPECT_TRUE(summary.contains("approach"));
+  EXPECT_FALSE(summary.contains("impact"));
+}
+
+TEST_F(Program, UnwritableFolderIsNamed) {
+  const fs::path file = write("occupied", "a file where the folder should be");
+  const Outcome o = run("run " + scenario(kCase1) + kShort + "-o occupied");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_THAT(o.err, HasSubstr("occupied"));
+  EXPECT_EQ(read(file), "a file where the folder should be");
+}
+
+TEST_F(Program, ExportWritesCsvAndMat) {
+  ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet -o r").code, 0);
+  const Outcome o = run("export r --csv --mat");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_THAT(read(folder_ / "r" / "timeseries.csv"), HasSubstr("base/position/x [m]"));
+  EXPECT_GT(fs::file_size(folder_ / "r" / "timeseries.mat"), 1000u);
+  const Outcome none = run("export empty --csv");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("timeseries.h5"));
+}
+
+TEST_F(Program, SchemaIsJson) {
+  for (const char* which : {"", "scenario", "robot"}) {
+    const Outcome o = run(std::string("schema ") + which);
+    EXPECT_EQ(o.code, 0);
+    EXPECT_TRUE(nlohmann::json::parse(o.out).contains("properties"));
+  }
+  EXPECT_EQ(run("schema wrong").code, 2);
+}
+
+TEST_F(Program, InfoDescribesARobot) {
+  const Outcome o = run("info " GRAPNEL_SOURCE_DIR "/robots/planar-dual-arm.yaml");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_THAT(o.out, HasSubstr("mass 560 kg"));
+  EXPECT_THAT(o.out, HasSubstr("tip-1"));
+  EXPECT_EQ(run("info nowhere.yaml").code, 2);
+}
+
+// Killed at any moment, a run leaves the previous result or the new one, never half of one.
+TEST_F(Program, AKilledRunLeavesReadableFiles) {
+  ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet -o r").code, 0);
+  for (int milliseconds = 1; milliseconds < 120; milliseconds += 17) {
+    const pid_t child = fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+      const fs::path result = folder_ / "r";
+      execl(GRAPNEL_PROGRAM, "grapnel", "run", scenario(kCase1).c_str(), "--quiet", "-o", result.c_str(), nullptr);
+      _exit(127);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(milliseconds));
+    kill(child, SIGKILL);
+    int status = 0;
+    waitpid(child, &status, 0);
+    EXPECT_NO_THROW(static_cast<void>(nlohmann::json::parse(read(folder_ / "r" / "summary.json")))) << milliseconds;
+    EXPECT_EQ(run("export r --csv").code, 0) << milliseconds;
+  }
+}
+
+}  // namespace
