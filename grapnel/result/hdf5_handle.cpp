@@ -67,6 +67,7 @@ void write_attribute(const Handle& object, const char* name, const std::vector<s
   const Handle attribute(H5Acreate2(object.id(), name, type.id(), space.id(), H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
                          name);
   std::vector<const char*> texts;
+  texts.reserve(values.size());
   for (const std::string& value : values) texts.push_back(value.c_str());
   check(H5Awrite(attribute.id(), type.id(), texts.data()), name);
 }

@@ -71,6 +71,7 @@ Variable cell_column(std::vector<Variable> cells) {
 
 Variable cell_of_texts(const std::vector<std::string>& texts) {
   std::vector<Variable> cells;
+  cells.reserve(texts.size());
   for (const std::string& text : texts) cells.push_back(text_variable(text));
   return cell_column(std::move(cells));
 }
@@ -88,6 +89,7 @@ Variable matrix(const std::vector<double>& rows, std::size_t samples, std::size_
 /// Phases counted from 1, as MATLAB indexes phase_names.
 Variable phase_column(const std::vector<int>& phases) {
   std::vector<std::int32_t> column;
+  column.reserve(phases.size());
   for (const int phase : phases) column.push_back(phase + 1);
   std::size_t extent[2] = {column.size(), 1};
   return made(Mat_VarCreate(nullptr, MAT_C_INT32, MAT_T_INT32, 2, extent, column.data(), 0));

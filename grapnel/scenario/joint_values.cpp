@@ -42,7 +42,7 @@ void check_names(const Node& node, const std::string& path, const ReadRobot& rob
       robot.joint_names.expect(entry.key, entry.mark, path, faults);
     }
   }
-  if (!all || !robot.joint_names.complete()) return;
+  if (!all || !robot.count_known()) return;
   std::vector<JointDescription> missing;
   std::map<std::string_view, int> given;
   for (const NodeEntry& entry : node.entries) given.emplace(entry.key, 0);
@@ -59,8 +59,8 @@ std::optional<std::vector<double>> joint_values(const Node& node, const std::str
   const std::size_t count = robot.joints.size();
   if (const auto one = number_of(node)) return std::vector<double>(count, *one);
   if (node.is_mapping()) check_names(node, path, robot, !absent, faults);
-  if (node.is_sequence() && robot.joint_names.complete() && node.items.size() != count) {
-    faults.add(node.mark, fmt::format("{} has {} items, must have {}, one for each moving joint{}", path, node.items.size(), count,
+  if (node.is_sequence() && robot.count_known() && node.items.size() != count) {
+    faults.add(node.mark, fmt::format("{} has {}, must have {}, one for each moving joint{}", path, counted(node.items.size(), "item"), count,
                                       count > 0 ? ": " + names_of(robot.joints) : ""));
   }
   if (!robot.order_known || (!node.is_mapping() && !node.is_sequence())) return {};

@@ -60,7 +60,7 @@ class Walker {
     if (!number || !ends_segment(rest_, close + 1)) return fail(fmt::format("{} is not an index such as [0]", in_quotes(rest_)));
     if (!node.is_sequence()) return fail(fmt::format("{} is not a list", walked()));
     if (index >= node.items.size()) {
-      return fail(fmt::format("{} has {} items, so there is no [{}]", walked(), node.items.size(), index));
+      return fail(fmt::format("{} has {}, so there is no [{}]", walked(), counted(node.items.size(), "item"), index));
     }
     rest_.remove_prefix(close + 1);
     return &node.items[index];

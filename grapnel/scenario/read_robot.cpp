@@ -7,17 +7,19 @@
 namespace grapnel {
 namespace {
 
-JointType joint_type(const std::string& name) {
+std::optional<JointType> joint_type(const Node& joint) {
+  const std::string name = text_at(joint, "type");
   if (name == "revolute") return JointType::revolute;
   if (name == "continuous") return JointType::continuous;
   if (name == "prismatic") return JointType::prismatic;
-  return JointType::fixed;
+  if (name == "fixed") return JointType::fixed;
+  return {};
 }
 
 JointDescription read_joint(const Node& node, const std::string& path, FaultList& faults) {
   JointDescription joint;
   joint.name = text_at(node, "name");
-  joint.type = joint_type(text_at(node, "type"));
+  joint.type = joint_type(node).value_or(JointType::fixed);
   if (node.find("axis")) joint.axis = unit_vector_at(node, "axis", path, faults);
 
   const Node& limits = part(node, "limits");
@@ -74,7 +76,9 @@ void read_link(const Node& node, const std::string& path, ReadRobot& robot, Faul
   link.joint = read_joint(joint, joint_path, faults);
   link.X_PF = pose_of(part(joint, "origin"), below(joint_path, "origin"), faults);
   read_body(node, path, link, robot.setup, faults);
-  if (text_at(joint, "type") == "fixed") robot.fixed_joints.insert(link.joint.name);
+  const auto type = joint_type(joint);
+  if (!type) robot.types_known = false;
+  if (type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
   robot.setup.bodies.push_back(std::move(link));
 }
 
@@ -85,7 +89,9 @@ void check_parents(const Node& links, const std::string& path, const ReadRobot& 
   for (std::size_t i = 0; i < links.items.size() && !faults.full(); ++i) {
     const Node& link = links.items[i];
     const std::string name = text_at(link, "name"), parent = text_at(link, "parent");
-    if (name.empty() || !robot.links.expect(parent, part(link, "parent").mark, item(path, i), faults)) continue;
+    if (!robot.links.expect(parent, part(link, "parent").mark, item(path, i), faults)) continue;
+    // Between two of one name nobody can say whose parent is meant.
+    if (name.empty() || robot.links.is_duplicate(name)) continue;
     // Each member of a cycle is told once; a link that merely hangs on a cycle is not at fault.
     std::string chain = name, at = parent;
     for (std::size_t steps = 0; steps < parent_of.size() && !at.empty() && at != name; ++steps) {

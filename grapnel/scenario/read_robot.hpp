@@ -23,6 +23,10 @@ struct ReadRobot {
   std::vector<JointDescription> joints;             // moving; in the order of Model::joints() if `order_known`
   std::map<std::string, std::size_t, std::less<>> joint_index;
   bool order_known = false;
+  bool types_known = true;  // of all joints
+
+  /// Whether `joints` holds what the user means by the moving joints.
+  bool count_known() const { return joint_names.complete() && types_known; }
 };
 
 /// `path` is "robot" for an inline robot and empty for a file.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "grapnel/scenario/joint_values.hpp"
@@ -94,11 +95,6 @@ class ScenarioReader {
     targets_.add_from(node, path, faults_);
     TargetSetup target;
     target.name = text_at(node, "name");
-    // Targets and links become bodies of one system.
-    if (robot_.links.contains(target.name)) {
-      faults_.add(part(node, "name").mark, fmt::format("{}: {} is the name of a body of the robot; targets need their own",
-                                                       below(path, "name"), in_quotes(target.name)));
-    }
     target.mass = number_at(node, "mass").value_or(1);
     target.com = vector_at(node, "com").value_or(Vector3d::zero());
     target.inertia = inertia_at(node, path, faults_);
@@ -181,13 +177,31 @@ class ScenarioReader {
       approach.tracking.mode = TrackingSetup::Mode::pd;
       read_gains(tracking, "approach.tracking", approach.tracking.kp, approach.tracking.kd);
     }
+    check_start(node, approach);
     problem_.approach = std::move(approach);
+  }
+
+  // The thesis's profile has no initial rate in it, so joints that follow it exactly cannot have one either.
+  void check_start(const Node& node, const ApproachSetup& approach) {
+    const bool ideal = approach.tracking.mode == TrackingSetup::Mode::ideal;
+    const auto& rates = problem_.joint_rate;
+    if (approach.profile != JointProfile::quartic || !ideal || std::all_of(rates.begin(), rates.end(), [](double r) { return r == 0; })) {
+      return;
+    }
+    faults_.add(part(node, "profile").mark,
+                "approach.profile: the quartic profile starts from rest; with initial.joint_rates use quintic or cycloidal");
   }
 
   void read_final_rates(const Node& node, ApproachSetup& approach) {
     const std::string path = "approach.final_rates";
     const NodeEntry* match = node.entry("match");
     if (!match) {
+      for (const NodeEntry& entry : node.entries) {
+        // A slip in this one key would otherwise read as the name of a joint.
+        if (robot_.joint_names.contains(entry.key) || nearest(entry.key, {"match"}).empty()) continue;
+        faults_.add(entry.mark, fmt::format("unknown key {} in {}; did you mean 'match'?", in_quotes(entry.key), path));
+        return;
+      }
       approach.final_rates = joint_values(node, path, robot_, 0.0, faults_);
       check_rate_limits(node, path, robot_, faults_);
       return;

@@ -139,6 +139,7 @@ void NameTable::add_from(const Node& entry, const std::string& path, FaultList& 
     names_.push_back(name);
     return;
   }
+  duplicates_.insert(name);
   const std::string earlier = it->second.line > 0 ? fmt::format("; first given in line {}", it->second.line) : "";
   faults.add(mark, fmt::format("duplicate name {} in {}: {} names must differ{}", in_quotes(name), path, kind_, earlier));
 }

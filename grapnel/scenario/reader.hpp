@@ -7,6 +7,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -42,6 +43,7 @@ class NameTable {
   /// Whether `name` is there, else a fault at the mark. True also where faults elsewhere leave the names in doubt.
   bool expect(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults) const;
   bool contains(const std::string& name) const { return marks_.contains(name); }
+  bool is_duplicate(const std::string& name) const { return duplicates_.contains(name); }
   const std::vector<std::string>& names() const { return names_; }
   void make_incomplete() { complete_ = false; }
   bool complete() const { return complete_; }
@@ -50,6 +52,7 @@ class NameTable {
   std::string kind_;
   std::vector<std::string> names_;
   std::map<std::string, Mark, std::less<>> marks_;
+  std::set<std::string, std::less<>> duplicates_;
   bool complete_ = true;
 };
 

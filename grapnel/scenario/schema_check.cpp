@@ -136,16 +136,18 @@ class Checker {
   bool check_alternatives(const Node& node, const Json& alternatives, const Where& where) {
     if (const Json* chosen = chosen_alternative(root_, alternatives, node)) return check(node, *chosen, where);
     std::string titles;
-    bool number_possible = false;
+    bool number_possible = false, list_possible = false;
     for (std::size_t i = 0; i < alternatives.size(); ++i) {
       titles += (i == 0 ? "" : i + 1 == alternatives.size() ? " or " : ", ") + alternatives[i].value("title", "?");
-      number_possible = number_possible || *keyword(root_, alternatives[i], "type") == "number";
+      const std::string type = *keyword(root_, alternatives[i], "type");
+      number_possible = number_possible || type == "number";
+      list_possible = list_possible || type == "array";
     }
     const std::string must = "must be " + titles + unit_text(where.unit);
     if (node.kind == Node::Kind::null) {
       faults_.add(node.mark, fmt::format("{} is empty, {}", name_of(where), must));
-    } else if (node.is_sequence()) {
-      faults_.add(node.mark, fmt::format("{} has {} items, {}", name_of(where), node.items.size(), must));
+    } else if (node.is_sequence() && list_possible) {
+      faults_.add(node.mark, fmt::format("{} has {}, {}", name_of(where), counted(node.items.size(), "item"), must));
     } else {
       const std::string why = number_possible ? why_no_number(node) : ", not " + described(node);
       faults_.add(node.mark, fmt::format("{} {}{}", name_of(where), must, why));
@@ -177,8 +179,9 @@ class Checker {
     const auto fault = [&](const std::string& must) {
       faults_.add(node.mark, fmt::format("{} is {}, must be {}{}", name_of(where), shortened(node.text), must, unit_text(where.unit)));
     };
-    if (std::isnan(value)) return fault("a number");
-    if (std::isinf(value) && !schema.value("x-infinity", false)) return fault("a finite number");
+    const bool may_be_infinite = schema.value("x-infinity", false);
+    if (std::isnan(value) && may_be_infinite) return fault("a number");
+    if (!std::isfinite(value) && !may_be_infinite) return fault("a finite number");
     const auto bound = [&](const char* name) { return schema.contains(name) ? schema[name].get<double>() : NAN; };
     const double above = bound("exclusiveMinimum"), from = bound("minimum"), to = bound("maximum");
     const bool within = !(value <= above) && !(value < from) && !(value > to);
@@ -194,7 +197,7 @@ class Checker {
       const std::string must = least == most ? fmt::format("exactly {}", least)
                                : most > 0    ? fmt::format("at most {}", most)
                                              : fmt::format("at least {}", least);
-      faults_.add(node.mark, fmt::format("{} has {} items, must have {}", name_of(where), node.items.size(), must));
+      faults_.add(node.mark, fmt::format("{} has {}, must have {}", name_of(where), counted(node.items.size(), "item"), must));
     }
     if (!schema.contains("items")) return;
     for (std::size_t i = 0; i < node.items.size() && !faults_.full(); ++i) {

@@ -40,7 +40,8 @@ std::string cut(std::string_view text, int most) {
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
   std::string best;
   if (word.size() > 80) return best;
-  std::size_t best_distance = std::max<std::size_t>(1, word.size() / 3) + 1;
+  // Never so many that nothing of the word is left.
+  std::size_t best_distance = std::min(std::max<std::size_t>(1, word.size() / 3) + 1, word.size());
   for (const std::string& candidate : candidates) {
     if (candidate.size() > 80) continue;
     const std::size_t distance = edit_distance(word, candidate);
@@ -69,6 +70,10 @@ std::string in_quotes(std::string_view text) {
     else result += c;
   }
   return result + "'";
+}
+
+std::string counted(std::size_t count, std::string_view thing) {
+  return std::to_string(count) + " " + std::string(thing) + (count == 1 ? "" : "s");
 }
 
 std::string shortened(std::string_view text) { return cut(text, 60); }

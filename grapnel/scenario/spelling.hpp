@@ -3,6 +3,7 @@
 /// @file
 /// Words for messages: what the user may have meant, and names quoted on one line. Thread safety: free functions.
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -18,6 +19,9 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
 
 /// The text in quotes on one line, shortened to 40 characters.
 std::string in_quotes(std::string_view text);
+
+/// "1 item", "3 items".
+std::string counted(std::size_t count, std::string_view thing);
 
 /// The text, cut at 60 characters, so that a message stays readable whatever a file holds.
 std::string shortened(std::string_view text);

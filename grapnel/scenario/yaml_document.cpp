@@ -113,7 +113,7 @@ class TreeBuilder final : public YAML::EventHandler {
   }
   void open(const YAML::Mark& mark, Node::Kind kind, YAML::anchor_t anchor) {
     if (static_cast<int>(open_.size()) >= kDeepest) throw Refusal{mark, too_deep()};
-    if (expects_key()) throw Refusal{mark, "a key must be a name, not a list or a mapping"};
+    if (expects_key()) throw Refusal{mark, "a list or mapping stands where a key must be; is a bracket not closed?"};
     count(mark, 1);
     Node node;
     node.kind = kind;

@@ -59,7 +59,6 @@ Manifold PhaseDynamics::manifold() const {
   Manifold manifold;
   manifold.size = size();
   manifold.quaternions = model_.quaternions();
-  manifold.controlled = model_.coordinates() + model_.velocities();
   return manifold;
 }
 

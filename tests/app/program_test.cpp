@@ -229,7 +229,7 @@ TEST_F(Program, AKilledRunLeavesReadableFiles) {
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);
-    EXPECT_NO_THROW(static_cast<void>(nlohmann::json::parse(read(folder_ / "r" / "summary.json")))) << milliseconds;
+    EXPECT_TRUE(nlohmann::json::accept(read(folder_ / "r" / "summary.json"))) << milliseconds;
     EXPECT_EQ(run("export r --csv").code, 0) << milliseconds;
   }
 }

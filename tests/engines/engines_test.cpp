@@ -1,0 +1,117 @@
+// Joint and base accelerations against MuJoCo and Simbody on random branched robots: |a - a'| / |a| <= 1e-10 wherever
+// the mass matrix's condition number is below 1e6. The free root, its velocity and that of the joints, joint forces,
+// external wrenches and gravity all take part.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+
+#include "engines/mujoco_engine.hpp"
+#include "engines/simbody_engine.hpp"
+#include "grapnel/dynamics/mass_matrix.hpp"
+#include "support/eigen_values.hpp"
+#include "support/random_robot.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel {
+namespace {
+
+using namespace testing;
+
+constexpr int kRobots = 1000;     // that meet the bound on the condition number
+constexpr double kBound = 1e-10;  // the issue's
+
+double condition(const Model& model, const State& state) {
+  const Eigen::VectorXd lambda =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(mass_matrix(model, state)).eigenvalues();
+  return lambda[lambda.size() - 1] / lambda[0];
+}
+
+struct Kinds {
+  bool rotors = true;
+  bool spherical_joints = true;
+};
+
+// Calls compare(index, model, state, forces) for kRobots robots whose mass matrix is well enough conditioned.
+template <class Compare>
+void for_robots(Kinds kinds, Compare&& compare) {
+  int compared = 0, drawn = 0;
+  for (; compared < kRobots && drawn < 3 * kRobots; ++drawn) {
+    SCOPED_TRACE(seed_note(drawn));
+    Random random(drawn);
+    RobotOptions options;
+    options.rotors = kinds.rotors;
+    options.free_root = drawn % 5 != 4;
+    options.spherical_joints = kinds.spherical_joints && drawn % 4 == 3;
+    options.targets = drawn % 7 == 6 ? 1 : 0;
+    const Model model = random_model(options, random);
+    const State state = random_state(model, random);
+    if (model.velocities() == 0 || !(condition(model, state) < 1e6)) continue;
+    const Forces forces = random_forces(model, state, random);
+    compare(drawn, model, state, forces);
+    if (::testing::Test::HasFailure()) return;
+    ++compared;
+  }
+  std::printf("[ measured ] %d robots compared of %d drawn\n", compared, drawn);
+  EXPECT_EQ(compared, kRobots);
+}
+
+TEST(Mujoco, AgreesOnAccelerations) {
+  Worst difference("MuJoCo, |a - a'| / |a|");
+  for_robots({}, [&](int i, const Model& model, const State& state, const Forces& forces) {
+    MujocoEngine engine(model);
+    const std::vector<double> a = forward_dynamics(model, state, forces), other = engine.acceleration(state, forces);
+    EXPECT_LE(difference.note(relative_difference(eigen(other), eigen(a)), i), kBound);
+    // measured 1.4e-12; 1.7e-11 over 40 seeds
+  });
+}
+
+TEST(Mujoco, AgreesOnMassMatrixAndBias) {
+  Worst matrix("MuJoCo, mass matrix"), vector("MuJoCo, bias");
+  for (int i = 0; i < 200; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Random random(i);
+    RobotOptions options;
+    options.free_root = i % 5 != 4;
+    options.spherical_joints = i % 4 == 3;
+    const Model model = random_model(options, random);
+    const State state = random_state(model, random);
+    if (model.velocities() == 0) continue;
+    const Forces forces = random_forces(model, state, random);
+    MujocoEngine engine(model);
+    engine.acceleration(state, forces);
+    ASSERT_LT(matrix.note(relative_difference(engine.mass_matrix(), mass_matrix(model, state)), i),
+              1e-12);  // measured 2.7e-15
+    Workspace workspace(model);
+    std::vector<double> c;
+    bias(model, state, forces.gravity, workspace, c);
+    ASSERT_LT(vector.note(relative_difference(engine.bias(), eigen(c)), i), 1e-12);  // measured 8.6e-15
+  }
+}
+
+TEST(Simbody, AgreesOnAccelerations) {
+  Worst difference("Simbody, |a - a'| / |a|");
+  for_robots({.rotors = false, .spherical_joints = false},
+             [&](int i, const Model& model, const State& state, const Forces& forces) {
+               SimbodyEngine engine(model);
+               const std::vector<double> a = forward_dynamics(model, state, forces);
+               const std::vector<double> other = engine.acceleration(state, forces);
+               EXPECT_LE(difference.note(relative_difference(eigen(other), eigen(a)), i), kBound);
+               // measured 4.9e-13; 5.1e-13 over 40 seeds
+             });
+}
+
+// Simbody's ball joints lose digits: on robot 715 of seed 11 (condition number 2.5e4) its accelerations are 1.0e-10
+// away from Grapnel's, MuJoCo's and a long-double solution of M a = tau - c, which agree to 1.3e-12, and leave 260
+// times Grapnel's residual. Hence another bound.
+TEST(Simbody, AgreesOnBallJointsToItsOwnAccuracy) {
+  Worst difference("Simbody with ball joints, |a - a'| / |a|");
+  for_robots({.rotors = false}, [&](int i, const Model& model, const State& state, const Forces& forces) {
+    SimbodyEngine engine(model);
+    const std::vector<double> a = forward_dynamics(model, state, forces), other = engine.acceleration(state, forces);
+    EXPECT_LE(difference.note(relative_difference(eigen(other), eigen(a)), i),
+              1e-7);  // measured 8.9e-13; 1.0e-10 over 40 seeds
+  });
+}
+
+}  // namespace
+}  // namespace grapnel

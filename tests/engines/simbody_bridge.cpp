@@ -1,0 +1,153 @@
+#include "engines/simbody_bridge.hpp"
+
+#include <Simbody.h>
+
+namespace grapnel::testing {
+namespace {
+
+using SimTK::Vec3;
+
+Vec3 vec3(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+Vec3 vec3(const std::vector<double>& values, int first) {
+  return {values[first], values[first + 1], values[first + 2]};
+}
+void write(const Vec3& v, std::vector<double>& values, int first) {
+  for (int k = 0; k < 3; ++k) values[first + k] = v[k];
+}
+
+SimTK::Body::Rigid rigid_body(const SimbodyBody& b) {
+  const auto& I = b.inertia;
+  const SimTK::Inertia central(I[0], I[1], I[2], I[3], I[4], I[5]);
+  return SimTK::Body::Rigid(
+      SimTK::MassProperties(b.mass, vec3(b.com), central.shiftFromMassCenter(-vec3(b.com), b.mass)));
+}
+
+SimTK::Rotation rotation_at(const std::vector<double>& q, int first) {
+  return SimTK::Rotation(SimTK::Quaternion(q[first], q[first + 1], q[first + 2], q[first + 3]));
+}
+
+}  // namespace
+
+struct SimbodyBridge::Parts {
+  std::vector<SimbodyBody> given;
+  SimTK::MultibodySystem system;
+  SimTK::SimbodyMatterSubsystem matter{system};
+  std::vector<SimTK::MobilizedBodyIndex> bodies;
+  SimTK::State state;
+};
+
+SimbodyBridge::SimbodyBridge(std::vector<SimbodyBody> given) : parts_(std::make_unique<Parts>()) {
+  using SimTK::MobilizedBody;
+  using SimTK::Transform;
+  parts_->given = std::move(given);
+  for (const SimbodyBody& b : parts_->given) {
+    MobilizedBody& parent =
+        parts_->matter.updMobilizedBody(b.parent < 0 ? SimTK::GroundIndex : parts_->bodies[b.parent]);
+    const auto& r = b.R_PF;
+    // Trusted as it is: a constructor that repairs it would change it.
+    const SimTK::Rotation R_PF(SimTK::Mat33(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]), true);
+    const Transform X_PF(R_PF, vec3(b.p_PF));
+    const SimTK::Body::Rigid body = rigid_body(b);
+    // A pin turns about z, a slider moves along x of the joint's frames: those are turned onto the axis on both sides.
+    const auto along = [&](SimTK::CoordinateAxis axis) {
+      return Transform(SimTK::Rotation(SimTK::UnitVec3(vec3(b.axis)), axis));
+    };
+    switch (b.joint) {
+      case SimbodyJoint::free:
+        parts_->bodies.push_back(MobilizedBody::Free(parent, Transform(), body, Transform()));
+        break;
+      case SimbodyJoint::ball:
+        parts_->bodies.push_back(MobilizedBody::Ball(parent, X_PF, body, Transform()));
+        break;
+      case SimbodyJoint::weld:
+        parts_->bodies.push_back(MobilizedBody::Weld(parent, X_PF, body, Transform()));
+        break;
+      case SimbodyJoint::pin: {
+        const Transform A = along(SimTK::ZAxis);
+        parts_->bodies.push_back(MobilizedBody::Pin(parent, X_PF * A, body, A));
+        break;
+      }
+      case SimbodyJoint::slider: {
+        const Transform A = along(SimTK::XAxis);
+        parts_->bodies.push_back(MobilizedBody::Slider(parent, X_PF * A, body, A));
+        break;
+      }
+    }
+  }
+  parts_->state = parts_->system.realizeTopology();
+}
+
+SimbodyBridge::~SimbodyBridge() = default;
+
+std::vector<double> SimbodyBridge::acceleration(const std::vector<double>& q, const std::vector<double>& v,
+                                                const std::vector<double>& force,
+                                                const std::vector<SimbodyWrench>& wrenches,
+                                                const std::array<double, 3>& gravity) {
+  SimTK::State& state = parts_->state;
+  const SimTK::SimbodyMatterSubsystem& matter = parts_->matter;
+  SimTK::Vector mobility(matter.getNumMobilities(), 0.0);
+  for (std::size_t i = 0; i < parts_->bodies.size(); ++i) {
+    const SimbodyBody& b = parts_->given[i];
+    const SimTK::MobilizedBody& body = matter.getMobilizedBody(parts_->bodies[i]);
+    if (b.joint == SimbodyJoint::weld) continue;
+    const int u = body.getFirstUIndex(state);
+    if (b.joint == SimbodyJoint::free) {
+      // Simbody: quaternion, position; [angular; linear] in W.
+      const SimTK::Rotation R = rotation_at(q, b.q + 3);
+      SimTK::Vector coordinates(7);
+      for (int k = 0; k < 4; ++k) coordinates[k] = q[b.q + 3 + k];
+      for (int k = 0; k < 3; ++k) coordinates[4 + k] = q[b.q + k];
+      body.setQFromVector(state, coordinates);
+      for (int half = 0; half < 2; ++half) {
+        const Vec3 rate = R * vec3(v, b.v + 3 * half), f = R * vec3(force, b.v + 3 * half);
+        for (int k = 0; k < 3; ++k) body.setOneU(state, 3 * half + k, rate[k]), mobility[u + 3 * half + k] = f[k];
+      }
+    } else if (b.joint == SimbodyJoint::ball) {
+      // Simbody: the angular velocity in the parent's joint frame.
+      const SimTK::Rotation R = rotation_at(q, b.q);
+      const Vec3 rate = R * vec3(v, b.v), torque = R * vec3(force, b.v);
+      for (int k = 0; k < 4; ++k) body.setOneQ(state, k, q[b.q + k]);
+      for (int k = 0; k < 3; ++k) body.setOneU(state, k, rate[k]), mobility[u + k] = torque[k];
+    } else {
+      body.setOneQ(state, 0, q[b.q]), body.setOneU(state, 0, v[b.v]), mobility[u] = force[b.v];
+    }
+  }
+  parts_->system.realize(state, SimTK::Stage::Dynamics);
+
+  // Weights and wrenches, in W at the bodies' origins.
+  SimTK::Vector_<SimTK::SpatialVec> loads(matter.getNumBodies(), SimTK::SpatialVec(Vec3(0), Vec3(0)));
+  for (const SimTK::MobilizedBodyIndex index : parts_->bodies) {
+    const SimTK::MobilizedBody& body = matter.getMobilizedBody(index);
+    const Vec3 weight = body.getBodyMass(state) * vec3(gravity);
+    loads[index] +=
+        SimTK::SpatialVec((body.getBodyRotation(state) * body.getBodyMassCenterStation(state)) % weight, weight);
+  }
+  for (const SimbodyWrench& w : wrenches) {
+    const SimTK::MobilizedBodyIndex index = parts_->bodies[w.body];
+    const Vec3 arm = vec3(w.point) - matter.getMobilizedBody(index).getBodyOriginLocation(state);
+    loads[index] += SimTK::SpatialVec(vec3(w.moment) + arm % vec3(w.force), vec3(w.force));
+  }
+  SimTK::Vector udot;
+  SimTK::Vector_<SimTK::SpatialVec> A;
+  matter.calcAccelerationIgnoringConstraints(state, mobility, loads, udot, A);
+
+  std::vector<double> vdot(v.size());
+  for (std::size_t i = 0; i < parts_->bodies.size(); ++i) {
+    const SimbodyBody& b = parts_->given[i];
+    if (b.joint == SimbodyJoint::weld) continue;
+    const int u = matter.getMobilizedBody(parts_->bodies[i]).getFirstUIndex(state);
+    const auto part = [&](int first) { return Vec3(udot[first], udot[first + 1], udot[first + 2]); };
+    if (b.joint == SimbodyJoint::free) {
+      const SimTK::Rotation R = rotation_at(q, b.q + 3);
+      write(~R * part(u), vdot, b.v);
+      write(~R * part(u + 3) - vec3(v, b.v) % vec3(v, b.v + 3), vdot, b.v + 3);
+    } else if (b.joint == SimbodyJoint::ball) {
+      write(~rotation_at(q, b.q) * part(u), vdot, b.v);
+    } else {
+      vdot[b.v] = udot[u];
+    }
+  }
+  return vdot;
+}
+
+}  // namespace grapnel::testing

@@ -1,0 +1,36 @@
+#pragma once
+
+/// @file
+/// Random robots with random grips on random targets, and what all impact identities need of them.
+
+#include <Eigen/Core>
+
+#include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
+#include "support/eigen_values.hpp"
+#include "support/random_robot.hpp"
+
+namespace grapnel::testing {
+
+inline constexpr int kImpacts = 300;
+
+struct ImpactCase {
+  Model model;
+  State state;
+  std::vector<Grasp> grasps;
+};
+
+/// Case `index`: one to three targets, each gripped by one to three bodies of the robot (a body may hold several, so
+/// loops occur), grips of all kinds at points near the targets; in turn with a fixed root and with spherical joints.
+ImpactCase random_impact(int index);
+/// The same with every target gripped once and a free root.
+ImpactCase random_open_impact(int index);
+
+inline State with_velocity(State state, const std::vector<double>& v) {
+  state.v = v;
+  return state;
+}
+/// Stacked impulses in the grips' constrained directions.
+Eigen::VectorXd stacked_impulse(const ImpactCase& c, const ImpactSolution& solution);
+
+}  // namespace grapnel::testing

@@ -1,0 +1,81 @@
+/// The thesis's formulas: where they are right, by how much they are wrong, where they do not apply.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/impact/published_impact.hpp"
+#include "impact/impact_case.hpp"
+#include "impact/thesis_robot.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+PublishedImpact published(const ReferenceImpact& r) {
+  return published_impact(r.model, r.state, r.model.body_index("base"), r.grasps);
+}
+
+// The formulas drop the momentum that the robot receives: exactly the impulses are missing.
+TEST(PublishedImpact, MomentumErrorIsTheImpulseItDrops) {
+  const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
+  ReferenceImpact one_sided = r;  // in case 1 the two impulses nearly cancel
+  one_sided.grasps.pop_back();
+  for (const ReferenceImpact& c : {r, one_sided}) {
+    const PublishedImpact p = published(c);
+    ASSERT_EQ(p.undefined, "");
+    Momentumd dropped = Momentumd::zero();
+    for (std::size_t i = 0; i < c.grasps.size(); ++i) {
+      const Impulsed about_origin = shift(p.contacts[i].P_WC, -c.grasps[i].p_WC);
+      dropped += Momentumd{about_origin.angular, about_origin.linear};
+    }
+    EXPECT_LT(norm(p.momentum_error.linear + dropped.linear), 1e-13);    // measured 2e-17
+    EXPECT_LT(norm(p.momentum_error.angular + dropped.angular), 1e-13);  // measured 1e-16
+    EXPECT_GT(norm(p.momentum_error.angular), 0.05);                     // measured 0.05
+  }
+  EXPECT_GT(norm(published(one_sided).momentum_error.linear), 0.1);  // measured 0.12
+}
+
+// A base that cannot be moved takes any impulse without a twist: then the formulas are right, the error falls as 1/mass.
+TEST(PublishedImpact, TendsToTheRightImpulseForAHeavyBase) {
+  const auto error = [](double factor) {
+    const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1, factor);
+    const PublishedImpact p = published(r);
+    const ImpactSolution s = plastic_impact(r.model, r.state, r.grasps);
+    double largest = 0;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Impulsed d = p.contacts[i].P_WC - s.contacts[i].P_WC;
+      largest = std::max(largest, norm(d.linear) + norm(d.angular));
+    }
+    return largest;
+  };
+  EXPECT_GT(error(1), 1e-3);  // measured 2.1e-3
+  const double e3 = error(1e3), e4 = error(1e4);
+  EXPECT_LT(e3, 1e-5);
+  EXPECT_NEAR(e3 / e4, 10, 0.2);
+}
+
+TEST(PublishedImpact, SaysWhereItDoesNotApply) {
+  const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.1);
+  const int base = r.model.body_index("base");
+  EXPECT_EQ(published_impact(r.model, r.state, base, {}).undefined, "no grasps");
+  std::vector<Grasp> grasps = r.grasps;
+  grasps[1].target_body = grasps[0].target_body;
+  EXPECT_EQ(published_impact(r.model, r.state, base, grasps).undefined, "two arms grip one target");
+  grasps = r.grasps;
+  grasps[1].model = GraspModel::hinge;
+  EXPECT_EQ(published_impact(r.model, r.state, base, grasps).undefined, "the formulas are for rigid grasps");
+  // Gripped by the base itself, all joints move but no impulse at the grip can say why.
+  grasps = r.grasps;
+  grasps.pop_back();
+  grasps[0].robot_body = r.model.body_index("arm-1-link-1");
+  State state = r.state;
+  const PublishedImpact p = published_impact(r.model, state, base, grasps);
+  EXPECT_EQ(p.undefined, "");  // I dtheta = -C^T (...) is always in the range of J^T
+
+  const ImpactCase fixed = random_impact(4);
+  EXPECT_EQ(published_impact(fixed.model, fixed.state, fixed.model.body_index("b0"), fixed.grasps).undefined,
+            "the base is fixed");
+}
+
+}  // namespace
+}  // namespace grapnel::testing

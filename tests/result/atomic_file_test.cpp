@@ -1,0 +1,81 @@
+#include "grapnel/result/atomic_file.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "result/sample_result.hpp"
+
+namespace grapnel {
+namespace {
+
+using test::bytes_of;
+using test::message_of;
+using test::TemporaryFolder;
+using testing::AllOf;
+using testing::HasSubstr;
+
+TEST(AtomicFile, WritesAndReplaces) {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "a", std::string("first\0second", 12));
+  EXPECT_EQ(bytes_of(folder / "a"), std::string("first\0second", 12));
+  write_file_atomically(folder / "a", "");
+  EXPECT_EQ(bytes_of(folder / "a"), "");
+  EXPECT_EQ(folder.files(), 1);
+}
+
+TEST(AtomicFile, TakesRelativeNamesAndTheUsersPermissions) {
+  const TemporaryFolder folder;
+  const auto before = std::filesystem::current_path();
+  std::filesystem::current_path(folder.path());
+  const mode_t mask = ::umask(027);
+  write_file_atomically("a", "x");
+  ::umask(mask);
+  std::filesystem::current_path(before);
+  struct stat status;
+  ASSERT_EQ(::stat((folder / "a").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0640);
+}
+
+TEST(AtomicFile, LeavesNothingWithoutACommit) {
+  const TemporaryFolder folder;
+  write_file_atomically(folder / "a", "old");
+  { AtomicFile(folder / "a").write("new"); }
+  EXPECT_EQ(bytes_of(folder / "a"), "old");
+  EXPECT_EQ(folder.files(), 1);
+}
+
+TEST(AtomicFile, ManyWritersAtOnceDoNotMeet) {
+  const TemporaryFolder folder;
+  AtomicFile first(folder / "a"), second(folder / "a");
+  first.write("first");
+  second.write("second");
+  second.commit();
+  first.commit();
+  EXPECT_EQ(bytes_of(folder / "a"), "first");
+  EXPECT_EQ(folder.files(), 1);
+}
+
+TEST(AtomicFile, NamesThePathAndTheReason) {
+  const TemporaryFolder folder;
+  EXPECT_THAT(message_of([&] { write_file_atomically(folder / "none/a", "x"); }),
+              AllOf(HasSubstr((folder / "none/a").string()), HasSubstr("No such file or directory")));
+  std::filesystem::create_directory(folder / "d");
+  EXPECT_THAT(message_of([&] { write_file_atomically(folder / "d", "x"); }),
+              AllOf(HasSubstr((folder / "d").string()), HasSubstr("directory")));
+  EXPECT_EQ(folder.files(), 1);  // no temporary stays
+  EXPECT_THAT(message_of([&] { write_file_atomically(folder.path().string() + "/", "x"); }),
+              HasSubstr("not the name of a file"));
+}
+
+TEST(AtomicFile, RefusesAFolderWithoutPermission) {
+  if (::geteuid() == 0) GTEST_SKIP() << "root may write everywhere";
+  const TemporaryFolder folder;
+  std::filesystem::permissions(folder.path(), std::filesystem::perms::owner_read | std::filesystem::perms::owner_exec);
+  EXPECT_THAT(message_of([&] { write_file_atomically(folder / "a", "x"); }),
+              AllOf(HasSubstr((folder / "a").string()), HasSubstr("Permission denied")));
+}
+
+}  // namespace
+}  // namespace grapnel

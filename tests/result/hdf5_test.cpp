@@ -1,0 +1,112 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "grapnel/result/hdf5_reader.hpp"
+#include "grapnel/result/hdf5_writer.hpp"
+#include "result/sample_result.hpp"
+
+namespace grapnel {
+namespace {
+
+using test::bytes_of;
+using test::message_of;
+using test::sample_metadata;
+using test::sample_series;
+using test::TemporaryFolder;
+using testing::HasSubstr;
+
+class Hdf5RoundTrip : public testing::TestWithParam<int> {};
+
+TEST_P(Hdf5RoundTrip, GivesEverythingBack) {
+  const TemporaryFolder folder;
+  const TimeSeries written = sample_series(GetParam());
+  write_timeseries_hdf5(written, sample_metadata(), folder / "timeseries.h5");
+  const TimeSeries read = read_timeseries_hdf5(folder / "timeseries.h5");
+  EXPECT_EQ(read.time, written.time);
+  EXPECT_EQ(read.phase, written.phase);
+  EXPECT_EQ(read.phases, written.phases);
+  ASSERT_EQ(read.series.size(), written.series.size());
+  for (std::size_t i = 0; i < read.series.size(); ++i) {
+    EXPECT_EQ(read.series[i].path, written.series[i].path);  // in their order, too
+    EXPECT_EQ(read.series[i].unit, written.series[i].unit);
+    EXPECT_EQ(read.series[i].description, written.series[i].description);
+    EXPECT_EQ(read.series[i].components, written.series[i].components);
+    EXPECT_TRUE(test::same_numbers(read.series[i].data, written.series[i].data)) << read.series[i].path;
+  }
+  const TimeSeriesMetadata metadata = read_timeseries_metadata(folder / "timeseries.h5");
+  EXPECT_EQ(metadata.version, "0.1.0");
+  EXPECT_EQ(metadata.scenario_name, "sample");
+  EXPECT_EQ(metadata.scenario_sha256, "0123456789abcdef");
+  EXPECT_EQ(folder.files(), 1);
+}
+
+// Nothing, one sample, stored as is, several compressed chunks.
+INSTANTIATE_TEST_SUITE_P(Samples, Hdf5RoundTrip, testing::Values(0, 1, 5, 701, 30000));
+
+TEST(Hdf5, TheSameSeriesGivesTheSameBytes) {
+  const TemporaryFolder folder;
+  const TimeSeries series = sample_series(5000);
+  write_timeseries_hdf5(series, sample_metadata(), folder / "a.h5");
+  write_timeseries_hdf5(series, sample_metadata(), folder / "b.h5");
+  EXPECT_EQ(bytes_of(folder / "a.h5"), bytes_of(folder / "b.h5"));
+}
+
+TEST(Hdf5, CompressesWhatIsLarge) {
+  const TemporaryFolder folder;
+  TimeSeries series;
+  series.phases = {"approach"};
+  series.phase.assign(100000, 0);
+  series.time.assign(100000, 0.5);
+  series.series = {{"a", "1", "", {""}, std::vector<double>(100000, 0.25)}};
+  write_timeseries_hdf5(series, sample_metadata(), folder / "a.h5");
+  EXPECT_LT(std::filesystem::file_size(folder / "a.h5"), 100000u);  // measured 24 kB; 2 MB as they are
+}
+
+TEST(Hdf5, LeavesOutSeriesWithoutComponents) {
+  const TemporaryFolder folder;
+  TimeSeries series = sample_series(5);
+  series.series.insert(series.series.begin(), {"joints/velocity", "rad/s", "no joints", {}, {}});
+  write_timeseries_hdf5(series, sample_metadata(), folder / "a.h5");
+  EXPECT_EQ(read_timeseries_hdf5(folder / "a.h5").series.size(), series.series.size() - 1);
+}
+
+TEST(Hdf5, HoldsHundredsOfJoints) {
+  const TemporaryFolder folder;
+  TimeSeries series = sample_series(50);
+  Series joints{"many/position", "rad", "", {}, {}};
+  for (int i = 0; i < 1000; ++i) joints.components.push_back("joint_number_" + std::to_string(i));
+  joints.data.assign(50000, 1.5);
+  series.series.push_back(joints);
+  write_timeseries_hdf5(series, sample_metadata(), folder / "a.h5");
+  EXPECT_EQ(read_timeseries_hdf5(folder / "a.h5").series.back().components, joints.components);
+}
+
+TEST(Hdf5, RefusesSeriesThatDoNotFit) {
+  const TemporaryFolder folder;
+  const auto message = [&](auto change) {
+    TimeSeries series = sample_series(5);
+    change(series);
+    return message_of([&] { write_timeseries_hdf5(series, sample_metadata(), folder / "a.h5"); });
+  };
+  EXPECT_THAT(message([](TimeSeries& s) { s.series[0].data.pop_back(); }), HasSubstr("'base/position' has 14 numbers"));
+  EXPECT_THAT(message([](TimeSeries& s) { s.phase[1] = 2; }), HasSubstr("phase 2 is not one of 2"));
+  EXPECT_THAT(message([](TimeSeries& s) { s.phase.pop_back(); }), HasSubstr("4 phase numbers for 5 times"));
+  EXPECT_THAT(message([](TimeSeries& s) { s.series[1].path = "base/position"; }), HasSubstr("appears twice"));
+  EXPECT_THAT(message([](TimeSeries& s) { s.series[1].path = "time"; }), HasSubstr("'time' appears twice"));
+  EXPECT_THAT(message([](TimeSeries& s) { s.series[1].path = "base"; }), HasSubstr("both a series and a group"));
+  EXPECT_THAT(message([](TimeSeries& s) { s.series[1].path = "a//b"; }), HasSubstr("not a path"));
+  EXPECT_THAT(message([](TimeSeries& s) { s.series[1].path = "../b"; }), HasSubstr("not a path"));
+  EXPECT_EQ(folder.files(), 0);
+}
+
+TEST(Hdf5, IsReadByPythonWithUnits) {
+  const TemporaryFolder folder;
+  write_timeseries_hdf5(sample_series(3000), sample_metadata(), folder / "timeseries.h5");
+  std::string output;
+  const int status = test::run_python("read_timeseries.py", (folder / "timeseries.h5").string(), output);
+  if (status == 77) GTEST_SKIP() << output;
+  EXPECT_EQ(status, 0) << output;
+}
+
+}  // namespace
+}  // namespace grapnel

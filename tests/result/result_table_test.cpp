@@ -1,0 +1,90 @@
+#include "grapnel/result/result_table.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <sstream>
+
+#include "grapnel/result/text_table.hpp"
+#include "result/sample_result.hpp"
+
+namespace grapnel {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+std::size_t widest(const std::string& text) {
+  std::istringstream lines(text);
+  std::size_t width = 0;
+  for (std::string line; std::getline(lines, line);) width = std::max(width, text_width(line));
+  return width;
+}
+
+TEST(ResultTable, ShowsWhatAUserAsksFirst) {
+  CaptureResult result = test::sample_result();
+  GraspImpulse& left = result.impact->grasps[0];
+  left.impulse_magnitude = 12.345678;
+  left.mean_force = 123.45678;
+  result.impact->as_published->grasps[0].impulse_magnitude = 98.7654321;
+  result.impact->kinetic_energy_before = 5.25;
+  result.impact->kinetic_energy_after = 4.125;
+  const std::string text = result_table(result);
+  EXPECT_THAT(text, HasSubstr("sample: completed"));
+  EXPECT_THAT(text, HasSubstr("ledger: FAILS, 1 of 3 quantities outside their bounds"));
+  EXPECT_THAT(text, HasSubstr("warning: second"));
+  EXPECT_THAT(text, ContainsRegex("left -> debris/left_handle [*] +12\\.346 +98\\.765 .* 123\\.46"));
+  EXPECT_THAT(text, HasSubstr("5.25 -> 4.125"));
+  EXPECT_THAT(text, HasSubstr("rank 11 of 12 rows"));
+  EXPECT_THAT(text, ContainsRegex("linear_momentum_drift +3\\.25e-15 +1e-11 +1 +yes"));
+  EXPECT_THAT(text, ContainsRegex("angular_momentum_drift +2e-11 +1e-11 +1 +NO"));
+  EXPECT_THAT(text, ContainsRegex("loop_closure_position +- +1e-12 +m +n/a"));
+  EXPECT_THAT(text, Not(HasSubstr("\033")));
+}
+
+TEST(ResultTable, StaysWithinItsColumns) {
+  CaptureResult result = test::sample_result();
+  const std::string name(90, 'n');
+  result.warnings = {"a long warning that goes on " + std::string("and on ") +
+                     "with many words, more than a line of a "
+                     "terminal holds, so that it has to be broken somewhere between them"};
+  for (GraspImpulse& grasp : result.impact->grasps) {
+    grasp.target = name;
+    grasp.impulse_magnitude = -1.23456789e-100;
+    grasp.mean_force = -1.23456789e-100;
+    grasp.gap = std::numeric_limits<double>::quiet_NaN();
+  }
+  for (EndEffectorMotion& e : result.approach_end->end_effectors) e.target = name;
+  result.impact->base_velocity_change = {-1.23456789e-100, -1.23456789e-100, -1.23456789e-100};
+  result.ledger.entries[0].name = name;
+  const std::string text = result_table(result);
+  EXPECT_LE(widest(text), 100u) << text;
+  EXPECT_THAT(text, HasSubstr("…"));
+  EXPECT_THAT(text, HasSubstr("nan"));
+}
+
+TEST(ResultTable, SaysOnlyWhatHappened) {
+  CaptureResult result;
+  result.scenario_name = "nothing";
+  EXPECT_EQ(result_table(result), "nothing: not run\nledger: empty\n");
+  result = test::sample_result();
+  result.status = CaptureStatus::failed;
+  result.failure = "body arm_2 at 3.5 s: not a number";
+  result.impact.reset();
+  result.post_impact_end.reset();
+  const std::string text = result_table(result);
+  EXPECT_THAT(text, HasSubstr("sample: FAILED: body arm_2 at 3.5 s: not a number\n"));
+  EXPECT_THAT(text, Not(HasSubstr("impact at")));
+}
+
+TEST(TextTable, AlignsColumnsByCharactersNotBytes) {
+  TextTable table;
+  table.row({"né", "1"});
+  table.row({"name", "23"});
+  EXPECT_EQ(table.text(), "  né     1\n  name  23\n");
+}
+
+}  // namespace
+}  // namespace grapnel

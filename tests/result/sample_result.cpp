@@ -1,0 +1,206 @@
+#include "result/sample_result.hpp"
+
+#include <sys/wait.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <limits>
+#include <stdexcept>
+
+namespace grapnel::test {
+namespace {
+
+/// A number that no other field has, with a full mantissa.
+double next() {
+  static double value = 0;
+  return std::sqrt(value += 1);
+}
+Vector3d next_vector() {
+  const double x = next(), y = next(), z = next();
+  return {x, y, z};
+}
+
+BodyMotion body(const std::string& name) {
+  return {name, next_vector(), {0.5, -0.5, 0.5, -0.5}, next_vector(), next_vector()};
+}
+
+PhaseEnd phase_end(double time) {
+  PhaseEnd end;
+  end.time = time;
+  end.base = body("base");
+  end.joints = {{"left-1", "right-1"}, {next(), next()}, {next(), next()}};
+  for (const char* side : {"left", "right"}) {
+    EndEffectorMotion e{side, next_vector(), next_vector(), next_vector(), "debris", side + std::string("_handle")};
+    e.miss_distance = next();
+    e.relative_velocity = next_vector();
+    e.relative_angular_velocity = next_vector();
+    end.end_effectors.push_back(e);
+  }
+  end.end_effectors.push_back({"camera", next_vector(), next_vector(), next_vector(), "", ""});
+  end.targets = {body("debris")};
+  return end;
+}
+
+GraspImpulse grasp(const std::string& end_effector) {
+  GraspImpulse g;
+  g.end_effector = end_effector;
+  g.target = "debris";
+  g.grasp_point = end_effector + "_handle";
+  g.model = "rigid";
+  g.contact_point = next_vector();
+  g.gap = next();
+  g.gap_angle = next();
+  g.target_displacement = next_vector();
+  g.impulse = next_vector();
+  g.angular_impulse = next_vector();
+  g.impulse_magnitude = norm(g.impulse);
+  g.mean_force = g.impulse_magnitude / 0.1;
+  g.determined = {true, true, false, true, true, true};
+  g.relative_velocity_before = next_vector();
+  g.relative_angular_velocity_before = next_vector();
+  return g;
+}
+
+ImpactReport impact() {
+  ImpactReport report;
+  report.time = 20;
+  report.duration = 0.1;
+  report.grasps = {grasp("left"), grasp("right")};
+  report.joints = {{"left-1", "left_link", next_vector(), next_vector(), next()},
+                   {"right-1", "right_link", next_vector(), next_vector(), next()}};
+  report.base_impulse = next_vector();
+  report.base_angular_impulse = next_vector();
+  report.rank = 11;
+  report.rows = 12;
+  report.kinetic_energy_before = next();
+  report.kinetic_energy_after = next();
+  report.base_velocity_change = next_vector();
+  report.base_angular_velocity_change = next_vector();
+  report.joint_names = {"left-1", "right-1"};
+  report.joint_velocity_change = {next(), next()};
+  report.targets_before = {body("debris")};
+  report.targets_after = {body("debris")};
+  AsPublished published;
+  published.grasps = {{"left", next_vector(), next_vector(), next()}, {"right", next_vector(), next_vector(), next()}};
+  published.joint_velocity_after = {next(), next()};
+  published.linear_momentum_error = next();
+  published.angular_momentum_error = next();
+  published.relative_linear_momentum_error = next();
+  published.relative_angular_momentum_error = next();
+  report.as_published = published;
+  report.brake = BrakeReport{{"left-1", "right-1"}, {next(), next()}, next(), next()};
+  return report;
+}
+
+Series series(const std::string& path, const std::string& unit, const std::vector<std::string>& components,
+              const std::vector<double>& time) {
+  Series s{path, unit, "what " + path + " is", components, {}};
+  for (const double t : time) {
+    for (std::size_t i = 0; i < components.size(); ++i) s.data.push_back(std::sin(t + static_cast<double>(i)) * next());
+  }
+  return s;
+}
+
+}  // namespace
+
+CaptureResult sample_result() {
+  CaptureResult result;
+  result.status = CaptureStatus::completed;
+  result.scenario_name = "sample";
+  result.scenario_sha256 = "0123456789abcdef";
+  result.warnings = {"first", "second"};
+  result.approach_start = phase_end(0);
+  result.approach_end = phase_end(20);
+  result.planned_final_rates = {next(), next()};
+  result.impact = impact();
+  result.post_impact_end = phase_end(70);
+  result.ledger.entries = {
+      {"linear_momentum_drift", 3.25e-15, 1e-11, "1", "largest over all phases", true},
+      {"angular_momentum_drift", 2e-11, 1e-11, "1", "largest over all phases", true},
+      {"loop_closure_position", 0, 1e-12, "m", "", false},
+  };
+  result.ledger.scale = {12, 34, 56};
+  result.cost = {{"approach", 2400, 200, 3}, {"post_impact", 350, 30, 0}};
+  return result;
+}
+
+TimeSeries sample_series(int samples) {
+  TimeSeries result;
+  for (int i = 0; i < samples; ++i) {
+    result.time.push_back(0.1 * i);
+    result.phase.push_back(i < samples / 2 ? 0 : 1);
+  }
+  result.phases = {"approach", "post_impact"};
+  result.series = {
+      series("base/position", "m", {"x", "y", "z"}, result.time),
+      series("base/quaternion_wxyz", "1", {"w", "x", "y", "z"}, result.time),
+      series("kinetic_energy", "J", {""}, result.time),
+      series("joints/position", "rad", {"left-1", "right, \"1\""}, result.time),
+      series("end_effectors/left-hand/velocity", "m/s", {"x", "y", "z"}, result.time),
+      series("end_effectors/left_hand/velocity", "m/s", {"x", "y", "z"}, result.time),
+      series("info/end", "N·m", {"only"}, result.time),
+  };
+  result.series[2].description = "½ νᵀ M ν";
+  if (samples > 2) {
+    result.series[0].data[0] = std::numeric_limits<double>::quiet_NaN();
+    result.series[0].data[1] = std::numeric_limits<double>::infinity();
+    result.series[0].data[2] = -std::numeric_limits<double>::infinity();
+    result.series[0].data[3] = -0.0;
+    result.series[0].data[4] = std::numeric_limits<double>::denorm_min();
+  }
+  return result;
+}
+
+TimeSeriesMetadata sample_metadata() { return {"0.1.0", "sample", "0123456789abcdef"}; }
+
+bool same_numbers(const std::vector<double>& a, const std::vector<double>& b) {
+  if (a.size() != b.size()) return false;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const bool equal = std::bit_cast<std::uint64_t>(a[i]) == std::bit_cast<std::uint64_t>(b[i]);
+    if (!equal && !(std::isnan(a[i]) && std::isnan(b[i]))) return false;
+  }
+  return true;
+}
+
+TemporaryFolder::TemporaryFolder() {
+  std::string name = (std::filesystem::temp_directory_path() / "grapnel-result-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+  path_ = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+  std::error_code ignored;
+  std::filesystem::permissions(path_, std::filesystem::perms::owner_all, ignored);
+  std::filesystem::remove_all(path_, ignored);
+}
+
+int TemporaryFolder::files() const {
+  return static_cast<int>(
+      std::distance(std::filesystem::directory_iterator(path_), std::filesystem::directory_iterator()));
+}
+
+std::string bytes_of(const std::filesystem::path& path) {
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+void put_bytes(const std::filesystem::path& path, const std::string& bytes) {
+  std::ofstream(path, std::ios::binary) << bytes;
+}
+
+int run_python(const std::string& script, const std::string& arguments, std::string& output) {
+  const std::string command = "/usr/bin/python3 " GRAPNEL_RESULT_TEST_DIR "/" + script + " " + arguments + " 2>&1";
+  std::FILE* pipe = ::popen(command.c_str(), "r");
+  if (pipe == nullptr) return -1;
+  char buffer[4096];
+  for (std::size_t n = 0; (n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0;) output.append(buffer, n);
+  const int status = ::pclose(pipe);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+}  // namespace grapnel::test

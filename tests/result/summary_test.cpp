@@ -1,0 +1,154 @@
+#include "grapnel/result/summary.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "result/sample_result.hpp"
+
+namespace grapnel {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+std::vector<double> numbers(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+void expect_keys(const json& object, const std::vector<std::string>& keys, const std::string& where) {
+  ASSERT_TRUE(object.is_object()) << where;
+  for (const std::string& key : keys) EXPECT_TRUE(object.contains(key)) << where << "." << key;
+  EXPECT_EQ(object.size(), keys.size()) << where << " has keys that this test and docs/formats/summary.md lack";
+}
+
+json parsed(const CaptureResult& result) { return json::parse(summary_json(result, "1.2.3")); }
+
+const std::vector<std::string> kBody{"name", "position", "quaternion_wxyz", "angular_velocity", "velocity"};
+
+TEST(Summary, HasEveryKeyOfTheContract) {
+  const json summary = parsed(test::sample_result());
+  expect_keys(summary,
+              {"schema", "version", "scenario", "status", "failure", "warnings", "approach", "impact", "post_impact",
+               "ledger", "cost"},
+              "");
+  expect_keys(summary["scenario"], {"name", "sha256"}, "scenario");
+  expect_keys(summary["approach"], {"start", "end", "planned_final_rates"}, "approach");
+  expect_keys(summary["post_impact"], {"end"}, "post_impact");
+  for (const json& end : {summary["approach"]["start"], summary["approach"]["end"], summary["post_impact"]["end"]}) {
+    expect_keys(end, {"time", "base", "joints", "end_effectors", "targets"}, "end");
+    expect_keys(end["base"], kBody, "end.base");
+    expect_keys(end["joints"], {"names", "position", "velocity"}, "end.joints");
+    expect_keys(end["targets"][0], kBody, "end.targets[]");
+    expect_keys(end["end_effectors"][0],
+                {"name", "position", "velocity", "angular_velocity", "target", "grasp_point", "miss_distance",
+                 "relative_velocity", "relative_angular_velocity"},
+                "end.end_effectors[]");
+    expect_keys(end["end_effectors"][2], {"name", "position", "velocity", "angular_velocity"}, "free end-effector");
+  }
+  const json& impact = summary["impact"];
+  expect_keys(impact,
+              {"law", "time", "duration", "grasps", "rank", "rows", "kinetic_energy_before", "kinetic_energy_after",
+               "base_velocity_change", "base_angular_velocity_change", "joint_names", "joint_velocity_change", "joints",
+               "base_reaction", "targets_before", "targets_after", "as_published", "brake"},
+              "impact");
+  expect_keys(impact["grasps"][0],
+              {"end_effector", "target", "grasp_point", "model", "contact_point", "gap", "gap_angle",
+               "target_displacement", "impulse", "angular_impulse", "impulse_magnitude", "mean_force", "determined",
+               "relative_velocity_before", "relative_angular_velocity_before"},
+              "impact.grasps[]");
+  expect_keys(impact["joints"][0], {"joint", "body", "impulse", "angular_impulse", "along_axis"}, "impact.joints[]");
+  expect_keys(impact["base_reaction"], {"impulse", "angular_impulse"}, "impact.base_reaction");
+  expect_keys(impact["targets_before"][0], kBody, "impact.targets_before[]");
+  expect_keys(impact["brake"], {"joints", "impulse", "kinetic_energy_before", "kinetic_energy_after"}, "impact.brake");
+}
+
+TEST(Summary, HasTheContractsPublishedAndLedgerKeys) {
+  const json summary = parsed(test::sample_result());
+  const json& published = summary["impact"]["as_published"];
+  expect_keys(published,
+              {"grasps", "joint_velocity_after", "linear_momentum_error", "angular_momentum_error",
+               "relative_linear_momentum_error", "relative_angular_momentum_error"},
+              "as_published");
+  expect_keys(published["grasps"][0], {"end_effector", "impulse", "angular_impulse", "impulse_magnitude"},
+              "as_published.grasps[]");
+  const json& ledger = summary["ledger"];
+  expect_keys(ledger, {"linear_momentum_drift", "angular_momentum_drift", "loop_closure_position", "scale", "pass"},
+              "ledger");
+  expect_keys(ledger["scale"], {"linear_momentum", "angular_momentum", "energy"}, "ledger.scale");
+  expect_keys(ledger["linear_momentum_drift"], {"value", "bound", "pass", "unit", "note", "applies"}, "ledger entry");
+  EXPECT_EQ(ledger["linear_momentum_drift"]["pass"], true);
+  EXPECT_EQ(ledger["angular_momentum_drift"]["pass"], false);
+  EXPECT_EQ(ledger["loop_closure_position"]["applies"], false);
+  EXPECT_EQ(ledger["pass"], false);
+  expect_keys(summary["cost"][1], {"phase", "rhs_evaluations", "steps", "rejected"}, "cost[]");
+}
+
+TEST(Summary, PutsEachValueUnderItsOwnKey) {
+  const CaptureResult result = test::sample_result();
+  const json summary = parsed(result);
+  EXPECT_EQ(summary["version"], "1.2.3");
+  EXPECT_EQ(summary["status"], "completed");
+  const PhaseEnd& end = *result.approach_end;
+  const json& base = summary["approach"]["end"]["base"];
+  EXPECT_EQ(base["position"], numbers(end.base.position));
+  EXPECT_EQ(base["quaternion_wxyz"], (std::vector<double>{0.5, -0.5, 0.5, -0.5}));
+  EXPECT_EQ(base["angular_velocity"], numbers(end.base.angular_velocity));
+  EXPECT_EQ(base["velocity"], numbers(end.base.velocity));
+  const json& hand = summary["approach"]["end"]["end_effectors"][1];
+  EXPECT_EQ(hand["miss_distance"], end.end_effectors[1].miss_distance);
+  EXPECT_EQ(hand["relative_velocity"], numbers(end.end_effectors[1].relative_velocity));
+  EXPECT_EQ(hand["relative_angular_velocity"], numbers(end.end_effectors[1].relative_angular_velocity));
+  const ImpactReport& impact = *result.impact;
+  const json& grasp = summary["impact"]["grasps"][1];
+  EXPECT_EQ(grasp["impulse"], numbers(impact.grasps[1].impulse));
+  EXPECT_EQ(grasp["angular_impulse"], numbers(impact.grasps[1].angular_impulse));
+  EXPECT_EQ(grasp["determined"], (std::vector<bool>{true, true, false, true, true, true}));
+  EXPECT_EQ(summary["impact"]["base_reaction"]["impulse"], numbers(impact.base_impulse));
+  EXPECT_EQ(summary["impact"]["base_velocity_change"], numbers(impact.base_velocity_change));
+  EXPECT_EQ(summary["impact"]["base_angular_velocity_change"], numbers(impact.base_angular_velocity_change));
+  EXPECT_EQ(summary["impact"]["rank"], 11);
+  EXPECT_EQ(summary["impact"]["rows"], 12);
+  EXPECT_EQ(summary["impact"]["targets_after"][0]["velocity"], numbers(impact.targets_after[0].velocity));
+}
+
+TEST(Summary, LeavesAbsentPhasesOut) {
+  CaptureResult result;
+  const json summary = parsed(result);
+  for (const char* key : {"approach", "impact", "post_impact"}) EXPECT_FALSE(summary.contains(key)) << key;
+  EXPECT_EQ(summary["status"], "not_run");
+  result = test::sample_result();
+  result.impact->as_published.reset();
+  result.impact->as_published_absent = "(J^T)+ is not defined here";
+  result.impact->brake.reset();
+  const json impact = parsed(result)["impact"];
+  EXPECT_FALSE(impact.contains("as_published"));
+  EXPECT_FALSE(impact.contains("brake"));
+  EXPECT_EQ(impact["as_published_absent"], "(J^T)+ is not defined here");
+}
+
+TEST(Summary, TurnsNaNAndInfinityIntoNullAndBadTextIntoText) {
+  CaptureResult result = test::sample_result();
+  result.impact->kinetic_energy_after = std::numeric_limits<double>::quiet_NaN();
+  result.impact->base_velocity_change[1] = -std::numeric_limits<double>::infinity();
+  result.ledger.entries[0].value = std::numeric_limits<double>::quiet_NaN();
+  result.scenario_name = "bad \xff text \"quoted\"\n";
+  const json summary = parsed(result);
+  EXPECT_TRUE(summary["impact"]["kinetic_energy_after"].is_null());
+  EXPECT_TRUE(summary["impact"]["base_velocity_change"][1].is_null());
+  EXPECT_TRUE(summary["ledger"]["linear_momentum_drift"]["value"].is_null());
+  EXPECT_EQ(summary["ledger"]["linear_momentum_drift"]["pass"], false);  // NaN fails
+  EXPECT_EQ(summary["scenario"]["name"], "bad \xef\xbf\xbd text \"quoted\"\n");
+}
+
+TEST(Summary, KeepsKeysInOrderAndVectorsOnOneLine) {
+  const std::string text = summary_json(test::sample_result(), "1.2.3");
+  EXPECT_LT(text.find("\"schema\""), text.find("\"approach\""));
+  EXPECT_LT(text.find("\"approach\""), text.find("\"impact\""));
+  EXPECT_LT(text.find("\"impact\""), text.find("\"ledger\""));
+  EXPECT_THAT(text, HasSubstr("\"quaternion_wxyz\": [0.5, -0.5, 0.5, -0.5],\n"));
+  EXPECT_EQ(text.back(), '\n');
+}
+
+}  // namespace
+}  // namespace grapnel
