@@ -47,15 +47,15 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const S
   return result;
 }
 
-// Per component of the grip's wrench: whether every self-stress leaves it alone.
-std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_rows) {
+// Per component of the grip's wrench: whether every self-stress leaves it alone. Self-stresses have unit size in the
+// metric D, so a component's share is measured against the largest that unit size allows, sqrt(a D^-1 a^T) for
+// direction a.
+std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_rows,
+                                        const Eigen::MatrixXd& D) {
   const Eigen::MatrixXd stress = directions.transpose() * null_rows;  // 6 x (rows - rank)
+  const Eigen::MatrixXd largest = directions.transpose() * D.llt().solve(directions);
   std::vector<bool> determined(6, true);
-  for (int i = 0; i < 6; ++i) {
-    for (Eigen::Index c = 0; c < stress.cols(); ++c) {
-      if (std::abs(stress(i, c)) > 1e-8 * stress.col(c).norm() + 1e-300) determined[i] = false;
-    }
-  }
+  for (int i = 0; i < 6; ++i) determined[i] = stress.row(i).norm() <= 1e-8 * std::sqrt(largest(i, i));
   return determined;
 }
 
@@ -77,7 +77,8 @@ ImpactSolution plastic_impact(const Model& model, const State& state, std::span<
     const Eigen::MatrixXd A = constrained_directions(g);
     const Eigen::VectorXd P = A.transpose() * impulse.segment(row, rows);
     result.contacts.push_back(
-        {{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}}, determined_components(A, result.null_space.middleRows(row, rows))});
+        {{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}},
+         determined_components(A, result.null_space.middleRows(row, rows), D.block(row, row, rows, rows))});
     row += rows;
   }
   return result;

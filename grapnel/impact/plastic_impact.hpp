@@ -30,7 +30,7 @@ struct ImpactSolution {
   Eigen::MatrixXd null_space;        // self-stresses, rows x (rows - rank), in constrained directions
   double kinetic_energy_before = 0;  // [J], by the mass matrix
   double kinetic_energy_after = 0;
-  double energy_identity_residual = 0;       // |dT + u-^T W^+ u- / 2| / max(T-, |dT|)
+  double energy_identity_residual = 0;       // |dT + u-^T W^+ u- / 2| / T-
   double constraint_residual = 0;            // largest |J v+| over the largest |u-| or rate
   double generalized_momentum_residual = 0;  // (3.6): |M dv - J^T P| in the energy norm over that of M dv
 };

@@ -79,7 +79,7 @@ struct JointImpulse {
   std::string body;          // the child
   Vector3d impulse;          // [N s]
   Vector3d angular_impulse;  // [N m s]
-  double along_axis = 0;     // driving component: zero for a free joint [N m s or N s]
+  double along_axis = 0;     // driving component: zero for a free joint without rotor [N m s or N s]
 };
 
 /// The thesis's own estimate, (3.8)-(3.13), beside the right one. Absent fields: undefined for this capture.

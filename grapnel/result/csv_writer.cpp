@@ -34,12 +34,17 @@ void append(double value, std::string& out) {
   out.append(buffer, end);
 }
 
+/// A scalar's component has no name, or the quantity's own: it would be said twice.
+std::string column_name(const Series& s, const std::string& component) {
+  const std::string own = s.path.substr(s.path.rfind('/') + 1);
+  return component.empty() || (s.width() == 1 && component == own) ? s.path : s.path + "/" + component;
+}
+
 std::string header(const TimeSeries& series) {
   std::string line = "time [s],phase";
   for (const Series& s : series.series) {
     for (const std::string& component : s.components) {
-      const std::string name = component.empty() ? s.path : s.path + "/" + component;
-      line += "," + quoted(name + " [" + s.unit + "]");
+      line += "," + quoted(column_name(s, component) + " [" + s.unit + "]");
     }
   }
   return line + "\n";
