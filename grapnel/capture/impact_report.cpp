@@ -119,6 +119,7 @@ ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& sys
   report.base_angular_velocity_change = jump.angular;
   for (int j : system.robot_joints) {
     const int v = model.bodies()[model.joints()[j]].v;
+    report.joint_names.push_back(model.bodies()[model.joints()[j]].description.joint.name);
     report.joint_velocity_change.push_back(outcome.after.v[v] - contact.state.v[v]);
   }
   report.targets_before = describe(problem, system, contact.state, time).targets;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "grapnel/result/text_table.hpp"
 
@@ -10,7 +11,12 @@ namespace grapnel {
 namespace {
 
 std::string number(double value) { return fmt::format("{:.5g}", value); }
-std::string vector(const Vector3d& v) { return "[" + number(v[0]) + ", " + number(v[1]) + ", " + number(v[2]) + "]"; }
+// Components that are rounding beside the others are printed as zero; summary.json has them as they are.
+std::string vector(const Vector3d& v) {
+  const double size = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+  const auto component = [&](double x) { return number(std::abs(x) < 1e-12 * size ? 0.0 : x); };
+  return "[" + component(v[0]) + ", " + component(v[1]) + ", " + component(v[2]) + "]";
+}
 
 /// "left -> debris/handle"
 std::string grip(const std::string& end_effector, const std::string& target, const std::string& grasp_point) {

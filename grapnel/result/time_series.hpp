@@ -13,7 +13,7 @@ struct Series {
   std::string path;  // "base/position": group and dataset in HDF5
   std::string unit;  // "m"; "1" for none
   std::string description;
-  std::vector<std::string> components;  // width names: "x", "y", "z" joint names; a scalar: {""} or its own
+  std::vector<std::string> components;  // width names: "x", "y", "z" or joint names; a scalar: {""} or its own
   std::vector<double> data;
   int width() const { return static_cast<int>(components.size()); }
 };

@@ -73,6 +73,15 @@ TEST(Csv, HasOneColumnPerComponentAndReadsBackExactly) {
   EXPECT_EQ(rows[1][4], "-Inf");
 }
 
+TEST(Csv, NamesAScalarOnceAndOneJointInFull) {
+  const test::TemporaryFolder folder;
+  TimeSeries series;
+  series.series = {{"system/kinetic_energy", "J", "", {"kinetic_energy"}, {}},
+                   {"joints/position", "rad", "", {"q"}, {}}};
+  write_timeseries_csv(series, folder / "a.csv");
+  EXPECT_EQ(test::bytes_of(folder / "a.csv"), "time [s],phase,system/kinetic_energy [J],joints/position/q [rad]\n");
+}
+
 TEST(Csv, IsExportedFromAResultFolder) {
   const test::TemporaryFolder folder;
   write_timeseries_hdf5(test::sample_series(20), test::sample_metadata(), folder / "timeseries.h5");
