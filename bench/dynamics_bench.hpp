@@ -1,0 +1,12 @@
+#pragma once
+
+/// @file
+/// Registration of the benchmarks. Names are `<function>/<workload>`; a peer's has the peer's name in front,
+/// `mujoco:<function>/<workload>`, and answers the same question for the same states.
+
+namespace grapnel::bench {
+
+void register_dynamics();
+void register_mujoco();  // where MuJoCo was found
+
+}  // namespace grapnel::bench

@@ -1,0 +1,95 @@
+// Runs every benchmark several times in mixed order and prints one line for each: the least time, which is what the
+// machine can do when nothing disturbs it, the median, and the ratio to the peer measured in the same run.
+// Google Benchmark's options apply, --benchmark_filter=forward_dynamics for instance.
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include "bench/dynamics_bench.hpp"
+
+namespace {
+
+class Table : public benchmark::BenchmarkReporter {
+ public:
+  bool ReportContext(const Context& context) override {
+    PrintBasicContext(&GetErrorStream(), context);
+    return true;
+  }
+  void ReportRuns(const std::vector<Run>& runs) override {
+    for (const Run& run : runs) {
+      if (run.run_type != Run::RT_Iteration) continue;
+      const std::string name = run.run_name.function_name;
+      Line& line = lines_[name];
+      line.microseconds.push_back(1e6 * run.cpu_accumulated_time / static_cast<double>(run.iterations));
+      if (const auto flops = run.counters.find("flops"); flops != run.counters.end()) line.flops = flops->second;
+    }
+  }
+  void Finalize() override {
+    fmt::print("{:<32}{:>10}{:>10}{:>9}{:>9}{:>18}\n", "", "least us", "median us", "flops", "Gflop/s",
+               "share of MuJoCo's");
+    for (const auto& [name, line] : lines_) {
+      std::string text = fmt::format("{:<32}{:>10.3f}{:>10.3f}", name, line.least(), line.median());
+      text += line.flops > 0 ? fmt::format("{:>9.0f}{:>9.2f}", line.flops, 1e-3 * line.flops / line.least())
+                             : std::string(18, ' ');
+      if (const auto peer = lines_.find("mujoco:" + name); peer != lines_.end()) {
+        text += fmt::format("{:>18.3f}", line.least() / peer->second.least());
+      }
+      fmt::print("{}\n", text);
+    }
+  }
+
+ private:
+  struct Line {
+    std::vector<double> microseconds;  // per repetition
+    double flops = 0;
+    double least() const { return *std::min_element(microseconds.begin(), microseconds.end()); }
+    double median() const {
+      std::vector<double> sorted = microseconds;
+      std::sort(sorted.begin(), sorted.end());
+      return sorted[sorted.size() / 2];
+    }
+  };
+  // Grapnel's before its peers', by function, small workloads before large ones (chain7 before chain14).
+  struct Order {
+    bool operator()(const std::string& x, const std::string& y) const { return key(x) < key(y); }
+    static std::tuple<bool, std::string, std::size_t, std::string> key(const std::string& name) {
+      return {name.find(':') != std::string::npos, name.substr(0, name.find('/')), name.size(), name};
+    }
+  };
+
+  std::map<std::string, Line, Order> lines_;
+};
+
+bool given(int argc, char** argv, std::string_view option) {
+  return std::any_of(argv, argv + argc,
+                     [&](const char* argument) { return std::string_view(argument).starts_with(option); });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::vector<char*> arguments(argv, argv + argc);
+  // Defaults; mixed order so that a slow spell of the machine does not meet one benchmark alone.
+  std::string mixed = "--benchmark_enable_random_interleaving=true";
+  std::string repetitions = "--benchmark_repetitions=20";
+  std::string least_time = "--benchmark_min_time=0.02";
+  if (!given(argc, argv, "--benchmark_enable_random_interleaving")) arguments.push_back(mixed.data());
+  if (!given(argc, argv, "--benchmark_repetitions")) arguments.push_back(repetitions.data());
+  if (!given(argc, argv, "--benchmark_min_time")) arguments.push_back(least_time.data());
+  int count = static_cast<int>(arguments.size());
+  benchmark::Initialize(&count, arguments.data());
+  if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
+  grapnel::bench::register_dynamics();
+#ifdef GRAPNEL_BENCH_MUJOCO
+  grapnel::bench::register_mujoco();
+#endif
+  Table table;
+  benchmark::RunSpecifiedBenchmarks(&table);
+  return 0;
+}

@@ -1,0 +1,131 @@
+// MuJoCo on the same robots and states, in its leanest honest form: no contacts, constraints, actuators, passive forces
+// or sensors, one thread, no warm start.
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+#include <mujoco/mujoco.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <stdexcept>
+
+#include "bench/dynamics_bench.hpp"
+#include "bench/workload.hpp"
+#include "engines/mujoco_engine.hpp"
+
+namespace grapnel::bench {
+namespace {
+
+// MuJoCo reads models from files, real or virtual.
+mjModel* load(const std::string& xml) {
+  auto files = std::make_unique<mjVFS>();
+  mj_defaultVFS(files.get());
+  const char* name = "robot.xml";
+  mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(xml.size()));
+  std::copy(xml.begin(), xml.end(), static_cast<char*>(files->filedata[mj_findFileVFS(files.get(), name)]));
+  char error[1000] = "";
+  mjModel* model = mj_loadXML(name, files.get(), error, sizeof error);
+  mj_deleteVFS(files.get());
+  if (model == nullptr) throw std::runtime_error(std::string("MuJoCo: ") + error);
+  return model;
+}
+
+// A workload in MuJoCo's coordinates: a free joint's velocity is [linear in W; angular in B], forces likewise. The
+// robots here are one tree whose bodies Grapnel and MuJoCo list in the same order.
+class Peer {
+ public:
+  explicit Peer(const Workload& workload)
+      : model_(load(testing::mjcf(workload.model)), mj_deleteModel), data_(mj_makeData(model_.get()), mj_deleteData) {
+    model_->opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_PASSIVE | mjDSBL_ACTUATION | mjDSBL_SENSOR |
+                                mjDSBL_WARMSTART | mjDSBL_GRAVITY;
+    for (int i = 0; i < Workload::kCases; ++i) {
+      const State& state = workload.states[i];
+      const Rotationd R = root_pose(workload.model, state, 0).R;
+      cases_.push_back({state.q, in_mujoco(R, state.v), in_mujoco(R, workload.forces[i].generalized)});
+    }
+    check(workload);
+  }
+
+  void load_case(int i) {
+    std::copy(cases_[i].q.begin(), cases_[i].q.end(), data_->qpos);
+    std::copy(cases_[i].v.begin(), cases_[i].v.end(), data_->qvel);
+    std::copy(cases_[i].force.begin(), cases_[i].force.end(), data_->qfrc_applied);
+  }
+  const mjModel* model() const { return model_.get(); }
+  mjData* data() { return data_.get(); }
+
+ private:
+  struct Case {
+    std::vector<double> q, v, force;
+  };
+  static std::vector<double> in_mujoco(const Rotationd& R, std::vector<double> v) {
+    const Vector3d linear = R * Vector3d{v[3], v[4], v[5]};
+    for (int k = 0; k < 3; ++k) v[3 + k] = v[k];
+    for (int k = 0; k < 3; ++k) v[k] = linear[k];
+    return v;
+  }
+  // Both must answer the same question before they are timed.
+  void check(const Workload& workload) {
+    for (int i = 0; i < Workload::kCases; ++i) {
+      load_case(i);
+      mj_forward(model(), data());
+      const std::vector<double> ours = forward_dynamics(workload.model, workload.states[i], workload.forces[i]);
+      double difference = 0, size = 0;
+      for (int v = 6; v < model()->nv; ++v) {
+        difference = std::max(difference, std::abs(ours[v] - data_->qacc[v]));
+        size = std::max(size, std::abs(ours[v]));
+      }
+      if (!(difference <= 1e-8 * size)) {
+        throw std::runtime_error(fmt::format("{}: MuJoCo's joint accelerations differ by {:.3g} of {:.3g}",
+                                             workload.name, difference, size));
+      }
+    }
+  }
+
+  std::unique_ptr<mjModel, decltype(&mj_deleteModel)> model_;
+  std::unique_ptr<mjData, decltype(&mj_deleteData)> data_;
+  std::vector<Case> cases_;
+};
+
+using Call = void (*)(const mjModel*, mjData*);
+
+void mass_matrix(const mjModel* m, mjData* d) {
+  mj_kinematics(m, d);
+  mj_comPos(m, d);
+  mj_crb(m, d);
+}
+void bias(const mjModel* m, mjData* d) {
+  mj_kinematics(m, d);
+  mj_comPos(m, d);
+  mj_comVel(m, d);
+  mj_rne(m, d, 0, d->qfrc_bias);
+}
+
+void add(const std::string& function, const std::shared_ptr<Peer>& peer, const std::string& workload, Call call) {
+  benchmark::RegisterBenchmark(("mujoco:" + function + "/" + workload).c_str(), [=](benchmark::State& loop) {
+    int i = 0;
+    for (auto _ : loop) {
+      peer->load_case(i);
+      call(peer->model(), peer->data());
+      benchmark::ClobberMemory();
+      i = (i + 1) % Workload::kCases;
+    }
+  });
+}
+
+}  // namespace
+
+void register_mujoco() {
+  for (const Workload& workload : targets()) {
+    const auto peer = std::make_shared<Peer>(workload);
+    add("forward_dynamics", peer, workload.name, mj_forward);
+    add("mass_matrix", peer, workload.name, mass_matrix);
+    add("bias", peer, workload.name, bias);
+  }
+  for (const Workload& workload : chains()) {
+    if (workload.model.bodies().size() > 90) break;  // MuJoCo's XML parser refuses elements nested deeper than 100
+    add("forward_dynamics", std::make_shared<Peer>(workload), workload.name, mj_forward);
+  }
+}
+
+}  // namespace grapnel::bench
