@@ -3,11 +3,11 @@
 /// @file
 /// Forward dynamics in O(n): the kernel.
 ///
-/// This is the recursion of the Decoupled Natural Orthogonal Complement in articulated-body form: with t = N_l N_d v the
-/// equations of motion (B.6) have the mass matrix M = N_d^T N_l^T diag(I_i) N_l N_d = U D U^T (B.8), and the three sweeps below solve
-/// U D U^T vdot = tau - h without forming M (docs/theory.md, section 4; Saha 1997; Featherstone 2008, section 7.3).
-/// Everything is expressed in the links' own frames, so a base may be anywhere without loss of accuracy.
-/// Thread safety: reads the tree, writes only the workspace and the outputs.
+/// This is the recursion of the Decoupled Natural Orthogonal Complement in articulated-body form: with t = N_l N_d v
+/// the equations of motion (B.6) have the mass matrix M = N_d^T N_l^T diag(I_i) N_l N_d = U D U^T (B.8), and the three
+/// sweeps below solve U D U^T vdot = tau - h without forming M (docs/theory.md, section 4; Saha 1997; Featherstone
+/// 2008, section 7.3). Everything is expressed in the links' own frames, so a base may be anywhere without loss of
+/// accuracy. Thread safety: reads the tree, writes only the workspace and the outputs.
 
 #include <limits>
 #include <span>
@@ -20,19 +20,19 @@ namespace grapnel {
 /// Per-link scratch of the recursions; nobody but the kernels reads it.
 template <class S>
 struct LinkScratch {
-  SineCosine<S> angle;          // of a revolute joint
-  Rotation<S> R_FL;             // of a spherical joint
-  Vector3<S> p_PL;              // link origin in the parent's frame
-  Twist<S> V;                   // in the link's frame
-  SpatialAcceleration<S> bias;  // V x S rate
-  ArticulatedInertia<S> I;      // articulated inertia
-  Wrench<S> p;                  // articulated bias wrench; in newton_euler: what the joint transmits
-  Wrench<S> U;                  // I S, for one-degree-of-freedom joints
-  S D_inverse;                  // 1 / (S^T I S + armature)
-  S u;                          // tau - S^T p
-  SpatialAcceleration<S> A;     // gravity counted as an acceleration of the root
-  RigidBodyInertia<S> composite; // of the link and all it carries
-  Momentum<S> momentum;         // likewise, about the link's origin
+  SineCosine<S> angle;            // of a revolute joint
+  Rotation<S> R_FL;               // of a spherical joint
+  Vector3<S> p_PL;                // link origin in the parent's frame
+  Twist<S> V;                     // in the link's frame
+  SpatialAcceleration<S> bias;    // V x S rate
+  ArticulatedInertia<S> I;        // articulated inertia
+  bool carries;                   // a child has sent its inertia to I
+  Wrench<S> p;                    // articulated bias wrench; in newton_euler: what the joint transmits
+  Wrench<S> G;                    // I S / (S^T I S + armature), for one-degree-of-freedom joints
+  S g;                            // (force - S^T p) / (S^T I S + armature)
+  SpatialAcceleration<S> A;       // gravity counted as an acceleration of the root
+  RigidBodyInertia<S> composite;  // of the link and all it carries
+  Momentum<S> momentum;           // likewise, about the link's origin
 };
 
 template <class S>
@@ -45,22 +45,23 @@ struct DynamicsWorkspace {
 /// What drives a tree. Spans that may be empty mean zero (or nothing prescribed).
 template <class S>
 struct DynamicsInput {
-  std::span<const S> q;                     // coordinates
-  std::span<const S> v;                     // velocities
-  std::span<const S> force;                 // generalized forces [N m, N]; a free root: the wrench on B, in B, at B's origin
-  std::span<const Wrench<S>> link_wrench;   // external wrench on each link, in its frame, at its origin; may be empty
-  std::span<const std::uint8_t> prescribed; // per velocity: its acceleration is given instead of its force; may be empty
-  std::span<const S> acceleration;          // the given accelerations, read where prescribed; may be empty
+  std::span<const S> q;      // coordinates
+  std::span<const S> v;      // velocities
+  std::span<const S> force;  // generalized forces [N m, N]; a free root: the wrench on B, in B, at B's origin
+  std::span<const Wrench<S>> link_wrench;  // external wrench on each link, in its frame, at its origin; may be empty
+  std::span<const std::uint8_t>
+      prescribed;                   // per velocity: its acceleration is given instead of its force; may be empty
+  std::span<const S> acceleration;  // the given accelerations, read where prescribed; may be empty
   Vector3<S> gravity = Vector3<S>::zero();  // in W [m/s^2]
 };
 
 /// Accelerations vdot of all velocities, and the generalized force at each: as given, or, where the acceleration is
 /// prescribed, the force that it takes. All spans have Tree::velocities entries.
 template <class S>
-void articulated_body(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace, std::span<S> vdot,
-                      std::span<S> force);
+void articulated_body(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
+                      std::span<S> vdot, std::span<S> force);
 
-extern template void articulated_body<double>(const Tree<double>&, const DynamicsInput<double>&, DynamicsWorkspace<double>&,
-                                              std::span<double>, std::span<double>);
+extern template void articulated_body<double>(const Tree<double>&, const DynamicsInput<double>&,
+                                              DynamicsWorkspace<double>&, std::span<double>, std::span<double>);
 
 }  // namespace grapnel

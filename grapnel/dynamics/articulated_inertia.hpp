@@ -32,6 +32,41 @@ GRAPNEL_INLINE ArticulatedInertia<S> articulated(const RigidBodyInertia<S>& I) {
           Symmetric3<S>::diagonal(I.mass, I.mass, I.mass)};
 }
 
+/// The same written number by number, see `loaded`.
+template <class S>
+GRAPNEL_INLINE void set_rigid(ArticulatedInertia<S>& I, const RigidBodyInertia<S>& R) {
+  const Symmetric3<S>& J = R.rotational;
+  const Vector3<S>& h = R.first_moment;
+  I.J.xx = J.xx, I.J.yy = J.yy, I.J.zz = J.zz, I.J.xy = J.xy, I.J.xz = J.xz, I.J.yz = J.yz;
+  I.H[0][0] = I.H[1][1] = I.H[2][2] = S(0);
+  I.H[0][1] = -h[2], I.H[0][2] = h[1], I.H[1][0] = h[2], I.H[1][2] = -h[0], I.H[2][0] = -h[1], I.H[2][1] = h[0];
+  I.M.xx = I.M.yy = I.M.zz = R.mass, I.M.xy = I.M.xz = I.M.yz = S(0);
+}
+
+/// The rigid inertia of a link added to what its first child sends: H is skew, M a multiple of the identity.
+template <class S>
+GRAPNEL_INLINE ArticulatedInertia<S> operator+(const RigidBodyInertia<S>& R, const ArticulatedInertia<S>& I) {
+  const Vector3<S>& h = R.first_moment;
+  return {R.rotational + I.J,
+          {{I.H[0][0], I.H[0][1] - h[2], I.H[0][2] + h[1]},
+           {I.H[1][0] + h[2], I.H[1][1], I.H[1][2] - h[0]},
+           {I.H[2][0] - h[1], I.H[2][1] + h[0], I.H[2][2]}},
+          {I.M.xx + R.mass, I.M.yy + R.mass, I.M.zz + R.mass, I.M.xy, I.M.xz, I.M.yz}};
+}
+
+/// A copy made number by number. What was stored as single numbers must be loaded as such: a copy of the structure as a
+/// block would wait until those stores have left the store buffer (10 ns per link).
+template <class S>
+GRAPNEL_INLINE ArticulatedInertia<S> loaded(const ArticulatedInertia<S>& I) {
+  return {{I.J.xx, I.J.yy, I.J.zz, I.J.xy, I.J.xz, I.J.yz},
+          {{I.H[0][0], I.H[0][1], I.H[0][2]}, {I.H[1][0], I.H[1][1], I.H[1][2]}, {I.H[2][0], I.H[2][1], I.H[2][2]}},
+          {I.M.xx, I.M.yy, I.M.zz, I.M.xy, I.M.xz, I.M.yz}};
+}
+template <SpatialKind kKind, class S>
+GRAPNEL_INLINE SpatialVector<kKind, S> loaded(const SpatialVector<kKind, S>& F) {
+  return {{F.angular[0], F.angular[1], F.angular[2]}, {F.linear[0], F.linear[1], F.linear[2]}};
+}
+
 template <class S>
 GRAPNEL_INLINE Wrench<S> operator*(const ArticulatedInertia<S>& I, const SpatialAcceleration<S>& A) {
   const Vector3<S>& a = A.angular;
@@ -65,6 +100,27 @@ GRAPNEL_INLINE void shift_origin(ArticulatedInertia<S>& I, const Vector3<S>& p) 
   I.J.xy += (p[2] * h0[0] - p[0] * h0[2]) + (p[1] * n1[2] - p[2] * n1[1]);
   I.J.xz += (p[0] * h0[1] - p[1] * h0[0]) + (p[1] * n2[2] - p[2] * n2[1]);
   I.J.yz += (p[0] * h1[1] - p[1] * h1[0]) + (p[2] * n2[0] - p[0] * n2[2]);
+}
+
+/// The same for an articulated inertia that a revolute joint about axis K has passed on: J_K* = 0, H_K* = 0.
+template <int K, class S>
+GRAPNEL_INLINE void shift_behind_joint(ArticulatedInertia<S>& I, const Vector3<S>& p) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  const Vector3<S> hi{I.H[i][0], I.H[i][1], I.H[i][2]}, hj{I.H[j][0], I.H[j][1], I.H[j][2]};
+  // [p x] M, by its rows: row i is p_j M_K - p_K M_j and so on cyclically.
+  for (int c = 0; c < 3; ++c) {
+    I.H[K][c] = p[i] * I.M(j, c) - p[j] * I.M(i, c);
+    I.H[i][c] += p[j] * I.M(K, c) - p[K] * I.M(j, c);
+    I.H[j][c] += p[K] * I.M(i, c) - p[i] * I.M(K, c);
+  }
+  const auto& n = I.H;  // after the shift
+  // J'_(r,c) = J_(r,c) + (p x h_r)_c + (p x n_c)_r, with h_K = 0 and J_K* = 0.
+  I.J(K, K) = p[i] * n[K][j] - p[j] * n[K][i];
+  I.J(i, K) = p[i] * n[i][j] - p[j] * n[i][i];
+  I.J(j, K) = p[i] * n[j][j] - p[j] * n[j][i];
+  I.J(i, i) += (p[j] * hi[K] - p[K] * hi[j]) + (p[j] * n[i][K] - p[K] * n[i][j]);
+  I.J(j, j) += (p[K] * hj[i] - p[i] * hj[K]) + (p[K] * n[j][i] - p[i] * n[j][K]);
+  I.J(i, j) += (p[K] * hi[i] - p[i] * hi[K]) + (p[j] * n[j][K] - p[K] * n[j][j]);
 }
 
 /// Re-expressed by a general rotation: R J R^T, R H R^T, R M R^T.
@@ -114,8 +170,8 @@ GRAPNEL_INLINE void rotate_block_about(const SineCosine<S>& a, Symmetric3<S>& A)
   A(i, j) = a.cosine * t - A(i, j);
 }
 
-/// Re-expressed after a turn about axis K, for an articulated inertia whose K moment row has been taken away by the joint
-/// (J_K* = 0, H_K* = 0): what a revolute joint passes to its parent.
+/// Re-expressed after a turn about axis K, for an articulated inertia whose K moment row has been taken away by the
+/// joint (J_K* = 0, H_K* = 0): what a revolute joint passes to its parent.
 template <int K, class S>
 GRAPNEL_INLINE void rotate_behind_joint(const SineCosine<S>& a, ArticulatedInertia<S>& I) {
   constexpr int i = (K + 1) % 3, j = (K + 2) % 3;

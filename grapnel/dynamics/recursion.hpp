@@ -31,18 +31,34 @@ GRAPNEL_INLINE void visit_joint(const TreeLink<S>& link, F&& f) {
   switch (link.joint) {
     case LinkJoint::revolute:
       switch (link.axis) {
-        case 0: f(Revolute<0>{}); return;
-        case 1: f(Revolute<1>{}); return;
-        default: f(Revolute<2>{}); return;
+        case 0:
+          f(Revolute<0>{});
+          return;
+        case 1:
+          f(Revolute<1>{});
+          return;
+        default:
+          f(Revolute<2>{});
+          return;
       }
     case LinkJoint::prismatic:
       switch (link.axis) {
-        case 0: f(Prismatic<0>{}); return;
-        case 1: f(Prismatic<1>{}); return;
-        default: f(Prismatic<2>{}); return;
+        case 0:
+          f(Prismatic<0>{});
+          return;
+        case 1:
+          f(Prismatic<1>{});
+          return;
+        default:
+          f(Prismatic<2>{});
+          return;
       }
-    case LinkJoint::spherical: f(Spherical{}); return;
-    default: f(Root{}); return;
+    case LinkJoint::spherical:
+      f(Spherical{});
+      return;
+    default:
+      f(Root{});
+      return;
   }
 }
 
@@ -95,7 +111,8 @@ GRAPNEL_INLINE Vector3<S> to_link(Joint joint, const TreeLink<S>& link, const Li
   return joint_back(joint, w, link.rotated ? transposed_times(link.X_PF.R, x) : x);
 }
 template <class Joint, class S>
-GRAPNEL_INLINE Vector3<S> to_parent(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, const Vector3<S>& x) {
+GRAPNEL_INLINE Vector3<S> to_parent(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w,
+                                    const Vector3<S>& x) {
   const Vector3<S> y = joint_forth(joint, w, x);
   return link.rotated ? link.X_PF.R * y : y;
 }
@@ -117,15 +134,18 @@ GRAPNEL_INLINE SpatialVector<kKind, S> force_to_parent(Joint joint, const TreeLi
 // --- The joint's own motion S v and the velocity-dependent V x S v. -------------------------------------------------
 
 template <int K, class S, SpatialKind kKind>
-GRAPNEL_INLINE void add_joint_motion(Revolute<K>, const TreeLink<S>& link, std::span<const S> v, SpatialVector<kKind, S>& V) {
+GRAPNEL_INLINE void add_joint_motion(Revolute<K>, const TreeLink<S>& link, std::span<const S> v,
+                                     SpatialVector<kKind, S>& V) {
   V.angular[K] += link.sign * v[link.v];
 }
 template <int K, class S, SpatialKind kKind>
-GRAPNEL_INLINE void add_joint_motion(Prismatic<K>, const TreeLink<S>& link, std::span<const S> v, SpatialVector<kKind, S>& V) {
+GRAPNEL_INLINE void add_joint_motion(Prismatic<K>, const TreeLink<S>& link, std::span<const S> v,
+                                     SpatialVector<kKind, S>& V) {
   V.linear[K] += link.sign * v[link.v];
 }
 template <class S, SpatialKind kKind>
-GRAPNEL_INLINE void add_joint_motion(Spherical, const TreeLink<S>& link, std::span<const S> v, SpatialVector<kKind, S>& V) {
+GRAPNEL_INLINE void add_joint_motion(Spherical, const TreeLink<S>& link, std::span<const S> v,
+                                     SpatialVector<kKind, S>& V) {
   for (int k = 0; k < 3; ++k) V.angular[k] += v[link.v + k];
 }
 

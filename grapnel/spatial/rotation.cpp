@@ -33,15 +33,15 @@ Rotationd rotation_from_rpy(double roll, double pitch, double yaw) {
 
 Rotationd rotation_between(const Vector3d& from, const Vector3d& to) {
   const double c = dot(from, to);
-  if (c > -0.5) {
+  if (!(c <= -0.5)) {  // so that NaN comes through instead of recursing for ever
     // Half-way quaternion: (1 + cos, sin * axis), normalized.
     const Vector3d v = cross(from, to);
     const double w = 1 + c;
     const double n = std::sqrt(w * w + dot(v, v));
     return rotation_matrix(Quaterniond{w / n, v[0] / n, v[1] / n, v[2] / n});
   }
-  // More than 120 degrees: first half a turn about the normal of both (any normal of `from` where they leave it open), then
-  // the small rest, which has the same axis.
+  // More than 120 degrees: first half a turn about the normal of both (any normal of `from` where they leave it open),
+  // then the small rest, which has the same axis.
   Vector3d normal = cross(from, to);
   if (norm(normal) < 1e-15) normal = cross(from, std::abs(from[0]) < 0.6 ? Vector3d{1, 0, 0} : Vector3d{0, 1, 0});
   normal *= 1 / norm(normal);

@@ -9,34 +9,20 @@
 
 #include <cmath>
 
+#include "grapnel/spatial/sine_cosine.hpp"
+
 // g++ leaves small functions as calls in large kernels, which costs a factor of two there (measured on forward
 // dynamics).
 #define GRAPNEL_INLINE __attribute__((always_inline)) inline
 
 namespace grapnel {
 
-template <class S>
-struct SineCosine {
-  S sine;
-  S cosine;
-};
-
-/// Sine and cosine of one angle [rad].
+/// Sine and cosine of one angle [rad]; for double see sine_cosine.hpp.
 template <class S>
 GRAPNEL_INLINE SineCosine<S> sine_cosine(const S& angle) {
   using std::cos;
   using std::sin;
   return {sin(angle), cos(angle)};
 }
-
-#if defined(__GNUC__) && !defined(__clang__)
-/// Both from one argument reduction; clang merges the two calls by itself.
-template <>
-GRAPNEL_INLINE SineCosine<double> sine_cosine(const double& angle) {
-  SineCosine<double> result;
-  __builtin_sincos(angle, &result.sine, &result.cosine);
-  return result;
-}
-#endif
 
 }  // namespace grapnel

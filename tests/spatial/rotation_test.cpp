@@ -140,6 +140,8 @@ TEST(Rotation, BetweenDirectionsIsTheSmallestThatMapsThem) {
   }
 }
 
+TEST(Rotation, BetweenNaNsIsNaN) { EXPECT_TRUE(std::isnan(rotation_between({NAN, 0, 0}, {1, 0, 0})(0, 0))); }
+
 TEST(Pose, ComposesAndInverts) {
   Random random(5);
   for (int i = 0; i < 100; ++i) {
