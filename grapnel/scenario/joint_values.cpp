@@ -23,14 +23,16 @@ void for_each_value(const Node& node, const std::string& path, const ReadRobot& 
   if (node.is_sequence() && robot.order_known && node.items.size() == robot.joints.size()) {
     for (std::size_t i = 0; i < node.items.size(); ++i) {
       if (const auto value = number_of(node.items[i])) {
-        visit(i, *value, node.items[i].mark, fmt::format("{} (joint {})", item(path, i), in_quotes(robot.joints[i].name)));
+        visit(i, *value, node.items[i].mark,
+              fmt::format("{} (joint {})", item(path, i), in_quotes(robot.joints[i].name)));
       }
     }
   }
   for (const NodeEntry& entry : node.entries) {
     const auto it = robot.joint_index.find(entry.key);
     const auto value = number_of(entry.value);
-    if (it != robot.joint_index.end() && value) visit(it->second, *value, entry.value.mark, below(path, shortened(entry.key)));
+    if (it != robot.joint_index.end() && value)
+      visit(it->second, *value, entry.value.mark, below(path, shortened(entry.key)));
   }
 }
 
@@ -60,12 +62,14 @@ std::optional<std::vector<double>> joint_values(const Node& node, const std::str
   if (const auto one = number_of(node)) return std::vector<double>(count, *one);
   if (node.is_mapping()) check_names(node, path, robot, !absent, faults);
   if (node.is_sequence() && robot.count_known() && node.items.size() != count) {
-    faults.add(node.mark, fmt::format("{} has {}, must have {}, one for each moving joint{}", path, counted(node.items.size(), "item"), count,
-                                      count > 0 ? ": " + names_of(robot.joints) : ""));
+    faults.add(node.mark,
+               fmt::format("{} has {}, must have {}, one for each moving joint{}", path,
+                           counted(node.items.size(), "item"), count, count > 0 ? ": " + names_of(robot.joints) : ""));
   }
   if (!robot.order_known || (!node.is_mapping() && !node.is_sequence())) return {};
   std::vector<double> values(count, absent.value_or(0));
-  for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark&, const std::string&) { values[i] = value; });
+  for_each_value(node, path, robot,
+                 [&](std::size_t i, double value, const Mark&, const std::string&) { values[i] = value; });
   return values;
 }
 
@@ -73,14 +77,16 @@ void check_position_limits(const Node& node, const std::string& path, const Read
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     const JointLimits& limits = robot.joints[i].limits;
     if (value >= limits.lower && value <= limits.upper) return;
-    faults.add(mark, fmt::format("{} is {}, beyond the joint's limits {} to {}", name, value, limits.lower, limits.upper));
+    faults.add(mark,
+               fmt::format("{} is {}, beyond the joint's limits {} to {}", name, value, limits.lower, limits.upper));
   });
 }
 
 void check_rate_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     if (std::abs(value) <= robot.joints[i].limits.rate) return;
-    faults.add(mark, fmt::format("{} is {}, beyond the joint's rate limit {}", name, value, robot.joints[i].limits.rate));
+    faults.add(mark,
+               fmt::format("{} is {}, beyond the joint's rate limit {}", name, value, robot.joints[i].limits.rate));
   });
 }
 

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// Values per joint: a mapping by joint name, a list in joint order, or one number for all. Thread safety: free functions.
+/// Values per joint: a mapping by joint name, a list in joint order, or one number for all. Thread safety: free
+/// functions.
 
 #include "grapnel/scenario/read_robot.hpp"
 

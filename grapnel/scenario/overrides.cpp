@@ -27,7 +27,8 @@ bool ends_segment(std::string_view rest, std::size_t length) {
 // Walks along a path. Names may hold dots: what exists and is longest wins.
 class Walker {
  public:
-  Walker(std::string_view path, const Mark& mark, FaultList& faults) : rest_(path), path_(path), mark_(mark), faults_(faults) {}
+  Walker(std::string_view path, const Mark& mark, FaultList& faults)
+      : rest_(path), path_(path), mark_(mark), faults_(faults) {}
 
   // The node that the path names, created where mappings lack it; null after a fault.
   Node* walk(Node& root) {
@@ -57,7 +58,8 @@ class Walker {
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), index);
     const bool number = error == std::errc() && end == digits.data() + digits.size() && close != std::string_view::npos;
-    if (!number || !ends_segment(rest_, close + 1)) return fail(fmt::format("{} is not an index such as [0]", in_quotes(rest_)));
+    if (!number || !ends_segment(rest_, close + 1))
+      return fail(fmt::format("{} is not an index such as [0]", in_quotes(rest_)));
     if (!node.is_sequence()) return fail(fmt::format("{} is not a list", walked()));
     if (index >= node.items.size()) {
       return fail(fmt::format("{} has {}, so there is no [{}]", walked(), counted(node.items.size(), "item"), index));
@@ -68,8 +70,10 @@ class Walker {
 
   Node* by_name(Node& node, bool first) {
     const std::string here = walked();
-    if (!first && rest_[0] == '.') rest_.remove_prefix(1);
-    else if (!first) return fail(fmt::format("{} must follow a '.'", in_quotes(rest_)));
+    if (!first && rest_[0] == '.')
+      rest_.remove_prefix(1);
+    else if (!first)
+      return fail(fmt::format("{} must follow a '.'", in_quotes(rest_)));
     if (node.is_sequence()) return item_of(node, here);
     // An absent or empty value becomes a mapping; a value that is there must not be lost to a slip.
     if (node.kind == Node::Kind::null) node.kind = Node::Kind::mapping;

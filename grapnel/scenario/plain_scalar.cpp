@@ -89,15 +89,20 @@ std::optional<bool> boolean_of(const Node& node) {
 }
 
 bool is_text(const Node& node) {
-  return node.is_scalar() && (!node.plain || (!boolean_of(node) && !decimal_grammar(node.text) && !infinity_or_nan(node.text)));
+  return node.is_scalar() &&
+         (!node.plain || (!boolean_of(node) && !decimal_grammar(node.text) && !infinity_or_nan(node.text)));
 }
 
 std::string described(const Node& node) {
   switch (node.kind) {
-    case Node::Kind::null: return "empty";
-    case Node::Kind::sequence: return "a list";
-    case Node::Kind::mapping: return "a mapping";
-    case Node::Kind::scalar: break;
+    case Node::Kind::null:
+      return "empty";
+    case Node::Kind::sequence:
+      return "a list";
+    case Node::Kind::mapping:
+      return "a mapping";
+    case Node::Kind::scalar:
+      break;
   }
   if (number_of(node)) return "the number " + shortened(node.text);
   if (boolean_of(node)) return node.text;
@@ -116,7 +121,8 @@ std::string why_no_number(const Node& node) {
   if (const std::string advice = based_number_advice(node.text); !advice.empty()) {
     return "; " + in_quotes(node.text) + " is not accepted, " + advice;
   }
-  if (!node.text.empty() && decimal_grammar(node.text)) return "; " + in_quotes(node.text) + " is beyond what a double holds";
+  if (!node.text.empty() && decimal_grammar(node.text))
+    return "; " + in_quotes(node.text) + " is beyond what a double holds";
   return ", not " + described(node);
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
@@ -28,8 +30,8 @@ JointDescription read_joint(const Node& node, const std::string& path, FaultList
   joint.limits.rate = number_at(limits, "rate").value_or(joint.limits.rate);
   joint.limits.effort = number_at(limits, "effort").value_or(joint.limits.effort);
   if (joint.limits.lower > joint.limits.upper) {
-    faults.add(part(limits, "lower").mark, fmt::format("{}: lower limit {} is above upper limit {}", below(path, "limits"),
-                                                       joint.limits.lower, joint.limits.upper));
+    faults.add(part(limits, "lower").mark, fmt::format("{}: lower limit {} is above upper limit {}",
+                                                       below(path, "limits"), joint.limits.lower, joint.limits.upper));
     joint.limits.lower = -std::numeric_limits<double>::infinity();
     joint.limits.upper = std::numeric_limits<double>::infinity();
   }
@@ -57,7 +59,9 @@ void read_base(const Node& node, const std::string& path, ReadRobot& robot, Faul
   RobotSetup& setup = robot.setup;
   setup.base = text_at(node, "name");
   const std::string mode = text_at(node, "mode");
-  setup.base_mode = mode == "fixed" ? RobotSetup::Base::fixed : mode == "held" ? RobotSetup::Base::held : RobotSetup::Base::free;
+  setup.base_mode = mode == "fixed"  ? RobotSetup::Base::fixed
+                    : mode == "held" ? RobotSetup::Base::held
+                                     : RobotSetup::Base::free;
   BodyDescription base;
   base.name = setup.base;
   base.joint.type = mode == "fixed" ? JointType::fixed : JointType::free;
@@ -82,27 +86,53 @@ void read_link(const Node& node, const std::string& path, ReadRobot& robot, Faul
   robot.setup.bodies.push_back(std::move(link));
 }
 
+// The cycles among parents, each as its members in order. A link that merely hangs on a cycle is no member.
+std::vector<std::vector<std::string>> parent_cycles(const std::vector<BodyDescription>& bodies) {
+  std::map<std::string_view, std::string_view> parent_of;
+  for (const BodyDescription& body : bodies) parent_of.emplace(body.name, body.parent);
+  std::vector<std::vector<std::string>> cycles;
+  std::set<std::string_view> settled;
+  for (const BodyDescription& body : bodies) {
+    std::vector<std::string_view> chain;
+    std::map<std::string_view, std::size_t> place;
+    std::string_view at = body.name;
+    while (!at.empty() && parent_of.contains(at) && !settled.contains(at) && place.emplace(at, chain.size()).second) {
+      chain.push_back(at);
+      at = parent_of[at];
+    }
+    if (const auto it = place.find(at); it != place.end()) {
+      cycles.emplace_back(chain.begin() + static_cast<std::ptrdiff_t>(it->second), chain.end());
+    }
+    settled.insert(chain.begin(), chain.end());
+  }
+  return cycles;
+}
+
+// "upper -> lower -> upper", from the given member on.
+std::string cycle_text(const std::vector<std::string>& cycle, std::size_t from) {
+  constexpr std::size_t kMost = 10;
+  std::string text = shortened(cycle[from]);
+  for (std::size_t k = 1; k < std::min(cycle.size(), kMost); ++k) {
+    text += " -> " + shortened(cycle[(from + k) % cycle.size()]);
+  }
+  return text + (cycle.size() > kMost ? " -> …" : "") + " -> " + shortened(cycle[from]);
+}
+
 // Parents that exist and do not lead back to the link itself.
 void check_parents(const Node& links, const std::string& path, const ReadRobot& robot, FaultList& faults) {
-  std::map<std::string, std::string, std::less<>> parent_of;
-  for (const BodyDescription& body : robot.setup.bodies) parent_of.emplace(body.name, body.parent);
+  std::map<std::string, std::string, std::less<>> cycle_of;
+  for (const std::vector<std::string>& cycle : parent_cycles(robot.setup.bodies)) {
+    for (std::size_t k = 0; k < cycle.size(); ++k) cycle_of.emplace(cycle[k], cycle_text(cycle, k));
+  }
   for (std::size_t i = 0; i < links.items.size() && !faults.full(); ++i) {
     const Node& link = links.items[i];
     const std::string name = text_at(link, "name"), parent = text_at(link, "parent");
     if (!robot.links.expect(parent, part(link, "parent").mark, item(path, i), faults)) continue;
+    const auto it = cycle_of.find(name);
     // Between two of one name nobody can say whose parent is meant.
-    if (name.empty() || robot.links.is_duplicate(name)) continue;
-    // Each member of a cycle is told once; a link that merely hangs on a cycle is not at fault.
-    std::string chain = name, at = parent;
-    for (std::size_t steps = 0; steps < parent_of.size() && !at.empty() && at != name; ++steps) {
-      const auto it = parent_of.find(at);
-      if (chain.size() < 200) chain += " -> " + at;
-      at = it != parent_of.end() ? it->second : std::string();
-    }
-    if (at == name) {
-      faults.add(part(link, "parent").mark, fmt::format("{}: the parents of {} form a cycle: {} -> {}", item(path, i),
-                                                        in_quotes(name), chain, name));
-    }
+    if (it == cycle_of.end() || robot.links.is_duplicate(name)) continue;
+    faults.add(part(link, "parent").mark,
+               fmt::format("{}: the parents of {} form a cycle: {}", item(path, i), in_quotes(name), it->second));
   }
 }
 
@@ -156,7 +186,8 @@ ReadRobot read_robot(const Node& node, const std::string& path, FaultList& fault
   if (!links.is_sequence()) {
     for (NameTable* table : {&robot.links, &robot.joint_names}) table->make_incomplete();
   }
-  for (std::size_t i = 0; i < links.items.size(); ++i) read_link(links.items[i], item(below(path, "links"), i), robot, faults);
+  for (std::size_t i = 0; i < links.items.size(); ++i)
+    read_link(links.items[i], item(below(path, "links"), i), robot, faults);
   check_parents(links, below(path, "links"), robot, faults);
   read_end_effectors(part(node, "end_effectors"), below(path, "end_effectors"), robot, faults);
   order_joints(robot, sound_structure && faults.empty(), node.mark, faults);

@@ -20,7 +20,7 @@ struct ReadRobot {
   NameTable end_effectors{"end-effector"};
   NameTable joint_names{"joint"};
   std::set<std::string, std::less<>> fixed_joints;
-  std::vector<JointDescription> joints;             // moving; in the order of Model::joints() if `order_known`
+  std::vector<JointDescription> joints;  // moving; in the order of Model::joints() if `order_known`
   std::map<std::string, std::size_t, std::less<>> joint_index;
   bool order_known = false;
   bool types_known = true;  // of all joints

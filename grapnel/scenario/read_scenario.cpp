@@ -16,7 +16,8 @@ constexpr double kMostSamples = 1e7;
 
 class ScenarioReader {
  public:
-  ScenarioReader(const Node& root, ReadRobot robot, FaultList& faults) : root_(root), robot_(std::move(robot)), faults_(faults) {}
+  ScenarioReader(const Node& root, ReadRobot robot, FaultList& faults)
+      : root_(root), robot_(std::move(robot)), faults_(faults) {}
 
   CaptureProblem read() {
     problem_.name = text_at(root_, "name");
@@ -27,7 +28,8 @@ class ScenarioReader {
     read_grasps();
     if (root_.find("approach")) read_approach(part(root_, "approach"));
     read_contact(part(root_, "contact"));
-    if (root_.find("impact")) problem_.impact = ImpactSetup{number_at(part(root_, "impact"), "duration").value_or(1e-3)};
+    if (root_.find("impact"))
+      problem_.impact = ImpactSetup{number_at(part(root_, "impact"), "duration").value_or(1e-3)};
     if (root_.find("post_impact")) read_post_impact(part(root_, "post_impact"));
     read_integration(part(root_, "integration"));
     problem_.output_interval = number_at(part(root_, "output"), "interval").value_or(problem_.output_interval);
@@ -51,7 +53,8 @@ class ScenarioReader {
                       vector_at(base, "velocity").value_or(Vector3d::zero())};
     const Node* given = base.find("momentum");
     if (given) {
-      momentum = {vector_at(*given, "angular").value_or(Vector3d::zero()), vector_at(*given, "linear").value_or(Vector3d::zero())};
+      momentum = {vector_at(*given, "angular").value_or(Vector3d::zero()),
+                  vector_at(*given, "linear").value_or(Vector3d::zero())};
       problem_.momentum = momentum;
     } else {
       problem_.V_WB = V_WB;
@@ -64,7 +67,8 @@ class ScenarioReader {
                            : key == std::string_view("velocity")       ? is_zero(V_WB.linear)
                                                                        : false;
       if (entry && !at_rest) {
-        faults_.add(entry->mark, fmt::format("initial.base.{}: the robot's base is {}, so its motion cannot be given", key, mode));
+        faults_.add(entry->mark,
+                    fmt::format("initial.base.{}: the robot's base is {}, so its motion cannot be given", key, mode));
       }
     }
   }
@@ -73,14 +77,16 @@ class ScenarioReader {
   void read_joints() {
     const Node& initial = part(root_, "initial");
     if (const Node* joints = initial.find("joints")) {
-      problem_.joint_position = joint_values(*joints, "initial.joints", robot_, {}, faults_).value_or(std::vector<double>{});
+      problem_.joint_position =
+          joint_values(*joints, "initial.joints", robot_, {}, faults_).value_or(std::vector<double>{});
       check_position_limits(*joints, "initial.joints", robot_, faults_);
     } else if (!robot_.joints.empty() && (initial.is_mapping() || initial.kind == Node::Kind::null)) {
       const Mark& mark = initial.is_mapping() ? initial.mark : root_.mark;
       faults_.add(mark, "missing key 'joints' in initial: every moving joint needs a value");
     }
     if (const Node* rates = initial.find("joint_rates")) {
-      problem_.joint_rate = joint_values(*rates, "initial.joint_rates", robot_, 0.0, faults_).value_or(std::vector<double>{});
+      problem_.joint_rate =
+          joint_values(*rates, "initial.joint_rates", robot_, 0.0, faults_).value_or(std::vector<double>{});
       check_rate_limits(*rates, "initial.joint_rates", robot_, faults_);
     }
   }
@@ -135,10 +141,12 @@ class ScenarioReader {
       robot_.end_effectors.expect(grasp.end_effector, part(node, "end_effector").mark, path, faults_);
       const auto [first, fresh] = user_of.emplace(grasp.end_effector, i);
       if (!fresh && !grasp.end_effector.empty()) {
-        faults_.add(part(node, "end_effector").mark, fmt::format("end-effector {} in {} is used twice; it already holds in {}",
-                                                                 in_quotes(grasp.end_effector), path, item("grasps", first->second)));
+        faults_.add(part(node, "end_effector").mark,
+                    fmt::format("end-effector {} in {} is used twice; it already holds in {}",
+                                in_quotes(grasp.end_effector), path, item("grasps", first->second)));
       }
-      const bool target_known = targets_.expect(grasp.target, part(node, "target").mark, path, faults_) && !grasp.target.empty();
+      const bool target_known =
+          targets_.expect(grasp.target, part(node, "target").mark, path, faults_) && !grasp.target.empty();
       all_known = all_known && target_known;
       if (const auto it = points_.find(grasp.target); it != points_.end()) {
         it->second.expect(grasp.grasp_point, part(node, "point").mark, below(path, "point"), faults_);
@@ -152,10 +160,10 @@ class ScenarioReader {
 
   void check_all_targets_grasped() {
     const Node& list = part(root_, "targets");
-    for (std::size_t i = 0; i < list.items.size(); ++i) {
-      const std::string name = text_at(list.items[i], "name");
+    for (const Node& target : list.items) {
+      const std::string name = text_at(target, "name");
       if (name.empty() || grasps_of_.contains(name)) continue;
-      faults_.add(part(list.items[i], "name").mark,
+      faults_.add(part(target, "name").mark,
                   fmt::format("target {} is grasped by nobody; add a grasp or remove the target", in_quotes(name)));
     }
   }
@@ -185,11 +193,13 @@ class ScenarioReader {
   void check_start(const Node& node, const ApproachSetup& approach) {
     const bool ideal = approach.tracking.mode == TrackingSetup::Mode::ideal;
     const auto& rates = problem_.joint_rate;
-    if (approach.profile != JointProfile::quartic || !ideal || std::all_of(rates.begin(), rates.end(), [](double r) { return r == 0; })) {
+    if (approach.profile != JointProfile::quartic || !ideal ||
+        std::all_of(rates.begin(), rates.end(), [](double r) { return r == 0; })) {
       return;
     }
-    faults_.add(part(node, "profile").mark,
-                "approach.profile: the quartic profile starts from rest; with initial.joint_rates use quintic or cycloidal");
+    faults_.add(
+        part(node, "profile").mark,
+        "approach.profile: the quartic profile starts from rest; with initial.joint_rates use quintic or cycloidal");
   }
 
   void read_final_rates(const Node& node, ApproachSetup& approach) {
@@ -226,9 +236,10 @@ class ScenarioReader {
     if (gap != "translate_target") return;
     for (const auto& [target, grasps] : grasps_of_) {
       if (target.empty() || grasps.size() < 2) continue;
-      faults_.add(part(node, "gap").mark, fmt::format("contact.gap: translate_target cannot move target {} to {} end-effectors at "
-                                                      "once; use weld_as_found or refuse",
-                                                      in_quotes(target), grasps.size()));
+      faults_.add(part(node, "gap").mark,
+                  fmt::format("contact.gap: translate_target cannot move target {} to {} end-effectors at "
+                              "once; use weld_as_found or refuse",
+                              in_quotes(target), grasps.size()));
     }
   }
 
@@ -247,7 +258,8 @@ class ScenarioReader {
   void read_integration(const Node& node) {
     IntegrationSetup& setup = problem_.integration;
     if (text_at(node, "method") == "rk4") setup.method = IntegrationSetup::Method::rk4;
-    if (text_at(node, "root_velocity") == "integrated") setup.root_velocity = IntegrationSetup::RootVelocity::integrated;
+    if (text_at(node, "root_velocity") == "integrated")
+      setup.root_velocity = IntegrationSetup::RootVelocity::integrated;
     setup.relative_tolerance = number_at(node, "relative_tolerance").value_or(setup.relative_tolerance);
     setup.absolute_tolerance = number_at(node, "absolute_tolerance").value_or(setup.absolute_tolerance);
     setup.step = number_at(node, "step").value_or(setup.step);
@@ -266,9 +278,10 @@ class ScenarioReader {
     if (!post) return;
     for (const auto& [target, grasps] : grasps_of_) {
       if (target.empty() || grasps.size() < 2) continue;
-      faults_.add(post->mark, fmt::format("post_impact: {} and {} hold the same target {}; the motion of closed loops after the "
-                                          "impact is not modelled yet; leave out post_impact",
-                                          item("grasps", grasps[0]), item("grasps", grasps[1]), in_quotes(target)));
+      faults_.add(post->mark,
+                  fmt::format("post_impact: {} and {} hold the same target {}; the motion of closed loops after the "
+                              "impact is not modelled yet; leave out post_impact",
+                              item("grasps", grasps[0]), item("grasps", grasps[1]), in_quotes(target)));
     }
   }
 
@@ -281,9 +294,10 @@ class ScenarioReader {
     const double approach = phase("approach"), post = phase("post_impact");
     const double samples = (approach + post) / problem_.output_interval;
     if (problem_.output_interval > 0 && samples > kMostSamples) {
-      faults_.add(part(part(root_, "output"), "interval").mark,
-                  fmt::format("output.interval is {} [s], which gives {:.3g} samples over {:.6g} s; at most {:.0f} are allowed",
-                              problem_.output_interval, samples, approach + post, kMostSamples));
+      faults_.add(
+          part(part(root_, "output"), "interval").mark,
+          fmt::format("output.interval is {} [s], which gives {:.3g} samples over {:.6g} s; at most {:.0f} are allowed",
+                      problem_.output_interval, samples, approach + post, kMostSamples));
     }
     const IntegrationSetup& integration = problem_.integration;
     const bool fixed_step = integration.method == IntegrationSetup::Method::rk4 && integration.step > 0;

@@ -33,11 +33,12 @@ Rotationd rotation_of(const Node& mapping, const std::string& path, FaultList& f
   // hypot: the squares of what a file may hold can overflow.
   const double length = std::hypot(std::hypot(v[0], v[1]), std::hypot(v[2], v[3]));
   if (!(std::abs(length - 1) <= 1e-6)) {
-    faults.add(node.mark, fmt::format("{} has length {:.9g}, must be 1 within 1e-6{}", below(path, "quaternion_wxyz"), length,
-                                      length > 0 && std::isfinite(length)
-                                          ? fmt::format("; normalised it is [{:.9g}, {:.9g}, {:.9g}, {:.9g}]", v[0] / length,
-                                                        v[1] / length, v[2] / length, v[3] / length)
-                                          : ""));
+    faults.add(node.mark,
+               fmt::format("{} has length {:.9g}, must be 1 within 1e-6{}", below(path, "quaternion_wxyz"), length,
+                           length > 0 && std::isfinite(length)
+                               ? fmt::format("; normalised it is [{:.9g}, {:.9g}, {:.9g}, {:.9g}]", v[0] / length,
+                                             v[1] / length, v[2] / length, v[3] / length)
+                               : ""));
     return Rotationd::identity();
   }
   return rotation_matrix(Quaterniond{v[0] / length, v[1] / length, v[2] / length, v[3] / length});
@@ -141,13 +142,15 @@ void NameTable::add_from(const Node& entry, const std::string& path, FaultList& 
   }
   duplicates_.insert(name);
   const std::string earlier = it->second.line > 0 ? fmt::format("; first given in line {}", it->second.line) : "";
-  faults.add(mark, fmt::format("duplicate name {} in {}: {} names must differ{}", in_quotes(name), path, kind_, earlier));
+  faults.add(mark,
+             fmt::format("duplicate name {} in {}: {} names must differ{}", in_quotes(name), path, kind_, earlier));
 }
 
 bool NameTable::expect(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults) const {
   // Faulty or nameless things elsewhere may be what is meant; they have been reported.
   if (name.empty() || !complete_ || faults.full() || marks_.contains(name)) return true;
-  faults.add(mark, fmt::format("unknown {} {} in {}{}", kind_, in_quotes(name), path, suggestion(name, names_, kind_ + "s")));
+  faults.add(mark,
+             fmt::format("unknown {} {} in {}{}", kind_, in_quotes(name), path, suggestion(name, names_, kind_ + "s")));
   return false;
 }
 

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Values from a Node tree whose structure has been checked, and the checks that a schema cannot express. What is absent
-/// or of the wrong kind has been reported before: the readers return a neutral value for it without a word, so that
-/// everything else can still be checked. Thread safety: free functions.
+/// Values from a Node tree whose structure has been checked, and the checks that a schema cannot express. What is
+/// absent or of the wrong kind has been reported before: the readers return a neutral value for it without a word, so
+/// that everything else can still be checked. Thread safety: free functions.
 
 #include <map>
 #include <optional>
@@ -38,8 +38,8 @@ Geometry geometry_at(const Node& mapping, const std::string& path, FaultList& fa
 class NameTable {
  public:
   explicit NameTable(std::string kind) : kind_(std::move(kind)) {}
-  /// Takes the "name" of an item; reports one that occurs twice. An item without a name makes the table incomplete.
-  void add_from(const Node& item, const std::string& path, FaultList& faults);
+  /// Takes the "name" of an entry; reports one that occurs twice. An entry without a name makes the table incomplete.
+  void add_from(const Node& entry, const std::string& path, FaultList& faults);
   /// Whether `name` is there, else a fault at the mark. True also where faults elsewhere leave the names in doubt.
   bool expect(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults) const;
   bool contains(const std::string& name) const { return marks_.contains(name); }

@@ -43,8 +43,8 @@ std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, 
   return tree;
 }
 
-// The robot's path as a person would write it: relative to the scenario's folder, with ".." resolved where that names the
-// same file (with symbolic links it may not).
+// The robot's path as a person would write it: relative to the scenario's folder, with ".." resolved where that names
+// the same file (with symbolic links it may not).
 std::filesystem::path robot_path(const std::filesystem::path& scenario, const std::string& named) {
   const std::filesystem::path path = scenario.parent_path() / named;
   const std::filesystem::path shorter = path.lexically_normal();

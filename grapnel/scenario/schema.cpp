@@ -15,8 +15,10 @@ void point_inside(Json& part) {
   const std::string file = "robot.schema.json";
   if (part.is_object() && part.contains("$ref")) {
     std::string& reference = part["$ref"].get_ref<std::string&>();
-    if (reference == file) reference = "#/definitions/robot";
-    else if (reference.starts_with(file)) reference.erase(0, file.size());
+    if (reference == file)
+      reference = "#/definitions/robot";
+    else if (reference.starts_with(file))
+      reference.erase(0, file.size());
   }
   if (part.is_structured()) {
     for (Json& below : part) point_inside(below);

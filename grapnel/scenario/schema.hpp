@@ -15,10 +15,10 @@ namespace grapnel {
 const nlohmann::ordered_json& scenario_schema_document();
 const nlohmann::ordered_json& robot_schema_document();
 
-/// Checks the structure: keys, types, lengths, ranges, choices. `document` names the whole in messages ("the scenario");
-/// `path` leads to it where it is part of a larger whole.
-void check_structure(const Node& node, const nlohmann::ordered_json& schema, const std::string& document, FaultList& faults,
-                     const std::string& path = {});
+/// Checks the structure: keys, types, lengths, ranges, choices. `document` names the whole in messages ("the
+/// scenario"); `path` leads to it where it is part of a larger whole.
+void check_structure(const Node& node, const nlohmann::ordered_json& schema, const std::string& document,
+                     FaultList& faults, const std::string& path = {});
 
 /// Adds what is absent and has a default, so that readers need none of their own.
 void fill_defaults(Node& node, const nlohmann::ordered_json& schema);

@@ -59,7 +59,8 @@ const Json* chosen_alternative(const Json& root, const Json& alternatives, const
   std::size_t count = 0;
   for (const Json& alternative : alternatives) {
     if (!fits_type(node, *keyword(root, alternative, "type"))) continue;
-    const bool fits = node.is_sequence() ? fits_length(node, alternative) : !node.is_mapping() || fits_keys(node, alternative);
+    const bool fits =
+        node.is_sequence() ? fits_length(node, alternative) : !node.is_mapping() || fits_keys(node, alternative);
     if (fits) return &alternative;
     of_type = &alternative, ++count;
   }
@@ -177,7 +178,8 @@ class Checker {
     const bool numeric = schema.contains("type") && (schema["type"] == "number" || schema["type"] == "integer");
     if (!numeric) return;
     const auto fault = [&](const std::string& must) {
-      faults_.add(node.mark, fmt::format("{} is {}, must be {}{}", name_of(where), shortened(node.text), must, unit_text(where.unit)));
+      faults_.add(node.mark, fmt::format("{} is {}, must be {}{}", name_of(where), shortened(node.text), must,
+                                         unit_text(where.unit)));
     };
     const bool may_be_infinite = schema.value("x-infinity", false);
     if (std::isnan(value) && may_be_infinite) return fault("a number");
@@ -193,11 +195,13 @@ class Checker {
 
   void check_list(const Node& node, const Json& schema, const Where& where) {
     if (!fits_length(node, schema)) {
-      const std::size_t least = schema.value("minItems", std::size_t{0}), most = schema.value("maxItems", std::size_t{0});
+      const std::size_t least = schema.value("minItems", std::size_t{0}),
+                        most = schema.value("maxItems", std::size_t{0});
       const std::string must = least == most ? fmt::format("exactly {}", least)
                                : most > 0    ? fmt::format("at most {}", most)
                                              : fmt::format("at least {}", least);
-      faults_.add(node.mark, fmt::format("{} has {}, must have {}", name_of(where), counted(node.items.size(), "item"), must));
+      faults_.add(node.mark,
+                  fmt::format("{} has {}, must have {}", name_of(where), counted(node.items.size(), "item"), must));
     }
     if (!schema.contains("items")) return;
     for (std::size_t i = 0; i < node.items.size() && !faults_.full(); ++i) {
@@ -219,7 +223,8 @@ class Checker {
     for (const Json& key : keys) {
       if (node.entry(key.get<std::string>())) continue;
       const std::string condition = where.condition.empty() ? "" : ", needed " + where.condition;
-      faults_.add(node.mark, fmt::format("missing key '{}' in {}{}", key.get<std::string>(), name_of(where), condition));
+      faults_.add(node.mark,
+                  fmt::format("missing key '{}' in {}{}", key.get<std::string>(), name_of(where), condition));
     }
   }
 
@@ -247,7 +252,8 @@ class Checker {
   void check_condition(const Node& node, const Json& schema, Where where) {
     for (const auto& [key, choice] : schema["if"]["properties"].items()) {
       const Node* value = node.find(key);
-      const std::vector<std::string> values = choice.contains("const") ? texts(Json::array({choice["const"]})) : texts(choice["enum"]);
+      const std::vector<std::string> values =
+          choice.contains("const") ? texts(Json::array({choice["const"]})) : texts(choice["enum"]);
       if (!value || !is_text(*value) || std::find(values.begin(), values.end(), value->text) == values.end()) return;
       where.condition = fmt::format("with {}: {}", key, value->text);
     }
@@ -264,14 +270,16 @@ class Checker {
       Where below{joined_path(where.path, entry.key), where.unit, where.condition};
       if (const auto it = known.find(entry.key); it != known.end()) {
         if (it->is_boolean()) {
-          faults_.add(entry.mark, fmt::format("'{}' in {} has no meaning {}", entry.key, name_of(where), where.condition));
+          faults_.add(entry.mark,
+                      fmt::format("'{}' in {} has no meaning {}", entry.key, name_of(where), where.condition));
         } else {
           check(entry.value, *it, below);
         }
       } else if (other != schema.end() && other->is_boolean()) {
         std::vector<std::string> names;
         for (const auto& [name, unused] : known.items()) names.push_back(name);
-        faults_.add(entry.mark, fmt::format("unknown key {} in {}{}", in_quotes(entry.key), name_of(where), suggestion(entry.key, names)));
+        faults_.add(entry.mark, fmt::format("unknown key {} in {}{}", in_quotes(entry.key), name_of(where),
+                                            suggestion(entry.key, names)));
       } else if (other != schema.end()) {
         below.path = joined_path(where.path, entry.key);
         check(entry.value, *other, below);
@@ -292,7 +300,8 @@ void check_duplicates(const Node& node, const std::string& path, const std::stri
     if (!fresh) {
       const int line = it->second->mark.line;
       const std::string earlier = line > 0 ? fmt::format("; first given in line {}", line) : "";
-      faults.add(entry.mark, fmt::format("duplicate key {} in {}{}", in_quotes(entry.key), path.empty() ? document : path, earlier));
+      faults.add(entry.mark, fmt::format("duplicate key {} in {}{}", in_quotes(entry.key),
+                                         path.empty() ? document : path, earlier));
     }
     check_duplicates(entry.value, joined_path(path, entry.key), document, faults);
   }
@@ -338,7 +347,8 @@ void fill(Node& node, const Json& root, const Json& schema) {
 
 }  // namespace
 
-void check_structure(const Node& node, const Json& schema, const std::string& document, FaultList& faults, const std::string& path) {
+void check_structure(const Node& node, const Json& schema, const std::string& document, FaultList& faults,
+                     const std::string& path) {
   check_duplicates(node, path, document, faults);
   Checker(schema, document, faults).check(node, schema, {path, {}, {}});
 }

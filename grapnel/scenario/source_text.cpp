@@ -26,12 +26,16 @@ std::vector<std::string> neighbours(const std::filesystem::path& path) {
   return names;
 }
 
-// Length of the UTF-8 character that starts at text[i], 0 if there is none (RFC 3629: no overlong forms, no surrogates).
+// Length of the UTF-8 character that starts at text[i], 0 if there is none (RFC 3629: no overlong forms, no
+// surrogates).
 std::size_t utf8_length(std::string_view text, std::size_t i) {
   const auto byte = [&](std::size_t k) { return k < text.size() ? static_cast<unsigned char>(text[k]) : 0u; };
   const unsigned first = byte(i), second = byte(i + 1);
   if (first < 0x80) return 1;
-  const std::size_t length = first >= 0xc2 && first <= 0xdf ? 2 : first >= 0xe0 && first <= 0xef ? 3 : first >= 0xf0 && first <= 0xf4 ? 4 : 0;
+  const std::size_t length = first >= 0xc2 && first <= 0xdf   ? 2
+                             : first >= 0xe0 && first <= 0xef ? 3
+                             : first >= 0xf0 && first <= 0xf4 ? 4
+                                                              : 0;
   for (std::size_t k = 1; k < length; ++k) {
     if ((byte(i + k) & 0xc0) != 0x80) return 0;
   }
@@ -47,7 +51,7 @@ bool is_forbidden_control(unsigned char c) { return (c < 0x20 && c != '\t' && c 
 std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults) {
   // A fault of the file named on the command line needs no second mention of its name.
   const std::string name = blame.line > 0 || blame.source == nullptr || *blame.source != path.string()
-                               ? " " + in_quotes(path.string())
+                               ? " '" + path.string() + "'"
                                : std::string();
   const auto refuse = [&](const std::string& why) {
     faults.add(blame, fmt::format("cannot read the file{}: {}", name, why));
@@ -58,7 +62,7 @@ std::optional<std::string> read_file(const std::filesystem::path& path, const Ma
   if (!std::filesystem::exists(status)) {
     const std::string near = nearest(path.filename().string(), neighbours(path));
     const std::string why = error && error != std::errc::no_such_file_or_directory ? error.message() : "no such file";
-    return refuse(why + (near.empty() ? "" : "; did you mean " + in_quotes((path.parent_path() / near).string()) + "?"));
+    return refuse(why + (near.empty() ? "" : "; did you mean '" + (path.parent_path() / near).string() + "'?"));
   }
   if (std::filesystem::is_directory(status)) return refuse("it is a directory");
   const std::string too_large = fmt::format("it is larger than {} MB", kLargestFile >> 20);

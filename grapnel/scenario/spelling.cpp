@@ -51,11 +51,13 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
 }
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& candidates, std::string_view kind) {
-  if (const std::string near = nearest(word, candidates); !near.empty()) return "; did you mean " + in_quotes(near) + "?";
+  if (const std::string near = nearest(word, candidates); !near.empty())
+    return "; did you mean " + in_quotes(near) + "?";
   if (candidates.empty()) return "; there are none";
   constexpr std::size_t kMost = 20;
   std::string list;
-  for (std::size_t i = 0; i < std::min(candidates.size(), kMost); ++i) list += (i == 0 ? "" : ", ") + shortened(candidates[i]);
+  for (std::size_t i = 0; i < std::min(candidates.size(), kMost); ++i)
+    list += (i == 0 ? "" : ", ") + shortened(candidates[i]);
   if (candidates.size() > kMost) list += ", …";
   return "; " + std::string(kind) + " are " + list;
 }
@@ -64,10 +66,14 @@ std::string in_quotes(std::string_view text) {
   std::string result = "'";
   for (const char c : cut(text, 40)) {
     const auto byte = static_cast<unsigned char>(c);
-    if (byte == '\n') result += "\\n";
-    else if (byte == '\t') result += "\\t";
-    else if (byte < 0x20 || byte == 0x7f) result += '?';
-    else result += c;
+    if (byte == '\n')
+      result += "\\n";
+    else if (byte == '\t')
+      result += "\\t";
+    else if (byte < 0x20 || byte == 0x7f)
+      result += '?';
+    else
+      result += c;
   }
   return result + "'";
 }

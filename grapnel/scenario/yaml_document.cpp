@@ -25,23 +25,62 @@ class Places {
  public:
   Places(std::string_view text, std::shared_ptr<const std::string> source) : text_(text), source_(std::move(source)) {
     for (std::size_t i = 0; i < text.size(); ++i) {
-      if (text[i] == '\n') line_starts_.push_back(i + 1);
+      if (text[i] != '\n') continue;
+      line_starts_.push_back(i + 1);
+      characters_before_line_.push_back(characters_until(i + 1));
     }
   }
   Mark at(const YAML::Mark& mark) const {
-    const int line = std::max(mark.line, 0), bytes = std::max(mark.column, 0);
-    Mark place{source_, line + 1, bytes + 1};
-    if (static_cast<std::size_t>(line) >= line_starts_.size()) return place;
-    for (const char c : text_.substr(line_starts_[line], static_cast<std::size_t>(bytes))) {
-      if ((static_cast<unsigned char>(c) & 0xc0) == 0x80) --place.column;
+    const std::size_t line = static_cast<std::size_t>(std::max(mark.line, 0));
+    const std::size_t column = static_cast<std::size_t>(std::max(mark.column, 0));
+    if (line >= line_starts_.size()) return {source_, static_cast<int>(line) + 1, 1};
+    const std::size_t at = std::min(line_starts_[line] + column, text_.size());
+    return {source_, static_cast<int>(line) + 1,
+            static_cast<int>(characters_until(at) - characters_before_line_[line]) + 1};
+  }
+  /// Whether a quoted scalar ends. The parser takes the end of the file for the missing quote.
+  bool quote_is_closed(const YAML::Mark& mark) const {
+    const std::size_t line = static_cast<std::size_t>(std::max(mark.line, 0));
+    if (line >= line_starts_.size()) return true;
+    std::size_t at = line_starts_[line] + static_cast<std::size_t>(std::max(mark.column, 0));
+    // The place of a scalar with an anchor or a tag is theirs.
+    while (at < text_.size() && (text_[at] == '&' || text_[at] == '!')) {
+      at = text_.find_first_not_of(" \t\r\n", std::min(text_.find_first_of(" \t\r\n", at), text_.size()));
     }
-    return place;
+    if (at >= text_.size() || (text_[at] != '"' && text_[at] != '\'')) return true;  // a block scalar
+    const char quote = text_[at];
+    for (++at; at < text_.size(); ++at) {
+      // A backslash in double quotes, or a doubled single quote, takes the next character with it.
+      const bool doubled = quote == '\'' && text_.substr(at, 2) == "''";
+      if ((text_[at] == '\\' && quote == '"') || doubled)
+        ++at;
+      else if (text_[at] == quote)
+        return true;
+    }
+    return false;
   }
 
  private:
+  // Characters in the first bytes of the text. From the last answer on: places come nearly in order, and a file may be
+  // one long line.
+  std::size_t characters_until(std::size_t bytes) const {
+    const auto starts = [&](std::size_t from, std::size_t to) {
+      return static_cast<std::size_t>(std::count_if(
+          text_.begin() + static_cast<std::ptrdiff_t>(from), text_.begin() + static_cast<std::ptrdiff_t>(to),
+          [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }));
+    };
+    if (bytes >= known_bytes_)
+      known_characters_ += starts(known_bytes_, bytes);
+    else
+      known_characters_ -= starts(bytes, known_bytes_);
+    known_bytes_ = bytes;
+    return known_characters_;
+  }
+
   std::string_view text_;
   std::shared_ptr<const std::string> source_;
-  std::vector<std::size_t> line_starts_{0};
+  std::vector<std::size_t> line_starts_{0}, characters_before_line_{0};
+  mutable std::size_t known_bytes_ = 0, known_characters_ = 0;
 };
 
 int height(const Node& node) {
@@ -67,7 +106,9 @@ class TreeBuilder final : public YAML::EventHandler {
   void OnDocumentStart(const YAML::Mark&) override {}
   void OnDocumentEnd() override {}
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { put(mark, {}, anchor); }
-  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor, const std::string& value) override {
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
+    if (tag != "?" && !places_.quote_is_closed(mark)) throw Refusal{mark, "not valid YAML: this quote is not closed"};
     Node node;
     node.kind = Node::Kind::scalar;
     node.text = value;
@@ -82,10 +123,12 @@ class TreeBuilder final : public YAML::EventHandler {
     if (static_cast<int>(open_.size()) + height(it->second) > kDeepest) throw Refusal{mark, too_deep()};
     place(mark, it->second);
   }
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
     open(mark, Node::Kind::sequence, anchor);
   }
-  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor, YAML::EmitterStyle::value) override {
+  void OnMapStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
     open(mark, Node::Kind::mapping, anchor);
   }
   void OnSequenceEnd() override { close(); }
@@ -191,7 +234,7 @@ bool has_document_marker(std::string_view text, const YAML::Mark& mark) {
   return false;
 }
 
-std::string readable(std::string message) {
+std::string readable(const std::string& message) {
   if (message.find("flow not found") != std::string::npos) return "this bracket is not closed";
   return "not valid YAML: " + message;
 }

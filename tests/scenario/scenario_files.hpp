@@ -1,0 +1,57 @@
+#pragma once
+
+/// @file
+/// Scenario files for tests.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "grapnel/scenario/scenario.hpp"
+
+namespace grapnel::test {
+
+/// A folder that lives as long as the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+  /// Writes a file and returns its path.
+  std::filesystem::path write(const std::string& name, std::string_view bytes) const;
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// A small valid scenario with its robot inline: a two-joint arm that catches one ball.
+extern const char* const kSmallScenario;
+/// The robot of kSmallScenario as a file of its own.
+std::string small_robot();
+
+/// The text with each first string, which must occur exactly once, replaced by the second.
+std::string edited(std::string text, const std::vector<std::pair<std::string, std::string>>& edits);
+
+/// Fault texts of a scenario or robot with this content, without the folder's path; empty if it is accepted.
+std::vector<std::string> faults_of(std::string_view text, const std::vector<Override>& overrides = {});
+std::vector<std::string> robot_faults_of(std::string_view text);
+/// Fault texts of a file, with the folder's path removed.
+std::vector<std::string> faults_of_file(const std::filesystem::path& path, const std::vector<Override>& overrides = {});
+
+/// The bytes of a file.
+std::string bytes_of(const std::filesystem::path& path);
+/// Every robot or scenario file of the repository.
+std::vector<std::filesystem::path> shipped_robots();
+std::vector<std::filesystem::path> shipped_scenarios();
+
+struct FaultCase {
+  const char* name;
+  std::vector<std::pair<std::string, std::string>> edits;  // of kSmallScenario
+  std::vector<std::string> faults;                         // all of them, in order
+};
+
+}  // namespace grapnel::test

@@ -1,0 +1,187 @@
+// The published schema and the reader agree, as an independent validator sees it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <set>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validator.hpp>
+
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/yaml_document.hpp"
+#include "scenario/scenario_files.hpp"
+
+namespace grapnel::test {
+namespace {
+
+using Json = nlohmann::json;
+using valijson::adapters::NlohmannJsonAdapter;
+
+Json json_from(const Node& node) {
+  switch (node.kind) {
+    case Node::Kind::null:
+      return nullptr;
+    case Node::Kind::sequence: {
+      Json list = Json::array();
+      for (const Node& item : node.items) list.push_back(json_from(item));
+      return list;
+    }
+    case Node::Kind::mapping: {
+      Json object = Json::object();
+      for (const NodeEntry& entry : node.entries) object[entry.key] = json_from(entry.value);
+      return object;
+    }
+    case Node::Kind::scalar:
+      break;
+  }
+  if (const auto number = number_of(node)) {
+    const bool whole = node.text.find_first_not_of("+-0123456789") == std::string::npos;
+    return whole ? Json(static_cast<long>(*number)) : Json(*number);
+  }
+  if (const auto truth = boolean_of(node)) return *truth;
+  return node.text;
+}
+
+Json json_of(const std::string& text) {
+  FaultList faults;
+  const auto node = parse_document(text, std::make_shared<const std::string>("test"), faults);
+  if (!node) throw std::logic_error("not YAML");
+  return json_from(*node);
+}
+
+bool accepts(const std::string& schema_text, const Json& document) {
+  const Json schema_json = Json::parse(schema_text);
+  valijson::Schema schema;
+  valijson::SchemaParser parser;
+  const NlohmannJsonAdapter schema_adapter(schema_json);
+  parser.populateSchema(schema_adapter, schema);
+  valijson::Validator validator;
+  const NlohmannJsonAdapter adapter(document);
+  return validator.validate(schema, adapter, nullptr);
+}
+
+TEST(Schema, AcceptsEveryShippedFile) {
+  for (const auto& path : shipped_robots()) {
+    EXPECT_TRUE(accepts(robot_schema(), json_of(bytes_of(path)))) << path;
+  }
+  for (const auto& path : shipped_scenarios()) {
+    EXPECT_TRUE(accepts(scenario_schema(), json_of(bytes_of(path)))) << path;
+  }
+}
+
+// Structural faults: what a schema can express, an editor with the schema shows as the reader does.
+TEST(Schema, RefusesWhatTheReaderRefuses) {
+  const std::vector<std::pair<std::string, std::string>> edits{
+      {"name: test", "nam: test"},
+      {"name: test", "schema: grapnel-scenario/2\nname: test"},
+      {"name: test", "name: 12"},
+      {"name: test", "name: ''"},
+      {"duration: 20", "duration: 0"},
+      {"duration: 20", "duration: '20'"},
+      {"duration: 20", "duration: 020"},
+      {"duration: 20", "duration: 0x14"},
+      {"duration: 20", "duration: [20]"},
+      {"  duration: 20\n", ""},
+      {"  final_joints", "  profile: quartik\n  final_joints"},
+      {"match: velocity", "match: velocty"},
+      {"match: velocity", "match: velocity, shoulder: 1"},
+      {"mass: 10\n", "mass: -10\n"},
+      {"inertia: [1, 1, 1]", "inertia: [1, 1]"},
+      {"inertia: [1, 1, 1]", "inertia: [1, 1, 1, 0]"},
+      {"inertia: [1, 1, 1]", "inertia: {xx: 1, yy: 1}"},
+      {"inertia: [1, 1, 1]", "inertia: 1"},
+      {"[2, 0, 0]", "[2, 0]"},
+      {"[2, 0, 0]", "[2, 0, zero]"},
+      {"state: {", "state: {rpy: [0, 0, 0], quaternion_wxyz: [1, 0, 0, 0], "},
+      {"initial:", "initial:\n  base: {momentum: {}, velocity: [0, 0, 0]}"},
+      {"joints: {shoulder: 0.5, elbow: 1}", "joints: 0.5"},
+      {"joints: {shoulder: 0.5, elbow: 1}", "joints: {shoulder: half, elbow: 1}"},
+      {"\nimpact: {duration: 1e-3}", ""},
+      {"grasps:\n  - {end_effector: tip, target: ball, point: grip}\n", ""},
+      {"point: grip}", "point: grip, model: hinge}"},
+      {"\nimpact:", "\ncontact: {gap: refuse}\nimpact:"},
+      {"\nimpact:", "\nintegration: {max_steps: 1.5}\nimpact:"},
+      {"\nimpact:", "\nintegration: {relative_tolerance: 1}\nimpact:"},
+      {"  final_rates", "  tracking: {mode: pd}\n  final_rates"},
+      {"  final_rates", "  tracking: {mode: pd, kp: -1, kd: 1}\n  final_rates"},
+      {"post_impact: {duration: 10}", "post_impact: {duration: 10, joints: pd}"},
+      {"    grasp_points", "    geometry: {shape: sphere, size: [1, 1, 1]}\n    grasp_points"},
+      {"    grasp_points", "    geometry: {shape: sphere, radius: 1, length: 2}\n    grasp_points"},
+      {"type: revolute, axis: [0, 0, 1], limits", "type: revolute, limits"},
+      {"type: revolute, axis: [0, 0, 1], limits", "type: continuous, axis: [0, 0, 1], limits"},
+      {"type: revolute, axis: [0, 0, 1], origin", "type: fixed, axis: [0, 0, 1], origin"},
+      {"type: revolute, axis: [0, 0, 1], origin", "type: ball, axis: [0, 0, 1], origin"},
+      {"  base: {mass: 100, inertia: [10, 10, 10]}\n", ""},
+      {"rate: 1", "rate: 0"},
+      {"name: upper", "nme: upper"},
+  };
+  ASSERT_TRUE(accepts(scenario_schema(), json_of(kSmallScenario)));
+  for (const auto& edit : edits) {
+    const std::string text = edited(kSmallScenario, {edit});
+    EXPECT_FALSE(faults_of(text).empty()) << edit.second;
+    EXPECT_FALSE(accepts(scenario_schema(), json_of(text))) << edit.second;
+  }
+}
+
+// The reader's own validator knows these and no others: a keyword it would ignore must not enter a schema unnoticed.
+void expect_known_keywords(const Json& schema, const std::string& where) {
+  static const std::set<std::string> kKnown{"$schema",
+                                            "$ref",
+                                            "title",
+                                            "description",
+                                            "default",
+                                            "x-unit",
+                                            "x-infinity",
+                                            "type",
+                                            "enum",
+                                            "const",
+                                            "minimum",
+                                            "maximum",
+                                            "exclusiveMinimum",
+                                            "minLength",
+                                            "items",
+                                            "minItems",
+                                            "maxItems",
+                                            "required",
+                                            "properties",
+                                            "additionalProperties",
+                                            "dependencies",
+                                            "anyOf",
+                                            "allOf",
+                                            "not",
+                                            "if",
+                                            "then",
+                                            "definitions"};
+  if (schema.is_boolean()) return;
+  for (const auto& [key, value] : schema.items()) {
+    EXPECT_TRUE(kKnown.contains(key)) << key << " in " << where;
+    const std::string here = where + "/" + key;
+    if (key == "properties" || key == "definitions") {
+      for (const auto& [name, below] : value.items()) expect_known_keywords(below, here + "/" + name);
+    } else if (key == "anyOf" || key == "allOf") {
+      for (const auto& below : value) expect_known_keywords(below, here);
+    } else if (key == "not") {
+      EXPECT_EQ(value.size(), 1u) << here;
+      EXPECT_LE(value.at("required").size(), 2u) << here;  // of one key: only to tell alternatives apart
+    } else if (key == "if" || key == "then" || key == "items" || (key == "additionalProperties" && value.is_object())) {
+      expect_known_keywords(value, here);
+    }
+  }
+}
+
+TEST(Schema, UsesOnlyWhatTheReaderUnderstands) {
+  expect_known_keywords(Json::parse(scenario_schema()), "scenario");
+  expect_known_keywords(Json::parse(robot_schema()), "robot");
+}
+
+TEST(Schema, IsSelfContained) {
+  EXPECT_EQ(scenario_schema().find("robot.schema.json"), std::string::npos);
+  EXPECT_EQ(Json::parse(scenario_schema()).at("$schema"), "http://json-schema.org/draft-07/schema#");
+  EXPECT_EQ(Json::parse(robot_schema()),
+            Json::parse(bytes_of(GRAPNEL_SOURCE_DIR "/grapnel/scenario/schema/robot.schema.json")));
+}
+
+}  // namespace
+}  // namespace grapnel::test
