@@ -185,7 +185,7 @@ class Run {
 
   void impact_rows(const ImpactSolution& solution) {
     add_row("generalized_momentum_residual", solution.generalized_momentum_residual, 1e-10,
-            "(3.6): |M dv - J^T P| over |M dv|, energy norm");
+            "(3.6): |M dv - J^T P| over |M v| before the impact, energy norm");
     add_row("energy_identity_residual", solution.energy_identity_residual, 1e-10,
             "|dT + u^T W^+ u / 2| over the kinetic energy before the impact");
     add_row("impact_constraint_residual", solution.constraint_residual, 1e-10,

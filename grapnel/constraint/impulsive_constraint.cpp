@@ -24,6 +24,9 @@ ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eig
   if (metric.info() != Eigen::Success)
     throw std::invalid_argument("solve_impulsive_constraint: D is not positive definite");
 
+  // Eigen's decompositions do not take empty matrices.
+  if (J.rows() == 0) return {v, Eigen::VectorXd(0), Eigen::MatrixXd(0, 0), 0};
+
   Eigen::MatrixXd Y = J.transpose();
   mass.matrixL().solveInPlace(Y);
   Y = metric.matrixL().solve(Y.transpose()).transpose().eval();

@@ -38,11 +38,11 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const S
       std::abs((result.kinetic_energy_after - result.kinetic_energy_before) + lost) / energy_scale;
   const double speed = std::max(u.size() > 0 ? u.lpNorm<Eigen::Infinity>() : 0.0, before.lpNorm<Eigen::Infinity>());
   if (speed > 0 && J.rows() > 0) result.constraint_residual = (J * after).lpNorm<Eigen::Infinity>() / speed;
-  const Eigen::VectorXd dh = M * change;
-  const double dh_norm = std::sqrt(std::abs(change.dot(dh)));
-  if (dh_norm > 0) {
-    const Eigen::VectorXd residual = dh - J.transpose() * impulse;
-    result.generalized_momentum_residual = std::sqrt(std::abs(residual.dot(M.llt().solve(residual)))) / dh_norm;
+  // Over the size of M v-, not of M dv: a grip that meets its target's motion exactly has a dv of rounding alone.
+  if (result.kinetic_energy_before > 0) {
+    const Eigen::VectorXd residual = M * change - J.transpose() * impulse;
+    result.generalized_momentum_residual =
+        std::sqrt(std::abs(residual.dot(M.llt().solve(residual))) / (2 * result.kinetic_energy_before));
   }
   return result;
 }

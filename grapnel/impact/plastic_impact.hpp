@@ -32,7 +32,7 @@ struct ImpactSolution {
   double kinetic_energy_after = 0;
   double energy_identity_residual = 0;       // |dT + u-^T W^+ u- / 2| / T-
   double constraint_residual = 0;            // largest |J v+| over the largest |u-| or rate
-  double generalized_momentum_residual = 0;  // (3.6): |M dv - J^T P| in the energy norm over that of M dv
+  double generalized_momentum_residual = 0;  // (3.6): |M dv - J^T P| in the energy norm over that of M v-
 };
 
 /// Solves the impact. If rows are redundant the impulse with the least sum over grips of P^T (J_t M_t^-1 J_t^T) P is

@@ -3,10 +3,10 @@
 /// @file
 /// A model under joint controllers and gravity as a differential equation, with the integrals that its books need.
 ///
-/// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and the
-/// external impulse. They are under error control: where joints move as prescribed, little else limits the step. Joints
-/// are free, driven by PD (4.1), or move as prescribed; a root may be held by an ideal wrench.
-/// Thread safety: one thread at a time (it owns a workspace).
+/// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
+/// the external impulse. They are under error control: where joints move as prescribed, little else limits the step.
+/// Joints are free, driven by PD (4.1), or move as prescribed; a root may be held by an ideal wrench. Thread safety:
+/// one thread at a time (it owns a workspace).
 
 #include <span>
 #include <vector>

@@ -1,5 +1,8 @@
 #include "impact/impact_case.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/SVD>
+
 namespace grapnel::testing {
 namespace {
 
@@ -13,7 +16,7 @@ ImpactCase make(int index, RobotOptions options, bool shared) {
     (c.model.bodies()[i].description.name[0] == 't' ? targets : links).push_back(i);
   }
   for (int t : targets) {
-    const int grips = shared ? random.integer(1, 3) : 1;
+    const int grips = shared ? random.integer(1, 2) : 1;
     for (int g = 0; g < grips; ++g) {
       const int link = links[random.integer(0, static_cast<int>(links.size()) - 1)];
       const Vector3d p = k.X_WB[link].p + k.X_WB[link].R * random.vector(0.5);
@@ -26,16 +29,36 @@ ImpactCase make(int index, RobotOptions options, bool shared) {
   return c;
 }
 
+// The directions of the constraints, every row scaled to length one in the metric of M: independent, dependent, not
+// between.
+bool well_conditioned(const ImpactCase& c) {
+  const Eigen::LLT<Eigen::MatrixXd> mass(mass_matrix(c.model, c.state));
+  Eigen::MatrixXd Y =
+      mass.matrixL().solve(grasp_jacobian(c.model, forward_kinematics(c.model, c.state), c.grasps).transpose().eval());
+  for (Eigen::Index i = 0; i < Y.cols(); ++i) {
+    if (Y.col(i).norm() > 1e-9) Y.col(i).normalize();
+  }
+  const Eigen::VectorXd sigma = Eigen::JacobiSVD<Eigen::MatrixXd>(Y).singularValues();
+  for (double s : sigma) {
+    if (s > 1e-11 * sigma[0] && s < 1e-3 * sigma[0]) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 ImpactCase random_impact(int index) {
+  // Near-singular configurations are left out: there the references, not the impact, lose their digits.
   RobotOptions options;
-  options.least_bodies = index % 3 == 0 ? 1 : 6;
-  options.most_bodies = index % 2 == 0 ? 20 : 8;
+  options.least_bodies = index % 6 == 0 ? 1 : 8;
+  options.most_bodies = index % 2 == 0 ? 20 : 10;
   options.free_root = index % 5 != 4;
   options.spherical_joints = index % 4 == 1;
   options.targets = 1 + index % 3;
-  return make(index, options, true);
+  for (int draw = 0;; ++draw) {
+    ImpactCase c = make(index + 1'000'000 * draw, options, index % 3 != 0);
+    if (well_conditioned(c)) return c;
+  }
 }
 
 ImpactCase random_open_impact(int index) {

@@ -20,7 +20,7 @@ struct ImpactCase {
   std::vector<Grasp> grasps;
 };
 
-/// Case `index`: one to three targets, each gripped by one to three bodies of the robot (a body may hold several, so
+/// Case `index`: one to three targets, each gripped by one or two bodies of the robot (a body may hold several, so
 /// loops occur), grips of all kinds at points near the targets; in turn with a fixed root and with spherical joints.
 ImpactCase random_impact(int index);
 /// The same with every target gripped once and a free root.

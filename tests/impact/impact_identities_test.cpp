@@ -14,7 +14,7 @@ namespace grapnel::testing {
 namespace {
 
 TEST(PlasticImpact, GeneralizedMomentum) {
-  Worst worst("|M dv - J^T P| over |M v|"), own("reported generalized momentum residual");
+  Worst worst("|M dv - J^T P| over |M dv|"), own("reported generalized momentum residual");
   for (int i = 0; i < kImpacts; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c = random_impact(i);
@@ -36,14 +36,19 @@ TEST(PlasticImpact, GripsHoldAfterwards) {
     const ImpactCase c = random_impact(i);
     const ImpactSolution s = plastic_impact(c.model, c.state, c.grasps);
     const Kinematics k = forward_kinematics(c.model, with_velocity(c.state, s.velocity));
-    double fastest = 0;
-    for (const Twistd& V : k.V_WB) fastest = std::max(fastest, norm(V.linear) + norm(V.angular));
+    double fastest = 0;  // before: afterwards nothing may be left
+    for (const Twistd& V : forward_kinematics(c.model, c.state).V_WB)
+      fastest = std::max(fastest, norm(V.linear) + norm(V.angular));
     for (const Grasp& g : c.grasps) {
       const auto at = [&](int b) { return shift(k.V_WB[b], g.p_WC - k.X_WB[b].p); };
       const Twistd u = at(g.robot_body) - at(g.target_body);
       EXPECT_LT(worst.note(norm(u.linear) / fastest, i), 1e-11);
-      if (g.model == GraspModel::rigid) EXPECT_LT(worst.note(norm(u.angular) / fastest, i), 1e-11);
-      if (g.model == GraspModel::hinge) EXPECT_LT(worst.note(norm(cross(u.angular, g.hinge_W)) / fastest, i), 1e-11);
+      if (g.model == GraspModel::rigid) {
+        EXPECT_LT(worst.note(norm(u.angular) / fastest, i), 1e-11);
+      }
+      if (g.model == GraspModel::hinge) {
+        EXPECT_LT(worst.note(norm(cross(u.angular, g.hinge_W)) / fastest, i), 1e-11);
+      }
     }
     EXPECT_LT(s.constraint_residual, 1e-11);
   }
@@ -73,7 +78,7 @@ TEST(PlasticImpact, EnergyIdentity) {
     EXPECT_EQ(s.rank, pseudo_inverse.rank());
     deficient += s.rank < s.rows;
   }
-  EXPECT_GT(deficient, 20);                // both kinds occur
+  EXPECT_GT(deficient, 20);  // both kinds occur
   EXPECT_LT(deficient, kImpacts - 100);
 }
 
@@ -97,8 +102,8 @@ TEST(PlasticImpact, ConservesTotalMomentum) {
       const BodyMomentum m = body_momentum(c.model, k0, static_cast<int>(b));
       linear += norm(m.h.linear), angular += norm(m.h.angular) + norm(cross(m.p_WC - com, m.h.linear));
     }
-    EXPECT_LT(worst.note(norm(h1.linear - h0.linear) / linear, i), 1e-12);
-    EXPECT_LT(worst.note(norm(h1.angular - h0.angular) / angular, i), 1e-12);
+    EXPECT_LT(worst.note(norm(h1.linear - h0.linear) / linear, i), 1e-11);
+    EXPECT_LT(worst.note(norm(h1.angular - h0.angular) / angular, i), 1e-11);
   }
   EXPECT_GT(free_roots, 200);
 }
@@ -112,9 +117,10 @@ TEST(PlasticImpact, AgreesWithMaximalCoordinates) {
     const ImpactSolution s = plastic_impact(c.model, c.state, c.grasps);
     const MaximalSolution m = maximal_impact(c.model, c.state, c.grasps);
     const Kinematics k = forward_kinematics(c.model, with_velocity(c.state, s.velocity));
+    const Kinematics before = forward_kinematics(c.model, c.state);
     double fastest = 0, error = 0;
     for (std::size_t b = 0; b < k.V_WB.size(); ++b) {
-      fastest = std::max(fastest, norm(m.V_WB[b].linear) + norm(m.V_WB[b].angular));
+      fastest = std::max(fastest, norm(before.V_WB[b].linear) + norm(before.V_WB[b].angular));
       error = std::max(error, norm(m.V_WB[b].linear - k.V_WB[b].linear) + norm(m.V_WB[b].angular - k.V_WB[b].angular));
     }
     EXPECT_LT(velocities.note(error / fastest, i), 1e-9);
@@ -158,6 +164,21 @@ TEST(PlasticImpact, NothingHappensWithoutGraspsOrAgain) {
   const ImpactSolution twice = plastic_impact(c.model, with_velocity(c.state, once.velocity), c.grasps);
   EXPECT_LT(relative_difference(eigen(twice.velocity), eigen(once.velocity)), 1e-11);
   EXPECT_LT(stacked_impulse(c, twice).norm(), 1e-10 * stacked_impulse(c, once).norm());
+}
+
+// A perfect approach leaves nothing to do: residuals are still small, though dv is rounding alone.
+TEST(PlasticImpact, BooksHoldWhereTheVelocitiesAlreadyMatch) {
+  Worst worst("residuals of an impact that changes nothing");
+  for (int i = 0; i < 100; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const ImpactCase c = random_open_impact(i);
+    const ImpactSolution once = plastic_impact(c.model, c.state, c.grasps);
+    const ImpactSolution s = plastic_impact(c.model, with_velocity(c.state, once.velocity), c.grasps);
+    ASSERT_GT(s.kinetic_energy_before, 0);
+    EXPECT_LT(worst.note(s.generalized_momentum_residual, i), 1e-10);
+    EXPECT_LT(worst.note(s.energy_identity_residual, i), 1e-10);
+    EXPECT_LT(worst.note(s.constraint_residual, i), 1e-10);
+  }
 }
 
 TEST(PlasticImpact, RefusesAnotherModelsState) {

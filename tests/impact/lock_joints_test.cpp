@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "grapnel/dynamics/momentum.hpp"
@@ -77,7 +78,8 @@ TEST(LockJoints, AllLockedIsOneRigidBody) {
       const BodyDescription& d = c.model.bodies()[b].description;
       const Eigen::Matrix3d R = eigen(k.X_WB[b].R);
       const Eigen::Vector3d r = eigen(k.X_WB[b] * d.com - com);
-      I += R * eigen(d.inertia) * R.transpose() + d.mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
+      I += R * eigen(d.inertia) * R.transpose() +
+           d.mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
       mass += d.mass;
     }
     const Eigen::Vector3d w = I.inverse() * eigen(h.angular);

@@ -1,5 +1,7 @@
 #include "impact/maximal_coordinates.hpp"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <Eigen/QR>
 
 #include "support/eigen_values.hpp"
@@ -102,14 +104,17 @@ struct System {
     const Matrix X = relative(i, body.parent, eigen(k.X_WB[i].p));
     directions.push_back(joint_rows(joint, axis));
     rows.push_back(directions.back() * X);
-    if (joint.reflected_inertia() == 0) return;
+    if (velocity_count(joint.type) != 1 || joint.reflected_inertia() == 0) return;
     Vector along = Vector::Zero(6);
     along.segment(joint.type == JointType::prismatic ? 3 : 0, 3) = axis;
     rate_row[i] = X.transpose() * along;
     M += joint.reflected_inertia() * rate_row[i] * rate_row[i].transpose();
   }
   void add_grip(const Grasp& g) {
-    directions.push_back(twist_rows(g.model == GraspModel::rigid ? 0 : g.model == GraspModel::hinge ? 1 : 3, eigen(g.hinge_W)));
+    directions.push_back(twist_rows(g.model == GraspModel::rigid   ? 0
+                                    : g.model == GraspModel::hinge ? 1
+                                                                   : 3,
+                                    eigen(g.hinge_W)));
     rows.push_back(directions.back() * relative(g.robot_body, g.target_body, eigen(g.p_WC)));
   }
 };
@@ -122,21 +127,30 @@ MaximalSolution maximal_impact(const Model& model, const State& state, std::span
   Eigen::Index count = 0;
   for (const Matrix& r : s.rows) count += r.rows();
   const Eigen::Index n = s.v.size();
-  Matrix K = Matrix::Zero(n + count, n + count);
-  K.topLeftCorner(n, n) = s.M;
-  for (Eigen::Index at = n; const Matrix& r : s.rows) {
-    K.block(at, 0, r.rows(), n) = r;
-    K.block(0, at, n, r.rows()) = r.transpose();
+  // The same system without units: velocities L^T v for M = L L^T, every row of length one.
+  const Eigen::LLT<Matrix> mass(s.M);
+  Matrix A(count, n);
+  for (Eigen::Index at = 0; const Matrix& r : s.rows) {
+    A.middleRows(at, r.rows()) = mass.matrixL().solve(r.transpose()).transpose();
     at += r.rows();
   }
+  const Vector length = A.rowwise().norm();
+  A = length.cwiseInverse().asDiagonal() * A;
+  Matrix K = Matrix::Identity(n + count, n + count);
+  K.bottomRightCorner(count, count).setZero();
+  K.bottomLeftCorner(count, n) = A;
+  K.topRightCorner(n, count) = A.transpose();
   Vector b = Vector::Zero(n + count);
-  b.head(n) = s.M * s.v;
+  b.head(n) = mass.matrixU() * s.v;
   Eigen::CompleteOrthogonalDecomposition<Matrix> solver;
   solver.setThreshold(1e-12);
-  const Vector x = solver.compute(K).solve(b);
+  Vector x = solver.compute(K).solve(b);
+  const double residual = (K * x - b).norm() / b.norm();
+  x.head(n) = mass.matrixU().solve(x.head(n)).eval();
+  x.tail(count) = x.tail(count).cwiseQuotient(length).eval();
 
   MaximalSolution result;
-  result.residual = (K * x - b).norm() / b.norm();
+  result.residual = residual;
   std::vector<Impulsed> impulse;
   Eigen::Index at = n;
   for (std::size_t i = 0; i < s.rows.size(); ++i) {
@@ -148,7 +162,8 @@ MaximalSolution maximal_impact(const Model& model, const State& state, std::span
   result.joint.assign(impulse.begin(), impulse.begin() + static_cast<std::ptrdiff_t>(bodies));
   result.contact.assign(impulse.begin() + static_cast<std::ptrdiff_t>(bodies), impulse.end());
   for (std::size_t i = 0; i < bodies; ++i) {
-    const Eigen::Vector3d w = x.segment(6 * static_cast<Eigen::Index>(i), 3), vc = x.segment(6 * static_cast<Eigen::Index>(i) + 3, 3);
+    const Eigen::Vector3d w = x.segment(6 * static_cast<Eigen::Index>(i), 3),
+                          vc = x.segment(6 * static_cast<Eigen::Index>(i) + 3, 3);
     const Eigen::Vector3d vo = vc + w.cross(eigen(s.k.X_WB[i].p) - s.com[i]);
     result.V_WB.push_back({{w[0], w[1], w[2]}, {vo[0], vo[1], vo[2]}});
     if (s.rate_row[i].size() == 0) continue;

@@ -5,8 +5,8 @@
 /// mass), joints and grips as constraint rows, all in one dense system
 ///   [M  C^T][ v+ ]   [M v-]
 ///   [C   0 ][-l  ] = [ 0  ],   M = diag(I_c, m 1) + sum a s^T s,
-/// where row s gives a joint's rate from the bodies' velocities and a is what its rotor reflects. Uses of Grapnel only the
-/// descriptions and forward kinematics: no mass matrix, no Jacobian, no projection. Thread safety: pure functions.
+/// where row s gives a joint's rate from the bodies' velocities and a is what its rotor reflects. Uses of Grapnel only
+/// the descriptions and forward kinematics: no mass matrix, no Jacobian, no projection. Thread safety: pure functions.
 
 #include <Eigen/Core>
 
@@ -15,10 +15,10 @@
 namespace grapnel::testing {
 
 struct MaximalSolution {
-  std::vector<Twistd> V_WB;              // per body after the impact, at its frame's origin, in W
-  std::vector<Impulsed> contact;         // per grip, on the robot at the contact point (least norm where not unique)
-  std::vector<Impulsed> joint;           // per body: what its joint transmits, about the body frame's origin, in W
-  double residual = 0;                   // of the linear system, relative
+  std::vector<Twistd> V_WB;       // per body after the impact, at its frame's origin, in W
+  std::vector<Impulsed> contact;  // per grip, on the robot at the contact point (least norm where not unique)
+  std::vector<Impulsed> joint;    // per body: what its joint transmits, about the body frame's origin, in W
+  double residual = 0;            // of the linear system, relative
 };
 
 MaximalSolution maximal_impact(const Model& model, const State& state, std::span<const Grasp> grasps);

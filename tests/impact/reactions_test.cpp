@@ -59,8 +59,12 @@ TEST(JointImpulses, NothingAlongAFreeJointButItsRotor) {
     for (std::size_t b = 0; b < own.size(); ++b) {
       const Body& body = c.model.bodies()[b];
       const JointDescription& joint = body.description.joint;
-      if (joint.type == JointType::free) EXPECT_LT(roots.note(size(own[b]) / scale, i), 1e-10);
-      if (joint.type == JointType::spherical) EXPECT_LT(worst.note(norm(own[b].angular) / scale, i), 1e-10);
+      if (joint.type == JointType::free) {
+        EXPECT_LT(roots.note(size(own[b]) / scale, i), 1e-10);
+      }
+      if (joint.type == JointType::spherical) {
+        EXPECT_LT(worst.note(norm(own[b].angular) / scale, i), 1e-10);
+      }
       if (velocity_count(joint.type) != 1) continue;
       const Vector3d axis = k.X_WB[b].R * joint.axis;
       const double along = dot(axis, joint.type == JointType::prismatic ? own[b].linear : own[b].angular);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/published_impact.hpp"
 #include "impact/impact_case.hpp"
 #include "impact/thesis_robot.hpp"
@@ -90,9 +91,11 @@ TEST(TwoBodies, RigidGraspMatchesClosedForm) {
     oracle::PlanarBody b[2];
     ModelBuilder builder;
     for (int k = 0; k < 2; ++k) {
-      b[k] = {random.log_uniform(0.5, 500), random.log_uniform(0.1, 100),
+      b[k] = {random.log_uniform(0.5, 500),
+              random.log_uniform(0.1, 100),
               {random.uniform(-1, 1), random.uniform(-1, 1)},
-              {random.uniform(-1, 1), random.uniform(-1, 1)}, random.uniform(-2, 2)};
+              {random.uniform(-1, 1), random.uniform(-1, 1)},
+              random.uniform(-2, 2)};
       BodyDescription d;
       d.name = d.joint.name = k == 0 ? "base" : "target";
       d.joint.type = JointType::free;
@@ -108,10 +111,12 @@ TEST(TwoBodies, RigidGraspMatchesClosedForm) {
       const Rotationd R = rotation_about({0, 0, 1}, random.uniform(-3, 3));
       const Vector3d arm = R * model.bodies()[body].description.com;
       set_root_pose(model, body, {R, Vector3d{b[k].com[0], b[k].com[1], 0} - arm}, state);
-      set_root_twist(model, body, shift(Twistd{{0, 0, b[k].rate}, {b[k].velocity[0], b[k].velocity[1], 0}}, -arm), state);
+      set_root_twist(model, body, shift(Twistd{{0, 0, b[k].rate}, {b[k].velocity[0], b[k].velocity[1], 0}}, -arm),
+                     state);
     }
     const Eigen::Vector2d c{random.uniform(-2, 2), random.uniform(-2, 2)};
-    const Grasp grasp{model.body_index("base"), model.body_index("target"), GraspModel::rigid, {c[0], c[1], 0}, {0, 0, 1}};
+    const Grasp grasp{
+        model.body_index("base"), model.body_index("target"), GraspModel::rigid, {c[0], c[1], 0}, {0, 0, 1}};
     const ImpactSolution s = plastic_impact(model, state, {&grasp, 1});
     const oracle::PlanarImpact exact = oracle::rigid_grasp(b[0], b[1], c);
     const Impulsed& P = s.contacts[0].P_WC;

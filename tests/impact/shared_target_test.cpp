@@ -36,7 +36,8 @@ ImpactCase thesis_loop(const Units& units = {}) {
   const Kinematics k = forward_kinematics(c.model, c.state);
   for (const char* tip : {"tip-1", "tip-2"}) {
     const int frame = c.model.frame_index(tip);
-    c.grasps.push_back({c.model.frames()[frame].body, target, GraspModel::rigid, frame_pose(c.model, k, frame).p, {0, 0, 1}});
+    c.grasps.push_back(
+        {c.model.frames()[frame].body, target, GraspModel::rigid, frame_pose(c.model, k, frame).p, {0, 0, 1}});
   }
   return c;
 }
@@ -123,12 +124,15 @@ TEST(SharedTarget, ImpulseDoesNotDependOnTheFrame) {
   for (int i = -1; i < kImpacts; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c = i < 0 ? thesis_loop() : random_impact(i);
-    if (!c.model.has_free_root(0) || c.model.bodies()[c.model.body_index(i < 0 ? "base" : "b0")].description.joint.type != JointType::free) continue;
+    if (!c.model.has_free_root(0) ||
+        c.model.bodies()[c.model.body_index(i < 0 ? "base" : "b0")].description.joint.type != JointType::free)
+      continue;
     ImpactCase moved = c;
     for (std::size_t b = 0; b < c.model.bodies().size(); ++b) {
       const int body = static_cast<int>(b);
       if (c.model.bodies()[b].parent >= 0) continue;
-      set_root_pose(c.model, body, X_VW * root_pose(c.model, c.state, body), moved.state);  // v is in the body: unchanged
+      set_root_pose(c.model, body, X_VW * root_pose(c.model, c.state, body),
+                    moved.state);  // v is in the body: unchanged
     }
     for (Grasp& g : moved.grasps) g.p_WC = X_VW * g.p_WC, g.hinge_W = X_VW.R * g.hinge_W;
     const ImpactSolution s = plastic_impact(c.model, c.state, c.grasps);
@@ -152,8 +156,8 @@ TEST(SharedTarget, ImpulseDoesNotDependOnUnits) {
   for (std::size_t i = 0; i < 2; ++i) {
     const Vector3d P = units.mass * units.length * s.contacts[i].P_WC.linear;
     const Vector3d L = units.mass * units.length * units.length * s.contacts[i].P_WC.angular;
-    EXPECT_LT(norm(P - si.contacts[i].P_WC.linear), 1e-12 * norm(P));    // measured 5e-15
-    EXPECT_LT(norm(L - si.contacts[i].P_WC.angular), 1e-12 * norm(L));   // measured 5e-15
+    EXPECT_LT(norm(P - si.contacts[i].P_WC.linear), 1e-12 * norm(P));   // measured 5e-15
+    EXPECT_LT(norm(L - si.contacts[i].P_WC.angular), 1e-12 * norm(L));  // measured 5e-15
     EXPECT_EQ(s.contacts[i].determined, si.contacts[i].determined);
     EXPECT_GT(norm(L), 1e-3);
   }

@@ -68,8 +68,10 @@ ReferenceImpact reference_impact(GraspModel grasp_model, double speed, double ba
   // Joint rates from the generalized Jacobian: both tips' (w_z, v_x, v_y), momentum zero.
   const int tips[] = {r.model.frame_index("tip-1"), r.model.frame_index("tip-2")};
   Eigen::MatrixXd J(6, 6);
-  for (int k = 0; k < 2; ++k) J.middleRows(3 * k, 3) = generalized_jacobian(r.model, r.state, base, tips[k]).middleRows(2, 3);
-  const Eigen::VectorXd rates = J.colPivHouseholderQr().solve((Eigen::VectorXd(6) << 0, -speed, 0, 0, speed, 0).finished());
+  for (int k = 0; k < 2; ++k)
+    J.middleRows(3 * k, 3) = generalized_jacobian(r.model, r.state, base, tips[k]).middleRows(2, 3);
+  const Eigen::VectorXd rates =
+      J.colPivHouseholderQr().solve((Eigen::VectorXd(6) << 0, -speed, 0, 0, speed, 0).finished());
   for (int j = 0; j < 6; ++j) r.state.v[r.model.bodies()[r.model.joints()[j]].v] = rates[j];
   stop_momentum(r.model, r.state);
 

@@ -1,0 +1,130 @@
+/// contact.gap: what happens to the distance between end-effector and grasp point.
+
+#include <gtest/gtest.h>
+
+#include "capture/capture_case.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+CaptureProblem lagging() {
+  CaptureProblem p = thesis_case_pd();
+  p.post_impact.emplace();
+  p.post_impact->duration = 5;
+  return p;
+}
+
+TEST(WeldAsFound, KeepsTheRelativePose) {
+  const CaptureResult r = simulate_capture(lagging());
+  expect_passes(r);
+  const std::size_t contact = first_sample(r, "contact"), after = first_sample(r, "post_impact");
+  ASSERT_LT(after, r.series.time.size());
+  for (const GraspImpulse& g : r.impact->grasps) {
+    EXPECT_GT(g.gap, 0.05);
+    EXPECT_EQ(norm(g.target_displacement), 0);
+    const std::string tip = "end_effectors/" + g.end_effector, target = "targets/" + g.target;
+    EXPECT_LT(norm(g.contact_point - pose_at(r, tip, contact).p), 1e-15);  // at the tip
+    const Posed found = inverse(pose_at(r, tip, contact)) * pose_at(r, target, contact);
+    for (std::size_t s = after; s < r.series.time.size(); ++s) {
+      const Posed now = inverse(pose_at(r, tip, s)) * pose_at(r, target, s);
+      EXPECT_LT(norm(now.p - found.p), 1e-12);  // measured 2e-15
+      EXPECT_LT(rotation_angle(transpose(found.R) * now.R), 1e-12);
+      EXPECT_NEAR(value_at(r, "grasps/" + g.end_effector + "/distance", s), g.gap, 1e-12);
+    }
+  }
+}
+
+TEST(TranslateTarget, PutsTheGraspPointAtTheTip) {
+  CaptureProblem p = lagging();
+  p.contact.gap = ContactSetup::Gap::translate_target;
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  const std::size_t contact = first_sample(r, "contact");
+  for (std::size_t i = 0; i < 2; ++i) {
+    const GraspImpulse& g = r.impact->grasps[i];
+    const EndEffectorMotion& e = r.approach_end->end_effectors[i];
+    EXPECT_EQ(g.gap, e.miss_distance);
+    EXPECT_GT(g.gap, 0.05);
+    EXPECT_NEAR(norm(g.target_displacement), g.gap, 1e-15);
+    EXPECT_LT(norm(vector_at(r, "targets/" + g.target + "/position", contact) -
+                   (vector_at(r, "targets/" + g.target + "/position", contact - 1) + g.target_displacement)),
+              1e-14);
+    for (std::size_t s = contact; s < r.series.time.size(); ++s) {
+      EXPECT_LT(value_at(r, "grasps/" + g.end_effector + "/distance", s), 1e-12);  // measured 2e-15
+    }
+    // Orientation and velocity of the target are as they were.
+    EXPECT_LT(norm(r.impact->targets_before[i].velocity - r.approach_end->targets[i].velocity), 1e-15);
+  }
+  const CaptureResult welded = simulate_capture(lagging());
+  EXPECT_GT(norm(welded.impact->grasps[0].impulse - r.impact->grasps[0].impulse), 1e-3);  // it matters
+}
+
+TEST(Refuse, SaysByHowMuchAndKeepsTheApproach) {
+  CaptureProblem p = lagging();
+  p.contact = {ContactSetup::Gap::refuse, 0.08};  // between the two misses
+  const CaptureResult r = simulate_capture(p);
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  ASSERT_TRUE(r.approach_end);
+  const double miss = r.approach_end->end_effectors[0].miss_distance;
+  ASSERT_GT(miss, 0.08);
+  ASSERT_LT(r.approach_end->end_effectors[1].miss_distance, 0.08);
+  char number[32];
+  std::snprintf(number, sizeof number, "%.4g", miss);
+  EXPECT_EQ(r.failure,
+            std::string("contact refused: end-effector 'tip-1' misses grasp point 'grip' of target 'target-1' by ") +
+                number + " m; contact.limit is 0.08 m");
+  EXPECT_FALSE(r.impact);
+  EXPECT_FALSE(r.post_impact_end);
+  EXPECT_EQ(r.series.time.back(), 20);
+  EXPECT_EQ(r.cost.size(), 1u);
+  EXPECT_LT(row(r, "linear_momentum_drift").value, 1e-11);
+  EXPECT_TRUE(row(r, "work_energy_residual").applies);
+}
+
+TEST(Refuse, NamesEveryArmThatMisses) {
+  CaptureProblem p = lagging();
+  p.contact = {ContactSetup::Gap::refuse, 0.001};
+  const CaptureResult r = simulate_capture(p);
+  EXPECT_NE(r.failure.find("'tip-1'"), std::string::npos);
+  EXPECT_NE(r.failure.find("; end-effector 'tip-2' misses"), std::string::npos) << r.failure;
+}
+
+TEST(Refuse, WithinTheLimitIsWeldAsFound) {
+  CaptureProblem p = lagging();
+  const CaptureResult welded = simulate_capture(p);
+  p.contact = {ContactSetup::Gap::refuse, 0.5};
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  EXPECT_EQ(norm(r.impact->grasps[0].impulse - welded.impact->grasps[0].impulse), 0);
+}
+
+// Two arms on one target: it moves by the mean of the two gaps.
+TEST(TranslateTarget, SharedTargetMovesByTheMean) {
+  CaptureProblem p = thesis_case_pd();
+  p.targets.pop_back();
+  p.targets[0].X_WT.p = {0, 0, 0};
+  p.targets[0].grasp_points = {{"a", {Rotationd::identity(), {2, -1.5, 0}}},
+                               {"b", {Rotationd::identity(), {-2, 1.5, 0}}}};
+  p.grasps[0].grasp_point = "a";
+  p.grasps[1].target = "target-1", p.grasps[1].grasp_point = "b";
+  p.contact.gap = ContactSetup::Gap::translate_target;
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  ASSERT_EQ(r.impact->grasps.size(), 2u);
+  EXPECT_LT(norm(r.impact->grasps[0].target_displacement - r.impact->grasps[1].target_displacement), 1e-16);
+  const std::size_t contact = first_sample(r, "contact");
+  Vector3d sum = Vector3d::zero();
+  for (const char* i : {"1", "2"}) {
+    sum += vector_at(r, std::string("end_effectors/tip-") + i + "/position", contact);
+    const Posed X = pose_at(r, "targets/target-1", contact);
+    sum += -(X * (i[0] == '1' ? Vector3d{2, -1.5, 0} : Vector3d{-2, 1.5, 0}));
+  }
+  EXPECT_LT(norm(sum), 1e-13);  // what is left is opposite
+  EXPECT_EQ(r.impact->rows, 12);
+  EXPECT_EQ(r.impact->rank, 9);
+  EXPECT_EQ(r.impact->grasps[0].determined, (std::vector<bool>{false, false, true, true, true, false}));
+  EXPECT_EQ(r.impact->as_published_absent, "two arms grip one target");
+}
+
+}  // namespace
+}  // namespace grapnel::testing

@@ -1,0 +1,60 @@
+#pragma once
+
+/// @file
+/// Random robots in a phase: models with friction, drives, and totals body by body. Thread safety: pure functions.
+
+#include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+#include "support/random_robot.hpp"
+
+namespace grapnel::testing {
+
+/// The model with every one-degree-of-freedom joint given friction and an effort limit.
+inline Model with_friction(const Model& model, double viscous, double coulomb,
+                           double effort = std::numeric_limits<double>::infinity()) {
+  ModelBuilder builder;
+  for (const Body& b : model.bodies()) {
+    BodyDescription d = b.description;
+    d.joint.friction = {viscous, coulomb, 0.1};
+    d.joint.limits.effort = effort;
+    builder.add(d);
+  }
+  return builder.build();
+}
+
+/// Quintic paths from the joints' states to random ends.
+inline std::vector<JointDrive> random_drives(const Model& model, const State& state, JointControl control,
+                                             double duration, Random& random) {
+  std::vector<JointDrive> drives;
+  for (int b : model.joints()) {
+    const Body& body = model.bodies()[b];
+    JointDrive d;
+    d.control = control;
+    d.path = {JointProfile::quintic, duration,
+              state.q[body.q],       state.q[body.q] + random.uniform(-1, 1),
+              state.v[body.v],       random.uniform(-0.3, 0.3)};
+    d.kp = 40, d.kd = 12;
+    drives.push_back(d);
+  }
+  return drives;
+}
+
+struct Totals {
+  Momentumd momentum;  // about the world's origin
+  double energy;
+  Vector3d com;
+};
+inline Totals totals(const Model& model, const State& state) {
+  const Kinematics k = forward_kinematics(model, state);
+  return {momentum_about(model, k, {0, 0, 0}), kinetic_energy(model, k, state), center_of_mass(model, k)};
+}
+
+/// Largest difference of two states, quaternions by value.
+inline double difference(const State& a, const State& b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.q.size(); ++i) largest = std::max(largest, std::abs(a.q[i] - b.q[i]));
+  for (std::size_t i = 0; i < a.v.size(); ++i) largest = std::max(largest, std::abs(a.v[i] - b.v[i]));
+  return largest;
+}
+
+}  // namespace grapnel::testing
