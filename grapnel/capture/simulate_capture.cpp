@@ -66,7 +66,7 @@ class Run {
     const double end = time_ + duration;
     setup.start_time = time_;
     setup.gravity = problem_.gravity;
-    setup.recover_root_velocities = problem_.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
+    setup.recover_roots = problem_.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
     PhaseDynamics dynamics(system_.model, std::move(setup));
     recorder_.begin_phase(name);
     bookkeeper_.begin_phase(controlled);

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/capture/capture_system.hpp"
 #include "grapnel/result/capture_result.hpp"
 
 namespace grapnel {

@@ -188,9 +188,7 @@ void outward_velocities(const Tree<S>& tree, const DynamicsInput<S>& in, std::ve
       const LinkScratch<S>& parent = scratch[link.parent];
       visit_joint(link, [&](auto joint) {
         if constexpr (!std::is_same_v<decltype(joint), Root>) {
-          place(joint, link, in.q, w);
-          w.V = motion_to_link(joint, link, w, parent.V);
-          add_joint_motion(joint, link, in.v, w.V);
+          follow(joint, link, in.q, in.v, parent.V, w);
           w.bias = joint_bias(joint, link, in.v, w.V);
         }
       });

@@ -149,6 +149,15 @@ GRAPNEL_INLINE void add_joint_motion(Spherical, const TreeLink<S>& link, std::sp
   for (int k = 0; k < 3; ++k) V.angular[k] += v[link.v + k];
 }
 
+/// A link's place and its twist from its parent's: one step of t = N_l N_d v.
+template <class Joint, class S>
+GRAPNEL_INLINE void follow(Joint joint, const TreeLink<S>& link, std::span<const S> q, std::span<const S> v,
+                           const Twist<S>& V_parent, LinkScratch<S>& w) {
+  place(joint, link, q, w);
+  w.V = motion_to_link(joint, link, w, V_parent);
+  add_joint_motion(joint, link, v, w.V);
+}
+
 template <int K, class S>
 GRAPNEL_INLINE SpatialAcceleration<S> joint_bias(Revolute<K>, const TreeLink<S>& link, std::span<const S> v,
                                                  const Twist<S>& V) {

@@ -23,9 +23,7 @@ void sum_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v
     } else {
       visit_joint(link, [&](auto joint) {
         if constexpr (!std::is_same_v<decltype(joint), Root>) {
-          place(joint, link, q, w);
-          w.V = motion_to_link(joint, link, w, scratch[link.parent].V);
-          add_joint_motion(joint, link, v, w.V);
+          follow(joint, link, q, v, scratch[link.parent].V, w);
         }
       });
     }
@@ -52,39 +50,48 @@ GRAPNEL_INLINE Rotation<S> root_rotation(const TreeLink<S>& link, std::span<cons
 }  // namespace
 
 template <class S>
-void recover_root_velocities(const Tree<S>& tree, std::span<const S> q, std::span<const Momentum<S>> momentum,
-                             DynamicsWorkspace<S>& workspace, std::span<S> v) {
+void recover_roots(const Tree<S>& tree, std::span<const RootMomentum<S>> momentum, const S& elapsed,
+                   DynamicsWorkspace<S>& workspace, std::span<S> q, std::span<S> v) {
   sum_momenta<S>(tree, q, v, false, workspace.links);
   int next = 0;
   for (std::size_t n = 0; n < tree.links.size(); ++n) {
     const TreeLink<S>& link = tree.links[n];
     if (link.joint != LinkJoint::root_free) continue;
     const LinkScratch<S>& w = workspace.links[n];
+    const RootMomentum<S>& m = momentum[next++];
+    const Rotation<S> R_WB = root_rotation<S>(link, q);
+    const Vector3<S> com_B = w.composite.com();
     // The momentum in B about B's origin.
-    const Momentum<S> h = shift(transposed_times(root_rotation(link, q), momentum[next++]), -w.composite.com());
+    const Momentum<S> h = shift(transposed_times(R_WB, m.h), -com_B);
     const Wrench<S> rest{h.angular - w.momentum.angular, h.linear - w.momentum.linear};
     const SpatialAcceleration<S> V = solve_articulated(articulated(w.composite), rest);
-    for (int k = 0; k < 3; ++k) v[link.v + k] = V.angular[k], v[link.v + 3 + k] = V.linear[k];
+    const Vector3<S> p_WB = m.p_WCom + (elapsed / m.mass) * m.h.linear - R_WB * com_B;
+    for (int k = 0; k < 3; ++k) {
+      v[link.v + k] = V.angular[k], v[link.v + 3 + k] = V.linear[k];
+      q[link.q + k] = p_WB[k];
+    }
   }
 }
 
 template <class S>
 void root_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, DynamicsWorkspace<S>& workspace,
-                  std::span<Momentum<S>> momentum) {
+                  std::span<RootMomentum<S>> momentum) {
   sum_momenta<S>(tree, q, v, true, workspace.links);
   int next = 0;
   for (std::size_t n = 0; n < tree.links.size(); ++n) {
     const TreeLink<S>& link = tree.links[n];
     if (link.joint != LinkJoint::root_free) continue;
     const LinkScratch<S>& w = workspace.links[n];
-    momentum[next++] = root_rotation(link, q) * shift(w.momentum, w.composite.com());
+    const Rotation<S> R_WB = root_rotation(link, q);
+    const Vector3<S> com_B = w.composite.com();
+    momentum[next++] = {R_WB * shift(w.momentum, com_B),
+                        Vector3<S>{q[link.q], q[link.q + 1], q[link.q + 2]} + R_WB * com_B, w.composite.mass};
   }
 }
 
-template void recover_root_velocities<double>(const Tree<double>&, std::span<const double>,
-                                              std::span<const Momentum<double>>, DynamicsWorkspace<double>&,
-                                              std::span<double>);
+template void recover_roots<double>(const Tree<double>&, std::span<const RootMomentum<double>>, const double&,
+                                    DynamicsWorkspace<double>&, std::span<double>, std::span<double>);
 template void root_momenta<double>(const Tree<double>&, std::span<const double>, std::span<const double>,
-                                   DynamicsWorkspace<double>&, std::span<Momentum<double>>);
+                                   DynamicsWorkspace<double>&, std::span<RootMomentum<double>>);
 
 }  // namespace grapnel

@@ -1,27 +1,36 @@
 #pragma once
 
 /// @file
-/// Velocities of free roots from the momenta of their trees: (2.3) and (2.6) as an O(n) kernel.
+/// Motion of free roots from what their trees conserve: (2.3) and (2.6) as an O(n) kernel.
 ///
-/// Where nothing acts from outside, a tree's momentum is a constant of the motion, and the base's twist is what
-/// momentum and joint rates leave: V_B = I_c^-1 (h_B - h_joints), I_c the composite inertia and h_joints the momentum
-/// of the joint rates alone. Taken from there instead of from its own differential equation, momentum cannot drift.
-/// Thread safety: reads the tree, writes only the workspace and the outputs.
+/// Where nothing acts from outside, a tree's momentum is a constant of the motion and its centre of mass moves
+/// uniformly. The base's twist is what momentum and joint rates leave, V_B = I_c^-1 (h_B - h_joints), with I_c the
+/// composite inertia and h_joints the momentum of the joint rates alone; its position is what the centre of mass and
+/// the pose leave. Taken from there instead of from their own differential equations, momenta cannot drift. Thread
+/// safety: reads the tree, writes only the workspace and the outputs.
 
 #include "grapnel/dynamics/articulated_body.hpp"
 
 namespace grapnel {
 
-/// Overwrites the root velocities in `v` so that the tree of each free root (in the order of the links) has the
-/// momentum in `momentum`: [angular about the tree's own centre of mass; linear], in W.
+/// What a free tree conserves.
 template <class S>
-void recover_root_velocities(const Tree<S>& tree, std::span<const S> q, std::span<const Momentum<S>> momentum,
-                             DynamicsWorkspace<S>& workspace, std::span<S> v);
+struct RootMomentum {
+  Momentum<S> h;      // [angular about the tree's own centre of mass; linear], in W
+  Vector3<S> p_WCom;  // centre of mass in W at the time the momentum was taken [m]
+  S mass;             // [kg]
+};
 
-/// The momenta that velocities `v` give, in the same form: one per free root.
+/// Overwrites the velocities in `v` and the positions in `q` of all free roots (in the order of the links) so that each
+/// tree has its momentum and its centre of mass where it is `elapsed` [s] after the momentum was taken.
+template <class S>
+void recover_roots(const Tree<S>& tree, std::span<const RootMomentum<S>> momentum, const S& elapsed,
+                   DynamicsWorkspace<S>& workspace, std::span<S> q, std::span<S> v);
+
+/// What the trees of all free roots conserve at this state.
 template <class S>
 void root_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, DynamicsWorkspace<S>& workspace,
-                  std::span<Momentum<S>> momentum);
+                  std::span<RootMomentum<S>> momentum);
 
 /// Number of free roots.
 template <class S>
@@ -31,10 +40,9 @@ int free_root_count(const Tree<S>& tree) {
   return count;
 }
 
-extern template void recover_root_velocities<double>(const Tree<double>&, std::span<const double>,
-                                                     std::span<const Momentum<double>>, DynamicsWorkspace<double>&,
-                                                     std::span<double>);
+extern template void recover_roots<double>(const Tree<double>&, std::span<const RootMomentum<double>>, const double&,
+                                           DynamicsWorkspace<double>&, std::span<double>, std::span<double>);
 extern template void root_momenta<double>(const Tree<double>&, std::span<const double>, std::span<const double>,
-                                          DynamicsWorkspace<double>&, std::span<Momentum<double>>);
+                                          DynamicsWorkspace<double>&, std::span<RootMomentum<double>>);
 
 }  // namespace grapnel

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/dynamics/root_velocity.hpp"
-
 namespace grapnel {
 namespace {
 
@@ -62,7 +60,8 @@ Manifold PhaseDynamics::manifold() const {
   return manifold;
 }
 
-std::vector<double> PhaseDynamics::initial(const State& state) {
+std::vector<double> PhaseDynamics::initial(const State& state, double t) {
+  momenta_time_ = t;
   root_momenta<double>(model_.tree(), state.q, state.v, workspace_.kernel, momenta_);
   std::vector<double> y(size(), 0.0);
   std::copy(state.q.begin(), state.q.end(), y.begin());
@@ -88,7 +87,9 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   if (setup_.held_root >= 0) {
     for (int k = 0; k < 6; ++k) now_.v[model_.bodies()[setup_.held_root].v + k] = 0;
   }
-  if (recovers()) recover_root_velocities<double>(model_.tree(), now_.q, momenta_, workspace_.kernel, now_.v);
+  if (recovers()) {
+    recover_roots<double>(model_.tree(), momenta_, t - momenta_time_, workspace_.kernel, now_.q, now_.v);
+  }
 }
 
 // Accelerations, and the motor and friction efforts of all joints.
@@ -170,8 +171,8 @@ MomentumDefect PhaseDynamics::momentum_mended(std::span<const double> y) {
   const int nq = model_.coordinates(), nv = model_.velocities();
   root_momenta<double>(model_.tree(), y.first(nq), y.subspan(nq, nv), workspace_.kernel, drifted_);
   for (std::size_t i = 0; i < momenta_.size(); ++i) {
-    defect.linear = std::max(defect.linear, norm(drifted_[i].linear - momenta_[i].linear));
-    defect.angular = std::max(defect.angular, norm(drifted_[i].angular - momenta_[i].angular));
+    defect.linear = std::max(defect.linear, norm(drifted_[i].h.linear - momenta_[i].h.linear));
+    defect.angular = std::max(defect.angular, norm(drifted_[i].h.angular - momenta_[i].h.angular));
   }
   return defect;
 }

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/dynamics/root_velocity.hpp"
 #include "grapnel/integrate/manifold.hpp"
 #include "grapnel/simulate/joint_path.hpp"
 
@@ -32,9 +33,9 @@ struct PhaseSetup {
   int held_root = -1;              // body index of a free root that is held at its pose; -1: none
   Vector3d gravity = Vector3d::zero();
   double start_time = 0;  // [s]
-  /// Take the velocities of free roots from the momentum that initial() saw (2.3), where no gravity, ground or holding
-  /// wrench changes it; else they are integrated.
-  bool recover_root_velocities = true;
+  /// Take the velocities of free roots from the momentum that initial() saw (2.3), and their positions from the uniform
+  /// motion of the centre of mass, where no gravity, ground or holding wrench changes them; else they are integrated.
+  bool recover_roots = true;
 };
 
 /// Integrals since the phase's start.
@@ -59,8 +60,8 @@ class PhaseDynamics {
   const Model& model() const { return model_; }
   int size() const { return model_.coordinates() + model_.velocities() + kIntegrals; }
   Manifold manifold() const;
-  /// y for a state with zero integrals; remembers its momenta.
-  std::vector<double> initial(const State& state);
+  /// y for a state at time t, with zero integrals; remembers its momenta.
+  std::vector<double> initial(const State& state, double t);
 
   /// dy/dt.
   void operator()(double t, std::span<const double> y, std::span<double> dydt);
@@ -77,7 +78,7 @@ class PhaseDynamics {
 
  private:
   static constexpr int kIntegrals = 9;
-  bool recovers() const { return setup_.recover_root_velocities && !has_external_ && !momenta_.empty(); }
+  bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void load(double t, std::span<const double> y);
   void accelerate(double t);
   void add_external(std::span<double> integrals);
@@ -92,8 +93,9 @@ class PhaseDynamics {
   std::vector<std::uint8_t> prescribed_;
   std::vector<double> acceleration_;  // prescribed
   std::vector<double> vdot_;
-  std::vector<Momentumd> momenta_;  // per free root, as the phase began
-  std::vector<Momentumd> drifted_;  // scratch of momentum_mended
+  double momenta_time_ = 0;                    // when the momenta were taken
+  std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
+  std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended
   bool any_prescribed_ = false;
   bool has_external_ = false;  // gravity, a held root or a fixed one
 };

@@ -33,7 +33,7 @@ PhaseOutcome run(Method&& stepper, PhaseDynamics& dynamics, const State& start, 
     const PhaseIntegrals integrals = dynamics.integrals(y);
     observe({t, state, integrals, motor, friction});
   };
-  const std::vector<double> y0 = dynamics.initial(start);
+  const std::vector<double> y0 = dynamics.initial(start, t0);
   const IntegrationResult result = integrate(stepper, dynamics, t0, y0, t1, output_times(t0, t1, interval), observer);
   PhaseOutcome outcome;
   outcome.finished = result.finished();

@@ -27,7 +27,7 @@ TEST(WeldAsFound, KeepsTheRelativePose) {
     const Posed found = inverse(pose_at(r, tip, contact)) * pose_at(r, target, contact);
     for (std::size_t s = after; s < r.series.time.size(); ++s) {
       const Posed now = inverse(pose_at(r, tip, s)) * pose_at(r, target, s);
-      EXPECT_LT(norm(now.p - found.p), 1e-12);  // measured 2e-15
+      EXPECT_LT(norm(now.p - found.p), 1e-12);  // measured 1e-15
       EXPECT_LT(rotation_angle(transpose(found.R) * now.R), 1e-12);
       EXPECT_NEAR(value_at(r, "grasps/" + g.end_effector + "/distance", s), g.gap, 1e-12);
     }
@@ -50,7 +50,7 @@ TEST(TranslateTarget, PutsTheGraspPointAtTheTip) {
                    (vector_at(r, "targets/" + g.target + "/position", contact - 1) + g.target_displacement)),
               1e-14);
     for (std::size_t s = contact; s < r.series.time.size(); ++s) {
-      EXPECT_LT(value_at(r, "grasps/" + g.end_effector + "/distance", s), 1e-12);  // measured 2e-15
+      EXPECT_LT(value_at(r, "grasps/" + g.end_effector + "/distance", s), 1e-12);  // measured 8e-16
     }
     // Orientation and velocity of the target are as they were.
     EXPECT_LT(norm(r.impact->targets_before[i].velocity - r.approach_end->targets[i].velocity), 1e-15);

@@ -131,7 +131,7 @@ struct Drift {
 Drift drift(const Robot& r, bool recover, const IntegrationSetup& integration, State& end, MomentumDefect& mended) {
   PhaseSetup setup;
   setup.drives = r.drives;
-  setup.recover_root_velocities = recover;
+  setup.recover_roots = recover;
   PhaseDynamics dynamics(r.model, setup);
   const std::vector<Momentumd> before = tree_momenta(r.model, r.state);
   Drift d;
