@@ -45,8 +45,8 @@ ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eig
   solution.velocity = mass.matrixU().solve(rest);
   const Eigen::VectorXd y = -(svd.matrixV().leftCols(solution.rank) * along.cwiseQuotient(sigma.head(solution.rank)));
   solution.impulse = metric.matrixU().solve(y);
-  const Eigen::MatrixXd null = svd.matrixV().rightCols(J.rows() - solution.rank);
-  solution.null_space = metric.matrixU().solve(null);
+  solution.null_space = svd.matrixV().rightCols(J.rows() - solution.rank);
+  if (solution.null_space.cols() > 0) solution.null_space = metric.matrixU().solve(solution.null_space).eval();
   return solution;
 }
 

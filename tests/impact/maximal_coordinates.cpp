@@ -131,6 +131,7 @@ MaximalSolution maximal_impact(const Model& model, const State& state, std::span
   const Eigen::LLT<Matrix> mass(s.M);
   Matrix A(count, n);
   for (Eigen::Index at = 0; const Matrix& r : s.rows) {
+    if (r.rows() == 0) continue;  // Eigen's triangular solver does not take empty matrices
     A.middleRows(at, r.rows()) = mass.matrixL().solve(r.transpose()).transpose();
     at += r.rows();
   }
