@@ -36,6 +36,13 @@ Eigen::VectorXd momentum_in_base(const Model& model, const Kinematics& kinematic
   return result;
 }
 
+// I_b^-1 I_bm, the base's answer to joint rates (2.6); for a robot without joints it has no columns, which Eigen's
+// solver does not take.
+Eigen::MatrixXd base_response(const MassBlocks& blocks) {
+  if (blocks.I_bm.cols() == 0) return blocks.I_bm;
+  return blocks.I_b.llt().solve(blocks.I_bm);
+}
+
 }  // namespace
 
 std::vector<int> joint_velocities(const Model& model, int root) {
@@ -61,7 +68,7 @@ Eigen::MatrixXd generalized_jacobian(const Model& model, const State& state, int
   const Eigen::MatrixXd J_m = J(Eigen::all, joint_velocities(model, root));
   if (!free_root(model, root)) return J_m;
   const MassBlocks blocks = mass_blocks(model, state, root);
-  return J_m - J(Eigen::all, base_velocities(model, root)) * blocks.I_b.llt().solve(blocks.I_bm);  // (2.5)
+  return J_m - J(Eigen::all, base_velocities(model, root)) * base_response(blocks);  // (2.5)
 }
 
 Eigen::MatrixXd generalized_jacobian(const Model& model, const State& state, int root, int frame) {
@@ -96,7 +103,7 @@ Twistd base_twist_from_momentum(const Model& model, const State& state, int root
 Eigen::MatrixXd generalized_inertia(const Model& model, const State& state, int root) {
   const MassBlocks blocks = mass_blocks(model, state, root);
   if (blocks.I_b.size() == 0) return blocks.I_m;
-  return blocks.I_m - blocks.I_bm.transpose() * blocks.I_b.llt().solve(blocks.I_bm);
+  return blocks.I_m - blocks.I_bm.transpose() * base_response(blocks);
 }
 
 ReducedEquation reduced_equation(const Model& model, const State& state, int root,
@@ -113,7 +120,7 @@ ReducedEquation reduced_equation(const Model& model, const State& state, int roo
   ReducedEquation reduced{mass_blocks(model, state, root).I_m, part(c, m), part(generalized, m)};
   if (b.empty()) return reduced;
   const MassBlocks blocks = mass_blocks(model, state, root);
-  const Eigen::MatrixXd X = blocks.I_b.llt().solve(blocks.I_bm);  // I_b^-1 I_bm
+  const Eigen::MatrixXd X = base_response(blocks);  // I_b^-1 I_bm
   reduced.I -= blocks.I_bm.transpose() * X;
   reduced.c -= X.transpose() * part(c, b);
   reduced.tau -= X.transpose() * part(generalized, b);

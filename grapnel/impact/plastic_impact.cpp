@@ -91,7 +91,8 @@ ImpactSolution lock_joints(const Model& model, const State& state, std::span<con
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(rows, model.velocities());
   for (Eigen::Index i = 0; i < rows; ++i) J(i, velocities[i]) = 1;
   // Joint rows are independent, so the metric only has to make them commensurable: what each does alone.
-  const Eigen::MatrixXd D = (J * M.llt().solve(J.transpose())).diagonal().asDiagonal();
+  Eigen::MatrixXd D(rows, rows);
+  if (rows > 0) D = (J * M.llt().solve(J.transpose())).diagonal().asDiagonal();
   Eigen::VectorXd impulse;
   ImpactSolution result = solve(M, J, state, D, impulse);
   locking.assign(impulse.begin(), impulse.end());
