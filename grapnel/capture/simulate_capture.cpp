@@ -112,6 +112,16 @@ class Run {
     return momentum_about(system_.model, forward_kinematics(system_.model, state), Vector3d::zero());
   }
 
+  // Sizes fit by construction, so what the solver refuses are numbers: inertias that span more than doubles resolve.
+  ImpactOutcome solve_impact(const Contact& contact) const {
+    try {
+      return run_impact(problem_, system_, contact, time_);
+    } catch (const std::invalid_argument& error) {
+      throw Failure(
+          fmt::format("impact at t = {:.6g} s: the system is numerically singular ({})", time_, error.what()));
+    }
+  }
+
   void impact() {
     recorder_.begin_phase("contact");
     const Contact contact = make_contact(problem_, system_, state_);
@@ -120,7 +130,7 @@ class Run {
     state_ = contact.state;
     sample_contact();
 
-    ImpactOutcome outcome = run_impact(problem_, system_, contact, time_);
+    ImpactOutcome outcome = solve_impact(contact);
     bookkeeper_.enter(outcome.from_ground);
     state_ = outcome.after;
     impact_rows(outcome.solution);
