@@ -85,6 +85,10 @@ int run(const RunOptions& options) {
   }
   for (const std::string& warning : result.warnings)
     fmt::print(stderr, "{}: warning: {}\n", options.scenario.string(), warning);
+  if (!result.ledger.pass()) {
+    fmt::print(stderr, "{}: warning: the ledger fails, see its rows in summary.json; a smaller tolerance may mend it\n",
+               options.scenario.string());
+  }
   if (result.status != CaptureStatus::completed) {
     fmt::print(stderr, "{}: error: the simulation failed: {}\n", options.scenario.string(), result.failure);
     return kSimulationFailed;

@@ -97,7 +97,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
   }
   const std::string mixed = prismatic ? "; m where the joint is prismatic" : "";
   add("joints/position", "rad", "joint positions" + mixed, joints);
-  add("joints/velocity", "rad/s", "joint rates" + mixed, joints);
+  add("joints/velocity", "rad/s", std::string("joint rates") + (prismatic ? "; m/s where the joint is prismatic" : ""),
+      joints);
   add("joints/effort", "N m", "motor efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),
       joints);
   add("joints/friction", "N m", "friction efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),

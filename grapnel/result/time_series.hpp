@@ -18,7 +18,7 @@ struct Series {
   int width() const { return static_cast<int>(components.size()); }
 };
 
-/// Samples at common times. At the impact there are two samples with the same time, before and after.
+/// Samples at common times. The phase "contact" holds two samples of one time, just before and just after the impact.
 struct TimeSeries {
   std::vector<double> time;         // [s]
   std::vector<int> phase;           // index into phases
