@@ -4,23 +4,36 @@
 /// A capture to be simulated, as plain data: what a scenario file says after units and names are resolved, or what a
 /// program sets up itself. Thread safety: plain values.
 
+#include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "grapnel/constraint/grasp_model.hpp"
+#include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
+#include "grapnel/simulate/attitude_control.hpp"
+#include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_path.hpp"
+#include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
 
-/// For drawing (and, later, clearance): a primitive shape centred on the frame X_BG of its body.
-struct Geometry {
-  enum class Shape { none, box, cylinder, sphere };
-  Shape shape = Shape::none;
-  Vector3d size{0, 0, 0};  // box: edge lengths; cylinder: radius, length (along z); sphere: radius [m]
-  Posed X_BG = Posed::identity();
+/// What an end-effector can close on: how far it may be from its grasp point, and how fast, relative to it.
+struct CaptureEnvelope {
+  static constexpr double kAny = std::numeric_limits<double>::infinity();
+  double position = kAny;          // distance [m]
+  double angle = kAny;             // [rad]; of what the grasp's orientation asks for, nothing if it is free
+  double velocity = kAny;          // relative speed of the end-effector's origin [m/s]
+  double angular_velocity = kAny;  // relative [rad/s]
+};
+
+/// A frame on a link that can grip.
+struct EndEffectorSetup : FrameDescription {
+  std::optional<Vector3d> approach_axis;    // unit, in the end-effector's frame: the direction in which it reaches out
+  std::optional<CaptureEnvelope> envelope;  // absent: whatever it meets it holds
 };
 
 /// A servicer: its bodies (the base first in meaning: the one root), end-effector frames, and shapes for drawing.
@@ -32,13 +45,14 @@ struct RobotSetup {
   /// fixed: bolted to the ground in all phases.
   Base base_mode = Base::free;
   std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
-  std::vector<FrameDescription> end_effectors;
+  std::vector<EndEffectorSetup> end_effectors;
   std::vector<std::pair<std::string, Geometry>> geometry;  // by body name
 };
 
 struct GraspPoint {
   std::string name;
-  Posed X_TG = Posed::identity();  // in the target's frame
+  Posed X_TG = Posed::identity();              // in the target's frame
+  std::optional<Vector3d> approach_direction;  // unit, in the target's frame: in which the end-effector comes in
 };
 
 /// A free rigid body to be caught.
@@ -62,25 +76,90 @@ struct GraspSetup {
   std::string grasp_point;
   GraspModel model = GraspModel::rigid;
   Vector3d hinge_axis{0, 0, 1};  // unit, in the end-effector's frame; for model hinge
+  /// What the end-effector's orientation at the grasp is to be. axis: its approach axis along the grasp point's
+  /// approach direction; pose: its frame that of the grasp point.
+  enum class Orientation { free, axis, pose };
+  Orientation orientation = Orientation::free;
 };
 
 /// How final joint rates are found from the grasp points' motion through the generalized Jacobian.
 enum class RateMatch { velocity, twist, velocity_least_rates };
 
 struct TrackingSetup {
-  enum class Mode { ideal, pd };
+  enum class Mode { ideal, pd, computed_torque };
   Mode mode = Mode::ideal;
-  std::vector<double> kp;  // per joint, in the order of Model::joints() [N m/rad or N/m]
-  std::vector<double> kd;  // [N m s/rad or N s/m]
+  std::vector<double> kp;  // per joint, in the order of Model::joints() [N m/rad or N/m]; computed torque: [1/s^2]
+  std::vector<double> kd;  // [N m s/rad or N s/m]; computed torque: [1/s]
+  std::optional<TrackingNoise> noise;
+};
+
+/// A torque that controls the base's attitude (AttitudeControl).
+struct BaseControlSetup {
+  Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
+  Vector3d kd = Vector3d::zero();  // [N m s/rad]
+  Vector3d limit{AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone};  // [N m]
+  std::optional<Rotationd> R_WD;  // desired attitude; absent: the one at the phase's start
+};
+
+/// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
+/// grasp point.
+struct PlanSetup {
+  /// What is least among the solutions. excursion: squares of the joints' ways. nearest: squares of the distances from
+  /// `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to the ranges.
+  /// manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian).
+  enum class Measure { excursion, nearest, limits, manipulability };
+  Measure measure = Measure::excursion;
+  std::vector<double> guess;  // per joint: where the search begins; empty: the initial values
+  int starts = 16;            // at most so many beginnings, the guess first
+  std::uint64_t seed = 0;     // of the others
+};
+
+/// A place to pass on the way. Either joint values, or places of some end-effectors, found by planning.
+struct Waypoint {
+  double time = 0;                           // [s]
+  std::vector<double> joints;                // per joint; empty: by `places`
+  std::optional<std::vector<double>> rates;  // per joint, at `joints`; absent: zero
+  struct Place {
+    std::string end_effector;
+    std::string target;                    // frame of position and velocity; empty: the world
+    Vector3d position;                     // of the end-effector's origin [m]
+    Vector3d velocity = Vector3d::zero();  // relative to that frame [m/s]
+  };
+  std::vector<Place> places;
+};
+
+/// The last piece of way is straight in the target's frame, along the approach direction of each grasp.
+struct StraightIn {
+  double stand_off = 0;    // distance from the grasp point at which it begins, at rest relative to the target [m]
+  double duration = 0;     // of this piece, within the approach's [s]
+  double final_speed = 0;  // towards the grasp point, relative to it, at the end [m/s]
+};
+
+/// Joint positions over time from outside.
+struct SampledMotion {
+  std::vector<double> times;                   // [s], from the start of the approach
+  std::vector<std::vector<double>> positions;  // per joint, per time
+  std::vector<std::vector<double>> rates;      // likewise; empty: a spline chooses them
 };
 
 struct ApproachSetup {
   double duration = 0;  // T [s]
   JointProfile profile = JointProfile::quartic;
-  std::vector<double> final_position;              // per joint
+  /// Where the joints go: exactly one of these three.
+  std::vector<double> final_position;  // per joint
+  std::optional<PlanSetup> plan;
+  std::optional<SampledMotion> sampled;
+
   std::optional<std::vector<double>> final_rates;  // given; else by `match`; else zero
   std::optional<RateMatch> match;
+  std::vector<Waypoint> waypoints;        // in the order of time
+  std::optional<StraightIn> straight_in;  // with plan only; then rates follow from it
   TrackingSetup tracking;
+  std::optional<BaseControlSetup> base_control;
+  /// When the grips close. end: at T. envelope: as soon as every end-effector is within its envelope, at T at the
+  /// latest.
+  enum class CaptureAt { end, envelope };
+  CaptureAt capture_at = CaptureAt::end;
 };
 
 /// What to do about the distance between an end-effector and its grasp point at the instant of capture.
@@ -99,6 +178,23 @@ struct PostImpactSetup {
   enum class Joints { free, pd, braked };
   Joints joints = Joints::free;
   std::vector<double> kp, kd;  // for pd: per joint; holds the angles found at the impact, rates zero
+  std::optional<BaseControlSetup> base_control;
+};
+
+/// A wrench on a body as a function of time, in all phases (ExternalLoad).
+struct LoadSetup {
+  std::string body;                  // of the robot, or target_body_name()
+  Vector3d p_BP = Vector3d::zero();  // point of attack, in the body's frame [m]
+  bool in_body = false;              // components turn with the body; else they are in W
+  Wrenchd amplitude = Wrenchd::zero();
+  LoadProfile profile;
+};
+
+/// What is watched besides the physics.
+struct ClearanceSetup {
+  bool enabled = true;
+  double required = 0;                                      // [m]; less is a violation
+  std::vector<std::pair<std::string, std::string>> ignore;  // pairs of bodies by their names in the model
 };
 
 /// Everything `simulate_capture()` needs. Phases that are absent are not simulated; with no approach the initial state
@@ -123,6 +219,8 @@ struct CaptureProblem {
   ContactSetup contact;
   std::optional<ImpactSetup> impact;
   std::optional<PostImpactSetup> post_impact;
+  std::vector<LoadSetup> loads;
+  ClearanceSetup clearance;
   IntegrationSetup integration;
   double output_interval = 0.05;  // [s]
 };

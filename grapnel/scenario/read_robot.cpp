@@ -144,7 +144,7 @@ void read_end_effectors(const Node& list, const std::string& path, ReadRobot& ro
     robot.end_effectors.add_from(node, here, faults);
     const std::string link = text_at(node, "link");
     robot.links.expect(link, part(node, "link").mark, here, faults);
-    robot.setup.end_effectors.push_back({text_at(node, "name"), link, pose_of(node, here, faults)});
+    robot.setup.end_effectors.push_back({{text_at(node, "name"), link, pose_of(node, here, faults)}, {}, {}});
   }
 }
 

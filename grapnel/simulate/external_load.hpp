@@ -1,0 +1,44 @@
+#pragma once
+
+/// @file
+/// A wrench on a body as a given function of time: thruster plumes, a docking mechanism's spring, a disturbance test.
+/// Thread safety: plain values and pure functions.
+
+#include <limits>
+#include <vector>
+
+#include "grapnel/spatial/pose.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
+
+namespace grapnel {
+
+/// How a load varies in time. Zero outside [start, end).
+struct LoadProfile {
+  /// constant: 1. half_sine: sin(pi (t - start) / (end - start)). sine: sin(2 pi frequency (t - start) + phase).
+  /// table: the wrench itself, linear between samples; zero before the first and after the last.
+  enum class Shape { constant, half_sine, sine, table };
+  Shape shape = Shape::constant;
+  double start = 0;                                      // [s]
+  double end = std::numeric_limits<double>::infinity();  // [s]; finite for half_sine
+  double frequency = 0;                                  // sine [Hz]
+  double phase = 0;                                      // sine [rad]
+  std::vector<double> times;                             // table [s], strictly increasing
+  std::vector<Wrenchd> values;                           // table
+};
+
+/// See the file comment.
+struct ExternalLoad {
+  int body = 0;                         // index in the model
+  Vector3d p_BP = Vector3d::zero();     // point of attack, in the body's frame [m]
+  bool in_body = false;                 // components turn with the body; else they are in W
+  Wrenchd amplitude = Wrenchd::zero();  // about P [N m; N]; not read by table
+  LoadProfile profile;
+};
+
+/// The wrench at time t, in the load's own components.
+Wrenchd wrench_at(const ExternalLoad& load, double t);
+
+/// Times at which the load is not smooth (start, end, samples of a table), increasing, finite ones only.
+std::vector<double> break_times(const ExternalLoad& load);
+
+}  // namespace grapnel

@@ -1,0 +1,60 @@
+#pragma once
+
+/// @file
+/// Motion of one joint over a whole phase: pieces that follow each other in time, each a profile between two points or
+/// a polynomial. Thread safety: plain values and pure functions.
+
+#include <span>
+#include <variant>
+#include <vector>
+
+#include "grapnel/simulate/joint_path.hpp"
+
+namespace grapnel {
+
+/// A polynomial on [begin, end] as a series in Chebyshev polynomials of the first kind of
+/// x = (2 t - begin - end) / (end - begin): position = sum_k coefficients[k] T_k(x).
+struct ChebyshevPiece {
+  std::vector<double> coefficients;  // at least one [rad or m]
+};
+
+/// One piece. The time of a JointPath counts from `begin`, and its duration is end - begin.
+struct JointPiece {
+  double begin = 0;  // [s], absolute
+  double end = 0;
+  std::variant<JointPath, ChebyshevPiece> shape;
+};
+
+/// Pieces in the order of time; each begins where the one before ends. Before the first and after the last piece the
+/// joint stays at that end's position and rate (rate included, as the thesis's reference does) with zero acceleration.
+/// A trajectory without pieces is at zero.
+struct JointTrajectory {
+  std::vector<JointPiece> pieces;
+
+  JointTrajectory() = default;
+  /// One profile that begins at `begin`.
+  JointTrajectory(double begin, const JointPath& path) : pieces{{begin, begin + path.duration, path}} {}
+  /// A joint that stays at `position`.
+  static JointTrajectory at_rest(double position);
+};
+
+/// Position, rate and acceleration at time t. At a common end of two pieces the later piece speaks.
+JointPoint evaluate(const JointTrajectory& trajectory, double t);
+
+/// The series that interpolates values given at the Chebyshev-Lobatto points t_k = middle + half cos(pi (n - k) / n),
+/// k = 0 ... n (increasing in time), n >= 1. Lloyd N. Trefethen, Approximation Theory and Approximation Practice
+/// (2013), chapters 2 and 3.
+ChebyshevPiece chebyshev_interpolant(std::span<const double> values);
+
+/// The k-th of n + 1 Chebyshev-Lobatto points of [begin, end], increasing; exact at the ends.
+double chebyshev_point(double begin, double end, int k, int n);
+
+/// A trajectory through samples at strictly increasing times: a cubic spline with continuous acceleration ("not a knot"
+/// at the ends; a line for two samples, a parabola for three), or, with rates, the cubic that meets position and rate
+/// at every sample (its acceleration jumps there).
+/// @throws std::invalid_argument if sizes differ, there are fewer than two samples, times do not increase, or a number
+/// is not finite.
+JointTrajectory interpolate_samples(std::span<const double> times, std::span<const double> positions,
+                                    std::span<const double> rates = {});
+
+}  // namespace grapnel
