@@ -32,8 +32,9 @@ struct CaptureEnvelope {
 
 /// A frame on a link that can grip.
 struct EndEffectorSetup : FrameDescription {
-  std::optional<Vector3d> approach_axis;    // unit, in the end-effector's frame: the direction in which it reaches out
-  std::optional<CaptureEnvelope> envelope;  // absent: whatever it meets it holds
+  std::optional<Vector3d> approach_axis =
+      {};  // unit, in the end-effector's frame: the direction in which it reaches out
+  std::optional<CaptureEnvelope> envelope = {};  // absent: whatever it meets it holds
 };
 
 /// A servicer: its bodies (the base first in meaning: the one root), end-effector frames, and shapes for drawing.
@@ -51,8 +52,8 @@ struct RobotSetup {
 
 struct GraspPoint {
   std::string name;
-  Posed X_TG = Posed::identity();              // in the target's frame
-  std::optional<Vector3d> approach_direction;  // unit, in the target's frame: in which the end-effector comes in
+  Posed X_TG = Posed::identity();                   // in the target's frame
+  std::optional<Vector3d> approach_direction = {};  // unit, in the target's frame: in which the end-effector comes in
 };
 
 /// A free rigid body to be caught.
