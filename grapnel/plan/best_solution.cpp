@@ -1,0 +1,70 @@
+#include "grapnel/plan/best_solution.hpp"
+
+#include <Eigen/SVD>
+#include <nlopt.hpp>
+
+#include <exception>
+
+namespace grapnel {
+namespace {
+
+// What NLopt's callbacks share.
+struct Problem {
+  FloatingBase& base;
+  const ReachProblem& reach;
+  Shooting& shooting;
+  Eigen::MatrixXd rows;  // independent combinations of the error's components, orthonormal
+  Shot shot;             // at the latest point
+
+  // Evaluates unless it is the point known.
+  const Shot& at(const std::vector<double>& x) {
+    if (x != shot.position) shot = shooting.shoot(x, shot.rate);
+    return shot;
+  }
+};
+
+double objective(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
+  Problem& p = *static_cast<Problem*>(data);
+  return p.reach.measure.value(p.base, p.reach.goals, x, gradient.empty() ? nullptr : &gradient);
+}
+
+void constraints(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
+  Problem& p = *static_cast<Problem*>(data);
+  const Shot& shot = p.at(std::vector<double>(x, x + n));
+  if (!shot.valid) throw nlopt::forced_stop();
+  Eigen::Map<Eigen::VectorXd>(result, m) = p.rows * shot.error;
+  if (gradient) {
+    Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(gradient, m, n) =
+        p.rows * shot.J;
+  }
+}
+
+}  // namespace
+
+Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting, const Shot& solution) {
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(solution.J, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  Eigen::Index rank = 0;
+  while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-6 * svd.singularValues()[0]) ++rank;
+  const int n = base.joints();
+  if (rank == 0 || rank >= n) return solution;  // nothing is left free
+  Problem data{base, problem, shooting, svd.matrixU().leftCols(rank).transpose(), solution};
+  nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(n));
+  optimizer.set_lower_bounds(problem.lower);
+  optimizer.set_upper_bounds(problem.upper);
+  optimizer.set_min_objective(objective, &data);
+  optimizer.add_equality_mconstraint(constraints, &data, std::vector<double>(rank, 1e-9));
+  optimizer.set_xtol_rel(1e-9);
+  optimizer.set_xtol_abs(1e-9);
+  optimizer.set_maxeval(120);
+  std::vector<double> x = solution.position;
+  double least = 0;
+  try {
+    optimizer.optimize(x, least);
+  } catch (const std::exception&) {
+    // Roundoff or a point that cannot be evaluated: what was reached so far is in x, and may be good enough.
+  }
+  Shot end = shooting.shoot(x, data.shot.valid ? data.shot.rate : solution.rate);
+  return end.valid ? end : solution;
+}
+
+}  // namespace grapnel

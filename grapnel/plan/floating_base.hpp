@@ -1,0 +1,97 @@
+#pragma once
+
+/// @file
+/// How a floating base answers to its joints, and how that answer changes with joint values and rates: (2.3) with its
+/// derivatives, in closed form and O(n).
+///
+/// Everything is expressed in the base frame B about B's origin. With V_B the base's twist, S_j the axis of joint j,
+/// I^c_j the inertia of everything that joint j carries, and h_B the momentum seen from the base,
+///   I_c V_B + sum_j I^c_j S_j theta_dot_j = h_B                                                   (1), which is (2.3).
+/// Turning joint j by a small angle moves its subtree rigidly. The twist of a body i of it is the twist V_p of the
+/// joint's parent, which stays, plus a part that turns with S_j; so with h_j the subtree's momentum
+///   dh/dtheta_j = sum_i [S_j x* (I_i V_i) - I_i (S_j x V_i) + I_i S_j x (V_i - V_p)] = S_j x* h_j - I^c_j (S_j x V_p)
+///                                                                                                                (2)
+/// at fixed V_B and rates, and from (1), with h_B fixed,
+///   dV_B/dtheta_j = -I_c^-1 dh/dtheta_j,   dV_B/dtheta_dot_j = -I_c^-1 I^c_j S_j.                                (3)
+/// Thread safety: one thread at a time (it owns its scratch).
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <span>
+#include <vector>
+
+#include "grapnel/dynamics/kinematics.hpp"
+
+namespace grapnel {
+
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+/// See the file comment. Joints are counted as in Model::joints(); the model is one tree, the servicer.
+class FloatingBase {
+ public:
+  /// `floats` false: the base is held or fixed, its twist is zero whatever the joints do.
+  /// @throws std::invalid_argument unless the model is a single tree with joints of one degree of freedom.
+  FloatingBase(const Model& model, bool floats);
+
+  int joints() const { return static_cast<int>(joint_link_.size()); }
+  bool floats() const { return floats_; }
+  const Model& model() const { return model_; }
+
+  /// Places the links for these joint values (one per joint).
+  void place(std::span<const double> theta);
+  /// Base twist V_B for joint rates and momentum about B's origin in B, by (1); after place().
+  void move(std::span<const double> rates, const Momentumd& h_B);
+  const Vector6d& base_twist() const { return V_B_; }
+  /// The twist that momentum alone gives the base, I_c^-1 h_B; after place().
+  Vector6d momentum_part(const Momentumd& h_B) const;
+
+  /// dV_B/dtheta_j (6 x joints) by (3); after move().
+  const Matrix6Xd& per_angle() const { return per_angle_; }
+  /// dV_B/dtheta_dot_j; after place().
+  const Matrix6Xd& per_rate() const { return per_rate_; }
+  /// A of d(xi)' = A d(xi) + (what the joints add): how a small displacement xi of the base, in B, goes on; after
+  /// move(). With X' = X V_B and h_B = Ad*(X) h: A = -I_c^-1 [. x* h_B] - [V_B x .].
+  Eigen::Matrix<double, 6, 6> displacement_rate(const Momentumd& h_B) const;
+
+  /// Total centre of mass and mass; after place().
+  Vector3d com() const { return composite_[0].com(); }
+  double mass() const { return composite_[0].mass; }
+
+  /// Pose of a model's frame in B; after place().
+  Posed frame_pose(int frame) const;
+  /// Twists per joint rate of the frame's origin relative to B, in B, at the frame's origin: the columns of J_m.
+  void frame_jacobian(int frame, Matrix6Xd& J) const;
+  /// The same with the base's answer at constant momentum: the generalized Jacobian J_g (2.5), in B.
+  void generalized_jacobian(int frame, Matrix6Xd& J) const;
+
+  /// Whether joint j carries the frame.
+  bool carries(int joint, int frame) const;
+
+ private:
+  const Model& model_;
+  bool floats_;
+  std::vector<int> joint_link_;  // per joint: its link in the tree
+  std::vector<int> link_joint_;  // per link: its joint, -1 for the root
+  std::vector<double> q_;        // coordinates with the root at the identity
+  std::vector<LinkMotion<double>> motion_;
+  std::vector<Twistd> axis_;                  // S, per link; in B about B's origin
+  std::vector<RigidBodyInertiad> composite_;  // I^c, per link
+  std::vector<RigidBodyInertiad> inertia_;    // of the link alone
+  std::vector<Twistd> V_;                     // per link
+  std::vector<Momentumd> h_;                  // of the subtree, per link
+  Eigen::LLT<Eigen::Matrix<double, 6, 6>> I_c_;
+  Vector6d V_B_ = Vector6d::Zero();
+  Matrix6Xd per_angle_, per_rate_;
+};
+
+/// [angular; linear] as a column.
+template <SpatialKind kKind>
+Vector6d column(const SpatialVector<kKind, double>& x) {
+  Vector6d result;
+  result << x.angular[0], x.angular[1], x.angular[2], x.linear[0], x.linear[1], x.linear[2];
+  return result;
+}
+inline Twistd twist_from(const Vector6d& x) { return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}; }
+
+}  // namespace grapnel

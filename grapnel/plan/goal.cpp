@@ -1,0 +1,131 @@
+#include "grapnel/plan/goal.hpp"
+
+#include <Eigen/QR>
+#include <cmath>
+
+namespace grapnel {
+namespace {
+
+using Matrix36d = Eigen::Matrix<double, 3, 6>;
+
+Eigen::Vector3d column3(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+Eigen::Matrix3d matrix(const Rotationd& R) {
+  Eigen::Matrix3d M;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) M(i, j) = R(i, j);
+  }
+  return M;
+}
+
+// Two unit vectors across d.
+Eigen::Matrix<double, 2, 3> across(const Vector3d& d) {
+  const Rotationd R = rotation_between({0, 0, 1}, d);
+  Eigen::Matrix<double, 2, 3> B;
+  B.row(0) = column3(R.column(0)).transpose();
+  B.row(1) = column3(R.column(1)).transpose();
+  return B;
+}
+
+int rows_of(const Goal& goal) {
+  return goal.orientation == Goal::Orientation::free ? 3 : goal.orientation == Goal::Orientation::axis ? 5 : 6;
+}
+
+// Twists of the frame's origin in W: of the joints at a fixed base, and of the base's displacement in B.
+void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Matrix6Xd& J_joint,
+                     Eigen::Matrix<double, 6, 6>& J_base) {
+  base.frame_jacobian(frame, J_joint);
+  const Eigen::Matrix3d R = matrix(X_WB.R);
+  J_joint.topRows(3) = (R * J_joint.topRows(3)).eval();
+  J_joint.bottomRows(3) = (R * J_joint.bottomRows(3)).eval();
+  const Vector3d p = base.frame_pose(frame).p;
+  for (int k = 0; k < 6; ++k) J_base.col(k) = column(X_WB.R * shift(twist_from(Vector6d::Unit(k)), p));
+}
+
+}  // namespace
+
+int error_rows(std::span<const Goal> goals) {
+  int rows = 0;
+  for (const Goal& g : goals) rows += rows_of(g);
+  return rows;
+}
+
+void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error,
+                Eigen::MatrixXd& J_joint, Eigen::MatrixXd& J_base) {
+  const int rows = error_rows(goals);
+  error.resize(rows), J_joint.resize(rows, base.joints()), J_base.resize(rows, 6);
+  Matrix6Xd J;
+  Eigen::Matrix<double, 6, 6> Jb;
+  int row = 0;
+  for (const Goal& g : goals) {
+    const Posed X_WE = X_WB * base.frame_pose(g.frame);
+    frame_jacobians(base, X_WB, g.frame, J, Jb);
+    error.segment<3>(row) = column3(X_WE.p - g.X_WG.p);
+    J_joint.middleRows(row, 3) = J.bottomRows(3);
+    J_base.middleRows(row, 3) = Jb.bottomRows(3);
+    row += 3;
+    if (g.orientation == Goal::Orientation::axis) {
+      const Vector3d a = X_WE.R * g.axis_E;
+      const Vector3d phi = rotation_vector(rotation_between(g.direction_W, a));
+      const Eigen::Matrix<double, 2, 3> B = across(g.direction_W);
+      error.segment<2>(row) = B * column3(phi);
+      J_joint.middleRows(row, 2) = B * J.topRows(3);
+      J_base.middleRows(row, 2) = B * Jb.topRows(3);
+      row += 2;
+    } else if (g.orientation == Goal::Orientation::pose) {
+      error.segment<3>(row) = column3(rotation_vector(X_WE.R * transpose(g.X_WG.R)));
+      J_joint.middleRows(row, 3) = J.topRows(3);
+      J_base.middleRows(row, 3) = Jb.topRows(3);
+      row += 3;
+    }
+  }
+}
+
+void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B, std::span<const Goal> goals,
+                 RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b) {
+  const bool task = demand == RateDemand::task;
+  int rows = 0;
+  for (const Goal& g : goals) rows += demand == RateDemand::linear ? 3 : task ? rows_of(g) : 6;
+  G.resize(rows, base.joints()), b.resize(rows);
+  const Twistd V_h = twist_from(base.momentum_part(h_B));
+  const Eigen::Matrix3d R = matrix(X_WB.R);
+  Matrix6Xd J;
+  int row = 0;
+  for (const Goal& g : goals) {
+    base.generalized_jacobian(g.frame, J);
+    const Twistd drift = X_WB.R * shift(V_h, base.frame_pose(g.frame).p);  // second term of (2.3)
+    G.middleRows(row, 3) = R * J.bottomRows(3);
+    b.segment<3>(row) = column3(g.V_WG.linear - drift.linear);
+    row += 3;
+    const bool axis_only = task && g.orientation == Goal::Orientation::axis;
+    if (demand == RateDemand::linear || (task && g.orientation == Goal::Orientation::free)) continue;
+    const Vector3d spin = demand == RateDemand::velocity ? Vector3d::zero() : g.V_WG.angular;
+    const Eigen::Vector3d missing = column3(spin - drift.angular);
+    if (axis_only) {
+      const Eigen::Matrix<double, 2, 3> B = across(g.direction_W);
+      G.middleRows(row, 2) = B * R * J.topRows(3);
+      b.segment<2>(row) = B * missing;
+      row += 2;
+    } else {
+      G.middleRows(row, 3) = R * J.topRows(3);
+      b.segment<3>(row) = missing;
+      row += 3;
+    }
+  }
+}
+
+DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
+                             std::span<const Goal> goals, RateDemand demand) {
+  Eigen::MatrixXd G;
+  Eigen::VectorXd b;
+  demand_rows(base, X_WB, h_B, goals, demand, G, b);
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
+  solver.setThreshold(1e-10);
+  solver.compute(G);
+  DemandedRates result;
+  result.rates = solver.solve(b);
+  result.unmet = b.size() ? (G * result.rates - b).lpNorm<Eigen::Infinity>() : 0;
+  return result;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,53 @@
+#pragma once
+
+/// @file
+/// What an end-effector is to be and do at the end of a leg, as an error that vanishes there, and the joint rates that
+/// give it the motion asked for. Thread safety: plain values; functions use the FloatingBase they are given as scratch.
+
+#include "grapnel/plan/floating_base.hpp"
+
+namespace grapnel {
+
+/// Goal of one end-effector.
+struct Goal {
+  int frame = 0;                   // of the model
+  std::string name;                // for messages: "tip-1"
+  Posed X_WG = Posed::identity();  // where the frame is to be
+  Twistd V_WG = Twistd::zero();    // of the place, at its origin, in W
+  /// free: position only. axis: `axis_E` of the frame along `direction_W`. pose: R_WE = R_WG.
+  enum class Orientation { free, axis, pose };
+  Orientation orientation = Orientation::free;
+  Vector3d axis_E{1, 0, 0};
+  Vector3d direction_W{1, 0, 0};
+};
+
+/// What the end-effectors' motion at the end is to be, as rows of a twist relation J_g theta_dot = demand.
+/// given: the rates are prescribed. velocity: the place's velocity, without spin. twist: the place's whole twist.
+/// linear: the place's velocity alone. task: the velocity, and as much of the spin as the orientation asks for.
+enum class RateDemand { given, velocity, twist, linear, task };
+
+/// Number of rows of the position error.
+int error_rows(std::span<const Goal> goals);
+
+/// Error of all goals for a base at X_WB and joints as placed in `base`: per goal p_E - p_G [m], then for axis the two
+/// components of the smallest rotation from direction_W to the axis, across the direction [rad], for pose the rotation
+/// vector of R_WE R_WG^T [rad]; all in W. `J_joint` (rows x joints) and `J_base` (rows x 6): how it changes with joint
+/// values at a fixed base, and with a displacement of the base in B (exact where the error vanishes).
+void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error,
+                Eigen::MatrixXd& J_joint, Eigen::MatrixXd& J_base);
+
+/// Least-squares joint rates of least norm that meet the demand at this configuration, through the generalized Jacobian
+/// (2.5) and the part of the twist that momentum carries (2.3), and what they leave unmet.
+struct DemandedRates {
+  Eigen::VectorXd rates;
+  double unmet = 0;  // largest component [m/s or rad/s]
+};
+/// `h_B`: momentum about B's origin in B. Base must be placed. Not for RateDemand::given.
+DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
+                             std::span<const Goal> goals, RateDemand demand);
+
+/// The rows of the demand: G theta_dot = b.
+void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B, std::span<const Goal> goals,
+                 RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b);
+
+}  // namespace grapnel

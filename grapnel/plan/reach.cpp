@@ -1,0 +1,150 @@
+#include "grapnel/plan/reach.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+
+#include "grapnel/plan/arm_starts.hpp"
+#include "grapnel/plan/best_solution.hpp"
+#include "grapnel/plan/newton_step.hpp"
+#include "grapnel/plan/reach_failure.hpp"
+#include "grapnel/plan/shooting.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr double kDamping = 1e-3;     // singular values below are damped [m/rad]
+constexpr double kLongestStep = 0.6;  // of one joint in one iteration [rad or m]
+
+std::vector<double> moved(const std::vector<double>& x, const Eigen::VectorXd& d, double fraction,
+                          const ReachProblem& problem) {
+  std::vector<double> y = x;
+  for (std::size_t j = 0; j < y.size(); ++j) {
+    y[j] = std::clamp(x[j] + fraction * d[static_cast<Eigen::Index>(j)], problem.lower[j], problem.upper[j]);
+  }
+  return y;
+}
+
+void check(const FloatingBase& base, const ReachProblem& p) {
+  const std::size_t n = base.joints();
+  for (const auto* values : {&p.start.position, &p.start.rate, &p.lower, &p.upper, &p.guess}) {
+    if (values->size() != n) throw std::invalid_argument("plan_reach: one value per joint is needed");
+  }
+  if (!p.given_rates.empty() && p.given_rates.size() != n) {
+    throw std::invalid_argument("plan_reach: one given rate per joint is needed");
+  }
+}
+
+// One search: several beginnings, the best solution, or the closest attempt.
+class Search {
+ public:
+  Search(FloatingBase& base, const ReachProblem& problem)
+      : base_(base), problem_(problem), shooting_(base, problem), closest_() {}
+
+  ReachSolution run() {
+    std::vector<double> guess = problem_.guess;
+    for (std::size_t j = 0; j < guess.size(); ++j)
+      guess[j] = std::clamp(guess[j], problem_.lower[j], problem_.upper[j]);
+    attempt(guess);
+    const bool first_is_enough = problem_.measure.kind == Measure::Kind::as_found;
+    if (problem_.starts > 1 && !(first_is_enough && !solutions_.empty())) {
+      // The base is kept where the closest attempt so far has taken it.
+      ArmStarts beginnings(base_, problem_, closest_.valid ? closest_.X_WB : problem_.start.X_WB);
+      while (result_.starts < problem_.starts && !enough()) attempt(beginnings.next());
+    }
+    choose();
+    result_.rhs_evaluations = shooting_.rhs_evaluations();
+    return result_;
+  }
+
+ private:
+  // A few different solutions give the measure its choice; more cost time for little.
+  bool enough() const { return solutions_.size() >= (problem_.measure.kind == Measure::Kind::as_found ? 1u : 4u); }
+
+  void attempt(const std::vector<double>& from) {
+    ++result_.starts;
+    const std::vector<double> rest(from.size(), 0.0);
+    std::optional<Shot> end = newton(shooting_.shoot(from, rest));
+    if (end) solutions_.push_back(std::move(*end));
+  }
+
+  // Newton's method with steps of least norm, shortened until the error falls. Empty if it comes to rest elsewhere.
+  std::optional<Shot> newton(Shot shot) {
+    constexpr int kMost = 60;
+    for (int i = 0; shot.valid && i < kMost; ++i) {
+      if (!closest_.valid || shot.size() < closest_.size()) closest_ = shot;
+      if (shot.error.size() == 0 || shot.error.lpNorm<Eigen::Infinity>() <= 1e-2 * kArrived) return shot;
+      const NewtonStep step =
+          least_norm_step(shot.J, shot.error, shot.position, problem_.lower, problem_.upper, kDamping);
+      ++result_.iterations;
+      const double longest = step.d.lpNorm<Eigen::Infinity>();
+      double fraction = longest > kLongestStep ? kLongestStep / longest : 1.0;
+      Shot next;
+      for (int halvings = 0; halvings < 9; ++halvings, fraction *= 0.5) {
+        next = shooting_.shoot(moved(shot.position, step.d, fraction, problem_), shot.rate);
+        if (next.valid && next.size() < (1 - 1e-3 * fraction) * shot.size()) break;
+        next.valid = false;
+      }
+      if (!next.valid) {
+        return shot.error.lpNorm<Eigen::Infinity>() <= kArrived ? std::optional<Shot>(shot) : std::nullopt;
+      }
+      shot = std::move(next);
+    }
+    return std::nullopt;
+  }
+
+  double measure(const Shot& shot) { return problem_.measure.value(base_, problem_.goals, shot.position, nullptr); }
+
+  // The best of the solutions, each made better within what the goals leave free.
+  void choose() {
+    result_.solutions = static_cast<int>(solutions_.size());
+    result_.found = !solutions_.empty();
+    if (!result_.found) {
+      take(closest_);
+      result_.failure = explain_failure(base_, problem_, shooting_, closest_);
+      return;
+    }
+    std::sort(solutions_.begin(), solutions_.end(),
+              [&](const Shot& a, const Shot& b) { return measure(a) < measure(b); });
+    Shot best = solutions_.front();
+    if (problem_.measure.kind != Measure::Kind::as_found) {
+      constexpr std::size_t kImproved = 2;
+      for (std::size_t i = 0; i < std::min(kImproved, solutions_.size()); ++i) {
+        const std::optional<Shot> better = newton(best_near(base_, problem_, shooting_, solutions_[i]));
+        if (better && measure(*better) < measure(best)) best = *better;
+      }
+    }
+    take(best);
+  }
+
+  void take(const Shot& shot) {
+    result_.position = shot.position.empty() ? problem_.guess : shot.position;
+    result_.rate = shot.rate.empty() ? std::vector<double>(problem_.guess.size(), 0.0) : shot.rate;
+    result_.X_WB = shot.X_WB;
+    result_.unmet_rate = shot.unmet;
+    result_.miss = misses(problem_.goals, shot.error);
+    if (!shot.valid) return;
+    result_.measure = measure(shot);
+    result_.smallest_singular_value =
+        least_norm_step(shot.J, shot.error, shot.position, problem_.lower, problem_.upper, 0).smallest_singular_value;
+  }
+
+  FloatingBase& base_;
+  const ReachProblem& problem_;
+  Shooting shooting_;
+  std::vector<Shot> solutions_;
+  Shot closest_;
+  ReachSolution result_;
+};
+
+}  // namespace
+
+ReachSolution plan_reach(FloatingBase& base, const ReachProblem& problem) {
+  check(base, problem);
+  return Search(base, problem).run();
+}
+
+}  // namespace grapnel

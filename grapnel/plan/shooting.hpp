@@ -1,0 +1,39 @@
+#pragma once
+
+/// @file
+/// One evaluation of the boundary value problem of reach.hpp: final joint values in, settled rates, error of the goals
+/// and its total derivative out. Thread safety: one thread at a time.
+
+#include "grapnel/plan/reach.hpp"
+
+namespace grapnel {
+
+/// An iterate.
+struct Shot {
+  bool valid = false;  // the rates were settled and everything is finite
+  std::vector<double> position, rate;
+  Posed X_WB = Posed::identity();
+  Eigen::VectorXd error;  // of the goals
+  Eigen::MatrixXd J;      // d error / d position, rates following (2)
+  double unmet = 0;       // of the demanded rates
+  double size() const { return error.size() ? error.norm() : 0; }
+};
+
+class Shooting {
+ public:
+  Shooting(FloatingBase& base, const ReachProblem& problem);
+  /// Evaluates at `position`; `rate` is where settling begins.
+  Shot shoot(const std::vector<double>& position, const std::vector<double>& rate);
+  long rhs_evaluations() const { return leg_.rhs_evaluations(); }
+
+ private:
+  Eigen::VectorXd rho(const Posed& X_WB, double* unmet = nullptr) const;
+  Eigen::MatrixXd rho_per_displacement(const Posed& X_WB) const;
+  Eigen::MatrixXd rho_per_position(const std::vector<double>& position, const Posed& X_WB) const;
+
+  FloatingBase& base_;
+  const ReachProblem& problem_;
+  Leg leg_;
+};
+
+}  // namespace grapnel
