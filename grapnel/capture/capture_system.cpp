@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/simulate/joint_trajectory.hpp"
 
 namespace grapnel {
 namespace {
@@ -31,8 +32,133 @@ void check_grasps(const CaptureProblem& problem, std::vector<std::string>& fault
     } else if (find_named(target->grasp_points, g.grasp_point) == target->grasp_points.end()) {
       faults.push_back(fmt::format("grasp: target '{}' has no grasp point '{}'", g.target, g.grasp_point));
     }
+    if (g.orientation == GraspSetup::Orientation::axis && target != problem.targets.end()) {
+      const auto point = find_named(target->grasp_points, g.grasp_point);
+      const auto e = find_named(problem.robot.end_effectors, g.end_effector);
+      if (point != target->grasp_points.end() && e != problem.robot.end_effectors.end() &&
+          !(point->approach_direction && e->approach_axis))
+        faults.push_back(fmt::format(
+            "grasp of '{}': orientation by axis needs an approach axis and an approach direction", g.end_effector));
+    }
     if (g.model == GraspModel::hinge && !(std::abs(norm(g.hinge_axis) - 1) < 1e-9)) {
       faults.push_back(fmt::format("grasp of '{}': hinge axis must be a unit vector", g.end_effector));
+    }
+  }
+}
+
+bool finite(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+}
+
+void check_waypoints(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
+  const ApproachSetup& approach = *problem.approach;
+  const double last = approach.duration - (approach.straight_in ? approach.straight_in->duration : 0.0);
+  double before = 0;
+  bool moving = false;
+  for (const Waypoint& w : approach.waypoints) {
+    if (!(w.time > before && w.time < last))
+      faults.push_back(fmt::format("waypoint at t = {}: times must increase within the approach", w.time));
+    before = w.time;
+    if (w.joints.empty() == w.places.empty() && joints > 0) faults.push_back("waypoint: give joints or places");
+    if (!w.joints.empty() && (w.joints.size() != joints || !finite(w.joints)))
+      faults.push_back(fmt::format("waypoint: {} joint values for {} joints", w.joints.size(), joints));
+    if (w.rates && (w.rates->size() != joints || !finite(*w.rates)))
+      faults.push_back(fmt::format("waypoint: {} joint rates for {} joints", w.rates->size(), joints));
+    moving = moving || !w.places.empty() ||
+             (w.rates && std::any_of(w.rates->begin(), w.rates->end(), [](double r) { return r != 0; }));
+    for (const Waypoint::Place& place : w.places) {
+      if (find_named(problem.robot.end_effectors, place.end_effector) == problem.robot.end_effectors.end())
+        faults.push_back(fmt::format("waypoint: unknown end-effector '{}'", place.end_effector));
+      if (!place.target.empty() && find_named(problem.targets, place.target) == problem.targets.end())
+        faults.push_back(fmt::format("waypoint: unknown target '{}'", place.target));
+    }
+  }
+  if (moving && approach.profile == JointProfile::quartic)
+    faults.push_back("waypoint: the quartic profile starts from rest; choose quintic or cycloidal");
+}
+
+void check_straight_in(const CaptureProblem& problem, std::vector<std::string>& faults) {
+  const ApproachSetup& approach = *problem.approach;
+  const StraightIn& in = *approach.straight_in;
+  if (!approach.plan) faults.push_back("approach: straight_in needs plan");
+  if (approach.final_rates || approach.match) faults.push_back("approach: with straight_in the final rates follow");
+  if (!(in.stand_off > 0) || !(in.final_speed >= 0) || !std::isfinite(in.stand_off + in.final_speed))
+    faults.push_back("approach: straight_in needs a positive stand-off and a final speed that is not negative");
+  if (!(in.duration > 0 && in.duration < approach.duration))
+    faults.push_back("approach: straight_in must be shorter than the approach");
+  for (const GraspSetup& g : problem.grasps) {
+    const auto target = find_named(problem.targets, g.target);
+    if (target == problem.targets.end()) continue;
+    const auto point = find_named(target->grasp_points, g.grasp_point);
+    if (point != target->grasp_points.end() && !point->approach_direction)
+      faults.push_back(fmt::format("approach: straight_in needs an approach direction of grasp point '{}' of '{}'",
+                                   g.grasp_point, g.target));
+  }
+}
+
+void check_samples(const SampledMotion& s, std::size_t joints, std::vector<std::string>& faults) {
+  bool good = s.positions.size() == joints && (s.rates.empty() || s.rates.size() == joints) && s.times.size() >= 2;
+  for (const auto& column : s.positions) good = good && column.size() == s.times.size() && finite(column);
+  for (const auto& column : s.rates) good = good && column.size() == s.times.size() && finite(column);
+  for (std::size_t k = 1; k < s.times.size(); ++k) good = good && s.times[k] > s.times[k - 1];
+  if (!good)
+    faults.push_back(
+        "approach: a sampled motion needs increasing times, at least two, and for every joint a finite value at each");
+}
+
+// Where the joints go: exactly one way of saying it.
+void check_way(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
+  const ApproachSetup& approach = *problem.approach;
+  const int ways = (approach.plan ? 1 : 0) + (approach.sampled ? 1 : 0);
+  if (ways > 1 || (ways == 1 && !approach.final_position.empty()))
+    faults.push_back("approach: give one of final positions, plan and samples");
+  if (ways == 0 && approach.final_position.size() != joints) {
+    faults.push_back(fmt::format("approach: final joint positions: {} values for {} joints",
+                                 approach.final_position.size(), joints));
+  } else if (!finite(approach.final_position)) {
+    faults.push_back("approach: final joint positions: a value is not finite");
+  }
+  if (approach.plan) {
+    if (problem.grasps.empty()) faults.push_back("approach: planning needs grasps");
+    if (approach.plan->starts < 1) faults.push_back("approach: plan: starts must be at least 1");
+    const std::vector<double>& guess = approach.plan->guess;
+    if (!guess.empty() && (guess.size() != joints || !finite(guess)))
+      faults.push_back(fmt::format("approach: plan: guess: {} values for {} joints", guess.size(), joints));
+  }
+  if (approach.sampled) {
+    check_samples(*approach.sampled, joints, faults);
+    if (approach.match || approach.final_rates || !approach.waypoints.empty())
+      faults.push_back("approach: samples say it all: no final rates and no waypoints beside them");
+  }
+  check_waypoints(problem, joints, faults);
+  if (approach.straight_in) check_straight_in(problem, faults);
+}
+
+// What acts from outside, and what is watched.
+void check_surroundings(const CaptureProblem& problem, const Model& model, std::vector<std::string>& faults) {
+  const auto known = [&](const std::string& name) {
+    return std::any_of(model.bodies().begin(), model.bodies().end(),
+                       [&](const Body& b) { return b.description.name == name; });
+  };
+  for (const LoadSetup& load : problem.loads) {
+    if (!known(load.body)) faults.push_back(fmt::format("load: unknown body '{}'", load.body));
+  }
+  for (const auto& [a, b] : problem.clearance.ignore) {
+    for (const std::string& name : {a, b}) {
+      if (!known(name)) faults.push_back(fmt::format("clearance: unknown body '{}'", name));
+    }
+  }
+  if (problem.robot.base_mode == RobotSetup::Base::fixed &&
+      ((problem.approach && problem.approach->base_control) ||
+       (problem.post_impact && problem.post_impact->base_control)))
+    faults.push_back("base control: the base is fixed");
+  if (problem.robot.base_mode == RobotSetup::Base::held && problem.approach && problem.approach->base_control)
+    faults.push_back("approach: base control: the base is held");
+  if (problem.approach && problem.approach->capture_at == ApproachSetup::CaptureAt::envelope) {
+    for (const GraspSetup& g : problem.grasps) {
+      const auto e = find_named(problem.robot.end_effectors, g.end_effector);
+      if (e != problem.robot.end_effectors.end() && !e->envelope)
+        faults.push_back(fmt::format("approach: capture at the envelope: end-effector '{}' has none", e->name));
     }
   }
 }
@@ -52,13 +178,13 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
   if (const auto& approach = problem.approach) {
     if (!(approach->duration > 0) || !std::isfinite(approach->duration))
       faults.push_back("approach: duration must be positive");
-    check_size(approach->final_position, "approach: final joint positions");
+    check_way(problem, joints, faults);
     if (approach->final_rates) check_size(*approach->final_rates, "approach: final joint rates");
     if (approach->match && problem.grasps.empty()) faults.push_back("approach: matching rates needs grasps");
-    if (approach->tracking.mode == TrackingSetup::Mode::pd) {
+    if (approach->tracking.mode != TrackingSetup::Mode::ideal) {
       check_size(approach->tracking.kp, "approach: kp");
       check_size(approach->tracking.kd, "approach: kd");
-    } else if (approach->profile == JointProfile::quartic &&
+    } else if (approach->profile == JointProfile::quartic && !approach->sampled &&
                std::any_of(problem.joint_rate.begin(), problem.joint_rate.end(), [](double r) { return r != 0; })) {
       faults.push_back(
           "approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");
@@ -157,6 +283,15 @@ BodyDescription target_body(const TargetSetup& target) {
   return body;
 }
 
+Posed own_frame(const Model& model, int body) {
+  const std::string& name = model.bodies()[body].description.name;
+  if (!name.starts_with(target_body_name(""))) return Posed::identity();
+  for (const Frame& f : model.frames()) {
+    if (f.name == name && f.body == body) return f.X_BE;
+  }
+  return Posed::identity();
+}
+
 CaptureSystem make_servicer(const CaptureProblem& problem) {
   return index(problem, servicer_builder(problem).build(), false);
 }
@@ -172,6 +307,7 @@ CaptureSystem make_capture_system(const CaptureProblem& problem) {
   check_grasps(problem, faults);
   check_phases(problem, system.robot_joints.size(), faults);
   check_initial(problem, faults);
+  check_surroundings(problem, system.model, faults);
   if (!faults.empty()) throw CaptureProblemError(fmt::format("{}", fmt::join(faults, "\n")));
   return system;
 }
@@ -182,6 +318,14 @@ State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem&
     const Body& body = system.model.bodies()[system.model.joints()[system.robot_joints[j]]];
     state.q[body.q] = problem.joint_position[j];
     if (!problem.joint_rate.empty()) state.v[body.v] = problem.joint_rate[j];
+    // Joints that follow samples exactly start as these do.
+    if (problem.approach && problem.approach->sampled &&
+        problem.approach->tracking.mode == TrackingSetup::Mode::ideal) {
+      const SampledMotion& s = *problem.approach->sampled;
+      const auto rates = s.rates.empty() ? std::span<const double>{} : std::span<const double>(s.rates[j]);
+      const JointPoint first = evaluate(interpolate_samples(s.times, s.positions[j], rates), s.times.front());
+      state.q[body.q] = first.position, state.v[body.v] = first.rate;
+    }
   }
   if (!system.model.has_free_root(system.base)) return state;
   set_root_pose(system.model, system.base, problem.X_WB, state);

@@ -43,6 +43,10 @@ CaptureSystem make_servicer(const CaptureProblem& problem);
 /// targets; targets are left at the origin at rest.
 State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem& system);
 
+/// Where a body's own frame, as the problem means it, is in the model's body: a target that hangs on an arm has its
+/// body's origin at the contact point. The identity for bodies of the robot.
+Posed own_frame(const Model& model, int body);
+
 /// Body description of a free target.
 BodyDescription target_body(const TargetSetup& target);
 

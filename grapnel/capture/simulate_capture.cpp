@@ -2,14 +2,18 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <stdexcept>
 
-#include "grapnel/capture/approach.hpp"
+#include "grapnel/capture/approach_plan.hpp"
 #include "grapnel/capture/bookkeeper.hpp"
 #include "grapnel/capture/captured_model.hpp"
 #include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/envelope.hpp"
 #include "grapnel/capture/impact_report.hpp"
+#include "grapnel/capture/phase_setups.hpp"
 #include "grapnel/capture/recorder.hpp"
+#include "grapnel/capture/watches.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
@@ -28,12 +32,15 @@ class Run {
         progress_(progress),
         result_(result),
         system_(make_capture_system(problem)),
-        recorder_(problem, system_, result.series) {}
+        recorder_(problem, system_, result.series),
+        watches_(problem),
+        gripped_(problem) {}
 
   void simulate() {
     place();
     if (problem_.approach) approach();
-    if (problem_.impact) {
+    if (!problem_.grasps.empty()) grip();
+    if (problem_.impact && !gripped_.grasps.empty()) {
       impact();
       if (problem_.post_impact) post_impact();
     }
@@ -43,6 +50,7 @@ class Run {
     bookkeeper_.write(result_.ledger);
     if (result_.impact) scale_published(result_.ledger.scale, *result_.impact);
     closure_rows();
+    watches_.write(result_);
   }
 
  private:
@@ -56,46 +64,83 @@ class Run {
       set_root_twist(system_.model, body, targets.start[t].V_WT, state_);
     }
     if (!problem_.approach) return;
-    const RatePlan plan = plan_final_rates(problem_, targets);
-    result_.planned_final_rates = plan.rates;
-    if (!plan.warning.empty()) result_.warnings.push_back(plan.warning);
+    ApproachPlan plan = plan_approach(problem_, targets);
+    result_.plan = plan.report;
+    for (const std::string& warning : plan.warnings) result_.warnings.push_back(warning);
+    if (!plan.failure.empty()) throw Failure(plan.failure);
+    trajectories_ = std::move(plan.joints);
   }
 
   // Integrates a phase of the present system, records it and moves state_ and time_ to its end.
-  void integrate(const std::string& name, PhaseSetup setup, double duration, bool controlled) {
+  void integrate(const std::string& name, PhaseSetup setup, double duration, bool controlled, bool efforts_are_cut,
+                 const StopCondition& stop = {}) {
     const double end = time_ + duration;
-    setup.start_time = time_;
-    setup.gravity = problem_.gravity;
-    setup.recover_roots = problem_.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
     PhaseDynamics dynamics(system_.model, std::move(setup));
     recorder_.begin_phase(name);
     bookkeeper_.begin_phase(controlled);
+    watches_.begin_phase(name, system_, efforts_are_cut);
     Kinematics kinematics(system_.model);
     const auto observe = [&](const PhaseSample& sample) {
       forward_kinematics(system_.model, sample.state, kinematics);
       const SystemBooks books = system_books(system_.model, kinematics, sample.state);
       bookkeeper_.sample(books, sample.integrals);
       recorder_.sample(system_, kinematics, books, sample);
+      watches_.sample(sample);
       if (progress_) progress_(name, sample.time, end);
     };
+    // Joints that follow a reference exactly are on it from the first instant on.
+    state_ = dynamics.state(time_, dynamics.initial(state_, time_));
     const PhaseOutcome outcome =
-        simulate_phase(dynamics, state_, time_, end, problem_.output_interval, problem_.integration, observe);
+        simulate_phase(dynamics, state_, time_, end, problem_.output_interval, tolerances_for(dynamics), observe, stop);
     result_.cost.push_back({name, outcome.rhs_evaluations, outcome.steps, outcome.rejected,
                             outcome.momentum_mended.linear, outcome.momentum_mended.angular});
     if (!outcome.finished) throw Failure(fmt::format("{}: {}", name, outcome.failure));
     recorder_.end_phase(outcome.integrals);
     bookkeeper_.end_phase(outcome.integrals);
+    watches_.end_phase();
     state_ = outcome.end_state;
-    time_ = end;
+    time_ = outcome.end_time;
+  }
+
+  // What acts from outside is integrated, not recovered from conserved momenta, and integration errors of the impulse
+  // show in the ledger at full size: such phases take tolerances a tenth of the others'.
+  IntegrationSetup tolerances_for(const PhaseDynamics& dynamics) const {
+    IntegrationSetup integration = problem_.integration;
+    if (!dynamics.is_disturbed()) return integration;
+    integration.relative_tolerance = std::max(1e-14, 0.1 * integration.relative_tolerance);
+    integration.absolute_tolerance *= 0.1;
+    return integration;
   }
 
   void approach() {
+    const ApproachSetup& setup = *problem_.approach;
     result_.approach_start = describe(problem_, system_, state_, time_);
-    PhaseSetup setup;
-    setup.drives = approach_drives(problem_, system_, result_.planned_final_rates);
-    setup.held_root = problem_.robot.base_mode == RobotSetup::Base::held ? system_.base : -1;
-    integrate("approach", std::move(setup), problem_.approach->duration, true);
+    StopCondition in_envelope;
+    Kinematics kinematics(system_.model);
+    if (setup.capture_at == ApproachSetup::CaptureAt::envelope) {
+      in_envelope = [&](double, const State& state) {
+        forward_kinematics(system_.model, state, kinematics);
+        return largest_excess(problem_, system_, kinematics);
+      };
+    }
+    integrate("approach", approach_setup(problem_, system_, state_, trajectories_, false), setup.duration, true,
+              setup.tracking.mode != TrackingSetup::Mode::ideal, in_envelope);
     result_.approach_end = describe(problem_, system_, state_, time_);
+  }
+
+  // Which grippers close. Those that do not leave their targets alone.
+  void grip() {
+    const std::vector<GripDecision> decisions =
+        decide_grips(problem_, system_, forward_kinematics(system_.model, state_));
+    result_.capture_time = time_;
+    gripped_.grasps.clear();
+    for (std::size_t i = 0; i < decisions.size(); ++i) {
+      const GraspSetup& g = problem_.grasps[i];
+      const GripDecision& d = decisions[i];
+      result_.grips.push_back({g.end_effector, g.target, g.grasp_point, d.captured, d.reason, d.deviation.position,
+                               d.deviation.angle, d.deviation.velocity, d.deviation.angular_velocity});
+      if (d.captured) gripped_.grasps.push_back(g);
+    }
   }
 
   // A sample outside any integration: just before and just after the impact.
@@ -115,7 +160,7 @@ class Run {
   // Sizes fit by construction, so what the solver refuses are numbers: inertias that span more than doubles resolve.
   ImpactOutcome solve_impact(const Contact& contact) const {
     try {
-      return run_impact(problem_, system_, contact, time_);
+      return run_impact(gripped_, system_, contact, time_);
     } catch (const std::invalid_argument& error) {
       throw Failure(
           fmt::format("impact at t = {:.6g} s: the system is numerically singular ({})", time_, error.what()));
@@ -124,7 +169,7 @@ class Run {
 
   void impact() {
     recorder_.begin_phase("contact");
-    const Contact contact = make_contact(problem_, system_, state_);
+    const Contact contact = make_contact(gripped_, system_, state_);
     if (!contact.refused.empty()) throw Failure("contact refused: " + contact.refused);
     if (problem_.approach) bookkeeper_.enter(momentum_about_origin(contact.state) - momentum_about_origin(state_));
     state_ = contact.state;
@@ -135,7 +180,7 @@ class Run {
     state_ = outcome.after;
     impact_rows(outcome.solution);
     if (problem_.post_impact) {
-      CapturedSystem captured = capture_targets(problem_, system_, state_, contact.grasps);
+      CapturedSystem captured = capture_targets(gripped_, system_, state_, contact.grasps);
       system_ = std::move(captured.system);
       state_ = std::move(captured.state);
       if (problem_.post_impact->joints == PostImpactSetup::Joints::braked) outcome.report.brake = brake();
@@ -170,21 +215,10 @@ class Run {
   }
 
   void post_impact() {
-    PhaseSetup setup;
     const PostImpactSetup& post = *problem_.post_impact;
-    if (post.joints != PostImpactSetup::Joints::free) {
-      setup.drives.resize(system_.model.joints().size());
-      for (std::size_t j = 0; j < system_.robot_joints.size(); ++j) {
-        JointDrive& drive = setup.drives[system_.robot_joints[j]];
-        const double angle = state_.q[system_.model.bodies()[system_.model.joints()[system_.robot_joints[j]]].q];
-        drive.path.start = drive.path.end = angle;
-        drive.path.duration = post.duration;
-        const bool braked = post.joints == PostImpactSetup::Joints::braked;
-        drive.control = braked ? JointControl::prescribed : JointControl::pd;
-        if (!braked) drive.kp = post.kp[j], drive.kd = post.kd[j];
-      }
-    }
-    integrate("post_impact", std::move(setup), post.duration, post.joints == PostImpactSetup::Joints::pd);
+    const bool pd = post.joints == PostImpactSetup::Joints::pd;
+    integrate("post_impact", post_impact_setup(problem_, system_, state_), post.duration,
+              pd || post.base_control.has_value(), pd);
     result_.post_impact_end = describe(problem_, system_, state_, time_);
   }
 
@@ -217,6 +251,9 @@ class Run {
   CaptureSystem system_;
   Recorder recorder_;
   Bookkeeper bookkeeper_;
+  Watches watches_;
+  CaptureProblem gripped_;                     // the problem with those grasps alone whose grips close
+  std::vector<JointTrajectory> trajectories_;  // of the approach, per robot joint
   State state_;
   double time_ = 0;
 };

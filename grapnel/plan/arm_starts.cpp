@@ -13,9 +13,36 @@ constexpr int kTrials = 40;     // random beginnings per arm
 constexpr int kKept = 8;        // solutions per arm
 constexpr double kGood = 1e-6;  // the base moves anyway, so this is enough [m and rad]
 
-// Inverse kinematics of some joints with the base still, by damped Newton steps. Whether it arrives.
-bool still_base_ik(FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, const std::vector<int>& joints,
-                   const ReachProblem& problem, std::vector<double>& theta) {
+}  // namespace
+
+std::vector<Arm> split_arms(const FloatingBase& base, std::span<const Goal> goals) {
+  std::vector<Arm> arms;
+  for (const Goal& goal : goals) {
+    Arm arm;
+    arm.goals.push_back(goal);
+    for (int j = 0; j < base.joints(); ++j) {
+      if (base.carries(j, goal.frame)) arm.joints.push_back(j);
+    }
+    // Arms that share a joint become one.
+    for (std::size_t i = arms.size(); i-- > 0;) {
+      const bool shared = std::any_of(arms[i].joints.begin(), arms[i].joints.end(), [&](int j) {
+        return std::find(arm.joints.begin(), arm.joints.end(), j) != arm.joints.end();
+      });
+      if (!shared) continue;
+      arm.goals.insert(arm.goals.begin(), arms[i].goals.begin(), arms[i].goals.end());
+      arm.joints.insert(arm.joints.end(), arms[i].joints.begin(), arms[i].joints.end());
+      arms.erase(arms.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+    std::sort(arm.joints.begin(), arm.joints.end());
+    arm.joints.erase(std::unique(arm.joints.begin(), arm.joints.end()), arm.joints.end());
+    arms.push_back(std::move(arm));
+  }
+  return arms;
+}
+
+bool still_base_ik(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
+                   std::vector<double>& theta) {
+  const std::vector<int>& joints = arm.joints;
   std::vector<double> lower, upper, x;
   for (int j : joints) lower.push_back(problem.lower[j]), upper.push_back(problem.upper[j]), x.push_back(theta[j]);
   Eigen::VectorXd e;
@@ -24,11 +51,13 @@ bool still_base_ik(FloatingBase& base, const Posed& X_WB, std::span<const Goal> 
   for (int i = 0; i < 60; ++i) {
     for (std::size_t k = 0; k < joints.size(); ++k) theta[joints[k]] = x[k];
     base.place(theta);
-    goal_error(base, X_WB, goals, e, J, unused);
+    goal_error(base, X_WB, arm.goals, e, J, unused);
     if (!e.allFinite()) return false;
     if (e.lpNorm<Eigen::Infinity>() < kGood) return true;
-    if (i > 20 && e.norm() > 0.9 * last) return false;
-    if (i % 10 == 0) last = e.norm();
+    if (i % 10 == 9) {
+      if (e.norm() > 0.7 * last) return false;
+      last = e.norm();
+    }
     NewtonStep step = least_norm_step(J(Eigen::all, joints), e, x, lower, upper, 0.02);
     const double longest = step.d.lpNorm<Eigen::Infinity>();
     if (longest > 0.5) step.d *= 0.5 / longest;
@@ -39,12 +68,16 @@ bool still_base_ik(FloatingBase& base, const Posed& X_WB, std::span<const Goal> 
   return false;
 }
 
-}  // namespace
-
 ArmStarts::ArmStarts(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB)
     : base_(base), problem_(problem), random_(problem.seed ^ 0x9e3779b97f4a7c15ull) {
-  split_arms();
-  for (Arm& arm : arms_) solve(arm, X_WB);
+  for (Arm& arm : split_arms(base, problem.goals)) {
+    arms_.push_back({std::move(arm), {}});
+    solve(arms_.back(), X_WB);
+  }
+}
+
+bool ArmStarts::complete() const {
+  return std::all_of(arms_.begin(), arms_.end(), [](const Solved& s) { return !s.solutions.empty(); });
 }
 
 double ArmStarts::uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
@@ -62,30 +95,8 @@ std::vector<double> ArmStarts::random_values() {
   return theta;
 }
 
-void ArmStarts::split_arms() {
-  for (const Goal& goal : problem_.goals) {
-    Arm arm;
-    arm.goals.push_back(goal);
-    for (int j = 0; j < base_.joints(); ++j) {
-      if (base_.carries(j, goal.frame)) arm.joints.push_back(j);
-    }
-    // Arms that share a joint become one.
-    for (std::size_t i = arms_.size(); i-- > 0;) {
-      const bool shared = std::any_of(arms_[i].joints.begin(), arms_[i].joints.end(), [&](int j) {
-        return std::find(arm.joints.begin(), arm.joints.end(), j) != arm.joints.end();
-      });
-      if (!shared) continue;
-      arm.goals.insert(arm.goals.begin(), arms_[i].goals.begin(), arms_[i].goals.end());
-      arm.joints.insert(arm.joints.end(), arms_[i].joints.begin(), arms_[i].joints.end());
-      arms_.erase(arms_.begin() + static_cast<std::ptrdiff_t>(i));
-    }
-    std::sort(arm.joints.begin(), arm.joints.end());
-    arm.joints.erase(std::unique(arm.joints.begin(), arm.joints.end()), arm.joints.end());
-    arms_.push_back(std::move(arm));
-  }
-}
-
-void ArmStarts::solve(Arm& arm, const Posed& X_WB) {
+void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
+  const Arm& arm = solved.arm;
   if (arm.joints.empty()) return;
   std::vector<std::pair<double, std::vector<double>>> found;
   for (int trial = 0; trial < kTrials && static_cast<int>(found.size()) < 2 * kKept; ++trial) {
@@ -94,7 +105,7 @@ void ArmStarts::solve(Arm& arm, const Posed& X_WB) {
     // The first trials stay near the guess.
     const double spread = trial == 0 ? 0 : std::min(1.0, 0.1 * trial);
     for (int j : arm.joints) theta[j] = (1 - spread) * theta[j] + spread * random[j];
-    if (!still_base_ik(base_, X_WB, arm.goals, arm.joints, problem_, theta)) continue;
+    if (!still_base_ik(base_, X_WB, arm, problem_, theta)) continue;
     const double measure = problem_.measure.value(base_, arm.goals, theta, nullptr);
     std::vector<double> values;
     for (int j : arm.joints) values.push_back(theta[j]);
@@ -107,21 +118,22 @@ void ArmStarts::solve(Arm& arm, const Posed& X_WB) {
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   if (found.size() > kKept) found.resize(kKept);
-  for (auto& f : found) arm.solutions.push_back(std::move(f.second));
+  for (auto& f : found) solved.solutions.push_back(std::move(f.second));
 }
 
 std::vector<double> ArmStarts::next() {
   std::vector<double> theta = problem_.guess;
   const std::vector<double> random = random_values();
   std::size_t stride = served_;
-  for (const Arm& arm : arms_) {
-    const std::size_t count = arm.solutions.size();
+  for (const Solved& solved : arms_) {
+    const Arm& arm = solved.arm;
+    const std::size_t count = solved.solutions.size();
     // All arms' k-th solutions first, later mixed; once all have been served, random beginnings.
     const bool fresh = count > 0 && served_ < 2 * count;
     const std::size_t pick = count > 0 ? stride % count : 0;
     for (std::size_t k = 0; k < arm.joints.size(); ++k) {
       const int j = arm.joints[k];
-      theta[j] = fresh ? arm.solutions[pick][k] : random[j];
+      theta[j] = fresh ? solved.solutions[pick][k] : random[j];
     }
     if (served_ >= count) ++stride;
   }

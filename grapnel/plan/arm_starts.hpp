@@ -10,28 +10,40 @@
 
 namespace grapnel {
 
+/// Goals whose chains share joints, and these joints.
+struct Arm {
+  std::vector<Goal> goals;
+  std::vector<int> joints;
+};
+std::vector<Arm> split_arms(const FloatingBase& base, std::span<const Goal> goals);
+
+/// Inverse kinematics of an arm with the base still at X_WB, by damped Newton steps from `theta` (all joints; those of
+/// the arm are changed). Whether it arrives within 1e-6 [m and rad].
+bool still_base_ik(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
+                   std::vector<double>& theta);
+
 class ArmStarts {
  public:
-  /// Solves each arm (goals whose chains share joints belong together) from many random beginnings, with the base at
+  /// Solves each arm from many random beginnings, with the base at
   /// X_WB, and orders its solutions by the problem's measure.
   ArmStarts(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB);
   /// The next beginning: first every arm's best, then the others in turn; where an arm has no solution, random values.
   std::vector<double> next();
+  /// Whether every arm has a solution.
+  bool complete() const;
 
  private:
-  struct Arm {
-    std::vector<Goal> goals;
-    std::vector<int> joints;
+  struct Solved {
+    Arm arm;
     std::vector<std::vector<double>> solutions;  // per solution, per joint of the arm; the best first
   };
-  void split_arms();
-  void solve(Arm& arm, const Posed& X_WB);
+  void solve(Solved& solved, const Posed& X_WB);
   std::vector<double> random_values();
   double uniform();
 
   FloatingBase& base_;
   const ReachProblem& problem_;
-  std::vector<Arm> arms_;
+  std::vector<Solved> arms_;
   std::mt19937_64 random_;
   std::size_t served_ = 0;
 };

@@ -51,9 +51,13 @@ class Search {
     attempt(guess);
     const bool first_is_enough = problem_.measure.kind == Measure::Kind::as_found;
     if (problem_.starts > 1 && !(first_is_enough && !solutions_.empty())) {
-      // The base is kept where the closest attempt so far has taken it.
-      ArmStarts beginnings(base_, problem_, closest_.valid ? closest_.X_WB : problem_.start.X_WB);
-      while (result_.starts < problem_.starts && !enough()) attempt(beginnings.next());
+      // The base is kept where the best attempt so far has taken it, unless that led nowhere.
+      const bool near = closest_.valid && closest_.size() < 0.3 * first_error_;
+      ArmStarts beginnings(base_, problem_, near ? closest_.X_WB : problem_.start.X_WB);
+      // An arm that does not reach its goal with the base still hardly does while the base moves.
+      constexpr int kHopeless = 3;
+      const int most = beginnings.complete() ? problem_.starts : std::min(problem_.starts, kHopeless);
+      while (result_.starts < most && !enough()) attempt(beginnings.next());
     }
     choose();
     result_.rhs_evaluations = shooting_.rhs_evaluations();
@@ -67,14 +71,21 @@ class Search {
   void attempt(const std::vector<double>& from) {
     ++result_.starts;
     const std::vector<double> rest(from.size(), 0.0);
-    std::optional<Shot> end = newton(shooting_.shoot(from, rest));
+    Shot first = shooting_.shoot(from, rest);
+    if (result_.starts == 1 && first.valid) first_error_ = first.size();
+    std::optional<Shot> end = newton(std::move(first));
     if (end) solutions_.push_back(std::move(*end));
   }
 
   // Newton's method with steps of least norm, shortened until the error falls. Empty if it comes to rest elsewhere.
   std::optional<Shot> newton(Shot shot) {
-    constexpr int kMost = 60;
+    constexpr int kMost = 60, kPatience = 8;
+    double before = std::numeric_limits<double>::infinity();
     for (int i = 0; shot.valid && i < kMost; ++i) {
+      if (i % kPatience == kPatience - 1) {
+        if (shot.size() > 0.5 * before) return std::nullopt;  // creeping
+        before = shot.size();
+      }
       if (!closest_.valid || shot.size() < closest_.size()) closest_ = shot;
       if (shot.error.size() == 0 || shot.error.lpNorm<Eigen::Infinity>() <= 1e-2 * kArrived) return shot;
       const NewtonStep step =
@@ -104,7 +115,9 @@ class Search {
     result_.found = !solutions_.empty();
     if (!result_.found) {
       take(closest_);
-      result_.failure = explain_failure(base_, problem_, shooting_, closest_);
+      const Failure why = explain_failure(base_, problem_, closest_);
+      result_.failure = why.text;
+      result_.miss = why.miss;
       return;
     }
     std::sort(solutions_.begin(), solutions_.end(),
@@ -137,6 +150,7 @@ class Search {
   Shooting shooting_;
   std::vector<Shot> solutions_;
   Shot closest_;
+  double first_error_ = 0;
   ReachSolution result_;
 };
 

@@ -2,15 +2,19 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <exception>
+#include <nlopt.hpp>
 #include <numbers>
+#include <random>
 
-#include "grapnel/plan/newton_step.hpp"
+#include "grapnel/plan/arm_starts.hpp"
 
 namespace grapnel {
 namespace {
+
+constexpr double kBlamed = 1e-5;  // an arm that comes nearer than this is not what stops the plan [m and rad]
 
 int rows_of(const Goal& g) {
   return g.orientation == Goal::Orientation::free ? 3 : g.orientation == Goal::Orientation::axis ? 5 : 6;
@@ -63,13 +67,98 @@ std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal
                      model.bodies()[reach.first_body].description.joint.name, reach.length);
 }
 
-std::string at_limits(const FloatingBase& base, const ReachProblem& problem, const Shot& closest, const Goal& goal) {
+// An arm as near to its goals as it goes.
+struct Nearest {
+  Eigen::VectorXd error;
+  Eigen::MatrixXd J;  // per joint of the arm
+};
+
+struct StillArm {
+  FloatingBase& base;
+  const Posed& X_WB;
+  const Arm& arm;
+  std::vector<double> theta;  // all joints
+
+  Nearest at(const std::vector<double>& x) {
+    for (std::size_t k = 0; k < x.size(); ++k) theta[arm.joints[k]] = x[k];
+    base.place(theta);
+    Nearest n;
+    Eigen::MatrixXd J, unused;
+    goal_error(base, X_WB, arm.goals, n.error, J, unused);
+    n.J = J(Eigen::all, arm.joints);
+    return n;
+  }
+};
+
+double half_square(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
+  const Nearest n = static_cast<StillArm*>(data)->at(x);
+  if (!gradient.empty()) {
+    Eigen::Map<Eigen::VectorXd>(gradient.data(), static_cast<Eigen::Index>(gradient.size())) =
+        n.J.transpose() * n.error;
+  }
+  return 0.5 * n.error.squaredNorm();
+}
+
+// Least squares from theta; leaves the result there.
+Nearest approach_goals(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
+                       std::vector<double>& theta) {
+  StillArm still{base, X_WB, arm, theta};
+  std::vector<double> x, lower, upper;
+  for (int j : arm.joints) {
+    x.push_back(std::clamp(theta[j], problem.lower[j], problem.upper[j]));
+    lower.push_back(problem.lower[j]), upper.push_back(problem.upper[j]);
+  }
+  if (!x.empty()) {
+    nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(x.size()));
+    optimizer.set_lower_bounds(lower);
+    optimizer.set_upper_bounds(upper);
+    optimizer.set_min_objective(half_square, &still);
+    optimizer.set_xtol_rel(1e-9);
+    optimizer.set_maxeval(300);
+    double least = 0;
+    try {
+      optimizer.optimize(x, least);
+    } catch (const std::exception&) {
+      // Roundoff at a singularity: x is as near as it came.
+    }
+  }
+  Nearest n = still.at(x);
+  theta = still.theta;
+  return n;
+}
+
+// The best of several beginnings: where joints are, and random values.
+Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
+                        std::vector<double>& theta) {
+  constexpr int kTrials = 12;
+  std::mt19937_64 random(problem.seed + 1);
+  std::vector<double> best_theta = theta;
+  Nearest best = approach_goals(base, X_WB, arm, problem, best_theta);
+  for (int trial = 0; trial < kTrials && best.error.norm() > 1e-7; ++trial) {
+    std::vector<double> from = theta;
+    for (int j : arm.joints) {
+      const double u = static_cast<double>(random() >> 11) * 0x1p-53, start = problem.start.position[j];
+      const double low = std::max(problem.lower[j], start - std::numbers::pi);
+      const double high = std::min(problem.upper[j], start + std::numbers::pi);
+      from[j] = low + (high - low) * u;
+    }
+    const Nearest n = approach_goals(base, X_WB, arm, problem, from);
+    if (n.error.norm() < 0.999 * best.error.norm()) best = n, best_theta = from;
+  }
+  theta = best_theta;
+  return best;
+}
+
+// Limits that the joints would have to pass to come nearer: the gradient pushes against them.
+std::string at_limits(const FloatingBase& base, const ReachProblem& problem, const Arm& arm,
+                      const std::vector<double>& theta, const Eigen::VectorXd& gradient) {
   const Model& model = base.model();
   std::string text;
-  for (int j = 0; j < base.joints(); ++j) {
-    if (!base.carries(j, goal.frame)) continue;
-    const bool low = closest.position[j] <= problem.lower[j] + 1e-9;
-    const bool high = closest.position[j] >= problem.upper[j] - 1e-9;
+  for (std::size_t k = 0; k < arm.joints.size(); ++k) {
+    const int j = arm.joints[k];
+    const double g = gradient[static_cast<Eigen::Index>(k)];
+    const bool low = theta[j] <= problem.lower[j] + 1e-7 && g > 1e-9;
+    const bool high = theta[j] >= problem.upper[j] - 1e-7 && g < -1e-9;
     if (!low && !high) continue;
     text += fmt::format("{}joint '{}' is at its {} limit {:.6g}", text.empty() ? "" : ", ",
                         model.bodies()[model.joints()[j]].description.joint.name, low ? "lower" : "upper",
@@ -78,21 +167,13 @@ std::string at_limits(const FloatingBase& base, const ReachProblem& problem, con
   return text;
 }
 
-// What stops a goal, by what can be shown about the closest attempt.
-std::string cause(FloatingBase& base, const ReachProblem& problem, const Shot& closest, const Goal& goal, int row) {
-  base.place(closest.position);
-  if (std::string text = beyond_reach(base, closest.X_WB, goal); !text.empty()) return text;
-  if (std::string text = at_limits(base, problem, closest, goal); !text.empty()) return text;
-  const int rows = rows_of(goal);
-  const Eigen::MatrixXd J = closest.J.middleRows(row, rows);
-  const Eigen::VectorXd e = closest.error.segment(row, rows);
-  // At a singularity the error points where no joint leads: J^T e vanishes while e does not.
-  const double gradient = (J.transpose() * e).norm(), size = e.norm() * J.norm();
-  if (gradient < 1e-2 * size) {
-    return "its Jacobian is singular there: no joint moves it towards the point (the arm is stretched out or folded, "
-           "or the direction is one that its joints cannot give)";
-  }
-  return fmt::format("no solution from {} beginnings; more may find one (approach.plan.starts)", problem.starts);
+std::string cause(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB, const Arm& arm, const Goal& goal,
+                  const std::vector<double>& theta, const Nearest& nearest) {
+  if (std::string text = beyond_reach(base, X_WB, goal); !text.empty()) return text;
+  const Eigen::VectorXd gradient = nearest.J.transpose() * nearest.error;
+  if (std::string text = at_limits(base, problem, arm, theta, gradient); !text.empty()) return text;
+  return "its Jacobian is singular there: no joint moves it nearer (the arm is stretched out or folded, or its joints "
+         "do not give the direction or orientation asked for)";
 }
 
 }  // namespace
@@ -110,25 +191,45 @@ std::vector<GoalMiss> misses(std::span<const Goal> goals, const Eigen::VectorXd&
   return result;
 }
 
-std::string explain_failure(FloatingBase& base, const ReachProblem& problem, Shooting&, const Shot& closest) {
-  if (!closest.valid) {
-    return "the motion of the base, or joint rates that meet the demand, could not be computed from any beginning: the "
-           "demanded end-effector motion may be singular everywhere near";
-  }
-  const std::vector<GoalMiss> miss = misses(problem.goals, closest.error);
-  std::string text;
-  int row = 0;
-  for (std::size_t i = 0; i < miss.size(); ++i) {
-    const Goal& goal = problem.goals[i];
-    if (miss[i].distance > kArrived || miss[i].angle > kArrived) {
-      text += fmt::format("{}end-effector '{}' comes no closer than {:.4g} m", text.empty() ? "" : "; ", goal.name,
-                          miss[i].distance);
-      if (goal.orientation != Goal::Orientation::free) text += fmt::format(" and {:.4g} rad", miss[i].angle);
-      text += ": " + cause(base, problem, closest, goal, row);
+Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const Shot& closest) {
+  const std::vector<Arm> arms = split_arms(base, problem.goals);
+  // Brings each arm as near as it goes, flies there, ends at rest, and again with the base where it then is.
+  std::vector<double> theta = closest.valid ? closest.position : problem.guess;
+  Posed X_WB = problem.start.X_WB;
+  std::vector<Nearest> nearest(arms.size());
+  Leg leg(base, problem.start, problem.motion, 1e-9, 1e-11);
+  const std::vector<double> at_rest(theta.size(), 0.0);
+  for (int i = 0; i < 4; ++i) {
+    for (std::size_t a = 0; a < arms.size(); ++a) {
+      nearest[a] = i == 0 ? nearest_of_many(base, X_WB, arms[a], problem, theta)
+                          : approach_goals(base, X_WB, arms[a], problem, theta);
     }
-    row += rows_of(goal);
+    if (const LegEnd end = leg.fly(theta, at_rest, false); i < 3 && end.finished) X_WB = end.X_WB;
   }
-  return text;
+  Failure failure;
+  failure.miss.resize(problem.goals.size());
+  for (std::size_t a = 0; a < arms.size(); ++a) {
+    const std::vector<GoalMiss> miss = misses(arms[a].goals, nearest[a].error);
+    for (std::size_t i = 0; i < miss.size(); ++i) {
+      const Goal& goal = arms[a].goals[i];
+      for (std::size_t g = 0; g < problem.goals.size(); ++g) {
+        if (problem.goals[g].frame == goal.frame) failure.miss[g] = miss[i];
+      }
+      if (miss[i].distance < kBlamed && miss[i].angle < kBlamed) continue;
+      failure.text += fmt::format("{}end-effector '{}' comes no closer than {:.4g} m", failure.text.empty() ? "" : "; ",
+                                  goal.name, miss[i].distance);
+      if (goal.orientation != Goal::Orientation::free) failure.text += fmt::format(" and {:.4g} rad", miss[i].angle);
+      failure.text += ": " + cause(base, problem, X_WB, arms[a], goal, theta, nearest[a]);
+    }
+  }
+  if (failure.text.empty()) {
+    if (closest.valid) failure.miss = misses(problem.goals, closest.error);
+    failure.text = fmt::format(
+        "every arm by itself reaches its point, but no motion was found from {} beginnings that brings all there with "
+        "the demanded final motion; a longer duration, other final_rates, or more approach.plan.starts may help",
+        problem.starts);
+  }
+  return failure;
 }
 
 }  // namespace grapnel

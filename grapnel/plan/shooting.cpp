@@ -8,7 +8,9 @@ namespace grapnel {
 namespace {
 
 // The base's motion is integrated this well; positions come out to about 1e-12 m.
-constexpr double kRelativeTolerance = 1e-11, kAbsoluteTolerance = 1e-13;
+constexpr double kRelativeTolerance = 1e-12, kAbsoluteTolerance = 1e-14;
+// Rates at the end that turn a joint this far within the leg are no plan, and cost endless steps [rad or m].
+constexpr double kWildest = 200;
 // Steps of the central differences of rho: it is cheap, smooth and of order one.
 constexpr double kStep = 1e-5;
 
@@ -81,6 +83,7 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
     const Eigen::VectorXd wanted = rho(end.X_WB, &shot.unmet);
     const Eigen::VectorXd gap = wanted - Eigen::Map<const Eigen::VectorXd>(shot.rate.data(), n);
     if (!gap.allFinite()) return shot;
+    if (wanted.lpNorm<Eigen::Infinity>() * (problem_.start.end - problem_.start.begin) > kWildest) return shot;
     const double size = gap.lpNorm<Eigen::Infinity>(), scale = std::max(1.0, wanted.lpNorm<Eigen::Infinity>());
     rho_xi = rho_per_displacement(end.X_WB);
     if (size <= 1e-13 * scale || (size <= 1e-10 * scale && size > 0.3 * last)) break;

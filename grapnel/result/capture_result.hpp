@@ -4,11 +4,14 @@
 /// What a capture leaves behind: plain data, SI units, vectors in the world frame W unless a name says otherwise.
 /// Filled by simulate_capture(), read by the writers and reports. Thread safety: plain values.
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "grapnel/clearance/clearance_result.hpp"
 #include "grapnel/result/ledger.hpp"
+#include "grapnel/result/plan_report.hpp"
 #include "grapnel/result/time_series.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
 
@@ -43,6 +46,19 @@ struct EndEffectorMotion {
   double miss_distance = 0;  // [m]
   Vector3d relative_velocity = Vector3d::zero();
   Vector3d relative_angular_velocity = Vector3d::zero();
+};
+
+/// Whether one grip closes at the instant of capture: what success means.
+struct GripOutcome {
+  std::string end_effector;
+  std::string target;
+  std::string grasp_point;
+  bool captured = false;
+  std::string reason;           // in words
+  double distance = 0;          // from the grasp point [m]
+  double angle = 0;             // of what the grasp's orientation asks for; 0 if it is free [rad]
+  double velocity = 0;          // relative speed [m/s]
+  double angular_velocity = 0;  // relative [rad/s]
 };
 
 /// The system at the end of a phase.
@@ -147,9 +163,18 @@ struct CaptureResult {
   std::vector<std::string> warnings;
   std::optional<PhaseEnd> approach_start;
   std::optional<PhaseEnd> approach_end;
-  std::vector<double> planned_final_rates;  // joint rates the approach aimed at
+  std::optional<PlanReport> plan;  // of the approach
+  double capture_time = 0;         // when the grips were to close [s]
+  std::vector<GripOutcome> grips;  // per grasp; empty where the run did not come so far
+  /// All grips closed.
+  bool captured() const {
+    return !grips.empty() && std::all_of(grips.begin(), grips.end(), [](const GripOutcome& g) { return g.captured; });
+  }
   std::optional<ImpactReport> impact;
   std::optional<PhaseEnd> post_impact_end;
+  std::vector<LeastClearance> clearance;  // per phase in which bodies with shapes were watched
+  std::vector<ClearanceEvent> clearance_events;
+  std::vector<LimitEvent> limit_events;
   Ledger ledger;
   std::vector<PhaseCost> cost;
   TimeSeries series;

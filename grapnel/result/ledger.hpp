@@ -17,6 +17,10 @@ struct LedgerEntry {
   std::string unit = "1";
   std::string note;     // what is compared, over which phases
   bool applies = true;  // false: there is nothing to check in this run (no closed loop, say); value is then 0
+  /// conservation: a failure means that the computation cannot be trusted. feasibility: it means that the robot could
+  /// not do this (limits passed, bodies that overlap).
+  enum class Kind { conservation, feasibility };
+  Kind kind = Kind::conservation;
   bool pass() const { return !applies || value <= bound; }  // NaN fails
 };
 
@@ -30,9 +34,15 @@ struct LedgerScale {
 struct Ledger {
   std::vector<LedgerEntry> entries;
   LedgerScale scale;
-  bool pass() const {
+  /// Whether the physics was kept.
+  bool pass() const { return passes(LedgerEntry::Kind::conservation); }
+  /// Whether joints stayed within their limits and bodies clear of each other.
+  bool feasible() const { return passes(LedgerEntry::Kind::feasibility); }
+
+ private:
+  bool passes(LedgerEntry::Kind kind) const {
     for (const LedgerEntry& e : entries) {
-      if (!e.pass()) return false;
+      if (e.kind == kind && !e.pass()) return false;
     }
     return true;
   }

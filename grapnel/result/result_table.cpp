@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "grapnel/result/text_table.hpp"
 
@@ -24,6 +26,66 @@ std::string grip(const std::string& end_effector, const std::string& target, con
   return end_effector + " -> " + target + (grasp_point.empty() ? "" : "/" + grasp_point);
 }
 
+// "captured: yes (2 of 2 grips)"
+std::string capture_line(const CaptureResult& result) {
+  if (result.grips.empty()) return "";
+  const auto closed =
+      std::count_if(result.grips.begin(), result.grips.end(), [](const GripOutcome& g) { return g.captured; });
+  std::string out = fmt::format("captured: {} ({} of {} grips, t = {} s)\n", result.captured() ? "yes" : "NO", closed,
+                                result.grips.size(), number(result.capture_time));
+  for (const GripOutcome& g : result.grips) {
+    if (!g.captured) out += paragraph(grip(g.end_effector, g.target, g.grasp_point) + ": " + g.reason, "  ");
+  }
+  return out;
+}
+
+// What makes the motion infeasible, the worst of each pair of bodies or joint limit once, in the order of time.
+std::vector<std::string> infeasibilities(const CaptureResult& result) {
+  std::map<std::string, ClearanceEvent> pairs;
+  for (const ClearanceEvent& e : result.clearance_events) {
+    const auto [at, fresh] = pairs.emplace(e.least.body_a + " and " + e.least.body_b, e);
+    if (!fresh && e.least.distance < at->second.least.distance) at->second = e;
+  }
+  std::vector<std::pair<double, std::string>> found;
+  for (const auto& [bodies, e] : pairs) {
+    const std::string how = e.least.distance < 0 ? fmt::format("overlap by {} m", number(-e.least.distance))
+                                                 : fmt::format("come within {} m", number(e.least.distance));
+    found.emplace_back(-e.least.distance,
+                       fmt::format("{} {} at t = {} s ({})", bodies, how, number(e.least.time), e.phase));
+  }
+  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::vector<std::string> texts;
+  for (auto& f : found) texts.push_back(std::move(f.second));
+  std::set<std::string> seen;
+  for (const LimitEvent& e : result.limit_events) {
+    if (e.kind == LimitKind::effort_saturated) continue;
+    if (!seen.insert(limit_kind_name(e.kind) + e.joint).second) continue;
+    texts.push_back(fmt::format("{} of joint {} passes its limit {} at t = {} s ({})", limit_kind_name(e.kind), e.joint,
+                                number(e.limit), number(e.begin_time), e.phase));
+  }
+  return texts;
+}
+
+std::string ledger_line(const CaptureResult& result) {
+  int checked = 0, failing = 0;
+  for (const LedgerEntry& e : result.ledger.entries) {
+    if (e.kind == LedgerEntry::Kind::feasibility || !e.applies) continue;
+    ++checked;
+    failing += !e.pass();
+  }
+  if (checked == 0) return "ledger: empty\n";
+  std::string out =
+      failing > 0 ? fmt::format("ledger: FAILS, {} of {} conserved quantities outside their bounds\n", failing, checked)
+                  : "ledger: the books balance, every conserved quantity is within its bound\n";
+  if (result.ledger.feasible()) return out;
+  const std::vector<std::string> why = infeasibilities(result);
+  constexpr std::size_t kShown = 4;
+  const std::size_t shown = std::min(kShown, why.size());
+  std::string text = fmt::format("feasible: NO; {}", fmt::join(why.begin(), why.begin() + shown, "; "));
+  if (why.size() > shown) text += fmt::format("; and {} more, see summary.json", why.size() - shown);
+  return out + paragraph(text, "");
+}
+
 std::string verdict(const CaptureResult& result) {
   std::string text;
   switch (result.status) {
@@ -38,19 +100,26 @@ std::string verdict(const CaptureResult& result) {
       break;
   }
   std::string out = paragraph(result.scenario_name + ": " + text, "");
-  const auto failing = std::count_if(result.ledger.entries.begin(), result.ledger.entries.end(),
-                                     [](const auto& e) { return !e.pass(); });
-  if (result.ledger.entries.empty()) {
-    out += "ledger: empty\n";
-  } else if (failing == 0) {
-    out +=
-        fmt::format("ledger: all {} quantities within their bounds or not applicable\n", result.ledger.entries.size());
-  } else {
-    out +=
-        fmt::format("ledger: FAILS, {} of {} quantities outside their bounds\n", failing, result.ledger.entries.size());
-  }
+  out += capture_line(result) + ledger_line(result);
   for (const std::string& warning : result.warnings) out += paragraph("warning: " + warning, "");
   return out;
+}
+
+// What planning has found, where it had to look for something.
+std::string plan_table(const CaptureResult& result) {
+  if (!result.plan || !result.plan->searched) return "";
+  const PlanReport& plan = *result.plan;
+  std::string out = fmt::format("\nplan: {}, {} of {} beginnings, {} Newton steps, measure {} = {}\n",
+                                plan.found ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations,
+                                plan.measure, number(plan.measure_value));
+  TextTable table;
+  table.row({"joint", "final value", "final rate"});
+  table.row({"", "rad or m", "rad/s or m/s"});
+  for (std::size_t j = 0; j < plan.joints.size() && j < plan.final_position.size(); ++j) {
+    table.row(
+        {plan.joints[j], fmt::format("{:.6f}", plan.final_position[j]), fmt::format("{:.6f}", plan.final_rates[j])});
+  }
+  return out + table.text();
 }
 
 std::string approach_table(const CaptureResult& result) {
@@ -152,6 +221,17 @@ std::string post_impact_table(const CaptureResult& result) {
   return fmt::format("\nafter the impact, at its end (t = {} s)\n", number(end.time)) + base.text();
 }
 
+std::string clearance_table(const CaptureResult& result) {
+  if (result.clearance.empty()) return "";
+  TextTable table;
+  table.row({"least clearance", "distance", "time", "bodies"});
+  table.row({"", "m", "s", ""});
+  for (const LeastClearance& c : result.clearance) {
+    table.row({c.phase, number(c.distance), number(c.time), c.body_a + ", " + c.body_b});
+  }
+  return "\n" + table.text();
+}
+
 std::string ledger_table(const Ledger& ledger) {
   if (ledger.entries.empty()) return "";
   TextTable table;
@@ -174,8 +254,8 @@ std::string ledger_table(const Ledger& ledger) {
 }  // namespace
 
 std::string result_table(const CaptureResult& result) {
-  return verdict(result) + approach_table(result) + impact_table(result) + post_impact_table(result) +
-         ledger_table(result.ledger);
+  return verdict(result) + plan_table(result) + approach_table(result) + impact_table(result) +
+         post_impact_table(result) + clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

@@ -21,6 +21,11 @@ Json to_json(const JointImpulse& joint);
 Json to_json(const AsPublished::Grasp& grasp);
 Json to_json(const BodyMotion& body);
 Json to_json(const PhaseCost& cost);
+Json to_json(const GripOutcome& grip);
+Json to_json(const LeastClearance& least);
+Json to_json(const ClearanceEvent& event);
+Json to_json(const LimitEvent& event);
+Json to_json(const PlannedMiss& miss);
 
 template <class T>
 Json list(const std::vector<T>& items) {
@@ -142,13 +147,19 @@ Json to_json(const ImpactReport& impact) {
 Json to_json(const Ledger& ledger) {
   Json json = Json::object();
   for (const LedgerEntry& entry : ledger.entries) {
-    json[entry.name] = {{"value", entry.value}, {"bound", entry.bound}, {"pass", entry.pass()},
-                        {"unit", entry.unit},   {"note", entry.note},   {"applies", entry.applies}};
+    json[entry.name] = {{"value", entry.value},
+                        {"bound", entry.bound},
+                        {"pass", entry.pass()},
+                        {"unit", entry.unit},
+                        {"note", entry.note},
+                        {"applies", entry.applies},
+                        {"kind", entry.kind == LedgerEntry::Kind::conservation ? "conservation" : "feasibility"}};
   }
   json["scale"] = {{"linear_momentum", ledger.scale.linear_momentum},
                    {"angular_momentum", ledger.scale.angular_momentum},
                    {"energy", ledger.scale.energy}};
   json["pass"] = ledger.pass();
+  json["feasible"] = ledger.feasible();
   return json;
 }
 
@@ -157,6 +168,75 @@ Json to_json(const PhaseCost& cost) {
           {"rhs_evaluations", cost.rhs_evaluations},
           {"steps", cost.steps},
           {"rejected", cost.rejected}};
+}
+
+Json to_json(const GripOutcome& grip) {
+  return {{"end_effector", grip.end_effector},
+          {"target", grip.target},
+          {"grasp_point", grip.grasp_point},
+          {"captured", grip.captured},
+          {"reason", grip.reason},
+          {"distance", grip.distance},
+          {"angle", grip.angle},
+          {"velocity", grip.velocity},
+          {"angular_velocity", grip.angular_velocity}};
+}
+
+Json to_json(const LeastClearance& least) {
+  return {{"phase", least.phase},
+          {"distance", least.distance},
+          {"bodies", {least.body_a, least.body_b}},
+          {"points", {to_json(least.point_a), to_json(least.point_b)}},
+          {"time", least.time}};
+}
+
+Json to_json(const ClearanceEvent& event) {
+  return {{"phase", event.phase},          {"bodies", {event.least.body_a, event.least.body_b}},
+          {"begin", event.begin_time},     {"end", event.end_time},
+          {"required", event.required},    {"least_distance", event.least.distance},
+          {"least_time", event.least.time}};
+}
+
+Json to_json(const LimitEvent& event) {
+  return {{"kind", limit_kind_name(event.kind)}, {"joint", event.joint},          {"phase", event.phase},
+          {"begin", event.begin_time},           {"end", event.end_time},         {"limit", event.limit},
+          {"worst_value", event.worst_value},    {"worst_time", event.worst_time}};
+}
+
+Json to_json(const PlannedMiss& miss) {
+  return {{"end_effector", miss.end_effector}, {"distance", miss.distance}, {"angle", miss.angle}};
+}
+
+Json to_json(const StraightInReport& in) {
+  return {{"begin", in.begin},
+          {"stand_off", in.stand_off},
+          {"final_speed", in.final_speed},
+          {"smallest_singular_value", in.smallest_singular_value},
+          {"damped", in.damped},
+          {"damped_interval", {in.damped_begin, in.damped_end}},
+          {"unmet", in.unmet},
+          {"unmet_time", in.unmet_time},
+          {"fit_error", in.fit_error}};
+}
+
+Json to_json(const PlanReport& plan) {
+  Json json = {{"joints", plan.joints},
+               {"final_position", plan.final_position},
+               {"final_rates", plan.final_rates},
+               {"unmet_rate", plan.unmet_rate},
+               {"rhs_evaluations", plan.rhs_evaluations}};
+  if (plan.searched) {
+    json["found"] = plan.found;
+    json["measure"] = plan.measure;
+    json["measure_value"] = plan.measure_value;
+    json["miss"] = list(plan.miss);
+    json["starts"] = plan.starts;
+    json["solutions"] = plan.solutions;
+    json["iterations"] = plan.iterations;
+    json["smallest_singular_value"] = plan.smallest_singular_value;
+  }
+  if (plan.straight_in) json["straight_in"] = to_json(*plan.straight_in);
+  return json;
 }
 
 const char* name_of(CaptureStatus status) {
@@ -181,9 +261,22 @@ Json document(const CaptureResult& result, std::string_view version) {
   json["warnings"] = result.warnings;
   if (result.approach_start) json["approach"]["start"] = to_json(*result.approach_start);
   if (result.approach_end) json["approach"]["end"] = to_json(*result.approach_end);
-  if (json.contains("approach")) json["approach"]["planned_final_rates"] = result.planned_final_rates;
+  if (result.plan) {
+    json["approach"]["planned_final_rates"] = result.plan->final_rates;
+    json["approach"]["plan"] = to_json(*result.plan);
+  }
+  if (!result.grips.empty()) {
+    json["capture"] = {{"captured", result.captured()}, {"time", result.capture_time}, {"grasps", list(result.grips)}};
+  }
   if (result.impact) json["impact"] = to_json(*result.impact);
   if (result.post_impact_end) json["post_impact"]["end"] = to_json(*result.post_impact_end);
+  if (!result.clearance.empty()) {
+    const auto least = std::min_element(result.clearance.begin(), result.clearance.end(),
+                                        [](const auto& a, const auto& b) { return a.distance < b.distance; });
+    json["clearance"] = {
+        {"least", to_json(*least)}, {"phases", list(result.clearance)}, {"events", list(result.clearance_events)}};
+  }
+  json["limits"]["events"] = list(result.limit_events);
   json["ledger"] = to_json(result.ledger);
   json["cost"] = list(result.cost);
   return json;

@@ -82,6 +82,15 @@ void check_position_limits(const Node& node, const std::string& path, const Read
   });
 }
 
+void check_agreement(const Node& node, const std::string& path, const ReadRobot& robot,
+                     std::span<const double> expected, double tolerance, std::string_view source, FaultList& faults) {
+  for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
+    if (std::abs(value - expected[i]) <= tolerance) return;
+    faults.add(mark, fmt::format("{} is {}, but {} {}; make them agree within {} or leave out {}", name, value, source,
+                                 expected[i], tolerance, path));
+  });
+}
+
 void check_rate_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     if (std::abs(value) <= robot.joints[i].limits.rate) return;

@@ -4,6 +4,8 @@
 /// Values per joint: a mapping by joint name, a list in joint order, or one number for all. Thread safety: free
 /// functions.
 
+#include <span>
+
 #include "grapnel/scenario/read_robot.hpp"
 
 namespace grapnel {
@@ -15,6 +17,10 @@ std::optional<std::vector<double>> joint_values(const Node& node, const std::str
 
 /// Reports values beyond the joints' position limits.
 void check_position_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults);
+/// Reports values that are not those of `expected`, in joint order, within the tolerance. `source` says whose these
+/// are: "the trajectory starts at".
+void check_agreement(const Node& node, const std::string& path, const ReadRobot& robot,
+                     std::span<const double> expected, double tolerance, std::string_view source, FaultList& faults);
 /// Reports values beyond the joints' rate limits.
 void check_rate_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults);
 

@@ -136,6 +136,15 @@ void check_parents(const Node& links, const std::string& path, const ReadRobot& 
   }
 }
 
+CaptureEnvelope read_envelope(const Node& node) {
+  CaptureEnvelope envelope;
+  envelope.position = number_at(node, "position").value_or(CaptureEnvelope::kAny);
+  envelope.angle = number_at(node, "angle").value_or(CaptureEnvelope::kAny);
+  envelope.velocity = number_at(node, "velocity").value_or(CaptureEnvelope::kAny);
+  envelope.angular_velocity = number_at(node, "angular_velocity").value_or(CaptureEnvelope::kAny);
+  return envelope;
+}
+
 void read_end_effectors(const Node& list, const std::string& path, ReadRobot& robot, FaultList& faults) {
   if (list.kind != Node::Kind::null && !list.is_sequence()) robot.end_effectors.make_incomplete();
   for (std::size_t i = 0; i < list.items.size(); ++i) {
@@ -144,7 +153,10 @@ void read_end_effectors(const Node& list, const std::string& path, ReadRobot& ro
     robot.end_effectors.add_from(node, here, faults);
     const std::string link = text_at(node, "link");
     robot.links.expect(link, part(node, "link").mark, here, faults);
-    robot.setup.end_effectors.push_back({{text_at(node, "name"), link, pose_of(node, here, faults)}, {}, {}});
+    EndEffectorSetup end_effector{{text_at(node, "name"), link, pose_of(node, here, faults)}, {}, {}};
+    if (node.find("approach_axis")) end_effector.approach_axis = unit_vector_at(node, "approach_axis", here, faults);
+    if (const Node* envelope = node.find("envelope")) end_effector.envelope = read_envelope(*envelope);
+    robot.setup.end_effectors.push_back(std::move(end_effector));
   }
 }
 

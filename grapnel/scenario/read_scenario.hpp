@@ -4,10 +4,12 @@
 /// A capture problem from a Node tree. Thread safety: a free function.
 
 #include "grapnel/scenario/read_robot.hpp"
+#include "grapnel/scenario/read_trajectory.hpp"
 
 namespace grapnel {
 
 /// `robot` may lack everything where its file could not be read; names and joints are then not checked.
-CaptureProblem read_scenario(const Node& node, ReadRobot robot, FaultList& faults);
+/// `trajectory` is the file that approach.trajectory names, null if there is none or it could not be read.
+CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory, FaultList& faults);
 
 }  // namespace grapnel

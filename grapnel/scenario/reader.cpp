@@ -67,6 +67,14 @@ std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key) {
   return Vector3d{(*values)[0], (*values)[1], (*values)[2]};
 }
 
+std::uint64_t whole_number_at(const Node& mapping, std::string_view key, std::uint64_t most) {
+  // A value out of range is a known fault and must only be safe to convert. Every whole number up to 2^53 is exact.
+  const double value = number_at(mapping, key).value_or(0);
+  return value >= 0 && value <= static_cast<double>(most) ? static_cast<std::uint64_t>(value) : 0;
+}
+
+bool boolean_at(const Node& mapping, std::string_view key) { return boolean_of(part(mapping, key)).value_or(false); }
+
 Posed pose_of(const Node& mapping, const std::string& path, FaultList& faults) {
   return {rotation_of(mapping, path, faults), vector_at(mapping, "position").value_or(Vector3d::zero())};
 }
@@ -117,8 +125,8 @@ Geometry geometry_at(const Node& mapping, const std::string& path, FaultList& fa
   if (shape == "box") {
     geometry.shape = Geometry::Shape::box;
     geometry.size = vector_at(node, "size").value_or(Vector3d::zero());
-  } else if (shape == "cylinder") {
-    geometry.shape = Geometry::Shape::cylinder;
+  } else if (shape == "cylinder" || shape == "capsule") {
+    geometry.shape = shape == "capsule" ? Geometry::Shape::capsule : Geometry::Shape::cylinder;
     geometry.size = {radius, number_at(node, "length").value_or(0), 0};
   } else if (shape == "sphere") {
     geometry.shape = Geometry::Shape::sphere;

@@ -5,6 +5,7 @@
 /// absent or of the wrong kind has been reported before: the readers return a neutral value for it without a word, so
 /// that everything else can still be checked. Thread safety: free functions.
 
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -24,6 +25,9 @@ std::string text_at(const Node& mapping, std::string_view key);
 /// Empty unless there is a number; it may be infinite.
 std::optional<double> number_at(const Node& mapping, std::string_view key);
 std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key);
+/// A whole number from 0 to `most`, which is at most 2^53; else 0.
+std::uint64_t whole_number_at(const Node& mapping, std::string_view key, std::uint64_t most);
+bool boolean_at(const Node& mapping, std::string_view key);
 
 /// Position and orientation (quaternion_wxyz or rpy) of a mapping. `path` names it in messages.
 Posed pose_of(const Node& mapping, const std::string& path, FaultList& faults);

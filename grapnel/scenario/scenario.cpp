@@ -43,9 +43,9 @@ std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, 
   return tree;
 }
 
-// The robot's path as a person would write it: relative to the scenario's folder, with ".." resolved where that names
-// the same file (with symbolic links it may not).
-std::filesystem::path robot_path(const std::filesystem::path& scenario, const std::string& named) {
+// The path of a file that the scenario names, as a person would write it: relative to the scenario's folder, with ".."
+// resolved where that names the same file (with symbolic links it may not).
+std::filesystem::path path_beside(const std::filesystem::path& scenario, const std::string& named) {
   const std::filesystem::path path = scenario.parent_path() / named;
   const std::filesystem::path shorter = path.lexically_normal();
   std::error_code error;
@@ -73,14 +73,16 @@ class Loader {
     }
     include_robot(*scenario, robot_bytes);
 
+    std::string trajectory_bytes;
+    const auto trajectory = read_trajectory_file(*scenario, trajectory_bytes);
     ReadRobot robot = check_robot(*scenario);
     const auto& schema = scenario_schema_document();
     check_structure(*scenario, schema, "the scenario", faults_);
     fill_defaults(*scenario, schema);
-    CaptureProblem problem = read_scenario(*scenario, std::move(robot), faults_);
+    CaptureProblem problem = read_scenario(*scenario, std::move(robot), trajectory ? &*trajectory : nullptr, faults_);
     for (const Fault& fault : robot_faults_.all()) faults_.add(fault);
     faults_.throw_if_any();
-    problem.sha256 = sha256(bytes + robot_bytes + bytes_of_overrides_);
+    problem.sha256 = sha256(bytes + robot_bytes + trajectory_bytes + bytes_of_overrides_);
     return problem;
   }
 
@@ -90,7 +92,7 @@ class Loader {
     Node* named = scenario.find("robot");
     if (!named || !is_text(*named) || named->text.empty() || robot_unreadable_) return;
     const std::size_t before = faults_.size();
-    auto tree = read_tree(robot_path(path_, named->text), FileKind::robot, named->mark, robot_bytes, faults_);
+    auto tree = read_tree(path_beside(path_, named->text), FileKind::robot, named->mark, robot_bytes, faults_);
     robot_unreadable_ = !tree;
     if (!tree) {
       if (faults_.size() == before) faults_.add(named->mark, "the robot file cannot be read");
@@ -113,6 +115,20 @@ class Loader {
     check_structure(tree, robot_schema_document(), included_ ? "the robot" : "robot", robot_faults_, prefix);
     fill_defaults(tree, robot_schema_document());
     return read_robot(tree, prefix, robot_faults_);
+  }
+
+  // The file that approach.trajectory names, if it does and it can be read.
+  std::optional<TrajectoryFile> read_trajectory_file(const Node& scenario, std::string& bytes) {
+    const Node* named = part(scenario, "approach").find("trajectory");
+    if (!named || !is_text(*named) || named->text.empty()) return {};
+    const std::filesystem::path path = path_beside(path_, named->text);
+    const auto read = read_file(path, named->mark, faults_, kLargestTrajectory);
+    if (!read) return {};
+    bytes = *read;
+    const auto source = std::make_shared<const std::string>(path.string());
+    auto text = checked_text(bytes, source, faults_);
+    if (!text) return {};
+    return TrajectoryFile{source, std::move(*text)};
   }
 
   static ReadRobot unknown_robot() {

@@ -24,9 +24,9 @@ struct Override {
 /// Splits the argument of --set at its first "=". @throws ScenarioError if there is none.
 Override parse_override(const std::string& argument);
 
-/// Reads a scenario and the robot file it names, applies the overrides in order, and checks everything.
-/// CaptureProblem::sha256 is that of the scenario file's bytes, then the robot file's, then "--set path=value\n" of
-/// every override. @throws ScenarioError with all faults.
+/// Reads a scenario and the robot and trajectory files it names, applies the overrides in order, and checks everything.
+/// CaptureProblem::sha256 is that of the scenario file's bytes, then the robot file's, then the trajectory file's, then
+/// "--set path=value\n" of every override. @throws ScenarioError with all faults.
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides = {});
 
 /// Reads a robot file. @throws ScenarioError with all faults.

@@ -37,6 +37,7 @@ bool fits_type(const Node& node, const std::string& type) {
   if (type == "string") return is_text(node);
   if (type == "number") return number_of(node).has_value();
   if (type == "integer") return number_of(node) && *number_of(node) == std::floor(*number_of(node));
+  if (type == "boolean") return boolean_of(node).has_value();
   return false;
 }
 
@@ -74,6 +75,19 @@ std::vector<std::string> texts(const Json& list) {
   std::vector<std::string> result;
   for (const Json& value : list) result.push_back(scalar_text(value));
   return result;
+}
+
+const Json& properties_of(const Json& schema) {
+  static const Json kNone = Json::object();
+  const auto properties = schema.find("properties");
+  return properties != schema.end() ? *properties : kNone;
+}
+
+// false, or {"not": {}} with a description that says why.
+bool is_forbidden(const Json& property) {
+  if (property.is_boolean()) return true;
+  const auto negated = property.find("not");
+  return negated != property.end() && negated->empty();
 }
 
 std::string unit_text(const std::string& unit) { return unit.empty() ? "" : " [" + unit + "]"; }
@@ -126,7 +140,10 @@ class Checker {
       faults_.add(node.mark, subject + what + unit_text(where.unit) + why);
       return false;
     }
-    std::string what = type == "object" ? "a mapping" : type == "array" ? schema.value("title", "a list") : "text";
+    std::string what = type == "object"    ? "a mapping"
+                       : type == "array"   ? schema.value("title", "a list")
+                       : type == "boolean" ? "true or false"
+                                           : "text";
     if (type == "array") what += unit_text(where.unit);
     std::string why = say_what ? ", not " + described(node) : "";
     if (type == "string" && node.is_scalar()) why += "; put it in quotes: " + in_quotes(node.text);
@@ -213,6 +230,8 @@ class Checker {
 
   void check_mapping(const Node& node, const Json& schema, const Where& where) {
     if (schema.contains("required")) check_required(node, schema["required"], where);
+    if (schema.contains("minProperties")) check_not_empty(node, schema, where);
+    if (schema.contains("oneOf")) check_one_key(node, schema["oneOf"], where);
     if (schema.contains("not")) check_exclusive(node, schema["not"], where);
     if (schema.contains("dependencies")) check_dependencies(node, schema["dependencies"], where);
     if (schema.contains("if")) check_condition(node, schema, where);
@@ -228,9 +247,41 @@ class Checker {
     }
   }
 
+  // {"minProperties": 1}
+  void check_not_empty(const Node& node, const Json& schema, const Where& where) {
+    if (!node.entries.empty()) return;
+    std::string names;
+    for (const auto& [name, unused] : properties_of(schema).items()) names += (names.empty() ? " of " : ", ") + name;
+    faults_.add(node.mark,
+                fmt::format("{} is empty, must have at least one{}", name_of(where), names.empty() ? " entry" : names));
+  }
+
+  // {"oneOf": [{"required": [a]}, {"required": [b]}]}: exactly one of these keys.
+  void check_one_key(const Node& node, const Json& alternatives, const Where& where) {
+    std::vector<std::string> keys;
+    for (const Json& alternative : alternatives) keys.push_back(alternative["required"][0]);
+    const NodeEntry* first = nullptr;
+    for (const NodeEntry& entry : node.entries) {
+      // A duplicate of the same key has been reported as such.
+      if (std::find(keys.begin(), keys.end(), entry.key) == keys.end() || (first && first->key == entry.key)) continue;
+      if (first) {
+        faults_.add(entry.mark, fmt::format("{} has both '{}' and '{}', only one is allowed", name_of(where),
+                                            first->key, entry.key));
+      } else {
+        first = &entry;
+      }
+    }
+    if (first) return;
+    std::string names;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      names += (i == 0 ? "'" : i + 1 == keys.size() ? " or '" : ", '") + keys[i] + "'";
+    }
+    faults_.add(node.mark, fmt::format("missing key in {}: give {}", name_of(where), names));
+  }
+
   // {"not": {"required": [a, b]}}: not both.
   void check_exclusive(const Node& node, const Json& negated, const Where& where) {
-    const std::vector<std::string> keys = texts(negated["required"]);
+    const std::vector<std::string> keys = texts(negated.value("required", Json::array()));
     if (keys.size() != 2 || !node.entry(keys[0]) || !node.entry(keys[1])) return;
     const bool ordered = node.entry(keys[0]) < node.entry(keys[1]);
     faults_.add(node.entry(keys[ordered ? 1 : 0])->mark,
@@ -248,9 +299,13 @@ class Checker {
     }
   }
 
-  // {"if": {"properties": {key: {const or enum}}, "required": [key]}, "then": ...}
+  // {"if": {"properties": {key: {const or enum}}, "required": [key]}, "then": ...}, or without "properties": the key is
+  // there.
   void check_condition(const Node& node, const Json& schema, Where where) {
-    for (const auto& [key, choice] : schema["if"]["properties"].items()) {
+    const Json& condition = schema["if"];
+    if (!fits_keys(node, condition)) return;
+    if (!condition.contains("properties")) where.condition = "with " + scalar_text(condition["required"][0]);
+    for (const auto& [key, choice] : properties_of(condition).items()) {
       const Node* value = node.find(key);
       const std::vector<std::string> values =
           choice.contains("const") ? texts(Json::array({choice["const"]})) : texts(choice["enum"]);
@@ -261,17 +316,16 @@ class Checker {
   }
 
   void check_entries(const Node& node, const Json& schema, const Where& where) {
-    static const Json kNone = Json::object();
-    const auto properties = schema.find("properties");
-    const Json& known = properties != schema.end() ? *properties : kNone;
+    const Json& known = properties_of(schema);
     const auto other = schema.find("additionalProperties");
     for (const NodeEntry& entry : node.entries) {
       if (faults_.full()) return;
       Where below{joined_path(where.path, entry.key), where.unit, where.condition};
       if (const auto it = known.find(entry.key); it != known.end()) {
-        if (it->is_boolean()) {
-          faults_.add(entry.mark,
-                      fmt::format("'{}' in {} has no meaning {}", entry.key, name_of(where), where.condition));
+        if (is_forbidden(*it)) {
+          const std::string why = it->is_object() ? it->value("description", "") : "";
+          faults_.add(entry.mark, fmt::format("'{}' in {} has no meaning {}{}", entry.key, name_of(where),
+                                              where.condition, why.empty() ? "" : ": " + why));
         } else {
           check(entry.value, *it, below);
         }

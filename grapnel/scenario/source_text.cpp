@@ -48,7 +48,8 @@ bool is_forbidden_control(unsigned char c) { return (c < 0x20 && c != '\t' && c 
 
 }  // namespace
 
-std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults) {
+std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults,
+                                     std::size_t largest) {
   // A fault of the file named on the command line needs no second mention of its name.
   const std::string name = blame.line > 0 || blame.source == nullptr || *blame.source != path.string()
                                ? " '" + path.string() + "'"
@@ -65,8 +66,8 @@ std::optional<std::string> read_file(const std::filesystem::path& path, const Ma
     return refuse(why + (near.empty() ? "" : "; did you mean '" + (path.parent_path() / near).string() + "'?"));
   }
   if (std::filesystem::is_directory(status)) return refuse("it is a directory");
-  const std::string too_large = fmt::format("it is larger than {} MB", kLargestFile >> 20);
-  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) > kLargestFile) {
+  const std::string too_large = fmt::format("it is larger than {} MB", largest >> 20);
+  if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) > largest) {
     return refuse(too_large);
   }
   errno = 0;
@@ -75,11 +76,11 @@ std::optional<std::string> read_file(const std::filesystem::path& path, const Ma
   // A pipe has no size beforehand: stop one byte beyond the limit.
   std::string bytes;
   std::vector<char> buffer(1u << 16);
-  while (file && bytes.size() <= kLargestFile) {
+  while (file && bytes.size() <= largest) {
     file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
     bytes.append(buffer.data(), static_cast<std::size_t>(file.gcount()));
   }
-  if (bytes.size() > kLargestFile) return refuse(too_large);
+  if (bytes.size() > largest) return refuse(too_large);
   if (file.bad()) return refuse("reading it failed");
   return bytes;
 }

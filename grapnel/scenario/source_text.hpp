@@ -11,11 +11,14 @@
 
 namespace grapnel {
 
-/// Files above this size are refused unread.
+/// YAML files above this size are refused unread.
 inline constexpr std::size_t kLargestFile = 16u << 20;  // [bytes]
+/// Trajectory files likewise.
+inline constexpr std::size_t kLargestTrajectory = 64u << 20;  // [bytes]
 
 /// The bytes of a file; on failure empty, with a fault at `blame` (the place that names the file).
-std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults);
+std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults,
+                                     std::size_t largest = kLargestFile);
 
 /// The text without a byte order mark if it is clean: UTF-8, no control characters, no tabs in indentation. Else empty,
 /// with faults. A YAML parser would misread or cut off what is refused here.

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// A base under attitude control: a torque on a free root by a given law. Thread safety: plain values.
+/// A base under attitude control: a torque on a free root by a given law. Thread safety: plain values and pure
+/// functions.
 
 #include <limits>
 
@@ -20,5 +21,8 @@ struct AttitudeControl {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   Vector3d limit{kNone, kNone, kNone};  // [N m]
 };
+
+/// tau_B [N m] for the attitude q_WB (its norm does not matter) and the angular velocity w_B [rad/s].
+Vector3d attitude_torque(const AttitudeControl& control, const Quaterniond& q_WB, const Vector3d& w_B);
 
 }  // namespace grapnel

@@ -35,10 +35,18 @@ struct ExternalLoad {
   LoadProfile profile;
 };
 
-/// The wrench at time t, in the load's own components.
+/// The wrench at time t, in the load's own components. At a start or a sample the later part speaks, at the last sample
+/// of a table that sample.
 Wrenchd wrench_at(const ExternalLoad& load, double t);
+/// The same by the part of the profile (nothing, the shape, one line of the table) that speaks at the time `inside`: at
+/// the ends of that part, where the load may jump, its own limits.
+Wrenchd wrench_at(const ExternalLoad& load, double t, double inside);
 
 /// Times at which the load is not smooth (start, end, samples of a table), increasing, finite ones only.
 std::vector<double> break_times(const ExternalLoad& load);
+
+/// @throws std::invalid_argument if the end does not come after the start, a half sine has no finite ends, a number is
+/// not finite, or a table has fewer than two samples, other times than values, or times that do not increase.
+void validate(const ExternalLoad& load);
 
 }  // namespace grapnel

@@ -79,20 +79,58 @@ JointTrajectory JointTrajectory::at_rest(double position) {
   return trajectory;
 }
 
-JointPoint evaluate(const JointTrajectory& trajectory, double t) {
+JointPoint evaluate(const JointTrajectory& trajectory, double t) { return evaluate(trajectory, t, t); }
+
+JointPoint evaluate(const JointTrajectory& trajectory, double t, double inside) {
   const auto& pieces = trajectory.pieces;
   if (pieces.empty()) return {};
-  if (t < pieces.front().begin) {
+  if (inside < pieces.front().begin) {
     const JointPoint first = evaluate_piece(pieces.front(), pieces.front().begin);
     return {first.position, first.rate, 0};
   }
-  if (t >= pieces.back().end) {
+  if (inside >= pieces.back().end) {
     const JointPoint last = evaluate_piece(pieces.back(), pieces.back().end);
-    return {last.position, last.rate, t > pieces.back().end ? 0 : last.acceleration};
+    return {last.position, last.rate, inside > pieces.back().end ? 0 : last.acceleration};
   }
   const auto next =
-      std::upper_bound(pieces.begin(), pieces.end(), t, [](double x, const JointPiece& p) { return x < p.begin; });
+      std::upper_bound(pieces.begin(), pieces.end(), inside, [](double x, const JointPiece& p) { return x < p.begin; });
   return evaluate_piece(*(next - 1), t);
+}
+
+std::vector<double> break_times(const JointTrajectory& trajectory) {
+  std::vector<double> times;
+  if (trajectory.pieces.empty()) return times;
+  const auto is_constant = [](const JointPiece& piece) {
+    const auto* series = std::get_if<ChebyshevPiece>(&piece.shape);
+    return series != nullptr && series->coefficients.size() == 1;
+  };
+  for (const JointPiece& piece : trajectory.pieces) times.push_back(piece.begin);
+  times.push_back(trajectory.pieces.back().end);
+  if (is_constant(trajectory.pieces.back())) times.pop_back();
+  if (is_constant(trajectory.pieces.front())) times.erase(times.begin());
+  return times;
+}
+
+void validate(const JointTrajectory& trajectory) {
+  const JointPiece* before = nullptr;
+  for (const JointPiece& piece : trajectory.pieces) {
+    if (!std::isfinite(piece.begin) || !std::isfinite(piece.end) || !(piece.end > piece.begin)) {
+      throw std::invalid_argument("joint trajectory: a piece must end after it begins");
+    }
+    if (before != nullptr && piece.begin != before->end) {
+      throw std::invalid_argument("joint trajectory: a piece must begin where the one before ends");
+    }
+    if (const auto* path = std::get_if<JointPath>(&piece.shape)) {
+      // An end computed as begin + duration is exact to the rounding of the times.
+      const double rounding = 1e-12 * (std::abs(piece.begin) + std::abs(piece.end));
+      if (!(std::abs(piece.end - piece.begin - path->duration) <= rounding)) {
+        throw std::invalid_argument("joint trajectory: a path must last as long as its piece");
+      }
+    } else if (std::get<ChebyshevPiece>(piece.shape).coefficients.empty()) {
+      throw std::invalid_argument("joint trajectory: a series needs coefficients");
+    }
+    before = &piece;
+  }
 }
 
 double chebyshev_point(double begin, double end, int k, int n) {

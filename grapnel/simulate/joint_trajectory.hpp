@@ -40,6 +40,17 @@ struct JointTrajectory {
 
 /// Position, rate and acceleration at time t. At a common end of two pieces the later piece speaks.
 JointPoint evaluate(const JointTrajectory& trajectory, double t);
+/// The same by the piece that speaks at the time `inside`: at the ends of the piece, where the acceleration may jump,
+/// its own limits. Beyond its ends a piece stays at them.
+JointPoint evaluate(const JointTrajectory& trajectory, double t, double inside);
+
+/// Times at which the trajectory is not smooth: the ends of all pieces, except the outer ends of a constant.
+/// Increasing.
+std::vector<double> break_times(const JointTrajectory& trajectory);
+
+/// @throws std::invalid_argument if a piece does not end after it begins or does not begin where the one before ends, a
+/// path lasts longer or shorter than its piece, or a series has no coefficients.
+void validate(const JointTrajectory& trajectory);
 
 /// The series that interpolates values given at the Chebyshev-Lobatto points t_k = middle + half cos(pi (n - k) / n),
 /// k = 0 ... n (increasing in time), n >= 1. Lloyd N. Trefethen, Approximation Theory and Approximation Practice

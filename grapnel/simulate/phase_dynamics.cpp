@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace grapnel {
@@ -26,29 +27,54 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       friction_(model.joints().size()),
       force_(model.velocities()),
       prescribed_(model.velocities()),
+      commanded_(model.velocities()),
       acceleration_(model.velocities()),
       vdot_(model.velocities()),
+      wrenches_(setup_.loads.size()),
       momenta_(free_root_count(model.tree())),
       drifted_(momenta_) {
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
-  if (setup_.drives.size() != model.joints().size()) {
+  check_and_classify();
+}
+
+void PhaseDynamics::check_and_classify() {
+  const std::vector<Body>& bodies = model_.bodies();
+  const auto is_free_root = [&](int body) {
+    const Body& root = bodies.at(body);
+    return root.parent < 0 && root.description.joint.type == JointType::free;
+  };
+  if (setup_.drives.size() != model_.joints().size()) {
     throw std::invalid_argument("PhaseDynamics: one drive per joint is needed");
   }
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
-    const bool is_prescribed = setup_.drives[j].control == JointControl::prescribed;
-    prescribed_[model.bodies()[model.joints()[j]].v] = is_prescribed;
-    any_prescribed_ = any_prescribed_ || is_prescribed;
+    const JointDrive& drive = setup_.drives[j];
+    validate(drive.trajectory);
+    const Body& body = bodies[model_.joints()[j]];
+    const bool is_computed = drive.control == JointControl::computed_torque;
+    const bool is_prescribed = drive.control == JointControl::prescribed;
+    const JointFriction& friction = body.description.joint.friction;
+    prescribed_[body.v] = is_prescribed;
+    commanded_[body.v] = is_prescribed || is_computed;
+    any_computed_ = any_computed_ || is_computed;
+    has_friction_ = has_friction_ || (!is_prescribed && (friction.viscous > 0 || friction.coulomb > 0));
   }
   if (setup_.held_root >= 0) {
-    const Body& root = model.bodies().at(setup_.held_root);
-    if (root.parent >= 0 || root.description.joint.type != JointType::free) {
-      throw std::invalid_argument("PhaseDynamics: only a free root can be held");
-    }
-    for (int k = 0; k < 6; ++k) prescribed_[root.v + k] = 1;
-    any_prescribed_ = true;
+    if (!is_free_root(setup_.held_root)) throw std::invalid_argument("PhaseDynamics: only a free root can be held");
+    const int v = bodies[setup_.held_root].v;
+    for (int k = 0; k < 6; ++k) prescribed_[v + k] = commanded_[v + k] = 1;
   }
-  has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0;
-  for (const Body& b : model.bodies()) {
+  if (setup_.attitude && (!is_free_root(setup_.attitude->root) || setup_.attitude->root == setup_.held_root)) {
+    throw std::invalid_argument("PhaseDynamics: only a free root that is not held can be under attitude control");
+  }
+  for (const ExternalLoad& load : setup_.loads) {
+    validate(load);
+    if (load.body < 0 || load.body >= static_cast<int>(bodies.size())) {
+      throw std::invalid_argument("PhaseDynamics: a load acts on no body of the model");
+    }
+  }
+  has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
+                  setup_.attitude.has_value();
+  for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
 }
@@ -69,6 +95,26 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   return y;
 }
 
+std::vector<double> PhaseDynamics::breaks(double t0, double t1) const {
+  const double resolution = 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
+  const double first = std::min(t0, t1) + resolution, last = std::max(t0, t1) - resolution;
+  std::vector<double> times;
+  const auto add = [&](const std::vector<double>& more) {
+    for (double t : more) {
+      if (t > first && t < last) times.push_back(t);
+    }
+  };
+  for (const JointDrive& drive : setup_.drives) {
+    if (drive.control != JointControl::free) add(break_times(drive.trajectory));
+  }
+  for (const ExternalLoad& load : setup_.loads) add(break_times(load));
+  std::sort(times.begin(), times.end());
+  const auto near = [&](double a, double b) { return b - a <= resolution; };
+  times.erase(std::unique(times.begin(), times.end(), near), times.end());
+  if (t1 < t0) std::reverse(times.begin(), times.end());
+  return times;
+}
+
 // Takes the state out of y and overwrites prescribed joints by their references.
 void PhaseDynamics::load(double t, std::span<const double> y) {
   const int nq = model_.coordinates(), nv = model_.velocities();
@@ -77,12 +123,15 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const JointDrive& drive = setup_.drives[j];
     if (drive.control == JointControl::free) continue;
-    reference_[j] = evaluate(drive.path, t - setup_.start_time);
+    const JointPoint desired = evaluate(drive.trajectory, t, inside_.value_or(t));
+    const JointPoint misread = drive.noise.at(t);
+    JointPoint& reference = reference_[j];
+    reference = {desired.position - misread.position, desired.rate - misread.rate, desired.acceleration};
     if (drive.control != JointControl::prescribed) continue;
     const Body& body = model_.bodies()[model_.joints()[j]];
-    now_.q[body.q] = reference_[j].position;
-    now_.v[body.v] = reference_[j].rate;
-    acceleration_[body.v] = reference_[j].acceleration;
+    now_.q[body.q] = reference.position;
+    now_.v[body.v] = reference.rate;
+    acceleration_[body.v] = desired.acceleration - misread.acceleration;
   }
   if (setup_.held_root >= 0) {
     for (int k = 0; k < 6; ++k) now_.v[model_.bodies()[setup_.held_root].v + k] = 0;
@@ -92,35 +141,87 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   }
 }
 
-// Accelerations, and the motor and friction efforts of all joints.
-void PhaseDynamics::accelerate(double) {
+// Kinematics, and the wrenches of loads and attitude control.
+void PhaseDynamics::act_from_outside(double t) {
+  forward_kinematics(model_, now_, workspace_.kinematics);
+  for (std::size_t i = 0; i < setup_.loads.size(); ++i) {
+    const ExternalLoad& load = setup_.loads[i];
+    const Posed& X_WB = workspace_.kinematics.X_WB[load.body];
+    const Wrenchd F = wrench_at(load, t, inside_.value_or(t));
+    wrenches_[i] = {load.body, X_WB * load.p_BP, load.in_body ? X_WB.R * F : F};
+  }
+  if (!wrenches_.empty()) gather_external(model_, wrenches_, workspace_);
+  if (!setup_.attitude) return;
+  const Body& root = model_.bodies()[setup_.attitude->root];
+  const double* q = now_.q.data() + root.q + 3;
+  const double* w = now_.v.data() + root.v;
+  attitude_torque_ = attitude_torque(*setup_.attitude, {q[0], q[1], q[2], q[3]}, {w[0], w[1], w[2]});
+  for (int k = 0; k < 3; ++k) force_[root.v + k] = attitude_torque_[k];
+}
+
+// Friction, the torques of PD and the accelerations that computed torque commands.
+void PhaseDynamics::actuate() {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const JointDrive& drive = setup_.drives[j];
     const Body& body = model_.bodies()[model_.joints()[j]];
     const double rate = now_.v[body.v];
     friction_[j] = friction_force(body.description.joint.friction, rate);
     motor_[j] = 0;
+    if (drive.control != JointControl::pd && drive.control != JointControl::computed_torque) continue;
+    const double correction =
+        drive.kp * (reference_[j].position - now_.q[body.q]) + drive.kd * (reference_[j].rate - rate);
     if (drive.control == JointControl::pd) {
       const double effort = body.description.joint.limits.effort;
-      motor_[j] =
-          std::clamp(drive.kp * (reference_[j].position - now_.q[body.q]) + drive.kd * (reference_[j].rate - rate),
-                     -effort, effort);  // (4.1)
+      motor_[j] = std::clamp(correction, -effort, effort);  // (4.1)
+    } else {
+      acceleration_[body.v] = reference_[j].acceleration + correction;
     }
-    force_[body.v] = motor_[j] + friction_[j];
-  }
-  DynamicsInput<double> in;
-  in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
-  if (any_prescribed_) in.prescribed = prescribed_, in.acceleration = acceleration_;
-  articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
-  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
-    if (setup_.drives[j].control != JointControl::prescribed) continue;
-    motor_[j] = workspace_.force[model_.bodies()[model_.joints()[j]].v] - friction_[j];
   }
 }
 
-// Power and rates of impulse of gravity, of the ground under a fixed root, and of the wrench that holds a root.
+// Accelerations under force_, and the forces that the prescribed ones take.
+void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
+  DynamicsInput<double> in;
+  in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
+  in.prescribed = prescribed, in.acceleration = acceleration_;
+  if (!wrenches_.empty()) in.link_wrench = workspace_.link_wrench;
+  articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
+}
+
+// Accelerations, and the motor and friction efforts of all joints.
+void PhaseDynamics::accelerate(double t) {
+  if (has_external_) act_from_outside(t);
+  actuate();
+  const auto velocity_of = [&](std::size_t j) { return model_.bodies()[model_.joints()[j]].v; };
+  bool as_commanded = false;
+  if (any_computed_) {
+    // What the controller takes the robot for: one without friction that moves as commanded. The kernel finds the
+    // torques, and where nothing disturbs it or cuts them the accelerations as well.
+    for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j];
+    solve(commanded_);
+    as_commanded = !has_friction_;
+    for (std::size_t j = 0; j < motor_.size(); ++j) {
+      if (setup_.drives[j].control != JointControl::computed_torque) continue;
+      const double torque = workspace_.force[velocity_of(j)];
+      const double effort = model_.bodies()[model_.joints()[j]].description.joint.limits.effort;
+      motor_[j] = std::clamp(torque, -effort, effort);
+      as_commanded = as_commanded && motor_[j] == torque;
+    }
+  }
+  if (!as_commanded) {
+    for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j];
+    solve(prescribed_);
+  }
+  for (std::size_t j = 0; j < motor_.size(); ++j) {
+    if (setup_.drives[j].control == JointControl::prescribed) {
+      motor_[j] = workspace_.force[velocity_of(j)] - friction_[j];
+    }
+  }
+}
+
+// Power and rates of impulse of gravity, of loads and attitude control, of the ground under a fixed root, and of the
+// wrench that holds a root.
 void PhaseDynamics::add_external(std::span<double> integrals) {
-  forward_kinematics(model_, now_, workspace_.kinematics);
   const Kinematics& k = workspace_.kinematics;
   const auto add = [&](const Vector3d& force, const Vector3d& moment_about_origin) {
     for (int i = 0; i < 3; ++i) {
@@ -142,6 +243,16 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
     const Wrenchd F = k.links[body.placement.link].X_WL.R * (root.I * root.A + root.p);
     add(F.linear, F.angular + cross(k.X_WB[i].p, F.linear));
   }
+  for (const ExternalWrench& e : wrenches_) {
+    add(e.F_W.linear, e.F_W.angular + cross(e.p_WP, e.F_W.linear));
+    integrals[kExternalWork] += dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p));
+  }
+  if (setup_.attitude) {
+    const int root = setup_.attitude->root;
+    const Vector3d torque = k.X_WB[root].R * attitude_torque_;
+    add(Vector3d::zero(), torque);
+    integrals[kExternalWork] += dot(torque, k.V_WB[root].angular);
+  }
 }
 
 void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<double> dydt) {
@@ -160,7 +271,7 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   if (has_external_) add_external(integrals);
 }
 
-State PhaseDynamics::state(double t, std::span<const double> y) {
+const State& PhaseDynamics::state(double t, std::span<const double> y) {
   load(t, y);
   return now_;
 }

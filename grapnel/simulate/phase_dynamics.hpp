@@ -5,34 +5,48 @@
 ///
 /// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
 /// the external impulse. They are under error control: where joints move as prescribed, little else limits the step.
-/// Joints are free, driven by PD (4.1), or move as prescribed; a root may be held by an ideal wrench. Thread safety:
-/// one thread at a time (it owns a workspace).
+/// Joints are free, driven by a controller, or move as prescribed; a root may be held by an ideal wrench or be under
+/// attitude control; loads may act on any body. Thread safety: one thread at a time (it owns a workspace).
 
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/root_velocity.hpp"
 #include "grapnel/integrate/manifold.hpp"
-#include "grapnel/simulate/joint_path.hpp"
+#include "grapnel/simulate/attitude_control.hpp"
+#include "grapnel/simulate/external_load.hpp"
+#include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
 
-enum class JointControl { free, pd, prescribed };
+enum class JointControl { free, pd, computed_torque, prescribed };
 
-/// How one joint is driven. PD: tau = kp (theta_d - theta) + kd (rate_d - rate) (4.1), cut at the joint's effort limit.
+/// How one joint is driven along its trajectory (theta_d, rate_d, its acceleration theta_dd_d). Its sensor reads
+/// theta_m = theta + n and rate_m = rate + n'.
+///
+/// pd: tau = kp (theta_d - theta_m) + kd (rate_d - rate_m) (4.1).
+/// computed_torque: the torques that, with the base moving as it then does, give all joints under this control the
+/// accelerations theta_dd_d + kd (rate_d - rate_m) + kp (theta_d - theta_m). The controller knows the model, its true
+/// state and what acts on it, except friction, which disturbs it.
+/// prescribed: theta = theta_d - n exactly, whatever torque that takes.
+/// The first two are cut at the joint's effort limit.
 struct JointDrive {
   JointControl control = JointControl::free;
-  JointPath path;  // reference; time counts from the phase's start
-  double kp = 0;   // [N m/rad or N/m]
-  double kd = 0;   // [N m s/rad or N s/m]
+  JointTrajectory trajectory = {};  // in absolute time; not read by free joints
+  double kp = 0;                    // pd [N m/rad or N/m]; computed_torque [1/s^2]
+  double kd = 0;                    // pd [N m s/rad or N s/m]; computed_torque [1/s]
+  NoiseSignal noise = {};           // n
 };
 
 struct PhaseSetup {
   std::vector<JointDrive> drives;  // per entry of Model::joints(); empty: all free
   int held_root = -1;              // body index of a free root that is held at its pose; -1: none
   Vector3d gravity = Vector3d::zero();
-  double start_time = 0;  // [s]
+  std::vector<ExternalLoad> loads;
+  std::optional<AttitudeControl> attitude;
   /// Take the velocities of free roots from the momentum that initial() saw (2.3), and their positions from the uniform
   /// motion of the centre of mass, where no gravity, ground or holding wrench changes them; else they are integrated.
   bool recover_roots = true;
@@ -40,10 +54,11 @@ struct PhaseSetup {
 
 /// Integrals since the phase's start.
 struct PhaseIntegrals {
-  double motor_work = 0;                           // [J]; of drives, prescribed joints included
-  double friction_work = 0;                        // [J]; negative
-  double external_work = 0;                        // [J]; of gravity and of the wrench that holds a root
-  Momentumd external_impulse = Momentumd::zero();  // gravity, holding wrench, ground; about the world's origin, in W
+  double motor_work = 0;     // [J]; of drives, prescribed joints included
+  double friction_work = 0;  // [J]; negative
+  double external_work = 0;  // [J]; of gravity, loads, attitude control and the wrench that holds a root
+  /// Of the same and of the ground; about the world's origin, in W.
+  Momentumd external_impulse = Momentumd::zero();
 };
 
 /// Sizes of a momentum's two parts.
@@ -54,21 +69,33 @@ struct MomentumDefect {
 
 class PhaseDynamics {
  public:
-  /// @throws std::invalid_argument if drives do not match the model's joints or held_root is no free root.
+  /// @throws std::invalid_argument if drives do not match the model's joints, held_root is no free root, the root under
+  /// attitude control is none or is held, or a trajectory or a load is invalid (see validate) or on no body.
   PhaseDynamics(const Model& model, PhaseSetup setup);
 
   const Model& model() const { return model_; }
+  /// Whether anything acts from outside: gravity, loads, attitude control, the ground under a fixed or held root.
+  bool is_disturbed() const { return has_external_; }
   int size() const { return model_.coordinates() + model_.velocities() + kIntegrals; }
   Manifold manifold() const;
   /// y for a state at time t, with zero integrals; remembers its momenta.
   std::vector<double> initial(const State& state, double t);
 
+  /// Times strictly between t0 and t1 at which dy/dt may jump or bend: ends of trajectories' pieces and breaks of
+  /// loads, in the order from t0 to t1. Those that rounding alone separates count once.
+  std::vector<double> breaks(double t0, double t1) const;
+  /// From now on trajectories and loads are the smooth ones that hold between the neighbouring breaks `begin` and `end`
+  /// (in any order), also at these times themselves: what is evaluated at an end is the limit from inside.
+  void enter_interval(double begin, double end) { inside_ = 0.5 * (begin + end); }
+  /// From now on the later side speaks at a break.
+  void leave_interval() { inside_.reset(); }
+
   /// dy/dt.
   void operator()(double t, std::span<const double> y, std::span<double> dydt);
 
   /// The state in y; prescribed joints are put exactly where they are prescribed, and roots' velocities are those of
-  /// the conserved momenta.
-  State state(double t, std::span<const double> y);
+  /// the conserved momenta. Valid until the next call.
+  const State& state(double t, std::span<const double> y);
   /// What recovering roots' velocities has mended: the largest deviation, over the trees, of the momentum that the
   /// integrated velocities in y have. Zero where they are not recovered.
   MomentumDefect momentum_mended(std::span<const double> y);
@@ -79,7 +106,11 @@ class PhaseDynamics {
  private:
   static constexpr int kIntegrals = 9;
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
+  void check_and_classify();
   void load(double t, std::span<const double> y);
+  void act_from_outside(double t);
+  void actuate();
+  void solve(std::span<const std::uint8_t> prescribed);
   void accelerate(double t);
   void add_external(std::span<double> integrals);
 
@@ -87,17 +118,22 @@ class PhaseDynamics {
   PhaseSetup setup_;
   Workspace workspace_;
   State now_;                          // state at the evaluation
-  std::vector<JointPoint> reference_;  // per joint
+  std::optional<double> inside_;       // a time of the smooth interval
+  std::vector<JointPoint> reference_;  // per joint, less what its sensor misreads
   std::vector<double> motor_, friction_;
   std::vector<double> force_;  // generalized forces given
   std::vector<std::uint8_t> prescribed_;
-  std::vector<double> acceleration_;  // prescribed
+  std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
+  std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
+  std::vector<ExternalWrench> wrenches_;  // of the loads, now
+  Vector3d attitude_torque_ = Vector3d::zero();
   double momenta_time_ = 0;                    // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
   std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended
-  bool any_prescribed_ = false;
-  bool has_external_ = false;  // gravity, a held root or a fixed one
+  bool any_computed_ = false;
+  bool has_friction_ = false;  // in a joint that is not prescribed
+  bool has_external_ = false;  // gravity, loads, attitude control, a held root or a fixed one
 };
 
 }  // namespace grapnel

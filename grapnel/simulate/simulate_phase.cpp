@@ -2,7 +2,9 @@
 
 #include <cmath>
 
-#include "grapnel/integrate/integrate.hpp"
+#include "grapnel/integrate/dormand_prince_853.hpp"
+#include "grapnel/integrate/events.hpp"
+#include "grapnel/integrate/runge_kutta_4.hpp"
 
 namespace grapnel {
 namespace {
@@ -22,40 +24,128 @@ std::vector<double> output_times(double t0, double t1, double interval) {
   return times;
 }
 
+// One phase with one stepper.
 template <class Method>
-PhaseOutcome run(Method&& stepper, PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
-                 const std::function<void(const PhaseSample&)>& observe) {
-  std::vector<double> motor(dynamics.model().joints().size()), friction(motor.size());
-  const auto observer = [&](double t, std::span<const double> y) {
-    if (!observe) return;
-    dynamics.efforts(t, y, motor, friction);
-    const State state = dynamics.state(t, y);
-    const PhaseIntegrals integrals = dynamics.integrals(y);
-    observe({t, state, integrals, motor, friction});
-  };
-  const std::vector<double> y0 = dynamics.initial(start, t0);
-  const IntegrationResult result = integrate(stepper, dynamics, t0, y0, t1, output_times(t0, t1, interval), observer);
-  PhaseOutcome outcome;
-  outcome.finished = result.finished();
-  if (!outcome.finished) outcome.failure = result.explanation();
-  outcome.end_time = result.time;
-  outcome.end_state = dynamics.state(result.time, stepper.state());
-  outcome.integrals = dynamics.integrals(stepper.state());
-  outcome.momentum_mended = dynamics.momentum_mended(stepper.state());
-  outcome.rhs_evaluations = static_cast<long>(result.statistics.rhs_evaluations);
-  outcome.steps = static_cast<long>(result.statistics.accepted);
-  outcome.rejected = static_cast<long>(result.statistics.rejected);
-  outcome.quaternion_defect = result.statistics.largest_quaternion_defect;
-  return outcome;
-}
+class PhaseRun {
+ public:
+  PhaseRun(Method& stepper, PhaseDynamics& dynamics, const std::function<void(const PhaseSample&)>& observe,
+           const StopCondition& stop)
+      : stepper_(stepper),
+        dynamics_(dynamics),
+        observe_(observe),
+        stop_(stop),
+        locator_(stepper.manifold()),
+        y_(static_cast<std::size_t>(dynamics.size())),
+        motor_(dynamics.model().joints().size()),
+        friction_(motor_.size()) {}
+
+  PhaseOutcome run(const State& start, double t0, double t1, double interval) {
+    direction_ = t1 < t0 ? -1 : 1;
+    outputs_ = output_times(t0, t1, interval);
+    const std::vector<double> y0 = dynamics_.initial(start, t0);
+    std::vector<double> ends = dynamics_.breaks(t0, t1);
+    ends.push_back(t1);
+    double begin = t0;
+    for (double end : ends) {
+      dynamics_.enter_interval(begin, end);
+      if (begin == t0) {
+        stepper_.start(dynamics_, t0, y0, end);
+      } else {
+        stepper_.set_end_time(end);
+        stepper_.reset_derivative(dynamics_);
+      }
+      cross_interval(begin);
+      if (stop_time_ || !usable()) break;
+      begin = end;
+    }
+    if (!stop_time_ && usable()) output(t1, stepper_.state());
+    return outcome();
+  }
+
+ private:
+  bool usable() const { return stepper_.status() == StepStatus::running || stepper_.status() == StepStatus::finished; }
+  double margin(double t, std::span<const double> y) { return stop_(t, dynamics_.state(t, y)); }
+
+  // Steps through the smooth interval that begins at `begin`, with the samples from there on; the one at its end is
+  // left to what follows.
+  void cross_interval(double begin) {
+    if (!usable()) return;
+    if (stop_ && margin(begin, stepper_.state()) <= 0) return end_at(begin, stepper_.state());
+    if (outputs_[next_] == begin && stepper_.status() == StepStatus::running) output(begin, stepper_.state());
+    while (stepper_.status() == StepStatus::running) {
+      stepper_.step(dynamics_);
+      if (!usable()) return;
+      std::optional<EventLocation> hit;
+      if (stop_) {
+        const auto g = [&](double t, std::span<const double> y) { return margin(t, y); };
+        hit = locator_.find(stepper_, dynamics_, g, Crossing::falling);
+      }
+      const double reached = hit ? hit->time : stepper_.time();
+      while (next_ < outputs_.size() && (reached - outputs_[next_]) * direction_ > 0) {
+        stepper_.interpolate(dynamics_, outputs_[next_], std::span<double>(y_));
+        output(outputs_[next_], y_);
+      }
+      if (hit) return end_at(hit->time, locator_.state());
+      if (stepper_.status() == StepStatus::running && outputs_[next_] == reached) output(reached, stepper_.state());
+    }
+  }
+
+  void end_at(double t, std::span<const double> y) {
+    stop_time_ = t;
+    std::copy(y.begin(), y.end(), y_.begin());
+    output(t, y_);
+  }
+
+  // The next sample.
+  void output(double t, std::span<const double> y) {
+    ++next_;
+    if (!observe_) return;
+    dynamics_.efforts(t, y, motor_, friction_);
+    const State state = dynamics_.state(t, y);
+    const PhaseIntegrals integrals = dynamics_.integrals(y);
+    observe_({t, state, integrals, motor_, friction_});
+  }
+
+  PhaseOutcome outcome() {
+    const double t = stop_time_.value_or(stepper_.time());
+    const std::span<const double> y = stop_time_ ? std::span<const double>(y_) : stepper_.state();
+    PhaseOutcome outcome;
+    outcome.stopped = stop_time_.has_value();
+    outcome.finished = outcome.stopped || stepper_.status() == StepStatus::finished;
+    if (!outcome.finished) outcome.failure = stepper_.explanation();
+    outcome.end_time = t;
+    outcome.end_state = dynamics_.state(t, y);
+    outcome.integrals = dynamics_.integrals(y);
+    outcome.momentum_mended = dynamics_.momentum_mended(y);
+    outcome.rhs_evaluations = static_cast<long>(stepper_.statistics().rhs_evaluations);
+    outcome.steps = static_cast<long>(stepper_.statistics().accepted);
+    outcome.rejected = static_cast<long>(stepper_.statistics().rejected);
+    outcome.quaternion_defect = stepper_.statistics().largest_quaternion_defect;
+    dynamics_.leave_interval();
+    return outcome;
+  }
+
+  Method& stepper_;
+  PhaseDynamics& dynamics_;
+  const std::function<void(const PhaseSample&)>& observe_;
+  const StopCondition& stop_;
+  EventLocator<double> locator_;
+  std::vector<double> y_;  // at a sample inside a step; at the stop
+  std::vector<double> motor_, friction_;
+  std::vector<double> outputs_;
+  std::size_t next_ = 0;  // of outputs_
+  double direction_ = 1;
+  std::optional<double> stop_time_;
+};
 
 }  // namespace
 
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
-                            const IntegrationSetup& integration,
-                            const std::function<void(const PhaseSample&)>& observe) {
+                            const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
+                            const StopCondition& stop) {
   if (integration.method == IntegrationSetup::Method::rk4) {
-    return run(RungeKutta4<double>(dynamics.manifold(), integration.step), dynamics, start, t0, t1, interval, observe);
+    RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
+    return PhaseRun(stepper, dynamics, observe, stop).run(start, t0, t1, interval);
   }
   Tolerances tolerances;
   tolerances.rtol = integration.relative_tolerance;
@@ -63,8 +153,8 @@ PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double 
   StepControl control;
   if (integration.max_step > 0) control.max_step = integration.max_step;
   control.max_steps = integration.max_steps;
-  return run(DormandPrince853<double>(dynamics.manifold(), tolerances, control), dynamics, start, t0, t1, interval,
-             observe);
+  DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
+  return PhaseRun(stepper, dynamics, observe, stop).run(start, t0, t1, interval);
 }
 
 }  // namespace grapnel

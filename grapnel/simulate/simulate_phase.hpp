@@ -20,10 +20,14 @@ struct PhaseSample {
   std::span<const double> friction;
 };
 
+/// A quantity whose first fall from positive to zero or below ends a phase.
+using StopCondition = std::function<double(double t, const State&)>;
+
 struct PhaseOutcome {
   bool finished = false;
-  std::string failure;  // what happened when, if not finished
-  double end_time = 0;  // reached
+  bool stopped = false;  // by the condition, at end_time; finished is then true as well
+  std::string failure;   // what happened when, if not finished
+  double end_time = 0;   // reached
   State end_state;
   PhaseIntegrals integrals;
   long rhs_evaluations = 0;
@@ -33,10 +37,16 @@ struct PhaseOutcome {
   double quaternion_defect = 0;    // largest | |q| - 1 | before renormalization
 };
 
-/// Integrates from `start` at t0 (the dynamics' start time is the caller's) to t1, forwards or backwards, and calls
-/// `observe` at t0, at every multiple of `interval` after it, and at t1 (interval 0: at t0 and t1 only).
+/// Integrates from `start` at t0 to t1, forwards or backwards, and calls `observe` at t0, at every multiple of
+/// `interval` after it, and at the end (interval 0: at t0 and the end only). Steps end where trajectories and loads are
+/// not smooth (PhaseDynamics::breaks); a sample at such a time shows what follows it, the last sample what led to it.
+///
+/// With `stop` the phase ends at the first time where it falls from positive to zero or below: at t0 if it is not
+/// positive there. It is looked at eight times a step, so that a shorter dip may go unseen.
+/// @throws std::domain_error if `stop` becomes NaN.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration,
-                            const std::function<void(const PhaseSample&)>& observe = {});
+                            const std::function<void(const PhaseSample&)>& observe = {},
+                            const StopCondition& stop = {});
 
 }  // namespace grapnel

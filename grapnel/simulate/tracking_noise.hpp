@@ -26,6 +26,8 @@ class NoiseSignal {
   static constexpr int kTones = 24;
   NoiseSignal() = default;  // silent
   /// Random numbers are counter-based (Philox 4x32-10, Salmon et al. 2011): a function of seed, joint and tone alone.
+  /// Tone k of N has its frequency anywhere in the k-th of N equal parts of the band: no two beat slowly.
+  /// @throws std::invalid_argument if `position` is negative or not finite, or the bandwidth not positive and finite.
   NoiseSignal(const TrackingNoise& noise, std::uint32_t joint);
   /// n, n', n''.
   JointPoint at(double t) const;

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "capture/capture_case.hpp"
-#include "grapnel/capture/approach.hpp"
+#include "grapnel/capture/target_motion.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -52,7 +52,7 @@ TEST(Matching, LeastRatesAreSmallerAndStillMatch) {
     for (double v : x) sum += v * v;
     return sum;
   };
-  EXPECT_LT(size(least.planned_final_rates), 0.9 * size(both.planned_final_rates));
+  EXPECT_LT(size(least.plan->final_rates), 0.9 * size(both.plan->final_rates));
   EXPECT_GT(norm(least.approach_end->end_effectors[0].angular_velocity), 1e-3);  // free to turn
 }
 
@@ -165,7 +165,7 @@ TEST(Approach, PdLagsAndIdealDoesNot) {
   // thesis-facts: with PD lag the tips end 0.10 m and 0.06 m from the published grasp points.
   EXPECT_NEAR(r.approach_end->end_effectors[0].miss_distance, 0.10, 0.01);
   EXPECT_NEAR(r.approach_end->end_effectors[1].miss_distance, 0.06, 0.01);
-  EXPECT_GT(std::abs(r.approach_end->joints.velocity[0] - r.planned_final_rates[0]), 1e-5);
+  EXPECT_GT(std::abs(r.approach_end->joints.velocity[0] - r.plan->final_rates[0]), 1e-5);
   std::printf("[ measured ] approach of case 1: %ld right-hand sides\n", r.cost.at(0).rhs_evaluations);
 }
 

@@ -12,7 +12,7 @@ CaptureProblem thesis_case() {
   p.robot.name = "planar dual-arm";
   p.robot.base = "base";
   p.robot.bodies = thesis_robot();
-  p.robot.end_effectors = thesis_tips();
+  for (const FrameDescription& tip : thesis_tips()) p.robot.end_effectors.push_back({tip});
   p.joint_position = {0.698, -1.571, 1.047, 2.444, 1.571, -1.047};
   for (int i = 1; i <= 2; ++i) {
     const double side = i == 1 ? 1 : -1;
@@ -115,7 +115,7 @@ CaptureProblem random_capture(int index) {
     // Two different links, the last ones of the list more often than not.
     const int link =
         i == 0 ? static_cast<int>(links.size()) - 1 : random.integer(0, static_cast<int>(links.size()) - 2);
-    p.robot.end_effectors.push_back({"hand" + n, links[link], {random.rotation(), random.vector(0.4)}});
+    p.robot.end_effectors.push_back({{"hand" + n, links[link], {random.rotation(), random.vector(0.4)}}});
     p.targets.push_back(random_target("target" + n, p.X_WB.p, random));
     p.grasps.push_back({"hand" + n, "target" + n, "handle", models[(index + i) % 3], random.direction()});
   }
@@ -162,6 +162,7 @@ void expect_passes(const CaptureResult& result) {
   std::string nearest;
   double share = 0;
   for (const LedgerEntry& e : result.ledger.entries) {
+    if (e.kind == LedgerEntry::Kind::feasibility) continue;  // what the robot could do is another question
     EXPECT_TRUE(e.pass()) << e.name << " " << e.value << " > " << e.bound;
     if (e.applies && !(e.value / e.bound <= share)) share = e.value / e.bound, nearest = e.name;
   }

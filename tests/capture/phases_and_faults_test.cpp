@@ -130,13 +130,18 @@ TEST(Failure, AfterTheImpactKeepsApproachAndImpact) {
 
 TEST(Failure, OfPlanningIsSaid) {
   CaptureProblem p = thesis_case();
-  p.integration.max_steps = 12;  // enough for a target that does not move
-  for (TargetSetup& t : p.targets) t.V_WT = Twistd::zero();
+  p.approach->final_position.clear();
+  p.approach->plan.emplace();
+  p.targets[0].X_WT.p = {9, 0, 0};
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, ::testing::StartsWith("planning the approach: ")) << r.failure;
+  EXPECT_THAT(r.failure, ::testing::HasSubstr("end-effector 'tip-1' comes no closer than")) << r.failure;
   EXPECT_TRUE(r.series.time.empty());
   EXPECT_FALSE(r.approach_start || r.impact);
+  ASSERT_TRUE(r.plan);
+  EXPECT_FALSE(r.plan->found);
+  EXPECT_GT(r.plan->miss.at(0).distance, 5);
 }
 
 TEST(Failure, OfATargetIsSaidByName) {

@@ -118,7 +118,7 @@ TEST_P(FixedPoint, MeetsTheGraspPoints) {
     EXPECT_NEAR(e.relative_angular_velocity[2], spin - 0.2, 1e-11);
     std::printf("[ measured ] miss %.3g, relative velocity %.3g\n", e.miss_distance, norm(e.relative_velocity));
   }
-  for (std::size_t j = 0; j < 6; ++j) EXPECT_EQ(end.joints.velocity[j], r.planned_final_rates[j]);
+  for (std::size_t j = 0; j < 6; ++j) EXPECT_EQ(end.joints.velocity[j], r.plan->final_rates[j]);
   // Matched motion, no impact: the target's spin alone is caught where it was not matched.
   for (const GraspImpulse& g : r.impact->grasps) {
     if (planned.match == RateMatch::twist) {

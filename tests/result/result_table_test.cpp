@@ -33,7 +33,12 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
   result.impact->kinetic_energy_after = 4.125;
   const std::string text = result_table(result);
   EXPECT_THAT(text, HasSubstr("sample: completed"));
-  EXPECT_THAT(text, HasSubstr("ledger: FAILS, 1 of 3 quantities outside their bounds"));
+  EXPECT_THAT(text, HasSubstr("ledger: FAILS, 1 of 2 conserved quantities outside their bounds"));
+  EXPECT_THAT(text, HasSubstr("captured: NO (1 of 2 grips, t = 20 s)"));
+  EXPECT_THAT(text, HasSubstr("right -> debris/rail: outside the envelope"));
+  EXPECT_THAT(text,
+              HasSubstr("feasible: NO; base and debris overlap by 0.05 m at t = 33 s (post_impact); rate of joint"));
+  EXPECT_THAT(text, HasSubstr("plan: found, 4 of 5 beginnings, 23 Newton steps, measure excursion"));
   EXPECT_THAT(text, HasSubstr("warning: second"));
   EXPECT_THAT(text, ContainsRegex("left -> debris/left_handle [*] +12\\.346 +98\\.765 .* 123\\.46"));
   EXPECT_THAT(text, HasSubstr("5.25 -> 4.125"));

@@ -116,13 +116,33 @@ CaptureResult sample_result() {
   result.warnings = {"first", "second"};
   result.approach_start = phase_end(0);
   result.approach_end = phase_end(20);
-  result.planned_final_rates = {next(), next()};
+  PlanReport plan;
+  plan.joints = {"left-1", "right-1"};
+  plan.final_position = {next(), next()};
+  plan.final_rates = {next(), next()};
+  plan.searched = plan.found = true;
+  plan.measure = "excursion";
+  plan.measure_value = next();
+  plan.miss = {{"left", next(), next()}, {"right", next(), next()}};
+  plan.starts = 5, plan.solutions = 4, plan.iterations = 23;
+  plan.rhs_evaluations = 1234;
+  plan.smallest_singular_value = next();
+  plan.straight_in = StraightInReport{15, 0.3, 0.02, next(), true, 16, 17, next(), 16.5, 1e-13};
+  result.plan = plan;
+  result.capture_time = 20;
+  result.grips = {{"left", "debris", "handle", true, "within the envelope", next(), next(), next(), next()},
+                  {"right", "debris", "rail", false, "outside the envelope", next(), next(), next(), next()}};
+  result.clearance = {{0.25, "left_link", "debris", next_vector(), next_vector(), 12, "approach"},
+                      {-0.05, "base", "debris", next_vector(), next_vector(), 33, "post_impact"}};
+  result.clearance_events = {{"post_impact", 32, 34, 0, result.clearance[1]}};
+  result.limit_events = {{LimitKind::rate, "left-1", "approach", 3, 4, -0.3, 3.5, -0.2}};
   result.impact = impact();
   result.post_impact_end = phase_end(70);
   result.ledger.entries = {
       {"linear_momentum_drift", 3.25e-15, 1e-11, "1", "largest over all phases", true},
       {"angular_momentum_drift", 2e-11, 1e-11, "1", "largest over all phases", true},
       {"loop_closure_position", 0, 1e-12, "m", "", false},
+      {"clearance_violation", 0.05, 0, "m", "", true, LedgerEntry::Kind::feasibility},
   };
   result.ledger.scale = {12, 34, 56};
   result.cost = {{"approach", 2400, 200, 3}, {"post_impact", 350, 30, 0}};

@@ -30,10 +30,10 @@ TEST(Summary, HasEveryKeyOfTheContract) {
   const json summary = parsed(test::sample_result());
   expect_keys(summary,
               {"schema", "version", "scenario", "status", "failure", "warnings", "approach", "impact", "post_impact",
-               "ledger", "cost"},
+               "capture", "clearance", "limits", "ledger", "cost"},
               "");
   expect_keys(summary["scenario"], {"name", "sha256"}, "scenario");
-  expect_keys(summary["approach"], {"start", "end", "planned_final_rates"}, "approach");
+  expect_keys(summary["approach"], {"start", "end", "planned_final_rates", "plan"}, "approach");
   expect_keys(summary["post_impact"], {"end"}, "post_impact");
   for (const json& end : {summary["approach"]["start"], summary["approach"]["end"], summary["post_impact"]["end"]}) {
     expect_keys(end, {"time", "base", "joints", "end_effectors", "targets"}, "end");
@@ -63,6 +63,40 @@ TEST(Summary, HasEveryKeyOfTheContract) {
   expect_keys(impact["brake"], {"joints", "impulse", "kinetic_energy_before", "kinetic_energy_after"}, "impact.brake");
 }
 
+TEST(Summary, HasPlanCaptureClearanceAndLimits) {
+  const json summary = parsed(test::sample_result());
+  const json& plan = summary["approach"]["plan"];
+  expect_keys(plan,
+              {"joints", "final_position", "final_rates", "unmet_rate", "rhs_evaluations", "found", "measure",
+               "measure_value", "miss", "starts", "solutions", "iterations", "smallest_singular_value", "straight_in"},
+              "approach.plan");
+  expect_keys(plan["miss"][0], {"end_effector", "distance", "angle"}, "approach.plan.miss[]");
+  expect_keys(plan["straight_in"],
+              {"begin", "stand_off", "final_speed", "smallest_singular_value", "damped", "damped_interval", "unmet",
+               "unmet_time", "fit_error"},
+              "approach.plan.straight_in");
+  EXPECT_EQ(summary["approach"]["planned_final_rates"], plan["final_rates"]);
+  const json& capture = summary["capture"];
+  expect_keys(capture, {"captured", "time", "grasps"}, "capture");
+  EXPECT_EQ(capture["captured"], false);
+  expect_keys(capture["grasps"][1],
+              {"end_effector", "target", "grasp_point", "captured", "reason", "distance", "angle", "velocity",
+               "angular_velocity"},
+              "capture.grasps[]");
+  EXPECT_EQ(capture["grasps"][0]["captured"], true);
+  EXPECT_EQ(capture["grasps"][1]["reason"], "outside the envelope");
+  const json& clearance = summary["clearance"];
+  expect_keys(clearance, {"least", "phases", "events"}, "clearance");
+  EXPECT_EQ(clearance["least"]["distance"], -0.05);
+  EXPECT_EQ(clearance["least"]["bodies"], (std::vector<std::string>{"base", "debris"}));
+  expect_keys(clearance["phases"][0], {"phase", "distance", "bodies", "points", "time"}, "clearance.phases[]");
+  expect_keys(clearance["events"][0], {"phase", "bodies", "begin", "end", "required", "least_distance", "least_time"},
+              "clearance.events[]");
+  expect_keys(summary["limits"]["events"][0],
+              {"kind", "joint", "phase", "begin", "end", "limit", "worst_value", "worst_time"}, "limits.events[]");
+  EXPECT_EQ(summary["limits"]["events"][0]["kind"], "rate");
+}
+
 TEST(Summary, HasTheContractsPublishedAndLedgerKeys) {
   const json summary = parsed(test::sample_result());
   const json& published = summary["impact"]["as_published"];
@@ -73,10 +107,16 @@ TEST(Summary, HasTheContractsPublishedAndLedgerKeys) {
   expect_keys(published["grasps"][0], {"end_effector", "impulse", "angular_impulse", "impulse_magnitude"},
               "as_published.grasps[]");
   const json& ledger = summary["ledger"];
-  expect_keys(ledger, {"linear_momentum_drift", "angular_momentum_drift", "loop_closure_position", "scale", "pass"},
+  expect_keys(ledger,
+              {"linear_momentum_drift", "angular_momentum_drift", "loop_closure_position", "clearance_violation",
+               "scale", "pass", "feasible"},
               "ledger");
+  EXPECT_EQ(ledger["feasible"], false);
+  EXPECT_EQ(ledger["clearance_violation"]["kind"], "feasibility");
+  EXPECT_EQ(ledger["linear_momentum_drift"]["kind"], "conservation");
   expect_keys(ledger["scale"], {"linear_momentum", "angular_momentum", "energy"}, "ledger.scale");
-  expect_keys(ledger["linear_momentum_drift"], {"value", "bound", "pass", "unit", "note", "applies"}, "ledger entry");
+  expect_keys(ledger["linear_momentum_drift"], {"value", "bound", "pass", "unit", "note", "applies", "kind"},
+              "ledger entry");
   EXPECT_EQ(ledger["linear_momentum_drift"]["pass"], true);
   EXPECT_EQ(ledger["angular_momentum_drift"]["pass"], false);
   EXPECT_EQ(ledger["loop_closure_position"]["applies"], false);

@@ -107,10 +107,31 @@ void try_to(Load load, const std::string& text, Tally& tally) {
   }
 }
 
+// Everything that kSmallScenario leaves out.
+std::string rich_scenario() {
+  return edited(kSmallScenario,
+                {with_tip("approach_axis: [1, 0, 0], envelope: {position: 0.1, angle: 0.2}"),
+                 with_point("approach_direction: [0, -1, 0]"), with_grasp("orientation: axis"),
+                 way("profile: quintic\n  plan: {measure: nearest, guess: [0, 0], starts: 3, seed: 1}\n"
+                     "  straight_in: {stand_off: 0.5, duration: 4, final_speed: 0.02}\n"
+                     "  waypoints:\n"
+                     "    - {time: 5, joints: {shoulder: 0.3, elbow: 0.4}, rates: {elbow: 0.5}}\n"
+                     "    - {time: 9, end_effectors: {tip: {position: [1, 2, 3], target: ball}}}\n"
+                     "  tracking: {mode: computed_torque, kp: 1, kd: [2, 3], noise: {position: 1e-3}}\n"
+                     "  base_control: {kp: 4, kd: [5, 6, 7], limit: 8, rpy: [0, 0, 0.3]}\n"
+                     "  capture_at: envelope"),
+                 with_post_impact("base_control: {kp: 1, kd: 1}"),
+                 with_wrench("{body: base, force: [1, 0, 0], time: {shape: sine, frequency: 1}}\n"
+                             "  - target: ball\n"
+                             "    time: {shape: table, values: [[0, 0, 0, 0, 0, 0, 1], [1, 0, 0, 0, 0, 0, 0]]}\n"
+                             "clearance: {required: 0.1, ignore: [[base, upper], [lower, ball]]}")});
+}
+
 TEST(Mutation, OnlySuccessOrScenarioError) {
   const TemporaryFolder folder;
   Random random(seed());
-  std::vector<std::string> originals{kSmallScenario};
+  std::vector<std::string> originals{kSmallScenario, rich_scenario()};
+  EXPECT_TRUE(faults_of(originals[1]).empty());
   for (const auto& path : shipped_scenarios()) originals.push_back(bytes_of(path));
   for (const auto& path : shipped_robots()) originals.push_back(bytes_of(path));
   // Where the shipped scenarios find their robots.
@@ -121,8 +142,8 @@ TEST(Mutation, OnlySuccessOrScenarioError) {
   }
   Tally tally;
   for (int i = 0; i < 4000; ++i) {
-    // The small scenario, which has its robot inside, gets half of the attention.
-    std::string text = originals[i % 2 == 0 ? 0 : below(random, originals.size())];
+    // The small scenarios, which have their robot inside, get half of the attention.
+    std::string text = originals[i % 2 == 0 ? static_cast<std::size_t>(i / 2 % 2) : below(random, originals.size())];
     const std::size_t damages = i % 3 == 0 ? 3 : 1;
     for (std::size_t k = 0; k < damages; ++k) text = damaged(std::move(text), random);
     const auto path = folder.write("scenarios/thesis/mutant.yaml", text);

@@ -56,6 +56,51 @@ TEST_F(Overrides, CreateWhatIsAbsent) {
   EXPECT_EQ(p.gravity[2], -1);
 }
 
+TEST_F(Overrides, ReachWhatAnApproachIsMadeOf) {
+  folder_.write("motion.csv", "time,shoulder,elbow\n0,0.5,1\n8,0.25,0.5\n");
+  const CaptureProblem p = load({{"robot.end_effectors.tip.approach_axis", "[1, 0, 0]"},
+                                 {"robot.end_effectors.tip.envelope.position", "0.05"},
+                                 {"targets.ball.grasp_points.grip.approach_direction", "[0, -1, 0]"},
+                                 {"grasps.tip.orientation", "axis"},
+                                 {"approach", "{duration: 20, profile: quintic, plan: {}}"},
+                                 {"approach.plan.starts", "3"},
+                                 {"approach.straight_in", "{stand_off: 0.2, duration: 2}"},
+                                 {"approach.waypoints", "[{time: 5, joints: [0, 0]}]"},
+                                 {"approach.waypoints[0].rates.elbow", "0.5"},
+                                 {"approach.tracking", "{mode: pd, kp: 1, kd: 1, noise: {position: 0.01}}"},
+                                 {"approach.tracking.noise.seed", "7"},
+                                 {"approach.base_control", "{kp: 1, kd: 1, limit: [1, 2, 3]}"},
+                                 {"approach.base_control.limit[1]", "4"},
+                                 {"approach.capture_at", "envelope"},
+                                 {"post_impact.base_control", "{kp: 5, kd: 6}"},
+                                 {"external_wrenches", "[{body: base}]"},
+                                 {"external_wrenches[0].time", "{shape: half_sine, end: 2}"},
+                                 {"external_wrenches[0].force", "[1, 2, 3]"},
+                                 {"clearance.enabled", "false"},
+                                 {"clearance.ignore", "[[base, ball]]"},
+                                 {"clearance.ignore[0][1]", "lower"}});
+  EXPECT_TRUE(p.robot.end_effectors[0].approach_axis);
+  EXPECT_EQ(p.robot.end_effectors[0].envelope->position, 0.05);
+  EXPECT_EQ(p.grasps[0].orientation, GraspSetup::Orientation::axis);
+  EXPECT_EQ(p.approach->plan->starts, 3);
+  EXPECT_EQ(p.approach->straight_in->stand_off, 0.2);
+  EXPECT_THAT(*p.approach->waypoints.at(0).rates, ElementsAre(0, 0.5));
+  EXPECT_EQ(p.approach->tracking.noise->seed, 7u);
+  EXPECT_EQ(p.approach->base_control->limit[1], 4);
+  EXPECT_EQ(p.approach->capture_at, ApproachSetup::CaptureAt::envelope);
+  EXPECT_EQ(p.post_impact->base_control->kd[2], 6);
+  EXPECT_EQ(p.loads.at(0).profile.end, 2);
+  EXPECT_EQ(p.loads.at(0).amplitude.linear[2], 3);
+  EXPECT_FALSE(p.clearance.enabled);
+  EXPECT_EQ(p.clearance.ignore.at(0).second, "lower");
+
+  // A path in an override is relative to the scenario's folder too.
+  const CaptureProblem sampled = load({{"approach", "{trajectory: motion.csv}"}});
+  EXPECT_EQ(sampled.approach->duration, 8);
+  EXPECT_THAT(faults("approach={trajectory: motion.cvs}"),
+              ElementsAre(testing::EndsWith("no such file; did you mean 'motion.csv'?")));
+}
+
 TEST_F(Overrides, LaterOnesWin) {
   EXPECT_EQ(load({{"approach.duration", "10"}, {"approach.duration", "11"}}).approach->duration, 11);
 }

@@ -21,7 +21,8 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:2:8: error: robot must be the path of a robot file or a mapping with a robot's content, not a "
       "list",
       "scenario.yaml:3:1: error: unknown key 'x' in the scenario; allowed are schema, name, description, robot, "
-      "gravity, initial, targets, grasps, approach, contact, impact, post_impact, integration, output"}},
+      "gravity, initial, targets, grasps, approach, contact, impact, post_impact, external_wrenches, clearance, "
+      "integration, output"}},
     {"robot_axis_not_unit",
      {{"type: revolute, axis: [0, 0, 1], limits", "type: revolute, axis: [0, 1, 1], limits"}},
      {"scenario.yaml:8:53: error: robot.links[0].joint.axis has length 1.41421356, must be a unit vector; normalised "

@@ -24,7 +24,8 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:2:1: error: unknown key 'gravty' in the scenario; did you mean 'gravity'?"}},
     {"unknown_key_without_likeness",
      {{"post_impact: {duration: 10}", "post_impact: {duration: 10, colour: red}"}},
-     {"scenario.yaml:35:29: error: unknown key 'colour' in post_impact; allowed are duration, joints, kp, kd"}},
+     {"scenario.yaml:35:29: error: unknown key 'colour' in post_impact; allowed are duration, joints, kp, kd, "
+      "base_control"}},
     {"duplicate_key",
      {{"  duration: 20", "  duration: 20\n  duration: 30"}},
      {"scenario.yaml:32:3: error: duplicate key 'duration' in approach; first given in line 31"}},
@@ -34,7 +35,8 @@ const std::vector<FaultCase> kCases{
     {"duplicate_key_below_unknown",
      {{"name: test", "name: test\nextra: {a: 1, a: 2}"}},
      {"scenario.yaml:2:1: error: unknown key 'extra' in the scenario; allowed are schema, name, description, robot, "
-      "gravity, initial, targets, grasps, approach, contact, impact, post_impact, integration, output",
+      "gravity, initial, targets, grasps, approach, contact, impact, post_impact, external_wrenches, clearance, "
+      "integration, output",
       "scenario.yaml:2:15: error: duplicate key 'a' in extra; first given in line 2"}},
     {"wrong_type_text",
      {{"duration: 20", "duration: long"}},
@@ -71,7 +73,7 @@ const std::vector<FaultCase> kCases{
     {"text_instead_of_gain",
      {{"  final_rates", "  tracking: {mode: pd, kp: high, kd: 14}\n  final_rates"}},
      {"scenario.yaml:33:28: error: approach.tracking.kp must be a number for all joints, a mapping {joint name: value} "
-      "or a list in joint order [N m/rad or N/m], not the text 'high'"}},
+      "or a list in joint order [N m/rad or N/m; for computed_torque 1/s^2], not the text 'high'"}},
     {"missing_key", {{"    mass: 10\n", ""}}, {"scenario.yaml:22:5: error: missing key 'mass' in targets[0]"}},
     {"missing_two_keys",
      {{"impact: {duration: 1e-3}\npost_impact: {duration: 10}", "impact: {}\npost_impact: {}"}},
@@ -276,8 +278,10 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:33:13: error: missing key 'kd' in approach.tracking, needed with mode: pd"}},
     {"negative_gain",
      {{"  final_rates", "  tracking: {mode: pd, kp: -49, kd: {shoulder: 1, elbow: -1}}\n  final_rates"}},
-     {"scenario.yaml:33:28: error: approach.tracking.kp is -49, must be at least 0 [N m/rad or N/m]",
-      "scenario.yaml:33:58: error: approach.tracking.kd.elbow is -1, must be at least 0 [N m s/rad or N s/m]"}},
+     {"scenario.yaml:33:28: error: approach.tracking.kp is -49, must be at least 0 [N m/rad or N/m; for "
+      "computed_torque 1/s^2]",
+      "scenario.yaml:33:58: error: approach.tracking.kd.elbow is -1, must be at least 0 [N m s/rad or N s/m; for "
+      "computed_torque 1/s]"}},
     {"hinge_without_axis",
      {{"point: grip}", "point: grip, model: hinge}"}},
      {"scenario.yaml:29:5: error: missing key 'axis' in grasps[0], needed with model: hinge"}},

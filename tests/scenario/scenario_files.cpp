@@ -85,6 +85,24 @@ std::string edited(std::string text, const std::vector<std::pair<std::string, st
 }
 
 namespace {
+// A mapping in braces with further keys.
+Edit with_keys(const std::string& mapping, const std::string& keys) {
+  return {mapping, mapping.substr(0, mapping.size() - 1) + ", " + keys + "}"};
+}
+}  // namespace
+
+Edit with_tip(const std::string& keys) { return with_keys("{name: tip, link: lower, position: [1, 0, 0]}", keys); }
+Edit with_point(const std::string& keys) { return with_keys("{name: grip, position: [0, 0.5, 0]}", keys); }
+Edit with_grasp(const std::string& keys) { return with_keys("{end_effector: tip, target: ball, point: grip}", keys); }
+Edit with_post_impact(const std::string& keys) { return with_keys("{duration: 10}", keys); }
+Edit with_approach(const std::string& line) { return {"\nimpact:", "\n  " + line + "\nimpact:"}; }
+Edit with_top(const std::string& line) { return {"\nimpact:", "\n" + line + "\nimpact:"}; }
+Edit with_wrench(const std::string& wrench) { return with_top("external_wrenches:\n  - " + wrench); }
+Edit way(const std::string& lines) {
+  return {"  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}", "  " + lines};
+}
+
+namespace {
 std::vector<std::string> texts(const ScenarioError& error, const std::filesystem::path& folder) {
   std::vector<std::string> result;
   const std::string prefix = folder.string() + "/";

@@ -48,10 +48,23 @@ std::string bytes_of(const std::filesystem::path& path);
 std::vector<std::filesystem::path> shipped_robots();
 std::vector<std::filesystem::path> shipped_scenarios();
 
+/// Edits of kSmallScenario: further keys of the end-effector, the grasp point, the grasp, post_impact (each in braces:
+/// "key: value"), a further line of the approach or of the scenario, an external wrench, and what stands in the place
+/// of final_joints and final_rates.
+using Edit = std::pair<std::string, std::string>;
+Edit with_tip(const std::string& keys);
+Edit with_point(const std::string& keys);
+Edit with_grasp(const std::string& keys);
+Edit with_post_impact(const std::string& keys);
+Edit with_approach(const std::string& line);
+Edit with_top(const std::string& line);
+Edit with_wrench(const std::string& wrench);
+Edit way(const std::string& lines);
+
 struct FaultCase {
   const char* name;
-  std::vector<std::pair<std::string, std::string>> edits;  // of kSmallScenario
-  std::vector<std::string> faults;                         // all of them, in order
+  std::vector<Edit> edits;          // of kSmallScenario
+  std::vector<std::string> faults;  // all of them, in order
 };
 
 }  // namespace grapnel::test

@@ -116,6 +116,44 @@ TEST(Schema, RefusesWhatTheReaderRefuses) {
       {"  base: {mass: 100, inertia: [10, 10, 10]}\n", ""},
       {"rate: 1", "rate: 0"},
       {"name: upper", "nme: upper"},
+      with_tip("envelope: {}"),
+      with_tip("envelope: {position: 0}"),
+      with_tip("approach_axis: [1, 0]"),
+      with_grasp("orientation: axes"),
+      with_approach("plan: {}"),
+      with_approach("trajectory: motion.csv"),
+      way("profile: quintic"),
+      way("plan: {measure: nearest}"),
+      way("plan: {starts: 0}"),
+      way("plan: {starts: 1001}"),
+      way("plan: {seed: -1}"),
+      way("plan: {seed: 1.5}"),
+      way("trajectory: motion.csv\n  profile: quintic"),
+      way("trajectory: motion.csv\n  waypoints: []"),
+      way("plan: {}\n  straight_in: {stand_off: 1, duration: 1}\n  final_rates: [0, 0]"),
+      with_approach("straight_in: {stand_off: 1, duration: 1}"),
+      with_approach("waypoints: [{time: 5}]"),
+      with_approach("waypoints: [{joints: [0, 0]}]"),
+      with_approach("waypoints: [{time: 5, end_effectors: {}}]"),
+      with_approach("waypoints: [{time: 5, end_effectors: {tip: {}}}]"),
+      with_approach("waypoints: [{time: 5, rates: [0, 0], end_effectors: {tip: {position: [1, 0, 0]}}}]"),
+      with_approach("tracking: {mode: computed_torque, kp: 1}"),
+      with_approach("base_control: {kp: 1}"),
+      with_approach("base_control: {kp: [1, 1], kd: 1}"),
+      with_approach("base_control: {kp: 1, kd: 1, limit: 0}"),
+      with_post_impact("base_control: {kp: -1, kd: 1}"),
+      with_approach("capture_at: start"),
+      with_wrench("{force: [1, 0, 0]}"),
+      with_wrench("{body: base, target: ball}"),
+      with_wrench("{body: base, time: {shape: half_sine}}"),
+      with_wrench("{body: base, time: {shape: sine, frequency: 0}}"),
+      with_wrench("{body: base, time: {shape: constant, phase: 0}}"),
+      with_wrench("{body: base, time: {shape: table, values: [[0, 0, 0, 0, 0, 0, 0]]}}"),
+      with_top("clearance: {enabled: yes}"),
+      with_top("clearance: {enabled: 1}"),
+      with_top("clearance: {enabled: 'true'}"),
+      with_top("clearance: {required: -1}"),
+      with_top("clearance: {ignore: [[base]]}"),
   };
   ASSERT_TRUE(accepts(scenario_schema(), json_of(kSmallScenario)));
   for (const auto& edit : edits) {
@@ -123,6 +161,29 @@ TEST(Schema, RefusesWhatTheReaderRefuses) {
     EXPECT_FALSE(faults_of(text).empty()) << edit.second;
     EXPECT_FALSE(accepts(scenario_schema(), json_of(text))) << edit.second;
   }
+}
+
+TEST(Schema, AcceptsWhatTheReaderAccepts) {
+  const std::vector<std::vector<Edit>> edits{
+      {with_tip("envelope: {angle: 0.1}")},
+      {way("plan: {}")},
+      {way("plan: {measure: nearest, guess: [0, 0], starts: 1000, seed: 9007199254740991}")},
+      {way("plan: {}\n  straight_in: {stand_off: 1, duration: 1}"), with_tip("approach_axis: [1, 0, 0]"),
+       with_point("approach_direction: [0, -1, 0]")},
+      {with_approach("profile: quintic\n  waypoints: [{time: 5, end_effectors: {tip: {position: [1, 0, 0]}}}]")},
+      {with_approach("base_control: {kp: 1, kd: [1, 2, 3], limit: 4}")},
+      {with_wrench("{target: ball, force: [1, 0, 0], time: {shape: sine, frequency: 1}}")},
+      {with_wrench("{body: base, time: {shape: table, values: [[0, 0, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 0, 0]]}}")},
+      {with_top("clearance: {enabled: false, ignore: [[base, ball]]}")},
+  };
+  for (const auto& list : edits) {
+    const std::string text = edited(kSmallScenario, list);
+    EXPECT_THAT(faults_of(text), testing::IsEmpty()) << list[0].second;
+    EXPECT_TRUE(accepts(scenario_schema(), json_of(text))) << list[0].second;
+  }
+  // The file that this names need not be there for the schema.
+  const std::string trajectory = edited(kSmallScenario, {way("trajectory: motion.csv"), {"  duration: 20\n", ""}});
+  EXPECT_TRUE(accepts(scenario_schema(), json_of(trajectory)));
 }
 
 // The reader's own validator knows these and no others: a keyword it would ignore must not enter a schema unnoticed.
@@ -141,6 +202,7 @@ void expect_known_keywords(const Json& schema, const std::string& where) {
                                             "maximum",
                                             "exclusiveMinimum",
                                             "minLength",
+                                            "minProperties",
                                             "items",
                                             "minItems",
                                             "maxItems",
@@ -149,6 +211,7 @@ void expect_known_keywords(const Json& schema, const std::string& where) {
                                             "additionalProperties",
                                             "dependencies",
                                             "anyOf",
+                                            "oneOf",
                                             "allOf",
                                             "not",
                                             "if",
@@ -162,6 +225,15 @@ void expect_known_keywords(const Json& schema, const std::string& where) {
       for (const auto& [name, below] : value.items()) expect_known_keywords(below, here + "/" + name);
     } else if (key == "anyOf" || key == "allOf") {
       for (const auto& below : value) expect_known_keywords(below, here);
+    } else if (key == "oneOf") {
+      for (const auto& below : value) {
+        EXPECT_EQ(below.size(), 1u) << here;
+        EXPECT_EQ(below.at("required").size(), 1u) << here;
+      }
+    } else if (key == "minProperties") {
+      EXPECT_EQ(value, 1) << here;
+    } else if (key == "not" && value.empty()) {
+      EXPECT_TRUE(schema.contains("description")) << where;  // the reason
     } else if (key == "not") {
       EXPECT_EQ(value.size(), 1u) << here;
       EXPECT_LE(value.at("required").size(), 2u) << here;  // of one key: only to tell alternatives apart

@@ -8,20 +8,11 @@
 
 #include "oracle/free_body.hpp"
 #include "simulate/phase_case.hpp"
+#include "simulate/small_models.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
 namespace {
-
-Model one_body(const Symmetric3d& inertia, const Vector3d& com = {0, 0, 0}) {
-  BodyDescription b;
-  b.name = b.joint.name = "body";
-  b.joint.type = JointType::free;
-  b.mass = 3;
-  b.com = com;
-  b.inertia = inertia;
-  return ModelBuilder().add(b).build();
-}
 
 TEST(FreeBody, SymmetricTopIsExact) {
   Worst worst("pose of a symmetric top against the closed form");

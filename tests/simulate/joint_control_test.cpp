@@ -5,35 +5,11 @@
 #include <cmath>
 
 #include "simulate/phase_case.hpp"
+#include "simulate/small_models.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
 namespace {
-
-// A flywheel on the ground: 2 kg m^2 with its rotor's 0.1 * 3^2 = 0.9.
-Model flywheel(JointFriction friction, double effort = std::numeric_limits<double>::infinity()) {
-  BodyDescription ground, wheel;
-  ground.name = ground.joint.name = "ground";
-  ground.joint.type = JointType::fixed;
-  ground.mass = 1;
-  ground.inertia = Symmetric3d::diagonal(1, 1, 1);
-  wheel.name = wheel.joint.name = "wheel";
-  wheel.parent = "ground";
-  wheel.joint.type = JointType::continuous;
-  wheel.joint.friction = friction;
-  wheel.joint.limits.effort = effort;
-  wheel.joint.rotor_inertia = 0.1, wheel.joint.gear_ratio = 3;
-  wheel.mass = 4;
-  wheel.inertia = Symmetric3d::diagonal(1.5, 1.5, 2);
-  return ModelBuilder().add(ground).add(wheel).build();
-}
-constexpr double kWheelInertia = 2.9;
-
-State turning(const Model& model, double rate) {
-  State s = zero_state(model);
-  s.v[0] = rate;
-  return s;
-}
 
 TEST(Friction, ViscousSlowsExponentially) {
   const Model model = flywheel({0.3, 0, 1e-3});
@@ -61,7 +37,7 @@ TEST(EffortLimit, SaturatesAndAcceleratesByIt) {
   const Model model = flywheel({}, 0.2);
   PhaseSetup setup;
   setup.drives.resize(1);
-  setup.drives[0] = {JointControl::pd, {JointProfile::quintic, 1, 5, 5, 0, 0}, 49, 14};
+  setup.drives[0] = {JointControl::pd, JointTrajectory::at_rest(5), 49, 14};
   PhaseDynamics dynamics(model, setup);
   int samples = 0;
   const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 3, 0.1, {}, [&](const PhaseSample& s) {
@@ -72,7 +48,7 @@ TEST(EffortLimit, SaturatesAndAcceleratesByIt) {
   EXPECT_TRUE(o.finished);
   EXPECT_EQ(samples, 31);
   EXPECT_NEAR(o.integrals.motor_work, kWheelInertia / 2 * std::pow(0.6 / kWheelInertia, 2), 1e-13);
-  setup.drives[0].path.start = setup.drives[0].path.end = -5;
+  setup.drives[0].trajectory = JointTrajectory::at_rest(-5);
   PhaseDynamics other(model, setup);
   simulate_phase(other, turning(model, 0), 0, 1, 0.1, {}, [](const PhaseSample& s) { EXPECT_EQ(s.motor[0], -0.2); });
 }
@@ -81,7 +57,7 @@ TEST(EffortLimit, SaturatesAndAcceleratesByIt) {
 TEST(PD, IsTheDampedOscillator) {
   const Model model = flywheel({});
   PhaseSetup setup;
-  setup.drives = {{JointControl::pd, {JointProfile::quintic, 1, 1, 1, 0, 0}, 20, 2}};
+  setup.drives = {{JointControl::pd, JointTrajectory::at_rest(1), 20, 2}};
   PhaseDynamics dynamics(model, setup);
   const double damping = 2 / (2 * kWheelInertia), w = std::sqrt(20 / kWheelInertia - damping * damping);
   simulate_phase(dynamics, turning(model, 0), 0, 6, 0.25, {}, [&](const PhaseSample& s) {
@@ -98,13 +74,12 @@ TEST(PrescribedJoints, FollowTheirPathExactly) {
     const Model model = random_model({}, random);
     const State start = random_state(model, random, 0.5);
     PhaseSetup setup;
-    setup.start_time = 3;
-    setup.drives = random_drives(model, start, JointControl::prescribed, 2, random);
+    setup.drives = random_drives(model, start, JointControl::prescribed, 2, random, 3);
     PhaseDynamics dynamics(model, setup);
     const PhaseOutcome o = simulate_phase(dynamics, start, 3, 5, 0.5, {}, [&](const PhaseSample& s) {
       for (std::size_t j = 0; j < model.joints().size(); ++j) {
         const Body& body = model.bodies()[model.joints()[j]];
-        const JointPoint p = evaluate(setup.drives[j].path, s.time - 3);
+        const JointPoint p = evaluate(setup.drives[j].trajectory, s.time);
         EXPECT_EQ(s.state.q[body.q], p.position);
         EXPECT_EQ(s.state.v[body.v], p.rate);
       }

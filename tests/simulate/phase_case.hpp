@@ -22,17 +22,17 @@ inline Model with_friction(const Model& model, double viscous, double coulomb,
   return builder.build();
 }
 
-/// Quintic paths from the joints' states to random ends.
+/// Quintic paths from the joints' states to random ends, from the time `begin` on.
 inline std::vector<JointDrive> random_drives(const Model& model, const State& state, JointControl control,
-                                             double duration, Random& random) {
+                                             double duration, Random& random, double begin = 0) {
   std::vector<JointDrive> drives;
   for (int b : model.joints()) {
     const Body& body = model.bodies()[b];
     JointDrive d;
     d.control = control;
-    d.path = {JointProfile::quintic, duration,
-              state.q[body.q],       state.q[body.q] + random.uniform(-1, 1),
-              state.v[body.v],       random.uniform(-0.3, 0.3)};
+    d.trajectory = {begin,
+                    JointPath{JointProfile::quintic, duration, state.q[body.q], state.q[body.q] + random.uniform(-1, 1),
+                              state.v[body.v], random.uniform(-0.3, 0.3)}};
     d.kp = 40, d.kd = 12;
     drives.push_back(d);
   }

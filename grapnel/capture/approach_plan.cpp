@@ -1,0 +1,467 @@
+#include "grapnel/capture/approach_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "grapnel/capture/phase_setups.hpp"
+#include "grapnel/plan/reach.hpp"
+#include "grapnel/plan/reach_failure.hpp"
+#include "grapnel/plan/shooting.hpp"
+#include "grapnel/plan/straight_in.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+namespace {
+
+// Ends planning; becomes ApproachPlan::failure.
+struct Unplannable : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+template <class Items>
+std::size_t index_of(const Items& items, const std::string& name) {
+  const auto at = std::find_if(items.begin(), items.end(), [&](const auto& x) { return x.name == name; });
+  return static_cast<std::size_t>(at - items.begin());
+}
+
+Goal::Orientation orientation_of(const GraspSetup& grasp) {
+  return grasp.orientation == GraspSetup::Orientation::axis   ? Goal::Orientation::axis
+         : grasp.orientation == GraspSetup::Orientation::pose ? Goal::Orientation::pose
+                                                              : Goal::Orientation::free;
+}
+
+const char* name_of(PlanSetup::Measure measure) {
+  switch (measure) {
+    case PlanSetup::Measure::excursion:
+      return "excursion";
+    case PlanSetup::Measure::nearest:
+      return "nearest";
+    case PlanSetup::Measure::limits:
+      return "limits";
+    case PlanSetup::Measure::manipulability:
+      return "manipulability";
+    case PlanSetup::Measure::as_found:
+      break;
+  }
+  return "as_found";
+}
+
+Measure::Kind kind_of(PlanSetup::Measure measure) {
+  switch (measure) {
+    case PlanSetup::Measure::excursion:
+      return Measure::Kind::excursion;
+    case PlanSetup::Measure::nearest:
+      return Measure::Kind::nearest;
+    case PlanSetup::Measure::limits:
+      return Measure::Kind::limits;
+    case PlanSetup::Measure::manipulability:
+      return Measure::Kind::manipulability;
+    case PlanSetup::Measure::as_found:
+      break;
+  }
+  return Measure::Kind::as_found;
+}
+
+// One plan, leg by leg. Joints are those of the servicer alone, which are the robot's in the same order.
+class Planner {
+ public:
+  Planner(const CaptureProblem& problem, const TargetPlan& targets, ApproachPlan& plan)
+      : problem_(problem),
+        approach_(*problem.approach),
+        targets_(targets),
+        plan_(plan),
+        servicer_(make_servicer(problem)),
+        start_state_(initial_servicer_state(problem, servicer_)),
+        base_(servicer_.model, problem.robot.base_mode == RobotSetup::Base::free),
+        motion_(free_motion(servicer_.model, start_state_, 0, problem.gravity)) {
+    const std::size_t n = servicer_.robot_joints.size();
+    position_ = problem.joint_position;
+    rate_ = problem.joint_rate.empty() ? std::vector<double>(n, 0.0) : problem.joint_rate;
+    X_WB_ = problem.X_WB;
+    plan_.joints.resize(n);
+    for (int j : servicer_.robot_joints) {
+      const JointDescription& joint = servicer_.model.bodies()[servicer_.model.joints()[j]].description.joint;
+      plan_.report.joints.push_back(joint.name);
+      lower_.push_back(joint.limits.lower);
+      upper_.push_back(joint.limits.upper);
+    }
+  }
+
+  void run() {
+    if (approach_.sampled) {
+      follow_samples();
+    } else {
+      for (const Waypoint& w : approach_.waypoints) pass(w);
+      const double final_leg_end = approach_.duration - (approach_.straight_in ? approach_.straight_in->duration : 0);
+      if (approach_.straight_in) {
+        stand_off_and_in(final_leg_end);
+      } else {
+        final_leg(final_leg_end);
+      }
+    }
+  }
+
+  // What was reached, also where planning failed.
+  void close() {
+    plan_.report.final_position = position_;
+    plan_.report.final_rates = rate_;
+  }
+
+ private:
+  // --- Legs ---------------------------------------------------------------------------------------------------------
+
+  LegStart leg_to(double end) const { return {time_, end, approach_.profile, position_, rate_, X_WB_}; }
+
+  // Flies a leg to final values and goes on from there.
+  void advance(double end, const std::vector<double>& position, const std::vector<double>& rate) {
+    Leg leg(base_, leg_to(end), motion_, 1e-12, 1e-14);
+    const LegEnd at_end = leg.fly(position, rate, false);
+    if (!at_end.finished) throw std::runtime_error("planning the approach: " + at_end.failure);
+    for (std::size_t j = 0; j < position.size(); ++j) {
+      plan_.joints[j].pieces.push_back({time_, end, leg.path(static_cast<int>(j), position[j], rate[j])});
+    }
+    plan_.report.rhs_evaluations += leg.rhs_evaluations();
+    time_ = end, position_ = position, rate_ = rate, X_WB_ = at_end.X_WB;
+  }
+
+  ReachProblem reach_to(double end, std::vector<Goal> goals, RateDemand demand) const {
+    ReachProblem reach;
+    reach.start = leg_to(end);
+    reach.motion = motion_;
+    reach.goals = std::move(goals);
+    reach.demand = demand;
+    reach.lower = lower_, reach.upper = upper_;
+    reach.guess = position_;
+    reach.measure.reference = position_;
+    reach.measure.lower = lower_, reach.measure.upper = upper_;
+    return reach;
+  }
+
+  // The settings of approach.plan.
+  void set_search(ReachProblem& reach) const {
+    const PlanSetup& plan = *approach_.plan;
+    reach.starts = plan.starts, reach.seed = plan.seed;
+    if (!plan.guess.empty()) reach.guess = plan.guess;
+    reach.measure.kind = kind_of(plan.measure);
+    if (plan.measure == PlanSetup::Measure::nearest) reach.measure.reference = reach.guess;
+  }
+
+  ReachSolution solve(const ReachProblem& reach, const std::string& what) {
+    const ReachSolution solution = plan_reach(base_, reach);
+    plan_.report.rhs_evaluations += solution.rhs_evaluations;
+    if (!solution.found) {
+      report(reach, solution);
+      throw Unplannable(fmt::format("planning the approach{}: {}", what, solution.failure));
+    }
+    return solution;
+  }
+
+  void report(const ReachProblem& reach, const ReachSolution& solution) {
+    PlanReport& r = plan_.report;
+    r.searched = true;
+    r.found = solution.found;
+    r.measure = approach_.plan ? name_of(approach_.plan->measure) : "excursion";
+    r.measure_value = solution.measure;
+    r.miss.clear();
+    for (std::size_t i = 0; i < reach.goals.size(); ++i) {
+      r.miss.push_back({reach.goals[i].name, solution.miss[i].distance, solution.miss[i].angle});
+    }
+    r.starts = solution.starts, r.solutions = solution.solutions, r.iterations = solution.iterations;
+    r.smallest_singular_value = solution.smallest_singular_value;
+    r.unmet_rate = solution.unmet_rate;
+    if (!solution.found) position_ = solution.position, rate_ = solution.rate;
+  }
+
+  // --- Waypoints ----------------------------------------------------------------------------------------------------
+
+  void pass(const Waypoint& w) {
+    if (!w.joints.empty() || w.places.empty()) {
+      advance(w.time, w.joints, w.rates ? *w.rates : std::vector<double>(w.joints.size(), 0.0));
+      return;
+    }
+    std::vector<Goal> goals;
+    for (const Waypoint::Place& place : w.places) {
+      Goal g;
+      g.frame = servicer_.model.frame_index(place.end_effector);
+      g.name = place.end_effector;
+      TargetMotion frame{Posed::identity(), Twistd::zero()};
+      if (!place.target.empty()) frame = target_at(index_of(problem_.targets, place.target), w.time);
+      g.X_WG = frame.X_WT * Posed{Rotationd::identity(), place.position};
+      g.V_WG = shift(frame.V_WT, frame.X_WT.R * place.position);
+      g.V_WG.linear += frame.X_WT.R * place.velocity;
+      goals.push_back(g);
+    }
+    const ReachSolution s = solve(reach_to(w.time, std::move(goals), RateDemand::linear),
+                                  fmt::format(", waypoint at t = {:.6g} s", w.time));
+    advance(w.time, s.position, s.rate);
+  }
+
+  TargetMotion target_at(std::size_t target, double time) const {
+    return propagate_target(problem_.targets[target], targets_.capture[target], approach_.duration, time,
+                            problem_.gravity, problem_.integration, problem_.loads);
+  }
+
+  // --- The final leg ------------------------------------------------------------------------------------------------
+
+  std::vector<Goal> capture_goals() const {
+    std::vector<Goal> goals;
+    for (const GraspSetup& grasp : problem_.grasps) {
+      const std::size_t t = index_of(problem_.targets, grasp.target);
+      const GraspPoint& point =
+          problem_.targets[t].grasp_points[index_of(problem_.targets[t].grasp_points, grasp.grasp_point)];
+      const TargetMotion& at = targets_.capture[t];
+      Goal g;
+      g.frame = servicer_.model.frame_index(grasp.end_effector);
+      g.name = grasp.end_effector;
+      g.X_WG = at.X_WT * point.X_TG;
+      g.V_WG = shift(at.V_WT, at.X_WT.R * point.X_TG.p);
+      g.orientation = orientation_of(grasp);
+      if (point.approach_direction) g.direction_W = at.X_WT.R * *point.approach_direction;
+      g.axis_E = approach_axis(grasp);
+      goals.push_back(g);
+    }
+    return goals;
+  }
+
+  Vector3d approach_axis(const GraspSetup& grasp) const {
+    const EndEffectorSetup& e =
+        problem_.robot.end_effectors[index_of(problem_.robot.end_effectors, grasp.end_effector)];
+    return e.approach_axis.value_or(Vector3d{1, 0, 0});
+  }
+
+  RateDemand demand() const {
+    if (approach_.final_rates) return RateDemand::given;
+    if (!approach_.match) return approach_.plan ? RateDemand::twist : RateDemand::given;
+    switch (*approach_.match) {
+      case RateMatch::velocity:
+        return RateDemand::velocity;
+      case RateMatch::twist:
+        return RateDemand::twist;
+      case RateMatch::velocity_least_rates:
+        break;
+    }
+    return RateDemand::linear;
+  }
+
+  void final_leg(double end) {
+    ReachProblem reach = reach_to(end, capture_goals(), demand());
+    if (approach_.final_rates) reach.given_rates = *approach_.final_rates;
+    std::vector<double> position = approach_.final_position, rate;
+    if (approach_.plan) {
+      set_search(reach);
+      ReachSolution s = solve(reach, "");
+      if (disturbed()) s = allow_for_disturbance(reach, s);
+      report(reach, s);
+      position = s.position, rate = s.rate;
+      warn_of_unmet(s.unmet_rate, rate);
+    } else {
+      rate = settled_rates(reach, position);
+    }
+    advance(end, position, rate);
+  }
+
+  // Rates that meet the demand at given final values.
+  std::vector<double> settled_rates(const ReachProblem& reach, const std::vector<double>& position) {
+    const std::size_t n = position.size();
+    if (reach.demand == RateDemand::given)
+      return reach.given_rates.empty() ? std::vector<double>(n, 0.0) : reach.given_rates;
+    Shooting shooting(base_, reach);
+    const Shot shot = shooting.shoot(position, std::vector<double>(n, 0.0));
+    plan_.report.rhs_evaluations += shooting.rhs_evaluations();
+    if (!shot.valid) {
+      throw Unplannable(
+          "planning the approach: final joint rates did not converge; the final configuration may be near a "
+          "singularity of the generalized Jacobian");
+    }
+    warn_of_unmet(shot.unmet, shot.rate);
+    plan_.report.unmet_rate = shot.unmet;
+    return shot.rate;
+  }
+
+  void warn_of_unmet(double unmet, const std::vector<double>& rates) {
+    double largest = 1e-3;
+    for (double r : rates) largest = std::max(largest, std::abs(r));
+    if (unmet <= 1e-9 * largest) return;
+    plan_.warnings.push_back(
+        fmt::format("approach: no joint rates give the end-effectors the demanded motion at the final configuration; "
+                    "the largest component left unmatched is {:.3g} (m/s or rad/s)",
+                    unmet));
+  }
+
+  // --- What the momentum integral does not know ---------------------------------------------------------------------
+
+  // Loads on the servicer, or attitude control: the momentum is then no constant of the motion.
+  bool disturbed() const {
+    return approach_.base_control.has_value() || !loads_on(servicer_.model, problem_.loads).empty();
+  }
+
+  // Where joints that follow these final values exactly bring the servicer, with everything that acts on it.
+  State fly_disturbed(const ReachProblem& reach, const std::vector<double>& position, const std::vector<double>& rate) {
+    std::vector<JointTrajectory> joints = plan_.joints;
+    Leg leg(base_, reach.start, motion_, 1e-12, 1e-14);
+    for (std::size_t j = 0; j < position.size(); ++j) {
+      joints[j].pieces.push_back(
+          {reach.start.begin, reach.start.end, leg.path(static_cast<int>(j), position[j], rate[j])});
+    }
+    PhaseDynamics dynamics(servicer_.model, approach_setup(problem_, servicer_, start_state_, joints, true));
+    const PhaseOutcome outcome = simulate_phase(dynamics, start_state_, 0, reach.start.end, 0, problem_.integration);
+    if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
+    plan_.report.rhs_evaluations += outcome.rhs_evaluations;
+    return outcome.end_state;
+  }
+
+  // Moves the goals by what the disturbed motion misses, until it does not: the undisturbed sensitivities serve as an
+  // approximation of the true ones.
+  ReachSolution allow_for_disturbance(const ReachProblem& original, ReachSolution solution) {
+    ReachProblem reach = original;
+    reach.starts = 1, reach.measure.kind = Measure::Kind::as_found;
+    constexpr int kMost = 40;
+    double last = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kMost; ++i) {
+      const State end = fly_disturbed(reach, solution.position, solution.rate);
+      const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
+      base_.place(solution.position);
+      Eigen::VectorXd error, wanted;
+      Eigen::MatrixXd unused, G;
+      goal_error(base_, X_WB, original.goals, error, unused, unused);
+      solution.miss = misses(original.goals, error);
+      double miss = error.lpNorm<Eigen::Infinity>();
+      if (original.demand != RateDemand::given) {
+        const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
+        const DemandedRates demanded =
+            demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), original.goals, original.demand);
+        reach.demand = RateDemand::given;
+        reach.given_rates.assign(demanded.rates.begin(), demanded.rates.end());
+        solution.unmet_rate = demanded.unmet;
+        for (std::size_t j = 0; j < solution.rate.size(); ++j) {
+          miss = std::max(miss, std::abs(demanded.rates[j] - solution.rate[j]));
+        }
+      }
+      if (miss <= kArrived || (miss <= 10 * kArrived && miss > 0.5 * last)) return solution;
+      last = miss;
+      for (std::size_t g = 0; g < reach.goals.size(); ++g) {
+        const Goal& goal = original.goals[g];
+        const Posed X_WE = X_WB * base_.frame_pose(goal.frame);
+        Goal& aim = reach.goals[g];
+        aim.X_WG.p -= X_WE.p - goal.X_WG.p;
+        if (goal.orientation == Goal::Orientation::pose) {
+          aim.X_WG.R = goal.X_WG.R * transpose(X_WE.R) * aim.X_WG.R;
+        } else if (goal.orientation == Goal::Orientation::axis) {
+          aim.direction_W = rotation_between(X_WE.R * goal.axis_E, goal.direction_W) * aim.direction_W;
+        }
+      }
+      reach.guess = solution.position;
+      const ReachSolution next = solve(reach, " under loads or attitude control");
+      solution.position = next.position, solution.rate = next.rate;
+      solution.iterations += next.iterations;
+    }
+    throw Unplannable(fmt::format(
+        "planning the approach: the loads or the base's attitude control change the motion so much that the plan did "
+        "not converge; the end-effectors are {:.3g} m, rad or rad/s off after {} corrections",
+        last, kMost));
+  }
+
+  // --- Straight in --------------------------------------------------------------------------------------------------
+
+  void stand_off_and_in(double begin) {
+    const StraightIn& setup = *approach_.straight_in;
+    StraightInProblem in;
+    in.begin = begin, in.end = approach_.duration;
+    in.motion = motion_, in.gravity = problem_.gravity;
+    in.stand_off = setup.stand_off, in.final_speed = setup.final_speed;
+    for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
+      const TargetMotion at = target_at(t, begin);
+      in.targets.push_back({at.X_WT, at.V_WT, problem_.targets[t].com, problem_.targets[t].inertia});
+    }
+    for (const GraspSetup& grasp : problem_.grasps) {
+      const std::size_t t = index_of(problem_.targets, grasp.target);
+      const GraspPoint& point =
+          problem_.targets[t].grasp_points[index_of(problem_.targets[t].grasp_points, grasp.grasp_point)];
+      in.goals.push_back({servicer_.model.frame_index(grasp.end_effector), grasp.end_effector, static_cast<int>(t),
+                          point.X_TG, point.approach_direction.value_or(Vector3d{1, 0, 0}), orientation_of(grasp),
+                          approach_axis(grasp)});
+    }
+    ReachProblem reach = reach_to(begin, goals_at(in, in.targets, setup.stand_off, 0), RateDemand::task);
+    set_search(reach);
+    const ReachSolution s = solve(reach, ", stand-off");
+    report(reach, s);
+    advance(begin, s.position, s.rate);
+    in.position = position_, in.X_WB = X_WB_;
+    take_straight_in(in, plan_straight_in(base_, in));
+    if (disturbed()) {
+      plan_.warnings.push_back(
+          "approach: straight_in is planned without loads and attitude control; the end-effectors will miss by what "
+          "these do");
+    }
+  }
+
+  void take_straight_in(const StraightInProblem& in, const StraightInPath& path) {
+    plan_.report.rhs_evaluations += path.rhs_evaluations;
+    if (!path.finished) throw Unplannable("planning the approach, straight in: " + path.failure);
+    for (std::size_t j = 0; j < plan_.joints.size(); ++j) {
+      auto& pieces = plan_.joints[j].pieces;
+      pieces.insert(pieces.end(), path.joints[j].pieces.begin(), path.joints[j].pieces.end());
+      position_[j] = evaluate(plan_.joints[j], in.end).position;
+    }
+    rate_ = path.rate_end;
+    plan_.report.straight_in =
+        StraightInReport{in.begin,        in.stand_off,      in.final_speed,  path.smallest_singular_value,
+                         path.damped,     path.damped_begin, path.damped_end, path.unmet,
+                         path.unmet_time, path.fit_error};
+    if (path.damped) {
+      plan_.warnings.push_back(fmt::format(
+          "approach: straight in, the arms pass a singularity of the generalized Jacobian between t = {:.4g} "
+          "and {:.4g} s (smallest singular value {:.3g}); joint rates are damped there and the demanded "
+          "motion is missed by up to {:.3g} (m/s or rad/s)",
+          path.damped_begin, path.damped_end, path.smallest_singular_value, path.unmet));
+    } else if (path.unmet > 1e-9) {
+      plan_.warnings.push_back(
+          fmt::format("approach: straight in, the joints cannot give the demanded motion; up to {:.3g} (m/s or rad/s) "
+                      "is left unmet, at t = {:.4g} s",
+                      path.unmet, path.unmet_time));
+    }
+  }
+
+  // --- Samples ------------------------------------------------------------------------------------------------------
+
+  void follow_samples() {
+    const SampledMotion& s = *approach_.sampled;
+    for (std::size_t j = 0; j < plan_.joints.size(); ++j) {
+      plan_.joints[j] = interpolate_samples(s.times, s.positions[j],
+                                            s.rates.empty() ? std::span<const double>{} : std::span(s.rates[j]));
+      const JointPoint end = evaluate(plan_.joints[j], approach_.duration);
+      position_[j] = end.position, rate_[j] = end.rate;
+    }
+  }
+
+  const CaptureProblem& problem_;
+  const ApproachSetup& approach_;
+  const TargetPlan& targets_;
+  ApproachPlan& plan_;
+  CaptureSystem servicer_;
+  State start_state_;
+  FloatingBase base_;
+  FreeMotion motion_;
+  double time_ = 0;
+  std::vector<double> position_, rate_, lower_, upper_;
+  Posed X_WB_;
+};
+
+}  // namespace
+
+ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets) {
+  ApproachPlan plan;
+  Planner planner(problem, targets, plan);
+  try {
+    planner.run();
+  } catch (const Unplannable& error) {
+    plan.failure = error.what();
+  }
+  planner.close();
+  return plan;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,27 @@
+#pragma once
+
+/// @file
+/// From the problem's settings to what drives a phase. Thread safety: pure functions.
+
+#include <span>
+
+#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/simulate/phase_dynamics.hpp"
+
+namespace grapnel {
+
+/// Loads on the bodies that a model has; others are left out.
+std::vector<ExternalLoad> loads_on(const Model& model, std::span<const LoadSetup> loads);
+
+/// Attitude control of the base from a setting; without a desired attitude it keeps that of `state`.
+AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSystem& system, const State& state);
+
+/// The approach along these trajectories (one per robot joint), tracked as set; `ideal`: followed exactly without
+/// noise, whatever the tracking.
+PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
+                          const std::vector<JointTrajectory>& joints, bool ideal);
+
+/// The motion after the impact from `start`.
+PhaseSetup post_impact_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start);
+
+}  // namespace grapnel

@@ -1,0 +1,31 @@
+#pragma once
+
+/// @file
+/// Where the targets are at the start and at the instant of capture. Thread safety: pure functions.
+
+#include <span>
+
+#include "grapnel/capture/capture_system.hpp"
+
+namespace grapnel {
+
+/// Pose and twist (at the frame's origin, in W) of a target.
+struct TargetMotion {
+  Posed X_WT;
+  Twistd V_WT;
+};
+
+/// A target's motion at time t1 from that at t0, under gravity and the loads that act on it (2.13).
+/// @throws std::runtime_error if the integration fails.
+TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
+                              const Vector3d& gravity, const IntegrationSetup& integration,
+                              std::span<const LoadSetup> loads = {});
+
+/// Motion of a problem's targets at the start and at the instant of capture T.
+struct TargetPlan {
+  std::vector<TargetMotion> start;
+  std::vector<TargetMotion> capture;
+};
+TargetPlan plan_targets(const CaptureProblem& problem);
+
+}  // namespace grapnel

@@ -1,0 +1,115 @@
+#include "grapnel/capture/watches.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace grapnel {
+namespace {
+
+// A body's name as a user knows it: a target without its prefix.
+std::string shown_name(const std::string& name) {
+  const std::string prefix = target_body_name("");
+  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+}
+
+// Bodies that a fixed joint ties to this one.
+std::vector<int> tied_to(const Model& model, int body) {
+  std::vector<int> bodies;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    if (model.bodies()[i].placement.link == model.bodies()[body].placement.link) bodies.push_back(static_cast<int>(i));
+  }
+  return bodies;
+}
+
+}  // namespace
+
+ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system) {
+  const Model& model = system.model;
+  std::vector<BodyShape> shapes;
+  if (!problem.clearance.enabled) return {};
+  for (const auto& [body, geometry] : problem.robot.geometry) shapes.push_back({model.body_index(body), geometry});
+  for (const TargetSetup& t : problem.targets) {
+    if (t.geometry.shape == Geometry::Shape::none) continue;
+    const int body = model.body_index(target_body_name(t.name));
+    Geometry geometry = t.geometry;
+    geometry.X_BG = own_frame(model, body) * geometry.X_BG;
+    shapes.push_back({body, geometry});
+  }
+  std::vector<std::pair<int, int>> ignored;
+  for (const auto& [a, b] : problem.clearance.ignore) ignored.emplace_back(model.body_index(a), model.body_index(b));
+  for (const GraspSetup& g : problem.grasps) {
+    const int hand = model.frames()[model.frame_index(g.end_effector)].body;
+    const int target = model.body_index(target_body_name(g.target));
+    for (int body : tied_to(model, hand)) ignored.emplace_back(body, target);
+  }
+  return ClearanceModel(model, std::move(shapes), ignored);
+}
+
+Watches::Watches(const CaptureProblem& problem) : problem_(problem), clearance_(problem.clearance.required) {}
+
+void Watches::begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut) {
+  open_ = any_phase_ = true;
+  model_ = make_clearance_model(problem_, system);
+  any_pair_ = any_pair_ || !model_.pairs().empty();
+  clearance_.begin_phase(name, system.model, model_);
+  limits_.emplace(efforts_are_cut);
+  limits_->begin_phase(name, system.model);
+  for (int body : system.model.joints()) {
+    const JointLimits& l = system.model.bodies()[body].description.joint.limits;
+    any_limit_ = any_limit_ || std::isfinite(l.lower) || std::isfinite(l.upper) || std::isfinite(l.rate) ||
+                 std::isfinite(l.effort);
+  }
+}
+
+void Watches::sample(const PhaseSample& s) {
+  if (!model_.pairs().empty()) clearance_.sample(s.time, s.state);
+  if (any_limit_) limits_->sample(s.time, s.state, s.motor);
+}
+
+void Watches::end_phase() {
+  clearance_.end_phase();
+  limits_->end_phase();
+  for (const LimitEvent& e : limits_->events()) limit_events_.push_back(e);
+  open_ = false;
+}
+
+void Watches::write(CaptureResult& result) {
+  if (open_) end_phase();
+  double overlap = 0;
+  for (LeastClearance least : clearance_.least()) {
+    if (least.body_a.empty()) continue;
+    overlap = std::max(overlap, problem_.clearance.required - least.distance);
+    least.body_a = shown_name(least.body_a), least.body_b = shown_name(least.body_b);
+    result.clearance.push_back(least);
+  }
+  for (ClearanceEvent e : clearance_.events()) {
+    e.least.body_a = shown_name(e.least.body_a), e.least.body_b = shown_name(e.least.body_b);
+    result.clearance_events.push_back(e);
+  }
+  result.limit_events = limit_events_;
+  const auto excess = [&](LimitKind kind) {
+    double largest = 0;
+    for (const LimitEvent& e : limit_events_) {
+      if (e.kind == kind) largest = std::max(largest, std::abs(e.worst_value - e.limit));
+    }
+    return largest;
+  };
+  const auto row = [&](const char* name, double value, const char* unit, const std::string& note, bool applies) {
+    result.ledger.entries.push_back(
+        {name, value, 0, unit, note, applies && any_phase_, LedgerEntry::Kind::feasibility});
+  };
+  row("clearance_violation", overlap, "m",
+      fmt::format("how much nearer than {:g} m two bodies come, by their shapes, at any time; not felt by the motion",
+                  problem_.clearance.required),
+      any_pair_);
+  row("joint_position_violation", excess(LimitKind::position), "rad or m",
+      "largest excess over a joint's position limits", any_limit_);
+  row("joint_rate_violation", excess(LimitKind::rate), "rad/s or m/s", "largest excess over a joint's rate limit",
+      any_limit_);
+  row("joint_effort_violation", excess(LimitKind::effort), "N m or N",
+      "largest excess over a joint's effort limit, by a motion that is followed exactly", any_limit_);
+}
+
+}  // namespace grapnel

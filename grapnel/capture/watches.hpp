@@ -1,0 +1,39 @@
+#pragma once
+
+/// @file
+/// What is watched besides the physics: clearance of all bodies with shapes, and joint limits, in every phase.
+/// Thread safety: one thread at a time.
+
+#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/clearance/clearance_watch.hpp"
+#include "grapnel/clearance/limit_watch.hpp"
+#include "grapnel/result/capture_result.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+
+/// Shapes of robot and targets on the bodies of a model of the capture, and the pairs that may touch: those a user
+/// names, and a gripping link with its target.
+ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system);
+
+class Watches {
+ public:
+  explicit Watches(const CaptureProblem& problem);
+  /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits.
+  void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut);
+  void sample(const PhaseSample& sample);
+  void end_phase();
+  /// Least clearances, events, and the rows of the ledger. Ends a phase that a failure has left open.
+  void write(CaptureResult& result);
+
+ private:
+  const CaptureProblem& problem_;
+  ClearanceModel model_;
+  ClearanceWatch clearance_;
+  std::optional<LimitWatch> limits_;
+  std::vector<LimitEvent> limit_events_;
+  bool open_ = false;
+  bool any_pair_ = false, any_limit_ = false, any_phase_ = false;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,97 @@
+#pragma once
+
+/// @file
+/// Which bodies of a model are to keep clear of each other, and how near they are.
+
+#include <limits>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "grapnel/clearance/shape_distance.hpp"
+#include "grapnel/dynamics/kinematics.hpp"
+
+namespace grapnel {
+
+/// A primitive shape on a body; a body may have several.
+struct BodyShape {
+  int body;
+  Geometry geometry;
+};
+
+/// Two shapes that are checked, by index into ClearanceModel::shapes(), and their bodies.
+struct ClearancePair {
+  int shape_a;
+  int shape_b;
+  int body_a;
+  int body_b;
+};
+
+/// The least distance of all pairs, as ShapeDistance; infinite, with no pair, where nothing is checked.
+struct Clearance {
+  double distance = std::numeric_limits<double>::infinity();  // [m]
+  int pair = -1;                                              // index into ClearanceModel::pairs()
+  int body_a = -1;
+  int body_b = -1;
+  Vector3d point_a = Vector3d::zero();  // in W
+  Vector3d point_b = Vector3d::zero();
+  Vector3d normal{1, 0, 0};
+};
+
+/// The shapes of one model's bodies and the pairs of them that are checked: all, except those
+/// - of one body, or of bodies that fixed joints connect (also through the world), which cannot move against each
+/// other;
+/// - of bodies next to each other along the tree, whose shapes overlap at the joint between them: parent and child,
+///   where bodies that carry no shape (and have none on fixed joints) are passed over, so that a grandparent counts as
+///   the parent. Siblings are checked, also where their common parent has no shape;
+/// - of ignored pairs of bodies.
+///
+/// Distances of a pair are computed only where cheap bounds (the distance of bounding spheres, then of bounding
+/// capsules) do not exclude it; this does not change the result. Thread safety: immutable, any number of threads.
+class ClearanceModel {
+ public:
+  ClearanceModel() = default;
+  /// Shapes `none` are dropped. @throws std::invalid_argument naming the body if a size is not positive and finite (the
+  /// length of a capsule may be zero), or if an index is not a body's.
+  ClearanceModel(const Model& model, std::vector<BodyShape> shapes,
+                 std::span<const std::pair<int, int>> ignored_pairs = {});
+
+  const std::vector<BodyShape>& shapes() const { return shapes_; }
+  const std::vector<ClearancePair>& pairs() const { return pairs_; }
+
+  /// The least distance of all pairs. Reads X_WB of `kinematics`, which must be of the model that this was built for.
+  /// Allocates a few numbers per shape.
+  Clearance minimum(const Kinematics& kinematics) const;
+  /// Distance of one pair.
+  ShapeDistance distance(int pair, const Kinematics& kinematics) const;
+  /// Numbers not above the distance of a pair, for a fraction of its cost: by spheres, and by spheres and capsules.
+  double coarse_bound(int pair, const Kinematics& kinematics) const;
+  double lower_bound(int pair, const Kinematics& kinematics) const;
+  /// A number not below the rate at which the distance of a pair changes [m/s]. Reads X_WB and V_WB.
+  double speed_bound(int pair, const Kinematics& kinematics) const;
+
+ private:
+  // What holds a shape, in its body's frame.
+  struct Bounds {
+    Vector3d center;
+    double reach;        // radius of the bounding sphere [m]
+    Vector3d half_axis;  // of the bounding capsule, from the centre to the centre of an end cap [m]
+    double slenderness;  // radius of the bounding capsule [m]
+  };
+  // The same placed in W.
+  struct PlacedBounds {
+    Vector3d center;
+    Vector3d half_axis;
+  };
+
+  static Bounds bounds_of(const Geometry& geometry);
+  PlacedBounds placed(int shape, const Kinematics& kinematics) const;
+  double sphere_bound(const ClearancePair& pair, const Vector3d& center_a, const Vector3d& center_b) const;
+  double capsule_bound(const ClearancePair& pair, const PlacedBounds& a, const PlacedBounds& b) const;
+
+  std::vector<BodyShape> shapes_;
+  std::vector<Bounds> bounds_;
+  std::vector<ClearancePair> pairs_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,68 @@
+#pragma once
+
+/// @file
+/// Shapes as a core and a rounding radius: a sphere is a point, a capsule a segment, both with a radius; boxes and
+/// cylinders are their own cores. Points and segments are boxes with edges of length zero. Inside this module only.
+/// Thread safety: plain values, pure functions.
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/model/geometry.hpp"
+
+namespace grapnel {
+
+/// A convex set centred on its frame: a box or, if round, a cylinder along z with radius half[0].
+struct ConvexCore {
+  Vector3d half = Vector3d::zero();  // half extents along the frame's axes [m]
+  bool round = false;
+  double rounding = 0;  // of the shape around the core [m]
+
+  bool is_segment() const { return !round && half[0] == 0 && half[1] == 0; }
+  bool is_point() const { return is_segment() && half[2] == 0; }
+  /// Radius of the core's bounding sphere [m].
+  double reach() const { return round ? std::hypot(half[0], half[2]) : norm(half); }
+};
+
+inline ConvexCore core_of(const Geometry& geometry) {
+  const Vector3d& s = geometry.size;
+  switch (geometry.shape) {
+    case Geometry::Shape::box:
+      return {0.5 * s, false, 0};
+    case Geometry::Shape::cylinder:
+      return {{s[0], s[0], 0.5 * s[1]}, true, 0};
+    case Geometry::Shape::capsule:
+      return {{0, 0, 0.5 * s[1]}, false, s[0]};
+    case Geometry::Shape::sphere:
+      return {{0, 0, 0}, false, s[0]};
+    case Geometry::Shape::none:
+      break;
+  }
+  return {};
+}
+
+/// The core's point farthest along `direction` (of any length; both in the core's frame).
+inline Vector3d support(const ConvexCore& core, const Vector3d& direction) {
+  const double z = std::copysign(core.half[2], direction[2]);
+  if (!core.round) {
+    return {std::copysign(core.half[0], direction[0]), std::copysign(core.half[1], direction[1]), z};
+  }
+  const double radial = std::sqrt(direction[0] * direction[0] + direction[1] * direction[1]);
+  if (!(radial > 0)) return {0, 0, z};
+  const double scale = core.half[0] / radial;
+  return {scale * direction[0], scale * direction[1], z};
+}
+
+/// Two cores, the second one posed in the frame of the first: their Minkowski difference A - B.
+struct CorePair {
+  const ConvexCore& a;
+  const ConvexCore& b;
+  Posed X_AB;
+
+  /// Length to which rounding errors and tolerances relate [m].
+  double scale() const { return a.reach() + b.reach() + norm(X_AB.p); }
+  Vector3d support_a(const Vector3d& n) const { return support(a, n); }
+  Vector3d support_b(const Vector3d& n) const { return X_AB * support(b, transposed_times(X_AB.R, n)); }
+};
+
+}  // namespace grapnel

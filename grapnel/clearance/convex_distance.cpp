@@ -1,0 +1,190 @@
+#include "grapnel/clearance/convex_distance.hpp"
+
+#include <array>
+#include <limits>
+
+namespace grapnel {
+
+namespace {
+
+// A point w = a - b of the Minkowski difference of two cores.
+struct Vertex {
+  Vector3d w, a, b;
+};
+
+// Up to four vertices and the weights of the point of their hull that is nearest to the origin.
+struct Simplex {
+  std::array<Vertex, 4> vertex;
+  std::array<double, 4> weight;
+  int count = 0;
+
+  void add(const Vertex& v, double w) {
+    vertex[count] = v;
+    weight[count++] = w;
+  }
+  Vector3d point(Vector3d Vertex::*what) const {
+    Vector3d p = Vector3d::zero();
+    for (int i = 0; i < count; ++i) p += weight[i] * (vertex[i].*what);
+    return p;
+  }
+};
+
+// Keeps the nearer of two candidates.
+struct Nearest {
+  Simplex simplex;
+  double square = std::numeric_limits<double>::infinity();
+
+  void offer(const Simplex& candidate) {
+    const Vector3d p = candidate.point(&Vertex::w);
+    const double s = dot(p, p);
+    if (s < square) square = s, simplex = candidate;
+  }
+};
+
+void offer_edge(const Vertex& p, const Vertex& q, Nearest& nearest) {
+  const Vector3d edge = q.w - p.w;
+  const double length2 = dot(edge, edge);
+  const double t = length2 > 0 ? -dot(p.w, edge) / length2 : 0;
+  Simplex s;
+  if (t < 1) s.add(p, t > 0 ? 1 - t : 1);
+  if (t > 0) s.add(q, t < 1 ? t : 1);
+  nearest.offer(s);
+}
+
+// Barycentric coordinates of the origin's projection onto the triangle's plane, from areas projected along the axis
+// that shrinks them least.
+bool inside_triangle(const Vertex& p, const Vertex& q, const Vertex& r, std::array<double, 3>& weight) {
+  const Vector3d n = cross(q.w - p.w, r.w - p.w);
+  const double n2 = dot(n, n);
+  if (!(n2 > 0)) return false;
+  const Vector3d foot = (dot(p.w, n) / n2) * n;
+  int k = 0;
+  if (std::abs(n[1]) > std::abs(n[k])) k = 1;
+  if (std::abs(n[2]) > std::abs(n[k])) k = 2;
+  const int i = (k + 1) % 3, j = (k + 2) % 3;
+  const auto area = [&](const Vector3d& x, const Vector3d& y) {
+    return (x[i] - foot[i]) * (y[j] - foot[j]) - (x[j] - foot[j]) * (y[i] - foot[i]);
+  };
+  weight = {area(q.w, r.w) / n[k], area(r.w, p.w) / n[k], area(p.w, q.w) / n[k]};
+  const double sum = weight[0] + weight[1] + weight[2];
+  for (double& w : weight) w /= sum;
+  return weight[0] > 0 && weight[1] > 0 && weight[2] > 0;
+}
+
+void offer_triangle(const Vertex& p, const Vertex& q, const Vertex& r, Nearest& nearest) {
+  std::array<double, 3> weight;
+  if (inside_triangle(p, q, r, weight)) {
+    Simplex s;
+    s.add(p, weight[0]), s.add(q, weight[1]), s.add(r, weight[2]);
+    nearest.offer(s);
+  } else {
+    offer_edge(p, q, nearest), offer_edge(q, r, nearest), offer_edge(r, p, nearest);
+  }
+}
+
+// Six times the signed volume of a tetrahedron.
+double volume(const Vector3d& p, const Vector3d& q, const Vector3d& r, const Vector3d& s) {
+  return dot(q - p, cross(r - p, s - p));
+}
+
+// Whether the origin is inside; otherwise offers the faces that it is outside of.
+bool offer_tetrahedron(const std::array<Vertex, 4>& v, double scale, Nearest& nearest) {
+  const Vector3d o = Vector3d::zero();
+  const double whole = volume(v[0].w, v[1].w, v[2].w, v[3].w);
+  const bool flat = !(std::abs(whole) > 1e-15 * scale * scale * scale);
+  const std::array<double, 4> part = {volume(o, v[1].w, v[2].w, v[3].w), volume(v[0].w, o, v[2].w, v[3].w),
+                                      volume(v[0].w, v[1].w, o, v[3].w), volume(v[0].w, v[1].w, v[2].w, o)};
+  bool inside = !flat;
+  for (int i = 0; i < 4; ++i) {
+    if (!flat && part[i] * whole > 0) continue;
+    inside = false;
+    offer_triangle(v[(i + 1) % 4], v[(i + 2) % 4], v[(i + 3) % 4], nearest);
+  }
+  return inside;
+}
+
+// Reduces the simplex to the face nearest to the origin and gives its weights. False: the origin is inside it.
+bool reduce(Simplex& simplex, double scale) {
+  Nearest nearest;
+  const auto& v = simplex.vertex;
+  switch (simplex.count) {
+    case 2:
+      offer_edge(v[0], v[1], nearest);
+      break;
+    case 3:
+      offer_triangle(v[0], v[1], v[2], nearest);
+      break;
+    default:
+      if (offer_tetrahedron(v, scale, nearest)) return false;
+      break;
+  }
+  if (nearest.simplex.count > 0) simplex = nearest.simplex;
+  return true;
+}
+
+ConvexDistance result_of(const Simplex& simplex, bool separated) {
+  return {separated, simplex.point(&Vertex::a), simplex.point(&Vertex::b), simplex.point(&Vertex::w)};
+}
+
+}  // namespace
+
+ConvexDistance convex_distance(const CorePair& pair) {
+  constexpr int kMostSteps = 200;  // cylinders need up to about 30, boxes 10
+  constexpr double kRelative = 1e-14;
+  const double scale = pair.scale();
+  const double rounding = 4 * std::numeric_limits<double>::epsilon() * scale;
+
+  // The centres are points of the cores, so their difference is one of the Minkowski difference.
+  Simplex simplex;
+  simplex.add({-pair.X_AB.p, Vector3d::zero(), pair.X_AB.p}, 1);
+  Vector3d v = simplex.point(&Vertex::w);
+  double square = dot(v, v);
+  double bound = 0;  // below the distance
+  for (int step = 0; step < kMostSteps; ++step) {
+    const double distance = std::sqrt(square);
+    if (!(distance > 16 * rounding)) return result_of(simplex, false);
+    Vertex next;
+    next.a = pair.support_a(-v), next.b = pair.support_b(v);
+    next.w = next.a - next.b;
+    bound = std::max(bound, dot(v, next.w) / distance);
+    if (distance - bound <= kRelative * distance + rounding) break;
+
+    Simplex larger = simplex;
+    larger.add(next, 0);
+    if (!reduce(larger, scale)) return result_of(simplex, false);
+    const Vector3d nearer = larger.point(&Vertex::w);
+    const double nearer_square = dot(nearer, nearer);
+    if (!(nearer_square < square)) break;  // rounding ends the descent
+    simplex = larger, v = nearer, square = nearer_square;
+  }
+  return result_of(simplex, bound > 0);
+}
+
+ConvexDistance segment_distance(const Vector3d& p1, const Vector3d& p2, const Vector3d& q1, const Vector3d& q2) {
+  const Vector3d d = p2 - p1, e = q2 - q1, r = p1 - q1;
+  const double dd = dot(d, d), ee = dot(e, e), de = dot(d, e);
+  ConvexDistance best{true, p1, q1, r};
+  double least = std::numeric_limits<double>::infinity();
+  const auto offer = [&](double s, double t) {
+    const Vector3d a = p1 + s * d, b = q1 + t * e, difference = a - b;
+    const double square = dot(difference, difference);
+    if (square < least) least = square, best = {true, a, b, difference};
+  };
+  const auto foot = [](double along, double length2) {
+    return length2 > 0 ? std::clamp(along / length2, 0.0, 1.0) : 0.0;
+  };
+  // Each end with the other segment, and the common perpendicular.
+  offer(0, foot(dot(r, e), ee));
+  offer(1, foot(dot(r + d, e), ee));
+  offer(foot(-dot(r, d), dd), 0);
+  offer(foot(dot(e - r, d), dd), 1);
+  const Vector3d n = cross(d, e);
+  const double nn = dot(n, n);  // = dd ee - de^2 without its cancellation
+  if (nn > 0) {
+    const double s = dot(cross(e, r), n) / nn;
+    if (s > 0 && s < 1) offer(s, foot(dot(r, e) + s * de, ee));
+  }
+  return best;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,240 @@
+#include "grapnel/plan/straight_in.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/integrate/integrate.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr double kGain = 5;            // k of (1) [1/s]: pulls in what damping or rounding left
+constexpr double kStructural = 1e-9;   // singular values below, relative to the largest: directions there are not
+constexpr double kDampedBelow = 0.02;  // relative to the largest
+constexpr int kDegree = 16;            // of the series, per piece
+constexpr int kMostPieces = 64;
+constexpr double kFitTolerance = 1e-12;  // [rad or m]
+
+// Inverse of a symmetric matrix times a vector.
+Vector3d solve(const Symmetric3d& I, const Vector3d& b) {
+  const double c0 = I.yy * I.zz - I.yz * I.yz, c1 = I.yz * I.xz - I.xy * I.zz, c2 = I.xy * I.yz - I.yy * I.xz;
+  const double determinant = I.xx * c0 + I.xy * c1 + I.xz * c2;
+  const double c3 = I.xx * I.zz - I.xz * I.xz, c4 = I.xy * I.xz - I.xx * I.yz, c5 = I.xx * I.yy - I.xy * I.xy;
+  return (1 / determinant) * Vector3d{c0 * b[0] + c1 * b[1] + c2 * b[2], c1 * b[0] + c3 * b[1] + c4 * b[2],
+                                      c2 * b[0] + c4 * b[1] + c5 * b[2]};
+}
+
+// The motion (1) with base and targets as a differential equation.
+// y: joints; position and quaternion of the base; per target quaternion and angular velocity in T.
+class Motion {
+ public:
+  Motion(FloatingBase& base, const StraightInProblem& problem, StraightInPath& path)
+      : base_(base), problem_(problem), path_(path), n_(base.joints()), theta_dot_(n_) {
+    path_.smallest_singular_value = std::numeric_limits<double>::infinity();
+  }
+
+  Manifold manifold() const {
+    Manifold m;
+    m.size = n_ + 7 + 7 * static_cast<int>(problem_.targets.size());
+    m.quaternions.push_back(n_ + 3);
+    for (std::size_t t = 0; t < problem_.targets.size(); ++t) m.quaternions.push_back(target_offset(t));
+    return m;
+  }
+
+  std::vector<double> initial() const {
+    std::vector<double> y(manifold().size);
+    std::copy(problem_.position.begin(), problem_.position.end(), y.begin());
+    for (int k = 0; k < 3; ++k) y[n_ + k] = problem_.X_WB.p[k];
+    put(quaternion_from(problem_.X_WB.R), &y[n_ + 3]);
+    for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
+      const FreeBody& body = problem_.targets[t];
+      put(quaternion_from(body.X_WT.R), &y[target_offset(t)]);
+      const Vector3d w = transposed_times(body.X_WT.R, body.V_WT.angular);
+      for (int k = 0; k < 3; ++k) y[target_offset(t) + 4 + k] = w[k];
+    }
+    return y;
+  }
+
+  void operator()(double t, std::span<const double> y, std::span<double> dydt) {
+    const Posed X_WB{rotation_matrix(quaternion(&y[n_ + 3])), {y[n_], y[n_ + 1], y[n_ + 2]}};
+    const Momentumd h_B = problem_.motion.in_base(t, X_WB);
+    resolve(t, y, X_WB, h_B);
+    std::copy(theta_dot_.begin(), theta_dot_.end(), dydt.begin());
+    base_.move(theta_dot_, h_B);
+    const Twistd V_B = twist_from(base_.base_twist());
+    const Vector3d v = X_WB.R * V_B.linear;
+    for (int k = 0; k < 3; ++k) dydt[n_ + k] = v[k];
+    put(quaternion_rate(quaternion(&y[n_ + 3]), V_B.angular), &dydt[n_ + 3]);
+    for (std::size_t i = 0; i < problem_.targets.size(); ++i) {
+      const double* at = &y[target_offset(i)];
+      const Vector3d w{at[4], at[5], at[6]};
+      const Symmetric3d& I = problem_.targets[i].inertia;
+      const Vector3d w_dot = solve(I, cross(I * w, w));  // (2.13) without torque
+      put(quaternion_rate(quaternion(at), w), &dydt[target_offset(i)]);
+      for (int k = 0; k < 3; ++k) dydt[target_offset(i) + 4 + k] = w_dot[k];
+    }
+  }
+
+  // Joint rates at a state; `record` notes damping and what is unmet.
+  const std::vector<double>& rates(double t, std::span<const double> y) {
+    const Posed X_WB{rotation_matrix(quaternion(&y[n_ + 3])), {y[n_], y[n_ + 1], y[n_ + 2]}};
+    record_ = true;
+    resolve(t, y, X_WB, problem_.motion.in_base(t, X_WB));
+    record_ = false;
+    return theta_dot_;
+  }
+
+ private:
+  int target_offset(std::size_t t) const { return n_ + 7 + 7 * static_cast<int>(t); }
+  static Quaterniond quaternion(const double* at) { return {at[0], at[1], at[2], at[3]}; }
+  static void put(const Quaterniond& q, double* at) { at[0] = q.w, at[1] = q.x, at[2] = q.y, at[3] = q.z; }
+
+  // Targets at time t: orientation from y, the centre of mass on its parabola.
+  std::vector<FreeBody> targets_at(double t, std::span<const double> y) const {
+    std::vector<FreeBody> bodies = problem_.targets;
+    const double s = t - problem_.begin;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      FreeBody& b = bodies[i];
+      const Vector3d com = b.X_WT * b.com;
+      const Vector3d velocity = shift(b.V_WT, b.X_WT.R * b.com).linear;
+      const double* at = &y[target_offset(i)];
+      b.X_WT.R = rotation_matrix(quaternion(at));
+      const Vector3d arm = b.X_WT.R * b.com;
+      b.X_WT.p = com + s * velocity + (0.5 * s * s) * problem_.gravity - arm;
+      b.V_WT.angular = b.X_WT.R * Vector3d{at[4], at[5], at[6]};
+      b.V_WT.linear = velocity + s * problem_.gravity - cross(b.V_WT.angular, arm);
+    }
+    return bodies;
+  }
+
+  // theta_dot_ by (1).
+  void resolve(double t, std::span<const double> y, const Posed& X_WB, const Momentumd& h_B) {
+    const JointPoint d = evaluate(JointPath{JointProfile::quintic, problem_.end - problem_.begin, problem_.stand_off, 0,
+                                            0, -problem_.final_speed},
+                                  t - problem_.begin);
+    const std::vector<Goal> goals = goals_at(problem_, targets_at(t, y), d.position, -d.rate);
+    base_.place(y.first(n_));
+    goal_error(base_, X_WB, goals, error_, J_joint_, J_base_);
+    demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_);
+    b_ -= kGain * error_;  // rows of task and error agree
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(G_, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::VectorXd& sigma = svd.singularValues();
+    Eigen::VectorXd z = svd.matrixU().transpose() * b_;
+    double smallest = std::numeric_limits<double>::infinity();
+    const double edge = kDampedBelow * sigma[0];
+    for (Eigen::Index i = 0; i < sigma.size(); ++i) {
+      const double s = sigma[i];
+      if (s <= kStructural * sigma[0]) {
+        z[i] = 0;
+        continue;
+      }
+      smallest = std::min(smallest, s);
+      const double lack = std::max(0.0, edge - s);
+      z[i] *= s / (s * s + lack * lack);
+    }
+    const Eigen::VectorXd rates = svd.matrixV() * z;
+    for (int j = 0; j < n_; ++j) theta_dot_[j] = rates[j];
+    if (record_) note(t, smallest, edge, (G_ * rates - b_).lpNorm<Eigen::Infinity>());
+  }
+
+  void note(double t, double smallest, double edge, double unmet) {
+    path_.smallest_singular_value = std::min(path_.smallest_singular_value, smallest);
+    if (smallest < edge) {
+      if (!path_.damped) path_.damped_begin = t;
+      path_.damped = true;
+      path_.damped_end = t;
+    }
+    if (unmet > path_.unmet) path_.unmet = unmet, path_.unmet_time = t;
+  }
+
+  FloatingBase& base_;
+  const StraightInProblem& problem_;
+  StraightInPath& path_;
+  int n_;
+  bool record_ = false;
+  std::vector<double> theta_dot_;
+  Eigen::VectorXd error_, b_;
+  Eigen::MatrixXd J_joint_, J_base_, G_;
+};
+
+// Integrates once with samples at the series' points and fits them. The largest last coefficient tells how well.
+bool fit(FloatingBase& base, const StraightInProblem& problem, int pieces, StraightInPath& path) {
+  const int n = base.joints();
+  Motion motion(base, problem, path);
+  Tolerances tolerances;
+  tolerances.rtol = 1e-12, tolerances.atol = 1e-13;
+  DormandPrince853<double> stepper(motion.manifold(), tolerances);
+  std::vector<double> times;
+  const double h = (problem.end - problem.begin) / pieces;
+  for (int i = 0; i < pieces; ++i) {
+    const double a = problem.begin + i * h, b = i + 1 == pieces ? problem.end : problem.begin + (i + 1) * h;
+    for (int k = i == 0 ? 0 : 1; k <= kDegree; ++k) times.push_back(chebyshev_point(a, b, k, kDegree));
+  }
+  std::vector<std::vector<double>> values(n);
+  const auto observe = [&](double t, std::span<const double> y) {
+    const std::vector<double>& rates = motion.rates(t, y);
+    if (t == problem.begin) path.rate_begin = rates;
+    if (t == problem.end) path.rate_end = rates;
+    for (int j = 0; j < n; ++j) values[j].push_back(y[j]);
+  };
+  const std::vector<double> y0 = motion.initial();
+  const IntegrationResult result = integrate(stepper, motion, problem.begin, y0, problem.end, times, observe);
+  path.rhs_evaluations += result.statistics.rhs_evaluations;
+  path.finished = result.finished();
+  if (!path.finished) {
+    path.failure = result.explanation();
+    return true;  // no use in trying again
+  }
+  path.joints.assign(n, {});
+  path.fit_error = 0;
+  for (int j = 0; j < n; ++j) {
+    for (int i = 0; i < pieces; ++i) {
+      const std::span<const double> samples(values[j].data() + i * kDegree, kDegree + 1);
+      ChebyshevPiece piece = chebyshev_interpolant(samples);
+      const auto& c = piece.coefficients;
+      path.fit_error = std::max({path.fit_error, std::abs(c[kDegree]), std::abs(c[kDegree - 1])});
+      const double a = times[static_cast<std::size_t>(i) * kDegree],
+                   b = times[static_cast<std::size_t>(i + 1) * kDegree];
+      path.joints[j].pieces.push_back({a, b, std::move(piece)});
+    }
+  }
+  return path.fit_error <= kFitTolerance;
+}
+
+}  // namespace
+
+std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double distance,
+                           double speed) {
+  std::vector<Goal> goals;
+  for (const StraightGoal& s : problem.goals) {
+    const FreeBody& body = targets[s.target];
+    Goal g;
+    g.frame = s.frame;
+    g.name = s.name;
+    g.orientation = s.orientation;
+    g.axis_E = s.axis_E;
+    g.direction_W = body.X_WT.R * s.direction_T;
+    const Vector3d p_T = s.X_TG.p - distance * s.direction_T;
+    g.X_WG = body.X_WT * Posed{s.X_TG.R, p_T};
+    g.V_WG = shift(body.V_WT, body.X_WT.R * p_T);
+    g.V_WG.linear += speed * g.direction_W;
+    goals.push_back(g);
+  }
+  return goals;
+}
+
+StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem) {
+  long evaluations = 0;
+  for (int pieces = 2;; pieces *= 2) {
+    StraightInPath path;
+    const bool done = fit(base, problem, pieces, path);
+    evaluations += path.rhs_evaluations;
+    path.rhs_evaluations = evaluations;
+    if (done || 2 * pieces > kMostPieces) return path;
+  }
+}
+
+}  // namespace grapnel

@@ -1,0 +1,70 @@
+#pragma once
+
+/// @file
+/// Straight in: every end-effector moves along the approach direction of its grasp point, in the tumbling target's
+/// frame, from a stand-off distance to contact. Resolved-rate motion control through the generalized Jacobian
+/// (Umetani and Yoshida 1989), which is what (2.5) is for:
+///   J_g theta_dot = V_d - (momentum's part, (2.3)) - k e                                             (1)
+/// with V_d the place's twist and e what is left of the error; solved by singular values, small ones damped, for the
+/// rates of least norm. The joint motion that comes out is kept as Chebyshev series, so that it can be followed exactly
+/// by a simulation that knows nothing of its origin. Thread safety: one thread at a time.
+
+#include <string>
+
+#include "grapnel/plan/goal.hpp"
+#include "grapnel/plan/leg.hpp"
+#include "grapnel/simulate/joint_trajectory.hpp"
+
+namespace grapnel {
+
+/// A free rigid body at one instant.
+struct FreeBody {
+  Posed X_WT = Posed::identity();
+  Twistd V_WT = Twistd::zero();               // at T's origin, in W
+  Vector3d com = Vector3d::zero();            // in T [m]
+  Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, in T [kg m^2]
+};
+
+/// A grasp point to come in to.
+struct StraightGoal {
+  int frame = 0;
+  std::string name;
+  int target = 0;                  // index of its FreeBody
+  Posed X_TG = Posed::identity();  // grasp point in the target's frame
+  Vector3d direction_T{1, 0, 0};   // unit: in which the end-effector comes in
+  Goal::Orientation orientation = Goal::Orientation::free;
+  Vector3d axis_E{1, 0, 0};
+};
+
+struct StraightInProblem {
+  double begin = 0, end = 0;       // [s]
+  std::vector<double> position;    // joints at `begin`
+  Posed X_WB = Posed::identity();  // base at `begin`
+  FreeMotion motion;
+  Vector3d gravity = Vector3d::zero();
+  std::vector<FreeBody> targets;  // at `begin`
+  std::vector<StraightGoal> goals;
+  double stand_off = 0;    // [m]
+  double final_speed = 0;  // [m/s]
+};
+
+struct StraightInPath {
+  bool finished = false;
+  std::string failure;
+  std::vector<JointTrajectory> joints;  // over [begin, end]
+  std::vector<double> rate_begin, rate_end;
+  double fit_error = 0;  // largest last coefficient of the series [rad or m]
+  double unmet = 0;      // largest component of (1) left unmet [m/s or rad/s], and when
+  double unmet_time = 0;
+  bool damped = false;  // near a singularity: over which time, and the smallest singular value
+  double damped_begin = 0, damped_end = 0, smallest_singular_value = 0;
+  long rhs_evaluations = 0;
+};
+
+/// Goals of all end-effectors at a distance from their grasp points, for the targets as given, closing at `speed`.
+std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const FreeBody> targets, double distance,
+                           double speed);
+
+StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem);
+
+}  // namespace grapnel

@@ -1,0 +1,283 @@
+#include "grapnel/scenario/read_approach.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/scenario/joint_values.hpp"
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/read_control.hpp"
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+// How well a trajectory must agree with what is also said elsewhere.
+constexpr double kSameDuration = 1e-9;  // relative
+constexpr double kSameStart = 1e-6;     // [rad or m; rad/s or m/s]
+
+class ApproachReader {
+ public:
+  ApproachReader(const Node& node, Reading& reading)
+      : node_(node), reading_(reading), robot_(reading.robot), faults_(reading.faults) {}
+
+  ApproachSetup read(const TrajectoryFile* file) {
+    approach_.duration = number_at(node_, "duration").value_or(0);
+    const std::string profile = text_at(node_, "profile");
+    approach_.profile = profile == "cycloidal" ? JointProfile::cycloidal
+                        : profile == "quintic" ? JointProfile::quintic
+                                               : JointProfile::quartic;
+    read_tracking(part(node_, "tracking"));
+    if (const Node* joints = node_.find("final_joints")) {
+      approach_.final_position = positions_of(*joints, "approach.final_joints");
+    }
+    if (const NodeEntry* plan = node_.entry("plan")) read_plan(*plan);
+    if (file) read_samples(*file);
+    if (const Node* rates = node_.find("final_rates")) {
+      read_final_rates(*rates);
+    } else if (approach_.plan && !node_.find("straight_in")) {
+      approach_.match = RateMatch::twist;
+    }
+    if (const NodeEntry* straight = node_.entry("straight_in")) read_straight_in(*straight);
+    read_waypoints(part(node_, "waypoints"));
+    const bool is_free = robot_.setup.base_mode == RobotSetup::Base::free;
+    approach_.base_control = base_control_at(node_, "approach", is_free, reading_);
+    if (text_at(node_, "capture_at") == "envelope") {
+      approach_.capture_at = ApproachSetup::CaptureAt::envelope;
+      check_envelopes(part(node_, "capture_at").mark);
+    }
+    if (!node_.find("trajectory")) check_start();
+    return std::move(approach_);
+  }
+
+ private:
+  // Values of all joints, within their limits.
+  std::vector<double> positions_of(const Node& node, const std::string& path) {
+    check_position_limits(node, path, robot_, faults_);
+    return joint_values(node, path, robot_, {}, faults_).value_or(std::vector<double>{});
+  }
+  // Rates within the joints' limits; joints left out are at rest.
+  std::optional<std::vector<double>> rates_of(const Node& node, const std::string& path) {
+    check_rate_limits(node, path, robot_, faults_);
+    return joint_values(node, path, robot_, 0.0, faults_);
+  }
+
+  void read_tracking(const Node& node) {
+    TrackingSetup& tracking = approach_.tracking;
+    const std::string mode = text_at(node, "mode");
+    if (mode == "pd") tracking.mode = TrackingSetup::Mode::pd;
+    if (mode == "computed_torque") tracking.mode = TrackingSetup::Mode::computed_torque;
+    if (tracking.mode != TrackingSetup::Mode::ideal) {
+      read_gains(node, "approach.tracking", reading_, tracking.kp, tracking.kd);
+    }
+    if (const Node* noise = node.find("noise")) {
+      TrackingNoise read;
+      read.position = number_at(*noise, "position").value_or(read.position);
+      read.bandwidth = number_at(*noise, "bandwidth").value_or(read.bandwidth);
+      read.seed = seed_at(*noise);
+      tracking.noise = read;
+    }
+  }
+
+  static std::uint64_t seed_at(const Node& node) {
+    constexpr std::uint64_t kMost = 9007199254740991;  // the schema's
+    return whole_number_at(node, "seed", kMost);
+  }
+
+  void read_plan(const NodeEntry& entry) {
+    const Node& node = entry.value;
+    PlanSetup plan;
+    const std::string measure = text_at(node, "measure");
+    plan.measure = measure == "nearest"          ? PlanSetup::Measure::nearest
+                   : measure == "limits"         ? PlanSetup::Measure::limits
+                   : measure == "manipulability" ? PlanSetup::Measure::manipulability
+                   : measure == "as_found"       ? PlanSetup::Measure::as_found
+                                                 : PlanSetup::Measure::excursion;
+    if (const Node* guess = node.find("guess")) plan.guess = positions_of(*guess, "approach.plan.guess");
+    plan.starts = static_cast<int>(whole_number_at(node, "starts", 1000));
+    plan.seed = seed_at(node);
+    if (!reading_.root.entry("grasps")) {
+      faults_.add(entry.mark, "approach.plan needs 'grasps': there is nothing to reach");
+    }
+    approach_.plan = std::move(plan);
+  }
+
+  void read_samples(const TrajectoryFile& file) {
+    std::optional<SampledMotion> motion = read_trajectory(file, robot_, faults_);
+    if (!motion) return;
+    const double end = motion->times.back();
+    if (node_.find("duration") && std::abs(approach_.duration - end) > kSameDuration * end) {
+      faults_.add(part(node_, "duration").mark,
+                  fmt::format("approach.duration is {} [s], but the trajectory ends at {}; make them agree or leave "
+                              "out the duration",
+                              approach_.duration, end));
+    }
+    approach_.duration = end;
+    begin_with(*motion);
+    approach_.sampled = std::move(*motion);
+  }
+
+  // The initial joint values and rates that the trajectory begins with.
+  void begin_with(const SampledMotion& motion) {
+    const bool ideal = approach_.tracking.mode == TrackingSetup::Mode::ideal;
+    const Node& initial = part(reading_.root, "initial");
+    const auto first_of = [](const std::vector<std::vector<double>>& series) {
+      std::vector<double> first;
+      first.reserve(series.size());
+      for (const std::vector<double>& one : series) first.push_back(one.front());
+      return first;
+    };
+    const std::vector<double> position = first_of(motion.positions), rate = first_of(motion.rates);
+    const Node *joints = initial.find("joints"), *rates = initial.find("joint_rates");
+    if (joints) {
+      check_agreement(*joints, "initial.joints", robot_, position, kSameStart, "the trajectory starts at", faults_);
+    }
+    if (rates && ideal && motion.rates.empty()) {
+      faults_.add(initial.entry("joint_rates")->mark,
+                  "initial.joint_rates: with ideal tracking the joints start with the trajectory's rates; leave out "
+                  "joint_rates");
+    } else if (rates && ideal) {
+      check_agreement(*rates, "initial.joint_rates", robot_, rate, kSameStart, "the trajectory starts with", faults_);
+    }
+    // Joints that follow exactly are on the trajectory from the start, to the last bit.
+    if (!joints || ideal) reading_.problem.joint_position = position;
+    if (!rates || ideal) reading_.problem.joint_rate = rate;
+  }
+
+  void read_final_rates(const Node& node) {
+    const std::string path = "approach.final_rates";
+    const NodeEntry* match = node.entry("match");
+    if (!match) {
+      for (const NodeEntry& entry : node.entries) {
+        // A slip in this one key would otherwise read as the name of a joint.
+        if (robot_.joint_names.contains(entry.key) || nearest(entry.key, {"match"}).empty()) continue;
+        faults_.add(entry.mark, fmt::format("unknown key {} in {}; did you mean 'match'?", in_quotes(entry.key), path));
+        return;
+      }
+      approach_.final_rates = rates_of(node, path);
+      return;
+    }
+    const std::string value = text_at(node, "match");
+    approach_.match = value == "twist"                  ? RateMatch::twist
+                      : value == "velocity_least_rates" ? RateMatch::velocity_least_rates
+                                                        : RateMatch::velocity;
+    if (!reading_.root.entry("grasps")) {
+      faults_.add(match->mark, path + ".match needs 'grasps': there is no motion to match");
+    }
+  }
+
+  void read_straight_in(const NodeEntry& entry) {
+    const Node& node = entry.value;
+    StraightIn straight;
+    straight.stand_off = number_at(node, "stand_off").value_or(0);
+    straight.duration = number_at(node, "duration").value_or(0);
+    straight.final_speed = number_at(node, "final_speed").value_or(0);
+    if (approach_.duration > 0 && straight.duration >= approach_.duration) {
+      faults_.add(part(node, "duration").mark,
+                  fmt::format("approach.straight_in.duration is {} [s], must be less than the approach's {}",
+                              straight.duration, approach_.duration));
+    }
+    for (const GraspSetup& grasp : reading_.problem.grasps) {
+      const GraspPoint* point = grasp_point_named(reading_, grasp.target, grasp.grasp_point);
+      if (!point || point->approach_direction) continue;
+      faults_.add(entry.mark,
+                  fmt::format("approach.straight_in needs an 'approach_direction' at grasp point {} of target {}",
+                              in_quotes(point->name), in_quotes(grasp.target)));
+    }
+    approach_.straight_in = straight;
+  }
+
+  void read_waypoints(const Node& list) {
+    double before = 0;
+    for (std::size_t i = 0; i < list.items.size() && !faults_.full(); ++i) {
+      const Node& node = list.items[i];
+      const std::string path = item("approach.waypoints", i);
+      Waypoint waypoint;
+      waypoint.time = number_at(node, "time").value_or(0);
+      if (waypoint.time > 0) check_time(waypoint.time, before, part(node, "time").mark, path);
+      before = std::max(before, waypoint.time);
+      if (const Node* joints = node.find("joints")) waypoint.joints = positions_of(*joints, below(path, "joints"));
+      if (const Node* rates = node.find("rates")) waypoint.rates = rates_of(*rates, below(path, "rates"));
+      for (const NodeEntry& place : part(node, "end_effectors").entries) {
+        waypoint.places.push_back(read_place(place, below(path, "end_effectors")));
+      }
+      approach_.waypoints.push_back(std::move(waypoint));
+    }
+  }
+
+  void check_time(double time, double before, const Mark& mark, const std::string& path) {
+    const double straight = approach_.straight_in ? approach_.straight_in->duration : 0;
+    const double end = approach_.duration - straight;
+    if (time <= before) {
+      faults_.add(mark,
+                  fmt::format("{}.time is {} [s], must be greater than {} of the waypoint before", path, time, before));
+    } else if (end > 0 && time >= end) {
+      faults_.add(mark, fmt::format("{}.time is {} [s], must be less than {}, {}", path, time, end,
+                                    straight > 0 ? "where straight_in begins" : "the approach's duration"));
+    }
+  }
+
+  Waypoint::Place read_place(const NodeEntry& entry, const std::string& path) {
+    Waypoint::Place place;
+    place.end_effector = entry.key;
+    robot_.end_effectors.expect(entry.key, entry.mark, path, faults_);
+    const Node& node = entry.value;
+    place.target = text_at(node, "target");
+    if (!place.target.empty()) {
+      reading_.targets.expect(place.target, part(node, "target").mark, below(path, shortened(entry.key)), faults_);
+    }
+    place.position = vector_at(node, "position").value_or(Vector3d::zero());
+    place.velocity = vector_at(node, "velocity").value_or(Vector3d::zero());
+    return place;
+  }
+
+  void check_envelopes(const Mark& mark) {
+    if (!reading_.root.entry("grasps")) {
+      faults_.add(mark, "approach.capture_at: envelope needs 'grasps': there is nothing to close on");
+    }
+    for (const GraspSetup& grasp : reading_.problem.grasps) {
+      const EndEffectorSetup* end_effector = end_effector_named(reading_, grasp.end_effector);
+      if (!end_effector || end_effector->envelope) continue;
+      faults_.add(mark, fmt::format("approach.capture_at: envelope needs an 'envelope' at end-effector {}",
+                                    in_quotes(end_effector->name)));
+    }
+  }
+
+  // The thesis's profile has no initial rate in it, so neither joints that follow it exactly nor its later pieces can
+  // have one.
+  void check_start() {
+    if (approach_.profile != JointProfile::quartic) return;
+    const Mark& mark = part(node_, "profile").mark;
+    const auto at_rest = [](const std::vector<double>& rates) {
+      return std::all_of(rates.begin(), rates.end(), [](double r) { return r == 0; });
+    };
+    if (approach_.tracking.mode == TrackingSetup::Mode::ideal && !at_rest(reading_.problem.joint_rate)) {
+      faults_.add(
+          mark,
+          "approach.profile: the quartic profile starts from rest; with initial.joint_rates use quintic or cycloidal");
+    }
+    for (std::size_t i = 0; i < approach_.waypoints.size(); ++i) {
+      const Waypoint& waypoint = approach_.waypoints[i];
+      if (waypoint.places.empty() && at_rest(waypoint.rates.value_or(std::vector<double>{}))) continue;
+      faults_.add(mark, fmt::format("approach.profile: the quartic profile starts from rest, and so cannot leave {}, "
+                                    "which is passed with rates; use quintic or cycloidal",
+                                    item("approach.waypoints", i)));
+      return;
+    }
+  }
+
+  const Node& node_;
+  Reading& reading_;
+  const ReadRobot& robot_;
+  FaultList& faults_;
+  ApproachSetup approach_;
+};
+
+}  // namespace
+
+void read_approach(const Node& node, const TrajectoryFile* file, Reading& reading) {
+  reading.problem.approach = ApproachReader(node, reading).read(file);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,132 @@
+#include "grapnel/scenario/read_targets.hpp"
+
+#include <fmt/format.h>
+
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+GraspPoint read_grasp_point(const Node& node, const std::string& path, FaultList& faults) {
+  GraspPoint point{text_at(node, "name"), pose_of(node, path, faults), {}};
+  if (node.find("approach_direction"))
+    point.approach_direction = unit_vector_at(node, "approach_direction", path, faults);
+  return point;
+}
+
+void read_target(const Node& node, const std::string& path, Reading& reading) {
+  FaultList& faults = reading.faults;
+  reading.targets.add_from(node, path, faults);
+  TargetSetup target;
+  target.name = text_at(node, "name");
+  target.mass = number_at(node, "mass").value_or(1);
+  target.com = vector_at(node, "com").value_or(Vector3d::zero());
+  target.inertia = inertia_at(node, path, faults);
+  target.geometry = geometry_at(node, path, faults);
+  const Node& state = part(node, "state");
+  target.given_at = text_at(state, "at") == "start" ? TargetSetup::Instant::start : TargetSetup::Instant::capture;
+  target.X_WT = pose_of(state, below(path, "state"), faults);
+  target.V_WT = {vector_at(state, "angular_velocity").value_or(Vector3d::zero()),
+                 vector_at(state, "velocity").value_or(Vector3d::zero())};
+  NameTable points("grasp point");
+  const Node& list = part(node, "grasp_points");
+  if (!list.is_sequence()) points.make_incomplete();
+  for (std::size_t i = 0; i < list.items.size(); ++i) {
+    const std::string here = item(below(path, "grasp_points"), i);
+    points.add_from(list.items[i], here, faults);
+    target.grasp_points.push_back(read_grasp_point(list.items[i], here, faults));
+  }
+  reading.points.emplace(target.name, std::move(points));
+  reading.problem.targets.push_back(std::move(target));
+}
+
+// What the end-effector's orientation is to be, and whether both sides have what that takes.
+GraspSetup::Orientation read_orientation(const Node& node, const std::string& path, const GraspSetup& grasp,
+                                         Reading& reading) {
+  using Orientation = GraspSetup::Orientation;
+  const GraspPoint* point = grasp_point_named(reading, grasp.target, grasp.grasp_point);
+  const EndEffectorSetup* end_effector = end_effector_named(reading, grasp.end_effector);
+  const std::string given = text_at(node, "orientation");
+  if (given == "free") return Orientation::free;
+  if (given == "pose") return Orientation::pose;
+  if (given == "axis") {
+    const Mark& mark = part(node, "orientation").mark;
+    if (point && !point->approach_direction) {
+      reading.faults.add(
+          mark, fmt::format("{}.orientation: axis needs an 'approach_direction' at grasp point {} of target {}", path,
+                            in_quotes(point->name), in_quotes(grasp.target)));
+    }
+    if (end_effector && !end_effector->approach_axis) {
+      reading.faults.add(mark, fmt::format("{}.orientation: axis needs an 'approach_axis' at end-effector {}", path,
+                                           in_quotes(end_effector->name)));
+    }
+    return Orientation::axis;
+  }
+  if (node.find("orientation") || !point || !point->approach_direction) return Orientation::free;
+  if (end_effector && !end_effector->approach_axis) {
+    reading.faults.add(part(node, "end_effector").mark,
+                       fmt::format("{}: grasp point {} has an approach_direction and end-effector {} no approach_axis "
+                                   "to go with it; give the end-effector one, or the grasp orientation: free",
+                                   path, in_quotes(point->name), in_quotes(end_effector->name)));
+  }
+  return Orientation::axis;
+}
+
+void check_all_targets_grasped(Reading& reading) {
+  const Node& list = part(reading.root, "targets");
+  for (const Node& target : list.items) {
+    const std::string name = text_at(target, "name");
+    if (name.empty() || reading.grasps_of.contains(name)) continue;
+    reading.faults.add(
+        part(target, "name").mark,
+        fmt::format("target {} is grasped by nobody; add a grasp or remove the target", in_quotes(name)));
+  }
+}
+
+}  // namespace
+
+void read_targets(Reading& reading) {
+  const Node& list = part(reading.root, "targets");
+  if (!list.is_sequence()) reading.targets.make_incomplete();
+  for (std::size_t i = 0; i < list.items.size(); ++i) read_target(list.items[i], item("targets", i), reading);
+}
+
+void read_grasps(Reading& reading) {
+  FaultList& faults = reading.faults;
+  const Node& list = part(reading.root, "grasps");
+  const bool doubtful = list.kind != Node::Kind::null && !list.is_sequence();
+  std::map<std::string, std::size_t, std::less<>> user_of;  // end-effector to grasp
+  bool all_known = !doubtful;
+  for (std::size_t i = 0; i < list.items.size() && !faults.full(); ++i) {
+    const Node& node = list.items[i];
+    const std::string path = item("grasps", i);
+    GraspSetup grasp;
+    grasp.end_effector = text_at(node, "end_effector");
+    grasp.target = text_at(node, "target");
+    grasp.grasp_point = text_at(node, "point");
+    const std::string model = text_at(node, "model");
+    grasp.model = model == "hinge" ? GraspModel::hinge : model == "point" ? GraspModel::point : GraspModel::rigid;
+    if (grasp.model == GraspModel::hinge) grasp.hinge_axis = unit_vector_at(node, "axis", path, faults);
+    grasp.orientation = read_orientation(node, path, grasp, reading);
+
+    reading.robot.end_effectors.expect(grasp.end_effector, part(node, "end_effector").mark, path, faults);
+    const auto [first, fresh] = user_of.emplace(grasp.end_effector, i);
+    if (!fresh && !grasp.end_effector.empty()) {
+      faults.add(part(node, "end_effector").mark,
+                 fmt::format("end-effector {} in {} is used twice; it already holds in {}",
+                             in_quotes(grasp.end_effector), path, item("grasps", first->second)));
+    }
+    const bool target_known =
+        reading.targets.expect(grasp.target, part(node, "target").mark, path, faults) && !grasp.target.empty();
+    all_known = all_known && target_known;
+    if (const auto it = reading.points.find(grasp.target); it != reading.points.end()) {
+      it->second.expect(grasp.grasp_point, part(node, "point").mark, below(path, "point"), faults);
+    }
+    reading.grasps_of[grasp.target].push_back(i);
+    reading.problem.grasps.push_back(std::move(grasp));
+  }
+  // A misspelt target in a grasp may well mean the one that seems to be left alone.
+  if (all_known) check_all_targets_grasped(reading);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,251 @@
+#include "grapnel/scenario/read_trajectory.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr std::string_view kRateSuffix = ".rate";
+
+struct Field {
+  std::string_view text;  // without blanks around it
+  std::size_t begin = 0;  // of the text within its line [bytes]
+};
+
+std::vector<Field> split(std::string_view line) {
+  std::vector<Field> fields;
+  for (std::size_t at = 0;;) {
+    const std::size_t comma = std::min(line.find(',', at), line.size());
+    const std::size_t first = std::min(line.find_first_not_of(" \t", at), comma);
+    std::size_t end = comma;
+    while (end > first && (line[end - 1] == ' ' || line[end - 1] == '\t')) --end;
+    fields.push_back({line.substr(first, end - first), first});
+    if (comma == line.size()) return fields;
+    at = comma + 1;
+  }
+}
+
+// What a column of numbers is.
+struct Column {
+  enum class Kind { unknown, time, position, rate };
+  Kind kind = Kind::unknown;
+  std::size_t joint = 0;
+  std::string name;
+  // Values beyond the joint's limits: the first is reported with their number.
+  std::size_t beyond = 0;
+  Mark first_beyond;
+  double value_beyond = 0;
+};
+
+class TrajectoryReader {
+ public:
+  TrajectoryReader(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults)
+      : file_(file), robot_(robot), faults_(faults) {}
+
+  std::optional<SampledMotion> read() {
+    motion_.positions.resize(robot_.joints.size());
+    motion_.rates.resize(robot_.joints.size());
+    const std::string_view text = file_.text;
+    for (std::size_t at = 0; at < text.size() && !faults_.full();) {
+      const std::size_t end = std::min(text.find('\n', at), text.size());
+      read_line(text.substr(at, end - at));
+      at = end + 1;
+    }
+    check_whole();
+    if (faults_.size() != before_ || !robot_.order_known) return {};
+    const bool rates =
+        std::any_of(columns_.begin(), columns_.end(), [](const Column& c) { return c.kind == Column::Kind::rate; });
+    if (!rates) motion_.rates.clear();
+    return std::move(motion_);
+  }
+
+ private:
+  void read_line(std::string_view line) {
+    ++line_number_;
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    const std::size_t first = line.find_first_not_of(" \t");
+    if (first == std::string_view::npos || line[first] == '#') return;
+    line_ = line;
+    const std::vector<Field> fields = split(line);
+    if (columns_.empty())
+      read_header(fields);
+    else
+      read_sample(fields);
+  }
+
+  // Columns count characters; only a fault needs them.
+  Mark mark_at(std::size_t bytes) const {
+    const std::string_view before = line_.substr(0, bytes);
+    const auto characters = std::count_if(before.begin(), before.end(),
+                                          [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; });
+    return {file_.source, line_number_, static_cast<int>(characters) + 1};
+  }
+
+  void read_header(const std::vector<Field>& fields) {
+    const Mark here = mark_at(fields[0].begin);
+    if (fields[0].text != "time") {
+      faults_.add(here, fmt::format("the first column is {}, must be 'time'", in_quotes(fields[0].text)));
+    }
+    std::set<std::string_view> met;
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      Column column;
+      column.name = std::string(fields[i].text);
+      if (i == 0)
+        column.kind = Column::Kind::time;
+      else
+        identify(column, mark_at(fields[i].begin));
+      if (!met.insert(fields[i].text).second) {
+        faults_.add(mark_at(fields[i].begin), fmt::format("duplicate column {}", in_quotes(fields[i].text)));
+      }
+      columns_.push_back(std::move(column));
+    }
+    check_columns(here, met);
+  }
+
+  void identify(Column& column, const Mark& mark) {
+    const auto known = [&](std::string_view joint) {
+      const auto it = robot_.joint_index.find(joint);
+      if (it != robot_.joint_index.end()) column.joint = it->second;
+      return it != robot_.joint_index.end();
+    };
+    const std::string_view name = column.name;
+    const bool is_rate = name.ends_with(kRateSuffix);
+    const std::string_view stem = is_rate ? name.substr(0, name.size() - kRateSuffix.size()) : name;
+    if (known(name)) {
+      column.kind = Column::Kind::position;
+    } else if (is_rate && known(stem)) {
+      column.kind = Column::Kind::rate;
+    } else if (robot_.fixed_joints.contains(name) || robot_.fixed_joints.contains(stem)) {
+      faults_.add(mark, fmt::format("joint {} is fixed and has no column", in_quotes(stem)));
+    } else if (robot_.count_known()) {
+      std::vector<std::string> names = robot_.joint_names.names();
+      if (is_rate) {
+        for (std::string& joint : names) joint += kRateSuffix;
+      }
+      faults_.add(mark, fmt::format("unknown column {}{}", in_quotes(name), suggestion(name, names, "joints")));
+    }
+  }
+
+  // Every joint has a column; of the rates all or none.
+  void check_columns(const Mark& mark, const std::set<std::string_view>& met) {
+    if (!robot_.count_known()) return;
+    std::string joints, rates;
+    for (const JointDescription& joint : robot_.joints) {
+      const std::string rate = joint.name + std::string(kRateSuffix);
+      if (!met.contains(joint.name)) joints += (joints.empty() ? "" : ", ") + shortened(joint.name);
+      if (!met.contains(rate)) rates += (rates.empty() ? "" : ", ") + shortened(rate);
+    }
+    if (!joints.empty()) faults_.add(mark, fmt::format("the header lacks joints: {}", joints));
+    const bool some_rate =
+        std::any_of(columns_.begin(), columns_.end(), [](const Column& c) { return c.kind == Column::Kind::rate; });
+    if (some_rate && !rates.empty()) {
+      faults_.add(mark, fmt::format("the header has rates of some joints but lacks: {}", rates));
+    }
+  }
+
+  void read_sample(const std::vector<Field>& fields) {
+    if (fields.size() != columns_.size()) {
+      faults_.add(mark_at(fields[0].begin),
+                  fmt::format("the line has {}, must have {}", counted(fields.size(), "field"), columns_.size()));
+      return;
+    }
+    for (std::size_t i = 0; i < fields.size(); ++i) {
+      if (const auto value = number_in(fields[i], columns_[i])) take(columns_[i], *value, fields[i]);
+    }
+  }
+
+  std::optional<double> number_in(const Field& field, const Column& column) {
+    scratch_.text.assign(field.text);
+    const auto value = number_of(scratch_);
+    if (value && std::isfinite(*value)) return value;
+    const std::string why = field.text.empty() ? ", not empty" : why_no_number(scratch_);
+    faults_.add(
+        mark_at(field.begin),
+        value ? fmt::format("{} is {}, must be a finite number{}", shortened(column.name), field.text, unit(column))
+              : fmt::format("{} must be a number{}{}", shortened(column.name), unit(column), why));
+    return {};
+  }
+
+  static std::string_view unit(const Column& column) {
+    switch (column.kind) {
+      case Column::Kind::time:
+        return " [s]";
+      case Column::Kind::position:
+        return " [rad or m]";
+      case Column::Kind::rate:
+        return " [rad/s or m/s]";
+      case Column::Kind::unknown:
+        break;
+    }
+    return "";
+  }
+
+  void take(Column& column, double value, const Field& field) {
+    if (column.kind == Column::Kind::unknown) return;
+    if (column.kind == Column::Kind::time) {
+      if (motion_.times.empty() && value != 0) {
+        faults_.add(mark_at(field.begin), fmt::format("the first time is {} [s], must be 0", value));
+      } else if (!motion_.times.empty() && !(value > motion_.times.back())) {
+        faults_.add(mark_at(field.begin), fmt::format("time is {} [s], must be greater than {} of the sample before",
+                                                      value, motion_.times.back()));
+      }
+      motion_.times.push_back(value);
+      return;
+    }
+    const bool rate = column.kind == Column::Kind::rate;
+    const JointLimits& limits = robot_.joints[column.joint].limits;
+    const bool within = rate ? std::abs(value) <= limits.rate : value >= limits.lower && value <= limits.upper;
+    if (!within && column.beyond++ == 0) {
+      column.first_beyond = mark_at(field.begin);
+      column.value_beyond = value;
+    }
+    (rate ? motion_.rates : motion_.positions)[column.joint].push_back(value);
+  }
+
+  void check_whole() {
+    if (columns_.empty()) {
+      faults_.add({file_.source, 1, 1}, "the file has no header line time,<joint>,...");
+      return;
+    }
+    for (const Column& column : columns_) {
+      if (column.beyond == 0) continue;
+      const JointLimits& limits = robot_.joints[column.joint].limits;
+      const std::string bounds = column.kind == Column::Kind::rate
+                                     ? fmt::format("rate limit {}", limits.rate)
+                                     : fmt::format("limits {} to {}", limits.lower, limits.upper);
+      faults_.add(column.first_beyond,
+                  fmt::format("{} is {}, beyond the joint's {}{}", shortened(column.name), column.value_beyond, bounds,
+                              column.beyond > 1 ? fmt::format(" (the first of {} such values)", column.beyond) : ""));
+    }
+    // A line with a fault may be the sample that lacks.
+    if (motion_.times.size() < 2 && faults_.size() == before_) {
+      faults_.add({file_.source, 1, 1},
+                  fmt::format("the file has {}, must have at least 2", counted(motion_.times.size(), "sample")));
+    }
+  }
+
+  const TrajectoryFile& file_;
+  const ReadRobot& robot_;
+  FaultList& faults_;
+  std::string_view line_;
+  int line_number_ = 0;
+  std::vector<Column> columns_;
+  SampledMotion motion_;
+  const std::size_t before_ = faults_.size();
+  Node scratch_{Node::Kind::scalar, {}, {}, true, {}, {}};
+};
+
+}  // namespace
+
+std::optional<SampledMotion> read_trajectory(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults) {
+  return TrajectoryReader(file, robot, faults).read();
+}
+
+}  // namespace grapnel

@@ -1,0 +1,35 @@
+#pragma once
+
+/// @file
+/// What the readers of a scenario's parts share: the tree, the robot, what has been read, the names met, the faults.
+/// Thread safety: plain values.
+
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "grapnel/scenario/read_robot.hpp"
+
+namespace grapnel {
+
+/// A scenario while it is read. Parts are read in the order of the members of CaptureProblem; later parts look up what
+/// earlier ones have named.
+struct Reading {
+  Reading(const Node& tree, ReadRobot read_robot, FaultList& list)
+      : root(tree), robot(std::move(read_robot)), faults(list) {}
+
+  const Node& root;
+  ReadRobot robot;
+  FaultList& faults;
+  CaptureProblem problem;
+  NameTable targets{"target"};
+  std::map<std::string, NameTable, std::less<>> points;                    // by target
+  std::map<std::string, std::vector<std::size_t>, std::less<>> grasps_of;  // by target
+};
+
+/// What a name of the scenario refers to; null if there is none.
+const EndEffectorSetup* end_effector_named(const Reading& reading, const std::string& name);
+const GraspPoint* grasp_point_named(const Reading& reading, const std::string& target, const std::string& point);
+
+}  // namespace grapnel

@@ -1,0 +1,93 @@
+#include "grapnel/simulate/external_load.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace grapnel {
+namespace {
+
+// The line of the table that speaks at `inside`, at time t.
+Wrenchd on_line(const LoadProfile& p, double t, double inside) {
+  if (p.times.empty() || inside < p.times.front() || inside > p.times.back()) return Wrenchd::zero();
+  const auto above = std::upper_bound(p.times.begin(), p.times.end(), inside);
+  const std::size_t next =
+      above == p.times.end() ? p.times.size() - 1 : static_cast<std::size_t>(above - p.times.begin());
+  const double x = (t - p.times[next - 1]) / (p.times[next] - p.times[next - 1]);
+  return (1 - x) * p.values[next - 1] + x * p.values[next];
+}
+
+bool finite(const Wrenchd& F) {
+  return std::isfinite(dot(F.angular, F.angular)) && std::isfinite(dot(F.linear, F.linear));
+}
+
+void validate_table(const LoadProfile& p) {
+  if (p.times.size() < 2) throw std::invalid_argument("external load: a table needs at least two samples");
+  if (p.values.size() != p.times.size()) {
+    throw std::invalid_argument("external load: a table's times and values differ in number");
+  }
+  for (std::size_t k = 0; k < p.times.size(); ++k) {
+    if (!std::isfinite(p.times[k]) || !finite(p.values[k])) {
+      throw std::invalid_argument("external load: a number is not finite");
+    }
+    if (k > 0 && !(p.times[k] > p.times[k - 1])) {
+      throw std::invalid_argument("external load: a table's times must increase");
+    }
+  }
+}
+
+}  // namespace
+
+Wrenchd wrench_at(const ExternalLoad& load, double t) { return wrench_at(load, t, t); }
+
+Wrenchd wrench_at(const ExternalLoad& load, double t, double inside) {
+  const LoadProfile& p = load.profile;
+  if (inside < p.start || inside >= p.end) return Wrenchd::zero();
+  switch (p.shape) {
+    case LoadProfile::Shape::constant:
+      return load.amplitude;
+    case LoadProfile::Shape::half_sine:
+      return std::sin(std::numbers::pi * (t - p.start) / (p.end - p.start)) * load.amplitude;
+    case LoadProfile::Shape::sine:
+      return std::sin(2 * std::numbers::pi * p.frequency * (t - p.start) + p.phase) * load.amplitude;
+    case LoadProfile::Shape::table:
+      return on_line(p, t, inside);
+  }
+  return Wrenchd::zero();
+}
+
+std::vector<double> break_times(const ExternalLoad& load) {
+  const LoadProfile& p = load.profile;
+  std::vector<double> times;
+  const auto add = [&](double t) {
+    if (std::isfinite(t) && (times.empty() || t > times.back())) times.push_back(t);
+  };
+  add(p.start);
+  if (p.shape == LoadProfile::Shape::table) {
+    for (double t : p.times) {
+      if (t > p.start && t < p.end) add(t);
+    }
+  }
+  add(p.end);
+  return times;
+}
+
+void validate(const ExternalLoad& load) {
+  const LoadProfile& p = load.profile;
+  if (!(p.end > p.start)) throw std::invalid_argument("external load: it must end after it starts");
+  if (p.shape == LoadProfile::Shape::half_sine && !std::isfinite(p.end - p.start)) {
+    throw std::invalid_argument("external load: a half sine needs a finite start and end");
+  }
+  const bool is_sine = p.shape == LoadProfile::Shape::sine;
+  if (!std::isfinite(dot(load.p_BP, load.p_BP)) || (is_sine && !std::isfinite(p.start + p.frequency + p.phase))) {
+    throw std::invalid_argument("external load: a number is not finite");
+  }
+  if (p.shape == LoadProfile::Shape::table) {
+    validate_table(p);
+  } else if (!finite(load.amplitude)) {
+    throw std::invalid_argument("external load: a number is not finite");
+  }
+}
+
+}  // namespace grapnel

@@ -1,0 +1,150 @@
+// Least clearances and events between samples, against closed forms.
+#include "grapnel/clearance/clearance_watch.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "clearance/random_shape.hpp"
+#include "clearance/small_models.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel {
+namespace {
+
+using namespace testing;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+using ::testing::ThrowsMessage;
+
+Geometry ball(double radius) { return {Shape::sphere, {radius, 0, 0}, Posed::identity()}; }
+
+// Watches steady motions of free bodies at equal intervals.
+ClearanceWatch watch(const Model& model, const ClearanceModel& clearance, const std::vector<SteadyBody>& bodies,
+                     double required, double begin, double end, int intervals) {
+  ClearanceWatch result(required);
+  result.begin_phase("approach", model, clearance);
+  for (int i = 0; i <= intervals; ++i) {
+    const double t = begin + (end - begin) * i / intervals;
+    result.sample(t, steady_state(model, bodies, t));
+  }
+  result.end_phase();
+  return result;
+}
+
+// Distance of centres^2 = miss^2 + speed^2 (t - t_c)^2.
+TEST(ClearanceWatch, SpheresThatPassBetweenSamples) {
+  Random random(31);
+  const Model model = free_bodies(2);
+  const ClearanceModel clearance(model, {{0, ball(0.3)}, {1, ball(0.2)}});
+  Worst distance("least distance [m]"), time("its time [s]"), crossing("begin and end of the event [s]");
+  for (int i = 0; i < 300; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const double miss = random.uniform(0.1, 2), speed = random.log_uniform(0.05, 5);
+    const Vector3d n = random.direction(), common = random.vector(1);
+    Vector3d v = cross(n, random.direction());
+    v *= speed / norm(v);
+    const double t_c = random.uniform(1, 9), least = miss - 0.5, required = least + random.uniform(0.01, 0.3);
+    const std::vector<SteadyBody> bodies = {{random.vector(5), common, 0.3}, {{}, common + v, -0.2}};
+    std::vector<SteadyBody> placed = bodies;
+    placed[1].p = bodies[0].p + miss * n - t_c * v;
+    const ClearanceWatch found = watch(model, clearance, placed, required, 0, 10, 9);
+    const LeastClearance& l = found.least().at(0);
+    ASSERT_LT(distance.note(std::abs(l.distance - least), i), 1e-9);  // measured 2.4e-15
+    ASSERT_LT(time.note(std::abs(l.time - t_c), i), 1e-5);            // measured 8e-7
+    EXPECT_EQ(l.body_a, "a");
+    EXPECT_EQ(l.body_b, "b");
+    EXPECT_EQ(l.phase, "approach");
+    EXPECT_LT(norm(l.point_a - (placed[0].p + t_c * common + 0.3 * n)), 1e-4);
+
+    const double half = std::sqrt(std::pow(required + 0.5, 2) - miss * miss) / speed;
+    const std::vector<ClearanceEvent> events = found.events();
+    ASSERT_THAT(events, SizeIs(1));
+    const double begin = std::max(0.0, t_c - half), end = std::min(10.0, t_c + half);
+    ASSERT_LT(crossing.note(std::abs(events[0].begin_time - begin), i), 1e-8);  // measured 1.3e-13
+    ASSERT_LT(crossing.note(std::abs(events[0].end_time - end), i), 1e-8);
+    EXPECT_NEAR(events[0].least.distance, least, 1e-9);
+    EXPECT_EQ(events[0].required, required);
+    EXPECT_EQ(events[0].phase, "approach");
+  }
+}
+
+// A pair that is nearest at no sample but dips in between, while another stays at a smaller distance at the samples.
+TEST(ClearanceWatch, NoticesPairsThatAreNotNearestAtSamples) {
+  const Model model = free_bodies(4);
+  const ClearanceModel clearance(model, {{0, ball(0.1)}, {1, ball(0.1)}, {2, ball(0.1)}, {3, ball(0.1)}});
+  const std::vector<SteadyBody> bodies = {
+      {{0, 0, 0}, {}}, {{0.5, 0, 0}, {}}, {{-2, 10, 0}, {4, 0, 0}}, {{0, 10.25, 0}, {}}};
+  const ClearanceWatch found = watch(model, clearance, bodies, 0.1, 0, 1, 1);
+  EXPECT_NEAR(found.least()[0].distance, 0.05, 1e-9);
+  EXPECT_NEAR(found.least()[0].time, 0.5, 1e-6);
+  EXPECT_EQ(found.least()[0].body_a + found.least()[0].body_b, "cd");
+  ASSERT_THAT(found.events(), SizeIs(1));
+  EXPECT_NEAR(found.events()[0].begin_time, 0.5 - std::sqrt(0.3 * 0.3 - 0.0625) / 4, 1e-9);
+}
+
+// The far tip of a thin rod that turns about a point of its own passes a ball.
+TEST(ClearanceWatch, TurningRodPassesABall) {
+  Random random(32);
+  const Model model = free_bodies(2);
+  Geometry rod{Shape::capsule, {0.002, 4, 0}, {rotation_about({0, 1, 0}, M_PI_2), {1, 0, 0}}};
+  const ClearanceModel clearance(model, {{0, rod}, {1, ball(0.05)}});
+  Worst distance("least distance of a turning rod [m]"), time("its time [s]");
+  for (int i = 0; i < 100; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const double t_c = random.uniform(0.4, 0.8), gap = random.uniform(0.01, 0.5);
+    // Half of them near half a turn, where quaternions of samples change their signs.
+    const double w = i % 2 == 0 ? random.uniform(0.5, 2) : M_PI / t_c + random.uniform(-0.01, 0.01);
+    const double angle = w * t_c, reach = 3 + 0.002 + 0.05 + gap;
+    const std::vector<SteadyBody> bodies = {{{}, {}, w}, {{reach * std::cos(angle), reach * std::sin(angle), 0}, {}}};
+    // Turns of up to 0.1 rad between samples.
+    const ClearanceWatch found = watch(model, clearance, bodies, 0, 0, 1.2, 97);
+    ASSERT_LT(distance.note(std::abs(found.least()[0].distance - gap), i), 1e-8);  // measured 1.8e-15
+    ASSERT_LT(time.note(std::abs(found.least()[0].time - t_c), i), 1e-5);          // measured 1.2e-8
+  }
+}
+
+TEST(ClearanceWatch, PhasesAreApart) {
+  const Model model = free_bodies(2);
+  const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}}), none;
+  const std::vector<SteadyBody> bodies = {{{0, 0, 0}, {}}, {{3, 0, 0}, {-1, 0, 0}}};
+  ClearanceWatch w(0.5);
+  w.begin_phase("first", model, balls);
+  for (const double t : {0.0, 1.0, 2.0}) w.sample(t, steady_state(model, bodies, t));
+  w.end_phase();
+  w.begin_phase("second", model, balls);
+  EXPECT_NEAR(w.sample(2.0, steady_state(model, bodies, 2)).distance, 0, 1e-15);
+  w.sample(2.5, steady_state(model, bodies, 2.5));
+  w.end_phase();
+  w.begin_phase("third", model, none);
+  w.sample(2.5, steady_state(model, bodies, 2.5));
+  w.end_phase();
+  ASSERT_THAT(w.least(), SizeIs(3));
+  EXPECT_NEAR(w.least()[0].distance, 0, 1e-15);
+  EXPECT_NEAR(w.least()[1].distance, -0.5, 1e-15);
+  EXPECT_EQ(w.least()[2].distance, INFINITY);
+  EXPECT_EQ(w.least()[2].phase, "third");
+  const std::vector<ClearanceEvent> events = w.events();
+  ASSERT_THAT(events, SizeIs(2));
+  EXPECT_NEAR(events[0].begin_time, 1.5, 1e-12);
+  EXPECT_EQ(events[0].end_time, 2);
+  EXPECT_EQ(events[1].begin_time, 2);
+  EXPECT_EQ(events[1].end_time, 2.5);
+  EXPECT_EQ(events[1].phase, "second");
+}
+
+TEST(ClearanceWatch, SaysWhatIsWrong) {
+  const Model model = free_bodies(2);
+  const ClearanceModel clearance(model, {{0, ball(0.5)}, {1, ball(0.5)}});
+  EXPECT_THROW(ClearanceWatch{NAN}, std::invalid_argument);
+  ClearanceWatch w;
+  EXPECT_THROW(w.sample(0, zero_state(model)), std::logic_error);
+  EXPECT_THROW(w.end_phase(), std::logic_error);
+  w.begin_phase("hold", model, clearance);
+  EXPECT_THAT([&] { w.begin_phase("next", model, clearance); }, ThrowsMessage<std::logic_error>(HasSubstr("'hold'")));
+  w.sample(1, zero_state(model));
+  EXPECT_THAT([&] { w.sample(0.5, zero_state(model)); }, ThrowsMessage<std::invalid_argument>(HasSubstr("'hold'")));
+  EXPECT_THROW(w.sample(2, zero_state(free_bodies(1))), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace grapnel

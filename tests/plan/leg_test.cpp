@@ -1,0 +1,98 @@
+/// The momentum integral of a leg: against the simulation that knows only equations of motion, and its sensitivities
+/// against differences.
+
+#include <gtest/gtest.h>
+
+#include "grapnel/plan/leg.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+#include "plan/plan_case.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+struct Flight {
+  Servicer servicer;
+  LegStart start;
+  Vector3d gravity;
+  std::vector<double> position, rate;  // final
+};
+
+Flight random_flight(int i) {
+  Flight f{random_servicer(i), {}, {}, {}, {}};
+  Random random(1000 + i);
+  const JointProfile profile = i % 2 == 0 ? JointProfile::quintic : JointProfile::cycloidal;
+  f.start = {1.0, 4.0, profile, f.servicer.theta(), f.servicer.rates(), f.servicer.X_WB()};
+  if (i % 3 == 1) f.gravity = random.vector(0.3);
+  for (double x : f.start.position) {
+    f.position.push_back(x + random.uniform(-1, 1));
+    f.rate.push_back(random.uniform(-0.4, 0.4));
+  }
+  return f;
+}
+
+// The same motion by forward dynamics with prescribed joints.
+Posed simulated_end(const Flight& f) {
+  PhaseSetup setup;
+  setup.gravity = f.gravity;
+  for (std::size_t j = 0; j < f.position.size(); ++j) {
+    JointDrive drive;
+    drive.control = JointControl::prescribed;
+    drive.trajectory = {f.start.begin, JointPath{f.start.profile, f.start.end - f.start.begin, f.start.position[j],
+                                                 f.position[j], f.start.rate[j], f.rate[j]}};
+    setup.drives.push_back(drive);
+  }
+  setup.recover_roots = false;
+  PhaseDynamics dynamics(f.servicer.model, setup);
+  const PhaseOutcome outcome = simulate_phase(dynamics, f.servicer.state, f.start.begin, f.start.end, 0, {});
+  EXPECT_TRUE(outcome.finished) << outcome.failure;
+  return root_pose(f.servicer.model, outcome.end_state, 0);
+}
+
+TEST(Leg, EndsWhereForwardDynamicsEnds) {
+  Worst position("end of a leg against the simulation [m]"), angle("the same [rad]");
+  for (int i = 0; i < 24; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Flight f = random_flight(i);
+    FloatingBase base(f.servicer.model, true);
+    Leg leg(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity), 1e-12, 1e-14);
+    const LegEnd end = leg.fly(f.position, f.rate, false);
+    ASSERT_TRUE(end.finished) << end.failure;
+    const Posed expected = simulated_end(f);
+    EXPECT_GT(rotation_angle(transpose(f.start.X_WB.R) * end.X_WB.R), 1e-3);             // it has turned
+    EXPECT_LT(position.note(norm(end.X_WB.p - expected.p), i), 1e-9);                    // measured 4e-11
+    EXPECT_LT(angle.note(rotation_angle(transpose(end.X_WB.R) * expected.R), i), 1e-9);  // measured 1e-11
+  }
+}
+
+TEST(Leg, SensitivitiesAreThoseOfDifferences) {
+  Worst worst("sensitivities of the base's end");
+  for (int i = 0; i < 12; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Flight f = random_flight(i);
+    FloatingBase base(f.servicer.model, true);
+    Leg leg(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity), 1e-12, 1e-14);
+    const LegEnd end = leg.fly(f.position, f.rate, true);
+    ASSERT_TRUE(end.finished) << end.failure;
+    const double h = 1e-4;
+    // Displacement of the base in B between two flights.
+    const auto difference = [&](const std::vector<double>& x1, const std::vector<double>& r1,
+                                const std::vector<double>& x0, const std::vector<double>& r0) {
+      const Posed X1 = leg.fly(x1, r1, false).X_WB, X0 = leg.fly(x0, r0, false).X_WB;
+      const Vector3d w = rotation_vector(transpose(X0.R) * X1.R), p = transposed_times(end.X_WB.R, X1.p - X0.p);
+      return Vector6d((Vector6d() << w[0], w[1], w[2], p[0], p[1], p[2]).finished() / (2 * h));
+    };
+    for (int j = 0; j < base.joints(); ++j) {
+      std::vector<double> up = f.position, down = f.position;
+      up[j] += h, down[j] -= h;
+      EXPECT_LT(worst.note((difference(up, f.rate, down, f.rate) - end.per_position.col(j)).norm(), i), 1e-6);
+      up = down = f.rate;
+      up[j] += h, down[j] -= h;
+      EXPECT_LT(worst.note((difference(f.position, up, f.position, down) - end.per_rate.col(j)).norm(), i), 1e-6);
+      // measured 3e-7
+    }
+  }
+}
+
+}  // namespace
+}  // namespace grapnel::testing

@@ -1,0 +1,230 @@
+/// Free-floating inverse kinematics: reference solutions, random robots whose goals come from a flight, limits,
+/// orientations, measures, and what is said where there is no solution.
+
+#include <gtest/gtest.h>
+
+#include <Eigen/QR>
+#include <cmath>
+
+#include "grapnel/plan/reach.hpp"
+#include "grapnel/plan/shooting.hpp"
+#include "plan/plan_case.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+void expect_arrives(const ReachSolution& s) {
+  ASSERT_TRUE(s.found) << s.failure;
+  for (const GoalMiss& m : s.miss) {
+    EXPECT_LT(m.distance, kArrived);
+    EXPECT_LT(m.angle, kArrived);
+  }
+}
+
+// Two models made independently of this project found these from the published angles by Newton steps of least norm.
+TEST(ThesisPlan, ReferenceSolutions) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true);
+  struct Reference {
+    RateDemand demand;
+    double theta[6], base[3];
+  };
+  const Reference references[] = {{RateDemand::velocity,
+                                   {-0.801268, -1.254248, 0.019399, 2.381974, -1.260232, -0.049333},
+                                   {0.000565, 0.021484, 0.808194}},
+                                  {RateDemand::twist,
+                                   {-0.627529, -1.324836, 0.008705, 2.555432, -1.343726, -0.031998},
+                                   {0.000258, 0.021380, 0.690432}}};
+  for (const Reference& r : references) {
+    ReachProblem p = thesis_problem(s, r.demand);
+    p.starts = 1;
+    const ReachSolution found = plan_reach(base, p);
+    expect_arrives(found);
+    for (int j = 0; j < 6; ++j) EXPECT_NEAR(found.position[j], r.theta[j], 6e-7);
+    EXPECT_NEAR(found.X_WB.p[0], r.base[0], 6e-7);
+    EXPECT_NEAR(found.X_WB.p[1], r.base[1], 6e-7);
+    EXPECT_NEAR(rotation_vector(found.X_WB.R)[2], r.base[2], 6e-7);
+    EXPECT_LT(found.unmet_rate, 1e-12);
+    EXPECT_LE(found.iterations, 6);
+  }
+}
+
+TEST(ThesisPlan, JacobianIsThatOfDifferences) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true);
+  for (RateDemand demand : {RateDemand::given, RateDemand::velocity, RateDemand::twist, RateDemand::linear}) {
+    const ReachProblem p = thesis_problem(s, demand);
+    Shooting shooting(base, p);
+    const Shot here = shooting.shoot(p.guess, std::vector<double>(6, 0.0));
+    ASSERT_TRUE(here.valid);
+    for (int j = 0; j < 6; ++j) {
+      std::vector<double> up = p.guess, down = p.guess;
+      up[j] += 1e-5, down[j] -= 1e-5;
+      const Eigen::VectorXd d = (shooting.shoot(up, here.rate).error - shooting.shoot(down, here.rate).error) / 2e-5;
+      EXPECT_LT((d - here.J.col(j)).norm(), 1e-8);  // measured 2e-10
+    }
+  }
+}
+
+TEST(ThesisPlan, MeasuresChooseAmongSolutions) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true);
+  const auto distance = [](const std::vector<double>& a, const std::vector<double>& b) {
+    double sum = 0;
+    for (std::size_t j = 0; j < a.size(); ++j) sum += (a[j] - b[j]) * (a[j] - b[j]);
+    return sum;
+  };
+  ReachProblem p = thesis_problem(s, RateDemand::twist);
+  p.starts = 8;
+  const ReachSolution as_found = plan_reach(base, p);
+  p.measure.kind = Measure::Kind::nearest, p.measure.reference = p.guess;
+  const ReachSolution nearest = plan_reach(base, p);
+  p.measure.kind = Measure::Kind::excursion, p.measure.reference = p.start.position;
+  const ReachSolution excursion = plan_reach(base, p);
+  for (const ReachSolution* r : {&as_found, &nearest, &excursion}) expect_arrives(*r);
+  EXPECT_LT(distance(nearest.position, p.guess), distance(as_found.position, p.guess));
+  EXPECT_LT(distance(excursion.position, p.start.position), 0.9 * distance(as_found.position, p.start.position));
+  EXPECT_NEAR(excursion.measure, 0.5 * distance(excursion.position, p.start.position), 1e-12);
+
+  // Least within what the goals leave free: the gradient lies in the span of the goals' gradients.
+  ReachProblem q = p;
+  Shooting shooting(base, q);
+  const Shot shot = shooting.shoot(excursion.position, excursion.rate);
+  Eigen::VectorXd gradient(6);
+  for (int j = 0; j < 6; ++j) gradient[j] = excursion.position[j] - p.start.position[j];
+  const Eigen::MatrixXd Jt = shot.J.transpose();
+  const Eigen::VectorXd multipliers = Jt.completeOrthogonalDecomposition().solve(gradient);
+  EXPECT_LT((gradient - Jt * multipliers).norm(), 1e-5 * gradient.norm());  // measured 2e-8
+}
+
+TEST(ThesisPlan, SameSeedSameBits) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true), other(s.model, true);
+  ReachProblem p = thesis_problem(s, RateDemand::twist);
+  p.guess = p.start.position;
+  p.measure.kind = Measure::Kind::excursion;
+  const ReachSolution a = plan_reach(base, p), b = plan_reach(other, p);
+  expect_arrives(a);
+  EXPECT_EQ(a.position, b.position);
+  EXPECT_EQ(a.rate, b.rate);
+}
+
+TEST(ThesisPlan, StaysWithinLimits) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true);
+  ReachProblem p = thesis_problem(s, RateDemand::twist);
+  const ReachSolution without = plan_reach(base, p);
+  // A limit that cuts off what was found.
+  p.upper[1] = without.position[1] - 0.05;
+  p.measure.upper = p.upper;
+  for (Measure::Kind kind : {Measure::Kind::as_found, Measure::Kind::excursion}) {
+    p.measure.kind = kind;
+    const ReachSolution within = plan_reach(base, p);
+    expect_arrives(within);
+    EXPECT_LE(within.position[1], p.upper[1]);
+  }
+}
+
+TEST(ThesisPlan, SaysThatTheArmIsTooShort) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true);
+  ReachProblem p = thesis_problem(s, RateDemand::twist);
+  p.goals[0].X_WG.p = {5.2, -2, 0};
+  p.starts = 4;
+  const ReachSolution r = plan_reach(base, p);
+  EXPECT_FALSE(r.found);
+  EXPECT_NE(r.failure.find("end-effector 'tip-1' comes no closer than"), std::string::npos) << r.failure;
+  EXPECT_NE(r.failure.find("the arm is at most 3 m long"), std::string::npos) << r.failure;
+  EXPECT_EQ(r.failure.find("tip-2"), std::string::npos) << r.failure;
+  EXPECT_GT(r.miss[0].distance, 1.5);
+  EXPECT_LT(r.miss[0].distance, 2.6);
+}
+
+TEST(ThesisPlan, NamesTheLimitThatStopsIt) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true);
+  ReachProblem p = thesis_problem(s, RateDemand::twist);
+  p.lower[3] = 2.3, p.upper[3] = 2.6, p.lower[4] = 1.4, p.upper[4] = 1.7, p.lower[5] = -1.2, p.upper[5] = -0.9;
+  p.starts = 4;
+  const ReachSolution r = plan_reach(base, p);
+  EXPECT_FALSE(r.found);
+  EXPECT_NE(r.failure.find("end-effector 'tip-2' comes no closer than"), std::string::npos) << r.failure;
+  EXPECT_NE(r.failure.find("joint 'arm-2-joint-"), std::string::npos) << r.failure;
+  EXPECT_NE(r.failure.find(" limit "), std::string::npos) << r.failure;
+}
+
+TEST(ThesisPlan, NamesTheDirectionThatIsNotThere) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true);
+  ReachProblem p = thesis_problem(s, RateDemand::velocity);
+  p.goals[1].X_WG.p[2] = 0.02;  // out of the arm's plane
+  p.starts = 3;
+  const ReachSolution r = plan_reach(base, p);
+  EXPECT_FALSE(r.found);
+  EXPECT_NEAR(r.miss[1].distance, 0.02, 1e-6);
+  EXPECT_NE(r.failure.find("end-effector 'tip-2' comes no closer than 0.02 m: its Jacobian is singular"),
+            std::string::npos)
+      << r.failure;
+}
+
+// Goals from a flight, so that a solution exists; the search starts away from it, or anywhere.
+TEST(RandomPlan, FindsWhatAFlightHasReached) {
+  Worst worst("position error of planned random robots [m]");
+  int solved = 0, tried = 0;
+  for (int i = 0; i < 30; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Servicer s = random_servicer(i);
+    Random random(500 + i);
+    FloatingBase base(s.model, true);
+    ReachProblem p = reach_problem(s, 3, i % 2 ? JointProfile::quintic : JointProfile::cycloidal,
+                                   i % 3 ? Vector3d{0, 0, 0} : random.vector(0.1));
+    std::vector<double> position = p.start.position, rate(position.size());
+    for (double& x : position) x += random.uniform(-0.7, 0.7);
+    for (double& x : rate) x = random.uniform(-0.2, 0.2);
+    Leg leg(base, p.start, p.motion, 1e-12, 1e-14);
+    const LegEnd end = leg.fly(position, rate, false);
+    base.place(position);
+    const Momentumd h_B = p.motion.in_base(p.start.end, end.X_WB);
+    base.move(rate, h_B);
+    const int frame = static_cast<int>(s.model.frames().size()) - 1;
+    Goal g;
+    g.frame = frame, g.name = "e";
+    g.X_WG = end.X_WB * base.frame_pose(frame);
+    g.orientation = i % 3 == 0   ? Goal::Orientation::free
+                    : i % 3 == 1 ? Goal::Orientation::axis
+                                 : Goal::Orientation::pose;
+    g.axis_E = random.direction();
+    g.direction_W = g.X_WG.R * g.axis_E;
+    p.goals = {g};
+    p.demand = RateDemand::given;
+    p.given_rates = rate;
+    ++tried;
+    const ReachSolution r = plan_reach(base, p);
+    if (!r.found) continue;
+    ++solved;
+    const LegEnd check = leg.fly(r.position, r.rate, false);
+    base.place(r.position);
+    const Posed X_WE = check.X_WB * base.frame_pose(frame);
+    EXPECT_LT(worst.note(norm(X_WE.p - g.X_WG.p), i), 1e-9);
+    if (g.orientation == Goal::Orientation::pose) {
+      EXPECT_LT(rotation_angle(transpose(X_WE.R) * g.X_WG.R), 1e-9);
+    }
+    if (g.orientation == Goal::Orientation::axis) {
+      EXPECT_LT(norm(X_WE.R * g.axis_E - g.direction_W), 1e-9);
+    }
+  }
+  std::printf("[ measured ] %d of %d random robots planned\n", solved, tried);
+  EXPECT_GE(solved, 27);  // a solution exists; a search may miss it
+}
+
+TEST(Plan, RefusesWrongSizes) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true);
+  ReachProblem p = thesis_problem(s, RateDemand::twist);
+  p.guess.pop_back();
+  EXPECT_THROW(plan_reach(base, p), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace grapnel::testing
