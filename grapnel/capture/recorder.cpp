@@ -99,6 +99,9 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
   add("joints/position", "rad", "joint positions" + mixed, joints);
   add("joints/velocity", "rad/s", std::string("joint rates") + (prismatic ? "; m/s where the joint is prismatic" : ""),
       joints);
+  add("joints/reference_position", "rad", "what the joints are to follow; NaN where they follow nothing" + mixed,
+      joints);
+  add("joints/reference_velocity", "rad/s", "its rate; NaN where the joints follow nothing", joints);
   add("joints/effort", "N m", "motor efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),
       joints);
   add("joints/friction", "N m", "friction efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),
@@ -116,13 +119,21 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
   add("system/kinetic_energy", "J", "total kinetic energy, rotors included", {"kinetic_energy"});
   add("system/motor_work", "J", "work of the motors since the start", {"motor_work"});
   add("system/friction_work", "J", "work of joint friction since the start (negative)", {"friction_work"});
+  add("system/external_work", "J", "work of gravity, loads, attitude control and a holding wrench since the start",
+      {"external_work"});
+  add("system/external_impulse", "N s",
+      "impulse since the start of these and of the ground, in W; without what enters at the impact", xyz);
+  add("system/external_angular_impulse", "N m s", "the same about the world's origin", xyz);
 }
 
 void Recorder::add(std::string path, std::string unit, std::string description, std::vector<std::string> components) {
   series_.series.push_back({std::move(path), std::move(unit), std::move(description), std::move(components), {}});
 }
 
-void Recorder::begin_phase(const std::string& name) { series_.phases.push_back(name); }
+void Recorder::begin_phase(const std::string& name, std::span<const JointTrajectory> reference) {
+  series_.phases.push_back(name);
+  reference_ = reference;
+}
 
 void Recorder::put(double value) { series_.series[next_++].data.push_back(value); }
 void Recorder::put(const Vector3d& v) {
@@ -182,6 +193,13 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   };
   put_joints([&](int j) { return s.state.q[model.bodies()[model.joints()[j]].q]; });
   put_joints([&](int j) { return s.state.v[model.bodies()[model.joints()[j]].v]; });
+  std::vector<JointPoint> reference(system.robot_joints.size(), {std::numeric_limits<double>::quiet_NaN(),
+                                                                 std::numeric_limits<double>::quiet_NaN(), 0});
+  for (std::size_t j = 0; j < reference_.size(); ++j) reference[j] = evaluate(reference_[j], s.time);
+  for (const JointPoint& p : reference) series_.series[next_].data.push_back(p.position);
+  ++next_;
+  for (const JointPoint& p : reference) series_.series[next_].data.push_back(p.rate);
+  ++next_;
   put_joints([&](int j) { return s.motor[j]; });
   put_joints([&](int j) { return s.friction[j]; });
   put(books.com);
@@ -189,13 +207,19 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   put(books.about_com.angular);
   put_momenta(system, k, books.com);
   put(books.kinetic_energy);
-  put(motor_work_ + s.integrals.motor_work);
-  put(friction_work_ + s.integrals.friction_work);
+  put(finished_.motor_work + s.integrals.motor_work);
+  put(finished_.friction_work + s.integrals.friction_work);
+  put(finished_.external_work + s.integrals.external_work);
+  const Momentumd impulse = finished_.external_impulse + s.integrals.external_impulse;
+  put(impulse.linear);
+  put(impulse.angular);
 }
 
 void Recorder::end_phase(const PhaseIntegrals& integrals) {
-  motor_work_ += integrals.motor_work;
-  friction_work_ += integrals.friction_work;
+  finished_.motor_work += integrals.motor_work;
+  finished_.friction_work += integrals.friction_work;
+  finished_.external_work += integrals.external_work;
+  finished_.external_impulse += integrals.external_impulse;
 }
 
 }  // namespace grapnel

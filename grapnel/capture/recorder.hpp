@@ -18,7 +18,8 @@ PhaseEnd describe(const CaptureProblem& problem, const CaptureSystem& system, co
 class Recorder {
  public:
   Recorder(const CaptureProblem& problem, const CaptureSystem& system, TimeSeries& series);
-  void begin_phase(const std::string& name);
+  /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
+  void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
   void sample(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books,
               const PhaseSample& sample);
   /// The work done in the phase that ends is carried into the next.
@@ -33,9 +34,10 @@ class Recorder {
 
   const CaptureProblem& problem_;
   TimeSeries& series_;
-  std::size_t next_ = 0;                       // series to be filled next within a sample
-  std::vector<Quaterniond> previous_;          // for quaternions without jumps of sign
-  double motor_work_ = 0, friction_work_ = 0;  // of finished phases
+  std::size_t next_ = 0;               // series to be filled next within a sample
+  std::vector<Quaterniond> previous_;  // for quaternions without jumps of sign
+  std::span<const JointTrajectory> reference_;
+  PhaseIntegrals finished_;  // sums over finished phases
 };
 
 }  // namespace grapnel

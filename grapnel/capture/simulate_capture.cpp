@@ -73,10 +73,10 @@ class Run {
 
   // Integrates a phase of the present system, records it and moves state_ and time_ to its end.
   void integrate(const std::string& name, PhaseSetup setup, double duration, bool controlled, bool efforts_are_cut,
-                 const StopCondition& stop = {}) {
+                 std::span<const JointTrajectory> reference = {}, const StopCondition& stop = {}) {
     const double end = time_ + duration;
     PhaseDynamics dynamics(system_.model, std::move(setup));
-    recorder_.begin_phase(name);
+    recorder_.begin_phase(name, reference);
     bookkeeper_.begin_phase(controlled);
     watches_.begin_phase(name, system_, efforts_are_cut);
     Kinematics kinematics(system_.model);
@@ -124,7 +124,7 @@ class Run {
       };
     }
     integrate("approach", approach_setup(problem_, system_, state_, trajectories_, false), setup.duration, true,
-              setup.tracking.mode != TrackingSetup::Mode::ideal, in_envelope);
+              setup.tracking.mode != TrackingSetup::Mode::ideal, trajectories_, in_envelope);
     result_.approach_end = describe(problem_, system_, state_, time_);
   }
 
