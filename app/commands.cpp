@@ -85,6 +85,16 @@ int run(const RunOptions& options) {
   }
   for (const std::string& warning : result.warnings)
     fmt::print(stderr, "{}: warning: {}\n", options.scenario.string(), warning);
+  for (const GripOutcome& grip : result.grips) {
+    if (!grip.captured) {
+      fmt::print(stderr, "{}: warning: {} does not capture {}: {}\n", options.scenario.string(), grip.end_effector,
+                 grip.target, grip.reason);
+    }
+  }
+  if (!result.ledger.feasible()) {
+    fmt::print(stderr, "{}: warning: not feasible, see clearance and limits in summary.json\n",
+               options.scenario.string());
+  }
   if (!result.ledger.pass()) {
     fmt::print(stderr, "{}: warning: the ledger fails, see its rows in summary.json; a smaller tolerance may mend it\n",
                options.scenario.string());

@@ -87,6 +87,7 @@ class Planner {
       plan_.report.joints.push_back(joint.name);
       lower_.push_back(joint.limits.lower);
       upper_.push_back(joint.limits.upper);
+      rate_limit_.push_back(joint.limits.rate);
     }
   }
 
@@ -134,9 +135,9 @@ class Planner {
     reach.goals = std::move(goals);
     reach.demand = demand;
     reach.lower = lower_, reach.upper = upper_;
+    reach.rate_limit = rate_limit_;
     reach.guess = position_;
-    reach.measure.reference = position_;
-    reach.measure.lower = lower_, reach.measure.upper = upper_;
+    reach.measure = Measure(Measure::Kind::excursion, reach.start, reach.guess, lower_, upper_);
     return reach;
   }
 
@@ -145,8 +146,7 @@ class Planner {
     const PlanSetup& plan = *approach_.plan;
     reach.starts = plan.starts, reach.seed = plan.seed;
     if (!plan.guess.empty()) reach.guess = plan.guess;
-    reach.measure.kind = kind_of(plan.measure);
-    if (plan.measure == PlanSetup::Measure::nearest) reach.measure.reference = reach.guess;
+    reach.measure = Measure(kind_of(plan.measure), reach.start, reach.guess, lower_, upper_);
   }
 
   ReachSolution solve(const ReachProblem& reach, const std::string& what) {
@@ -257,6 +257,7 @@ class Planner {
       report(reach, s);
       position = s.position, rate = s.rate;
       warn_of_unmet(s.unmet_rate, rate);
+      warn_of_rates(rate);
     } else {
       rate = settled_rates(reach, position);
     }
@@ -291,6 +292,18 @@ class Planner {
                     unmet));
   }
 
+  // The search prefers rates within the limits, and has found none.
+  void warn_of_rates(const std::vector<double>& rates) {
+    for (std::size_t j = 0; j < rates.size(); ++j) {
+      if (std::abs(rates[j]) <= rate_limit_[j]) continue;
+      plan_.warnings.push_back(
+          fmt::format("approach: the demanded final motion takes a rate of {:.4g} at joint '{}', whose limit is "
+                      "{:.4g}; no solution "
+                      "within the rate limits was found",
+                      rates[j], plan_.report.joints[j], rate_limit_[j]));
+    }
+  }
+
   // --- What the momentum integral does not know ---------------------------------------------------------------------
 
   // Loads on the servicer, or attitude control: the momentum is then no constant of the motion.
@@ -317,7 +330,7 @@ class Planner {
   // approximation of the true ones.
   ReachSolution allow_for_disturbance(const ReachProblem& original, ReachSolution solution) {
     ReachProblem reach = original;
-    reach.starts = 1, reach.measure.kind = Measure::Kind::as_found;
+    reach.starts = 1, reach.measure = Measure();
     constexpr int kMost = 40;
     double last = std::numeric_limits<double>::infinity();
     for (int i = 0; i < kMost; ++i) {
@@ -446,7 +459,7 @@ class Planner {
   FloatingBase base_;
   FreeMotion motion_;
   double time_ = 0;
-  std::vector<double> position_, rate_, lower_, upper_;
+  std::vector<double> position_, rate_, lower_, upper_, rate_limit_;
   Posed X_WB_;
 };
 

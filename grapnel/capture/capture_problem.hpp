@@ -105,10 +105,10 @@ struct BaseControlSetup {
 /// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
 /// grasp point.
 struct PlanSetup {
-  /// What is least among the solutions. excursion: squares of the joints' ways. nearest: squares of the distances from
-  /// `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to the ranges.
-  /// manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian). as_found: nothing; Newton's method
-  /// with steps of least norm from the guess, or from the first other beginning that leads to a solution.
+  /// What is least among the solutions. excursion: the joints' motion on the way (Measure). nearest: squares of the
+  /// distances from `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to the
+  /// ranges. manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian). as_found: nothing; Newton's
+  /// method with steps of least norm from the guess, or from the first other beginning that leads to a solution.
   enum class Measure { excursion, nearest, limits, manipulability, as_found };
   Measure measure = Measure::excursion;
   std::vector<double> guess;  // per joint: where the search begins; empty: the initial values

@@ -106,7 +106,7 @@ void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
     const double spread = trial == 0 ? 0 : std::min(1.0, 0.1 * trial);
     for (int j : arm.joints) theta[j] = (1 - spread) * theta[j] + spread * random[j];
     if (!still_base_ik(base_, X_WB, arm, problem_, theta)) continue;
-    const double measure = problem_.measure.value(base_, arm.goals, theta, nullptr);
+    const double measure = problem_.measure.value(base_, arm.goals, theta, {}, nullptr);
     std::vector<double> values;
     for (int j : arm.joints) values.push_back(theta[j]);
     const bool known = std::any_of(found.begin(), found.end(), [&](const auto& f) {

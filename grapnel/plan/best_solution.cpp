@@ -1,12 +1,16 @@
 #include "grapnel/plan/best_solution.hpp"
 
 #include <Eigen/SVD>
-#include <nlopt.hpp>
-
+#include <algorithm>
+#include <cmath>
 #include <exception>
+#include <nlopt.hpp>
 
 namespace grapnel {
 namespace {
+
+// Polishing moves a solution a little.
+constexpr double kRateMargin = 0.9999;
 
 // What NLopt's callbacks share.
 struct Problem {
@@ -25,7 +29,34 @@ struct Problem {
 
 double objective(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
   Problem& p = *static_cast<Problem*>(data);
-  return p.reach.measure.value(p.base, p.reach.goals, x, gradient.empty() ? nullptr : &gradient);
+  const Shot& shot = p.at(x);
+  if (!shot.valid) throw nlopt::forced_stop();
+  Measure::Gradient g;
+  const double value = p.reach.measure.value(p.base, p.reach.goals, x, shot.rate, gradient.empty() ? nullptr : &g);
+  if (!gradient.empty()) {
+    const Eigen::Index n = static_cast<Eigen::Index>(x.size());
+    Eigen::Map<Eigen::VectorXd>(gradient.data(), n) =
+        Eigen::Map<const Eigen::VectorXd>(g.position.data(), n) +
+        shot.K.transpose() * Eigen::Map<const Eigen::VectorXd>(g.rate.data(), n);
+  }
+  return value;
+}
+
+// Rates within their limits: rate - limit <= 0 and -rate - limit <= 0, over the limit, for each joint that has one.
+void rate_limits(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
+  Problem& p = *static_cast<Problem*>(data);
+  const Shot& shot = p.at(std::vector<double>(x, x + n));
+  if (!shot.valid) throw nlopt::forced_stop();
+  unsigned row = 0;
+  for (unsigned j = 0; j < n && row < m; ++j) {
+    const double limit = kRateMargin * p.reach.rate_limit[j];
+    if (!std::isfinite(limit)) continue;
+    for (double sign : {1.0, -1.0}) {
+      result[row] = sign * shot.rate[j] / limit - 1;
+      for (unsigned k = 0; gradient && k < n; ++k) gradient[row * n + k] = sign * shot.K(j, k) / limit;
+      ++row;
+    }
+  }
 }
 
 void constraints(unsigned m, double* result, unsigned n, const double* x, double* gradient, void* data) {
@@ -53,6 +84,9 @@ Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooti
   optimizer.set_upper_bounds(problem.upper);
   optimizer.set_min_objective(objective, &data);
   optimizer.add_equality_mconstraint(constraints, &data, std::vector<double>(rank, 1e-9));
+  const auto limited = 2 * std::count_if(problem.rate_limit.begin(), problem.rate_limit.end(),
+                                         [](double limit) { return std::isfinite(limit); });
+  if (limited > 0) optimizer.add_inequality_mconstraint(rate_limits, &data, std::vector<double>(limited, 1e-9));
   optimizer.set_xtol_rel(1e-9);
   optimizer.set_xtol_abs(1e-9);
   optimizer.set_maxeval(120);

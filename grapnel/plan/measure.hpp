@@ -5,22 +5,45 @@
 /// given as scratch.
 
 #include "grapnel/plan/goal.hpp"
+#include "grapnel/plan/leg.hpp"
 
 namespace grapnel {
 
-/// A number that is to be least, of final joint values. See PlanSetup::Measure.
-struct Measure {
+/// A number that is to be least, of the final joint values and rates of a leg. See PlanSetup::Measure.
+class Measure {
+ public:
   enum class Kind { excursion, nearest, limits, manipulability, as_found };
-  Kind kind = Kind::excursion;
-  std::vector<double> reference;     // excursion: where the joints start; nearest: the guess
-  std::vector<double> lower, upper;  // position limits, infinite where none
 
-  /// Value, and its gradient (one entry per joint) unless null.
-  /// excursion, nearest: sum (theta - reference)^2 / 2. limits: sum ((theta - middle)/(upper - lower))^2 / 2 over
-  /// joints with two finite limits. manipulability: -log det(J_g J_g^T) / 2 summed over goals, of the rows that the
-  /// goal constrains, dependent rows left out; its gradient by central differences. as_found: 0.
-  double value(FloatingBase& base, std::span<const Goal> goals, std::span<const double> theta,
-               std::vector<double>* gradient) const;
+  Measure() = default;
+  /// For a leg that begins as `start` says. `guess` is read by nearest, limits by limits.
+  Measure(Kind kind, const LegStart& start, std::vector<double> guess, std::vector<double> lower,
+          std::vector<double> upper);
+
+  Kind kind() const { return kind_; }
+
+  /// Derivatives with final values and rates, one per joint each.
+  struct Gradient {
+    std::vector<double> position, rate;
+  };
+  /// Value, and its gradient unless null. `rate` may be empty: zero.
+  /// excursion: how much the joints move on the way,
+  ///   1/2 sum_j integral_0^1 (d theta_j/dx)^2 dx / integral_0^1 s'(x)^2 dx,   x = (t - begin)/(end - begin)
+  /// with s of (6.1): half the sum of squares of the ways from rest to rest, more where the rates at the ends make the
+  /// joints swing. nearest: half the sum of squares of the distances from the guess. limits: the same from the middles
+  /// of the ranges, over the ranges, of joints with two finite limits. manipulability: -log sqrt det(J_g J_g^T) summed
+  /// over goals, of the rows that a goal constrains, dependent rows left out; its gradient by central differences.
+  /// as_found: 0.
+  double value(FloatingBase& base, std::span<const Goal> goals, std::span<const double> position,
+               std::span<const double> rate, Gradient* gradient) const;
+
+ private:
+  double excursion(std::span<const double> position, std::span<const double> rate, Gradient* gradient) const;
+
+  Kind kind_ = Kind::as_found;
+  LegStart start_;
+  std::vector<double> guess_, lower_, upper_;
+  // Integrals of products of s', e', b' of (6.1) over that of s'^2.
+  double se_ = 0, sb_ = 0, ee_ = 0, eb_ = 0, bb_ = 0;
 };
 
 }  // namespace grapnel

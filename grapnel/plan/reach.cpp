@@ -49,7 +49,7 @@ class Search {
     for (std::size_t j = 0; j < guess.size(); ++j)
       guess[j] = std::clamp(guess[j], problem_.lower[j], problem_.upper[j]);
     attempt(guess);
-    const bool first_is_enough = problem_.measure.kind == Measure::Kind::as_found;
+    const bool first_is_enough = problem_.measure.kind() == Measure::Kind::as_found;
     if (problem_.starts > 1 && !(first_is_enough && !solutions_.empty())) {
       // The base is kept where the best attempt so far has taken it, unless that led nowhere.
       const bool near = closest_.valid && closest_.size() < 0.3 * first_error_;
@@ -66,7 +66,7 @@ class Search {
 
  private:
   // A few different solutions give the measure its choice; more cost time for little.
-  bool enough() const { return solutions_.size() >= (problem_.measure.kind == Measure::Kind::as_found ? 1u : 4u); }
+  bool enough() const { return solutions_.size() >= (problem_.measure.kind() == Measure::Kind::as_found ? 1u : 4u); }
 
   void attempt(const std::vector<double>& from) {
     ++result_.starts;
@@ -107,7 +107,21 @@ class Search {
     return std::nullopt;
   }
 
-  double measure(const Shot& shot) { return problem_.measure.value(base_, problem_.goals, shot.position, nullptr); }
+  double measure(const Shot& shot) {
+    return problem_.measure.value(base_, problem_.goals, shot.position, shot.rate, nullptr);
+  }
+
+  bool within_rate_limits(const Shot& shot) const {
+    for (std::size_t j = 0; j < problem_.rate_limit.size(); ++j) {
+      if (std::abs(shot.rate[j]) > problem_.rate_limit[j]) return false;
+    }
+    return true;
+  }
+
+  bool is_better(const Shot& a, const Shot& b) {
+    const bool good = within_rate_limits(a);
+    return good != within_rate_limits(b) ? good : measure(a) < measure(b);
+  }
 
   // The best of the solutions, each made better within what the goals leave free.
   void choose() {
@@ -120,14 +134,14 @@ class Search {
       result_.miss = why.miss;
       return;
     }
-    std::sort(solutions_.begin(), solutions_.end(),
-              [&](const Shot& a, const Shot& b) { return measure(a) < measure(b); });
+    std::stable_sort(solutions_.begin(), solutions_.end(),
+                     [&](const Shot& a, const Shot& b) { return is_better(a, b); });
     Shot best = solutions_.front();
-    if (problem_.measure.kind != Measure::Kind::as_found) {
+    if (problem_.measure.kind() != Measure::Kind::as_found) {
       constexpr std::size_t kImproved = 2;
       for (std::size_t i = 0; i < std::min(kImproved, solutions_.size()); ++i) {
         const std::optional<Shot> better = newton(best_near(base_, problem_, shooting_, solutions_[i]));
-        if (better && measure(*better) < measure(best)) best = *better;
+        if (better && is_better(*better, best)) best = *better;
       }
     }
     take(best);
@@ -140,6 +154,7 @@ class Search {
     result_.unmet_rate = shot.unmet;
     result_.miss = misses(problem_.goals, shot.error);
     if (!shot.valid) return;
+    result_.within_rate_limits = within_rate_limits(shot);
     result_.measure = measure(shot);
     result_.smallest_singular_value =
         least_norm_step(shot.J, shot.error, shot.position, problem_.lower, problem_.upper, 0).smallest_singular_value;

@@ -14,8 +14,9 @@
 ///   K = d rate_f/d theta_f = (1 - rho_xi xi_rate)^-1 (rho_theta + rho_xi xi_theta)                  (2)
 /// gives Newton steps of least norm within the joints' limits. Beginnings besides the guess come from inverse
 /// kinematics arm by arm with the base kept still, which costs no integration. Among solutions a measure decides,
-/// improved by sequential quadratic programming (NLopt's SLSQP; Kraft 1994) with e = 0 as constraint, and polished by
-/// Newton again. Thread safety: one thread at a time.
+/// improved by sequential quadratic programming (NLopt's SLSQP; Kraft 1994) with e = 0 and the rate limits as
+/// constraints, and polished by Newton again; a solution within the rate limits is better than any beyond them. Thread
+/// safety: one thread at a time.
 
 #include <cstdint>
 #include <string>
@@ -33,6 +34,7 @@ struct ReachProblem {
   RateDemand demand = RateDemand::twist;
   std::vector<double> given_rates;   // per joint, for RateDemand::given; empty: zero
   std::vector<double> lower, upper;  // of final joint values; infinite where there are none
+  std::vector<double> rate_limit;    // of the sizes of final rates; infinite where there are none; empty: none
   Measure measure;
   std::vector<double> guess;  // where the search begins
   int starts = 16;            // at most so many beginnings, the guess among them
@@ -50,6 +52,7 @@ struct ReachSolution {
   std::vector<double> position, rate;  // final, per joint; of the closest attempt if not found
   Posed X_WB = Posed::identity();      // of the base at the end
   std::vector<GoalMiss> miss;          // per goal
+  bool within_rate_limits = true;      // whether the final rates are
   double unmet_rate = 0;               // largest component of the demanded motion that no joint rates give
   double measure = 0;
   int starts = 0;      // beginnings tried

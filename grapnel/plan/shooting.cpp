@@ -97,14 +97,12 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
   shot.X_WB = end.X_WB;
   Eigen::MatrixXd E_theta, E_xi;
   goal_error(base_, end.X_WB, problem_.goals, shot.error, E_theta, E_xi);
-  Eigen::MatrixXd xi_theta = end.per_position;
-  if (!given && n > 0 && base_.floats()) {
+  shot.K = Eigen::MatrixXd::Zero(n, n);
+  if (!given && n > 0) {
     const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n) - rho_xi * end.per_rate;
-    const Eigen::MatrixXd K =
-        A.partialPivLu().solve(rho_per_position(shot.position, end.X_WB) + rho_xi * end.per_position);
-    xi_theta += end.per_rate * K;
+    shot.K = A.partialPivLu().solve(rho_per_position(shot.position, end.X_WB) + rho_xi * end.per_position);
   }
-  shot.J = E_theta + E_xi * xi_theta;  // (2)
+  shot.J = E_theta + E_xi * (end.per_position + end.per_rate * shot.K);  // (2)
   shot.valid = shot.error.allFinite() && shot.J.allFinite();
   return shot;
 }

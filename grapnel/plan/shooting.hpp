@@ -15,6 +15,7 @@ struct Shot {
   Posed X_WB = Posed::identity();
   Eigen::VectorXd error;  // of the goals
   Eigen::MatrixXd J;      // d error / d position, rates following (2)
+  Eigen::MatrixXd K;      // d rate / d position (2)
   double unmet = 0;       // of the demanded rates
   double size() const { return error.size() ? error.norm() : 0; }
 };

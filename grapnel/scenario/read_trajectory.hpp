@@ -17,7 +17,7 @@ struct TrajectoryFile {
   std::string text;
 };
 
-/// A header line time,<joint>,... and a line of numbers per sample; docs/formats/scenario.md describes it. Empty where
+/// A header line time,JOINT,... and a line of numbers per sample; docs/formats/scenario.md describes it. Empty where
 /// faults leave the motion in doubt.
 std::optional<SampledMotion> read_trajectory(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
 

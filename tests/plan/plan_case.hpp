@@ -48,9 +48,6 @@ inline ReachProblem reach_problem(const Servicer& s, double duration, JointProfi
   p.motion = free_motion(s.model, s.state, 2.0, gravity);
   p.lower.assign(n, -kNone), p.upper.assign(n, kNone);
   p.guess = p.start.position;
-  p.measure.kind = Measure::Kind::as_found;
-  p.measure.reference = p.start.position;
-  p.measure.lower = p.lower, p.measure.upper = p.upper;
   return p;
 }
 
@@ -65,6 +62,11 @@ inline Servicer thesis_servicer() {
   const double initial[] = {0.698, -1.571, 1.047, 2.444, 1.571, -1.047};
   for (int j = 0; j < 6; ++j) s.state.q[s.model.bodies()[s.model.joints()[j]].q] = initial[j];
   return s;
+}
+
+/// Sets the measure of a problem from its start, guess and limits.
+inline void set_measure(ReachProblem& p, Measure::Kind kind) {
+  p.measure = Measure(kind, p.start, p.guess, p.lower, p.upper);
 }
 
 inline ReachProblem thesis_problem(const Servicer& s, RateDemand demand) {
