@@ -1,9 +1,12 @@
 #include "commands.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/result/atomic_file.hpp"
@@ -42,12 +45,21 @@ std::vector<Override> parse_overrides(const std::vector<std::string>& arguments)
 
 // Writes what there is, also of a run that failed: what was computed before the failure is not lost.
 void write_results(const CaptureResult& result, const fs::path& folder) {
-  fs::create_directories(folder);
-  if (!result.series.time.empty()) {
+  if (result.series.time.empty()) {
+    fs::remove(folder / "timeseries.h5");  // of an earlier run: it does not belong to this summary
+  } else {
     write_timeseries_hdf5(result.series, {GRAPNEL_VERSION, result.scenario_name, result.scenario_sha256},
                           folder / "timeseries.h5");
   }
   write_file_atomically(folder / "summary.json", summary_json(result, GRAPNEL_VERSION));
+}
+
+// Makes the folder. Why nothing can be written there, before a long simulation finds out; empty if it can.
+std::string cannot_write_to(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return error.message();
+  return ::access(folder.c_str(), W_OK | X_OK) == 0 ? std::string() : std::strerror(errno);
 }
 
 }  // namespace
@@ -64,6 +76,10 @@ int run(const RunOptions& options) {
     fmt::print("grapnel {}, scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, options.scenario.string(),
                problem.sha256.substr(0, 12));
     std::fflush(stdout);
+  }
+  if (const std::string why = cannot_write_to(folder); !why.empty()) {
+    fmt::print(stderr, "grapnel: error: cannot write results to '{}': {}\n", folder.string(), why);
+    return kBadInput;
   }
   CaptureResult result;
   try {

@@ -59,5 +59,10 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
+  // A full disk or a closed pipe behind stdout is no success.
+  if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == kDone) {
+    fmt::print(stderr, "grapnel: error: cannot write to standard output\n");
+    return kSimulationFailed;
+  }
   return code;
 }

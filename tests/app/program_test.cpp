@@ -181,9 +181,33 @@ TEST_F(Program, ARefusedContactSaysWhoMissesByHowMuch) {
 TEST_F(Program, UnwritableFolderIsNamed) {
   const fs::path file = write("occupied", "a file where the folder should be");
   const Outcome o = run("run " + scenario(kCase1) + kShort + "-o occupied");
-  EXPECT_EQ(o.code, 1);
-  EXPECT_THAT(o.err, HasSubstr("occupied"));
+  EXPECT_EQ(o.code, 2);
+  EXPECT_THAT(o.err, HasSubstr("cannot write results to 'occupied'"));
   EXPECT_EQ(read(file), "a file where the folder should be");
+}
+
+TEST_F(Program, FullStandardOutputIsNoSuccess) {
+  const Outcome o = run("check " + scenario(kCase1) + " > /dev/full");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_THAT(o.err, HasSubstr("cannot write to standard output"));
+}
+
+TEST_F(Program, ThePlanThatCannotBeSaysWhatStopsIt) {
+  const std::string first = scenario("first-plan.yaml");
+  ASSERT_EQ(run("run " + first + " --quiet -o p --set post_impact.duration=0.1").code, 0);
+  EXPECT_TRUE(fs::exists(folder_ / "p" / "timeseries.h5"));
+  const auto summary = nlohmann::json::parse(read(folder_ / "p" / "summary.json"));
+  EXPECT_EQ(summary["capture"]["captured"], true);
+  EXPECT_LT(summary["approach"]["end"]["end_effectors"][0]["miss_distance"], 1e-9);  // measured 7e-13
+
+  const Outcome o = run("run " + first + " -o p --set 'targets.debris.state.position=[5,-2,0]'");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_THAT(o.err, HasSubstr("end-effector 'tip-1' comes no closer than 1.787 m: the grasp point is 4.787 m from "
+                               "joint 'arm-1-joint-1' and the arm is at most 3 m long"));
+  const auto failed = nlohmann::json::parse(read(folder_ / "p" / "summary.json"));
+  EXPECT_EQ(failed["status"], "failed");
+  EXPECT_NEAR(failed["approach"]["plan"]["miss"][0]["distance"], 1.787, 1e-3);
+  EXPECT_FALSE(fs::exists(folder_ / "p" / "timeseries.h5"));  // the earlier run's does not belong to this summary
 }
 
 TEST_F(Program, ExportWritesCsvAndMat) {
