@@ -196,6 +196,12 @@ class Planner {
     }
     const ReachSolution s = solve(reach_to(w.time, std::move(goals), RateDemand::linear),
                                   fmt::format(", waypoint at t = {:.6g} s", w.time));
+    if (disturbed()) {
+      plan_.warnings.push_back(
+          fmt::format("approach: the waypoint at t = {:.6g} s is planned without loads and attitude control; the "
+                      "end-effectors will miss it by what these do",
+                      w.time));
+    }
     advance(w.time, s.position, s.rate);
   }
 
@@ -260,6 +266,7 @@ class Planner {
       warn_of_rates(rate);
     } else {
       rate = settled_rates(reach, position);
+      if (disturbed() && reach.demand != RateDemand::given) rate = disturbed_rates(reach, position, rate);
     }
     advance(end, position, rate);
   }
@@ -278,6 +285,7 @@ class Planner {
           "singularity of the generalized Jacobian");
     }
     warn_of_unmet(shot.unmet, shot.rate);
+    warn_of_rates(shot.rate);
     plan_.report.unmet_rate = shot.unmet;
     return shot.rate;
   }
@@ -292,15 +300,22 @@ class Planner {
                     unmet));
   }
 
-  // The search prefers rates within the limits, and has found none.
+  // Rates that no joint can have, or that no arm should.
   void warn_of_rates(const std::vector<double>& rates) {
+    constexpr double kWild = 50;  // of rate times duration: several turns back and forth [rad or m]
     for (std::size_t j = 0; j < rates.size(); ++j) {
-      if (std::abs(rates[j]) <= rate_limit_[j]) continue;
-      plan_.warnings.push_back(
-          fmt::format("approach: the demanded final motion takes a rate of {:.4g} at joint '{}', whose limit is "
-                      "{:.4g}; no solution "
-                      "within the rate limits was found",
-                      rates[j], plan_.report.joints[j], rate_limit_[j]));
+      const double rate = std::abs(rates[j]);
+      if (rate > rate_limit_[j]) {
+        plan_.warnings.push_back(fmt::format(
+            "approach: the demanded final motion takes a rate of {:.4g} at joint '{}', whose limit is {:.4g}{}",
+            rates[j], plan_.report.joints[j], rate_limit_[j],
+            approach_.plan ? "; no solution within the rate limits was found" : ""));
+      } else if (rate * approach_.duration > kWild) {
+        plan_.warnings.push_back(
+            fmt::format("approach: the demanded final motion takes a rate of {:.4g} at joint '{}': the final "
+                        "configuration is near a singularity of the generalized Jacobian",
+                        rates[j], plan_.report.joints[j]));
+      }
     }
   }
 
@@ -309,6 +324,14 @@ class Planner {
   // Loads on the servicer, or attitude control: the momentum is then no constant of the motion.
   bool disturbed() const {
     return approach_.base_control.has_value() || !loads_on(servicer_.model, problem_.loads).empty();
+  }
+
+  // Loads on a target that is to be gripped.
+  bool targets_loaded() const {
+    return std::any_of(problem_.loads.begin(), problem_.loads.end(), [&](const LoadSetup& load) {
+      return std::any_of(problem_.grasps.begin(), problem_.grasps.end(),
+                         [&](const GraspSetup& g) { return load.body == target_body_name(g.target); });
+    });
   }
 
   // Where joints that follow these final values exactly bring the servicer, with everything that acts on it.
@@ -324,6 +347,37 @@ class Planner {
     if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
     plan_.report.rhs_evaluations += outcome.rhs_evaluations;
     return outcome.end_state;
+  }
+
+  // What the demand takes where a disturbed motion has ended. Places `base_`.
+  DemandedRates demanded_at(const ReachProblem& reach, const State& end, const std::vector<double>& position) {
+    const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
+    const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
+    base_.place(position);
+    return demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), reach.goals, reach.demand);
+  }
+
+  // Rates that meet the demand at given final values at the end of the disturbed motion that they lead to.
+  std::vector<double> disturbed_rates(const ReachProblem& reach, const std::vector<double>& position,
+                                      std::vector<double> rate) {
+    constexpr int kMost = 60;
+    double last = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kMost; ++i) {
+      const DemandedRates demanded = demanded_at(reach, fly_disturbed(reach, position, rate), position);
+      double change = 0;
+      for (std::size_t j = 0; j < rate.size(); ++j) {
+        const double wanted = demanded.rates[static_cast<Eigen::Index>(j)];
+        change = std::max(change, std::abs(wanted - rate[j]));
+        rate[j] = wanted;
+      }
+      plan_.report.unmet_rate = demanded.unmet;
+      if (change <= 1e-2 * kArrived || (change <= kArrived && change > 0.5 * last)) return rate;
+      last = change;
+    }
+    throw Unplannable(fmt::format(
+        "planning the approach: final joint rates did not converge under the loads or the base's attitude control; "
+        "they still change by {:.3g} rad/s or m/s after {} iterations",
+        last, kMost));
   }
 
   // Moves the goals by what the disturbed motion misses, until it does not: the undisturbed sensitivities serve as an
@@ -404,7 +458,7 @@ class Planner {
     advance(begin, s.position, s.rate);
     in.position = position_, in.X_WB = X_WB_;
     take_straight_in(in, plan_straight_in(base_, in));
-    if (disturbed()) {
+    if (disturbed() || targets_loaded()) {
       plan_.warnings.push_back(
           "approach: straight_in is planned without loads and attitude control; the end-effectors will miss by what "
           "these do");

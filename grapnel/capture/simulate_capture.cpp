@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "grapnel/capture/approach_plan.hpp"
@@ -80,18 +81,26 @@ class Run {
     bookkeeper_.begin_phase(controlled);
     watches_.begin_phase(name, system_, efforts_are_cut);
     Kinematics kinematics(system_.model);
+    // The books look at least so often, however few samples are to be kept: scales are maxima over time.
+    constexpr double kLeastLooks = 32;
+    const bool any_interval = problem_.output_interval > 0;
+    const double interval = any_interval ? problem_.output_interval : duration;
+    // A power of two, so that the samples' times are exact multiples of the interval.
+    const double wanted = std::log2(std::clamp(kLeastLooks * interval / duration, 1.0, 0x1p40));
+    const long looks = stop ? 1 : 1L << std::lround(std::ceil(wanted));
+    long look = 0;
     const auto observe = [&](const PhaseSample& sample) {
       forward_kinematics(system_.model, sample.state, kinematics);
       const SystemBooks books = system_books(system_.model, kinematics, sample.state);
       bookkeeper_.sample(books, sample.integrals);
-      recorder_.sample(system_, kinematics, books, sample);
       watches_.sample(sample);
+      if (look++ % looks == 0 || sample.time == end) recorder_.sample(system_, kinematics, books, sample);
       if (progress_) progress_(name, sample.time, end);
     };
     // Joints that follow a reference exactly are on it from the first instant on.
     state_ = dynamics.state(time_, dynamics.initial(state_, time_));
-    const PhaseOutcome outcome =
-        simulate_phase(dynamics, state_, time_, end, problem_.output_interval, tolerances_for(dynamics), observe, stop);
+    const PhaseOutcome outcome = simulate_phase(dynamics, state_, time_, end, interval / static_cast<double>(looks),
+                                                tolerances_for(dynamics), observe, stop);
     result_.cost.push_back({name, outcome.rhs_evaluations, outcome.steps, outcome.rejected,
                             outcome.momentum_mended.linear, outcome.momentum_mended.angular});
     if (!outcome.finished) throw Failure(fmt::format("{}: {}", name, outcome.failure));

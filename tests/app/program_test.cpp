@@ -187,9 +187,11 @@ TEST_F(Program, UnwritableFolderIsNamed) {
 }
 
 TEST_F(Program, FullStandardOutputIsNoSuccess) {
-  const Outcome o = run("check " + scenario(kCase1) + " > /dev/full");
-  EXPECT_EQ(o.code, 1);
-  EXPECT_THAT(o.err, HasSubstr("cannot write to standard output"));
+  const std::string err = (folder_ / "stderr").string();
+  const int status = std::system(
+      ("'" GRAPNEL_PROGRAM "' check '" + scenario(kCase1) + "' > /dev/full 2>'" + err + "' </dev/null").c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 1);
+  EXPECT_THAT(read(err), HasSubstr("cannot write to standard output"));
 }
 
 TEST_F(Program, ThePlanThatCannotBeSaysWhatStopsIt) {

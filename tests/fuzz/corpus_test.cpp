@@ -1,0 +1,71 @@
+// The fuzzer's kept inputs, the damaged files and the shipped scenarios, each once, without a fuzzer: what it found
+// stays found, with any compiler.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <vector>
+
+#include "fuzz/fuzz_scenario.hpp"
+
+namespace grapnel::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string bytes_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream bytes;
+  bytes << file.rdbuf();
+  return bytes.str();
+}
+
+std::vector<fs::path> files_below(const char* folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(GRAPNEL_SOURCE_DIR) / folder)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// How many of a folder's files end in the outcome.
+std::ptrdiff_t count(const std::vector<fs::path>& files, Outcome outcome) {
+  return std::count_if(files.begin(), files.end(), [&](const fs::path& file) {
+    SCOPED_TRACE(file.string());
+    Outcome found = Outcome::refused;
+    EXPECT_NO_THROW(found = try_input(bytes_of(file)));
+    return found == outcome;
+  });
+}
+
+TEST(FuzzCorpus, KeptInputsEndInFaultsOrASystem) {
+  const auto files = files_below("tests/fuzz/corpus");
+  ASSERT_FALSE(files.empty());
+  EXPECT_GE(count(files, Outcome::built), 3);
+}
+
+TEST(FuzzCorpus, DamagedFilesAreRefused) {
+  const auto files = files_below("tests/damaged");
+  ASSERT_GT(files.size(), 60u);
+  count(files, Outcome::refused);
+}
+
+TEST(FuzzCorpus, ShippedScenariosWithTheirRobotsMakeASystem) {
+  for (const fs::path& file : files_below("scenarios")) {
+    SCOPED_TRACE(file.string());
+    std::string scenario = bytes_of(file);
+    const std::size_t at = scenario.find("\nrobot: ") + 8;
+    const std::size_t end = scenario.find('\n', at);
+    const std::string robot = bytes_of(file.parent_path() / scenario.substr(at, end - at));
+    ASSERT_FALSE(robot.empty());
+    scenario.replace(at, end - at, "robot.yaml");
+    EXPECT_EQ(try_input(scenario + "\n=== robot.yaml\n" + robot), Outcome::built);
+  }
+}
+
+}  // namespace
+}  // namespace grapnel::fuzz

@@ -1,0 +1,138 @@
+/// @file
+/// One input of the fuzzer: a scenario, and with it whatever else the command line could bring.
+///
+/// The bytes are a scenario file. Three lines, each at most once and in this order, end a part and begin the next:
+///
+///     === robot.yaml       what follows is a file of that name beside the scenario
+///     === motion.csv       likewise
+///     === set              what follows are overrides, one path=value a line
+///
+/// Whatever the bytes are, the input is refused with a ScenarioError that has faults, or accepted; what was accepted
+/// must become a model or be refused by the model's own errors. Anything else ends the process: an exception of another
+/// type, a signal, a sanitizer's finding, a hang.
+
+#include "fuzz/fuzz_scenario.hpp"
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/scenario/scenario.hpp"
+
+namespace grapnel::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A private folder, in memory where the system has such a place; removed at the end of the process.
+class Folder {
+ public:
+  Folder() {
+    const fs::path memory = "/dev/shm";
+    std::error_code error;
+    const fs::path parent = fs::is_directory(memory, error) ? memory : fs::temp_directory_path();
+    std::string name = (parent / "grapnel-fuzz-XXXXXX").string();
+    if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  ~Folder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+
+  fs::path write(const char* name, std::string_view bytes) const {
+    std::ofstream file(path_ / name, std::ios::binary | std::ios::trunc);
+    file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    if (!file.flush()) throw std::runtime_error("cannot write " + (path_ / name).string());
+    return path_ / name;
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// Cuts the text at a separating line; what follows it, if it is there.
+std::optional<std::string_view> cut(std::string_view& text, std::string_view line) {
+  const std::string whole = "\n" + std::string(line) + "\n";
+  const std::size_t at = text.find(whole);
+  if (at == std::string_view::npos) return {};
+  const std::string_view rest = text.substr(at + whole.size());
+  text = text.substr(0, at + 1);
+  return rest;
+}
+
+// Writes a file of the input, or makes sure that none is left of the last one; whether there is one.
+bool place(const Folder& folder, const char* name, std::optional<std::string_view> bytes) {
+  if (bytes) folder.write(name, *bytes);
+  if (!bytes) fs::remove(folder.path() / name);
+  return bytes.has_value();
+}
+
+std::vector<std::string> lines_of(std::string_view text) {
+  std::vector<std::string> lines;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    if (end > 0) lines.emplace_back(text.substr(0, end));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return lines;
+}
+
+// An error without a fault, or a fault that is not one line of text, is a bug as well.
+Outcome refusal(const ScenarioError& error) {
+  if (error.faults().empty()) throw std::logic_error("a ScenarioError without faults");
+  for (const Fault& fault : error.faults()) {
+    const std::string text = fault.text();
+    if (fault.message.empty() || text.find('\n') != std::string::npos || fault.line < 0 || fault.column < 0) {
+      throw std::logic_error("a malformed fault: " + text);
+    }
+  }
+  return Outcome::refused;
+}
+
+Outcome load_and_build(const fs::path& scenario, const std::vector<std::string>& arguments) {
+  CaptureProblem problem;
+  try {
+    std::vector<Override> overrides;
+    for (const std::string& argument : arguments) overrides.push_back(parse_override(argument));
+    problem = load_scenario(scenario, overrides);
+  } catch (const ScenarioError& error) {
+    return refusal(error);
+  }
+  try {
+    make_capture_system(problem);
+    return Outcome::built;
+  } catch (const CaptureProblemError&) {
+  } catch (const ModelError&) {
+  }
+  return Outcome::no_system;
+}
+
+}  // namespace
+
+Outcome try_input(std::string_view bytes) {
+  static const Folder folder;
+  const auto set = cut(bytes, "=== set");
+  place(folder, "motion.csv", cut(bytes, "=== motion.csv"));
+  const bool robot = place(folder, "robot.yaml", cut(bytes, "=== robot.yaml"));
+  if (robot) {
+    try {
+      load_robot(folder.path() / "robot.yaml");
+    } catch (const ScenarioError& error) {
+      refusal(error);
+    }
+  }
+  return load_and_build(folder.write("scenario.yaml", bytes), lines_of(set.value_or("")));
+}
+
+}  // namespace grapnel::fuzz
