@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numbers>
+#include <set>
 
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/spelling.hpp"
@@ -36,6 +38,15 @@ void for_each_value(const Node& node, const std::string& path, const ReadRobot& 
   }
 }
 
+// "; 30 degrees are 0.523598776" where an angle is larger than a turn and would be within the limits as degrees.
+std::string degrees_advice(const JointDescription& joint, double value) {
+  const double as_degrees = value * std::numbers::pi / 180;
+  const bool is_angle = joint.type == JointType::revolute || joint.type == JointType::continuous;
+  const bool fits = as_degrees >= joint.limits.lower && as_degrees <= joint.limits.upper;
+  if (!is_angle || !fits || std::abs(value) <= 2 * std::numbers::pi || std::abs(value) > 720) return {};
+  return fmt::format("; it is in rad, {} degrees are {:.9g}", value, as_degrees);
+}
+
 void check_names(const Node& node, const std::string& path, const ReadRobot& robot, bool all, FaultList& faults) {
   for (const NodeEntry& entry : node.entries) {
     if (robot.fixed_joints.contains(entry.key)) {
@@ -46,8 +57,12 @@ void check_names(const Node& node, const std::string& path, const ReadRobot& rob
   }
   if (!all || !robot.count_known()) return;
   std::vector<JointDescription> missing;
-  std::map<std::string_view, int> given;
-  for (const NodeEntry& entry : node.entries) given.emplace(entry.key, 0);
+  std::set<std::string, std::less<>> given;
+  for (const NodeEntry& entry : node.entries) {
+    given.insert(entry.key);
+    // A misspelt name has been reported with what was meant.
+    if (!robot.joint_names.contains(entry.key)) given.insert(nearest(entry.key, robot.joint_names.names()));
+  }
   for (const JointDescription& joint : robot.joints) {
     if (!given.contains(joint.name)) missing.push_back(joint);
   }
@@ -77,8 +92,8 @@ void check_position_limits(const Node& node, const std::string& path, const Read
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     const JointLimits& limits = robot.joints[i].limits;
     if (value >= limits.lower && value <= limits.upper) return;
-    faults.add(mark,
-               fmt::format("{} is {}, beyond the joint's limits {} to {}", name, value, limits.lower, limits.upper));
+    faults.add(mark, fmt::format("{} is {}, beyond the joint's limits {} to {}{}", name, value, limits.lower,
+                                 limits.upper, degrees_advice(robot.joints[i], value)));
   });
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <string_view>
 
+#include "grapnel/scenario/number_advice.hpp"
 #include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
@@ -53,6 +54,24 @@ std::optional<double> decimal_value(std::string_view text) {
   return value;
 }
 
+// Whether decimal text that a double cannot hold is too small rather than too large.
+bool is_tiny(std::string_view text) {
+  text = without_sign(text);
+  const std::size_t e = std::min(text.find_first_of("eE"), text.size());
+  const std::string_view mantissa = text.substr(0, e);
+  // The power of ten of the first digit that counts. Files have some millions of characters at most.
+  const std::size_t point = std::min(mantissa.find('.'), mantissa.size());
+  const std::size_t first = std::min(mantissa.find_first_of("123456789"), mantissa.size());
+  const auto power = static_cast<std::int64_t>(point) - static_cast<std::int64_t>(first);
+  if (e == text.size()) return power < 0;
+  std::string_view digits = text.substr(e + 1);
+  if (digits[0] == '+') digits.remove_prefix(1);
+  std::int64_t exponent = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), exponent);
+  if (error != std::errc()) return digits[0] == '-';
+  return exponent < -power;
+}
+
 // "write the decimal number n" for 0x1f, 0o17, 0b101; empty for anything else.
 std::string based_number_advice(std::string_view text) {
   const std::string_view body = without_sign(text);
@@ -93,6 +112,12 @@ bool is_text(const Node& node) {
          (!node.plain || (!boolean_of(node) && !decimal_grammar(node.text) && !infinity_or_nan(node.text)));
 }
 
+bool is_decimal_comma(const Node& whole, const Node& fraction, const Mark& place) {
+  return whole.is_scalar() && whole.plain && all_digits(without_sign(whole.text)) && fraction.is_scalar() &&
+         fraction.plain && all_digits(fraction.text) && place.line > 0 && place.line == whole.mark.line &&
+         place.column == whole.mark.column + static_cast<int>(whole.text.size()) + 1;
+}
+
 std::string described(const Node& node) {
   switch (node.kind) {
     case Node::Kind::null:
@@ -121,9 +146,11 @@ std::string why_no_number(const Node& node) {
   if (const std::string advice = based_number_advice(node.text); !advice.empty()) {
     return "; " + in_quotes(node.text) + " is not accepted, " + advice;
   }
-  if (!node.text.empty() && decimal_grammar(node.text))
-    return "; " + in_quotes(node.text) + " is beyond what a double holds";
-  return ", not " + described(node);
+  if (!node.text.empty() && decimal_grammar(node.text)) {
+    return "; " + in_quotes(node.text) +
+           (is_tiny(node.text) ? " is smaller than a double resolves" : " is beyond what a double holds");
+  }
+  return ", not " + described(node) + number_advice(node.text);
 }
 
 }  // namespace grapnel

@@ -53,12 +53,12 @@ class TrajectoryReader {
     motion_.positions.resize(robot_.joints.size());
     motion_.rates.resize(robot_.joints.size());
     const std::string_view text = file_.text;
-    for (std::size_t at = 0; at < text.size() && !faults_.full();) {
+    for (std::size_t at = 0; at < text.size() && !faults_.full() && !separator_fault_;) {
       const std::size_t end = std::min(text.find('\n', at), text.size());
       read_line(text.substr(at, end - at));
       at = end + 1;
     }
-    check_whole();
+    if (!separator_fault_) check_whole();
     if (faults_.size() != before_ || !robot_.order_known) return {};
     const bool rates =
         std::any_of(columns_.begin(), columns_.end(), [](const Column& c) { return c.kind == Column::Kind::rate; });
@@ -74,7 +74,9 @@ class TrajectoryReader {
     if (first == std::string_view::npos || line[first] == '#') return;
     line_ = line;
     const std::vector<Field> fields = split(line);
-    if (columns_.empty())
+    if (columns_.empty() && !has_commas(line))
+      separator_fault_ = true;
+    else if (columns_.empty())
       read_header(fields);
     else
       read_sample(fields);
@@ -86,6 +88,15 @@ class TrajectoryReader {
     const auto characters = std::count_if(before.begin(), before.end(),
                                           [](char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; });
     return {file_.source, line_number_, static_cast<int>(characters) + 1};
+  }
+
+  // Spreadsheets of some countries write semicolons between fields, and then commas in numbers. One word for all lines.
+  bool has_commas(std::string_view line) {
+    const std::size_t other = line.find_first_of(";\t");
+    if (line.find(',') != std::string_view::npos || other == std::string_view::npos) return true;
+    faults_.add(mark_at(other), fmt::format("fields stand between commas, not {}, and numbers have points",
+                                            line[other] == ';' ? "semicolons" : "tabs"));
+    return false;
   }
 
   void read_header(const std::vector<Field>& fields) {
@@ -237,6 +248,7 @@ class TrajectoryReader {
   std::string_view line_;
   int line_number_ = 0;
   std::vector<Column> columns_;
+  bool separator_fault_ = false;
   SampledMotion motion_;
   const std::size_t before_ = faults_.size();
   Node scratch_{Node::Kind::scalar, {}, {}, true, {}, {}};

@@ -149,6 +149,7 @@ void NameTable::add_from(const Node& entry, const std::string& path, FaultList& 
     return;
   }
   duplicates_.insert(name);
+  complete_ = false;  // one of the two may be what another name means
   const std::string earlier = it->second.line > 0 ? fmt::format("; first given in line {}", it->second.line) : "";
   faults.add(mark,
              fmt::format("duplicate name {} in {}: {} names must differ{}", in_quotes(name), path, kind_, earlier));

@@ -19,8 +19,8 @@ enum class FileKind { scenario, robot };
 
 // A file's tree, with its bytes added to `hashed`. Empty after a fault.
 std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, const Mark& blame, std::string& hashed,
-                              FaultList& faults) {
-  const auto bytes = read_file(path, blame, faults);
+                              FaultList& faults, const std::string& named = {}) {
+  const auto bytes = read_file(path, blame, faults, kLargestFile, named);
   if (!bytes) return {};
   hashed += *bytes;
   const auto source = std::make_shared<const std::string>(path.string());
@@ -49,7 +49,10 @@ std::filesystem::path path_beside(const std::filesystem::path& scenario, const s
   const std::filesystem::path path = scenario.parent_path() / named;
   const std::filesystem::path shorter = path.lexically_normal();
   std::error_code error;
-  return std::filesystem::equivalent(path, shorter, error) ? shorter : path;
+  if (std::filesystem::equivalent(path, shorter, error)) return shorter;
+  // Of a file that is not there the folder decides.
+  const bool same_folder = std::filesystem::equivalent(path.parent_path(), shorter.parent_path(), error);
+  return same_folder && !std::filesystem::exists(path, error) ? shorter : path;
 }
 
 // Scenario and robot as trees, while the pieces come together.
@@ -67,6 +70,7 @@ class Loader {
       const bool inside_robot = change.path.starts_with("robot.") || change.path.starts_with("robot[");
       if (inside_robot) include_robot(*scenario, robot_bytes);
       if (inside_robot && robot_unreadable_) continue;
+      set_inside_robot_ = set_inside_robot_ || inside_robot;
       if (change.path == "robot") included_ = robot_unreadable_ = false, robot_bytes.clear();
       apply_override(*scenario, change, faults_);
       bytes_of_overrides_ += override_text(change) + "\n";
@@ -92,7 +96,8 @@ class Loader {
     Node* named = scenario.find("robot");
     if (!named || !is_text(*named) || named->text.empty() || robot_unreadable_) return;
     const std::size_t before = faults_.size();
-    auto tree = read_tree(path_beside(path_, named->text), FileKind::robot, named->mark, robot_bytes, faults_);
+    auto tree =
+        read_tree(path_beside(path_, named->text), FileKind::robot, named->mark, robot_bytes, faults_, named->text);
     robot_unreadable_ = !tree;
     if (!tree) {
       if (faults_.size() == before) faults_.add(named->mark, "the robot file cannot be read");
@@ -111,8 +116,10 @@ class Loader {
     place->kind = Node::Kind::scalar;
     place->mark = tree.mark;
     place->text = "robot";
-    const std::string prefix = included_ ? "" : "robot";
-    check_structure(tree, robot_schema_document(), included_ ? "the robot" : "robot", robot_faults_, prefix);
+    // Overrides name the robot's values with "robot." before them.
+    const bool by_itself = included_ && !set_inside_robot_;
+    const std::string prefix = by_itself ? "" : "robot";
+    check_structure(tree, robot_schema_document(), by_itself ? "the robot" : "robot", robot_faults_, prefix);
     fill_defaults(tree, robot_schema_document());
     return read_robot(tree, prefix, robot_faults_);
   }
@@ -122,7 +129,7 @@ class Loader {
     const Node* named = part(scenario, "approach").find("trajectory");
     if (!named || !is_text(*named) || named->text.empty()) return {};
     const std::filesystem::path path = path_beside(path_, named->text);
-    const auto read = read_file(path, named->mark, faults_, kLargestTrajectory);
+    const auto read = read_file(path, named->mark, faults_, kLargestTrajectory, named->text);
     if (!read) return {};
     bytes = *read;
     const auto source = std::make_shared<const std::string>(path.string());
@@ -140,7 +147,7 @@ class Loader {
   std::filesystem::path path_;
   FaultList faults_, robot_faults_;
   std::string bytes_of_overrides_;
-  bool included_ = false;
+  bool included_ = false, set_inside_robot_ = false;
   bool robot_unreadable_ = false;
 };
 

@@ -16,9 +16,10 @@ const nlohmann::ordered_json& scenario_schema_document();
 const nlohmann::ordered_json& robot_schema_document();
 
 /// Checks the structure: keys, types, lengths, ranges, choices. `document` names the whole in messages ("the
-/// scenario"); `path` leads to it where it is part of a larger whole.
-void check_structure(const Node& node, const nlohmann::ordered_json& schema, const std::string& document,
-                     FaultList& faults, const std::string& path = {});
+/// scenario"); `path` leads to it where it is part of a larger whole. A misspelt key is reported and gets the name that
+/// was meant, so that what it holds is checked too and nothing misses it.
+void check_structure(Node& node, const nlohmann::ordered_json& schema, const std::string& document, FaultList& faults,
+                     const std::string& path = {});
 
 /// Adds what is absent and has a default, so that readers need none of their own.
 void fill_defaults(Node& node, const nlohmann::ordered_json& schema);

@@ -5,9 +5,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/scenario/number_advice.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/spelling.hpp"
+#include "grapnel/scenario/syntax_slip.hpp"
 
 namespace grapnel {
 namespace {
@@ -83,6 +85,12 @@ const Json& properties_of(const Json& schema) {
   return properties != schema.end() ? *properties : kNone;
 }
 
+std::vector<std::string> names_in(const Json& properties) {
+  std::vector<std::string> names;
+  for (const auto& [name, unused] : properties.items()) names.push_back(name);
+  return names;
+}
+
 // false, or {"not": {}} with a description that says why.
 bool is_forbidden(const Json& property) {
   if (property.is_boolean()) return true;
@@ -94,6 +102,21 @@ std::string unit_text(const std::string& unit) { return unit.empty() ? "" : " ["
 
 std::string joined_path(const std::string& path, const std::string& key) {
   return path.empty() ? shortened(key) : path + "." + shortened(key);
+}
+
+// "; is '0,5' a decimal comma?" where a list is longer than it may be and exactly so many of its commas have no blank
+// behind them, but others do.
+std::string decimal_comma_advice(const Node& list, std::size_t most) {
+  if (most == 0 || list.items.size() <= most) return {};
+  std::size_t tight = 0;
+  std::string first;
+  for (std::size_t i = 1; i < list.items.size(); ++i) {
+    const Node &left = list.items[i - 1], &right = list.items[i];
+    if (!is_decimal_comma(left, right, right.mark)) continue;
+    if (++tight == 1) first = left.text + "," + right.text;
+  }
+  if (tight != list.items.size() - most || tight + 1 == list.items.size()) return {};
+  return "; is " + in_quotes(first) + " one number? It needs a point";
 }
 
 // Where a check stands.
@@ -109,9 +132,10 @@ class Checker {
       : root_(root), document_(document), faults_(faults) {}
 
   // False if the node is of another type, so that nothing else can be said about it.
-  bool check(const Node& node, const Json& schema, Where where) {
+  bool check(Node& node, const Json& schema, Where where) {
     if (schema.contains("x-unit")) where.unit = schema["x-unit"];
     if (schema.contains("type") && !check_type(node, schema["type"], schema, where)) return false;
+    if (node.is_mapping()) mend_keys(node, schema, where);
     if (schema.contains("$ref") && !check(node, resolve(root_, schema["$ref"]), where)) return false;
     for (const Json& part : schema.value("allOf", Json::array())) {
       if (!check(node, part, where)) return false;
@@ -146,12 +170,16 @@ class Checker {
                                            : "text";
     if (type == "array") what += unit_text(where.unit);
     std::string why = say_what ? ", not " + described(node) : "";
+    const std::string advice = type == "object" && node.is_scalar() && node.plain ? key_advice(node.text) : "";
+    if (!advice.empty()) why += "; " + advice;
     if (type == "string" && node.is_scalar()) why += "; put it in quotes: " + in_quotes(node.text);
+    if (type == "array" && node.is_scalar()) why += list_advice(node.text);
     faults_.add(node.mark, subject + what + why);
     return false;
   }
 
-  bool check_alternatives(const Node& node, const Json& alternatives, const Where& where) {
+  bool check_alternatives(Node& node, const Json& alternatives, const Where& where) {
+    if (node.is_mapping()) mend_only_key(node, alternatives, where);
     if (const Json* chosen = chosen_alternative(root_, alternatives, node)) return check(node, *chosen, where);
     std::string titles;
     bool number_possible = false, list_possible = false;
@@ -167,7 +195,8 @@ class Checker {
     } else if (node.is_sequence() && list_possible) {
       faults_.add(node.mark, fmt::format("{} has {}, {}", name_of(where), counted(node.items.size(), "item"), must));
     } else {
-      const std::string why = number_possible ? why_no_number(node) : ", not " + described(node);
+      std::string why = number_possible ? why_no_number(node) : ", not " + described(node);
+      if (list_possible && node.is_scalar()) why += list_advice(node.text);
       faults_.add(node.mark, fmt::format("{} {}{}", name_of(where), must, why));
     }
     return false;
@@ -210,15 +239,15 @@ class Checker {
     fault(fmt::format("at least {}", from));
   }
 
-  void check_list(const Node& node, const Json& schema, const Where& where) {
+  void check_list(Node& node, const Json& schema, const Where& where) {
     if (!fits_length(node, schema)) {
       const std::size_t least = schema.value("minItems", std::size_t{0}),
                         most = schema.value("maxItems", std::size_t{0});
       const std::string must = least == most ? fmt::format("exactly {}", least)
                                : most > 0    ? fmt::format("at most {}", most)
                                              : fmt::format("at least {}", least);
-      faults_.add(node.mark,
-                  fmt::format("{} has {}, must have {}", name_of(where), counted(node.items.size(), "item"), must));
+      faults_.add(node.mark, fmt::format("{} has {}, must have {}{}", name_of(where),
+                                         counted(node.items.size(), "item"), must, decimal_comma_advice(node, most)));
     }
     if (!schema.contains("items")) return;
     for (std::size_t i = 0; i < node.items.size() && !faults_.full(); ++i) {
@@ -228,7 +257,7 @@ class Checker {
     }
   }
 
-  void check_mapping(const Node& node, const Json& schema, const Where& where) {
+  void check_mapping(Node& node, const Json& schema, const Where& where) {
     if (schema.contains("required")) check_required(node, schema["required"], where);
     if (schema.contains("minProperties")) check_not_empty(node, schema, where);
     if (schema.contains("oneOf")) check_one_key(node, schema["oneOf"], where);
@@ -301,7 +330,7 @@ class Checker {
 
   // {"if": {"properties": {key: {const or enum}}, "required": [key]}, "then": ...}, or without "properties": the key is
   // there.
-  void check_condition(const Node& node, const Json& schema, Where where) {
+  void check_condition(Node& node, const Json& schema, Where where) {
     const Json& condition = schema["if"];
     if (!fits_keys(node, condition)) return;
     if (!condition.contains("properties")) where.condition = "with " + scalar_text(condition["required"][0]);
@@ -315,10 +344,10 @@ class Checker {
     check(node, schema["then"], where);
   }
 
-  void check_entries(const Node& node, const Json& schema, const Where& where) {
+  void check_entries(Node& node, const Json& schema, const Where& where) {
     const Json& known = properties_of(schema);
     const auto other = schema.find("additionalProperties");
-    for (const NodeEntry& entry : node.entries) {
+    for (NodeEntry& entry : node.entries) {
       if (faults_.full()) return;
       Where below{joined_path(where.path, entry.key), where.unit, where.condition};
       if (const auto it = known.find(entry.key); it != known.end()) {
@@ -330,10 +359,7 @@ class Checker {
           check(entry.value, *it, below);
         }
       } else if (other != schema.end() && other->is_boolean()) {
-        std::vector<std::string> names;
-        for (const auto& [name, unused] : known.items()) names.push_back(name);
-        faults_.add(entry.mark, fmt::format("unknown key {} in {}{}", in_quotes(entry.key), name_of(where),
-                                            suggestion(entry.key, names)));
+        report_unknown_key(entry, known, where);
       } else if (other != schema.end()) {
         below.path = joined_path(where.path, entry.key);
         check(entry.value, *other, below);
@@ -341,10 +367,57 @@ class Checker {
     }
   }
 
+  void report_unknown_key(const NodeEntry& entry, const Json& known, const Where& where) {
+    faults_.add(entry.mark, fmt::format("unknown key {} in {}{}", in_quotes(entry.key), name_of(where),
+                                        suggestion(entry.key, names_in(known))));
+  }
+
+  // A key that is unknown but near to one that is absent: what it holds is checked as what was meant, if it can be
+  // that.
+  void mend_keys(Node& node, const Json& schema, const Where& where) {
+    const auto other = schema.find("additionalProperties");
+    if (other == schema.end() || !other->is_boolean()) return;
+    const Json& known = properties_of(schema);
+    for (NodeEntry& entry : node.entries) {
+      if (faults_.full()) return;
+      if (known.contains(entry.key)) continue;
+      const std::string meant = nearest(entry.key, names_in(known));
+      if (meant.empty() || node.entry(meant) || is_forbidden(known[meant])) continue;
+      const Json* type = keyword(root_, known[meant], "type");
+      const bool is_scalar = type && *type != "object" && *type != "array";
+      if (type && !(is_scalar ? entry.value.is_scalar() : fits_type(entry.value, *type))) continue;
+      report_unknown_key(entry, known, where);
+      entry.key = meant;
+    }
+  }
+
+  // {mach: twist} where an alternative is {match: ...}; the numbers of another one have keys of their own.
+  void mend_only_key(Node& node, const Json& alternatives, const Where& where) {
+    if (node.entries.size() != 1 || !is_text(node.entries[0].value)) return;
+    for (const Json& alternative : alternatives) {
+      const Json& known = properties_of(alternative);
+      if (known.size() == 1 && !known.contains(node.entries[0].key)) mend_keys(node, alternative, where);
+    }
+  }
+
   const Json& root_;
   const std::string& document_;
   FaultList& faults_;
 };
+
+// {duration:20}: YAML takes it for a key without a value. Reported, and split as it was meant.
+void mend_missing_blanks(Node& node, FaultList& faults) {
+  for (Node& item : node.items) mend_missing_blanks(item, faults);
+  for (NodeEntry& entry : node.entries) {
+    mend_missing_blanks(entry.value, faults);
+    const auto meant = entry.value.kind == Node::Kind::null ? key_without_blank(entry.key) : std::nullopt;
+    if (!meant) continue;
+    faults.add(entry.mark, key_advice(entry.key));
+    entry.value.kind = Node::Kind::scalar;
+    entry.value.text = std::string(meant->value);
+    entry.key = std::string(meant->key);
+  }
+}
 
 // Duplicates at every level, also below keys that are unknown. A YAML parser keeps one of them without a word.
 void check_duplicates(const Node& node, const std::string& path, const std::string& document, FaultList& faults) {
@@ -401,8 +474,9 @@ void fill(Node& node, const Json& root, const Json& schema) {
 
 }  // namespace
 
-void check_structure(const Node& node, const Json& schema, const std::string& document, FaultList& faults,
+void check_structure(Node& node, const Json& schema, const std::string& document, FaultList& faults,
                      const std::string& path) {
+  mend_missing_blanks(node, faults);
   check_duplicates(node, path, document, faults);
   Checker(schema, document, faults).check(node, schema, {path, {}, {}});
 }

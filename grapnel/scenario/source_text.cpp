@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -46,10 +47,36 @@ std::size_t utf8_length(std::string_view text, std::size_t i) {
 
 bool is_forbidden_control(unsigned char c) { return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f; }
 
+// Blanks beside ' ' and tab, which a YAML parser takes for letters; pasted from web pages and word processors.
+std::size_t foreign_blank_length(std::string_view text) {
+  for (const std::string_view blank : {"\u00a0", "\u2002", "\u2003", "\u2009", "\u202f", "\u3000", "\ufeff"}) {
+    if (text.starts_with(blank)) return blank.size();
+  }
+  return 0;
+}
+
+// What the text begins with if it is a blank that must not indent; else empty.
+std::string_view wrong_blank(std::string_view text) {
+  if (text[0] == '\t') return "tab";
+  if (foreign_blank_length(text) == 0) return {};
+  return text.starts_with("\u00a0") || text.starts_with("\u202f") ? "no-break space" : "foreign blank";
+}
+
+// Whether nothing but blanks and a comment follow in the line.
+bool begins_blank_line(std::string_view text) {
+  std::size_t next = 0;
+  while (next < text.size()) {
+    const std::size_t foreign = foreign_blank_length(text.substr(next));
+    if (foreign == 0 && text[next] != ' ' && text[next] != '\t' && text[next] != '\r') break;
+    next += std::max<std::size_t>(foreign, 1);
+  }
+  return next == text.size() || text[next] == '\n' || text[next] == '#';
+}
+
 }  // namespace
 
 std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults,
-                                     std::size_t largest) {
+                                     std::size_t largest, const std::filesystem::path& named) {
   // A fault of the file named on the command line needs no second mention of its name.
   const std::string name = blame.line > 0 || blame.source == nullptr || *blame.source != path.string()
                                ? " '" + path.string() + "'"
@@ -61,9 +88,10 @@ std::optional<std::string> read_file(const std::filesystem::path& path, const Ma
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
+    const std::filesystem::path& said = named.empty() ? path : named;
     const std::string near = nearest(path.filename().string(), neighbours(path));
     const std::string why = error && error != std::errc::no_such_file_or_directory ? error.message() : "no such file";
-    return refuse(why + (near.empty() ? "" : "; did you mean '" + (path.parent_path() / near).string() + "'?"));
+    return refuse(why + (near.empty() ? "" : "; did you mean '" + (said.parent_path() / near).string() + "'?"));
   }
   if (std::filesystem::is_directory(status)) return refuse("it is a directory");
   const std::string too_large = fmt::format("it is larger than {} MB", largest >> 20);
@@ -89,9 +117,13 @@ std::optional<std::string> checked_text(const std::string& bytes, const std::sha
                                         FaultList& faults) {
   std::string_view text = bytes;
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")) {
+    faults.add({source, 1, 1}, "the file is UTF-16; save it as UTF-8");
+    return {};
+  }
   const std::size_t before = faults.size();
   int line = 1, column = 1;
-  bool in_indentation = true, tab_reported = false;
+  bool in_indentation = true, indentation_reported = false;
   for (std::size_t i = 0; i < text.size();) {
     const auto byte = static_cast<unsigned char>(text[i]);
     const std::size_t length = utf8_length(text, i);
@@ -103,16 +135,24 @@ std::optional<std::string> checked_text(const std::string& bytes, const std::sha
       faults.add({source, line, column}, fmt::format("control character 0x{:02x} is not allowed in the file", byte));
       return {};
     }
-    if (in_indentation && byte == '\t' && !tab_reported) {
-      const std::size_t next = text.find_first_not_of(" \t\r", i);
-      const bool blank = next == std::string_view::npos || text[next] == '\n' || text[next] == '#';
-      if (!blank) faults.add({source, line, column}, "tab in the indentation; indent with spaces");
-      tab_reported = !blank;
+    if (byte == '\r' && text.substr(i + 1, 1) != "\n") {
+      faults.add({source, line, column},
+                 "a carriage return alone ends no line; save the file with line feeds (or Windows line ends)");
+      return {};
+    }
+    if (in_indentation && !indentation_reported) {
+      const std::string_view wrong = wrong_blank(text.substr(i));
+      if (!wrong.empty() && begins_blank_line(text.substr(i))) {
+        in_indentation = false;
+      } else if (!wrong.empty()) {
+        faults.add({source, line, column}, fmt::format("{} in the indentation; indent with spaces", wrong));
+        indentation_reported = true;
+      }
     }
     if (byte != ' ' && byte != '\t') in_indentation = false;
     if (byte == '\n') {
       ++line, column = 1;
-      in_indentation = true, tab_reported = false;
+      in_indentation = true, indentation_reported = false;
     } else {
       ++column;
     }

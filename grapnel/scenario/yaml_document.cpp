@@ -9,7 +9,9 @@
 #include <sstream>
 #include <string_view>
 
+#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/source_text.hpp"
+#include "grapnel/scenario/syntax_slip.hpp"
 
 namespace grapnel {
 namespace {
@@ -18,6 +20,7 @@ namespace {
 struct Refusal {
   YAML::Mark mark;
   std::string message;
+  bool of_syntax = false;  // so that a slip elsewhere may be behind it
 };
 
 // yaml-cpp counts columns in bytes from 0; people and editors count characters from 1.
@@ -34,9 +37,11 @@ class Places {
     const std::size_t line = static_cast<std::size_t>(std::max(mark.line, 0));
     const std::size_t column = static_cast<std::size_t>(std::max(mark.column, 0));
     if (line >= line_starts_.size()) return {source_, static_cast<int>(line) + 1, 1};
-    const std::size_t at = std::min(line_starts_[line] + column, text_.size());
-    return {source_, static_cast<int>(line) + 1,
-            static_cast<int>(characters_until(at) - characters_before_line_[line]) + 1};
+    return in_line(line, std::min(line_starts_[line] + column, text_.size()));
+  }
+  Mark at(std::size_t byte) const {
+    const auto after = std::upper_bound(line_starts_.begin(), line_starts_.end(), byte);
+    return in_line(static_cast<std::size_t>(after - line_starts_.begin()) - 1, byte);
   }
   /// Whether a quoted scalar ends. The parser takes the end of the file for the missing quote.
   bool quote_is_closed(const YAML::Mark& mark) const {
@@ -61,6 +66,10 @@ class Places {
   }
 
  private:
+  Mark in_line(std::size_t line, std::size_t byte) const {
+    return {source_, static_cast<int>(line) + 1,
+            static_cast<int>(characters_until(byte) - characters_before_line_[line]) + 1};
+  }
   // Characters in the first bytes of the text. From the last answer on: places come nearly in order, and a file may be
   // one long line.
   std::size_t characters_until(std::size_t bytes) const {
@@ -108,7 +117,7 @@ class TreeBuilder final : public YAML::EventHandler {
   void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override { put(mark, {}, anchor); }
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
-    if (tag != "?" && !places_.quote_is_closed(mark)) throw Refusal{mark, "not valid YAML: this quote is not closed"};
+    if (tag != "?" && !places_.quote_is_closed(mark)) throw Refusal{mark, "this quote is not closed", true};
     Node node;
     node.kind = Node::Kind::scalar;
     node.text = value;
@@ -156,7 +165,9 @@ class TreeBuilder final : public YAML::EventHandler {
   }
   void open(const YAML::Mark& mark, Node::Kind kind, YAML::anchor_t anchor) {
     if (static_cast<int>(open_.size()) >= kDeepest) throw Refusal{mark, too_deep()};
-    if (expects_key()) throw Refusal{mark, "a list or mapping stands where a key must be; is a bracket not closed?"};
+    if (expects_key()) {
+      throw Refusal{mark, "a list or mapping stands where a key must be; is a bracket not closed?", true};
+    }
     count(mark, 1);
     Node node;
     node.kind = kind;
@@ -166,6 +177,7 @@ class TreeBuilder final : public YAML::EventHandler {
   void close() {
     Open done = std::move(open_.back());
     open_.pop_back();
+    join_decimal_commas(done.node.entries);
     remember(done.mark, done.node, done.anchor);
     place(done.mark, std::move(done.node));
   }
@@ -179,6 +191,18 @@ class TreeBuilder final : public YAML::EventHandler {
     if (anchor == YAML::NullAnchor) return;
     count(mark, value_count(node));
     anchored_[anchor] = node;
+  }
+  // {a: 0,5} is a: 0 and a key 5 without a value, which nobody means: the text "0,5" says what is wrong with it.
+  static void join_decimal_commas(std::vector<NodeEntry>& entries) {
+    for (std::size_t i = 1; i < entries.size(); ++i) {
+      Node& whole = entries[i - 1].value;
+      Node fraction;
+      fraction.kind = Node::Kind::scalar;
+      fraction.text = entries[i].key;
+      if (entries[i].value.kind != Node::Kind::null || !is_decimal_comma(whole, fraction, entries[i].mark)) continue;
+      whole.text += "," + fraction.text;
+      entries.erase(entries.begin() + static_cast<std::ptrdiff_t>(i));
+    }
   }
   bool expects_key() const {
     return !open_.empty() && open_.back().node.is_mapping() && !open_.back().waiting.has_value();
@@ -245,6 +269,14 @@ std::optional<Node> parse_document(const std::string& text, const std::shared_pt
                                    FaultList& faults) {
   const Places places(text, source);
   TreeBuilder builder(places);
+  // The cause of a failure if it can be found, else what the parser says.
+  const auto blame = [&](const YAML::Mark& mark, const std::string& message, const YAML::Mark& noticed) {
+    const std::size_t line = noticed.line < 0 ? text.size() : static_cast<std::size_t>(noticed.line);
+    if (const auto slip = likely_slip(text, line))
+      faults.add(places.at(slip->at), slip->message);
+    else
+      faults.add(places.at(mark), message);
+  };
   try {
     std::istringstream stream(text);
     YAML::Parser parser(stream);
@@ -257,14 +289,17 @@ std::optional<Node> parse_document(const std::string& text, const std::shared_pt
     return builder.take_root();
   } catch (const Refusal& refusal) {
     const bool second = refusal.message.empty();
-    faults.add(places.at(refusal.mark), !second ? refusal.message
-                                        : has_document_marker(text, refusal.mark)
-                                            ? "a second document in the file; only one is allowed"
-                                            : "not valid YAML: text after the end of the document");
+    if (second && has_document_marker(text, refusal.mark))
+      faults.add(places.at(refusal.mark), "a second document in the file; only one is allowed");
+    else if (second)
+      blame(refusal.mark, "not valid YAML: text after the end of the document", refusal.mark);
+    else if (refusal.of_syntax)
+      blame(refusal.mark, refusal.message, refusal.mark);
+    else
+      faults.add(places.at(refusal.mark), refusal.message);
   } catch (const YAML::Exception& error) {
     const bool unclosed = error.msg.find("flow not found") != std::string::npos;
-    const YAML::Mark mark = unclosed ? builder.innermost_open().value_or(error.mark) : error.mark;
-    faults.add(places.at(mark), readable(error.msg));
+    blame(unclosed ? builder.innermost_open().value_or(error.mark) : error.mark, readable(error.msg), error.mark);
   } catch (const std::exception& error) {
     faults.add({source, 1, 1}, std::string("not valid YAML: ") + error.what());
   }

@@ -65,7 +65,8 @@ TEST(FileFaults, NotUtf8) {
               ElementsAre("scenario.yaml:2:5: error: the file is not UTF-8 (byte 0xc0)"));
   EXPECT_THAT(faults_of("name: \xed\xa0\x80"),
               ElementsAre("scenario.yaml:1:7: error: the file is not UTF-8 (byte 0xed)"));
-  EXPECT_THAT(faults_of("\xff\xfen\0a\0"), ElementsAre("scenario.yaml:1:1: error: the file is not UTF-8 (byte 0xff)"));
+  EXPECT_THAT(faults_of("\xff\xfen\0a\0"),
+              ElementsAre("scenario.yaml:1:1: error: the file is UTF-16; save it as UTF-8"));
   EXPECT_THAT(faults_of(std::string_view("name: a\0b", 9)),
               ElementsAre("scenario.yaml:1:8: error: control character 0x00 is not allowed in the file"));
   EXPECT_THAT(faults_of("name: a\x04z"),
@@ -113,12 +114,14 @@ TEST(FileFaults, Tabs) {
 }
 
 TEST(FileFaults, Syntax) {
-  EXPECT_THAT(faults_of("name: a: b\n"), ElementsAre("scenario.yaml:1:8: error: not valid YAML: illegal map value"));
+  EXPECT_THAT(faults_of("name: a: b\n"),
+              ElementsAre("scenario.yaml:1:7: error: a second ': ' in one line; put a text that holds it in quotes, or "
+                          "begin a new line for a new key"));
   EXPECT_THAT(faults_of("name: x\nrobot: \"unclosed\n"),
-              ElementsAre("scenario.yaml:2:8: error: not valid YAML: this quote is not closed"));
+              ElementsAre("scenario.yaml:2:8: error: this quote is not closed"));
   EXPECT_THAT(faults_of("name: x\nrobot: !tag 'it''s unclosed\n"),
-              ElementsAre("scenario.yaml:2:8: error: not valid YAML: this quote is not closed"));
-  EXPECT_THAT(faults_of("name: [1, 2\n"), ElementsAre("scenario.yaml:1:7: error: this bracket is not closed"));
+              ElementsAre("scenario.yaml:2:13: error: this quote is not closed"));
+  EXPECT_THAT(faults_of("name: [1, 2\n"), ElementsAre("scenario.yaml:1:7: error: this '[' is not closed"));
   EXPECT_THAT(faults_of(edited(kSmallScenario, {{"name: test", "name: &n 'it''s \"open\"'"}, {"20", "20 # isn't"}})),
               IsEmpty());
   EXPECT_THAT(faults_of("gravity: *unknown\n"),

@@ -142,9 +142,9 @@ TEST_F(Overrides, FaultsNameTheOverride) {
               ElementsAre("--set targets[-1].mass=1: error: '[-1].mass' is not an index such as [0]"));
   EXPECT_THAT(faults("approach[0]=1"), ElementsAre("--set approach[0]=1: error: approach is not a list"));
   EXPECT_THAT(faults("robot.base.mas=1"),
-              ElementsAre("--set robot.base.mas=1: error: unknown key 'mas' in base; did you mean 'mass'?"));
+              ElementsAre("--set robot.base.mas=1: error: unknown key 'mas' in robot.base; did you mean 'mass'?"));
   EXPECT_THAT(faults("robot.base.mass=0"),
-              ElementsAre("--set robot.base.mass=0: error: base.mass is 0, must be greater than 0 [kg]"));
+              ElementsAre("--set robot.base.mass=0: error: robot.base.mass is 0, must be greater than 0 [kg]"));
   EXPECT_THAT(faults("name=[1"), ElementsAre(testing::StartsWith("--set name=[1: error: ")));
   EXPECT_THAT(faults("name=\xff"), ElementsAre(testing::EndsWith("error: the file is not UTF-8 (byte 0xff)")));
   EXPECT_THAT(faults("approach..duration=1"),

@@ -43,13 +43,11 @@ const std::vector<FaultCase> kCases{
     {"robot_duplicate_link",
      {{"name: lower", "name: upper"}},
      {"scenario.yaml:12:13: error: duplicate name 'upper' in robot.links[1]: link names must differ; first given in "
-      "line 6",
-      "scenario.yaml:18:25: error: unknown link 'lower' in robot.end_effectors[0]; links are base, upper"}},
+      "line 6"}},
     {"robot_duplicate_joint",
      {{"name: elbow", "name: shoulder"}},
      {"scenario.yaml:14:21: error: duplicate name 'shoulder' in robot.links[1].joint: joint names must differ; first "
-      "given in line 8",
-      "scenario.yaml:20:27: error: unknown joint 'elbow' in initial.joints; joints are shoulder"}},
+      "given in line 8"}},
     {"robot_duplicate_end_effector",
      {{"    - {name: tip,", "    - {name: tip, link: base}\n    - {name: tip,"}},
      {"scenario.yaml:19:14: error: duplicate name 'tip' in robot.end_effectors[1]: end-effector names must differ; "
@@ -57,8 +55,7 @@ const std::vector<FaultCase> kCases{
     {"robot_link_named_as_the_base",
      {{"name: upper", "name: base"}},
      {"scenario.yaml:6:13: error: duplicate name 'base' in robot.links[0]: link names must differ; first given in line "
-      "4",
-      "scenario.yaml:13:15: error: unknown link 'upper' in robot.links[1]; links are base, lower"}},
+      "4"}},
     {"robot_unknown_parent",
      {{"parent: upper", "parent: uper"}},
      {"scenario.yaml:13:15: error: unknown link 'uper' in robot.links[1]; did you mean 'upper'?"}},

@@ -52,7 +52,9 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:31:3: error: approach.duration is empty, must be a number [s]"}},
     {"wrong_type_unit",
      {{"duration: 20", "duration: 20 s"}},
-     {"scenario.yaml:31:13: error: approach.duration must be a number [s], not the text '20 s'"}},
+     {"scenario.yaml:31:13: error: approach.duration must be a number [s], not the text '20 s'; numbers stand without "
+      "their "
+      "unit, write 20"}},
     {"wrong_type_name",
      {{"name: test", "name: 12"}},
      {"scenario.yaml:1:7: error: name must be text, not the number 12; put it in quotes: '12'"}},
@@ -120,7 +122,9 @@ const std::vector<FaultCase> kCases{
       "decimal number 20"}},
     {"underscore",
      {{"duration: 20", "duration: 1_000"}},
-     {"scenario.yaml:31:13: error: approach.duration must be a number [s], not the text '1_000'"}},
+     {"scenario.yaml:31:13: error: approach.duration must be a number [s], not the text '1_000'; digits are not "
+      "grouped, "
+      "write 1000"}},
     {"quoted_number",
      {{"duration: 20", "duration: \"20\""}},
      {"scenario.yaml:31:13: error: approach.duration must be a number [s]; remove the quotes around '20'"}},
@@ -182,8 +186,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:33:24: error: unknown value 'velocty' for approach.final_rates.match; did you mean 'velocity'?"}},
     {"match_misspelt",
      {{"match: velocity", "matc: twist"}},
-     {"scenario.yaml:33:17: error: unknown key 'matc' in approach.final_rates; did you mean 'match'?",
-      "scenario.yaml:33:23: error: approach.final_rates.matc must be a number [rad/s or m/s], not the text 'twist'"}},
+     {"scenario.yaml:33:17: error: unknown key 'matc' in approach.final_rates; did you mean 'match'?"}},
     {"wrong_schema",
      {{"name: test", "schema: grapnel-scenario/2\nname: test"}},
      {"scenario.yaml:1:9: error: schema is 'grapnel-scenario/2', must be 'grapnel-scenario/1'"}},
@@ -323,9 +326,7 @@ TEST(ScenarioFaults, AllAreFoundAtOnce) {
   EXPECT_EQ(faults_of(text),
             (std::vector<std::string>{
                 "scenario.yaml:13:15: error: unknown link 'uper' in robot.links[1]; did you mean 'upper'?",
-                "scenario.yaml:20:11: error: initial.joints lacks joints: shoulder",
                 "scenario.yaml:20:12: error: unknown joint 'sholder' in initial.joints; did you mean 'shoulder'?",
-                "scenario.yaml:22:5: error: missing key 'mass' in targets[0]",
                 "scenario.yaml:23:5: error: unknown key 'mas' in targets[0]; did you mean 'mass'?",
                 "scenario.yaml:29:33: error: unknown target 'bal' in grasps[0]; did you mean 'ball'?",
                 "scenario.yaml:31:13: error: approach.duration is 0, must be greater than 0 [s]"}));

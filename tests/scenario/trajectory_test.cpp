@@ -197,7 +197,7 @@ TEST_F(Trajectory, Numbers) {
   EXPECT_THAT(field("1 2"),
               ElementsAre("motion.csv:3:7: error: elbow must be a number [rad or m], not the text '1 2'"));
   EXPECT_THAT(faults("time,shoulder,elbow,shoulder.rate,elbow.rate\n0,0.5,1,0,0\n2O,0,0,,0\n"),
-              ElementsAre("motion.csv:3:1: error: time must be a number [s], not the text '2O'",
+              ElementsAre("motion.csv:3:1: error: time must be a number [s], not the text '2O'; did you mean 20?",
                           "motion.csv:3:8: error: shoulder.rate must be a number [rad/s or m/s], not empty"));
 }
 
@@ -241,7 +241,7 @@ TEST_F(Trajectory, Files) {
 }
 
 TEST_F(Trajectory, FaultsOfTheRobotLeaveItsColumnsAlone) {
-  EXPECT_THAT(faults("time,shoulder,elbow,wrist\n0,0.5,1,0\n20,0,0,0\n", {kWay, {"name: elbow", "nme: elbow"}}),
+  EXPECT_THAT(faults("time,shoulder,elbow,wrist\n0,0.5,1,0\n20,0,0,0\n", {kWay, {"name: elbow", "label: elbow"}}),
               testing::Each(testing::StartsWith("scenario.yaml:")));
 }
 

@@ -1,0 +1,199 @@
+#include "grapnel/scenario/number_advice.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <numbers>
+#include <optional>
+
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+bool digit(char c) { return c >= '0' && c <= '9'; }
+
+// The number at the beginning of the text; what it takes is removed.
+std::optional<double> take_number(std::string_view& text) {
+  std::string_view rest = text;
+  if (rest.starts_with('+')) rest.remove_prefix(1);
+  const std::string_view digits = rest.starts_with('-') ? rest.substr(1) : rest;
+  if (digits.empty() || !(digit(digits[0]) || digits[0] == '.')) return {};  // no "inf", no "nan"
+  double value = 0;
+  const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
+  if (error != std::errc()) return {};
+  text = rest.substr(static_cast<std::size_t>(end - rest.data()));
+  return value;
+}
+
+std::optional<double> whole_number(std::string_view text) {
+  const auto value = take_number(text);
+  return text.empty() ? value : std::nullopt;
+}
+
+// A text with all occurrences replaced; std::string has no such thing.
+std::string replaced(std::string text, std::string_view what, std::string_view by) {
+  for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + by.size())) {
+    text.replace(at, what.size(), by);
+  }
+  return text;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const std::size_t first = std::min(text.find_first_not_of(' '), text.size());
+  text.remove_prefix(first);
+  return text.substr(0, text.find_last_not_of(' ') + 1);
+}
+
+// A unit that files might say, as so many of the SI unit that Grapnel reads.
+struct Unit {
+  std::string_view name;
+  double factor;
+  std::string_view si;
+};
+constexpr double kDegree = std::numbers::pi / 180, kTurn = 2 * std::numbers::pi;
+constexpr std::array kUnits = {Unit{"deg", kDegree, "rad"},
+                               Unit{"degree", kDegree, "rad"},
+                               Unit{"degrees", kDegree, "rad"},
+                               Unit{"\u00b0", kDegree, "rad"},
+                               Unit{"deg/s", kDegree, "rad/s"},
+                               Unit{"\u00b0/s", kDegree, "rad/s"},
+                               Unit{"rpm", kTurn / 60, "rad/s"},
+                               Unit{"mrad", 1e-3, "rad"},
+                               Unit{"um", 1e-6, "m"},
+                               Unit{"mm", 1e-3, "m"},
+                               Unit{"cm", 1e-2, "m"},
+                               Unit{"km", 1e3, "m"},
+                               Unit{"mm/s", 1e-3, "m/s"},
+                               Unit{"cm/s", 1e-2, "m/s"},
+                               Unit{"g", 1e-3, "kg"},
+                               Unit{"t", 1e3, "kg"},
+                               Unit{"us", 1e-6, "s"},
+                               Unit{"ms", 1e-3, "s"},
+                               Unit{"min", 60, "s"},
+                               Unit{"h", 3600, "s"},
+                               Unit{"kHz", 1e3, "Hz"},
+                               Unit{"mN", 1e-3, "N"},
+                               Unit{"kN", 1e3, "N"},
+                               Unit{"mNm", 1e-3, "N m"}};
+constexpr std::array<std::string_view, 19> kSiUnits = {"m",      "kg",     "s",   "sec",     "rad",      "m/s", "rad/s",
+                                                       "N",      "Nm",     "N m", "N*m",     "Hz",       "1/s", "kgm^2",
+                                                       "kg m^2", "kg*m^2", "N s", "N m/rad", "N m s/rad"};
+
+std::string unit_advice(std::string_view text) {
+  const auto value = take_number(text);
+  const std::string_view name = trimmed(text);
+  if (!value || name.empty()) return {};
+  if (std::find(kSiUnits.begin(), kSiUnits.end(), name) != kSiUnits.end()) {
+    return fmt::format("; numbers stand without their unit, write {}", *value);
+  }
+  for (const Unit& unit : kUnits) {
+    if (unit.name != name) continue;
+    return fmt::format("; numbers stand without their unit, {} {} are {} {}", *value, name,
+                       // Without the last digits, which are those of the factor's rounding.
+                       std::strtod(fmt::format("{:.15g}", *value * unit.factor).c_str(), nullptr), unit.si);
+  }
+  return {};
+}
+
+// "10,5", "1_000", "1'000", "1 000", "1,000".
+std::string separator_advice(std::string_view text) {
+  const std::size_t commas = static_cast<std::size_t>(std::count(text.begin(), text.end(), ','));
+  const std::string with_point = replaced(std::string(text), ",", ".");
+  if (commas == 1 && text.find('.') == std::string_view::npos && whole_number(with_point)) {
+    const std::size_t digits_behind = text.size() - text.find(',') - 1;
+    const bool thousands = digits_behind == 3 && std::all_of(text.end() - 3, text.end(), digit) && text[0] != '0';
+    if (!thousands) return "; numbers have a point, write " + shortened(with_point);
+    return fmt::format("; write {} or {}", shortened(with_point), shortened(replaced(std::string(text), ",", "")));
+  }
+  for (const std::string_view separator : {"_", "'", " ", ",", "\u00a0", "\u202f"}) {
+    const std::string joined = replaced(std::string(text), separator, "");
+    // Only in groups of three: "1 2" may be two numbers.
+    std::size_t last = text.rfind(separator);
+    if (last == std::string_view::npos || last == 0 || !whole_number(joined)) continue;
+    last += separator.size();
+    std::size_t digits = 0;
+    while (last + digits < text.size() && digit(text[last + digits])) ++digits;
+    if (digits == 3) return "; digits are not grouped, write " + shortened(joined);
+  }
+  return {};
+}
+
+// The value of products and quotients of numbers and pi.
+std::string expression_advice(std::string_view text) {
+  double value = text.starts_with('-') ? -1 : 1;
+  if (text.starts_with('-') || text.starts_with('+')) text.remove_prefix(1);
+  char sign = '*';
+  for (int factors = 0;; ++factors) {
+    text = trimmed(text);
+    std::optional<double> factor;
+    for (const std::string_view pi : {"pi", "PI", "Pi", "\u03c0", "M_PI", "math.pi", "np.pi"}) {
+      if (factor || !text.starts_with(pi)) continue;
+      factor = std::numbers::pi;
+      text.remove_prefix(pi.size());
+    }
+    if (!factor && !text.empty() && digit(text[0])) factor = take_number(text);
+    if (!factor) return {};
+    value = sign == '*' ? value * *factor : value / *factor;
+    text = trimmed(text);
+    if (text.empty()) return std::isfinite(value) ? fmt::format("; values are not calculated, write {}", value) : "";
+    if (text[0] != '*' && text[0] != '/') return {};
+    sign = text[0];
+    text.remove_prefix(1);
+    if (factors > 8) return {};
+  }
+}
+
+// The letters O, l and I for digits, D for the exponent's e, U+2212 for the minus.
+std::string letter_advice(std::string_view text) {
+  for (const auto& [letter, meant] : {std::pair{"D", "e"},
+                                      {"d", "e"},
+                                      {"O", "0"},
+                                      {"o", "0"},
+                                      {"l", "1"},
+                                      {"I", "1"},
+                                      {"\u2212", "-"},
+                                      {"\u2013", "-"}}) {
+    if (text.find(letter) == std::string_view::npos) continue;
+    const std::string read = replaced(std::string(text), letter, meant);
+    if (whole_number(read)) return fmt::format("; did you mean {}?", shortened(read));
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string number_advice(std::string_view text) {
+  if (text.size() > 60) return {};
+  if (const std::size_t comment = text.find(" //");
+      comment != std::string_view::npos && whole_number(trimmed(text.substr(0, comment)))) {
+    return "; comments begin with '#'";
+  }
+  const std::string spaced = replaced(std::string(text), "\u00a0", " ");
+  if (spaced != text && whole_number(trimmed(spaced))) return "; remove the no-break space";
+  for (const auto advice : {separator_advice, unit_advice, expression_advice, letter_advice}) {
+    if (std::string found = advice(text); !found.empty()) return found;
+  }
+  return {};
+}
+
+std::string list_advice(std::string_view text) {
+  if (text.size() > 200) return {};
+  if (text.starts_with('(') && text.ends_with(')')) text = text.substr(1, text.size() - 2);
+  std::string list;
+  int count = 0;
+  for (std::string_view rest = trimmed(text); !rest.empty(); ++count) {
+    const std::size_t end = std::min(rest.find_first_of(", "), rest.size());
+    if (!whole_number(rest.substr(0, end))) return {};
+    list += (count == 0 ? "" : ", ") + std::string(rest.substr(0, end));
+    rest = trimmed(rest.substr(end));
+    if (rest.starts_with(',')) rest = trimmed(rest.substr(1));
+  }
+  return count < 2 ? "" : "; a list stands in brackets: [" + shortened(list) + "]";
+}
+
+}  // namespace grapnel
