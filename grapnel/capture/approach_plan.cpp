@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "grapnel/capture/flown_solution.hpp"
 #include "grapnel/capture/phase_setups.hpp"
 #include "grapnel/plan/reach.hpp"
 #include "grapnel/plan/reach_failure.hpp"
@@ -194,14 +195,10 @@ class Planner {
       g.V_WG.linear += frame.X_WT.R * place.velocity;
       goals.push_back(g);
     }
-    const ReachSolution s = solve(reach_to(w.time, std::move(goals), RateDemand::linear),
-                                  fmt::format(", waypoint at t = {:.6g} s", w.time));
-    if (disturbed()) {
-      plan_.warnings.push_back(
-          fmt::format("approach: the waypoint at t = {:.6g} s is planned without loads and attitude control; the "
-                      "end-effectors will miss it by what these do",
-                      w.time));
-    }
+    const ReachProblem reach = reach_to(w.time, std::move(goals), RateDemand::linear);
+    const std::string what = fmt::format(", waypoint at t = {:.6g} s", w.time);
+    ReachSolution s = solve(reach, what);
+    if (disturbed()) s = allow_for_disturbance(reach, s, what);
     advance(w.time, s.position, s.rate);
   }
 
@@ -259,7 +256,7 @@ class Planner {
     if (approach_.plan) {
       set_search(reach);
       ReachSolution s = solve(reach, "");
-      if (disturbed()) s = allow_for_disturbance(reach, s);
+      if (disturbed()) s = allow_for_disturbance(reach, s, "");
       report(reach, s);
       position = s.position, rate = s.rate;
       warn_of_unmet(s.unmet_rate, rate);
@@ -349,86 +346,76 @@ class Planner {
     return outcome.end_state;
   }
 
-  // What the demand takes where a disturbed motion has ended. Places `base_`.
-  DemandedRates demanded_at(const ReachProblem& reach, const State& end, const std::vector<double>& position) {
+  // A disturbed motion's end, against the goals and the demand.
+  FlownEnd disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
+                         const std::vector<double>& rate) {
+    const State end = fly_disturbed(reach, position, rate);
     const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
-    const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
     base_.place(position);
-    return demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), reach.goals, reach.demand);
+    FlownEnd result;
+    Eigen::MatrixXd unused, unused_too;
+    goal_error(base_, X_WB, reach.goals, result.error, unused, unused_too);
+    result.gap = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rate.size()));
+    if (reach.demand == RateDemand::given) return result;
+    const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
+    const DemandedRates demanded =
+        demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), reach.goals, reach.demand);
+    for (std::size_t j = 0; j < rate.size(); ++j) {
+      const auto k = static_cast<Eigen::Index>(j);
+      result.gap[k] = demanded.rates[k] - rate[j];
+    }
+    result.unmet = demanded.unmet;
+    return result;
+  }
+  Flight disturbed_flight(const ReachProblem& reach) {
+    return [this, &reach](const std::vector<double>& position, const std::vector<double>& rate) {
+      return disturbed_end(reach, position, rate);
+    };
   }
 
-  // Rates that meet the demand at given final values at the end of the disturbed motion that they lead to.
+  // From the solution without disturbance to the one with it.
+  ReachSolution allow_for_disturbance(const ReachProblem& reach, ReachSolution solution, const std::string& what) {
+    const FlownSolution flown =
+        solve_by_flights(disturbed_flight(reach), solution.position, solution.rate, lower_, upper_, kArrived);
+    solution.iterations += flown.iterations;
+    solution.position = flown.position, solution.rate = flown.rate;
+    solution.miss = misses(reach.goals, flown.end.error);
+    solution.unmet_rate = flown.end.unmet;
+    if (flown.found) return solution;
+    solution.found = false;
+    report(reach, solution);
+    std::string text;
+    for (std::size_t i = 0; i < solution.miss.size(); ++i) {
+      text += fmt::format("{}end-effector '{}' stays {:.3g} m", text.empty() ? "" : ", ", reach.goals[i].name,
+                          solution.miss[i].distance);
+      if (reach.goals[i].orientation != Goal::Orientation::free)
+        text += fmt::format(" and {:.3g} rad", solution.miss[i].angle);
+    }
+    throw Unplannable(fmt::format(
+        "planning the approach{}: without the loads or the base's attitude control there is a solution, with them none "
+        "was found from it after {} corrections: {} from its point; another approach.plan.guess may help",
+        what, flown.iterations, text));
+  }
+
+  // Rates that meet the demand at given final values at the end of the disturbed motion that they lead to; the
+  // undisturbed ones, with a warning, where none are found.
   std::vector<double> disturbed_rates(const ReachProblem& reach, const std::vector<double>& position,
-                                      std::vector<double> rate) {
-    constexpr int kMost = 60;
-    double last = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < kMost; ++i) {
-      const DemandedRates demanded = demanded_at(reach, fly_disturbed(reach, position, rate), position);
-      double change = 0;
-      for (std::size_t j = 0; j < rate.size(); ++j) {
-        const double wanted = demanded.rates[static_cast<Eigen::Index>(j)];
-        change = std::max(change, std::abs(wanted - rate[j]));
-        rate[j] = wanted;
-      }
-      plan_.report.unmet_rate = demanded.unmet;
-      if (change <= 1e-2 * kArrived || (change <= kArrived && change > 0.5 * last)) return rate;
-      last = change;
+                                      const std::vector<double>& undisturbed) {
+    // Where the end-effectors come to be is given: their error is no matter.
+    const Flight flight = [&](const std::vector<double>& p, const std::vector<double>& r) {
+      FlownEnd end = disturbed_end(reach, p, r);
+      end.error.setZero();
+      return end;
+    };
+    const FlownSolution flown = solve_by_flights(flight, position, undisturbed, {}, {}, kArrived);
+    if (flown.found) {
+      plan_.report.unmet_rate = flown.end.unmet;
+      return flown.rate;
     }
-    throw Unplannable(fmt::format(
-        "planning the approach: final joint rates did not converge under the loads or the base's attitude control; "
-        "they still change by {:.3g} rad/s or m/s after {} iterations",
-        last, kMost));
-  }
-
-  // Moves the goals by what the disturbed motion misses, until it does not: the undisturbed sensitivities serve as an
-  // approximation of the true ones.
-  ReachSolution allow_for_disturbance(const ReachProblem& original, ReachSolution solution) {
-    ReachProblem reach = original;
-    reach.starts = 1, reach.measure = Measure();
-    constexpr int kMost = 40;
-    double last = std::numeric_limits<double>::infinity();
-    for (int i = 0; i < kMost; ++i) {
-      const State end = fly_disturbed(reach, solution.position, solution.rate);
-      const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
-      base_.place(solution.position);
-      Eigen::VectorXd error, wanted;
-      Eigen::MatrixXd unused, G;
-      goal_error(base_, X_WB, original.goals, error, unused, unused);
-      solution.miss = misses(original.goals, error);
-      double miss = error.lpNorm<Eigen::Infinity>();
-      if (original.demand != RateDemand::given) {
-        const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
-        const DemandedRates demanded =
-            demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), original.goals, original.demand);
-        reach.demand = RateDemand::given;
-        reach.given_rates.assign(demanded.rates.begin(), demanded.rates.end());
-        solution.unmet_rate = demanded.unmet;
-        for (std::size_t j = 0; j < solution.rate.size(); ++j) {
-          miss = std::max(miss, std::abs(demanded.rates[j] - solution.rate[j]));
-        }
-      }
-      if (miss <= kArrived || (miss <= 10 * kArrived && miss > 0.5 * last)) return solution;
-      last = miss;
-      for (std::size_t g = 0; g < reach.goals.size(); ++g) {
-        const Goal& goal = original.goals[g];
-        const Posed X_WE = X_WB * base_.frame_pose(goal.frame);
-        Goal& aim = reach.goals[g];
-        aim.X_WG.p -= X_WE.p - goal.X_WG.p;
-        if (goal.orientation == Goal::Orientation::pose) {
-          aim.X_WG.R = goal.X_WG.R * transpose(X_WE.R) * aim.X_WG.R;
-        } else if (goal.orientation == Goal::Orientation::axis) {
-          aim.direction_W = rotation_between(X_WE.R * goal.axis_E, goal.direction_W) * aim.direction_W;
-        }
-      }
-      reach.guess = solution.position;
-      const ReachSolution next = solve(reach, " under loads or attitude control");
-      solution.position = next.position, solution.rate = next.rate;
-      solution.iterations += next.iterations;
-    }
-    throw Unplannable(fmt::format(
-        "planning the approach: the loads or the base's attitude control change the motion so much that the plan did "
-        "not converge; the end-effectors are {:.3g} m, rad or rad/s off after {} corrections",
-        last, kMost));
+    plan_.warnings.push_back(
+        "approach: final joint rates did not converge under the loads or the base's attitude control; those of the "
+        "motion without them are taken, and the end-effectors' final motion is not the demanded one");
+    return undisturbed;
   }
 
   // --- Straight in --------------------------------------------------------------------------------------------------
@@ -465,9 +452,40 @@ class Planner {
     }
   }
 
+  // A singularity on the way may be passed and made up for; one at the end may not.
+  void require_arrival(const StraightInPath& path) {
+    constexpr double kMissed = 1e-3;  // [m and rad]; less is a warning
+    double largest = 0;
+    std::string text;
+    for (std::size_t i = 0; i < path.miss.size(); ++i) {
+      plan_.report.miss[i].distance = path.miss[i].distance;
+      plan_.report.miss[i].angle = path.miss[i].angle;
+      largest = std::max({largest, path.miss[i].distance, path.miss[i].angle});
+      if (path.miss[i].distance <= kMissed && path.miss[i].angle <= kMissed) continue;
+      text += fmt::format("{}end-effector '{}' ends {:.4g} m and {:.4g} rad from its point", text.empty() ? "" : "; ",
+                          plan_.report.miss[i].end_effector, path.miss[i].distance, path.miss[i].angle);
+    }
+    if (text.empty()) {
+      if (largest > 1e-9) {
+        plan_.warnings.push_back(fmt::format(
+            "approach: straight in, the end-effectors end up to {:.3g} m or rad from their points", largest));
+      }
+      return;
+    }
+    plan_.report.found = false;
+    throw Unplannable(fmt::format(
+        "planning the approach, straight in: {}: {}", text,
+        path.damped
+            ? fmt::format("its arm comes to a singularity of the generalized Jacobian at t = {:.4g} s (stretched "
+                          "out, say), beyond which it does not reach",
+                          path.damped_begin)
+            : std::string("its joints cannot give the demanded motion")));
+  }
+
   void take_straight_in(const StraightInProblem& in, const StraightInPath& path) {
     plan_.report.rhs_evaluations += path.rhs_evaluations;
     if (!path.finished) throw Unplannable("planning the approach, straight in: " + path.failure);
+    require_arrival(path);
     for (std::size_t j = 0; j < plan_.joints.size(); ++j) {
       auto& pieces = plan_.joints[j].pieces;
       pieces.insert(pieces.end(), path.joints[j].pieces.begin(), path.joints[j].pieces.end());

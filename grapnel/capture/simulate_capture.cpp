@@ -100,7 +100,7 @@ class Run {
     // Joints that follow a reference exactly are on it from the first instant on.
     state_ = dynamics.state(time_, dynamics.initial(state_, time_));
     const PhaseOutcome outcome = simulate_phase(dynamics, state_, time_, end, interval / static_cast<double>(looks),
-                                                tolerances_for(dynamics), observe, stop);
+                                                tolerances_for(dynamics, duration, controlled), observe, stop);
     result_.cost.push_back({name, outcome.rhs_evaluations, outcome.steps, outcome.rejected,
                             outcome.momentum_mended.linear, outcome.momentum_mended.angular});
     if (!outcome.finished) throw Failure(fmt::format("{}: {}", name, outcome.failure));
@@ -113,8 +113,12 @@ class Run {
 
   // What acts from outside is integrated, not recovered from conserved momenta, and integration errors of the impulse
   // show in the ledger at full size: such phases take tolerances a tenth of the others'.
-  IntegrationSetup tolerances_for(const PhaseDynamics& dynamics) const {
+  IntegrationSetup tolerances_for(const PhaseDynamics& dynamics, double duration, bool controlled) const {
     IntegrationSetup integration = problem_.integration;
+    // Dense output is of order 7: over the long steps of a smoothly driven motion the work between steps would miss its
+    // bound.
+    constexpr double kLeastSteps = 100;
+    if (integration.max_step == 0 && controlled) integration.max_step = duration / kLeastSteps;
     if (!dynamics.is_disturbed()) return integration;
     integration.relative_tolerance = std::max(1e-14, 0.1 * integration.relative_tolerance);
     integration.absolute_tolerance *= 0.1;

@@ -44,7 +44,10 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
     const int target = model.body_index(target_body_name(g.target));
     for (int body : tied_to(model, hand)) ignored.emplace_back(body, target);
   }
-  return ClearanceModel(model, std::move(shapes), ignored);
+  // A target that is caught is a child of the gripping link, and still may touch that link alone.
+  std::vector<int> targets;
+  for (const TargetSetup& t : problem.targets) targets.push_back(model.body_index(target_body_name(t.name)));
+  return ClearanceModel(model, std::move(shapes), ignored, targets);
 }
 
 Watches::Watches(const CaptureProblem& problem) : problem_(problem), clearance_(problem.clearance.required) {}

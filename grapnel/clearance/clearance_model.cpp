@@ -54,7 +54,7 @@ void check(const Model& model, const std::vector<BodyShape>& shapes, std::span<c
 // more, named by the number of bodies.
 class Groups {
  public:
-  Groups(const Model& model, const std::vector<BodyShape>& shapes) {
+  Groups(const Model& model, const std::vector<BodyShape>& shapes, std::span<const int> held) {
     const int world = static_cast<int>(model.bodies().size());
     group_.resize(world);
     parent_.assign(world + 1, -1);
@@ -63,8 +63,9 @@ class Groups {
       const Body& body = model.bodies()[i];
       const int parent = body.parent < 0 ? world : group_[body.parent];
       const JointType joint = body.description.joint.type;
-      group_[i] = joint == JointType::fixed ? parent : i;
-      if (group_[i] == i && joint != JointType::free) parent_[i] = parent;
+      const bool is_held = std::ranges::find(held, i) != held.end();
+      group_[i] = joint == JointType::fixed && !is_held ? parent : i;
+      if (group_[i] == i && joint != JointType::free && !is_held) parent_[i] = parent;
     }
     for (const BodyShape& s : shapes) shaped_[group_[s.body]] = true;
   }
@@ -89,12 +90,12 @@ class Groups {
 }  // namespace
 
 ClearanceModel::ClearanceModel(const Model& model, std::vector<BodyShape> shapes,
-                               std::span<const std::pair<int, int>> ignored_pairs)
+                               std::span<const std::pair<int, int>> ignored_pairs, std::span<const int> held)
     : shapes_(std::move(shapes)) {
   check(model, shapes_, ignored_pairs);
   std::erase_if(shapes_, [](const BodyShape& s) { return s.geometry.shape == Geometry::Shape::none; });
   for (const BodyShape& s : shapes_) bounds_.push_back(bounds_of(s.geometry));
-  const Groups groups(model, shapes_);
+  const Groups groups(model, shapes_, held);
   const auto is_ignored = [&](int a, int b) {
     return std::ranges::any_of(ignored_pairs,
                                [&](const auto& p) { return std::minmax(p.first, p.second) == std::minmax(a, b); });

@@ -46,6 +46,9 @@ struct Clearance {
 ///   the parent. Siblings are checked, also where their common parent has no shape;
 /// - of ignored pairs of bodies.
 ///
+/// Bodies that are merely held, whatever joint stands for the grip, are named as `held`: they are nobody's neighbours,
+/// so that what may touch them must be an ignored pair.
+///
 /// Distances of a pair are computed only where cheap bounds (the distance of bounding spheres, then of bounding
 /// capsules) do not exclude it; this does not change the result. Thread safety: immutable, any number of threads.
 class ClearanceModel {
@@ -54,7 +57,7 @@ class ClearanceModel {
   /// Shapes `none` are dropped. @throws std::invalid_argument naming the body if a size is not positive and finite (the
   /// length of a capsule may be zero), or if an index is not a body's.
   ClearanceModel(const Model& model, std::vector<BodyShape> shapes,
-                 std::span<const std::pair<int, int>> ignored_pairs = {});
+                 std::span<const std::pair<int, int>> ignored_pairs = {}, std::span<const int> held = {});
 
   const std::vector<BodyShape>& shapes() const { return shapes_; }
   const std::vector<ClearancePair>& pairs() const { return pairs_; }

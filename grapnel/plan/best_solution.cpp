@@ -73,6 +73,7 @@ void constraints(unsigned m, double* result, unsigned n, const double* x, double
 }  // namespace
 
 Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting, const Shot& solution) {
+  if (solution.J.size() == 0) return solution;  // no joints: nothing to choose, and no SVD
   const Eigen::BDCSVD<Eigen::MatrixXd> svd(solution.J, Eigen::ComputeThinU | Eigen::ComputeThinV);
   Eigen::Index rank = 0;
   while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-6 * svd.singularValues()[0]) ++rank;

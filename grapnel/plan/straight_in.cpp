@@ -5,6 +5,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "grapnel/integrate/integrate.hpp"
 
@@ -120,7 +121,7 @@ class Motion {
     goal_error(base_, X_WB, goals, error_, J_joint_, J_base_);
     demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_);
     b_ -= kGain * error_;  // rows of task and error agree
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(G_, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::BDCSVD<Eigen::MatrixXd> svd(G_, Eigen::ComputeThinU | Eigen::ComputeThinV);
     const Eigen::VectorXd& sigma = svd.singularValues();
     Eigen::VectorXd z = svd.matrixU().transpose() * b_;
     double smallest = std::numeric_limits<double>::infinity();
@@ -137,6 +138,7 @@ class Motion {
     }
     const Eigen::VectorXd rates = svd.matrixV() * z;
     for (int j = 0; j < n_; ++j) theta_dot_[j] = rates[j];
+    if (record_) path_.miss = misses(goals, error_);
     if (record_) note(t, smallest, edge, (G_ * rates - b_).lpNorm<Eigen::Infinity>());
   }
 
@@ -160,7 +162,26 @@ class Motion {
   Eigen::MatrixXd J_joint_, J_base_, G_;
 };
 
-// Integrates once with samples at the series' points and fits them. The largest last coefficient tells how well.
+// The integral of a series of rates over its piece, from a value at the begin: sum_k c_k T_k integrates to
+// b_k = half (c_{k-1} - c_{k+1}) / (2 k), with 2 c_0 for k = 1 (Trefethen 2013, chapter 19).
+ChebyshevPiece integrated(const ChebyshevPiece& rates, double half, double begin_value) {
+  const std::vector<double>& c = rates.coefficients;
+  const std::size_t n = c.size();
+  ChebyshevPiece position{std::vector<double>(n + 1, 0.0)};
+  std::vector<double>& b = position.coefficients;
+  double at_begin = 0;  // of the sum without b_0: T_k(-1) = (-1)^k
+  for (std::size_t k = 1; k <= n; ++k) {
+    const double below = k == 1 ? 2 * c[0] : c[k - 1], above = k + 1 < n ? c[k + 1] : 0.0;
+    b[k] = half * (below - above) / (2 * static_cast<double>(k));
+    at_begin += k % 2 == 0 ? b[k] : -b[k];
+  }
+  b[0] = begin_value - at_begin;
+  return position;
+}
+
+// Integrates once with samples at the series' points and fits the rates; positions are the series' integrals. So rates
+// do not jump from piece to piece, however well the series fits: a jump would be an impulse that no ledger knows. The
+// largest last coefficient tells how well it does.
 bool fit(FloatingBase& base, const StraightInProblem& problem, int pieces, StraightInPath& path) {
   const int n = base.joints();
   Motion motion(base, problem, path);
@@ -178,7 +199,7 @@ bool fit(FloatingBase& base, const StraightInProblem& problem, int pieces, Strai
     const std::vector<double>& rates = motion.rates(t, y);
     if (t == problem.begin) path.rate_begin = rates;
     if (t == problem.end) path.rate_end = rates;
-    for (int j = 0; j < n; ++j) values[j].push_back(y[j]);
+    for (int j = 0; j < n; ++j) values[j].push_back(rates[j]);
   };
   const std::vector<double> y0 = motion.initial();
   const IntegrationResult result = integrate(stepper, motion, problem.begin, y0, problem.end, times, observe);
@@ -191,13 +212,15 @@ bool fit(FloatingBase& base, const StraightInProblem& problem, int pieces, Strai
   path.joints.assign(n, {});
   path.fit_error = 0;
   for (int j = 0; j < n; ++j) {
+    double position = problem.position[j];
     for (int i = 0; i < pieces; ++i) {
       const std::span<const double> samples(values[j].data() + i * kDegree, kDegree + 1);
-      ChebyshevPiece piece = chebyshev_interpolant(samples);
-      const auto& c = piece.coefficients;
-      path.fit_error = std::max({path.fit_error, std::abs(c[kDegree]), std::abs(c[kDegree - 1])});
       const double a = times[static_cast<std::size_t>(i) * kDegree],
                    b = times[static_cast<std::size_t>(i + 1) * kDegree];
+      ChebyshevPiece piece = integrated(chebyshev_interpolant(samples), 0.5 * (b - a), position);
+      const auto& c = piece.coefficients;
+      path.fit_error = std::max({path.fit_error, std::abs(c[kDegree + 1]), std::abs(c[kDegree])});
+      position = std::accumulate(c.begin(), c.end(), 0.0);  // T_k(1) = 1
       path.joints[j].pieces.push_back({a, b, std::move(piece)});
     }
   }

@@ -13,6 +13,7 @@
 
 #include "grapnel/plan/goal.hpp"
 #include "grapnel/plan/leg.hpp"
+#include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
 namespace grapnel {
@@ -58,6 +59,7 @@ struct StraightInPath {
   double unmet_time = 0;
   bool damped = false;  // near a singularity: over which time, and the smallest singular value
   double damped_begin = 0, damped_end = 0, smallest_singular_value = 0;
+  std::vector<GoalMiss> miss;  // per goal, at the end
   long rhs_evaluations = 0;
 };
 

@@ -1,0 +1,207 @@
+// The captures of scenarios/, run as their files say, and their planned approaches measured by kinematics that the
+// tests write down themselves.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <set>
+
+#include "capture/capture_case.hpp"
+#include "examples/written_kinematics.hpp"
+#include "grapnel/scenario/scenario.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+const std::filesystem::path kScenarios = std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios";
+
+// Planned, tracked by torques, captured, followed afterwards.
+const std::vector<std::string> kPlanned{"dual-arm-tumbling-targets", "dual-arm-envelope-capture",
+                                        "heavy-satellite-flat-spin", "heavy-satellite-detumble", "six-arm-servicer"};
+
+CaptureProblem load(const std::string& name, const std::vector<Override>& overrides = {}) {
+  return load_scenario(kScenarios / (name + ".yaml"), overrides);
+}
+
+const TargetSetup& target_of(const CaptureProblem& p, const GraspSetup& grasp) {
+  return *std::find_if(p.targets.begin(), p.targets.end(), [&](const auto& t) { return t.name == grasp.target; });
+}
+const GraspPoint& point_of(const CaptureProblem& p, const GraspSetup& grasp) {
+  const auto& points = target_of(p, grasp).grasp_points;
+  return *std::find_if(points.begin(), points.end(), [&](const auto& g) { return g.name == grasp.grasp_point; });
+}
+const BodyMotion& motion_of(const std::vector<BodyMotion>& bodies, const std::string& name) {
+  return *std::find_if(bodies.begin(), bodies.end(), [&](const auto& b) { return b.name == name; });
+}
+
+// What a target has more after the impact than before: momentum, and angular momentum about a point in W.
+struct Gain {
+  Vector3d linear, angular;
+};
+Gain gain_of(const TargetSetup& target, const ImpactReport& impact, const Vector3d& p_WC) {
+  const auto momentum = [&](const BodyMotion& b) {
+    const Rotationd R = rotation_matrix(b.quaternion_wxyz);
+    const Vector3d arm = R * target.com, w = b.angular_velocity;
+    const Vector3d h = target.mass * (b.velocity + cross(w, arm));
+    return Gain{h, R * (target.inertia * transposed_times(R, w)) + cross(b.position + arm - p_WC, h)};
+  };
+  const Gain before = momentum(motion_of(impact.targets_before, target.name));
+  const Gain after = momentum(motion_of(impact.targets_after, target.name));
+  return {after.linear - before.linear, after.angular - before.angular};
+}
+
+TEST(Examples, AreAllListed) {
+  std::set<std::string> files, listed(kPlanned.begin(), kPlanned.end());
+  // Not planned in three dimensions: given final angles; a planar first example.
+  listed.insert({"seven-joint-dual-capture", "first-plan"});
+  for (const auto& entry : std::filesystem::directory_iterator(kScenarios)) {
+    if (entry.path().extension() == ".yaml") files.insert(entry.path().stem().string());
+  }
+  EXPECT_EQ(files, listed);
+}
+
+class Planned : public ::testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Examples, Planned, ::testing::ValuesIn(kPlanned), [](const auto& one) {
+  std::string name = one.param;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
+
+TEST_P(Planned, CapturesWithinItsBooksAndLimits) {
+  const CaptureProblem p = load(GetParam());
+  ASSERT_TRUE(p.approach->plan && p.approach->straight_in && p.post_impact);
+  EXPECT_NE(p.approach->tracking.mode, TrackingSetup::Mode::ideal);
+  ASSERT_TRUE(p.momentum);
+  EXPECT_GT(norm(p.momentum->linear), 1);
+  EXPECT_GT(norm(p.momentum->angular), 1);
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  ASSERT_TRUE(r.captured() && r.impact && r.post_impact_end);
+  EXPECT_TRUE(r.ledger.feasible());
+  for (const LedgerEntry& e : r.ledger.entries) EXPECT_TRUE(e.pass()) << e.name << " " << e.value << " > " << e.bound;
+  for (const std::string& warning : r.warnings) ADD_FAILURE() << warning;
+  EXPECT_TRUE(r.limit_events.empty());  // no drive saturates either
+  ASSERT_EQ(r.clearance.size(), 2u);    // approach and afterwards
+  for (const LeastClearance& c : r.clearance)
+    EXPECT_GE(c.distance, p.clearance.required) << c.body_a << ", " << c.body_b;
+
+  for (std::size_t i = 0; i < p.grasps.size(); ++i) {
+    const GraspImpulse& g = r.impact->grasps[i];
+    const TargetSetup& target = target_of(p, p.grasps[i]);
+    EXPECT_GT(g.gap, 1e-5);  // friction and noise are felt
+    // The target gets what the robot does not.
+    const Gain gain = gain_of(target, *r.impact, g.contact_point);
+    EXPECT_GT(g.impulse_magnitude, 1e-3);
+    const double lost = norm(gain.linear + g.impulse), turned = norm(gain.angular + g.angular_impulse);
+    EXPECT_LT(lost, 1e-14 * (1 + target.mass));    // measured 7e-15 of 6e-11
+    EXPECT_LT(turned, 1e-14 * (1 + target.mass));  // measured 1.4e-13 of 6e-11
+    std::printf("[ measured ] %s: gap %.4f m, %.4f N s, %.4f N m s; unaccounted for %.2g N s, %.2g N m s\n",
+                g.end_effector.c_str(), g.gap, g.impulse_magnitude, norm(g.angular_impulse), lost, turned);
+  }
+}
+
+// Ideal tracking, no noise: at T the hands are where and as fast as the plan wants them, by the tests' own kinematics.
+TEST_P(Planned, BringsEveryHandToItsGraspPoint) {
+  CaptureProblem p = load(GetParam(), {{"approach.tracking", "{mode: ideal}"}, {"approach.capture_at", "end"}});
+  p.impact.reset();
+  p.post_impact.reset();
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  EXPECT_TRUE(r.ledger.feasible());
+  ASSERT_TRUE(r.approach_end);
+  const double T = p.approach->duration;
+  EXPECT_EQ(r.approach_end->time, T);
+  const StraightIn& in = *p.approach->straight_in;
+  const double begin = T - in.duration;
+  const Vector3d drift = (1 / written_mass(p.robot)) * p.momentum->linear;
+  const Vector3d com_at_start = written_com(p.robot, written_poses(p.robot, r, 0));
+
+  double worst_miss = 0, worst_angle = 0, worst_across = 0, worst_com = 0, worst_speed = 0, largest_speed = 0;
+  std::vector<double> before(p.grasps.size());  // distance from the grasp point one sample earlier
+  const std::size_t samples = r.series.time.size();
+  int begins = 0;
+  for (std::size_t k = 0; k < samples; ++k) {
+    const double t = r.series.time[k];
+    const auto poses = written_poses(p.robot, r, k);
+    worst_com = std::max(worst_com, norm(written_com(p.robot, poses) - com_at_start - t * drift));
+    if (t < begin - 1e-9) continue;
+    for (std::size_t i = 0; i < p.grasps.size(); ++i) {
+      const GraspSetup& grasp = p.grasps[i];
+      const GraspPoint& point = point_of(p, grasp);
+      const Posed X_WE = written_hand(p.robot, poses, grasp.end_effector);
+      const Posed X_WT = pose_at(r, "targets/" + grasp.target, k);
+      const Vector3d way = transposed_times(X_WT.R, X_WE.p - X_WT * point.X_TG.p);  // from the grasp point, in T
+      const double along = dot(way, *point.approach_direction);
+      worst_across = std::max(worst_across, norm(way - along * *point.approach_direction));
+      const EndEffectorSetup& hand = *std::find_if(p.robot.end_effectors.begin(), p.robot.end_effectors.end(),
+                                                   [&](const auto& e) { return e.name == grasp.end_effector; });
+      const Vector3d reach = X_WE.R * *hand.approach_axis, direction = X_WT.R * *point.approach_direction;
+      worst_angle = std::max(worst_angle, norm(cross(reach, direction)));
+      EXPECT_GT(dot(reach, direction), 0);
+      if (std::abs(t - begin) < 1e-9) {
+        EXPECT_NEAR(along, -in.stand_off, 1e-9);
+        ++begins;
+      }
+      if (k + 1 == samples) {
+        worst_miss = std::max(worst_miss, norm(way));
+        const double step = t - r.series.time[k - 1];
+        EXPECT_NEAR((along - before[i]) / step, in.final_speed, 0.01 * in.final_speed);  // 0.4 per cent: the jerk
+        const EndEffectorMotion& end = r.approach_end->end_effectors[i];
+        ASSERT_EQ(end.name, grasp.end_effector);
+        EXPECT_NEAR(end.miss_distance, norm(way), 1e-12);
+        worst_speed = std::max(worst_speed, norm(end.relative_velocity - in.final_speed * direction));
+        largest_speed = std::max(largest_speed, norm(end.velocity));
+      }
+      before[i] = along;
+    }
+  }
+  EXPECT_EQ(begins, static_cast<int>(p.grasps.size()));
+  EXPECT_LT(worst_miss, 1e-9);               // measured 9e-13
+  EXPECT_LT(worst_angle, 1e-9);              // measured 2e-12
+  EXPECT_LT(worst_across, 1e-9);             // measured 3e-12
+  EXPECT_LT(worst_com, 1e-10);               // measured 3e-16
+  EXPECT_LT(worst_speed, 1e-9);              // measured 2e-12
+  EXPECT_GT(largest_speed, in.final_speed);  // the grasp points move
+  std::printf(
+      "[ measured ] miss %.2g m, angle %.2g, across %.2g m, speed %.2g m/s, centre of mass %.2g m, hands at up to %.3f "
+      "m/s\n",
+      worst_miss, worst_angle, worst_across, worst_speed, worst_com, largest_speed);
+}
+
+// What cannot be done.
+
+CaptureResult failing(const std::string& name, const std::vector<Override>& overrides) {
+  const CaptureResult r = simulate_capture(load(name, overrides));
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  EXPECT_FALSE(r.captured());
+  EXPECT_FALSE(r.impact);
+  return r;
+}
+
+TEST(ExamplesOutOfReach, FailBeforeTheyMoveAndNameTheArm) {
+  const CaptureResult heavy =
+      failing("heavy-satellite-flat-spin", {{"targets.satellite.state.position", "[-0.3, 0.4, 9.9]"}});
+  EXPECT_NE(heavy.failure.find("end-effector 'hand' comes no closer than"), std::string::npos) << heavy.failure;
+  EXPECT_NE(heavy.failure.find("the arm is at most 5.354 m long"), std::string::npos) << heavy.failure;
+  // One of six.
+  const CaptureResult six = failing("six-arm-servicer", {{"targets.tank.state.position", "[1.9, 2.9, 0.333]"}});
+  EXPECT_NE(six.failure.find("end-effector 'hand-2' comes no closer than"), std::string::npos) << six.failure;
+  for (const char* other : {"'hand-1'", "'hand-3'", "'hand-4'", "'hand-5'", "'hand-6'"}) {
+    EXPECT_EQ(six.failure.find(other), std::string::npos) << six.failure;
+  }
+}
+
+// A shoulder that is slower than the swing asks of it: the physics is kept, the robot cannot do it.
+TEST(ExamplesWithASlowJoint, PassItsRateLimit) {
+  const CaptureResult r =
+      simulate_capture(load("dual-arm-tumbling-targets", {{"robot.links.arm-1-link-1.joint.limits.rate", "0.02"},
+                                                          {"approach.tracking", "{mode: ideal}"}}));
+  expect_passes(r);
+  EXPECT_TRUE(r.captured());
+  EXPECT_FALSE(r.ledger.feasible());
+  EXPECT_GT(row(r, "joint_rate_violation").value, 0.01);  // measured 0.038 rad/s
+  for (const LimitEvent& e : r.limit_events) EXPECT_EQ(e.joint, "arm-1-joint-1");
+}
+
+}  // namespace
+}  // namespace grapnel::testing
