@@ -6,8 +6,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "grapnel/capture/capture_goals.hpp"
 #include "grapnel/capture/flown_solution.hpp"
 #include "grapnel/capture/phase_setups.hpp"
+#include "grapnel/capture/problem_lookup.hpp"
 #include "grapnel/plan/reach.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
@@ -21,18 +23,6 @@ namespace {
 struct Unplannable : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-
-template <class Items>
-std::size_t index_of(const Items& items, const std::string& name) {
-  const auto at = std::find_if(items.begin(), items.end(), [&](const auto& x) { return x.name == name; });
-  return static_cast<std::size_t>(at - items.begin());
-}
-
-Goal::Orientation orientation_of(const GraspSetup& grasp) {
-  return grasp.orientation == GraspSetup::Orientation::axis   ? Goal::Orientation::axis
-         : grasp.orientation == GraspSetup::Orientation::pose ? Goal::Orientation::pose
-                                                              : Goal::Orientation::free;
-}
 
 const char* name_of(PlanSetup::Measure measure) {
   switch (measure) {
@@ -189,7 +179,7 @@ class Planner {
       g.frame = servicer_.model.frame_index(place.end_effector);
       g.name = place.end_effector;
       TargetMotion frame{Posed::identity(), Twistd::zero()};
-      if (!place.target.empty()) frame = target_at(index_of(problem_.targets, place.target), w.time);
+      if (!place.target.empty()) frame = target_at(target_index(problem_, place.target), w.time);
       g.X_WG = frame.X_WT * Posed{Rotationd::identity(), place.position};
       g.V_WG = shift(frame.V_WT, frame.X_WT.R * place.position);
       g.V_WG.linear += frame.X_WT.R * place.velocity;
@@ -209,48 +199,8 @@ class Planner {
 
   // --- The final leg ------------------------------------------------------------------------------------------------
 
-  std::vector<Goal> capture_goals() const {
-    std::vector<Goal> goals;
-    for (const GraspSetup& grasp : problem_.grasps) {
-      const std::size_t t = index_of(problem_.targets, grasp.target);
-      const GraspPoint& point =
-          problem_.targets[t].grasp_points[index_of(problem_.targets[t].grasp_points, grasp.grasp_point)];
-      const TargetMotion& at = targets_.capture[t];
-      Goal g;
-      g.frame = servicer_.model.frame_index(grasp.end_effector);
-      g.name = grasp.end_effector;
-      g.X_WG = at.X_WT * point.X_TG;
-      g.V_WG = shift(at.V_WT, at.X_WT.R * point.X_TG.p);
-      g.orientation = orientation_of(grasp);
-      if (point.approach_direction) g.direction_W = at.X_WT.R * *point.approach_direction;
-      g.axis_E = approach_axis(grasp);
-      goals.push_back(g);
-    }
-    return goals;
-  }
-
-  Vector3d approach_axis(const GraspSetup& grasp) const {
-    const EndEffectorSetup& e =
-        problem_.robot.end_effectors[index_of(problem_.robot.end_effectors, grasp.end_effector)];
-    return e.approach_axis.value_or(Vector3d{1, 0, 0});
-  }
-
-  RateDemand demand() const {
-    if (approach_.final_rates) return RateDemand::given;
-    if (!approach_.match) return approach_.plan ? RateDemand::twist : RateDemand::given;
-    switch (*approach_.match) {
-      case RateMatch::velocity:
-        return RateDemand::velocity;
-      case RateMatch::twist:
-        return RateDemand::twist;
-      case RateMatch::velocity_least_rates:
-        break;
-    }
-    return RateDemand::linear;
-  }
-
   void final_leg(double end) {
-    ReachProblem reach = reach_to(end, capture_goals(), demand());
+    ReachProblem reach = reach_to(end, capture_goals(problem_, servicer_.model, targets_), rate_demand(approach_));
     if (approach_.final_rates) reach.given_rates = *approach_.final_rates;
     std::vector<double> position = approach_.final_position, rate;
     if (approach_.plan) {
@@ -430,14 +380,7 @@ class Planner {
       const TargetMotion at = target_at(t, begin);
       in.targets.push_back({at.X_WT, at.V_WT, problem_.targets[t].com, problem_.targets[t].inertia});
     }
-    for (const GraspSetup& grasp : problem_.grasps) {
-      const std::size_t t = index_of(problem_.targets, grasp.target);
-      const GraspPoint& point =
-          problem_.targets[t].grasp_points[index_of(problem_.targets[t].grasp_points, grasp.grasp_point)];
-      in.goals.push_back({servicer_.model.frame_index(grasp.end_effector), grasp.end_effector, static_cast<int>(t),
-                          point.X_TG, point.approach_direction.value_or(Vector3d{1, 0, 0}), orientation_of(grasp),
-                          approach_axis(grasp)});
-    }
+    in.goals = straight_goals(problem_, servicer_.model);
     ReachProblem reach = reach_to(begin, goals_at(in, in.targets, setup.stand_off, 0), RateDemand::task);
     set_search(reach);
     const ReachSolution s = solve(reach, ", stand-off");

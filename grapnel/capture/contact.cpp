@@ -2,35 +2,24 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include "grapnel/capture/problem_lookup.hpp"
 
 namespace grapnel {
-namespace {
-
-std::size_t target_index(const CaptureProblem& problem, const std::string& name) {
-  return static_cast<std::size_t>(std::find_if(problem.targets.begin(), problem.targets.end(),
-                                               [&](const TargetSetup& t) { return t.name == name; }) -
-                                  problem.targets.begin());
-}
-
-}  // namespace
 
 std::vector<GraspGap> grasp_gaps(const CaptureProblem& problem, const CaptureSystem& system,
                                  const Kinematics& kinematics) {
   std::vector<GraspGap> gaps;
   for (const GraspSetup& g : problem.grasps) {
     const std::size_t at = target_index(problem, g.target);
-    const TargetSetup& target = problem.targets[at];
-    const auto point = std::find_if(target.grasp_points.begin(), target.grasp_points.end(),
-                                    [&](const GraspPoint& p) { return p.name == g.grasp_point; });
+    const GraspPoint& point = grasp_point_of(problem, g);
     const int frame = system.model.frame_index(g.end_effector);
     const Posed X_WT = frame_pose(system.model, kinematics, system.target_frames[at]);
     const Twistd V_WT = frame_twist(system.model, kinematics, system.target_frames[at]);
     GraspGap gap;
     gap.X_WE = frame_pose(system.model, kinematics, frame);
     gap.V_WE = frame_twist(system.model, kinematics, frame);
-    gap.X_WG = X_WT * point->X_TG;
-    gap.V_WG = shift(V_WT, X_WT.R * point->X_TG.p);
+    gap.X_WG = X_WT * point.X_TG;
+    gap.V_WG = shift(V_WT, X_WT.R * point.X_TG.p);
     gap.distance = norm(gap.X_WE.p - gap.X_WG.p);
     gap.angle = rotation_angle(transpose(gap.X_WG.R) * gap.X_WE.R);
     gaps.push_back(gap);

@@ -3,21 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+
+#include "grapnel/capture/problem_lookup.hpp"
 
 namespace grapnel {
 namespace {
-
-const EndEffectorSetup& end_effector(const CaptureProblem& problem, const GraspSetup& grasp) {
-  return *std::find_if(problem.robot.end_effectors.begin(), problem.robot.end_effectors.end(),
-                       [&](const EndEffectorSetup& e) { return e.name == grasp.end_effector; });
-}
-
-const GraspPoint& grasp_point(const CaptureProblem& problem, const GraspSetup& grasp) {
-  const TargetSetup& target = *std::find_if(problem.targets.begin(), problem.targets.end(),
-                                            [&](const TargetSetup& t) { return t.name == grasp.target; });
-  return *std::find_if(target.grasp_points.begin(), target.grasp_points.end(),
-                       [&](const GraspPoint& p) { return p.name == grasp.grasp_point; });
-}
 
 // One tolerance: its name, the deviation, what is allowed, the unit.
 struct Item {
@@ -45,10 +36,10 @@ std::vector<GraspDeviation> grasp_deviations(const CaptureProblem& problem, cons
     d.position = gap.distance;
     if (grasp.orientation == GraspSetup::Orientation::pose) d.angle = gap.angle;
     if (grasp.orientation == GraspSetup::Orientation::axis) {
-      const GraspPoint& point = grasp_point(problem, grasp);
+      const GraspPoint& point = grasp_point_of(problem, grasp);
       // The direction is given in the target's frame, the gap knows the grasp point's.
       const Vector3d direction_W = gap.X_WG.R * transposed_times(point.X_TG.R, *point.approach_direction);
-      const Vector3d axis_W = gap.X_WE.R * *end_effector(problem, grasp).approach_axis;
+      const Vector3d axis_W = gap.X_WE.R * *end_effector_of(problem, grasp).approach_axis;
       d.angle = rotation_angle(rotation_between(direction_W, axis_W));
     }
     d.velocity = norm(gap.V_WE.linear - gap.V_WG.linear);
@@ -70,7 +61,7 @@ std::vector<GripDecision> decide_grips(const CaptureProblem& problem, const Capt
   const std::vector<GraspDeviation> deviations = grasp_deviations(problem, system, kinematics);
   std::vector<GripDecision> decisions;
   for (std::size_t i = 0; i < deviations.size(); ++i) {
-    const std::optional<CaptureEnvelope>& envelope = end_effector(problem, problem.grasps[i]).envelope;
+    const std::optional<CaptureEnvelope>& envelope = end_effector_of(problem, problem.grasps[i]).envelope;
     GripDecision decision{true, {}, deviations[i]};
     if (!envelope) {
       decision.reason = "the end-effector has no envelope: it holds whatever it meets";
@@ -96,7 +87,7 @@ double largest_excess(const CaptureProblem& problem, const CaptureSystem& system
   const std::vector<GraspDeviation> deviations = grasp_deviations(problem, system, kinematics);
   double excess = -1;
   for (std::size_t i = 0; i < deviations.size(); ++i) {
-    excess = std::max(excess, envelope_excess(end_effector(problem, problem.grasps[i]).envelope, deviations[i]));
+    excess = std::max(excess, envelope_excess(end_effector_of(problem, problem.grasps[i]).envelope, deviations[i]));
   }
   return excess;
 }

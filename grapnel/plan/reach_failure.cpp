@@ -169,6 +169,7 @@ std::string at_limits(const FloatingBase& base, const ReachProblem& problem, con
 
 std::string cause(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB, const Arm& arm, const Goal& goal,
                   const std::vector<double>& theta, const Nearest& nearest) {
+  if (arm.joints.empty()) return "no joint moves it against the base";
   if (std::string text = beyond_reach(base, X_WB, goal); !text.empty()) return text;
   const Eigen::VectorXd gradient = nearest.J.transpose() * nearest.error;
   if (std::string text = at_limits(base, problem, arm, theta, gradient); !text.empty()) return text;

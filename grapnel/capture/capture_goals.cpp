@@ -1,0 +1,65 @@
+#include "grapnel/capture/capture_goals.hpp"
+
+#include "grapnel/capture/problem_lookup.hpp"
+
+namespace grapnel {
+namespace {
+
+Goal::Orientation orientation_of(const GraspSetup& grasp) {
+  return grasp.orientation == GraspSetup::Orientation::axis   ? Goal::Orientation::axis
+         : grasp.orientation == GraspSetup::Orientation::pose ? Goal::Orientation::pose
+                                                              : Goal::Orientation::free;
+}
+
+// Read only where an orientation by axis asks for it, and then it is there.
+Vector3d approach_axis(const CaptureProblem& problem, const GraspSetup& grasp) {
+  return end_effector_of(problem, grasp).approach_axis.value_or(Vector3d{1, 0, 0});
+}
+
+}  // namespace
+
+std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& model, const TargetPlan& targets) {
+  std::vector<Goal> goals;
+  for (const GraspSetup& grasp : problem.grasps) {
+    const GraspPoint& point = grasp_point_of(problem, grasp);
+    const TargetMotion& at = targets.capture[target_index(problem, grasp.target)];
+    Goal g;
+    g.frame = model.frame_index(grasp.end_effector);
+    g.name = grasp.end_effector;
+    g.X_WG = at.X_WT * point.X_TG;
+    g.V_WG = shift(at.V_WT, at.X_WT.R * point.X_TG.p);
+    g.orientation = orientation_of(grasp);
+    if (point.approach_direction) g.direction_W = at.X_WT.R * *point.approach_direction;
+    g.axis_E = approach_axis(problem, grasp);
+    goals.push_back(g);
+  }
+  return goals;
+}
+
+std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Model& model) {
+  std::vector<StraightGoal> goals;
+  for (const GraspSetup& grasp : problem.grasps) {
+    const GraspPoint& point = grasp_point_of(problem, grasp);
+    goals.push_back({model.frame_index(grasp.end_effector), grasp.end_effector,
+                     static_cast<int>(target_index(problem, grasp.target)), point.X_TG,
+                     point.approach_direction.value_or(Vector3d{1, 0, 0}), orientation_of(grasp),
+                     approach_axis(problem, grasp)});
+  }
+  return goals;
+}
+
+RateDemand rate_demand(const ApproachSetup& approach) {
+  if (approach.final_rates) return RateDemand::given;
+  if (!approach.match) return approach.plan ? RateDemand::twist : RateDemand::given;
+  switch (*approach.match) {
+    case RateMatch::velocity:
+      return RateDemand::velocity;
+    case RateMatch::twist:
+      return RateDemand::twist;
+    case RateMatch::velocity_least_rates:
+      break;
+  }
+  return RateDemand::linear;
+}
+
+}  // namespace grapnel
