@@ -7,6 +7,7 @@
 namespace grapnel::bench {
 
 void register_dynamics();
+void register_plan();
 void register_mujoco();  // where MuJoCo was found
 
 }  // namespace grapnel::bench

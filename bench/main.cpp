@@ -86,6 +86,7 @@ int main(int argc, char** argv) {
   benchmark::Initialize(&count, arguments.data());
   if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
   grapnel::bench::register_dynamics();
+  grapnel::bench::register_plan();
 #ifdef GRAPNEL_BENCH_MUJOCO
   grapnel::bench::register_mujoco();
 #endif
