@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "grapnel/capture/capture_goals.hpp"
@@ -206,11 +207,12 @@ class Planner {
     if (approach_.plan) {
       set_search(reach);
       ReachSolution s = solve(reach, "");
-      if (disturbed()) s = allow_for_disturbance(reach, s, "");
+      if (s.approximate) warn_of_approximation(reach, s);
+      if (disturbed() && !s.approximate) s = allow_for_disturbance(reach, s, "");
       report(reach, s);
       position = s.position, rate = s.rate;
       warn_of_unmet(s.unmet_rate, rate);
-      warn_of_rates(rate);
+      warn_of_rates(rate, end);
     } else {
       rate = settled_rates(reach, position);
       if (disturbed() && reach.demand != RateDemand::given) rate = disturbed_rates(reach, position, rate);
@@ -232,7 +234,7 @@ class Planner {
           "singularity of the generalized Jacobian");
     }
     warn_of_unmet(shot.unmet, shot.rate);
-    warn_of_rates(shot.rate);
+    warn_of_rates(shot.rate, reach.start.end);
     plan_.report.unmet_rate = shot.unmet;
     return shot.rate;
   }
@@ -247,23 +249,37 @@ class Planner {
                     unmet));
   }
 
-  // Rates that no joint can have, or that no arm should.
-  void warn_of_rates(const std::vector<double>& rates) {
-    constexpr double kWild = 50;  // of rate times duration: several turns back and forth [rad or m]
+  void warn_of_approximation(const ReachProblem& reach, const ReachSolution& s) {
+    for (std::size_t i = 0; i < reach.goals.size(); ++i) {
+      if (s.miss[i].distance <= kArrived && s.miss[i].angle <= kArrived) continue;
+      plan_.warnings.push_back(fmt::format(
+          "approach: no exact solution for end-effector '{}'; the plan leaves {:.3g} m and {:.3g} rad, within "
+          "half its envelope (its joints, with the base they turn, cannot do more)",
+          reach.goals[i].name, s.miss[i].distance, s.miss[i].angle));
+    }
+  }
+
+  // Rates that no joint can have, or that make it swing on its way. Before the final leg is added to the plan.
+  void warn_of_rates(const std::vector<double>& rates, double end) {
+    constexpr double kSwing = 0.19;                 // of rate times duration: the largest |e(x)| of (6.1)
+    constexpr double kWide = 2 * std::numbers::pi;  // [rad or m]
+    std::size_t widest = 0;
+    double swing = 0;
     for (std::size_t j = 0; j < rates.size(); ++j) {
-      const double rate = std::abs(rates[j]);
-      if (rate > rate_limit_[j]) {
+      if (std::abs(rates[j]) > rate_limit_[j]) {
         plan_.warnings.push_back(fmt::format(
             "approach: the demanded final motion takes a rate of {:.4g} at joint '{}', whose limit is {:.4g}{}",
             rates[j], plan_.report.joints[j], rate_limit_[j],
             approach_.plan ? "; no solution within the rate limits was found" : ""));
-      } else if (rate * approach_.duration > kWild) {
-        plan_.warnings.push_back(
-            fmt::format("approach: the demanded final motion takes a rate of {:.4g} at joint '{}': the final "
-                        "configuration is near a singularity of the generalized Jacobian",
-                        rates[j], plan_.report.joints[j]));
       }
+      const double out = kSwing * std::abs(rates[j]) * (end - time_);
+      if (out > swing) swing = out, widest = j;
     }
+    if (swing <= kWide) return;
+    plan_.warnings.push_back(fmt::format(
+        "approach: joints swing out on the way for the rates that they are to end with, '{}' by about {:.3g} "
+        "(rad or m) for {:.4g} on a leg of {:.4g} s; a shorter last leg (waypoints, straight_in) swings less",
+        plan_.report.joints[widest], swing, rates[widest], end - time_));
   }
 
   // --- What the momentum integral does not know ---------------------------------------------------------------------

@@ -1,5 +1,7 @@
 #include "grapnel/capture/capture_goals.hpp"
 
+#include <cmath>
+
 #include "grapnel/capture/problem_lookup.hpp"
 
 namespace grapnel {
@@ -31,6 +33,11 @@ std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& mode
     g.orientation = orientation_of(grasp);
     if (point.approach_direction) g.direction_W = at.X_WT.R * *point.approach_direction;
     g.axis_E = approach_axis(problem, grasp);
+    // Half of what the gripper can do is left for the control.
+    if (const auto& envelope = end_effector_of(problem, grasp).envelope) {
+      g.accepted_distance = std::isfinite(envelope->position) ? 0.5 * envelope->position : 0;
+      g.accepted_angle = std::isfinite(envelope->angle) ? 0.5 * envelope->angle : 0;
+    }
     goals.push_back(g);
   }
   return goals;

@@ -183,7 +183,13 @@ class Run {
   void impact() {
     recorder_.begin_phase("contact");
     const Contact contact = make_contact(gripped_, system_, state_);
-    if (!contact.refused.empty()) throw Failure("contact refused: " + contact.refused);
+    if (!contact.refused.empty()) {
+      for (GripOutcome& grip : result_.grips) {
+        grip.captured = false;
+        grip.reason = "contact refused: " + contact.refused;
+      }
+      throw Failure("contact refused: " + contact.refused);
+    }
     if (problem_.approach) bookkeeper_.enter(momentum_about_origin(contact.state) - momentum_about_origin(state_));
     state_ = contact.state;
     sample_contact();
@@ -217,8 +223,16 @@ class Run {
     const Kinematics k0 = forward_kinematics(system_.model, before), k1 = forward_kinematics(system_.model, state_);
     report.kinetic_energy_before = kinetic_energy(system_.model, k0, before);
     report.kinetic_energy_after = kinetic_energy(system_.model, k1, state_);
+    // The grips pass on what their targets take up; a target's frame is at its contact point now.
+    const std::vector<Impulsed> through = joint_impulses(system_.model, before, state_, {});
+    for (const GraspSetup& g : gripped_.grasps) {
+      const Impulsed& on_target = through[system_.model.body_index(target_body_name(g.target))];
+      report.grasps.push_back({g.end_effector, g.target, -on_target.linear, -on_target.angular});
+    }
+    const Twistd jump = k1.V_WB[system_.base] - k0.V_WB[system_.base];
+    report.base_velocity_change = jump.linear;
+    report.base_angular_velocity_change = jump.angular;
     if (!system_.model.has_free_root(system_.base)) {
-      const std::vector<Impulsed> through = joint_impulses(system_.model, before, state_, {});
       const Impulsed ground = shift(through[system_.base], -k0.X_WB[system_.base].p);
       bookkeeper_.enter({ground.angular, ground.linear});
     }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/capture/problem_lookup.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -90,6 +92,12 @@ void Watches::write(CaptureResult& result) {
   for (ClearanceEvent e : clearance_.events()) {
     e.least.body_a = shown_name(e.least.body_a), e.least.body_b = shown_name(e.least.body_b);
     result.clearance_events.push_back(e);
+  }
+  for (const GraspSetup& g : problem_.grasps) {
+    result.clearance_unwatched.emplace_back(end_effector_of(problem_, g).body, g.target);
+  }
+  for (const auto& [a, b] : problem_.clearance.ignore) {
+    result.clearance_unwatched.emplace_back(shown_name(a), shown_name(b));
   }
   result.limit_events = limit_events_;
   const auto excess = [&](LimitKind kind) {

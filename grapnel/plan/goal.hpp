@@ -19,6 +19,9 @@ struct Goal {
   Orientation orientation = Orientation::free;
   Vector3d axis_E{1, 0, 0};
   Vector3d direction_W{1, 0, 0};
+  /// Where no exact solution is found, the closest attempt will do if it leaves no more than this; 0: it will not.
+  double accepted_distance = 0;  // [m]
+  double accepted_angle = 0;     // [rad]
 };
 
 /// What the end-effectors' motion at the end is to be, as rows of a twist relation J_g theta_dot = demand.

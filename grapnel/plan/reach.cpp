@@ -123,9 +123,25 @@ class Search {
     return good != within_rate_limits(b) ? good : measure(a) < measure(b);
   }
 
+  // Whether an attempt that does not arrive leaves no more than each goal accepts.
+  bool is_acceptable(const Shot& shot) const {
+    if (!shot.valid) return false;
+    const std::vector<GoalMiss> miss = misses(problem_.goals, shot.error);
+    for (std::size_t i = 0; i < miss.size(); ++i) {
+      const Goal& g = problem_.goals[i];
+      if (miss[i].distance > std::max(kArrived, g.accepted_distance)) return false;
+      if (miss[i].angle > std::max(kArrived, g.accepted_angle)) return false;
+    }
+    return true;
+  }
+
   // The best of the solutions, each made better within what the goals leave free.
   void choose() {
     result_.solutions = static_cast<int>(solutions_.size());
+    if (solutions_.empty() && is_acceptable(closest_)) {
+      solutions_.push_back(closest_);
+      result_.approximate = true;
+    }
     result_.found = !solutions_.empty();
     if (!result_.found) {
       take(closest_);
@@ -137,7 +153,7 @@ class Search {
     std::stable_sort(solutions_.begin(), solutions_.end(),
                      [&](const Shot& a, const Shot& b) { return is_better(a, b); });
     Shot best = solutions_.front();
-    if (problem_.measure.kind() != Measure::Kind::as_found) {
+    if (problem_.measure.kind() != Measure::Kind::as_found && !result_.approximate) {
       constexpr std::size_t kImproved = 2;
       for (std::size_t i = 0; i < std::min(kImproved, solutions_.size()); ++i) {
         const std::optional<Shot> better = newton(best_near(base_, problem_, shooting_, solutions_[i]));

@@ -49,6 +49,7 @@ struct GoalMiss {
 
 struct ReachSolution {
   bool found = false;
+  bool approximate = false;            // found only to what the goals accept
   std::vector<double> position, rate;  // final, per joint; of the closest attempt if not found
   Posed X_WB = Posed::identity();      // of the base at the end
   std::vector<GoalMiss> miss;          // per goal

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <nlopt.hpp>
 #include <numbers>
 #include <random>
@@ -224,10 +225,12 @@ Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const S
     }
   }
   if (failure.text.empty()) {
+    constexpr double kUnknown = std::numeric_limits<double>::infinity();
+    failure.miss.assign(problem.goals.size(), {kUnknown, kUnknown});
     if (closest.valid) failure.miss = misses(problem.goals, closest.error);
     failure.text = fmt::format(
         "every arm by itself reaches its point, but no motion was found from {} beginnings that brings all there with "
-        "the demanded final motion; a longer duration, other final_rates, or more approach.plan.starts may help",
+        "the demanded final motion; another duration, other final_rates, or more approach.plan.starts may help",
         problem.starts);
   }
   return failure;

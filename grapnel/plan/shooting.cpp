@@ -9,8 +9,9 @@ namespace {
 
 // The base's motion is integrated this well; positions come out to about 1e-12 m.
 constexpr double kRelativeTolerance = 1e-12, kAbsoluteTolerance = 1e-14;
-// Rates at the end that turn a joint this far within the leg are no plan, and cost endless steps [rad or m].
-constexpr double kWildest = 200;
+// Faster rates at the end, that would turn a joint this far within the leg, are no plan and cost endless steps.
+constexpr double kFast = 1;       // [rad/s or m/s]
+constexpr double kWildest = 200;  // [rad or m]
 // Steps of the central differences of rho: it is cheap, smooth and of order one.
 constexpr double kStep = 1e-5;
 
@@ -83,7 +84,8 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
     const Eigen::VectorXd wanted = rho(end.X_WB, &shot.unmet);
     const Eigen::VectorXd gap = wanted - Eigen::Map<const Eigen::VectorXd>(shot.rate.data(), n);
     if (!gap.allFinite()) return shot;
-    if (wanted.lpNorm<Eigen::Infinity>() * (problem_.start.end - problem_.start.begin) > kWildest) return shot;
+    const double fastest = wanted.lpNorm<Eigen::Infinity>();
+    if (fastest > kFast && fastest * (problem_.start.end - problem_.start.begin) > kWildest) return shot;
     const double size = gap.lpNorm<Eigen::Infinity>(), scale = std::max(1.0, wanted.lpNorm<Eigen::Infinity>());
     rho_xi = rho_per_displacement(end.X_WB);
     if (size <= 1e-13 * scale || (size <= 1e-10 * scale && size > 0.3 * last)) break;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "grapnel/clearance/clearance_result.hpp"
@@ -115,11 +116,20 @@ struct AsPublished {
 };
 
 /// Joints locked at once after the grip: a second impulse with its own books.
+struct BrakeGrip {
+  std::string end_effector;
+  std::string target;
+  Vector3d impulse;          // that the grip passes on because of the brake, on the robot at the contact point [N s]
+  Vector3d angular_impulse;  // about the contact point [N m s]
+};
 struct BrakeReport {
   std::vector<std::string> joints;
   std::vector<double> impulse;  // [N m s or N s] per joint
   double kinetic_energy_before = 0;
   double kinetic_energy_after = 0;
+  std::vector<BrakeGrip> grasps;
+  Vector3d base_velocity_change = Vector3d::zero();          // by the brake alone [m/s]
+  Vector3d base_angular_velocity_change = Vector3d::zero();  // [rad/s]
 };
 
 struct ImpactReport {
@@ -174,6 +184,7 @@ struct CaptureResult {
   std::optional<PhaseEnd> post_impact_end;
   std::vector<LeastClearance> clearance;  // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
+  std::vector<std::pair<std::string, std::string>> clearance_unwatched;  // hand and target of each grasp; ignored pairs
   std::vector<LimitEvent> limit_events;
   Ledger ledger;
   std::vector<PhaseCost> cost;

@@ -22,6 +22,7 @@ Json to_json(const AsPublished::Grasp& grasp);
 Json to_json(const BodyMotion& body);
 Json to_json(const PhaseCost& cost);
 Json to_json(const GripOutcome& grip);
+Json to_json(const BrakeGrip& grip);
 Json to_json(const LeastClearance& least);
 Json to_json(const ClearanceEvent& event);
 Json to_json(const LimitEvent& event);
@@ -114,7 +115,10 @@ Json to_json(const BrakeReport& brake) {
   return {{"joints", brake.joints},
           {"impulse", brake.impulse},
           {"kinetic_energy_before", brake.kinetic_energy_before},
-          {"kinetic_energy_after", brake.kinetic_energy_after}};
+          {"kinetic_energy_after", brake.kinetic_energy_after},
+          {"grasps", list(brake.grasps)},
+          {"base_velocity_change", to_json(brake.base_velocity_change)},
+          {"base_angular_velocity_change", to_json(brake.base_angular_velocity_change)}};
 }
 
 Json to_json(const ImpactReport& impact) {
@@ -168,6 +172,14 @@ Json to_json(const PhaseCost& cost) {
           {"rhs_evaluations", cost.rhs_evaluations},
           {"steps", cost.steps},
           {"rejected", cost.rejected}};
+}
+
+Json to_json(const BrakeGrip& grip) {
+  return {{"end_effector", grip.end_effector},
+          {"target", grip.target},
+          {"impulse", to_json(grip.impulse)},
+          {"angular_impulse", to_json(grip.angular_impulse)},
+          {"impulse_magnitude", norm(grip.impulse)}};
 }
 
 Json to_json(const GripOutcome& grip) {
@@ -273,8 +285,12 @@ Json document(const CaptureResult& result, std::string_view version) {
   if (!result.clearance.empty()) {
     const auto least = std::min_element(result.clearance.begin(), result.clearance.end(),
                                         [](const auto& a, const auto& b) { return a.distance < b.distance; });
-    json["clearance"] = {
-        {"least", to_json(*least)}, {"phases", list(result.clearance)}, {"events", list(result.clearance_events)}};
+    Json unwatched = Json::array();
+    for (const auto& [a, b] : result.clearance_unwatched) unwatched.push_back({a, b});
+    json["clearance"] = {{"unwatched", unwatched},
+                         {"least", to_json(*least)},
+                         {"phases", list(result.clearance)},
+                         {"events", list(result.clearance_events)}};
   }
   json["limits"]["events"] = list(result.limit_events);
   json["ledger"] = to_json(result.ledger);

@@ -166,5 +166,30 @@ TEST(Reactions, BaseReceivesWhatChangesItsMomentum) {
   }
 }
 
+// What the target takes up between the two samples of contact has come through its grip: at the impact and by the
+// brake.
+TEST(Braked, TheGripsPassOnWhatTheTargetsTakeUp) {
+  CaptureProblem p = thesis_case();
+  p.contact.gap = ContactSetup::Gap::weld_as_found;
+  p.post_impact.emplace();
+  p.post_impact->duration = 1;
+  p.post_impact->joints = PostImpactSetup::Joints::braked;
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  ASSERT_TRUE(r.impact && r.impact->brake);
+  ASSERT_EQ(r.impact->brake->grasps.size(), 2u);
+  const std::size_t s = first_sample(r, "contact");
+  for (int i = 0; i < 2; ++i) {
+    const std::string path = "targets/target-" + std::to_string(i + 1) + "/linear_momentum";
+    const Vector3d gained = vector_at(r, path, s + 1) - vector_at(r, path, s);
+    const Vector3d passed = r.impact->grasps[i].impulse + r.impact->brake->grasps[i].impulse;
+    EXPECT_GT(norm(r.impact->brake->grasps[i].impulse), 1e-2);
+    EXPECT_LT(norm(gained + passed), 1e-12);  // on the robot, so opposite; measured 1e-15
+  }
+  const Vector3d change = vector_at(r, "base/angular_velocity", s + 1) - vector_at(r, "base/angular_velocity", s);
+  EXPECT_LT(norm(change - r.impact->base_angular_velocity_change - r.impact->brake->base_angular_velocity_change),
+            1e-14);
+}
+
 }  // namespace
 }  // namespace grapnel::testing

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "capture/capture_case.hpp"
 #include "grapnel/capture/target_motion.hpp"
@@ -76,6 +77,22 @@ TEST(Matching, SaysWhatNoRatesCanGive) {
   ASSERT_EQ(r.warnings.size(), 1u);
   EXPECT_NE(r.warnings[0].find("no joint rates give the end-effectors the demanded motion"), std::string::npos);
   EXPECT_NE(r.warnings[0].find("0.03"), std::string::npos) << r.warnings[0];
+}
+
+// A slow final spin on a long leg makes joints swing by many turns: a strange motion, but one that there is.
+TEST(Planning, LongLegsArriveAndSayThatJointsSwing) {
+  CaptureProblem p = thesis_case();
+  p.approach->duration = 1000;
+  p.approach->match = RateMatch::twist;
+  p.approach->final_position.clear();
+  p.approach->plan.emplace();
+  p.approach->plan->starts = 1;
+  p.output_interval = 100;
+  const CaptureResult r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  for (const EndEffectorMotion& e : r.approach_end->end_effectors) EXPECT_LT(e.miss_distance, 1e-9);
+  ASSERT_EQ(r.warnings.size(), 1u);
+  EXPECT_NE(r.warnings[0].find("joints swing out on the way"), std::string::npos) << r.warnings[0];
 }
 
 TEST(InitialMotion, MomentumIsTheOneGiven) {

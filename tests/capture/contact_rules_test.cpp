@@ -73,6 +73,8 @@ TEST(Refuse, SaysByHowMuchAndKeepsTheApproach) {
   EXPECT_EQ(r.failure,
             std::string("contact refused: end-effector 'tip-1' misses grasp point 'grip' of target 'target-1' by ") +
                 number + " m; contact.limit is 0.08 m");
+  EXPECT_FALSE(r.captured());
+  EXPECT_EQ(r.grips.at(0).reason, r.failure);
   EXPECT_FALSE(r.impact);
   EXPECT_FALSE(r.post_impact_end);
   EXPECT_EQ(r.series.time.back(), 20);

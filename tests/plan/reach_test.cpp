@@ -175,6 +175,23 @@ TEST(ThesisPlan, NamesTheDirectionThatIsNotThere) {
       << r.failure;
 }
 
+// A hand 0.02 m out of its arm's plane: no solution, but the closest attempt will do for a goal that accepts as much.
+TEST(ThesisPlan, TakesWhatAGoalAccepts) {
+  const Servicer s = thesis_servicer();
+  FloatingBase base(s.model, true);
+  ReachProblem p = thesis_problem(s, RateDemand::velocity);
+  p.goals[1].X_WG.p[2] = 0.02;
+  p.starts = 1;
+  p.goals[1].accepted_distance = 0.0199;
+  EXPECT_FALSE(plan_reach(base, p).found);
+  p.goals[0].accepted_distance = p.goals[1].accepted_distance = 0.2;
+  const ReachSolution r = plan_reach(base, p);
+  EXPECT_TRUE(r.found);
+  EXPECT_TRUE(r.approximate);
+  EXPECT_LE(r.miss[1].distance, 0.2);
+  EXPECT_GE(r.miss[1].distance, 0.02);
+}
+
 // Goals from a flight, so that a solution exists; the search starts away from it, or anywhere.
 TEST(RandomPlan, FindsWhatAFlightHasReached) {
   Worst worst("position error of planned random robots [m]");

@@ -93,7 +93,9 @@ ImpactReport impact() {
   published.relative_linear_momentum_error = next();
   published.relative_angular_momentum_error = next();
   report.as_published = published;
-  report.brake = BrakeReport{{"left-1", "right-1"}, {next(), next()}, next(), next()};
+  report.brake = BrakeReport{
+      {"left-1", "right-1"}, {next(), next()}, next(), next(), {{"left", "debris", next_vector(), next_vector()}},
+      next_vector(),         next_vector()};
   return report;
 }
 
@@ -135,6 +137,7 @@ CaptureResult sample_result() {
   result.clearance = {{0.25, "left_link", "debris", next_vector(), next_vector(), 12, "approach"},
                       {-0.05, "base", "debris", next_vector(), next_vector(), 33, "post_impact"}};
   result.clearance_events = {{"post_impact", 32, 34, 0, result.clearance[1]}};
+  result.clearance_unwatched = {{"left_link", "debris"}};
   result.limit_events = {{LimitKind::rate, "left-1", "approach", 3, 4, -0.3, 3.5, -0.2}};
   result.impact = impact();
   result.post_impact_end = phase_end(70);

@@ -60,7 +60,12 @@ TEST(Summary, HasEveryKeyOfTheContract) {
   expect_keys(impact["joints"][0], {"joint", "body", "impulse", "angular_impulse", "along_axis"}, "impact.joints[]");
   expect_keys(impact["base_reaction"], {"impulse", "angular_impulse"}, "impact.base_reaction");
   expect_keys(impact["targets_before"][0], kBody, "impact.targets_before[]");
-  expect_keys(impact["brake"], {"joints", "impulse", "kinetic_energy_before", "kinetic_energy_after"}, "impact.brake");
+  expect_keys(impact["brake"],
+              {"joints", "impulse", "kinetic_energy_before", "kinetic_energy_after", "grasps", "base_velocity_change",
+               "base_angular_velocity_change"},
+              "impact.brake");
+  expect_keys(impact["brake"]["grasps"][0],
+              {"end_effector", "target", "impulse", "angular_impulse", "impulse_magnitude"}, "impact.brake.grasps[]");
 }
 
 TEST(Summary, HasPlanCaptureClearanceAndLimits) {
@@ -86,7 +91,7 @@ TEST(Summary, HasPlanCaptureClearanceAndLimits) {
   EXPECT_EQ(capture["grasps"][0]["captured"], true);
   EXPECT_EQ(capture["grasps"][1]["reason"], "outside the envelope");
   const json& clearance = summary["clearance"];
-  expect_keys(clearance, {"least", "phases", "events"}, "clearance");
+  expect_keys(clearance, {"unwatched", "least", "phases", "events"}, "clearance");
   EXPECT_EQ(clearance["least"]["distance"], -0.05);
   EXPECT_EQ(clearance["least"]["bodies"], (std::vector<std::string>{"base", "debris"}));
   expect_keys(clearance["phases"][0], {"phase", "distance", "bodies", "points", "time"}, "clearance.phases[]");
