@@ -69,4 +69,36 @@ RateDemand rate_demand(const ApproachSetup& approach) {
   return RateDemand::linear;
 }
 
+const char* name_of(PlanSetup::Measure measure) {
+  switch (measure) {
+    case PlanSetup::Measure::excursion:
+      return "excursion";
+    case PlanSetup::Measure::nearest:
+      return "nearest";
+    case PlanSetup::Measure::limits:
+      return "limits";
+    case PlanSetup::Measure::manipulability:
+      return "manipulability";
+    case PlanSetup::Measure::as_found:
+      break;
+  }
+  return "as_found";
+}
+
+Measure::Kind kind_of(PlanSetup::Measure measure) {
+  switch (measure) {
+    case PlanSetup::Measure::excursion:
+      return Measure::Kind::excursion;
+    case PlanSetup::Measure::nearest:
+      return Measure::Kind::nearest;
+    case PlanSetup::Measure::limits:
+      return Measure::Kind::limits;
+    case PlanSetup::Measure::manipulability:
+      return Measure::Kind::manipulability;
+    case PlanSetup::Measure::as_found:
+      break;
+  }
+  return Measure::Kind::as_found;
+}
+
 }  // namespace grapnel

@@ -5,6 +5,7 @@
 
 #include "grapnel/capture/target_motion.hpp"
 #include "grapnel/plan/goal.hpp"
+#include "grapnel/plan/measure.hpp"
 #include "grapnel/plan/straight_in.hpp"
 
 namespace grapnel {
@@ -18,5 +19,9 @@ std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Mo
 
 /// What the final rates of an approach are to do.
 RateDemand rate_demand(const ApproachSetup& approach);
+
+/// The measure of a plan as planning knows it, and its name as files and results have it.
+Measure::Kind kind_of(PlanSetup::Measure measure);
+const char* name_of(PlanSetup::Measure measure);
 
 }  // namespace grapnel
