@@ -185,6 +185,7 @@ class Run {
     const Contact contact = make_contact(gripped_, system_, state_);
     if (!contact.refused.empty()) {
       for (GripOutcome& grip : result_.grips) {
+        if (!grip.captured) continue;  // it has its own reason
         grip.captured = false;
         grip.reason = "contact refused: " + contact.refused;
       }
