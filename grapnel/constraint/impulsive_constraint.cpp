@@ -13,9 +13,10 @@ constexpr double kRankTolerance = 1e-10;
 }  // namespace
 
 ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J,
-                                             const Eigen::VectorXd& v, const Eigen::MatrixXd& D) {
+                                             const Eigen::VectorXd& v, const Eigen::MatrixXd& D,
+                                             const Eigen::VectorXd& after) {
   if (M.rows() != v.size() || M.cols() != v.size() || J.cols() != v.size() || D.rows() != J.rows() ||
-      D.cols() != J.rows()) {
+      D.cols() != J.rows() || (after.size() != 0 && after.size() != J.rows())) {
     throw std::invalid_argument("solve_impulsive_constraint: sizes of M, J, v and D do not fit");
   }
   const Eigen::LLT<Eigen::MatrixXd> mass(M), metric(D);
@@ -38,10 +39,16 @@ ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eig
   ImpulsiveSolution solution;
   while (solution.rank < sigma.size() && sigma[solution.rank] > threshold) ++solution.rank;
   const auto U = svd.matrixU().leftCols(solution.rank);
-  const Eigen::VectorXd along = U.transpose() * weighted;
+  Eigen::VectorXd along = U.transpose() * weighted;
   // Projected twice: the first subtraction leaves rounding of the size of v-, the second removes it.
   Eigen::VectorXd rest = weighted - U * along;
   rest -= U * (U.transpose() * rest);
+  if (after.size() != 0) {
+    const Eigen::VectorXd wanted = (svd.matrixV().leftCols(solution.rank).transpose() * metric.matrixL().solve(after))
+                                       .cwiseQuotient(sigma.head(solution.rank));
+    rest += U * wanted;
+    along -= wanted;
+  }
   solution.velocity = mass.matrixU().solve(rest);
   const Eigen::VectorXd y = -(svd.matrixV().leftCols(solution.rank) * along.cwiseQuotient(sigma.head(solution.rank)));
   solution.impulse = metric.matrixU().solve(y);

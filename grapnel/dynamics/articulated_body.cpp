@@ -301,6 +301,18 @@ void outward_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, std:
 }  // namespace
 
 template <class S>
+void articulated_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace) {
+  outward_velocities(tree, in, workspace.links);
+  inward_inertias(tree, in, workspace.links);
+}
+
+template <class S>
+void articulated_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
+                               std::span<S> vdot, std::span<S> force) {
+  outward_accelerations(tree, in, workspace.links, vdot, force);
+}
+
+template <class S>
 void articulated_body(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                       std::span<S> vdot, std::span<S> force) {
   outward_velocities(tree, in, workspace.links);
@@ -308,6 +320,10 @@ void articulated_body(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsW
   outward_accelerations(tree, in, workspace.links, vdot, force);
 }
 
+template void articulated_inertias<double>(const Tree<double>&, const DynamicsInput<double>&,
+                                           DynamicsWorkspace<double>&);
+template void articulated_accelerations<double>(const Tree<double>&, const DynamicsInput<double>&,
+                                                DynamicsWorkspace<double>&, std::span<double>, std::span<double>);
 template void articulated_body<double>(const Tree<double>&, const DynamicsInput<double>&, DynamicsWorkspace<double>&,
                                        std::span<double>, std::span<double>);
 

@@ -61,6 +61,23 @@ template <class S>
 void articulated_body(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
                       std::span<S> vdot, std::span<S> force);
 
+/// The first two of articulated_body()'s three sweeps: twists, articulated inertias and bias wrenches. Reads everything
+/// in `in`; writes the links' scratch but for A.
+template <class S>
+void articulated_inertias(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace);
+
+/// The third sweep. In between, whoever wants further forces to act may change what the second sweep left: a force x at
+/// a joint with one degree of freedom adds x / (S^T I S + armature) to its g; a wrench on a root, or a moment on a
+/// spherical joint, or the force along a prescribed joint, is taken from its p.
+template <class S>
+void articulated_accelerations(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
+                               std::span<S> vdot, std::span<S> force);
+
+extern template void articulated_inertias<double>(const Tree<double>&, const DynamicsInput<double>&,
+                                                  DynamicsWorkspace<double>&);
+extern template void articulated_accelerations<double>(const Tree<double>&, const DynamicsInput<double>&,
+                                                       DynamicsWorkspace<double>&, std::span<double>,
+                                                       std::span<double>);
 extern template void articulated_body<double>(const Tree<double>&, const DynamicsInput<double>&,
                                               DynamicsWorkspace<double>&, std::span<double>, std::span<double>);
 

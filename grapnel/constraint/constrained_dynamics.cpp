@@ -1,0 +1,433 @@
+#include "grapnel/constraint/constrained_dynamics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/constraint/loop_columns.hpp"
+#include "grapnel/constraint/pivoted_cholesky.hpp"
+#include "grapnel/dynamics/recursion.hpp"
+
+namespace grapnel {
+namespace {
+
+// Pivots of the scaled W below this are redundant rows: squares, so directions a millionth as mobile as a free target
+// still count, and rounding, some 1e-15, does not.
+constexpr double kRankTolerance = 1e-12;
+// Defects above this are too large for one factorization to serve all iterations of a projection.
+constexpr double kRefactorBeyond = 1e-8;
+// Of the size of velocities: what is left of the closures' motion is not solved for again.
+constexpr double kRounding = 4e-16;
+constexpr int kMostIterations = 20;
+// [m, rad]; a projection that ends above it has failed.
+constexpr double kClosed = 1e-12;
+
+void step_quaternion(double* q, const Vector3d& turn) {
+  const double angle = norm(turn), half = 0.5 * angle;
+  // sin(a/2)/a without division by zero.
+  const double f = angle > 1e-8 ? std::sin(half) / angle : 0.5;
+  Quaterniond p =
+      Quaterniond{q[0], q[1], q[2], q[3]} * Quaterniond{std::cos(half), f * turn[0], f * turn[1], f * turn[2]};
+  const double scale = 1 / std::sqrt(p.w * p.w + p.x * p.x + p.y * p.y + p.z * p.z);
+  q[0] = scale * p.w, q[1] = scale * p.x, q[2] = scale * p.y, q[3] = scale * p.z;
+}
+
+}  // namespace
+
+struct LoopSolver::Implementation {
+  const Model& model;
+  std::vector<LoopClosure> closures;
+  std::vector<LoopPath> paths;
+  std::vector<LoopPlace> places;
+  LoopColumns columns;
+  PivotedCholesky factor;
+  int row_total;
+  std::vector<double> u, work;                         // per row: motion to be undone
+  std::vector<double> rhs, solution, residual, scale;  // per row, for the factorization
+  std::vector<double> rows;                            // multipliers or impulses
+  std::vector<double> zeros, step, contact;            // per velocity, likewise; rows x rows
+  std::vector<double> ignored_force, last_q, last_v;
+  double contradiction = 0;
+  int contradicting = 0;
+
+  static std::vector<LoopPath> make_paths(const Model& model, std::span<const LoopClosure> closures) {
+    std::vector<LoopPath> paths;
+    int row = 0;
+    for (const LoopClosure& closure : closures) {
+      paths.push_back(make_loop_path(model, closure));
+      paths.back().first_row = row;
+      row += paths.back().rows;
+    }
+    return paths;
+  }
+
+  Implementation(const Model& m, std::span<const LoopClosure> c)
+      : model(m),
+        closures(c.begin(), c.end()),
+        paths(make_paths(m, c)),
+        places(paths.size()),
+        columns(m.tree(), paths),
+        factor(closure_rows(c)),
+        row_total(closure_rows(c)),
+        u(static_cast<std::size_t>(row_total)),
+        work(u),
+        rhs(u),
+        solution(u),
+        residual(u),
+        scale(u),
+        rows(u),
+        zeros(static_cast<std::size_t>(m.velocities())),
+        step(zeros),
+        contact(u.size() * u.size()),
+        ignored_force(zeros),
+        last_q(static_cast<std::size_t>(m.coordinates())),
+        last_v(zeros) {
+    for (const LoopPath& path : paths) {
+      for (int r = 0; r < path.rows; ++r) scale[path.first_row + r] = path.scale(r);
+    }
+  }
+
+  std::span<double> part(std::vector<double>& all, const LoopPath& path) {
+    return std::span<double>(all).subspan(path.first_row, path.rows);
+  }
+
+  void locate_all(const std::vector<LinkScratch<double>>& links) {
+    for (std::size_t k = 0; k < paths.size(); ++k) places[k] = locate(paths[k], model.tree(), links);
+  }
+
+  // Factors the scaled W for what articulated_inertias() left in `links`.
+  void prepare(const std::vector<LinkScratch<double>>& links, const DynamicsInput<double>& in) {
+    locate_all(links);
+    columns.carry(paths, places, links, in);
+    columns.contact_inertia(contact);
+    const std::span<double> A = factor.matrix();
+    for (int i = 0; i < row_total; ++i) {
+      for (int j = 0; j < row_total; ++j) {
+        const std::size_t at = static_cast<std::size_t>(i * row_total + j);
+        A[at] = scale[i] * scale[j] * contact[at];
+      }
+    }
+    factor.factor(kRankTolerance);
+  }
+
+  // `rows` with W rows = -u; `size` is the scaled size of the terms whose sum u is.
+  void solve(double size) {
+    for (int i = 0; i < row_total; ++i) rhs[i] = -scale[i] * u[i];
+    factor.solve(rhs, solution, residual);
+    contradiction = 0;
+    for (int i = 0; i < row_total; ++i) {
+      rows[i] = scale[i] * solution[i];
+      const double share = std::abs(residual[i]) / std::max(size, 1e-300);
+      if (!(share <= contradiction)) contradiction = share, contradicting = i;
+    }
+  }
+
+  // Rows of the relative twist, and the size of its terms.
+  double velocity_rows(const std::vector<LinkScratch<double>>& links, std::vector<double>& out) {
+    double size = 0;
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      const LoopPath& path = paths[k];
+      const Twistd &V_a = links[path.link_a].V, &V_b = links[path.link_b].V;
+      const Twistd relative = relative_motion(path, places[k], V_a, V_b);
+      take_rows(path, relative, part(out, path));
+      size = std::max({size, path.angular_scale * (norm(V_a.angular) + norm(V_b.angular)),
+                       path.linear_scale * (norm(V_a.linear) + norm(V_b.linear))});
+    }
+    return size;
+  }
+
+  // Rows of the relative acceleration that the forces alone would give, and the size of its terms.
+  double acceleration_rows(const std::vector<LinkScratch<double>>& links, std::vector<double>& out) {
+    double size = 0;
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      const LoopPath& path = paths[k];
+      const LinkScratch<double>&a = links[path.link_a], &b = links[path.link_b];
+      // The components of V_D in C change by A_D - V_C x V_D.                                               (8.5)
+      const Twistd V_C = transposed_times(path.X_aC.R, shift(a.V, path.X_aC.p));
+      const Twistd V_D = transposed_times(places[k].X_bC.R, shift(b.V, places[k].X_bC.p));
+      double turning[6];
+      take_rows(path, cross_motion(V_C, V_D), turning);
+      const auto &free = columns.free_acceleration(k).r, &squares = columns.free_acceleration_squares(k).r;
+      double most = 0;
+      for (int r = 0; r < path.rows; ++r) {
+        out[path.first_row + r] = free[r] + turning[r];
+        const double s = path.scale(r);
+        most = std::max(most, s * s * (squares[r] + turning[r] * turning[r]));
+      }
+      size = std::max(size, std::sqrt(most));
+    }
+    return size;
+  }
+
+  DynamicsInput<double> at_rest(std::span<const double> q, std::span<const std::uint8_t> prescribed) const {
+    DynamicsInput<double> in;
+    in.q = q, in.v = zeros, in.force = zeros, in.prescribed = prescribed, in.acceleration = zeros;
+    return in;
+  }
+
+  // Articulated inertias and the factor of W at q; twists of links at v.
+  void refresh(std::span<const double> q, std::span<const double> v, std::span<const std::uint8_t> prescribed,
+               Workspace& workspace) {
+    const DynamicsInput<double> in = at_rest(q, prescribed);
+    articulated_inertias<double>(model.tree(), in, workspace.kernel);
+    prepare(workspace.kernel.links, in);
+    move_all(v, workspace.kernel.links);
+  }
+
+  // Change of velocities `step` and of links' twists (their A) by impulses `rows`, after refresh().
+  void respond(std::span<const double> q, std::span<const std::uint8_t> prescribed, Workspace& workspace) {
+    columns.release(workspace.kernel.links);
+    columns.impose(rows, prescribed, workspace.kernel.links);
+    articulated_accelerations<double>(model.tree(), at_rest(q, prescribed), workspace.kernel, step, ignored_force);
+  }
+
+  // Twists of links where they are.
+  void move_all(std::span<const double> v, std::vector<LinkScratch<double>>& links) const {
+    using namespace recursion;
+    const Tree<double>& tree = model.tree();
+    for (std::size_t n = 0; n < tree.links.size(); ++n) {
+      const TreeLink<double>& link = tree.links[n];
+      if (link.parent < 0) {
+        links[n].V = root_velocity(link, v);
+        continue;
+      }
+      visit_joint(link, [&](auto joint) {
+        if constexpr (!std::is_same_v<decltype(joint), Root>) {
+          links[n].V = motion_to_link(joint, link, links[n], links[link.parent].V);
+          add_joint_motion(joint, link, v, links[n].V);
+        }
+      });
+    }
+  }
+
+  // Angles, offsets and twists of links at q, v, and where the closures are; articulated inertias stay.
+  void follow_all(std::span<const double> q, std::span<const double> v, std::vector<LinkScratch<double>>& links) {
+    using namespace recursion;
+    const Tree<double>& tree = model.tree();
+    for (std::size_t n = 0; n < tree.links.size(); ++n) {
+      const TreeLink<double>& link = tree.links[n];
+      if (link.parent < 0) {
+        links[n].V = root_velocity(link, v);
+        continue;
+      }
+      visit_joint(link, [&](auto joint) {
+        if constexpr (!std::is_same_v<decltype(joint), Root>) follow(joint, link, q, v, links[link.parent].V, links[n]);
+      });
+    }
+    locate_all(links);
+  }
+
+  void step_coordinates(std::span<const double> dq, std::span<double> q) const {
+    for (const TreeLink<double>& link : model.tree().links) {
+      switch (link.joint) {
+        case LinkJoint::root_fixed:
+          break;
+        case LinkJoint::root_free: {
+          const Rotationd R = rotation_matrix(Quaterniond{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]});
+          const Vector3d p = R * Vector3d{dq[link.v + 3], dq[link.v + 4], dq[link.v + 5]};
+          for (int k = 0; k < 3; ++k) q[link.q + k] += p[k];
+          step_quaternion(&q[link.q + 3], {dq[link.v], dq[link.v + 1], dq[link.v + 2]});
+          break;
+        }
+        case LinkJoint::spherical:
+          step_quaternion(&q[link.q], {dq[link.v], dq[link.v + 1], dq[link.v + 2]});
+          break;
+        default:
+          q[link.q] += dq[link.v];
+      }
+    }
+  }
+
+  // Largest defects over the closures from places and twists.
+  ClosureDefect defects(const std::vector<LinkScratch<double>>& links) const {
+    ClosureDefect largest;
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      const LoopPath& path = paths[k];
+      double e[6], slip[6];
+      position_rows(path, places[k], e);
+      const Twistd relative = relative_motion(path, places[k], links[path.link_a].V, links[path.link_b].V);
+      take_rows(path, relative, slip);
+      const auto size = [](const double* x, int count) {
+        double sum = 0;
+        for (int i = 0; i < count; ++i) sum += x[i] * x[i];
+        return std::sqrt(sum);
+      };
+      const auto raise = [](double& most, double value) {
+        if (!(value <= most)) most = value;
+      };
+      const double angle = size(e, path.angular_count);
+      raise(largest.angle, angle);
+      raise(largest.position, size(e + path.angular_count, 3));
+      raise(largest.angular_velocity, size(slip, path.angular_count));
+      raise(largest.velocity, size(slip + path.angular_count, 3));
+    }
+    return largest;
+  }
+
+  void place_rows(std::vector<double>& e) {
+    for (std::size_t k = 0; k < paths.size(); ++k) position_rows(paths[k], places[k], part(e, paths[k]));
+  }
+
+  // What the change by respond() and `sum` together leave of the relative motion.
+  void changed_rows(const std::vector<LinkScratch<double>>& links, std::vector<double>& sum) {
+    for (std::size_t k = 0; k < paths.size(); ++k) {
+      const LoopPath& path = paths[k];
+      double more[6];
+      take_rows(path, relative_motion(path, places[k], links[path.link_a].A, links[path.link_b].A), more);
+      for (int r = 0; r < path.rows; ++r) sum[path.first_row + r] += more[r];
+    }
+  }
+
+  void add_step(std::span<double> v) const {
+    for (std::size_t i = 0; i < step.size(); ++i) v[i] += step[i];
+  }
+
+  double scaled_size(const std::vector<double>& x_rows) const {
+    double most = 0;
+    for (int i = 0; i < row_total; ++i) {
+      const double x = std::abs(scale[i] * x_rows[i]);
+      if (!(x <= most)) most = x;
+    }
+    return most;
+  }
+};
+
+LoopSolver::LoopSolver(const Model& model, std::span<const LoopClosure> closures)
+    : implementation_(std::make_unique<Implementation>(model, closures)) {}
+LoopSolver::~LoopSolver() = default;
+LoopSolver::LoopSolver(LoopSolver&&) noexcept = default;
+LoopSolver& LoopSolver::operator=(LoopSolver&&) noexcept = default;
+
+const std::vector<LoopClosure>& LoopSolver::closures() const { return implementation_->closures; }
+int LoopSolver::rows() const { return implementation_->row_total; }
+std::span<const double> LoopSolver::multipliers() const { return implementation_->rows; }
+int LoopSolver::rank() const { return implementation_->factor.rank(); }
+double LoopSolver::contradiction() const { return implementation_->contradiction; }
+double LoopSolver::least_pivot() const { return implementation_->factor.least_pivot(); }
+
+std::string LoopSolver::contradicting_row() const {
+  const Implementation& s = *implementation_;
+  for (std::size_t k = 0; k < s.paths.size(); ++k) {
+    const LoopPath& path = s.paths[k];
+    const int row = s.contradicting - path.first_row;
+    if (row < 0 || row >= path.rows) continue;
+    static constexpr const char* kAxes[] = {"x", "y", "z"};
+    const bool turning = row < path.angular_count;
+    return s.closures[k].name + (turning ? ", turning about " : ", along ") +
+           (turning && path.model == GraspModel::hinge
+                ? "a normal of the hinge"
+                : std::string(kAxes[turning ? row : row - path.angular_count]) + " of the grip");
+  }
+  return {};
+}
+
+Eigen::MatrixXd LoopSolver::contact_inertia() const {
+  const Implementation& s = *implementation_;
+  Eigen::MatrixXd W(s.row_total, s.row_total);
+  std::copy(s.contact.begin(), s.contact.end(), W.data());  // symmetric
+  return W;
+}
+
+void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback, Workspace& workspace,
+                               std::span<double> vdot, std::span<double> force) {
+  Implementation& s = *implementation_;
+  std::vector<LinkScratch<double>>& links = workspace.kernel.links;
+  if (s.paths.empty()) {
+    articulated_body<double>(s.model.tree(), in, workspace.kernel, vdot, force);
+    return;
+  }
+  articulated_inertias<double>(s.model.tree(), in, workspace.kernel);
+  s.prepare(links, in);
+  const double size = s.acceleration_rows(links, s.u);  // J I^-1 phi + Jdot v
+  if (feedback > 0) {
+    s.velocity_rows(links, s.work);
+    for (int i = 0; i < s.row_total; ++i) s.u[i] += 2 * feedback * s.work[i];
+    s.place_rows(s.work);
+    for (int i = 0; i < s.row_total; ++i) s.u[i] += feedback * feedback * s.work[i];
+  }
+  s.solve(size);  // (2.11)
+  // (2.12) and the tree's own accelerations in one sweep. Roots keep what their articulated equation needs: the wrench
+  // on a held or fixed one is read from it.
+  s.columns.impose(s.rows, in.prescribed, links);
+  articulated_accelerations<double>(s.model.tree(), in, workspace.kernel, vdot, force);
+}
+
+void LoopSolver::close_velocities(std::span<const double> q, std::span<const std::uint8_t> prescribed,
+                                  Workspace& workspace, std::span<double> v) {
+  Implementation& s = *implementation_;
+  if (s.paths.empty()) return;
+  std::vector<LinkScratch<double>>& links = workspace.kernel.links;
+  s.refresh(q, v, prescribed, workspace);
+  const double size = s.velocity_rows(links, s.u);
+  s.solve(size);
+  s.respond(q, prescribed, workspace);
+  s.add_step(v);
+  s.changed_rows(links, s.u);
+  if (s.scaled_size(s.u) <= kRounding * size) return;
+  // What rounding left is solved for once more.
+  const double contradiction = s.contradiction;
+  std::copy(s.rows.begin(), s.rows.end(), s.work.begin());
+  s.solve(size);
+  s.respond(q, prescribed, workspace);
+  s.add_step(v);
+  for (int i = 0; i < s.row_total; ++i) s.rows[i] += s.work[i];
+  s.contradiction = contradiction;
+}
+
+ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, Workspace& workspace,
+                                     std::span<double> q, std::span<double> v) {
+  Implementation& s = *implementation_;
+  ProjectionResult result;
+  result.converged = true;
+  if (s.paths.empty()) return result;
+  std::vector<LinkScratch<double>>& links = workspace.kernel.links;
+  s.refresh(q, v, prescribed, workspace);
+  result.before = s.defects(links);
+
+  // Positions: Newton's method with the factor at hand while defects are small.                                (8.9)
+  s.place_rows(s.u);
+  double defect = s.scaled_size(s.u);
+  for (int i = 0; i < kMostIterations && defect > 0; ++i) {
+    if (i > 0 && defect > kRefactorBeyond) s.refresh(q, v, prescribed, workspace);
+    s.solve(1);
+    s.respond(q, prescribed, workspace);
+    std::copy(q.begin(), q.end(), s.last_q.begin());
+    s.step_coordinates(s.step, q);
+    s.follow_all(q, v, links);
+    s.place_rows(s.u);
+    const double next = s.scaled_size(s.u);
+    if (!(next < 0.5 * defect)) {  // rounding, or no way on
+      if (!(next < defect)) {
+        std::copy(s.last_q.begin(), s.last_q.end(), q.begin());
+        s.follow_all(q, v, links);
+      }
+      break;
+    }
+    defect = next;
+  }
+
+  // Velocities: the plastic impact that closes the loops.                                                      (8.10)
+  s.velocity_rows(links, s.u);
+  defect = s.scaled_size(s.u);
+  for (int i = 0; i < kMostIterations && defect > 0; ++i) {
+    s.solve(1);
+    std::copy(v.begin(), v.end(), s.last_v.begin());
+    s.respond(q, prescribed, workspace);
+    s.add_step(v);
+    s.move_all(v, links);
+    s.velocity_rows(links, s.u);
+    const double next = s.scaled_size(s.u);
+    if (!(next < 0.5 * defect)) {
+      if (!(next < defect)) {
+        std::copy(s.last_v.begin(), s.last_v.end(), v.begin());
+        s.move_all(v, links);
+      }
+      break;
+    }
+    defect = next;
+  }
+  result.after = s.defects(links);
+  result.converged = result.after.position <= kClosed && result.after.angle <= kClosed;
+  return result;
+}
+
+}  // namespace grapnel

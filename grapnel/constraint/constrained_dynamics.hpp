@@ -1,0 +1,83 @@
+#pragma once
+
+/// @file
+/// Dynamics of a tree with loop closures (2.9)-(2.12): accelerations and multipliers by the range-space method on top
+/// of the O(n) recursion, impulses that close loops in velocity, and projection onto the closures in the mass metric.
+///
+/// Thread safety: a solver serves one thread at a time.
+
+#include <memory>
+#include <string>
+
+#include "grapnel/constraint/loop_closure.hpp"
+#include "grapnel/dynamics/forward_dynamics.hpp"
+
+namespace grapnel {
+
+/// What a projection did.
+struct ProjectionResult {
+  ClosureDefect before;  // largest over the closures
+  ClosureDefect after;
+  bool converged = false;
+};
+
+/// Solves for one model and one set of closures. Nothing allocates after construction.
+class LoopSolver {
+ public:
+  /// @throws std::invalid_argument if a closure names no two bodies of one tree, or one that its joints do not part.
+  LoopSolver(const Model& model, std::span<const LoopClosure> closures);
+  ~LoopSolver();
+  LoopSolver(LoopSolver&&) noexcept;
+  LoopSolver& operator=(LoopSolver&&) noexcept;
+
+  const std::vector<LoopClosure>& closures() const;
+  int rows() const;
+
+  /// Accelerations and forces as of articulated_body(), with the closures' multipliers acting. `feedback`: rate 1/T of
+  /// Baumgarte's stabilization, u' + 2 u / T + e / T^2 = 0 [1/s]; 0: none.
+  void accelerations(const DynamicsInput<double>& in, double feedback, Workspace& workspace, std::span<double> vdot,
+                     std::span<double> force);
+
+  /// Velocity that fits the closures, v - M^-1 J^T W^+ J v: the plastic impact that closes all loops. Velocities that
+  /// are `prescribed` (may be empty) do not change.
+  void close_velocities(std::span<const double> q, std::span<const std::uint8_t> prescribed, Workspace& workspace,
+                        std::span<double> v);
+
+  /// Brings coordinates, then velocities onto the closures in the mass metric.
+  ProjectionResult project(std::span<const std::uint8_t> prescribed, Workspace& workspace, std::span<double> q,
+                           std::span<double> v);
+
+  /// Multipliers of the last accelerations() or impulses of the last close_velocities(), per row, in C's axes, on body
+  /// a at C (body b gets the opposite there); where rows are redundant one of many.
+  std::span<const double> multipliers() const;
+  /// Independent rows in the last solution.
+  int rank() const;
+  /// Of the last solution: the largest part of a redundant row that the others do not explain, over the size of what
+  /// was to be solved. Not small: the closures, or closures and prescribed joints, contradict each other.
+  double contradiction() const;
+  /// Of the last solution: the least pivot that counted, scaled so that a free body b alone has 1; 0 with no rows.
+  double least_pivot() const;
+  /// The row of the last solution with the largest contradiction, in words: closure and direction.
+  std::string contradicting_row() const;
+
+  /// Contact-space inertia W = J M^-1 J^T of the last solution, rows x rows (of the joints that are not prescribed).
+  Eigen::MatrixXd contact_inertia() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+/// The same accelerations by coordinate partitioning, dense: the closures determine some velocities from the others
+/// ("determinate" and "indeterminate"; Chaudhary and Saha 2008), v = T v_i, T^T M T vdot_i = T^T (tau - c - M Tdot
+/// v_i). An independent route, O(n^3). `tau`: generalized forces beside gravity (empty: zero).
+struct PartitionedSolution {
+  std::vector<double> vdot;
+  std::vector<double> multipliers;  // least squares of J^T lambda = M vdot + c - tau
+  std::vector<int> independent;     // velocities chosen as independent
+};
+PartitionedSolution partitioned_dynamics(const Model& model, const State& state, std::span<const LoopClosure> closures,
+                                         const std::vector<double>& tau = {},
+                                         const Vector3d& gravity = Vector3d::zero());
+
+}  // namespace grapnel

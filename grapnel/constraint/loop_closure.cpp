@@ -1,0 +1,56 @@
+#include "grapnel/constraint/loop_closure.hpp"
+
+#include <cmath>
+
+#include "grapnel/constraint/loop_path.hpp"
+
+namespace grapnel {
+
+ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinematics) {
+  const Posed X_WC = kinematics.X_WB[closure.body_a] * closure.X_AC;
+  const Posed X_WD = kinematics.X_WB[closure.body_b] * closure.X_BD;
+  const Twistd V_C = shift(kinematics.V_WB[closure.body_a], X_WC.p - kinematics.X_WB[closure.body_a].p);
+  const Twistd V_D = shift(kinematics.V_WB[closure.body_b], X_WC.p - kinematics.X_WB[closure.body_b].p);
+  const Vector3d w = V_D.angular - V_C.angular;
+  ClosureDefect defect;
+  defect.position = norm(X_WD.p - X_WC.p);
+  defect.velocity = norm(V_D.linear - V_C.linear);
+  if (closure.model == GraspModel::rigid) {
+    defect.angle = rotation_angle(transpose(X_WC.R) * X_WD.R);
+    defect.angular_velocity = norm(w);
+  } else if (closure.model == GraspModel::hinge) {
+    const Vector3d h = X_WC.R * closure.hinge_C, h_D = X_WD.R * closure.hinge_C;
+    defect.angle = std::atan2(norm(cross(h, h_D)), dot(h, h_D));
+    defect.angular_velocity = norm(w - dot(w, h) * h);
+  }
+  return defect;
+}
+
+Eigen::MatrixXd closure_jacobian(const Model& model, const Kinematics& kinematics,
+                                 std::span<const LoopClosure> closures) {
+  Eigen::MatrixXd J(closure_rows(closures), model.velocities());
+  Eigen::MatrixXd J_a(6, model.velocities()), J_b(6, model.velocities());
+  Eigen::Index row = 0;
+  for (const LoopClosure& closure : closures) {
+    const LoopPath path = make_loop_path(model, closure);
+    const Posed X_WC = kinematics.X_WB[closure.body_a] * closure.X_AC;
+    point_jacobian(model, kinematics, closure.body_a, X_WC.p, J_a);
+    point_jacobian(model, kinematics, closure.body_b, X_WC.p, J_b);
+    const Eigen::MatrixXd relative = J_a - J_b;  // in W
+    const auto put = [&](const Vector3d& direction_C, Eigen::Index first) {
+      const Vector3d d = X_WC.R * direction_C;
+      J.row(row++) = d[0] * relative.row(first) + d[1] * relative.row(first + 1) + d[2] * relative.row(first + 2);
+    };
+    for (int r = 0; r < path.angular_count; ++r) put(path.angular_rows[r], 0);
+    for (int r = 0; r < 3; ++r) put(Vector3d::unit(r), 3);
+  }
+  return J;
+}
+
+int closure_rows(std::span<const LoopClosure> closures) {
+  int rows = 0;
+  for (const LoopClosure& closure : closures) rows += row_count(closure.model);
+  return rows;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,46 @@
+#pragma once
+
+/// @file
+/// A grip that closes a loop of a model's tree: where it is on both bodies, how far they are off, and its Jacobian.
+/// Thread safety: plain values and pure functions.
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+
+#include "grapnel/constraint/grasp_model.hpp"
+#include "grapnel/dynamics/kinematics.hpp"
+
+namespace grapnel {
+
+/// Keeps frame C on body a and frame D on body b together in the directions of its kind (row_count). Bodies a and b
+/// belong to one model; the tree's own joints connect them otherwise.
+struct LoopClosure {
+  std::string name;  // for messages
+  int body_a;        // carries the end-effector
+  Posed X_AC;        // the grip's frame on it
+  int body_b;        // the target
+  Posed X_BD;        // the grip's frame on it: C and D coincide where the loop is closed
+  GraspModel model = GraspModel::rigid;
+  Vector3d hinge_C{0, 0, 1};  // unit axis of a hinge, in C, and in D
+};
+
+/// How far a closure is from being closed, in the directions that it forbids.
+struct ClosureDefect {
+  double position = 0;          // distance of C and D [m]
+  double angle = 0;             // [rad]
+  double velocity = 0;          // of D against C, at C [m/s]
+  double angular_velocity = 0;  // [rad/s]
+};
+/// From poses and twists of the bodies in W.
+ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinematics);
+
+/// Jacobian of all closures, stacked in order: rows x velocities. u = J v is the twist of C minus that of D, both at C,
+/// in C's axes, in the forbidden directions, angular rows first. Dense: for tests and studies.
+Eigen::MatrixXd closure_jacobian(const Model& model, const Kinematics& kinematics,
+                                 std::span<const LoopClosure> closures);
+
+/// Rows of all closures.
+int closure_rows(std::span<const LoopClosure> closures);
+
+}  // namespace grapnel

@@ -1,0 +1,330 @@
+#include "grapnel/constraint/loop_columns.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/dynamics/recursion.hpp"
+#include "grapnel/dynamics/symmetric_solve.hpp"
+
+namespace grapnel {
+namespace {
+
+using namespace recursion;
+using Pack = ClosureRow::Pack;
+
+// Wrenches of all rows of one closure at one link, about its origin in its frame: [moment; force] by component.
+struct Bundle {
+  Pack f[6];
+};
+
+GRAPNEL_INLINE void turn(Bundle& b, int i, int j, double sine, double cosine) {
+  const Pack x = b.f[i], y = b.f[j];
+  b.f[i] = cosine * x - sine * y;
+  b.f[j] = sine * x + cosine * y;
+}
+
+GRAPNEL_INLINE void rotate_all(Bundle& b, const Rotationd& R) {
+  for (int first : {0, 3}) {
+    const Pack x = b.f[first], y = b.f[first + 1], z = b.f[first + 2];
+    for (int k = 0; k < 3; ++k) b.f[first + k] = R.m[k][0] * x + R.m[k][1] * y + R.m[k][2] * z;
+  }
+}
+
+GRAPNEL_INLINE void shift_to(Bundle& b, const Vector3d& p) {
+  const Pack x = b.f[3], y = b.f[4], z = b.f[5];
+  b.f[0] += p[1] * z - p[2] * y;
+  b.f[1] += p[2] * x - p[0] * z;
+  b.f[2] += p[0] * y - p[1] * x;
+}
+
+// From frame C, in whose axes `unit` is, to the link's; on body b the opposite acts.
+GRAPNEL_INLINE Bundle unit_wrenches(const ClosureRow (&unit)[6], const Posed& X_LC, double sign) {
+  Bundle b;
+  for (int k = 0; k < 6; ++k) b.f[k] = sign * unit[k].r;
+  rotate_all(b, X_LC.R);
+  shift_to(b, X_LC.p);
+  return b;
+}
+
+// F.A of all rows.
+GRAPNEL_INLINE void dot_all(const Bundle& b, const SpatialAccelerationd& A, Pack& sum) {
+  for (int k = 0; k < 3; ++k) sum += A.angular[k] * b.f[k] + A.linear[k] * b.f[3 + k];
+}
+
+template <int K>
+double joint_inertia(Revolute<K>, const TreeLink<double>& link, const LinkScratch<double>& w) {
+  return w.I.J(K, K) + link.armature;
+}
+template <int K>
+double joint_inertia(Prismatic<K>, const TreeLink<double>& link, const LinkScratch<double>& w) {
+  return w.I.M(K, K) + link.armature;
+}
+
+// Through a joint with one degree of freedom: F - G K goes on. `free`: what the link's own motion adds to F.A.
+template <class Joint>
+GRAPNEL_INLINE void pass(Joint joint, const TreeLink<double>& link, const LinkScratch<double>& w, bool rigid, Bundle& b,
+                         ClosureRow* y, ClosureRow* raw, double& inverse_root, Pack& free) {
+  const Pack K = b.f[Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis];
+  if (rigid) {
+    raw->r = K;
+    y->r = Pack{};
+    free = Pack{};
+  } else {
+    inverse_root = 1 / std::sqrt(joint_inertia(joint, link, w));
+    y->r = inverse_root * K;
+    free = w.g * K;
+    for (int k = 0; k < 3; ++k) b.f[k] -= w.G.angular[k] * K, b.f[3 + k] -= w.G.linear[k] * K;
+  }
+  dot_all(b, w.bias, free);
+  if constexpr (Joint::kTurns) {
+    constexpr int i = (Joint::kAxis + 1) % 3, j = (Joint::kAxis + 2) % 3;
+    turn(b, i, j, w.angle.sine, w.angle.cosine);
+    turn(b, 3 + i, 3 + j, w.angle.sine, w.angle.cosine);
+  }
+}
+
+// Through a spherical joint, which takes all moment: with J = L L^T, Y = L^-1 K, and H^T J^-1 K is taken from the
+// force. The joint's own acceleration is J^-1 (torque - (I A' + p).angular).
+GRAPNEL_INLINE void pass(Spherical, const Vector3d& torque, const LinkScratch<double>& w, bool rigid, Bundle& b,
+                         ClosureRow* y, ClosureRow* raw, Pack& free) {
+  for (int k = 0; k < 3; ++k) raw[k].r = b.f[k];
+  free = Pack{};
+  if (rigid) {
+    for (int k = 0; k < 3; ++k) y[k].r = Pack{};
+  } else {
+    const Symmetric3d& J = w.I.J;
+    const double l00 = std::sqrt(J.xx), l10 = J.xy / l00, l20 = J.xz / l00, l11 = std::sqrt(J.yy - l10 * l10);
+    const double l21 = (J.yz - l20 * l10) / l11, l22 = std::sqrt(J.zz - l20 * l20 - l21 * l21);
+    y[0].r = raw[0].r / l00;
+    y[1].r = (raw[1].r - l10 * y[0].r) / l11;
+    y[2].r = (raw[2].r - l20 * y[0].r - l21 * y[1].r) / l22;
+    const Pack x2 = y[2].r / l22, x1 = (y[1].r - l21 * x2) / l11, x0 = (y[0].r - l10 * x1 - l20 * x2) / l00;
+    const Vector3d u = torque - w.p.angular;
+    free = u[0] * x0 + u[1] * x1 + u[2] * x2;
+    for (int k = 0; k < 3; ++k) {
+      b.f[k] = Pack{};
+      b.f[3 + k] -= w.I.H[0][k] * x0 + w.I.H[1][k] * x1 + w.I.H[2][k] * x2;
+    }
+  }
+  dot_all(b, w.bias, free);
+  rotate_all(b, w.R_FL);
+}
+
+int slots_of(const TreeLink<double>& link) { return link.parent < 0 ? 6 : link.joint == LinkJoint::spherical ? 3 : 1; }
+
+// Row by row products of two closures' rows, added: block(r, :) += a(r) b.
+GRAPNEL_INLINE void add_product(const ClosureRow& a, const ClosureRow& b, Pack (&block)[6]) {
+  for (int r = 0; r < 6; ++r) block[r] += a.r[r] * b.r;
+}
+
+double weighted(const ClosureRow& row, const double (&rows)[8]) {
+  double sum = row.r[0] * rows[0];
+  for (int c = 1; c < 8; ++c) sum += row.r[c] * rows[c];
+  return sum;
+}
+
+}  // namespace
+
+LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths)
+    : tree_(tree), sums_(paths.size()), inverse_root_(tree.links.size()), root_factor_of_(tree.links.size(), -1) {
+  int slot = 0;
+  for (const LoopPath& path : paths) {
+    const auto add = [&](int link) {
+      steps_.push_back({link, slot});
+      slot += slots_of(tree.links[link]);
+    };
+    Way way{};
+    way.first_step = static_cast<int>(steps_.size()), way.first_slot = slot;
+    way.first_row = path.first_row, way.rows = path.rows;
+    for (int r = 0; r < path.angular_count; ++r) {
+      for (int k = 0; k < 3; ++k) way.unit[k].r[r] = path.angular_rows[r][k];
+    }
+    for (int k = 0; k < 3; ++k) way.unit[3 + k].r[path.angular_count + k] = 1;
+    for (int link : path.from_a) add(link);
+    way.end_a = static_cast<int>(steps_.size());
+    for (int link : path.from_b) add(link);
+    way.end_b = static_cast<int>(steps_.size());
+    for (int link : path.trunk) add(link);
+    way.root = static_cast<int>(steps_.size()) - 1;
+    way.end_slot = slot;
+    ways_.push_back(way);
+    const int root = path.trunk.back();
+    if (tree.links[root].joint == LinkJoint::root_free && root_factor_of_[root] < 0) {
+      root_factor_of_[root] = static_cast<int>(roots_.size());
+      roots_.push_back(root);
+    }
+  }
+  root_factor_.resize(roots_.size());
+  y_.resize(slot), raw_.resize(slot);
+  for (std::size_t k = 0; k < ways_.size(); ++k) {
+    for (std::size_t l = 0; l < k; ++l) {
+      Pair pair{static_cast<int>(k), static_cast<int>(l), {}};
+      for (int s = ways_[k].first_step; s <= ways_[k].root; ++s) {
+        for (int t = ways_[l].first_step; t <= ways_[l].root; ++t) {
+          if (steps_[s].link != steps_[t].link) continue;
+          for (int i = 0; i < slots_of(tree.links[steps_[s].link]); ++i) {
+            pair.slots.push_back({steps_[s].slot + i, steps_[t].slot + i});
+          }
+        }
+      }
+      if (!pair.slots.empty()) pairs_.push_back(std::move(pair));
+    }
+  }
+}
+
+// I = L D L^T of a free root's articulated inertia.
+void LoopColumns::factor_root(int link, const LinkScratch<double>& w, const DynamicsInput<double>& in) {
+  RootFactor& root = root_factor_[root_factor_of_[link]];
+  const ArticulatedInertia<double>& I = w.I;
+  double A[6][6];  // below the diagonal: what is left of I
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) {
+      A[r][c] = I.J(r, c), A[3 + r][3 + c] = I.M(r, c);
+      A[3 + c][r] = I.H[r][c];
+    }
+  }
+  const int v = tree_.links[link].v;
+  for (int k = 0; k < 3; ++k) {
+    root.y[k] = in.force[v + k] - w.p.angular[k], root.y[3 + k] = in.force[v + 3 + k] - w.p.linear[k];
+  }
+  for (int j = 0; j < 6; ++j) {
+    root.inverse[j] = 1 / A[j][j];
+    root.inverse_root[j] = std::sqrt(root.inverse[j]);
+    for (int i = j + 1; i < 6; ++i) root.L[i][j] = A[i][j] * root.inverse[j];
+    for (int i = j + 1; i < 6; ++i) {
+      for (int k = j + 1; k <= i; ++k) A[i][k] -= root.L[i][j] * A[k][j];
+      root.y[i] -= root.L[i][j] * root.y[j];
+    }
+  }
+}
+
+void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
+                        std::span<const LinkScratch<double>> links, const DynamicsInput<double>& in) {
+  for (int root : roots_) {
+    if (!is_prescribed(in.prescribed, root)) factor_root(root, links[root], in);
+  }
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    const Way& way = ways_[k];
+    Pack sum{}, squares{};
+    const auto climb = [&](Bundle& b, int first, int end) {
+      for (int s = first; s < end; ++s) {
+        const int n = steps_[s].link, slot = steps_[s].slot;
+        const TreeLink<double>& link = tree_.links[n];
+        const LinkScratch<double>& w = links[n];
+        const bool rigid = is_prescribed(in.prescribed, n);
+        Pack free{};
+        visit_joint(link, [&](auto joint) {
+          using Joint = decltype(joint);
+          if constexpr (std::is_same_v<Joint, Spherical>) {
+            const Vector3d torque{in.force[link.v], in.force[link.v + 1], in.force[link.v + 2]};
+            pass(joint, torque, w, rigid, b, &y_[slot], &raw_[slot], free);
+          } else if constexpr (!std::is_same_v<Joint, Root>) {
+            pass(joint, link, w, rigid, b, &y_[slot], &raw_[slot], inverse_root_[n], free);
+          }
+        });
+        sum += free;
+        squares += free * free;
+        if (link.rotated) rotate_all(b, link.X_PF.R);
+        shift_to(b, w.p_PL);
+      }
+    };
+    Bundle b = unit_wrenches(way.unit, paths[k].X_aC, 1);
+    climb(b, way.first_step, way.end_a);
+    Bundle other = unit_wrenches(way.unit, places[k].X_bC, -1);
+    climb(other, way.end_a, way.end_b);
+    for (int i = 0; i < 6; ++i) b.f[i] += other.f[i];
+    climb(b, way.end_b, way.root);
+    Pack at_root;
+    arrive(way, b.f, in, at_root);
+    sum += at_root;
+    squares += at_root * at_root;
+    sums_[k].acceleration.r = sum;
+    sums_[k].squares.r = squares;
+  }
+}
+
+// At the root: F on a free one moves it, I A = F.
+void LoopColumns::arrive(const Way& way, const Pack (&F)[6], const DynamicsInput<double>& in, Pack& free) {
+  const auto [n, slot] = steps_[way.root];
+  const TreeLink<double>& link = tree_.links[n];
+  for (int i = 0; i < 6; ++i) raw_[slot + i].r = F[i];
+  free = Pack{};
+  if (link.joint == LinkJoint::root_free && !is_prescribed(in.prescribed, n)) {
+    const RootFactor& root = root_factor_[root_factor_of_[n]];
+    Pack x[6];  // L^-1 F
+    for (int i = 0; i < 6; ++i) {
+      x[i] = F[i];
+      for (int j = 0; j < i; ++j) x[i] -= root.L[i][j] * x[j];
+      y_[slot + i].r = root.inverse_root[i] * x[i];
+      free += root.inverse[i] * root.y[i] * x[i];
+    }
+    return;
+  }
+  for (int i = 0; i < 6; ++i) y_[slot + i].r = Pack{};
+  const Vector3d g = gravity_in_root(link, in.q, in.gravity);
+  SpatialAccelerationd A{Vector3d::zero(), -g};
+  if (link.joint == LinkJoint::root_free) {
+    for (int k = 0; k < 3; ++k)
+      A.angular[k] += in.acceleration[link.v + k], A.linear[k] += in.acceleration[link.v + 3 + k];
+  }
+  for (int k = 0; k < 3; ++k) free += A.angular[k] * F[k] + A.linear[k] * F[3 + k];
+}
+
+void LoopColumns::contact_inertia(std::span<double> W) const {
+  const int size = ways_.empty() ? 0 : ways_.back().first_row + ways_.back().rows;
+  if (ways_.size() > 1) std::fill(W.begin(), W.end(), 0.0);
+  const auto put = [&](const Way& k, const Way& l, const Pack(&block)[6]) {
+    for (int r = 0; r < k.rows; ++r) {
+      for (int c = 0; c < l.rows; ++c) {
+        W[static_cast<std::size_t>((k.first_row + r) * size + l.first_row + c)] = block[r][c];
+      }
+    }
+  };
+  for (const Way& way : ways_) {
+    Pack block[6] = {};
+    for (int s = way.first_slot; s < way.end_slot; ++s) add_product(y_[s], y_[s], block);
+    put(way, way, block);
+  }
+  for (const Pair& pair : pairs_) {
+    Pack block[6] = {};
+    for (const auto& [s, t] : pair.slots) add_product(y_[s], y_[t], block);
+    const Way &k = ways_[pair.closure_k], &l = ways_[pair.closure_l];
+    put(k, l, block);
+    for (int r = 0; r < k.rows; ++r) {
+      for (int c = 0; c < l.rows; ++c) {
+        W[static_cast<std::size_t>((l.first_row + c) * size + k.first_row + r)] = block[r][c];
+      }
+    }
+  }
+}
+
+void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint8_t> prescribed,
+                         std::span<LinkScratch<double>> links) const {
+  for (const Way& way : ways_) {
+    double x[8] = {};
+    std::copy_n(rows.begin() + way.first_row, way.rows, x);
+    for (int s = way.first_step; s <= way.root; ++s) {
+      const auto [n, slot] = steps_[s];
+      const TreeLink<double>& link = tree_.links[n];
+      LinkScratch<double>& w = links[n];
+      if (link.parent < 0) {
+        for (int k = 0; k < 3; ++k) {
+          w.p.angular[k] -= weighted(raw_[slot + k], x);
+          w.p.linear[k] -= weighted(raw_[slot + 3 + k], x);
+        }
+      } else if (link.joint == LinkJoint::spherical) {
+        for (int k = 0; k < 3; ++k) w.p.angular[k] -= weighted(raw_[slot + k], x);
+      } else if (is_prescribed(prescribed, n)) {
+        (link.joint == LinkJoint::revolute ? w.p.angular : w.p.linear)[link.axis] -= weighted(raw_[slot], x);
+      } else {
+        w.g += inverse_root_[n] * weighted(y_[slot], x);
+      }
+    }
+  }
+}
+
+void LoopColumns::release(std::span<LinkScratch<double>> links) const {
+  for (const Step& step : steps_) links[step.link].g = 0, links[step.link].p = Wrenchd::zero();
+}
+
+}  // namespace grapnel

@@ -1,0 +1,96 @@
+#pragma once
+
+/// @file
+/// Unit wrenches of loop closures carried through the articulated tree: the kernel of the range-space method.
+///
+/// With M = U D U^T as in the recursion of forward dynamics, a wrench F on a link gives at its joint K = S^T F, and
+/// what goes on to the parent is F - G K, G = I S / D. The rows Y = D^-1/2 K of all joints on the way, and Y = D^-1/2
+/// L^-1 F at a free root with I = L D L^T, are D^-1/2 U^-1 J^T, so that
+///
+///   W = J M^-1 J^T = Y^T Y                                                                                     (8.7)
+///
+/// costs a number of operations proportional to the joints on the closure's way. Joints whose acceleration is
+/// prescribed pass wrenches on whole and have no row. The same wrenches give the closure's relative acceleration
+/// without multipliers before any acceleration is known: what a link's acceleration A = X A_parent + c + S (g - G.A)
+/// contributes to F.A is K g + (F - G K).c, and the rest is the parent's. Thread safety: one thread at a time.
+
+#include "grapnel/constraint/loop_path.hpp"
+
+namespace grapnel {
+
+/// One number per row of one closure, padded with zeros: one vector register, or two.
+struct ClosureRow {
+  using Pack = double __attribute__((vector_size(64)));
+  Pack r;
+};
+
+class LoopColumns {
+ public:
+  LoopColumns(const Tree<double>& tree, std::span<const LoopPath> paths);
+
+  /// Carries the unit wrenches of all closures to the root. `links`: as articulated_inertias() left them for `in`.
+  void carry(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
+             std::span<const LinkScratch<double>> links, const DynamicsInput<double>& in);
+
+  /// W, rows x rows, row-major.
+  void contact_inertia(std::span<double> W) const;
+
+  /// The acceleration of C minus that of D that the forces of carry()'s `in` alone would give a closure, without
+  /// V_C x V_D, per row; and the sum of the squares of its terms.
+  const ClosureRow& free_acceleration(std::size_t closure) const { return sums_[closure].acceleration; }
+  const ClosureRow& free_acceleration_squares(std::size_t closure) const { return sums_[closure].squares; }
+
+  /// Makes wrenches or impulses `rows` on the closures act in the third sweep, articulated_accelerations().
+  void impose(std::span<const double> rows, std::span<const std::uint8_t> prescribed,
+              std::span<LinkScratch<double>> links) const;
+
+  /// Takes away what impose() did to links that articulated_inertias() left at rest with no force acting.
+  void release(std::span<LinkScratch<double>> links) const;
+
+ private:
+  // Where a closure's rows at one link are: from `slot` on in y_ and raw_.
+  struct Step {
+    int link, slot;
+  };
+  // Of one closure, in the order of carrying.
+  struct Way {
+    int first_step, end_a, end_b, root;  // in steps_: from a, from b, then from where they meet; the root is last
+    int first_slot, end_slot;
+    int first_row, rows;
+    ClosureRow unit[6];  // unit wrenches of the rows at C, in its axes, by component
+  };
+  struct Sums {
+    ClosureRow acceleration, squares;
+  };
+  struct RootFactor {
+    double L[6][6];                      // below the diagonal; the upper triangle is not used
+    double inverse[6], inverse_root[6];  // of D
+    double y[6];                         // L^-1 (F - p)
+  };
+  struct Pair {
+    struct Slots {
+      int of_k, of_l;
+    };
+    int closure_k, closure_l;
+    std::vector<Slots> slots;
+  };
+  bool is_prescribed(std::span<const std::uint8_t> prescribed, int link) const {
+    return !prescribed.empty() && prescribed[tree_.links[link].v] != 0;
+  }
+  void arrive(const Way& way, const ClosureRow::Pack (&F)[6], const DynamicsInput<double>& in, ClosureRow::Pack& free);
+  void factor_root(int link, const LinkScratch<double>& w, const DynamicsInput<double>& in);
+
+  const Tree<double>& tree_;
+  std::vector<Step> steps_;
+  std::vector<Way> ways_;
+  std::vector<Pair> pairs_;              // closures that have links in common
+  std::vector<ClosureRow> y_;            // zero where prescribed
+  std::vector<ClosureRow> raw_;          // S^T F at prescribed and spherical joints, F at roots
+  std::vector<Sums> sums_;               // per closure
+  std::vector<double> inverse_root_;     // per link: D^-1/2
+  std::vector<int> roots_;               // free roots with loops
+  std::vector<RootFactor> root_factor_;  // likewise
+  std::vector<int> root_factor_of_;      // per link
+};
+
+}  // namespace grapnel

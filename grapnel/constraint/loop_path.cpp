@@ -1,0 +1,142 @@
+#include "grapnel/constraint/loop_path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "grapnel/dynamics/recursion.hpp"
+
+namespace grapnel {
+namespace {
+
+std::vector<int> way_to_root(const Tree<double>& tree, int link) {
+  std::vector<int> way;
+  for (int l = link; l >= 0; l = tree.links[l].parent) way.push_back(l);
+  return way;
+}
+
+// Two unit vectors normal to a third.
+void normals(const Vector3d& axis, Vector3d& first, Vector3d& second) {
+  const Rotationd R = rotation_between({0, 0, 1}, axis);
+  first = R.column(0), second = R.column(1);
+}
+
+// Mean inverse inertias of a body alone about the point p_BP: a third of the traces of I_c^-1 and of
+// 1/m - [r x] I_c^-1 [r x]. The trace of -[r x] A [r x] is |r|^2 tr A - r^T A r.
+void set_scales(const BodyDescription& body, const Vector3d& p_BP, LoopPath& path) {
+  const Symmetric3d& I = body.inertia;
+  const double c_xx = I.yy * I.zz - I.yz * I.yz, c_yy = I.xx * I.zz - I.xz * I.xz, c_zz = I.xx * I.yy - I.xy * I.xy;
+  const double c_xy = I.xz * I.yz - I.xy * I.zz, c_xz = I.xy * I.yz - I.xz * I.yy, c_yz = I.xy * I.xz - I.yz * I.xx;
+  const double determinant = I.xx * c_xx + I.xy * c_xy + I.xz * c_xz;
+  const double f = 1 / determinant;
+  const Symmetric3d inverse{f * c_xx, f * c_yy, f * c_zz, f * c_xy, f * c_xz, f * c_yz};
+  const Vector3d r = p_BP - body.com;
+  const double trace = inverse.xx + inverse.yy + inverse.zz;
+  path.angular_scale = 1 / std::sqrt(trace / 3);
+  path.linear_scale = 1 / std::sqrt(1 / body.mass + (dot(r, r) * trace - dot(r, inverse * r)) / 3);
+}
+
+// X_KP to X_KL: one step outward from a parent P. Turned columns are cheaper than a product of matrices.
+GRAPNEL_INLINE void step_outward(const TreeLink<double>& link, const LinkScratch<double>& w, Posed& X) {
+  X.p += X.R * w.p_PL;
+  if (link.rotated) X.R = X.R * link.X_PF.R;
+  recursion::visit_joint(link, [&](auto joint) {
+    using Joint = decltype(joint);
+    if constexpr (std::is_same_v<Joint, recursion::Spherical>) {
+      X.R = X.R * w.R_FL;
+    } else if constexpr (!std::is_same_v<Joint, recursion::Root>) {
+      if constexpr (Joint::kTurns) {
+        constexpr int i = (Joint::kAxis + 1) % 3, j = (Joint::kAxis + 2) % 3;
+        for (auto& row : X.R.m) {
+          const double x = row[i], y = row[j];
+          row[i] = w.angle.cosine * x + w.angle.sine * y;
+          row[j] = w.angle.cosine * y - w.angle.sine * x;
+        }
+      }
+    }
+  });
+}
+
+Posed pose_along(const std::vector<int>& from, const Tree<double>& tree, std::span<const LinkScratch<double>> links) {
+  Posed X = Posed::identity();
+  for (std::size_t k = from.size(); k-- > 0;) step_outward(tree.links[from[k]], links[from[k]], X);
+  return X;
+}
+
+}  // namespace
+
+LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
+  const int bodies = static_cast<int>(model.bodies().size());
+  if (closure.body_a < 0 || closure.body_a >= bodies || closure.body_b < 0 || closure.body_b >= bodies)
+    throw std::invalid_argument("loop closure '" + closure.name + "': no such body");
+  const Body& a = model.bodies()[closure.body_a];
+  const Body& b = model.bodies()[closure.body_b];
+  if (a.root != b.root) {
+    throw std::invalid_argument("loop closure '" + closure.name + "': bodies '" + a.description.name + "' and '" +
+                                b.description.name + "' are in different trees");
+  }
+  if (a.placement.link == b.placement.link) {
+    throw std::invalid_argument("loop closure '" + closure.name + "': bodies '" + a.description.name + "' and '" +
+                                b.description.name + "' cannot move against each other");
+  }
+  LoopPath path;
+  path.link_a = a.placement.link, path.link_b = b.placement.link;
+  path.X_aC = a.placement.X_LB * closure.X_AC;
+  path.X_bD = b.placement.X_LB * closure.X_BD;
+  path.from_a = way_to_root(model.tree(), path.link_a);
+  path.from_b = way_to_root(model.tree(), path.link_b);
+  while (!path.from_a.empty() && !path.from_b.empty() && path.from_a.back() == path.from_b.back()) {
+    path.trunk.push_back(path.from_a.back());
+    path.from_a.pop_back(), path.from_b.pop_back();
+  }
+  std::reverse(path.trunk.begin(), path.trunk.end());
+  path.rows = row_count(closure.model);
+  path.angular_count = path.rows - 3;
+  path.model = closure.model;
+  path.hinge_C = closure.hinge_C;
+  if (closure.model == GraspModel::hinge) {
+    normals(closure.hinge_C, path.angular_rows[0], path.angular_rows[1]);
+  } else {
+    for (int k = 0; k < 3; ++k) path.angular_rows[k] = Vector3d::unit(k);
+  }
+  set_scales(b.description, closure.X_BD.p, path);
+  return path;
+}
+
+LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const LinkScratch<double>> links) {
+  const Posed X_LC = pose_along(path.from_a, tree, links) * path.X_aC;
+  const Posed X_Lb = pose_along(path.from_b, tree, links);
+  return {inverse(X_Lb) * X_LC};
+}
+
+Posed pose_CD(const LoopPath& path, const LoopPlace& place) { return inverse(place.X_bC) * path.X_bD; }
+
+Wrenchd from_rows(const LoopPath& path, std::span<const double> rows) {
+  Wrenchd F = Wrenchd::zero();
+  for (int r = 0; r < path.angular_count; ++r) F.angular += rows[r] * path.angular_rows[r];
+  for (int r = 0; r < 3; ++r) F.linear[r] = rows[path.angular_count + r];
+  return F;
+}
+
+void position_rows(const LoopPath& path, const LoopPlace& place, std::span<double> rows) {
+  const Posed X_CD = pose_CD(path, place);
+  Vector3d turn;  // of D against C; the whole angle, since a sine vanishes at half a turn as well
+  if (path.model == GraspModel::rigid) {
+    turn = rotation_vector(X_CD.R);
+  } else if (path.model == GraspModel::hinge) {
+    const Vector3d axis = X_CD.R * path.hinge_C;
+    turn = cross(path.hinge_C, axis);
+    const double sine = norm(turn), cosine = dot(path.hinge_C, axis);
+    if (sine > 0) {
+      turn = (std::atan2(sine, cosine) / sine) * turn;
+    } else if (cosine < 0) {
+      turn = M_PI * path.angular_rows[0];
+    }
+  } else {
+    turn = Vector3d::zero();
+  }
+  for (int r = 0; r < path.angular_count; ++r) rows[r] = -dot(path.angular_rows[r], turn);
+  for (int r = 0; r < 3; ++r) rows[path.angular_count + r] = -X_CD.p[r];
+}
+
+}  // namespace grapnel

@@ -1,0 +1,74 @@
+#include "grapnel/constraint/pivoted_cholesky.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace grapnel {
+
+PivotedCholesky::PivotedCholesky(int size)
+    : size_(size),
+      matrix_(static_cast<std::size_t>(size * size)),
+      factor_(matrix_.size()),
+      diagonal_(static_cast<std::size_t>(size)),
+      forward_(static_cast<std::size_t>(size)),
+      pivot_row_(static_cast<std::size_t>(size)),
+      inverse_(static_cast<std::size_t>(size)),
+      order_(static_cast<std::size_t>(size)) {}
+
+void PivotedCholesky::factor(double tolerance) {
+  std::iota(order_.begin(), order_.end(), 0);
+  rank_ = 0;
+  least_pivot_ = 0;
+  double largest = 1;
+  for (int i = 0; i < size_; ++i) {
+    diagonal_[i] = matrix_[static_cast<std::size_t>(i * size_ + i)];
+    largest = std::max(largest, diagonal_[i]);
+  }
+  for (int step = 0; step < size_; ++step) {
+    int best = step;
+    for (int k = step + 1; k < size_; ++k) {
+      if (diagonal_[order_[k]] > diagonal_[order_[best]]) best = k;
+    }
+    const double pivot = diagonal_[order_[best]];
+    if (!(pivot > tolerance * largest)) return;
+    std::swap(order_[step], order_[best]);
+    const int p = order_[step];
+    const double inverse = inverse_[step] = 1 / pivot;
+    for (int j = 0; j < step; ++j) pivot_row_[j] = lower(p, j) * diagonal_[order_[j]];
+    for (int k = step + 1; k < size_; ++k) {
+      const int i = order_[k];
+      double sum = matrix_[static_cast<std::size_t>(i * size_ + p)];  // L_ip times the pivot
+      for (int j = 0; j < step; ++j) sum -= lower(i, j) * pivot_row_[j];
+      lower(i, step) = sum * inverse;
+      diagonal_[i] -= sum * lower(i, step);
+    }
+    least_pivot_ = pivot;
+    ++rank_;
+  }
+}
+
+void PivotedCholesky::solve(std::span<const double> b, std::span<double> x, std::span<double> residual) {
+  for (int step = 0; step < rank_; ++step) {
+    const int p = order_[step];
+    double sum = b[p];
+    for (int j = 0; j < step; ++j) sum -= lower(p, j) * forward_[j];
+    forward_[step] = sum;
+    residual[p] = 0;
+  }
+  for (int k = rank_; k < size_; ++k) {
+    const int i = order_[k];
+    double sum = b[i];
+    for (int j = 0; j < rank_; ++j) sum -= lower(i, j) * forward_[j];
+    residual[i] = sum;
+    x[i] = 0;
+  }
+  for (int step = rank_; step-- > 0;) {
+    const int p = order_[step];
+    double sum = forward_[step] * inverse_[step];
+    for (int k = step + 1; k < rank_; ++k) sum -= lower(order_[k], step) * x[order_[k]];
+    x[p] = sum;
+  }
+}
+
+}  // namespace grapnel

@@ -1,0 +1,62 @@
+#pragma once
+
+/// @file
+/// Random servicers whose arms hold targets in loops, with a state that fits the closures and loads, and the dense
+/// matrices that say what must come out.
+
+#include <Eigen/Core>
+
+#include "grapnel/constraint/constrained_dynamics.hpp"
+#include "oracle/maximal_system.hpp"
+#include "support/random_robot.hpp"
+
+namespace grapnel::testing {
+
+/// Cases 0 to kClosed - 1; every third is planar (all axes of a loop parallel: rows of its closures are redundant).
+inline constexpr int kClosed = 150;
+
+struct ClosedCase {
+  Model model;
+  State state;  // on the closures in position and velocity
+  std::vector<LoopClosure> closures;
+  oracle::MaximalLoads loads;  // torques, wrenches, gravity; nothing prescribed
+};
+
+/// A free or fixed base with two to four arms of three to seven joints, some of them slides, some with rotors, some
+/// bodies welded on. Arm 0 carries a target by a fixed, revolute or spherical joint; of the others, each holds that
+/// target, or a second one that hangs on arm 1, by a closure of any kind: dual and triple arms on one target, two pairs
+/// on two targets, and arms that hold a target of their own.
+ClosedCase random_closed(int index);
+
+/// What holds and what is driven: joints, or the whole base, whose acceleration is given; drawn so that the closures
+/// can still be kept. None for some cases.
+oracle::MaximalLoads with_prescribed(const ClosedCase& c, int index);
+
+/// Dense matrices of the velocities that are not prescribed, at `state`.
+struct DenseLoops {
+  Eigen::MatrixXd M, J;  // all velocities
+  Eigen::MatrixXd M_free, J_free;
+  std::vector<Eigen::Index> free;  // velocities that are not prescribed
+  int rank = 0;                    // of J_free, rows scaled to length one in the metric of M
+  double least = 1;                // singular value of those that count; small near a singular configuration
+  bool clear = true;               // no singular value between dependent and independent
+
+  DenseLoops(const Model& model, const State& state, std::span<const LoopClosure> closures,
+             const std::vector<std::uint8_t>& prescribed = {});
+  /// The velocity that fits the closures and is nearest to v in the metric of M among those with the prescribed ones
+  /// unchanged; by singular values.
+  Eigen::VectorXd closed(const Eigen::VectorXd& v) const;
+  /// J_f M_f^-1 J_f^T.
+  Eigen::MatrixXd contact_inertia() const;
+};
+
+/// Loads as the kernel takes them. Spans refer to `loads`, `state` and `workspace`, which must outlive the result.
+DynamicsInput<double> dynamics_input(const Model& model, const State& state, const oracle::MaximalLoads& loads,
+                                     Workspace& workspace);
+
+/// State `step` times the velocity `v` further along, quaternions kept on the sphere.
+State moved(const Model& model, const State& state, const Eigen::VectorXd& v, double step);
+/// The displacement that leads from `from` to a state near it, as a velocity over unit time; exact to second order.
+Eigen::VectorXd displacement(const Model& model, const State& from, const State& to);
+
+}  // namespace grapnel::testing
