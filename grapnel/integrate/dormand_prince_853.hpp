@@ -196,6 +196,7 @@ StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
         const double factor = std::min(kSafety * std::pow(error, -1.0 / 8.0), rejected ? 1.0 : kLargestFactor);
         proposed_step_ = std::abs(h) * std::max(factor, kSmallestFactor);
         if (last) proposed_step_ = std::max(proposed_step_, wanted);  // a step cut short by the end says nothing more
+        this->statistics_.sum_of_error_estimates += error;
         this->accept(t_new, stage(13), defect);
         return this->status_;
       }

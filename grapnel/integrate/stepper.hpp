@@ -42,6 +42,7 @@ struct IntegrationStatistics {
   std::int64_t accepted = 0;                   // steps taken
   std::int64_t rejected = 0;                   // steps tried and discarded
   double largest_quaternion_defect = 0.0;      // largest |‖q‖ − 1| at the end of a step, before renormalization
+  double sum_of_error_estimates = 0.0;         // over accepted steps, in units of the tolerance; 0 with fixed steps
   double sum_of_quaternion_corrections = 0.0;  // sum over steps of the step's largest |‖q‖ − 1|
 };
 

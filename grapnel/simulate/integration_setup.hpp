@@ -12,6 +12,13 @@ struct IntegrationSetup {
   /// so that it cannot drift. integrated: they are integrated like everything else, an independent check.
   enum class RootVelocity { recovered, integrated };
   RootVelocity root_velocity = RootVelocity::recovered;
+  /// How loops are kept closed. projection: after every step, and at every output, positions and velocities are brought
+  /// back onto the closures in the mass metric. baumgarte: closures act on accelerations, with defects fed back at the
+  /// rate 1/baumgarte_time; for comparison. acceleration: on accelerations alone (2.10), as in the thesis; for
+  /// comparison: defects stay and grow.
+  enum class Loops { projection, baumgarte, acceleration };
+  Loops loops = Loops::projection;
+  double baumgarte_time = 0.1;  // [s]
   double relative_tolerance = 1e-12;
   double absolute_tolerance = 1e-13;
   double step = 1e-3;   // for rk4 [s]

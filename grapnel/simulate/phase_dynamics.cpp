@@ -1,5 +1,7 @@
 #include "grapnel/simulate/phase_dynamics.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +9,10 @@
 
 namespace grapnel {
 namespace {
+
+// Redundant rows that disagree by more than this share of the accelerations at hand contradict each other; rounding
+// leaves some 1e-13.
+constexpr double kContradiction = 1e-6;
 
 // Offsets in the integrals' part of y.
 constexpr int kMotorWork = 0, kFrictionWork = 1, kExternalWork = 2, kExternalMoment = 3, kExternalForce = 6;
@@ -34,6 +40,7 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       momenta_(free_root_count(model.tree())),
       drifted_(momenta_) {
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
+  if (!setup_.closures.empty()) solver_.emplace(model_, setup_.closures);
   check_and_classify();
 }
 
@@ -136,9 +143,19 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   if (setup_.held_root >= 0) {
     for (int k = 0; k < 6; ++k) now_.v[model_.bodies()[setup_.held_root].v + k] = 0;
   }
-  if (recovers()) {
-    recover_roots<double>(model_.tree(), momenta_, t - momenta_time_, workspace_.kernel, now_.q, now_.v);
-  }
+  recover(t);
+}
+
+void PhaseDynamics::recover(double t) {
+  if (!recovers()) return;
+  recover_roots<double>(model_.tree(), momenta_, t - momenta_time_, workspace_.kernel, now_.q, now_.v);
+}
+
+// Brings the state at hand onto the closures. A closure is relative, so roots may be recovered afterwards.
+ProjectionResult PhaseDynamics::close_loops(double t) {
+  const ProjectionResult result = solver_->project(prescribed_, workspace_, now_.q, now_.v);
+  recover(t);
+  return result;
 }
 
 // Kinematics, and the wrenches of loads and attitude control.
@@ -185,7 +202,11 @@ void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
   in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
   in.prescribed = prescribed, in.acceleration = acceleration_;
   if (!wrenches_.empty()) in.link_wrench = workspace_.link_wrench;
-  articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
+  if (solver_) {
+    solver_->accelerations(in, setup_.loop_feedback, workspace_, vdot_, workspace_.force);
+  } else {
+    articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
+  }
 }
 
 // Accelerations, and the motor and friction efforts of all joints.
@@ -259,6 +280,16 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   const int nq = model_.coordinates(), nv = model_.velocities();
   load(t, y);
   accelerate(t);
+  if (solver_ && !(solver_->contradiction() <= kContradiction)) {
+    // No motion keeps the closures: nothing finite can be returned, and a shorter step may avoid it.
+    if (std::isfinite(solver_->contradiction())) {
+      trouble_ =
+          Trouble{t, solver_->contradiction(), solver_->rank(), solver_->least_pivot(), solver_->contradicting_row()};
+    }
+    std::fill(dydt.begin(), dydt.end(), std::numeric_limits<double>::quiet_NaN());
+    return;
+  }
+  trouble_.reset();
   coordinate_rates(model_, now_.q, now_.v, dydt.first(nq));
   std::copy(vdot_.begin(), vdot_.end(), dydt.begin() + nq);
   const std::span<double> integrals = dydt.subspan(nq + nv, kIntegrals);
@@ -271,9 +302,51 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   if (has_external_) add_external(integrals);
 }
 
-const State& PhaseDynamics::state(double t, std::span<const double> y) {
+const State& PhaseDynamics::unprojected_state(double t, std::span<const double> y) {
   load(t, y);
   return now_;
+}
+
+const State& PhaseDynamics::state(double t, std::span<const double> y) {
+  load(t, y);
+  if (projects()) close_loops(t);
+  return now_;
+}
+
+ProjectionResult PhaseDynamics::project(double t, std::span<double> y) {
+  load(t, y);
+  const std::size_t nq = now_.q.size();
+  loaded_.resize(nq + now_.v.size());
+  std::copy(now_.q.begin(), now_.q.end(), loaded_.begin());
+  std::copy(now_.v.begin(), now_.v.end(), loaded_.begin() + static_cast<std::ptrdiff_t>(nq));
+  const ProjectionResult result = solver_->project(prescribed_, workspace_, now_.q, now_.v);
+  // The change alone: roots' integrated positions and velocities stay a check on the recovered ones.
+  for (std::size_t i = 0; i < nq; ++i) y[i] += now_.q[i] - loaded_[i];
+  for (std::size_t i = 0; i < now_.v.size(); ++i) y[nq + i] += now_.v[i] - loaded_[nq + i];
+  return result;
+}
+
+ClosureDefect PhaseDynamics::loop_defect(double t, std::span<const double> y) {
+  load(t, y);
+  forward_kinematics(model_, now_, workspace_.kinematics);
+  ClosureDefect largest;
+  for (const LoopClosure& closure : setup_.closures) {
+    const ClosureDefect d = closure_defect(closure, workspace_.kinematics);
+    largest.position = std::max(largest.position, d.position);
+    largest.angle = std::max(largest.angle, d.angle);
+    largest.velocity = std::max(largest.velocity, d.velocity);
+    largest.angular_velocity = std::max(largest.angular_velocity, d.angular_velocity);
+  }
+  return largest;
+}
+
+std::string PhaseDynamics::trouble() const {
+  if (!trouble_) return {};
+  return fmt::format(
+      "at t = {:.9g} s no motion keeps the loops closed: {} contradicts the other closures or prescribed joints "
+      "({:.2g} of the accelerations at hand; rank {} of {} rows, least pivot {:.2g}): a singular configuration, or "
+      "joints that are driven against the loop",
+      trouble_->time, trouble_->row, trouble_->contradiction, trouble_->rank, solver_->rows(), trouble_->least_pivot);
 }
 
 MomentumDefect PhaseDynamics::momentum_mended(std::span<const double> y) {
@@ -299,6 +372,7 @@ PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
 
 void PhaseDynamics::efforts(double t, std::span<const double> y, std::span<double> motor, std::span<double> friction) {
   load(t, y);
+  if (projects()) close_loops(t);
   accelerate(t);
   std::copy(motor_.begin(), motor_.end(), motor.begin());
   std::copy(friction_.begin(), friction_.end(), friction.begin());

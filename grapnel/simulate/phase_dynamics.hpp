@@ -6,12 +6,14 @@
 /// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
 /// the external impulse. They are under error control: where joints move as prescribed, little else limits the step.
 /// Joints are free, driven by a controller, or move as prescribed; a root may be held by an ideal wrench or be under
-/// attitude control; loads may act on any body. Thread safety: one thread at a time (it owns a workspace).
+/// attitude control; loads may act on any body; closures keep loops of the tree closed. Thread safety: one thread at a
+/// time (it owns a workspace).
 
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "grapnel/constraint/constrained_dynamics.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/root_velocity.hpp"
 #include "grapnel/integrate/manifold.hpp"
@@ -50,6 +52,9 @@ struct PhaseSetup {
   /// Take the velocities of free roots from the momentum that initial() saw (2.3), and their positions from the uniform
   /// motion of the centre of mass, where no gravity, ground or holding wrench changes them; else they are integrated.
   bool recover_roots = true;
+  std::vector<LoopClosure> closures;  // loops that are closed
+  bool project_loops = true;          // bring states back onto the closures
+  double loop_feedback = 0;           // Baumgarte's rate [1/s]; 0: none
 };
 
 /// Integrals since the phase's start.
@@ -93,21 +98,41 @@ class PhaseDynamics {
   /// dy/dt.
   void operator()(double t, std::span<const double> y, std::span<double> dydt);
 
-  /// The state in y; prescribed joints are put exactly where they are prescribed, and roots' velocities are those of
-  /// the conserved momenta. Valid until the next call.
+  /// The state in y; prescribed joints are put exactly where they are prescribed, roots' velocities are those of the
+  /// conserved momenta, and loops are closed by projection (if setup.project_loops). Valid until the next call.
   const State& state(double t, std::span<const double> y);
+  /// The same without closing loops.
+  const State& unprojected_state(double t, std::span<const double> y);
+  /// Whether states are brought back onto closures.
+  bool projects() const { return solver_ && setup_.project_loops; }
+  /// Closes the loops in y itself, after a step.
+  ProjectionResult project(double t, std::span<double> y);
+  /// How far the loops of y are open, at the largest.
+  ClosureDefect loop_defect(double t, std::span<const double> y);
+  /// The solver of the loops, as of the last evaluation; null without closures.
+  const LoopSolver* loops() const { return solver_ ? &*solver_ : nullptr; }
+  /// Why dy/dt was last not finite, if closures could not be kept; empty otherwise.
+  std::string trouble() const;
   /// What recovering roots' velocities has mended: the largest deviation, over the trees, of the momentum that the
   /// integrated velocities in y have. Zero where they are not recovered.
   MomentumDefect momentum_mended(std::span<const double> y);
   PhaseIntegrals integrals(std::span<const double> y) const;
   /// Motor effort of every joint (per Model::joints()) at this instant, the friction beside it.
   void efforts(double t, std::span<const double> y, std::span<double> motor, std::span<double> friction);
+  /// Of the last evaluation (efforts() or dy/dt): its state, its accelerations, and what acted on bodies from outside
+  /// beside gravity.
+  const State& evaluated_state() const { return now_; }
+  std::span<const double> acceleration() const { return vdot_; }
+  std::span<const ExternalWrench> external_wrenches() const { return wrenches_; }
+  const Vector3d& gravity() const { return setup_.gravity; }
 
  private:
   static constexpr int kIntegrals = 9;
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void check_and_classify();
   void load(double t, std::span<const double> y);
+  void recover(double t);
+  ProjectionResult close_loops(double t);
   void act_from_outside(double t);
   void actuate();
   void solve(std::span<const std::uint8_t> prescribed);
@@ -132,8 +157,18 @@ class PhaseDynamics {
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
   std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended
   bool any_computed_ = false;
-  bool has_friction_ = false;  // in a joint that is not prescribed
-  bool has_external_ = false;  // gravity, loads, attitude control, a held root or a fixed one
+  std::optional<LoopSolver> solver_;  // with closures
+  struct Trouble {
+    double time;
+    double contradiction;
+    int rank;
+    double least_pivot;
+    std::string row;
+  };
+  std::optional<Trouble> trouble_;
+  std::vector<double> loaded_;  // scratch of project(): q and v before
+  bool has_friction_ = false;   // in a joint that is not prescribed
+  bool has_external_ = false;   // gravity, loads, attitude control, a held root or a fixed one
 };
 
 }  // namespace grapnel

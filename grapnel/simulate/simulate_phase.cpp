@@ -1,5 +1,8 @@
 #include "grapnel/simulate/simulate_phase.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 #include "grapnel/integrate/dormand_prince_853.hpp"
@@ -24,17 +27,22 @@ std::vector<double> output_times(double t0, double t1, double interval) {
   return times;
 }
 
+// What a number's resolution is worth in units of the tolerance, generously: corrections of this size are rounding.
+constexpr double kResolution = 0.05;
+
 // One phase with one stepper.
 template <class Method>
 class PhaseRun {
  public:
-  PhaseRun(Method& stepper, PhaseDynamics& dynamics, const std::function<void(const PhaseSample&)>& observe,
-           const StopCondition& stop)
+  PhaseRun(Method& stepper, PhaseDynamics& dynamics, const Tolerances& tolerances,
+           const std::function<void(const PhaseSample&)>& observe, const StopCondition& stop)
       : stepper_(stepper),
         dynamics_(dynamics),
         observe_(observe),
         stop_(stop),
         locator_(stepper.manifold()),
+        norm_(stepper.manifold(), tolerances),
+        relative_tolerance_(tolerances.rtol),
         y_(static_cast<std::size_t>(dynamics.size())),
         motor_(dynamics.model().joints().size()),
         friction_(motor_.size()) {}
@@ -42,7 +50,9 @@ class PhaseRun {
   PhaseOutcome run(const State& start, double t0, double t1, double interval) {
     direction_ = t1 < t0 ? -1 : 1;
     outputs_ = output_times(t0, t1, interval);
-    const std::vector<double> y0 = dynamics_.initial(start, t0);
+    std::vector<double> y0 = dynamics_.initial(start, t0);
+    close_loops(t0, y0);
+    if (const LoopSolver* solver = dynamics_.loops()) loops_.rows = solver->rows(), loops_.rank = solver->rank();
     std::vector<double> ends = dynamics_.breaks(t0, t1);
     ends.push_back(t1);
     double begin = t0;
@@ -63,7 +73,45 @@ class PhaseRun {
   }
 
  private:
-  bool usable() const { return stepper_.status() == StepStatus::running || stepper_.status() == StepStatus::finished; }
+  bool usable() const {
+    return loop_failure_.empty() &&
+           (stepper_.status() == StepStatus::running || stepper_.status() == StepStatus::finished);
+  }
+
+  // Takes note of how far the loops in y are open, and closes them.
+  void close_loops(double t, std::span<double> y) {
+    if (!dynamics_.loops()) return;
+    const auto raise = [](double& most, double value) {
+      if (!(value <= most)) most = value;
+    };
+    const auto note = [&](const ClosureDefect& d) {
+      raise(loops_.unprojected.position, d.position);
+      raise(loops_.unprojected.angle, d.angle);
+      raise(loops_.unprojected.velocity, d.velocity);
+      raise(loops_.unprojected.angular_velocity, d.angular_velocity);
+    };
+    if (!dynamics_.projects()) return note(dynamics_.loop_defect(t, y));
+    correction_.assign(y.begin(), y.end());
+    const ProjectionResult result = dynamics_.project(t, y);
+    note(result.before);
+    for (std::size_t i = 0; i < y.size(); ++i) correction_[i] = y[i] - correction_[i];
+    loops_.correction_total += relative_tolerance_ * norm_(y, correction_);
+    if (result.converged) return;
+    loop_failure_ = fmt::format(
+        "the loops cannot be closed at t = {:.9g} s: {:.3g} m and {:.3g} rad remain after projection (rank {} of {} "
+        "rows, least pivot {:.2g})",
+        t, result.after.position, result.after.angle, dynamics_.loops()->rank(), dynamics_.loops()->rows(),
+        dynamics_.loops()->least_pivot());
+  }
+
+  void step() {
+    stepper_.step(dynamics_);
+    if (!usable() || !dynamics_.loops()) return;
+    std::copy(stepper_.state().begin(), stepper_.state().end(), y_.begin());
+    close_loops(stepper_.time(), y_);
+    if (dynamics_.projects() && usable()) stepper_.set_state(dynamics_, y_);
+  }
+
   double margin(double t, std::span<const double> y) { return stop_(t, dynamics_.state(t, y)); }
 
   // Steps through the smooth interval that begins at `begin`, with the samples from there on; the one at its end is
@@ -73,7 +121,7 @@ class PhaseRun {
     if (stop_ && margin(begin, stepper_.state()) <= 0) return end_at(begin, stepper_.state());
     if (outputs_[next_] == begin && stepper_.status() == StepStatus::running) output(begin, stepper_.state());
     while (stepper_.status() == StepStatus::running) {
-      stepper_.step(dynamics_);
+      step();
       if (!usable()) return;
       std::optional<EventLocation> hit;
       if (stop_) {
@@ -101,9 +149,8 @@ class PhaseRun {
     ++next_;
     if (!observe_) return;
     dynamics_.efforts(t, y, motor_, friction_);
-    const State state = dynamics_.state(t, y);
     const PhaseIntegrals integrals = dynamics_.integrals(y);
-    observe_({t, state, integrals, motor_, friction_});
+    observe_({t, dynamics_.evaluated_state(), integrals, motor_, friction_, &dynamics_});
   }
 
   PhaseOutcome outcome() {
@@ -111,8 +158,13 @@ class PhaseRun {
     const std::span<const double> y = stop_time_ ? std::span<const double>(y_) : stepper_.state();
     PhaseOutcome outcome;
     outcome.stopped = stop_time_.has_value();
-    outcome.finished = outcome.stopped || stepper_.status() == StepStatus::finished;
-    if (!outcome.finished) outcome.failure = stepper_.explanation();
+    outcome.finished = loop_failure_.empty() && (outcome.stopped || stepper_.status() == StepStatus::finished);
+    if (!outcome.finished) outcome.failure = loop_failure_.empty() ? stepper_.explanation() : loop_failure_;
+    if (!outcome.finished && !dynamics_.trouble().empty()) outcome.failure += "; " + dynamics_.trouble();
+    outcome.loops = loops_;
+    outcome.loops.integration_error =
+        relative_tolerance_ * (stepper_.statistics().sum_of_error_estimates +
+                               kResolution * static_cast<double>(stepper_.statistics().accepted + 1));
     outcome.end_time = t;
     outcome.end_state = dynamics_.state(t, y);
     outcome.integrals = dynamics_.integrals(y);
@@ -130,6 +182,11 @@ class PhaseRun {
   const std::function<void(const PhaseSample&)>& observe_;
   const StopCondition& stop_;
   EventLocator<double> locator_;
+  ErrorNorm<double> norm_;
+  double relative_tolerance_;
+  LoopOutcome loops_;
+  std::string loop_failure_;
+  std::vector<double> correction_;
   std::vector<double> y_;  // at a sample inside a step; at the stop
   std::vector<double> motor_, friction_;
   std::vector<double> outputs_;
@@ -143,18 +200,18 @@ class PhaseRun {
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
                             const StopCondition& stop) {
-  if (integration.method == IntegrationSetup::Method::rk4) {
-    RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
-    return PhaseRun(stepper, dynamics, observe, stop).run(start, t0, t1, interval);
-  }
   Tolerances tolerances;
   tolerances.rtol = integration.relative_tolerance;
   tolerances.atol = integration.absolute_tolerance;
+  if (integration.method == IntegrationSetup::Method::rk4) {
+    RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
+    return PhaseRun(stepper, dynamics, tolerances, observe, stop).run(start, t0, t1, interval);
+  }
   StepControl control;
   if (integration.max_step > 0) control.max_step = integration.max_step;
   control.max_steps = integration.max_steps;
   DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
-  return PhaseRun(stepper, dynamics, observe, stop).run(start, t0, t1, interval);
+  return PhaseRun(stepper, dynamics, tolerances, observe, stop).run(start, t0, t1, interval);
 }
 
 }  // namespace grapnel

@@ -18,10 +18,20 @@ struct PhaseSample {
   const PhaseIntegrals& integrals;
   std::span<const double> motor;  // effort per joint [N m or N]
   std::span<const double> friction;
+  const PhaseDynamics* dynamics = nullptr;  // as evaluated at this state; null outside an integration
 };
 
 /// A quantity whose first fall from positive to zero or below ends a phase.
 using StopCondition = std::function<double(double t, const State&)>;
+
+/// How loops were kept closed.
+struct LoopOutcome {
+  int rows = 0;
+  int rank = 0;                  // as the phase began
+  ClosureDefect unprojected;     // largest that one step left; without projection the largest there was
+  double correction_total = 0;   // sum of the corrections, in the norm that judges steps, times the relative tolerance
+  double integration_error = 0;  // sum of the steps' error estimates in the same measure, with the resolution of each
+};
 
 struct PhaseOutcome {
   bool finished = false;
@@ -34,12 +44,16 @@ struct PhaseOutcome {
   long steps = 0;
   long rejected = 0;
   MomentumDefect momentum_mended;  // at the end
-  double quaternion_defect = 0;    // largest | |q| - 1 | before renormalization
+  LoopOutcome loops;
+  double quaternion_defect = 0;  // largest | |q| - 1 | before renormalization
 };
 
 /// Integrates from `start` at t0 to t1, forwards or backwards, and calls `observe` at t0, at every multiple of
 /// `interval` after it, and at the end (interval 0: at t0 and the end only). Steps end where trajectories and loads are
 /// not smooth (PhaseDynamics::breaks); a sample at such a time shows what follows it, the last sample what led to it.
+///
+/// Loops that setup.project_loops keeps closed are closed in the start, after every step and in every sample; a step
+/// that cannot be brought back fails the phase.
 ///
 /// With `stop` the phase ends at the first time where it falls from positive to zero or below: at t0 if it is not
 /// positive there. It is looked at eight times a step, so that a shorter dip may go unseen.
