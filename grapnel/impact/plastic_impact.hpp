@@ -16,6 +16,13 @@
 
 namespace grapnel {
 
+/// A velocity (index into State::v) that a drive or a brake makes what it is to be, whatever impulse that takes: the
+/// rate of a joint that follows its reference exactly, or zero for one that is locked.
+struct HeldRate {
+  int velocity;
+  double after = 0;  // [rad/s or m/s]
+};
+
 /// An impulse at a grip, on the robot at the contact point, in W.
 struct ContactImpulse {
   Impulsed P_WC;                 // [N m s; N s]
@@ -25,25 +32,23 @@ struct ContactImpulse {
 struct ImpactSolution {
   std::vector<double> velocity;          // v+ of the whole model
   std::vector<ContactImpulse> contacts;  // per grip
+  std::vector<double> held_impulses;     // per held rate [N m s or N s]
   int rank = 0;
   int rows = 0;
-  Eigen::MatrixXd null_space;        // self-stresses, rows x (rows - rank), in constrained directions
+  Eigen::MatrixXd null_space;        // self-stresses, rows x (rows - rank): constrained directions, then held rates
   double kinetic_energy_before = 0;  // [J], by the mass matrix
   double kinetic_energy_after = 0;
-  double energy_identity_residual = 0;       // |dT + u-^T W^+ u- / 2| / T-
-  double constraint_residual = 0;            // largest |J v+| over the largest |u-| or rate
+  double energy_identity_residual = 0;       // |dT - P^T (u- + u+) / 2| / T-
+  double constraint_residual = 0;            // largest |J v+ - u+| over the largest |u-| or rate
   double generalized_momentum_residual = 0;  // (3.6): |M dv - J^T P| in the energy norm over that of M v-
 };
 
 /// Solves the impact. If rows are redundant the impulse with the least sum over grips of P^T (J_t M_t^-1 J_t^T) P is
 /// returned: the energy each grip's impulse alone would give the free target, independent of units, frame and reference
-/// point. With no grasps nothing changes.
+/// point. Grips that are closed already may be among the grasps: they pass on what the new ones bring. With held rates
+/// and no new grip it is the impact of brakes. With neither nothing changes. Rows count grips and held rates.
 /// @throws std::invalid_argument if the state has another model's size.
-ImpactSolution plastic_impact(const Model& model, const State& state, std::span<const Grasp> grasps);
-
-/// Locks joints (indices into State::v) at once: a second impulse, one component per joint, that stops them.
-/// `locking` receives it [N m s or N s].
-ImpactSolution lock_joints(const Model& model, const State& state, std::span<const int> velocities,
-                           std::vector<double>& locking);
+ImpactSolution plastic_impact(const Model& model, const State& state, std::span<const Grasp> grasps,
+                              std::span<const HeldRate> held = {});
 
 }  // namespace grapnel

@@ -15,9 +15,6 @@ std::string reason_undefined(const Model& model, int root, std::span<const Grasp
   if (!model.has_free_root(root)) return "the base is fixed";
   for (std::size_t i = 0; i < grasps.size(); ++i) {
     if (grasps[i].model != GraspModel::rigid) return "the formulas are for rigid grasps";
-    for (std::size_t k = 0; k < i; ++k) {
-      if (grasps[k].target_body == grasps[i].target_body) return "two arms grip one target";
-    }
   }
   return {};
 }
@@ -29,23 +26,49 @@ Eigen::VectorXd as_eigen(const Twistd& V) {
 }
 Twistd as_twist(const Eigen::VectorXd& x) { return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}; }
 
-// J_t (2.15) with its lower-left block -[r x], and I_t (2.15) about the target's centre of mass, in W.
+// One target with all its grips: J_t (2.15) of each with its lower-left block -[r x], stacked, and I_t (2.15) about the
+// target's centre of mass, in W.
 struct TargetTerms {
+  int body = -1;
+  std::vector<Eigen::Index> grips;
   Eigen::MatrixXd J_t, I_t;
   Twistd twist_com;
 };
-TargetTerms target_terms(const Model& model, const Kinematics& kinematics, const Grasp& g) {
-  const BodyDescription& d = model.bodies()[g.target_body].description;
-  const Posed& X_WT = kinematics.X_WB[g.target_body];
-  const Vector3d r = g.p_WC - X_WT * d.com;
-  const Symmetric3d I = rotate(X_WT.R, d.inertia);
-  TargetTerms t;
-  t.J_t = Eigen::MatrixXd::Identity(6, 6);
-  t.J_t.bottomLeftCorner(3, 3) << 0, r[2], -r[1], -r[2], 0, r[0], r[1], -r[0], 0;
-  t.I_t = Eigen::MatrixXd::Identity(6, 6) * d.mass;
-  t.I_t.topLeftCorner(3, 3) << I.xx, I.xy, I.xz, I.xy, I.yy, I.yz, I.xz, I.yz, I.zz;
-  t.twist_com = shift(kinematics.V_WB[g.target_body], X_WT.R * d.com);
-  return t;
+
+Eigen::MatrixXd grip_map(const Vector3d& r) {
+  Eigen::MatrixXd J_t = Eigen::MatrixXd::Identity(6, 6);
+  J_t.bottomLeftCorner(3, 3) << 0, r[2], -r[1], -r[2], 0, r[0], r[1], -r[0], 0;
+  return J_t;
+}
+
+std::vector<TargetTerms> target_terms(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps) {
+  std::vector<TargetTerms> all;
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    const Grasp& g = grasps[i];
+    const BodyDescription& d = model.bodies()[g.target_body].description;
+    const Posed& X_WT = kinematics.X_WB[g.target_body];
+    auto t = std::find_if(all.begin(), all.end(), [&](const TargetTerms& x) { return x.body == g.target_body; });
+    if (t == all.end()) {
+      const Symmetric3d I = rotate(X_WT.R, d.inertia);
+      TargetTerms terms;
+      terms.body = g.target_body;
+      terms.J_t = Eigen::MatrixXd(0, 6);
+      terms.I_t = Eigen::MatrixXd::Identity(6, 6) * d.mass;
+      terms.I_t.topLeftCorner(3, 3) << I.xx, I.xy, I.xz, I.xy, I.yy, I.yz, I.xz, I.yz, I.zz;
+      terms.twist_com = shift(kinematics.V_WB[g.target_body], X_WT.R * d.com);
+      t = all.insert(all.end(), std::move(terms));
+    }
+    t->grips.push_back(static_cast<Eigen::Index>(i));
+    t->J_t.conservativeResize(t->J_t.rows() + 6, 6);
+    t->J_t.bottomRows(6) = grip_map(g.p_WC - X_WT * d.com);
+  }
+  return all;
+}
+
+// J_t^-1 x; with several grips J_t has more rows than columns, and the inverse is read as the least-squares one.
+Eigen::MatrixXd divide_by(const Eigen::MatrixXd& J_t, const Eigen::MatrixXd& x) {
+  if (J_t.rows() == 6) return J_t.partialPivLu().solve(x);
+  return J_t.householderQr().solve(x);
 }
 
 }  // namespace
@@ -64,14 +87,18 @@ PublishedImpact published_impact(const Model& model, const State& state, int roo
   Eigen::MatrixXd J(6 * r, n);
   Eigen::MatrixXd G = I;          // (3.12)
   Eigen::VectorXd H = I * rates;  // (3.12)
-  std::vector<TargetTerms> terms;
   for (Eigen::Index k = 0; k < r; ++k) {
-    const Grasp& g = grasps[k];
-    terms.push_back(target_terms(model, kinematics, g));
-    const TargetTerms& t = terms.back();
-    const Eigen::MatrixXd J_k = generalized_jacobian(model, state, root, g.robot_body, g.p_WC);
-    J.middleRows(6 * k, 6) = J_k;
-    const Eigen::MatrixXd C = t.J_t.partialPivLu().solve(J_k);  // J_t^-1 J
+    J.middleRows(6 * k, 6) = generalized_jacobian(model, state, root, grasps[k].robot_body, grasps[k].p_WC);
+  }
+  const std::vector<TargetTerms> terms = target_terms(model, kinematics, grasps);
+  std::vector<Eigen::MatrixXd> maps;  // J_t^-1 J of each target
+  for (const TargetTerms& t : terms) {
+    Eigen::MatrixXd J_k(t.J_t.rows(), n);
+    for (std::size_t i = 0; i < t.grips.size(); ++i) {
+      J_k.middleRows(6 * static_cast<Eigen::Index>(i), 6) = J.middleRows(6 * t.grips[i], 6);
+    }
+    maps.push_back(divide_by(t.J_t, J_k));
+    const Eigen::MatrixXd& C = maps.back();
     G += C.transpose() * t.I_t * C;
     H += C.transpose() * t.I_t * as_eigen(t.twist_com);
   }
@@ -97,12 +124,13 @@ PublishedImpact published_impact(const Model& model, const State& state, int roo
   State after = state;
   for (Eigen::Index i = 0; i < n; ++i) after.v[joints[i]] = final_rates[i];
   set_root_twist(model, root, base_twist_from_momentum(model, after, root, robot), after);
-  for (Eigen::Index k = 0; k < r; ++k) {
-    const Grasp& g = grasps[k];
-    const Eigen::VectorXd t_f = terms[k].J_t.partialPivLu().solve(J.middleRows(6 * k, 6) * final_rates);  // (3.10)
-    const Vector3d com_arm = kinematics.X_WB[g.target_body].R * model.bodies()[g.target_body].description.com;
-    set_root_twist(model, g.target_body, shift(as_twist(t_f), -com_arm), after);
+  for (std::size_t i = 0; i < terms.size(); ++i) {
+    const Eigen::VectorXd t_f = maps[i] * final_rates;  // (3.10)
+    const int body = terms[i].body;
+    const Vector3d com_arm = kinematics.X_WB[body].R * model.bodies()[body].description.com;
+    set_root_twist(model, body, shift(as_twist(t_f), -com_arm), after);
   }
+  result.velocity = after.v;
   const Kinematics k_after = forward_kinematics(model, after);
   result.momentum_error =
       momentum_about(model, k_after, Vector3d::zero()) - momentum_about(model, kinematics, Vector3d::zero());

@@ -15,11 +15,13 @@ struct PublishedImpact {
   std::string undefined;                         // why the formulas do not apply; empty if they do
   std::vector<ContactImpulse> contacts;          // (3.8) with (J^T)^+; `determined` is not filled
   std::vector<double> joint_rates;               // (3.11), in the order of joint_velocities()
+  std::vector<double> velocity;                  // of the whole model: these, the base's (3.13), the targets' (3.10)
   Momentumd momentum_error = Momentumd::zero();  // total after minus before, about the world's origin, in W
 };
 
-/// `root` is the robot's base. Undefined where a target is gripped by several arms, where a grip is not rigid, where
-/// the base is fixed, and where I (thetadot_f - thetadot_i) is not in the range of J^T.
+/// `root` is the robot's base. Undefined where a grip is not rigid, where the base is fixed, and where
+/// I (thetadot_f - thetadot_i) is not in the range of J^T. Where several arms grip one target, J and J_t of its grips
+/// are stacked, and J_t^-1 in (3.10) and (3.12) is read as the least-squares inverse, on which the thesis is silent.
 PublishedImpact published_impact(const Model& model, const State& state, int root, std::span<const Grasp> grasps);
 
 }  // namespace grapnel

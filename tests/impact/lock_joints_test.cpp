@@ -12,6 +12,16 @@
 namespace grapnel::testing {
 namespace {
 
+// The impulse of brakes on these velocities, with no grip.
+ImpactSolution lock_joints(const Model& model, const State& state, const std::vector<int>& velocities,
+                           std::vector<double>& impulse) {
+  std::vector<HeldRate> held;
+  for (int v : velocities) held.push_back({v, 0});
+  ImpactSolution solution = plastic_impact(model, state, {}, held);
+  impulse = solution.held_impulses;
+  return solution;
+}
+
 std::vector<int> some_joints(const Model& model, Random& random, double share) {
   std::vector<int> chosen;
   for (int b : model.joints()) {
