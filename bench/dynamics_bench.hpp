@@ -7,7 +7,9 @@
 namespace grapnel::bench {
 
 void register_dynamics();
+void register_loops();
 void register_plan();
-void register_mujoco();  // where MuJoCo was found
+void register_mujoco();        // where MuJoCo was found
+void register_mujoco_loops();  // likewise
 
 }  // namespace grapnel::bench

@@ -86,9 +86,11 @@ int main(int argc, char** argv) {
   benchmark::Initialize(&count, arguments.data());
   if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
   grapnel::bench::register_dynamics();
+  grapnel::bench::register_loops();
   grapnel::bench::register_plan();
 #ifdef GRAPNEL_BENCH_MUJOCO
   grapnel::bench::register_mujoco();
+  grapnel::bench::register_mujoco_loops();
 #endif
   Table table;
   benchmark::RunSpecifiedBenchmarks(&table);

@@ -10,8 +10,9 @@
 #include <stdexcept>
 
 #include "bench/dynamics_bench.hpp"
-#include "bench/workload.hpp"
+#include "bench/loop_workload.hpp"
 #include "engines/mujoco_engine.hpp"
+#include "grapnel/constraint/constrained_dynamics.hpp"
 
 namespace grapnel::bench {
 namespace {
@@ -30,20 +31,47 @@ mjModel* load(const std::string& xml) {
   return model;
 }
 
+// The closures as soft welds, nearly as stiff as MuJoCo allows (its default leaves a tenth of the relative
+// acceleration).
+std::string welds(const Model& model, const std::vector<LoopClosure>& closures) {
+  std::string xml = "<equality>\n";
+  for (const LoopClosure& c : closures) {
+    const Posed X_AB = c.X_AC * inverse(c.X_BD);
+    const Quaterniond r = quaternion_from(X_AB.R);
+    xml += fmt::format(
+        "<weld body1='{}' body2='{}' relpose='{:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g} {:.17g}' "
+        "solimp='0.9999 0.9999 0.001'/>\n",
+        model.bodies()[c.body_a].description.name, model.bodies()[c.body_b].description.name, X_AB.p[0], X_AB.p[1],
+        X_AB.p[2], r.w, r.x, r.y, r.z);
+  }
+  return xml + "</equality>\n";
+}
+std::string described(const Model& model, const std::vector<LoopClosure>& closures) {
+  std::string xml = testing::mjcf(model);
+  if (!closures.empty()) xml.insert(xml.rfind("</mujoco>"), welds(model, closures));
+  return xml;
+}
+
 // A workload in MuJoCo's coordinates: a free joint's velocity is [linear in W; angular in B], forces likewise. The
 // robots here are one tree whose bodies Grapnel and MuJoCo list in the same order.
 class Peer {
  public:
-  explicit Peer(const Workload& workload)
-      : model_(load(testing::mjcf(workload.model)), mj_deleteModel), data_(mj_makeData(model_.get()), mj_deleteData) {
+  explicit Peer(const Workload& workload, const std::vector<LoopClosure>& closures = {})
+      : model_(load(described(workload.model, closures)), mj_deleteModel),
+        data_(mj_makeData(model_.get()), mj_deleteData) {
     model_->opt.disableflags |= mjDSBL_CONSTRAINT | mjDSBL_CONTACT | mjDSBL_PASSIVE | mjDSBL_ACTUATION | mjDSBL_SENSOR |
                                 mjDSBL_WARMSTART | mjDSBL_GRAVITY;
+    if (!closures.empty()) model_->opt.disableflags &= ~mjDSBL_CONSTRAINT;
     for (int i = 0; i < Workload::kCases; ++i) {
       const State& state = workload.states[i];
       const Rotationd R = root_pose(workload.model, state, 0).R;
       cases_.push_back({state.q, in_mujoco(R, state.v), in_mujoco(R, workload.forces[i].generalized)});
     }
-    check(workload);
+    if (closures.empty()) {
+      check(workload);
+    } else {
+      check_closed(workload, closures);
+    }
   }
 
   void load_case(int i) {
@@ -77,6 +105,31 @@ class Peer {
       }
       if (!(difference <= 1e-8 * size)) {
         throw std::runtime_error(fmt::format("{}: MuJoCo's joint accelerations differ by {:.3g} of {:.3g}",
+                                             workload.name, difference, size));
+      }
+    }
+  }
+
+  // From rest, because MuJoCo leaves out how the closures' Jacobian changes. Its welds are soft: hence roughly.
+  void check_closed(const Workload& workload, const std::vector<LoopClosure>& closures) {
+    LoopSolver solver(workload.model, closures);
+    Workspace workspace(workload.model);
+    const std::vector<double> rest(workload.model.velocities());
+    std::vector<double> ours(rest), force(rest);
+    for (int i = 0; i < Workload::kCases; ++i) {
+      load_case(i);
+      std::fill_n(data_->qvel, model_->nv, 0.0);
+      mj_forward(model(), data());
+      DynamicsInput<double> in;
+      in.q = workload.states[i].q, in.v = rest, in.force = workload.forces[i].generalized;
+      solver.accelerations(in, 0, workspace, ours, force);
+      double difference = 0, size = 0;
+      for (int v = 6; v < model_->nv; ++v) {
+        difference = std::max(difference, std::abs(ours[v] - data_->qacc[v]));
+        size = std::max(size, std::abs(ours[v]));
+      }
+      if (!(difference <= 0.05 * size)) {
+        throw std::runtime_error(fmt::format("{} welded: MuJoCo's joint accelerations differ by {:.3g} of {:.3g}",
                                              workload.name, difference, size));
       }
     }
@@ -125,6 +178,15 @@ void register_mujoco() {
   for (const Workload& workload : chains()) {
     if (workload.model.bodies().size() > 90) break;  // MuJoCo's XML parser refuses elements nested deeper than 100
     add("forward_dynamics", std::make_shared<Peer>(workload), workload.name, mj_forward);
+  }
+}
+
+void register_mujoco_loops() {
+  for (const LoopWorkload& loops : loop_targets()) {
+    add("loop_dynamics", std::make_shared<Peer>(loops.base, loops.closures), loops.base.name, mj_forward);
+  }
+  for (const LoopWorkload& loops : more_loops()) {
+    add("loop_dynamics", std::make_shared<Peer>(loops.base, loops.closures), loops.base.name, mj_forward);
   }
 }
 

@@ -3,10 +3,8 @@
 #include <random>
 
 namespace grapnel::bench {
-namespace {
 
-// Masses and lengths of the thesis's planar dual-arm robot (table 4.1's order of magnitude).
-Model make_robot(int arms, int joints, bool alternate) {
+ModelBuilder describe_robot(int arms, int joints, bool alternate) {
   ModelBuilder builder;
   BodyDescription base;
   base.name = "base";
@@ -34,13 +32,15 @@ Model make_robot(int arms, int joints, bool alternate) {
     }
   }
   builder.add(FrameDescription{"tip", tip, Posed::identity()});
-  return builder.build();
+  return builder;
 }
 
-}  // namespace
-
 Workload make_workload(const std::string& name, int arms, int joints, bool alternate) {
-  Workload workload{name, make_robot(arms, joints, alternate), {}, {}};
+  return make_workload(name, describe_robot(arms, joints, alternate).build());
+}
+
+Workload make_workload(const std::string& name, Model model) {
+  Workload workload{name, std::move(model), {}, {}};
   std::mt19937_64 generator(20231);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int i = 0; i < Workload::kCases; ++i) {

@@ -20,8 +20,13 @@ struct Workload {
   std::vector<Forces> forces;
 };
 
-/// A free base with `arms` arms of `joints` revolute joints each, about z, or about z and y in turn. The base turns and
-/// drifts, the joints move; torques on all joints and a wrench on the base.
+/// A free base with `arms` arms of `joints` revolute joints each, about z, or about z and y in turn. Masses and lengths
+/// of the thesis's planar dual-arm robot (table 4.1's order of magnitude). Links are named "link<arm>.<joint>".
+ModelBuilder describe_robot(int arms, int joints, bool alternate);
+
+/// States and forces for a model whose first body is free, or for that robot. The base turns and drifts, the joints
+/// move; torques on all joints and a wrench on the base.
+Workload make_workload(const std::string& name, Model model);
 Workload make_workload(const std::string& name, int arms, int joints, bool alternate);
 
 /// The two robots of the targets: (a) 2 arms x 3 joints about z, (b) 2 arms x 7 joints about z and y in turn.

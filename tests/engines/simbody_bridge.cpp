@@ -34,19 +34,22 @@ struct SimbodyBridge::Parts {
   SimTK::SimbodyMatterSubsystem matter{system};
   std::vector<SimTK::MobilizedBodyIndex> bodies;
   SimTK::State state;
+  bool closed = false;
 };
 
-SimbodyBridge::SimbodyBridge(std::vector<SimbodyBody> given) : parts_(std::make_unique<Parts>()) {
+SimbodyBridge::SimbodyBridge(std::vector<SimbodyBody> given, const std::vector<SimbodyClosure>& closures)
+    : parts_(std::make_unique<Parts>()) {
   using SimTK::MobilizedBody;
   using SimTK::Transform;
+  // Trusted as it is: a constructor that repairs it would change it.
+  const auto rotation = [](const std::array<double, 9>& r) {
+    return SimTK::Rotation(SimTK::Mat33(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]), true);
+  };
   parts_->given = std::move(given);
   for (const SimbodyBody& b : parts_->given) {
     MobilizedBody& parent =
         parts_->matter.updMobilizedBody(b.parent < 0 ? SimTK::GroundIndex : parts_->bodies[b.parent]);
-    const auto& r = b.R_PF;
-    // Trusted as it is: a constructor that repairs it would change it.
-    const SimTK::Rotation R_PF(SimTK::Mat33(r[0], r[1], r[2], r[3], r[4], r[5], r[6], r[7], r[8]), true);
-    const Transform X_PF(R_PF, vec3(b.p_PF));
+    const Transform X_PF(rotation(b.R_PF), vec3(b.p_PF));
     const SimTK::Body::Rigid body = rigid_body(b);
     // A pin turns about z, a slider moves along x of the joint's frames: those are turned onto the axis on both sides.
     const auto along = [&](SimTK::CoordinateAxis axis) {
@@ -74,23 +77,34 @@ SimbodyBridge::SimbodyBridge(std::vector<SimbodyBody> given) : parts_(std::make_
       }
     }
   }
+  for (const SimbodyClosure& c : closures) {
+    MobilizedBody& a = parts_->matter.updMobilizedBody(parts_->bodies[c.a]);
+    MobilizedBody& b = parts_->matter.updMobilizedBody(parts_->bodies[c.b]);
+    const Transform X_AC(rotation(c.R_AC), vec3(c.p_AC)), X_BD(rotation(c.R_BD), vec3(c.p_BD));
+    if (c.kind == SimbodyClosureKind::weld) {
+      SimTK::Constraint::Weld(a, X_AC, b, X_BD);
+      continue;
+    }
+    SimTK::Constraint::Ball(a, X_AC.p(), b, X_BD.p());
+    if (c.kind == SimbodyClosureKind::ball) continue;
+    for (const auto& normal : c.normals_C) {
+      SimTK::Constraint::ConstantAngle(a, SimTK::UnitVec3(X_AC.R() * vec3(normal)), b,
+                                       SimTK::UnitVec3(X_BD.R() * vec3(c.axis_C)), SimTK::Pi / 2);
+    }
+  }
+  parts_->closed = !closures.empty();
   parts_->state = parts_->system.realizeTopology();
 }
 
 SimbodyBridge::~SimbodyBridge() = default;
 
-std::vector<double> SimbodyBridge::acceleration(const std::vector<double>& q, const std::vector<double>& v,
-                                                const std::vector<double>& force,
-                                                const std::vector<SimbodyWrench>& wrenches,
-                                                const std::array<double, 3>& gravity) {
+void SimbodyBridge::place(const std::vector<double>& q, const std::vector<double>& v) {
   SimTK::State& state = parts_->state;
   const SimTK::SimbodyMatterSubsystem& matter = parts_->matter;
-  SimTK::Vector mobility(matter.getNumMobilities(), 0.0);
   for (std::size_t i = 0; i < parts_->bodies.size(); ++i) {
     const SimbodyBody& b = parts_->given[i];
     const SimTK::MobilizedBody& body = matter.getMobilizedBody(parts_->bodies[i]);
     if (b.joint == SimbodyJoint::weld) continue;
-    const int u = body.getFirstUIndex(state);
     if (b.joint == SimbodyJoint::free) {
       // Simbody: quaternion, position; [angular; linear] in W.
       const SimTK::Rotation R = rotation_at(q, b.q + 3);
@@ -99,17 +113,42 @@ std::vector<double> SimbodyBridge::acceleration(const std::vector<double>& q, co
       for (int k = 0; k < 3; ++k) coordinates[4 + k] = q[b.q + k];
       body.setQFromVector(state, coordinates);
       for (int half = 0; half < 2; ++half) {
-        const Vec3 rate = R * vec3(v, b.v + 3 * half), f = R * vec3(force, b.v + 3 * half);
-        for (int k = 0; k < 3; ++k) body.setOneU(state, 3 * half + k, rate[k]), mobility[u + 3 * half + k] = f[k];
+        const Vec3 rate = R * vec3(v, b.v + 3 * half);
+        for (int k = 0; k < 3; ++k) body.setOneU(state, 3 * half + k, rate[k]);
       }
     } else if (b.joint == SimbodyJoint::ball) {
       // Simbody: the angular velocity in the parent's joint frame.
-      const SimTK::Rotation R = rotation_at(q, b.q);
-      const Vec3 rate = R * vec3(v, b.v), torque = R * vec3(force, b.v);
+      const Vec3 rate = rotation_at(q, b.q) * vec3(v, b.v);
       for (int k = 0; k < 4; ++k) body.setOneQ(state, k, q[b.q + k]);
-      for (int k = 0; k < 3; ++k) body.setOneU(state, k, rate[k]), mobility[u + k] = torque[k];
+      for (int k = 0; k < 3; ++k) body.setOneU(state, k, rate[k]);
     } else {
-      body.setOneQ(state, 0, q[b.q]), body.setOneU(state, 0, v[b.v]), mobility[u] = force[b.v];
+      body.setOneQ(state, 0, q[b.q]), body.setOneU(state, 0, v[b.v]);
+    }
+  }
+}
+
+std::vector<double> SimbodyBridge::acceleration(const std::vector<double>& q, const std::vector<double>& v,
+                                                const std::vector<double>& force,
+                                                const std::vector<SimbodyWrench>& wrenches,
+                                                const std::array<double, 3>& gravity) {
+  SimTK::State& state = parts_->state;
+  const SimTK::SimbodyMatterSubsystem& matter = parts_->matter;
+  place(q, v);
+  SimTK::Vector mobility(matter.getNumMobilities(), 0.0);
+  for (std::size_t i = 0; i < parts_->bodies.size(); ++i) {
+    const SimbodyBody& b = parts_->given[i];
+    if (b.joint == SimbodyJoint::weld) continue;
+    const int u = matter.getMobilizedBody(parts_->bodies[i]).getFirstUIndex(state);
+    const auto put = [&](int first, const Vec3& f) {
+      for (int k = 0; k < 3; ++k) mobility[u + first + k] = f[k];
+    };
+    if (b.joint == SimbodyJoint::free) {
+      const SimTK::Rotation R = rotation_at(q, b.q + 3);
+      put(0, R * vec3(force, b.v)), put(3, R * vec3(force, b.v + 3));
+    } else if (b.joint == SimbodyJoint::ball) {
+      put(0, rotation_at(q, b.q) * vec3(force, b.v));
+    } else {
+      mobility[u] = force[b.v];
     }
   }
   parts_->system.realize(state, SimTK::Stage::Dynamics);
@@ -129,7 +168,11 @@ std::vector<double> SimbodyBridge::acceleration(const std::vector<double>& q, co
   }
   SimTK::Vector udot;
   SimTK::Vector_<SimTK::SpatialVec> A;
-  matter.calcAccelerationIgnoringConstraints(state, mobility, loads, udot, A);
+  if (parts_->closed) {
+    matter.calcAcceleration(state, mobility, loads, udot, A);
+  } else {
+    matter.calcAccelerationIgnoringConstraints(state, mobility, loads, udot, A);
+  }
 
   std::vector<double> vdot(v.size());
   for (std::size_t i = 0; i < parts_->bodies.size(); ++i) {
@@ -148,6 +191,37 @@ std::vector<double> SimbodyBridge::acceleration(const std::vector<double>& q, co
     }
   }
   return vdot;
+}
+
+std::vector<double> SimbodyBridge::closed_velocity(const std::vector<double>& q, const std::vector<double>& v) {
+  SimTK::State& state = parts_->state;
+  const SimTK::SimbodyMatterSubsystem& matter = parts_->matter;
+  place(q, v);
+  parts_->system.realize(state, SimTK::Stage::Velocity);
+  const SimTK::Vector before = state.getU();
+  SimTK::Vector slip, impulse, loads, change;
+  matter.multiplyByG(state, before, slip);
+  matter.solveForConstraintImpulses(state, slip, impulse);
+  matter.multiplyByGTranspose(state, impulse, loads);
+  matter.multiplyByMInv(state, loads, change);
+  const SimTK::Vector after = before - change;
+  std::vector<double> result(v.size());
+  for (std::size_t i = 0; i < parts_->bodies.size(); ++i) {
+    const SimbodyBody& b = parts_->given[i];
+    if (b.joint == SimbodyJoint::weld) continue;
+    const int u = matter.getMobilizedBody(parts_->bodies[i]).getFirstUIndex(state);
+    const auto part = [&](int first) { return Vec3(after[first], after[first + 1], after[first + 2]); };
+    if (b.joint == SimbodyJoint::free) {
+      const SimTK::Rotation R = rotation_at(q, b.q + 3);
+      write(~R * part(u), result, b.v);
+      write(~R * part(u + 3), result, b.v + 3);
+    } else if (b.joint == SimbodyJoint::ball) {
+      write(~rotation_at(q, b.q) * part(u), result, b.v);
+    } else {
+      result[b.v] = after[u];
+    }
+  }
+  return result;
 }
 
 }  // namespace grapnel::testing

@@ -28,9 +28,21 @@ struct SimbodyWrench {
   std::array<double, 3> point, moment, force;  // in W
 };
 
+enum class SimbodyClosureKind { weld, hinge, ball };
+
+/// Keeps frame C on body a and frame D on body b together; poses as SimbodyBody's.
+struct SimbodyClosure {
+  int a, b;
+  SimbodyClosureKind kind;
+  std::array<double, 9> R_AC, R_BD;
+  std::array<double, 3> p_AC, p_BD;
+  std::array<double, 3> axis_C;  // of a hinge, and two directions normal to it
+  std::array<double, 3> normals_C[2];
+};
+
 class SimbodyBridge {
  public:
-  explicit SimbodyBridge(std::vector<SimbodyBody> bodies);
+  explicit SimbodyBridge(std::vector<SimbodyBody> bodies, const std::vector<SimbodyClosure>& closures = {});
   ~SimbodyBridge();
   SimbodyBridge(const SimbodyBridge&) = delete;
   SimbodyBridge& operator=(const SimbodyBridge&) = delete;
@@ -39,7 +51,11 @@ class SimbodyBridge {
                                    const std::vector<double>& force, const std::vector<SimbodyWrench>& wrenches,
                                    const std::array<double, 3>& gravity);
 
+  /// The velocity after the impulses that close all loops: v - M^-1 G^T (G M^-1 G^T)^+ G v.
+  std::vector<double> closed_velocity(const std::vector<double>& q, const std::vector<double>& v);
+
  private:
+  void place(const std::vector<double>& q, const std::vector<double>& v);
   struct Parts;
   std::unique_ptr<Parts> parts_;
 };

@@ -5,15 +5,18 @@
 /// Thread safety: one thread per object.
 
 #include "engines/simbody_bridge.hpp"
+#include "grapnel/constraint/loop_closure.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 
 namespace grapnel::testing {
 
 class SimbodyEngine {
  public:
-  explicit SimbodyEngine(const Model& model);
-  /// Accelerations of Grapnel's velocities.
+  explicit SimbodyEngine(const Model& model, std::span<const LoopClosure> closures = {});
+  /// Accelerations of Grapnel's velocities, with the closures kept.
   std::vector<double> acceleration(const State& state, const Forces& forces);
+  /// Velocity after the impulses that close all loops.
+  std::vector<double> closed_velocity(const State& state) { return bridge_.closed_velocity(state.q, state.v); }
 
  private:
   SimbodyBridge bridge_;
