@@ -12,6 +12,8 @@ namespace grapnel {
 struct Goal {
   int frame = 0;                   // of the model
   std::string name;                // for messages: "tip-1"
+  std::string target = {};         // likewise; goals with the same one are places on one rigid body; empty: none
+  std::string point = {};          // name of the place on the target, for messages
   Posed X_WG = Posed::identity();  // where the frame is to be
   Twistd V_WG = Twistd::zero();    // of the place, at its origin, in W
   /// free: position only. axis: `axis_E` of the frame along `direction_W`. pose: R_WE = R_WG.

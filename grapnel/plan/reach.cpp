@@ -9,6 +9,7 @@
 
 #include "grapnel/plan/arm_starts.hpp"
 #include "grapnel/plan/best_solution.hpp"
+#include "grapnel/plan/nearest.hpp"
 #include "grapnel/plan/newton_step.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
@@ -53,12 +54,9 @@ class Search {
     if (problem_.starts > 1 && !(first_is_enough && !solutions_.empty())) {
       // The base is kept where the best attempt so far has taken it, unless that led nowhere.
       const bool near = closest_.valid && closest_.size() < 0.3 * first_error_;
-      ArmStarts beginnings(base_, problem_, near ? closest_.X_WB : problem_.start.X_WB);
-      // An arm that does not reach its goal with the base still hardly does while the base moves.
-      constexpr int kHopeless = 3;
-      const int most = beginnings.complete() ? problem_.starts : std::min(problem_.starts, kHopeless);
-      while (result_.starts < most && !enough()) attempt(beginnings.next());
+      attempt_from_arms(near ? closest_.X_WB : problem_.start.X_WB, solutions_.empty() ? half() : problem_.starts);
     }
+    if (solutions_.empty() && result_.starts < problem_.starts) attempt_with_base_settled();
     choose();
     result_.rhs_evaluations = shooting_.rhs_evaluations();
     return result_;
@@ -67,6 +65,29 @@ class Search {
  private:
   // A few different solutions give the measure its choice; more cost time for little.
   bool enough() const { return solutions_.size() >= (problem_.measure.kind() == Measure::Kind::as_found ? 1u : 4u); }
+
+  // Some beginnings are kept for a base that ends elsewhere.
+  int half() const { return (problem_.starts + 1) / 2; }
+
+  // From the arms' solutions with the base still at X_WB, until there are `most` beginnings.
+  void attempt_from_arms(const Posed& X_WB, int most) {
+    ArmStarts beginnings(base_, problem_, X_WB);
+    // An arm that does not reach its goal with the base still hardly does while the base moves.
+    constexpr int kHopeless = 3;
+    if (!beginnings.complete()) most = std::min(most, std::max(kHopeless, result_.starts + 1));
+    while (result_.starts < most && !enough()) attempt(beginnings.next());
+  }
+
+  // The base may end far from where it starts: begin where arms that all reach their goals take it.
+  void attempt_with_base_settled() {
+    constexpr double kReached = 1e-2;  // rates, which play no part in it, move the base a little further [m and rad]
+    const SettledArms settled = settle_arms(base_, problem_, closest_.valid ? closest_.position : problem_.guess);
+    for (const Nearest& n : settled.nearest) {
+      if (n.error.size() > 0 && n.error.lpNorm<Eigen::Infinity>() > kReached) return;
+    }
+    attempt(settled.theta);
+    attempt_from_arms(settled.X_WB, problem_.starts);
+  }
 
   void attempt(const std::vector<double>& from) {
     ++result_.starts;
@@ -145,7 +166,7 @@ class Search {
     result_.found = !solutions_.empty();
     if (!result_.found) {
       take(closest_);
-      const Failure why = explain_failure(base_, problem_, closest_);
+      const Failure why = explain_failure(base_, problem_, closest_, result_.starts);
       result_.failure = why.text;
       result_.miss = why.miss;
       return;

@@ -4,13 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <limits>
-#include <nlopt.hpp>
-#include <numbers>
-#include <random>
 
-#include "grapnel/plan/arm_starts.hpp"
+#include "grapnel/plan/nearest.hpp"
+#include "grapnel/plan/together.hpp"
 
 namespace grapnel {
 namespace {
@@ -68,88 +65,6 @@ std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal
                      model.bodies()[reach.first_body].description.joint.name, reach.length);
 }
 
-// An arm as near to its goals as it goes.
-struct Nearest {
-  Eigen::VectorXd error;
-  Eigen::MatrixXd J;  // per joint of the arm
-};
-
-struct StillArm {
-  FloatingBase& base;
-  const Posed& X_WB;
-  const Arm& arm;
-  std::vector<double> theta;  // all joints
-
-  Nearest at(const std::vector<double>& x) {
-    for (std::size_t k = 0; k < x.size(); ++k) theta[arm.joints[k]] = x[k];
-    base.place(theta);
-    Nearest n;
-    Eigen::MatrixXd J, unused;
-    goal_error(base, X_WB, arm.goals, n.error, J, unused);
-    n.J = J(Eigen::all, arm.joints);
-    return n;
-  }
-};
-
-double half_square(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
-  const Nearest n = static_cast<StillArm*>(data)->at(x);
-  if (!gradient.empty()) {
-    Eigen::Map<Eigen::VectorXd>(gradient.data(), static_cast<Eigen::Index>(gradient.size())) =
-        n.J.transpose() * n.error;
-  }
-  return 0.5 * n.error.squaredNorm();
-}
-
-// Least squares from theta; leaves the result there.
-Nearest approach_goals(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
-                       std::vector<double>& theta) {
-  StillArm still{base, X_WB, arm, theta};
-  std::vector<double> x, lower, upper;
-  for (int j : arm.joints) {
-    x.push_back(std::clamp(theta[j], problem.lower[j], problem.upper[j]));
-    lower.push_back(problem.lower[j]), upper.push_back(problem.upper[j]);
-  }
-  if (!x.empty()) {
-    nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(x.size()));
-    optimizer.set_lower_bounds(lower);
-    optimizer.set_upper_bounds(upper);
-    optimizer.set_min_objective(half_square, &still);
-    optimizer.set_xtol_rel(1e-9);
-    optimizer.set_maxeval(300);
-    double least = 0;
-    try {
-      optimizer.optimize(x, least);
-    } catch (const std::exception&) {
-      // Roundoff at a singularity: x is as near as it came.
-    }
-  }
-  Nearest n = still.at(x);
-  theta = still.theta;
-  return n;
-}
-
-// The best of several beginnings: where joints are, and random values.
-Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
-                        std::vector<double>& theta) {
-  constexpr int kTrials = 12;
-  std::mt19937_64 random(problem.seed + 1);
-  std::vector<double> best_theta = theta;
-  Nearest best = approach_goals(base, X_WB, arm, problem, best_theta);
-  for (int trial = 0; trial < kTrials && best.error.norm() > 1e-7; ++trial) {
-    std::vector<double> from = theta;
-    for (int j : arm.joints) {
-      const double u = static_cast<double>(random() >> 11) * 0x1p-53, start = problem.start.position[j];
-      const double low = std::max(problem.lower[j], start - std::numbers::pi);
-      const double high = std::min(problem.upper[j], start + std::numbers::pi);
-      from[j] = low + (high - low) * u;
-    }
-    const Nearest n = approach_goals(base, X_WB, arm, problem, from);
-    if (n.error.norm() < 0.999 * best.error.norm()) best = n, best_theta = from;
-  }
-  theta = best_theta;
-  return best;
-}
-
 // Limits that the joints would have to pass to come nearer: the gradient pushes against them.
 std::string at_limits(const FloatingBase& base, const ReachProblem& problem, const Arm& arm,
                       const std::vector<double>& theta, const Eigen::VectorXd& gradient) {
@@ -168,12 +83,60 @@ std::string at_limits(const FloatingBase& base, const ReachProblem& problem, con
   return text;
 }
 
-std::string cause(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB, const Arm& arm, const Goal& goal,
-                  const std::vector<double>& theta, const Nearest& nearest) {
+std::size_t index_of(std::span<const Goal> goals, const Goal& goal) {
+  std::size_t i = 0;
+  while (i + 1 < goals.size() && goals[i].frame != goal.frame) ++i;
+  return i;
+}
+
+// "0.2 m and 0.1 rad"; what is left of an iteration is zero.
+std::string amount(const Goal& goal, const GoalMiss& miss) {
+  const auto shown = [](double x) { return x < 1e-7 ? 0.0 : x; };
+  std::string text = fmt::format("{:.4g} m", shown(miss.distance));
+  if (goal.orientation != Goal::Orientation::free) text += fmt::format(" and {:.4g} rad", shown(miss.angle));
+  return text;
+}
+
+// " to grasp point 'left' of target 'sat'", where several goals share the target and the hand alone does not say it.
+std::string place_of(std::span<const Goal> goals, const Goal& goal, const char* preposition = "to") {
+  const auto on_it = std::count_if(goals.begin(), goals.end(), [&](const Goal& g) { return g.target == goal.target; });
+  if (goal.target.empty() || on_it < 2) return {};
+  return fmt::format(" {} grasp point '{}' of target '{}'", preposition, goal.point, goal.target);
+}
+
+// Joints that move several goals of an arm, if goal `i` of arm `a` is reached as soon as the others are dropped.
+std::string in_others_way(FloatingBase& base, const ReachProblem& problem, const SettledArms& settled, std::size_t a,
+                          std::size_t i) {
+  const Arm& arm = settled.arms[a];
+  if (arm.goals.size() < 2) return {};
+  Arm alone = arm;
+  alone.goals = {arm.goals[i]};
+  std::vector<double> theta = settled.theta;
+  if (approach_goals(base, settled.X_WB, alone, problem, theta).error.lpNorm<Eigen::Infinity>() > kBlamed) return {};
+  std::string others, shared;
+  for (const Goal& g : arm.goals) {
+    if (g.frame != arm.goals[i].frame) others += fmt::format("{}'{}'", others.empty() ? "" : ", ", g.name);
+  }
+  const Model& model = base.model();
+  for (int j : arm.joints) {
+    const auto carried =
+        std::count_if(arm.goals.begin(), arm.goals.end(), [&](const Goal& g) { return base.carries(j, g.frame); });
+    if (carried < 2) continue;
+    shared +=
+        fmt::format("{}'{}'", shared.empty() ? "" : ", ", model.bodies()[model.joints()[j]].description.joint.name);
+  }
+  return fmt::format("alone it would arrive, but {} would not: they hang on the same joints ({})", others, shared);
+}
+
+// What keeps goal `i` of arm `a` from its place.
+std::string cause(FloatingBase& base, const ReachProblem& problem, const SettledArms& settled, std::size_t a,
+                  std::size_t i) {
+  const Arm& arm = settled.arms[a];
   if (arm.joints.empty()) return "no joint moves it against the base";
-  if (std::string text = beyond_reach(base, X_WB, goal); !text.empty()) return text;
-  const Eigen::VectorXd gradient = nearest.J.transpose() * nearest.error;
-  if (std::string text = at_limits(base, problem, arm, theta, gradient); !text.empty()) return text;
+  if (std::string text = beyond_reach(base, settled.X_WB, arm.goals[i]); !text.empty()) return text;
+  if (std::string text = in_others_way(base, problem, settled, a, i); !text.empty()) return text;
+  const Eigen::VectorXd gradient = settled.nearest[a].J.transpose() * settled.nearest[a].error;
+  if (std::string text = at_limits(base, problem, arm, settled.theta, gradient); !text.empty()) return text;
   return "its Jacobian is singular there: no joint moves it nearer (the arm is stretched out or folded, or its joints "
          "do not give the direction or orientation asked for)";
 }
@@ -193,46 +156,47 @@ std::vector<GoalMiss> misses(std::span<const Goal> goals, const Eigen::VectorXd&
   return result;
 }
 
-Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const Shot& closest) {
-  const std::vector<Arm> arms = split_arms(base, problem.goals);
-  // Brings each arm as near as it goes, flies there, ends at rest, and again with the base where it then is.
-  std::vector<double> theta = closest.valid ? closest.position : problem.guess;
-  Posed X_WB = problem.start.X_WB;
-  std::vector<Nearest> nearest(arms.size());
-  Leg leg(base, problem.start, problem.motion, 1e-9, 1e-11);
-  const std::vector<double> at_rest(theta.size(), 0.0);
-  for (int i = 0; i < 4; ++i) {
-    for (std::size_t a = 0; a < arms.size(); ++a) {
-      nearest[a] = i == 0 ? nearest_of_many(base, X_WB, arms[a], problem, theta)
-                          : approach_goals(base, X_WB, arms[a], problem, theta);
-    }
-    if (const LegEnd end = leg.fly(theta, at_rest, false); i < 3 && end.finished) X_WB = end.X_WB;
-  }
+Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const Shot& closest, int tried) {
+  const std::vector<double>& from = closest.valid ? closest.position : problem.guess;
+  const SettledArms settled = settle_arms(base, problem, from);
   Failure failure;
   failure.miss.resize(problem.goals.size());
-  for (std::size_t a = 0; a < arms.size(); ++a) {
-    const std::vector<GoalMiss> miss = misses(arms[a].goals, nearest[a].error);
+  std::vector<bool> explained(problem.goals.size(), false);
+  const auto say = [&](const std::string& text) { failure.text += (failure.text.empty() ? "" : "; ") + text; };
+  for (const Incompatible& set : incompatible_goals(base, problem, from)) {
+    say(set.text);
+    for (std::size_t g : set.goals) explained[g] = true;
+  }
+  for (std::size_t a = 0; a < settled.arms.size(); ++a) {
+    const Arm& arm = settled.arms[a];
+    const std::vector<GoalMiss> miss = misses(arm.goals, settled.nearest[a].error);
     for (std::size_t i = 0; i < miss.size(); ++i) {
-      const Goal& goal = arms[a].goals[i];
-      for (std::size_t g = 0; g < problem.goals.size(); ++g) {
-        if (problem.goals[g].frame == goal.frame) failure.miss[g] = miss[i];
-      }
-      if (miss[i].distance < kBlamed && miss[i].angle < kBlamed) continue;
-      failure.text += fmt::format("{}end-effector '{}' comes no closer than {:.4g} m", failure.text.empty() ? "" : "; ",
-                                  goal.name, miss[i].distance);
-      if (goal.orientation != Goal::Orientation::free) failure.text += fmt::format(" and {:.4g} rad", miss[i].angle);
-      failure.text += ": " + cause(base, problem, X_WB, arms[a], goal, theta, nearest[a]);
+      const std::size_t g = index_of(problem.goals, arm.goals[i]);
+      failure.miss[g] = miss[i];
+      if (explained[g] || (miss[i].distance < kBlamed && miss[i].angle < kBlamed)) continue;
+      base.place(settled.theta);
+      say(fmt::format("end-effector '{}' comes no closer than {}{}: {}", arm.goals[i].name,
+                      amount(arm.goals[i], miss[i]), place_of(problem.goals, arm.goals[i]),
+                      cause(base, problem, settled, a, i)));
     }
   }
-  if (failure.text.empty()) {
-    constexpr double kUnknown = std::numeric_limits<double>::infinity();
-    failure.miss.assign(problem.goals.size(), {kUnknown, kUnknown});
-    if (closest.valid) failure.miss = misses(problem.goals, closest.error);
-    failure.text = fmt::format(
-        "every arm by itself reaches its point, but no motion was found from {} beginnings that brings all there with "
-        "the demanded final motion; another duration, other final_rates, or more approach.plan.starts may help",
-        problem.starts);
+  if (!failure.text.empty()) return failure;
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  failure.miss.assign(problem.goals.size(), {kUnknown, kUnknown});
+  failure.text = fmt::format(
+      "every arm by itself reaches its point, but none of the {} beginning{} tried led to a motion "
+      "that brings all there with the demanded final motion",
+      tried, tried == 1 ? "" : "s");
+  if (closest.valid) {
+    failure.miss = misses(problem.goals, closest.error);
+    std::string left;
+    for (std::size_t g = 0; g < failure.miss.size(); ++g) {
+      left += fmt::format("{}'{}' {}{}", left.empty() ? "" : ", ", problem.goals[g].name,
+                          amount(problem.goals[g], failure.miss[g]), place_of(problem.goals, problem.goals[g], "from"));
+    }
+    failure.text += " (the closest leaves " + left + ")";
   }
+  failure.text += "; another duration, other final_rates, or more approach.plan.starts may help";
   return failure;
 }
 

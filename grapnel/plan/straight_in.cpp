@@ -236,7 +236,7 @@ std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const Fre
     const FreeBody& body = targets[s.target];
     Goal g;
     g.frame = s.frame;
-    g.name = s.name;
+    g.name = s.name, g.target = s.target_name, g.point = s.point;
     g.orientation = s.orientation;
     g.axis_E = s.axis_E;
     g.direction_W = body.X_WT.R * s.direction_T;

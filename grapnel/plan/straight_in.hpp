@@ -35,6 +35,7 @@ struct StraightGoal {
   Vector3d direction_T{1, 0, 0};   // unit: in which the end-effector comes in
   Goal::Orientation orientation = Goal::Orientation::free;
   Vector3d axis_E{1, 0, 0};
+  std::string target_name = {}, point = {};  // for messages, as in Goal
 };
 
 struct StraightInProblem {
