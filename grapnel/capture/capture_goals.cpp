@@ -27,7 +27,7 @@ std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& mode
     const TargetMotion& at = targets.capture[target_index(problem, grasp.target)];
     Goal g;
     g.frame = model.frame_index(grasp.end_effector);
-    g.name = grasp.end_effector;
+    g.name = grasp.end_effector, g.target = grasp.target, g.point = grasp.grasp_point;
     g.X_WG = at.X_WT * point.X_TG;
     g.V_WG = shift(at.V_WT, at.X_WT.R * point.X_TG.p);
     g.orientation = orientation_of(grasp);
@@ -50,7 +50,7 @@ std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Mo
     goals.push_back({model.frame_index(grasp.end_effector), grasp.end_effector,
                      static_cast<int>(target_index(problem, grasp.target)), point.X_TG,
                      point.approach_direction.value_or(Vector3d{1, 0, 0}), orientation_of(grasp),
-                     approach_axis(problem, grasp)});
+                     approach_axis(problem, grasp), grasp.target, grasp.grasp_point});
   }
   return goals;
 }

@@ -81,6 +81,11 @@ struct GraspSetup {
   /// approach direction; pose: its frame that of the grasp point.
   enum class Orientation { free, axis, pose };
   Orientation orientation = Orientation::free;
+  /// When it closes. together: with all others, at the end of the approach (ApproachSetup::capture_at). at_time: at
+  /// `closes_at`. on_arrival: as soon as the end-effector is within its envelope, in the approach or after it.
+  enum class Closes { together, at_time, on_arrival };
+  Closes closes = Closes::together;
+  double closes_at = 0;  // [s], from the start of the run
 };
 
 /// How final joint rates are found from the grasp points' motion through the generalized Jacobian.
@@ -172,6 +177,10 @@ struct ContactSetup {
 };
 
 struct ImpactSetup {
+  /// plastic: exact, of all grips at once. as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not
+  /// conserved, and velocities of a closed loop do not fit it.
+  enum class Law { plastic, as_published };
+  Law law = Law::plastic;
   double duration = 1e-3;  // over which mean forces are taken [s]
 };
 
@@ -181,6 +190,12 @@ struct PostImpactSetup {
   Joints joints = Joints::free;
   std::vector<double> kp, kd;  // for pd: per joint; holds the angles found at the impact, rates zero
   std::optional<BaseControlSetup> base_control;
+  /// Grips that let go.
+  struct Release {
+    double after = 0;                        // since this phase began [s]
+    std::vector<std::string> end_effectors;  // empty: all that hold something
+  };
+  std::vector<Release> releases;
 };
 
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).

@@ -157,7 +157,7 @@ void check_surroundings(const CaptureProblem& problem, const Model& model, std::
   if (problem.approach && problem.approach->capture_at == ApproachSetup::CaptureAt::envelope) {
     for (const GraspSetup& g : problem.grasps) {
       const auto e = find_named(problem.robot.end_effectors, g.end_effector);
-      if (e != problem.robot.end_effectors.end() && !e->envelope)
+      if (g.closes == GraspSetup::Closes::together && e != problem.robot.end_effectors.end() && !e->envelope)
         faults.push_back(fmt::format("approach: capture at the envelope: end-effector '{}' has none", e->name));
     }
   }
@@ -200,18 +200,44 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
       check_size(post->kp, "post_impact: kp");
       check_size(post->kd, "post_impact: kd");
     }
-    for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
-      for (std::size_t k = 0; k < i; ++k) {
-        if (problem.grasps[i].target == problem.grasps[k].target) {
-          faults.push_back(
-              fmt::format("target '{}' is gripped twice: the motion of closed loops after the impact is not modelled "
-                          "yet; leave out "
-                          "post_impact",
-                          problem.grasps[i].target));
-        }
+    double before = 0;
+    for (const PostImpactSetup::Release& release : post->releases) {
+      if (!(release.after > before && release.after < post->duration))
+        faults.push_back(
+            fmt::format("post_impact: release after {} s: times must increase within its duration", release.after));
+      before = release.after;
+      for (const std::string& name : release.end_effectors) {
+        if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
+                         [&](const GraspSetup& g) { return g.end_effector == name; }))
+          faults.push_back(fmt::format("post_impact: release of '{}', which grips nothing", name));
       }
     }
   }
+}
+
+// When grips close, and by what law.
+void check_closing(const CaptureProblem& problem, std::vector<std::string>& faults) {
+  const double approach = problem.approach ? problem.approach->duration : 0;
+  const double end = approach + (problem.post_impact ? problem.post_impact->duration : 0);
+  const bool published = problem.impact && problem.impact->law == ImpactSetup::Law::as_published;
+  if (published && problem.robot.base_mode == RobotSetup::Base::fixed)
+    faults.push_back("impact: the published law is for a floating base");
+  for (const GraspSetup& g : problem.grasps) {
+    if (published && (g.model != GraspModel::rigid || g.closes != GraspSetup::Closes::together))
+      faults.push_back(
+          fmt::format("grasp of '{}': the published law is for rigid grips that close together", g.end_effector));
+    if (g.closes == GraspSetup::Closes::together) continue;
+    if (!problem.impact) faults.push_back(fmt::format("grasp of '{}': closing needs an impact", g.end_effector));
+    if (g.closes == GraspSetup::Closes::at_time && !(g.closes_at > 0 && g.closes_at <= end))
+      faults.push_back(fmt::format("grasp of '{}': closes at {} s, must be within the run of {} s", g.end_effector,
+                                   g.closes_at, end));
+    const auto e = find_named(problem.robot.end_effectors, g.end_effector);
+    if (g.closes == GraspSetup::Closes::on_arrival && e != problem.robot.end_effectors.end() && !e->envelope)
+      faults.push_back(fmt::format("grasp of '{}': closing on arrival needs an envelope", g.end_effector));
+  }
+  const IntegrationSetup& integration = problem.integration;
+  if (integration.loops == IntegrationSetup::Loops::baumgarte && !(integration.baumgarte_time > 0))
+    faults.push_back("integration: baumgarte_time must be positive");
 }
 
 void check_initial(const CaptureProblem& problem, std::vector<std::string>& faults) {
@@ -250,7 +276,7 @@ ModelBuilder servicer_builder(const CaptureProblem& problem) {
 }
 
 CaptureSystem index(const CaptureProblem& problem, Model model, bool with_targets) {
-  CaptureSystem system{std::move(model), 0, {}, {}, {}};
+  CaptureSystem system{std::move(model), 0, {}, {}, {}, {}, {}};
   system.base = system.model.body_index(problem.robot.base);
   for (const FrameDescription& f : problem.robot.end_effectors)
     system.end_effectors.push_back(system.model.frame_index(f.name));
@@ -306,6 +332,7 @@ CaptureSystem make_capture_system(const CaptureProblem& problem) {
   std::vector<std::string> faults;
   check_grasps(problem, faults);
   check_phases(problem, system.robot_joints.size(), faults);
+  check_closing(problem, faults);
   check_initial(problem, faults);
   check_surroundings(problem, system.model, faults);
   if (!faults.empty()) throw CaptureProblemError(fmt::format("{}", fmt::join(faults, "\n")));

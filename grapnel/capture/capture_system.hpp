@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/constraint/loop_closure.hpp"
 #include "grapnel/dynamics/state.hpp"
 
 namespace grapnel {
@@ -24,13 +25,22 @@ class CaptureProblemError : public std::invalid_argument {
 /// target may be called like a link.
 std::string target_body_name(const std::string& target);
 
-/// Model and indices before the capture, and, rebuilt by capture_targets(), after it.
+/// A grip that holds, in a model: frame C on body a, of the robot, and D on body b, the target, are kept together.
+struct HeldGrip {
+  std::size_t grasp = 0;  // in CaptureProblem::grasps
+  LoopClosure frames;
+  int closure = -1;  // in CaptureSystem::closures; -1: a joint of the tree
+};
+
+/// Model and indices before the capture, and, rebuilt by join_targets(), after it.
 struct CaptureSystem {
   Model model;
-  int base;                        // body
-  std::vector<int> end_effectors;  // frames, in the robot's order
-  std::vector<int> target_frames;  // the targets' own frames, in the problem's order
-  std::vector<int> robot_joints;   // positions in Model::joints() that belong to the robot
+  int base;                                // body
+  std::vector<int> end_effectors;          // frames, in the robot's order
+  std::vector<int> target_frames;          // the targets' own frames, in the problem's order
+  std::vector<int> robot_joints;           // positions in Model::joints() that belong to the robot
+  std::vector<HeldGrip> grips = {};        // that hold; none before the capture
+  std::vector<LoopClosure> closures = {};  // of grips beyond the first of a target
 };
 
 /// Checks the problem and builds servicer and free targets. @throws CaptureProblemError, ModelError.

@@ -27,7 +27,8 @@ std::vector<GraspGap> grasp_gaps(const CaptureProblem& problem, const CaptureSys
   return gaps;
 }
 
-Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system, const State& state) {
+Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
+                     const std::vector<bool>& held) {
   const Model& model = system.model;
   Contact contact;
   contact.state = state;
@@ -46,6 +47,7 @@ Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system,
   }
   if (problem.contact.gap == ContactSetup::Gap::translate_target) {
     for (std::size_t t = 0; t < problem.targets.size(); ++t) {
+      if (!held.empty() && held[t]) continue;
       Vector3d sum = Vector3d::zero();
       int count = 0;
       for (std::size_t i = 0; i < problem.grasps.size(); ++i) {

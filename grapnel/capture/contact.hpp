@@ -30,7 +30,9 @@ struct Contact {
   std::vector<Grasp> grasps;           // common points are the end-effectors' origins
 };
 
-/// Applies the rule contact.gap. A target that several arms grip moves by the mean of its gaps.
-Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system, const State& state);
+/// Applies the rule contact.gap to the grasps that close now. `held`: targets (in the problem's order) that other grips
+/// hold already, which stay where they are; empty: none. A target that several arms grip moves by the mean of its gaps.
+Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
+                     const std::vector<bool>& held = {});
 
 }  // namespace grapnel

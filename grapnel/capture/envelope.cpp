@@ -83,13 +83,14 @@ std::vector<GripDecision> decide_grips(const CaptureProblem& problem, const Capt
   return decisions;
 }
 
-double largest_excess(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& kinematics) {
+std::vector<double> envelope_excesses(const CaptureProblem& problem, const CaptureSystem& system,
+                                      const Kinematics& kinematics) {
   const std::vector<GraspDeviation> deviations = grasp_deviations(problem, system, kinematics);
-  double excess = -1;
+  std::vector<double> excesses;
   for (std::size_t i = 0; i < deviations.size(); ++i) {
-    excess = std::max(excess, envelope_excess(end_effector_of(problem, problem.grasps[i]).envelope, deviations[i]));
+    excesses.push_back(envelope_excess(end_effector_of(problem, problem.grasps[i]).envelope, deviations[i]));
   }
-  return excess;
+  return excesses;
 }
 
 }  // namespace grapnel

@@ -31,7 +31,8 @@ struct GripDecision {
 std::vector<GripDecision> decide_grips(const CaptureProblem& problem, const CaptureSystem& system,
                                        const Kinematics& kinematics);
 
-/// The largest excess of all grasps, for an approach that ends when all envelopes are met.
-double largest_excess(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& kinematics);
+/// The excess of every grasp, for grips that close when their envelopes are met.
+std::vector<double> envelope_excesses(const CaptureProblem& problem, const CaptureSystem& system,
+                                      const Kinematics& kinematics);
 
 }  // namespace grapnel

@@ -1,6 +1,13 @@
 #include "grapnel/capture/impact_report.hpp"
 
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include "grapnel/capture/recorder.hpp"
+
+#include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 
 namespace grapnel {
@@ -92,17 +99,107 @@ void describe_published(const CaptureSystem& system, const CaptureProblem& probl
   report.as_published = a;
 }
 
+// Every further grip of a target against its first: distances that no motion of the target changes.
+std::vector<LoopGap> loop_gaps(const CaptureProblem& problem, const Contact& contact) {
+  std::vector<LoopGap> loops;
+  for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      const GraspSetup &first = problem.grasps[k], &other = problem.grasps[i];
+      if (first.target != other.target) continue;
+      loops.push_back({first.target,
+                       {first.end_effector, other.end_effector},
+                       {first.grasp_point, other.grasp_point},
+                       norm(contact.gaps[i].X_WE.p - contact.gaps[k].X_WE.p),
+                       norm(contact.gaps[i].X_WG.p - contact.gaps[k].X_WG.p)});
+      break;
+    }
+  }
+  return loops;
+}
+
+// The basis of self-stresses, each grip's part in W.
+std::vector<SelfStress> describe_null_space(const Contact& contact, const ImpactSolution& solution) {
+  std::vector<SelfStress> basis;
+  for (Eigen::Index column = 0; column < solution.null_space.cols(); ++column) {
+    SelfStress stress;
+    double largest = 0;
+    for (Eigen::Index row = 0; const Grasp& g : contact.grasps) {
+      const Eigen::VectorXd P =
+          constrained_directions(g).transpose() * solution.null_space.col(column).segment(row, row_count(g.model));
+      stress.angular_impulse.push_back({P[0], P[1], P[2]});
+      stress.impulse.push_back({P[3], P[4], P[5]});
+      largest = std::max(largest, P.lpNorm<Eigen::Infinity>());
+      row += row_count(g.model);
+    }
+    if (largest == 0) continue;  // of held rates alone
+    for (Vector3d& P : stress.impulse) P = (1 / largest) * P;
+    for (Vector3d& P : stress.angular_impulse) P = (1 / largest) * P;
+    basis.push_back(std::move(stress));
+  }
+  return basis;
+}
+
+std::vector<BodyImpulse> body_impulses(const Model& model, const Kinematics& before, const Kinematics& after) {
+  std::vector<BodyImpulse> impulses;
+  const std::string prefix = target_body_name("");
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Momentumd h0 = body_momentum(model, before, static_cast<int>(i)).h;
+    const Momentumd h1 = body_momentum(model, after, static_cast<int>(i)).h;
+    const std::string& name = model.bodies()[i].description.name;
+    impulses.push_back(
+        {name.starts_with(prefix) ? name.substr(prefix.size()) : name, h1.linear - h0.linear, h1.angular - h0.angular});
+  }
+  return impulses;
+}
+
+// Velocities and impulses by the thesis's formulas, with the books that show what they do not keep.
+ImpactSolution published_solution(const CaptureSystem& system, const Contact& contact) {
+  const Model& model = system.model;
+  const PublishedImpact published = published_impact(model, contact.state, system.base, contact.grasps);
+  if (!published.undefined.empty())
+    throw std::invalid_argument("the published formulas are not defined here: " + published.undefined);
+  const Eigen::MatrixXd M = mass_matrix(model, contact.state);
+  const Eigen::MatrixXd J = grasp_jacobian(model, forward_kinematics(model, contact.state), contact.grasps);
+  const Eigen::Index n = model.velocities();
+  const Eigen::VectorXd before = Eigen::Map<const Eigen::VectorXd>(contact.state.v.data(), n);
+  const Eigen::VectorXd after = Eigen::Map<const Eigen::VectorXd>(published.velocity.data(), n);
+  Eigen::VectorXd P(J.rows());
+  ImpactSolution s;
+  s.velocity = published.velocity;
+  for (Eigen::Index row = 0; ContactImpulse c : published.contacts) {
+    c.determined.assign(6, true);
+    for (int k = 0; k < 3; ++k) P[row + k] = c.P_WC.angular[k], P[row + 3 + k] = c.P_WC.linear[k];
+    s.contacts.push_back(std::move(c));
+    row += 6;
+  }
+  s.rows = static_cast<int>(J.rows());
+  s.rank = static_cast<int>(J.fullPivLu().rank());
+  s.kinetic_energy_before = 0.5 * before.dot(M * before);
+  s.kinetic_energy_after = 0.5 * after.dot(M * after);
+  const Eigen::VectorXd u = J * before, left = J * after;
+  const double energy = std::max(s.kinetic_energy_before, 1e-300);
+  s.energy_identity_residual = std::abs(s.kinetic_energy_after - s.kinetic_energy_before - 0.5 * P.dot(u)) / energy;
+  s.constraint_residual = left.lpNorm<Eigen::Infinity>() /
+                          std::max({u.lpNorm<Eigen::Infinity>(), before.lpNorm<Eigen::Infinity>(), 1e-300});
+  const Eigen::VectorXd residual = M * (after - before) - J.transpose() * P;
+  s.generalized_momentum_residual = std::sqrt(std::abs(residual.dot(M.llt().solve(residual))) / (2 * energy));
+  return s;
+}
+
 }  // namespace
 
 ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact,
-                         double time) {
+                         double time, std::size_t already_closed, std::span<const HeldRate> held) {
   const Model& model = system.model;
   ImpactOutcome outcome;
-  outcome.solution = plastic_impact(model, contact.state, contact.grasps);
+  const bool published = problem.impact->law == ImpactSetup::Law::as_published;
+  outcome.solution =
+      published ? published_solution(system, contact) : plastic_impact(model, contact.state, contact.grasps, held);
   outcome.after = {contact.state.q, outcome.solution.velocity};
   const Kinematics before = forward_kinematics(model, contact.state);
 
   ImpactReport& report = outcome.report;
+  report.law = published ? "as_published" : "plastic";
   report.time = time;
   report.duration = problem.impact->duration;
   report.rank = outcome.solution.rank;
@@ -111,6 +208,9 @@ ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& sys
     report.grasps.push_back(describe_grasp(problem, contact, outcome.solution, before, i));
   }
   const Kinematics after = forward_kinematics(model, outcome.after);
+  report.loops = loop_gaps(problem, contact);
+  report.null_space = describe_null_space(contact, outcome.solution);
+  report.body_impulses = body_impulses(model, before, after);
   // Energies body by body, independent of the mass matrix that solved the impact.
   report.kinetic_energy_before = kinetic_energy(model, before, contact.state);
   report.kinetic_energy_after = kinetic_energy(model, after, outcome.after);
@@ -125,7 +225,11 @@ ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& sys
   report.targets_before = describe(problem, system, contact.state, time).targets;
   report.targets_after = describe(problem, system, outcome.after, time).targets;
   describe_reactions(system, contact, outcome.after, outcome);
-  describe_published(system, problem, contact, report);
+  if (already_closed == 0) {
+    describe_published(system, problem, contact, report);
+  } else {
+    report.as_published_absent = "a target is already held";
+  }
   return outcome;
 }
 

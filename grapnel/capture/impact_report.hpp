@@ -16,8 +16,10 @@ struct ImpactOutcome {
   State after;                                // configuration of the contact, velocities after the impact
   Momentumd from_ground = Momentumd::zero();  // what a fixed base's mount put in, about the world's origin, in W
 };
+/// `problem` has the grasps that take part, as `contact` lists them: those that close and those that hold already
+/// (`already_closed` of them, at the front). `held`: rates that ideal drives keep.
 ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact,
-                         double time);
+                         double time, std::size_t already_closed = 0, std::span<const HeldRate> held = {});
 
 /// Relative momentum errors of the published formulas, once the ledger's scales are known.
 void scale_published(const LedgerScale& scale, ImpactReport& report);

@@ -11,8 +11,27 @@ PhaseSetup common_setup(const CaptureProblem& problem, const CaptureSystem& syst
   setup.gravity = problem.gravity;
   setup.recover_roots = problem.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
   setup.loads = loads_on(system.model, problem.loads);
+  setup.closures = system.closures;
+  setup.project_loops = problem.integration.loops == IntegrationSetup::Loops::projection;
+  if (problem.integration.loops == IntegrationSetup::Loops::baumgarte)
+    setup.loop_feedback = 1 / problem.integration.baumgarte_time;
   if (control) setup.attitude = attitude_control(*control, system, start);
   return setup;
+}
+
+// A joint that follows its trajectory.
+JointDrive tracking_drive(const TrackingSetup& tracking, const JointTrajectory& trajectory, std::size_t joint,
+                          bool ideal) {
+  JointDrive drive;
+  drive.trajectory = trajectory;
+  drive.control = JointControl::prescribed;
+  if (ideal) return drive;
+  if (tracking.noise) drive.noise = NoiseSignal(*tracking.noise, static_cast<std::uint32_t>(joint));
+  if (tracking.mode == TrackingSetup::Mode::ideal) return drive;
+  drive.control = tracking.mode == TrackingSetup::Mode::pd ? JointControl::pd : JointControl::computed_torque;
+  drive.kp = tracking.kp[joint];
+  drive.kd = tracking.kd[joint];
+  return drive;
 }
 
 }  // namespace
@@ -39,34 +58,36 @@ AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSys
 
 PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                           const std::vector<JointTrajectory>& joints, bool ideal) {
-  const TrackingSetup& tracking = problem.approach->tracking;
   PhaseSetup setup = common_setup(problem, system, problem.approach->base_control, start);
   setup.held_root = problem.robot.base_mode == RobotSetup::Base::held ? system.base : -1;
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
-    JointDrive& drive = setup.drives[system.robot_joints[j]];
-    drive.trajectory = joints[j];
-    drive.control = JointControl::prescribed;
-    if (ideal) continue;
-    if (tracking.noise) drive.noise = NoiseSignal(*tracking.noise, static_cast<std::uint32_t>(j));
-    if (tracking.mode == TrackingSetup::Mode::ideal) continue;
-    drive.control = tracking.mode == TrackingSetup::Mode::pd ? JointControl::pd : JointControl::computed_torque;
-    drive.kp = tracking.kp[j];
-    drive.kd = tracking.kd[j];
+    setup.drives[system.robot_joints[j]] = tracking_drive(problem.approach->tracking, joints[j], j, ideal);
   }
   return setup;
 }
 
-PhaseSetup post_impact_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start) {
-  const PostImpactSetup& post = *problem.post_impact;
-  PhaseSetup setup = common_setup(problem, system, post.base_control, start);
-  if (post.joints == PostImpactSetup::Joints::free) return setup;
+PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
+                         const std::vector<JointTrajectory>& joints, const SegmentControl& control) {
+  const std::optional<PostImpactSetup>& post = problem.post_impact;
+  const std::optional<BaseControlSetup>& base =
+      control.approaching ? problem.approach->base_control : post->base_control;
+  PhaseSetup setup = common_setup(problem, system, base, start);
+  if (setup.attitude && control.attitude) setup.attitude->R_WD = *control.attitude;
+  // A base that is held in the approach is let go at the first grip.
+  const bool held = problem.robot.base_mode == RobotSetup::Base::held && control.approaching && system.grips.empty();
+  setup.held_root = held ? system.base : -1;
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
     JointDrive& drive = setup.drives[system.robot_joints[j]];
-    drive.trajectory =
-        JointTrajectory::at_rest(start.q[system.model.bodies()[system.model.joints()[system.robot_joints[j]]].q]);
-    const bool braked = post.joints == PostImpactSetup::Joints::braked;
+    if (control.approaching && !control.settled[j]) {
+      drive = tracking_drive(problem.approach->tracking, joints[j], j, false);
+      continue;
+    }
+    if (!post || post->joints == PostImpactSetup::Joints::free) continue;
+    const bool braked = post->joints == PostImpactSetup::Joints::braked;
+    const double here = start.q[system.model.bodies()[system.model.joints()[system.robot_joints[j]]].q];
+    drive.trajectory = JointTrajectory::at_rest(braked ? here : control.hold[j]);
     drive.control = braked ? JointControl::prescribed : JointControl::pd;
-    if (!braked) drive.kp = post.kp[j], drive.kd = post.kd[j];
+    if (!braked) drive.kp = post->kp[j], drive.kd = post->kd[j];
   }
   return setup;
 }

@@ -21,7 +21,14 @@ AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSys
 PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                           const std::vector<JointTrajectory>& joints, bool ideal);
 
-/// The motion after the impact from `start`.
-PhaseSetup post_impact_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start);
+/// What the robot's joints and base do in a piece of the run, between two events.
+struct SegmentControl {
+  bool approaching = true;            // before the approach's end: joints follow their trajectories,
+  std::vector<bool> settled;          // per robot joint: but these, whose arm holds a target, are as post_impact says
+  std::vector<double> hold;           // per robot joint: where PD holds it once settled [rad or m]
+  std::optional<Rotationd> attitude;  // R_WD of the base under control; absent: that of the piece's start
+};
+PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
+                         const std::vector<JointTrajectory>& joints, const SegmentControl& control);
 
 }  // namespace grapnel

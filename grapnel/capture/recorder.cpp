@@ -17,6 +17,11 @@ bool is_target(const CaptureSystem& system, int body) {
                      [&](int f) { return system.model.frames()[f].body == body; });
 }
 
+bool is_shared(const CaptureProblem& problem, const std::string& target) {
+  return std::count_if(problem.grasps.begin(), problem.grasps.end(),
+                       [&](const GraspSetup& g) { return g.target == target; }) > 1;
+}
+
 // The robot's bodies but the base. Their order is the robot's in every model of one capture.
 std::vector<int> link_bodies(const CaptureSystem& system) {
   std::vector<int> links;
@@ -87,6 +92,17 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
   for (const GraspSetup& g : problem.grasps) {
     add("grasps/" + g.end_effector + "/distance", "m", "distance of the end-effector from its grasp point",
         {"distance"});
+    add("grasps/" + g.end_effector + "/force", "N",
+        "force of the grip on the robot, in W; NaN where it does not hold; least self-stress where loops leave it open",
+        xyz);
+    add("grasps/" + g.end_effector + "/moment", "N m", "moment of the grip on the robot, about the grip, likewise",
+        xyz);
+  }
+  for (const GraspSetup& g : problem.grasps) {
+    if (!is_shared(problem, g.target)) continue;
+    add("loops/" + g.end_effector + "/position_defect", "m",
+        "distance of the grip's frames on hand and target; NaN where it closes no loop", {"position_defect"});
+    add("loops/" + g.end_effector + "/angle_defect", "rad", "angle between them, likewise", {"angle_defect"});
   }
   std::vector<std::string> joints;
   bool prismatic = false;
@@ -166,8 +182,24 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
   }
 }
 
-void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books,
-                      const PhaseSample& s) {
+void Recorder::put_grips(const std::vector<GraspGap>& gaps, std::span<const GripSample> grips) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  for (std::size_t i = 0; i < gaps.size(); ++i) {
+    const bool holds = !grips.empty() && grips[i].holds;
+    put(gaps[i].distance);
+    put(holds ? grips[i].F_WC.linear : Vector3d{kNone, kNone, kNone});
+    put(holds ? grips[i].F_WC.angular : Vector3d{kNone, kNone, kNone});
+  }
+  for (std::size_t i = 0; i < gaps.size(); ++i) {
+    if (!is_shared(problem_, problem_.grasps[i].target)) continue;
+    const bool closes = !grips.empty() && grips[i].defect;
+    put(closes ? grips[i].defect->position : kNone);
+    put(closes ? grips[i].defect->angle : kNone);
+  }
+}
+
+void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books, const PhaseSample& s,
+                      std::span<const GripSample> grips) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
@@ -186,7 +218,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   }
   for (int f : system.end_effectors) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
   for (int f : system.target_frames) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
-  for (const GraspGap& gap : grasp_gaps(problem_, system, k)) put(gap.distance);
+  put_grips(grasp_gaps(problem_, system, k), grips);
   const auto put_joints = [&](auto value) {
     for (int j : system.robot_joints) series_.series[next_].data.push_back(value(j));
     ++next_;

@@ -6,6 +6,8 @@
 
 #include "grapnel/capture/bookkeeper.hpp"
 #include "grapnel/capture/capture_system.hpp"
+#include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/loop_book.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
@@ -20,13 +22,15 @@ class Recorder {
   Recorder(const CaptureProblem& problem, const CaptureSystem& system, TimeSeries& series);
   /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
+  /// `grips`: per grasp of the problem; empty: none holds.
   void sample(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books,
-              const PhaseSample& sample);
+              const PhaseSample& sample, std::span<const GripSample> grips = {});
   /// The work done in the phase that ends is carried into the next.
   void end_phase(const PhaseIntegrals& integrals);
 
  private:
   void add(std::string path, std::string unit, std::string description, std::vector<std::string> components);
+  void put_grips(const std::vector<GraspGap>& gaps, std::span<const GripSample> grips);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
   void put(double value);
   void put(const Vector3d& v);

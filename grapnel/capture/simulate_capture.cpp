@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "grapnel/capture/approach_plan.hpp"
@@ -12,7 +15,9 @@
 #include "grapnel/capture/contact.hpp"
 #include "grapnel/capture/envelope.hpp"
 #include "grapnel/capture/impact_report.hpp"
+#include "grapnel/capture/loop_book.hpp"
 #include "grapnel/capture/phase_setups.hpp"
+#include "grapnel/capture/problem_lookup.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/watches.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -25,32 +30,36 @@ struct Failure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// One run: the phases in their order, with recorder and books kept alongside.
+// One run: the phases in their order, with recorder and books kept alongside. Grips close and let go between pieces of
+// motion; every piece has the system as it then is.
 class Run {
  public:
   Run(const CaptureProblem& problem, const CaptureProgress& progress, CaptureResult& result)
       : problem_(problem),
         progress_(progress),
         result_(result),
-        system_(make_capture_system(problem)),
-        recorder_(problem, system_, result.series),
+        free_(make_capture_system(problem)),
+        system_(free_),
+        recorder_(problem, free_, result.series),
         watches_(problem),
-        gripped_(problem) {}
+        outcomes_(problem.grasps.size()) {}
 
   void simulate() {
     place();
     if (problem_.approach) approach();
-    if (!problem_.grasps.empty()) grip();
-    if (problem_.impact && !gripped_.grasps.empty()) {
-      impact();
-      if (problem_.post_impact) post_impact();
-    }
+    settle_all();
+    close(due_together());
+    if (!goes_on()) return;
+    if (grips_.empty()) brake({});
+    post_impact();
   }
 
   void close_books() {
+    write_outcomes();
+    impact_rows();
     bookkeeper_.write(result_.ledger);
     if (result_.impact) scale_published(result_.ledger.scale, *result_.impact);
-    closure_rows();
+    loops_.write(result_);
     watches_.write(result_);
   }
 
@@ -64,6 +73,9 @@ class Run {
       set_root_pose(system_.model, body, targets.start[t].X_WT, state_);
       set_root_twist(system_.model, body, targets.start[t].V_WT, state_);
     }
+    control_.approaching = problem_.approach.has_value();
+    control_.settled.assign(system_.robot_joints.size(), false);
+    control_.hold.assign(system_.robot_joints.size(), 0);
     if (!problem_.approach) return;
     ApproachPlan plan = plan_approach(problem_, targets);
     result_.plan = plan.report;
@@ -72,14 +84,47 @@ class Run {
     trajectories_ = std::move(plan.joints);
   }
 
-  // Integrates a phase of the present system, records it and moves state_ and time_ to its end.
-  void integrate(const std::string& name, PhaseSetup setup, double duration, bool controlled, bool efforts_are_cut,
-                 std::span<const JointTrajectory> reference = {}, const StopCondition& stop = {}) {
+  const Body& joint_body(const CaptureSystem& system, std::size_t joint) const {
+    return system.model.bodies()[system.model.joints()[system.robot_joints[joint]]];
+  }
+
+  // --- Motion
+  // ---------------------------------------------------------------------------------------------------------
+
+  // The first piece of a phase has its plain name.
+  std::string next_name(const std::string& phase) {
+    const int count = ++pieces_[phase];
+    return count == 1 ? phase : fmt::format("{}_{}", phase, count);
+  }
+
+  bool holds_by(PostImpactSetup::Joints joints) const {
+    return problem_.post_impact && problem_.post_impact->joints == joints;
+  }
+
+  // What joints are to follow, for the record.
+  std::vector<JointTrajectory> references() const {
+    std::vector<JointTrajectory> joints;
+    if (!control_.approaching) return joints;
+    joints = trajectories_;
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      if (control_.settled[j]) joints[j] = JointTrajectory::at_rest(control_.hold[j]);
+    }
+    return joints;
+  }
+
+  // Moves the present system on for `duration` or until `stop` says so, and records it. Whether it was stopped.
+  bool integrate(const std::string& phase, double duration, const StopCondition& stop) {
     const double end = time_ + duration;
-    PhaseDynamics dynamics(system_.model, std::move(setup));
+    const std::string name = next_name(phase);
+    const bool pd = holds_by(PostImpactSetup::Joints::pd);
+    const bool controlled = control_.approaching || pd || problem_.post_impact->base_control.has_value();
+    const bool cut = control_.approaching ? problem_.approach->tracking.mode != TrackingSetup::Mode::ideal : pd;
+    PhaseDynamics dynamics(system_.model, segment_setup(problem_, system_, state_, trajectories_, control_));
+    const std::vector<JointTrajectory> reference = references();
     recorder_.begin_phase(name, reference);
     bookkeeper_.begin_phase(controlled);
-    watches_.begin_phase(name, system_, efforts_are_cut);
+    watches_.begin_phase(name, system_, cut);
+    loops_.begin_phase(name, problem_, system_);
     Kinematics kinematics(system_.model);
     // The books look at least so often, however few samples are to be kept: scales are maxima over time.
     constexpr double kLeastLooks = 32;
@@ -94,21 +139,24 @@ class Run {
       const SystemBooks books = system_books(system_.model, kinematics, sample.state);
       bookkeeper_.sample(books, sample.integrals);
       watches_.sample(sample);
-      if (look++ % looks == 0 || sample.time == end) recorder_.sample(system_, kinematics, books, sample);
+      const std::vector<GripSample> grips = loops_.sample(sample, kinematics);
+      if (look++ % looks == 0 || sample.time == end) recorder_.sample(system_, kinematics, books, sample, grips);
       if (progress_) progress_(name, sample.time, end);
     };
     // Joints that follow a reference exactly are on it from the first instant on.
-    state_ = dynamics.state(time_, dynamics.initial(state_, time_));
+    state_ = dynamics.unprojected_state(time_, dynamics.initial(state_, time_));
     const PhaseOutcome outcome = simulate_phase(dynamics, state_, time_, end, interval / static_cast<double>(looks),
                                                 tolerances_for(dynamics, duration, controlled), observe, stop);
     result_.cost.push_back({name, outcome.rhs_evaluations, outcome.steps, outcome.rejected,
                             outcome.momentum_mended.linear, outcome.momentum_mended.angular});
+    loops_.end_phase(outcome.loops);
     if (!outcome.finished) throw Failure(fmt::format("{}: {}", name, outcome.failure));
     recorder_.end_phase(outcome.integrals);
     bookkeeper_.end_phase(outcome.integrals);
     watches_.end_phase();
     state_ = outcome.end_state;
     time_ = outcome.end_time;
+    return outcome.stopped;
   }
 
   // What acts from outside is integrated, not recovered from conserved momenta, and integration errors of the impulse
@@ -128,33 +176,199 @@ class Run {
   void approach() {
     const ApproachSetup& setup = *problem_.approach;
     result_.approach_start = describe(problem_, system_, state_, time_);
-    StopCondition in_envelope;
-    Kinematics kinematics(system_.model);
-    if (setup.capture_at == ApproachSetup::CaptureAt::envelope) {
-      in_envelope = [&](double, const State& state) {
-        forward_kinematics(system_.model, state, kinematics);
-        return largest_excess(problem_, system_, kinematics);
-      };
-    }
-    integrate("approach", approach_setup(problem_, system_, state_, trajectories_, false), setup.duration, true,
-              setup.tracking.mode != TrackingSetup::Mode::ideal, trajectories_, in_envelope);
+    if (setup.base_control) control_.attitude = attitude_control(*setup.base_control, system_, state_).R_WD;
+    fly("approach", setup.duration);
     result_.approach_end = describe(problem_, system_, state_, time_);
   }
 
-  // Which grippers close. Those that do not leave their targets alone.
-  void grip() {
+  void post_impact() {
+    const PostImpactSetup& post = *problem_.post_impact;
+    control_.attitude.reset();
+    if (post.base_control) control_.attitude = attitude_control(*post.base_control, system_, state_).R_WD;
+    post_start_ = time_;
+    fly("post_impact", time_ + post.duration);
+    result_.post_impact_end = describe(problem_, system_, state_, time_);
+  }
+
+  // From event to event: grips that close at stated times or on arrival, and grips that let go.
+  void fly(const std::string& phase, double until) {
+    while (time_ < until) {
+      if (close(arrived()) || control_.approaching == false) close(due_at(time_));
+      if (control_.approaching && all_in_envelopes()) return;
+      const double next = next_event(until);
+      const bool stopped = integrate(phase, next - time_, stop_condition());
+      if (stopped) continue;
+      if (time_ < until) close(due_at(time_));
+      release_due();
+    }
+    if (!control_.approaching) close(due_at(time_)), close(arrived());
+  }
+
+  // --- When grips close
+  // -----------------------------------------------------------------------------------------------
+
+  bool pending(std::size_t grasp, GraspSetup::Closes how) const {
+    return !outcomes_[grasp] && problem_.grasps[grasp].closes == how;
+  }
+  std::vector<std::size_t> pending_grasps(GraspSetup::Closes how) const {
+    std::vector<std::size_t> grasps;
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      if (pending(i, how)) grasps.push_back(i);
+    }
+    return grasps;
+  }
+  static bool is_now(double t, double now) { return std::abs(t - now) <= 1e-9 * std::max(1.0, now); }
+
+  std::vector<std::size_t> due_at(double now) const {
+    std::vector<std::size_t> due;
+    for (std::size_t i : pending_grasps(GraspSetup::Closes::at_time)) {
+      if (is_now(problem_.grasps[i].closes_at, now)) due.push_back(i);
+    }
+    return due;
+  }
+  // At the approach's end all that is left to close together, and what is stated for that time.
+  std::vector<std::size_t> due_together() const {
+    std::vector<std::size_t> due = pending_grasps(GraspSetup::Closes::together);
+    for (std::size_t i : due_at(time_)) due.push_back(i);
+    std::sort(due.begin(), due.end());
+    return due;
+  }
+
+  // An envelope's excess counts as met within rounding (decide_grips).
+  static constexpr double kMet = 1e-9;
+  std::vector<std::size_t> arrived() const {
+    std::vector<std::size_t> waiting = pending_grasps(GraspSetup::Closes::on_arrival), there;
+    if (waiting.empty()) return there;
+    const std::vector<double> excess = envelope_excesses(problem_, system_, forward_kinematics(system_.model, state_));
+    for (std::size_t i : waiting) {
+      if (excess[i] <= kMet) there.push_back(i);
+    }
+    return there;
+  }
+  bool ends_by_envelope() const {
+    return control_.approaching && problem_.approach->capture_at == ApproachSetup::CaptureAt::envelope;
+  }
+  static double largest(const std::vector<double>& values, const std::vector<std::size_t>& of) {
+    double most = -1;
+    for (std::size_t i : of) most = std::max(most, values[i]);
+    return most;
+  }
+  bool all_in_envelopes() const {
+    const std::vector<std::size_t> together = pending_grasps(GraspSetup::Closes::together);
+    if (!ends_by_envelope() || together.empty()) return false;
+    return largest(envelope_excesses(problem_, system_, forward_kinematics(system_.model, state_)), together) <= kMet;
+  }
+
+  // Falls to zero as soon as a hand arrives, or all of those that close together are in their envelopes.
+  StopCondition stop_condition() {
+    const std::vector<std::size_t> waiting = pending_grasps(GraspSetup::Closes::on_arrival);
+    std::vector<std::size_t> together;
+    if (ends_by_envelope()) together = pending_grasps(GraspSetup::Closes::together);
+    if (waiting.empty() && together.empty()) return {};
+    return [this, waiting, together, kinematics = Kinematics(system_.model)](double, const State& state) mutable {
+      forward_kinematics(system_.model, state, kinematics);
+      const std::vector<double> excess = envelope_excesses(problem_, system_, kinematics);
+      double least = std::numeric_limits<double>::infinity();
+      for (std::size_t i : waiting) least = std::min(least, excess[i]);
+      if (!together.empty()) least = std::min(least, largest(excess, together));
+      return least;
+    };
+  }
+
+  double next_event(double until) const {
+    double next = until;
+    const auto consider = [&](double t) {
+      if (t > time_ && !is_now(t, time_) && t < next) next = t;
+    };
+    for (std::size_t i : pending_grasps(GraspSetup::Closes::at_time)) consider(problem_.grasps[i].closes_at);
+    if (!control_.approaching) {
+      for (const PostImpactSetup::Release& release : problem_.post_impact->releases)
+        consider(post_start_ + release.after);
+    }
+    return is_now(next, until) ? until : next;
+  }
+
+  // Whether something follows the approach's end.
+  bool goes_on() const {
+    if (!problem_.impact || !problem_.post_impact) return false;
+    return !grips_.empty() || !pending_grasps(GraspSetup::Closes::at_time).empty() ||
+           !pending_grasps(GraspSetup::Closes::on_arrival).empty();
+  }
+
+  // Decides on grips, and lets those that fit close: at once, in one impact. Whether any did.
+  bool close(const std::vector<std::size_t>& grasps) {
+    if (grasps.empty()) return false;
     const std::vector<GripDecision> decisions =
         decide_grips(problem_, system_, forward_kinematics(system_.model, state_));
-    result_.capture_time = time_;
-    gripped_.grasps.clear();
-    for (std::size_t i = 0; i < decisions.size(); ++i) {
-      const GraspSetup& g = problem_.grasps[i];
+    if (!any_decided_) result_.capture_time = time_;
+    any_decided_ = true;
+    std::vector<std::size_t> closing;
+    for (std::size_t i : grasps) {
       const GripDecision& d = decisions[i];
-      result_.grips.push_back({g.end_effector, g.target, g.grasp_point, d.captured, d.reason, d.deviation.position,
-                               d.deviation.angle, d.deviation.velocity, d.deviation.angular_velocity});
-      if (d.captured) gripped_.grasps.push_back(g);
+      outcomes_[i] = outcome_of(i, d.captured, d.reason);
+      outcomes_[i]->distance = d.deviation.position, outcomes_[i]->angle = d.deviation.angle;
+      outcomes_[i]->velocity = d.deviation.velocity, outcomes_[i]->angular_velocity = d.deviation.angular_velocity;
+      if (d.captured) closing.push_back(i);
+    }
+    if (closing.empty() || !problem_.impact) return false;
+    impact(closing);
+    return true;
+  }
+
+  GripOutcome outcome_of(std::size_t grasp, bool captured, const std::string& reason) const {
+    const GraspSetup& g = problem_.grasps[grasp];
+    GripOutcome outcome{g.end_effector, g.target, g.grasp_point, captured, reason, 0, 0, 0, 0, time_, {}};
+    return outcome;
+  }
+
+  // Nothing is said where the run did not come so far.
+  void write_outcomes() {
+    if (!any_decided_) return;
+    for (std::size_t i = 0; i < outcomes_.size(); ++i) {
+      const bool waited = problem_.grasps[i].closes == GraspSetup::Closes::on_arrival;
+      if (!outcomes_[i])
+        outcomes_[i] = outcome_of(
+            i, false,
+            waited ? "did not come within its envelope before the run's end" : "the run ended before it was to close");
+      result_.grips.push_back(*outcomes_[i]);
     }
   }
+
+  // --- What joints do once their arm holds a target
+  // -------------------------------------------------------------------
+
+  void settle(std::size_t joint) {
+    control_.settled[joint] = true;
+    control_.hold[joint] = state_.q[joint_body(system_, joint).q];
+  }
+  void settle_all() {
+    control_.approaching = false;
+    for (std::size_t j = 0; j < control_.settled.size(); ++j) settle(j);
+  }
+  // The joints between the base and an end-effector, in the approach.
+  void settle_arm(std::size_t grasp) {
+    const Model& model = system_.model;
+    int body = model.frames()[model.frame_index(problem_.grasps[grasp].end_effector)].body;
+    for (; body >= 0; body = model.bodies()[body].parent) {
+      for (std::size_t j = 0; j < control_.settled.size(); ++j) {
+        if (model.joints()[system_.robot_joints[j]] == body) settle(j);
+      }
+    }
+  }
+
+  // Joints that follow a trajectory exactly keep its rate through an impact.
+  std::vector<HeldRate> driven_rates() const {
+    std::vector<HeldRate> held;
+    if (!control_.approaching || problem_.approach->tracking.mode != TrackingSetup::Mode::ideal) return held;
+    for (std::size_t j = 0; j < control_.settled.size(); ++j) {
+      const int v = joint_body(free_, j).v;
+      if (!control_.settled[j]) held.push_back({v, state_.v[v]});
+    }
+    return held;
+  }
+
+  // --- Impacts
+  // --------------------------------------------------------------------------------------------------------
 
   // A sample outside any integration: just before and just after the impact.
   void sample_contact() {
@@ -167,123 +381,210 @@ class Run {
   }
 
   Momentumd momentum_about_origin(const State& state) const {
-    return momentum_about(system_.model, forward_kinematics(system_.model, state), Vector3d::zero());
+    return momentum_about(free_.model, forward_kinematics(free_.model, state), Vector3d::zero());
+  }
+
+  // The problem with some of its grasps.
+  CaptureProblem with_grasps(const std::vector<std::size_t>& grasps) const {
+    CaptureProblem problem = problem_;
+    problem.grasps.clear();
+    for (std::size_t i : grasps) problem.grasps.push_back(problem_.grasps[i]);
+    return problem;
+  }
+
+  // The contact of the grips that close, by the rule for gaps, after those that hold already.
+  Contact contact_of(const std::vector<std::size_t>& closing) {
+    std::vector<bool> held(problem_.targets.size(), false);
+    for (const HeldGrip& grip : grips_) held[target_index(problem_, problem_.grasps[grip.grasp].target)] = true;
+    const Contact fresh = make_contact(with_grasps(closing), free_, state_, held);
+    if (!fresh.refused.empty()) {
+      for (std::size_t i : closing) {
+        outcomes_[i]->captured = false;
+        outcomes_[i]->reason = "contact refused: " + fresh.refused;
+      }
+      throw Failure("contact refused: " + fresh.refused);
+    }
+    Contact contact = fresh;
+    contact.gaps.clear(), contact.displacement.clear(), contact.grasps.clear();
+    const Kinematics k = forward_kinematics(free_.model, fresh.state);
+    const std::vector<GraspGap> gaps = grasp_gaps(problem_, free_, k);
+    for (const HeldGrip& grip : grips_) {
+      contact.gaps.push_back(gaps[grip.grasp]);
+      contact.displacement.push_back(Vector3d::zero());
+      contact.grasps.push_back(grasp_of(grip, k));
+    }
+    for (std::size_t i = 0; i < closing.size(); ++i) {
+      contact.gaps.push_back(fresh.gaps[i]);
+      contact.displacement.push_back(fresh.displacement[i]);
+      contact.grasps.push_back(fresh.grasps[i]);
+    }
+    return contact;
   }
 
   // Sizes fit by construction, so what the solver refuses are numbers: inertias that span more than doubles resolve.
-  ImpactOutcome solve_impact(const Contact& contact) const {
+  ImpactOutcome solve_impact(const std::vector<std::size_t>& closing, const Contact& contact) const {
+    std::vector<std::size_t> all;
+    for (const HeldGrip& grip : grips_) all.push_back(grip.grasp);
+    all.insert(all.end(), closing.begin(), closing.end());
     try {
-      return run_impact(gripped_, system_, contact, time_);
+      return run_impact(with_grasps(all), free_, contact, time_, grips_.size(), driven_rates());
     } catch (const std::invalid_argument& error) {
       throw Failure(
           fmt::format("impact at t = {:.6g} s: the system is numerically singular ({})", time_, error.what()));
     }
   }
 
-  void impact() {
-    recorder_.begin_phase("contact");
-    const Contact contact = make_contact(gripped_, system_, state_);
-    if (!contact.refused.empty()) {
-      for (GripOutcome& grip : result_.grips) {
-        if (!grip.captured) continue;  // it has its own reason
-        grip.captured = false;
-        grip.reason = "contact refused: " + contact.refused;
-      }
-      throw Failure("contact refused: " + contact.refused);
+  // Grips close: in the free system, where those that hold already are constraints like the new ones.
+  void impact(const std::vector<std::size_t>& closing) {
+    recorder_.begin_phase(next_name("contact"));
+    if (control_.approaching) {
+      for (std::size_t i : closing) settle_arm(i);
     }
+    to_free();
+    const Contact contact = contact_of(closing);
     if (problem_.approach) bookkeeper_.enter(momentum_about_origin(contact.state) - momentum_about_origin(state_));
     state_ = contact.state;
     sample_contact();
 
-    ImpactOutcome outcome = solve_impact(contact);
+    ImpactOutcome outcome = solve_impact(closing, contact);
     bookkeeper_.enter(outcome.from_ground);
+    note_impact(outcome.solution);
     state_ = outcome.after;
-    impact_rows(outcome.solution);
-    if (problem_.post_impact) {
-      CapturedSystem captured = capture_targets(gripped_, system_, state_, contact.grasps);
-      system_ = std::move(captured.system);
-      state_ = std::move(captured.state);
-      if (problem_.post_impact->joints == PostImpactSetup::Joints::braked) outcome.report.brake = brake();
+    const Kinematics k = forward_kinematics(free_.model, state_);
+    for (std::size_t i : closing) grips_.push_back(close_grip(problem_, free_, k, i));
+    outcome.report.brake = brake(contact.grasps);
+    if (result_.impact) {
+      result_.later_impacts.push_back(std::move(outcome.report));
+    } else {
+      result_.impact = std::move(outcome.report);
     }
-    result_.impact = std::move(outcome.report);
+    to_joined();
     sample_contact();
   }
 
-  // All robot joints stop at once.
-  BrakeReport brake() {
-    std::vector<int> velocities;
+  // Between the representations: all targets free, or hanging on the arms that hold them.
+  void to_free() {
+    if (system_.grips.empty()) return;
+    state_ = take_apart(free_, system_, state_);
+    system_ = free_;
+  }
+  void to_joined() {
+    if (grips_.empty()) return;
+    CapturedSystem joined = join_targets(free_, state_, grips_);
+    system_ = std::move(joined.system);
+    state_ = std::move(joined.state);
+  }
+
+  // Settled joints stop at once, if they are braked. In the free system.
+  std::optional<BrakeReport> brake(std::span<const Grasp> grasps) {
+    if (!holds_by(PostImpactSetup::Joints::braked)) return {};
+    std::vector<HeldRate> held;
     BrakeReport report;
-    for (int j : system_.robot_joints) {
-      const Body& body = system_.model.bodies()[system_.model.joints()[j]];
-      velocities.push_back(body.v);
-      report.joints.push_back(body.description.joint.name);
+    for (std::size_t j = 0; j < control_.settled.size(); ++j) {
+      if (!control_.settled[j]) continue;
+      held.push_back({joint_body(free_, j).v, 0});
+      report.joints.push_back(joint_body(free_, j).description.joint.name);
     }
-    const ImpactSolution solution = lock_joints(system_.model, state_, velocities, report.impulse);
+    const std::size_t braked = held.size();
+    for (const HeldRate& rate : driven_rates()) held.push_back(rate);
+    const ImpactSolution solution = plastic_impact(free_.model, state_, grasps, held);
+    report.impulse.assign(solution.held_impulses.begin(),
+                          solution.held_impulses.begin() + static_cast<std::ptrdiff_t>(braked));
     const State before = state_;
     state_.v = solution.velocity;
-    const Kinematics k0 = forward_kinematics(system_.model, before), k1 = forward_kinematics(system_.model, state_);
-    report.kinetic_energy_before = kinetic_energy(system_.model, k0, before);
-    report.kinetic_energy_after = kinetic_energy(system_.model, k1, state_);
-    // The grips pass on what their targets take up; a target's frame is at its contact point now.
-    const std::vector<Impulsed> through = joint_impulses(system_.model, before, state_, {});
-    for (const GraspSetup& g : gripped_.grasps) {
-      const Impulsed& on_target = through[system_.model.body_index(target_body_name(g.target))];
-      report.grasps.push_back({g.end_effector, g.target, -on_target.linear, -on_target.angular});
+    const Kinematics k0 = forward_kinematics(free_.model, before), k1 = forward_kinematics(free_.model, state_);
+    report.kinetic_energy_before = kinetic_energy(free_.model, k0, before);
+    report.kinetic_energy_after = kinetic_energy(free_.model, k1, state_);
+    std::vector<ExternalImpulse> at_grips;
+    for (std::size_t i = 0; i < grasps.size(); ++i) {
+      const Impulsed& P = solution.contacts[i].P_WC;
+      const GraspSetup& g = problem_.grasps[grips_[i].grasp];
+      report.grasps.push_back({g.end_effector, g.target, P.linear, P.angular});
+      at_grips.push_back({grasps[i].robot_body, grasps[i].p_WC, P});
+      at_grips.push_back({grasps[i].target_body, grasps[i].p_WC, -P});
     }
-    const Twistd jump = k1.V_WB[system_.base] - k0.V_WB[system_.base];
+    const Twistd jump = k1.V_WB[free_.base] - k0.V_WB[free_.base];
     report.base_velocity_change = jump.linear;
     report.base_angular_velocity_change = jump.angular;
-    if (!system_.model.has_free_root(system_.base)) {
-      const Impulsed ground = shift(through[system_.base], -k0.X_WB[system_.base].p);
+    if (!free_.model.has_free_root(free_.base)) {
+      const std::vector<Impulsed> through = joint_impulses(free_.model, before, state_, at_grips);
+      const Impulsed ground = shift(through[free_.base], -k0.X_WB[free_.base].p);
       bookkeeper_.enter({ground.angular, ground.linear});
     }
-    add_row("brake_energy_identity_residual", solution.energy_identity_residual, 1e-10,
-            "the same for the impulse that locks the joints");
+    brake_residual_ = std::max(brake_residual_.value_or(0), solution.energy_identity_residual);
     return report;
   }
 
-  void post_impact() {
-    const PostImpactSetup& post = *problem_.post_impact;
-    const bool pd = post.joints == PostImpactSetup::Joints::pd;
-    integrate("post_impact", post_impact_setup(problem_, system_, state_), post.duration,
-              pd || post.base_control.has_value(), pd);
-    result_.post_impact_end = describe(problem_, system_, state_, time_);
+  void release_due() {
+    if (control_.approaching) return;
+    for (const PostImpactSetup::Release& release : problem_.post_impact->releases) {
+      if (!is_now(post_start_ + release.after, time_)) continue;
+      ReleaseReport report;
+      report.time = time_;
+      to_free();
+      std::erase_if(grips_, [&](const HeldGrip& grip) {
+        const GraspSetup& g = problem_.grasps[grip.grasp];
+        const auto& named = release.end_effectors;
+        if (!named.empty() && std::find(named.begin(), named.end(), g.end_effector) == named.end()) return false;
+        report.end_effectors.push_back(g.end_effector);
+        report.targets.push_back(g.target);
+        outcomes_[grip.grasp]->released = time_;
+        return true;
+      });
+      to_joined();
+      if (!report.end_effectors.empty()) result_.releases.push_back(std::move(report));
+    }
   }
 
-  void add_row(const char* name, double value, double bound, const char* note, bool applies = true,
-               const char* unit = "1") {
-    result_.ledger.entries.push_back({name, value, bound, unit, note, applies});
+  // --- The ledger's rows about impacts
+  // --------------------------------------------------------------------------------
+
+  void note_impact(const ImpactSolution& solution) {
+    const auto raise = [](double& most, double value) {
+      if (!(value <= most)) most = value;
+    };
+    if (!impact_residuals_) impact_residuals_.emplace();
+    raise((*impact_residuals_)[0], solution.generalized_momentum_residual);
+    raise((*impact_residuals_)[1], solution.energy_identity_residual);
+    raise((*impact_residuals_)[2], solution.constraint_residual);
   }
 
-  void impact_rows(const ImpactSolution& solution) {
-    add_row("generalized_momentum_residual", solution.generalized_momentum_residual, 1e-10,
-            "(3.6): |M dv - J^T P| over |M v| before the impact, energy norm");
-    add_row("energy_identity_residual", solution.energy_identity_residual, 1e-10,
-            "|dT + u^T W^+ u / 2| over the kinetic energy before the impact");
-    add_row("impact_constraint_residual", solution.constraint_residual, 1e-10,
-            "relative velocity left in the constrained directions over the largest velocity");
-  }
-
-  // A tree keeps its grips by construction; loops come with several arms on one target.
-  void closure_rows() {
-    const char* none = "no closed loop in this run: every target hangs on one arm";
-    add_row("loop_closure_position", 0, 1e-12, none, false, "m");
-    add_row("loop_closure_angle", 0, 1e-12, none, false, "rad");
-    add_row("unprojected_defect", 0, 1e-10, none, false);
-    add_row("correction_total", 0, 1e-10, none, false);
+  void impact_rows() {
+    const auto add = [&](const char* name, double value, const char* note) {
+      result_.ledger.entries.push_back({name, value, 1e-10, "1", note});
+    };
+    if (impact_residuals_) {
+      add("generalized_momentum_residual", (*impact_residuals_)[0],
+          "(3.6): |M dv - J^T P| over |M v| before the impact, energy norm");
+      add("energy_identity_residual", (*impact_residuals_)[1],
+          "|dT + u^T W^+ u / 2| over the kinetic energy before the impact");
+      add("impact_constraint_residual", (*impact_residuals_)[2],
+          "relative velocity left in the constrained directions over the largest velocity");
+    }
+    if (brake_residual_)
+      add("brake_energy_identity_residual", *brake_residual_, "the same for the impulse that locks the joints");
   }
 
   const CaptureProblem& problem_;
   const CaptureProgress& progress_;
   CaptureResult& result_;
-  CaptureSystem system_;
+  const CaptureSystem free_;  // all targets free
+  CaptureSystem system_;      // as it is now
   Recorder recorder_;
   Bookkeeper bookkeeper_;
   Watches watches_;
-  CaptureProblem gripped_;                     // the problem with those grasps alone whose grips close
+  LoopBook loops_;
   std::vector<JointTrajectory> trajectories_;  // of the approach, per robot joint
+  SegmentControl control_;
+  std::vector<HeldGrip> grips_;                       // that hold now, in the free system's bodies
+  std::vector<std::optional<GripOutcome>> outcomes_;  // per grasp, once decided
+  bool any_decided_ = false;
+  std::map<std::string, int> pieces_;  // of phases, by name
+  std::optional<std::array<double, 3>> impact_residuals_;
+  std::optional<double> brake_residual_;
   State state_;
   double time_ = 0;
+  double post_start_ = 0;
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 /// Filled by simulate_capture(), read by the writers and reports. Thread safety: plain values.
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -55,11 +56,13 @@ struct GripOutcome {
   std::string target;
   std::string grasp_point;
   bool captured = false;
-  std::string reason;           // in words
-  double distance = 0;          // from the grasp point [m]
-  double angle = 0;             // of what the grasp's orientation asks for; 0 if it is free [rad]
-  double velocity = 0;          // relative speed [m/s]
-  double angular_velocity = 0;  // relative [rad/s]
+  std::string reason;              // in words
+  double distance = 0;             // from the grasp point [m]
+  double angle = 0;                // of what the grasp's orientation asks for; 0 if it is free [rad]
+  double velocity = 0;             // relative speed [m/s]
+  double angular_velocity = 0;     // relative [rad/s]
+  double time = 0;                 // when it closed, or was to close [s]
+  std::optional<double> released;  // when it let go [s]
 };
 
 /// The system at the end of a phase.
@@ -132,6 +135,31 @@ struct BrakeReport {
   Vector3d base_angular_velocity_change = Vector3d::zero();  // [rad/s]
 };
 
+/// Two grips of one target, and whether both can be where they are meant to be: no motion of the target changes the
+/// distances, so their difference is what remains open, or is welded as found.
+struct LoopGap {
+  std::string target;
+  std::string end_effectors[2];
+  std::string grasp_points[2];
+  double end_effector_distance = 0;  // between the end-effectors [m]
+  double grasp_point_distance = 0;   // between the grasp points they are to hold [m]
+  double gap() const { return std::abs(end_effector_distance - grasp_point_distance); }
+};
+
+/// What a body received in the impact: unique, also where the impulses of single grips are not.
+struct BodyImpulse {
+  std::string body;
+  Vector3d impulse;          // [N s]
+  Vector3d angular_impulse;  // about the body's centre of mass [N m s]
+};
+
+/// An impulse that changes no velocity: one vector of the null space's basis, per grip as in GraspImpulse, scaled so
+/// that its largest component is 1 (N s or N m s).
+struct SelfStress {
+  std::vector<Vector3d> impulse;          // per grip of the impact [N s]
+  std::vector<Vector3d> angular_impulse;  // [N m s]
+};
+
 struct ImpactReport {
   std::string law = "plastic";
   double time = 0;
@@ -142,6 +170,9 @@ struct ImpactReport {
   Vector3d base_angular_impulse = Vector3d::zero();  // about the base's origin [N m s]
   int rank = 0;
   int rows = 0;
+  std::vector<SelfStress> null_space;  // rows - rank of them
+  std::vector<LoopGap> loops;          // per further grip of a target, against its first
+  std::vector<BodyImpulse> body_impulses;
   double kinetic_energy_before = 0;
   double kinetic_energy_after = 0;
   Vector3d base_velocity_change = Vector3d::zero();
@@ -153,6 +184,39 @@ struct ImpactReport {
   std::optional<AsPublished> as_published;
   std::string as_published_absent;  // why, if it is absent
   std::optional<BrakeReport> brake;
+};
+
+/// How loops were kept closed in one phase.
+struct LoopReport {
+  std::string phase;
+  std::vector<std::string> closures;  // "end-effector - target", of the grips that close loops of the tree
+  int rows = 0;
+  int rank = 0;                             // as the phase began
+  double unprojected_position = 0;          // largest defect that one step left before projection [m]
+  double unprojected_angle = 0;             // [rad]
+  double unprojected_velocity = 0;          // [m/s]
+  double unprojected_angular_velocity = 0;  // [rad/s]
+  double correction_total = 0;   // sum of all corrections, in the norm that judges steps, times the tolerance
+  double integration_error = 0;  // sum of the steps' error estimates in the same measure
+};
+
+/// The load on one grip while it holds.
+struct GripLoad {
+  std::string phase;
+  std::string end_effector;
+  std::string target;
+  double largest_force = 0;   // [N]
+  double force_time = 0;      // [s]
+  double largest_moment = 0;  // about the grip [N m]
+  double moment_time = 0;
+  std::vector<bool> determined;  // per component [angular; linear] in W as the phase began: not a matter of self-stress
+};
+
+/// Grips that let go.
+struct ReleaseReport {
+  double time = 0;
+  std::vector<std::string> end_effectors;
+  std::vector<std::string> targets;
 };
 
 /// An integration's cost.
@@ -180,7 +244,11 @@ struct CaptureResult {
   bool captured() const {
     return !grips.empty() && std::all_of(grips.begin(), grips.end(), [](const GripOutcome& g) { return g.captured; });
   }
-  std::optional<ImpactReport> impact;
+  std::optional<ImpactReport> impact;       // the first
+  std::vector<ImpactReport> later_impacts;  // of grips that closed later
+  std::vector<ReleaseReport> releases;
+  std::vector<LoopReport> loops;     // per phase with closed loops
+  std::vector<GripLoad> grip_loads;  // per phase and grip
   std::optional<PhaseEnd> post_impact_end;
   std::vector<LeastClearance> clearance;  // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;

@@ -153,8 +153,9 @@ std::string published_impulse(const ImpactReport& impact, const std::string& end
   return "-";
 }
 
-bool is_determined(const GraspImpulse& grasp) {
-  return std::all_of(grasp.determined.begin(), grasp.determined.end(), [](bool unique) { return unique; });
+// Every component is unique.
+bool all_of(const std::vector<bool>& determined) {
+  return std::all_of(determined.begin(), determined.end(), [](bool unique) { return unique; });
 }
 
 std::string grasp_table(const ImpactReport& impact) {
@@ -163,8 +164,8 @@ std::string grasp_table(const ImpactReport& impact) {
   table.row({"", "N s", "N s", "N m s", "N", "m", "m/s"});
   bool all_determined = true;
   for (const GraspImpulse& g : impact.grasps) {
-    const std::string mark = is_determined(g) ? "" : " *";
-    all_determined = all_determined && is_determined(g);
+    const std::string mark = all_of(g.determined) ? "" : " *";
+    all_determined = all_determined && all_of(g.determined);
     table.row({grip(g.end_effector, g.target, g.grasp_point) + mark, number(g.impulse_magnitude),
                published_impulse(impact, g.end_effector), number(norm(g.angular_impulse)), number(g.mean_force),
                number(g.gap), number(norm(g.relative_velocity_before))});
@@ -172,9 +173,24 @@ std::string grasp_table(const ImpactReport& impact) {
   std::string out = table.text();
   if (!all_determined) {
     out += paragraph(
-        "* some components are not unique (a self-stress of the closed loops is free): see determined in "
-        "summary.json",
+        "* some components are not unique (a self-stress of the closed loops is free): see determined and null_space "
+        "in summary.json",
         "  ");
+  }
+  return out;
+}
+
+// The loops that cannot close on their grasp points, wherever the target is.
+std::string gap_lines(const ImpactReport& impact) {
+  constexpr double kShown = 1e-6;  // [m]
+  std::string out;
+  for (const LoopGap& loop : impact.loops) {
+    if (loop.gap() <= kShown) continue;
+    out += paragraph(fmt::format("the loop over {} misses by {} m: {} and {} are {} m apart, {} and {} {} m",
+                                 loop.target, number(loop.gap()), loop.end_effectors[0], loop.end_effectors[1],
+                                 number(loop.end_effector_distance), loop.grasp_points[0], loop.grasp_points[1],
+                                 number(loop.grasp_point_distance)),
+                     "  ");
   }
   return out;
 }
@@ -193,12 +209,14 @@ std::string published_line(const ImpactReport& impact) {
   return paragraph("as published: absent, " + impact.as_published_absent, "  ");
 }
 
-std::string impact_table(const CaptureResult& result) {
-  if (!result.impact) return "";
-  const ImpactReport& impact = *result.impact;
-  std::string out = fmt::format("\nimpact at t = {} s: {}, rank {} of {} rows, mean force over {} s\n",
-                                number(impact.time), impact.law, impact.rank, impact.rows, number(impact.duration));
-  out += grasp_table(impact) + published_line(impact);
+// `name`: "impact", or which one.
+std::string impact_table(const ImpactReport& impact, std::string_view name) {
+  const char* unique = impact.rank < impact.rows ? ", impulses not unique" : "";
+  std::string out = "\n" + paragraph(fmt::format("{} at t = {} s: {}, rank {} of {} rows{}, mean force over {} s", name,
+                                                 number(impact.time), impact.law, impact.rank, impact.rows, unique,
+                                                 number(impact.duration)),
+                                     "");
+  out += grasp_table(impact) + gap_lines(impact) + published_line(impact);
   TextTable table(3);
   table.row({"kinetic energy", "J",
              fmt::format("{} -> {}", number(impact.kinetic_energy_before), number(impact.kinetic_energy_after))});
@@ -210,6 +228,66 @@ std::string impact_table(const CaptureResult& result) {
   table.row({"base angular velocity change", "rad/s", vector(impact.base_angular_velocity_change)});
   table.row({"base velocity change", "m/s", vector(impact.base_velocity_change)});
   return out + table.text();
+}
+
+std::string impact_tables(const CaptureResult& result) {
+  std::string out = result.impact ? impact_table(*result.impact, "impact") : "";
+  for (const ImpactReport& later : result.later_impacts) out += impact_table(later, "later impact");
+  return out;
+}
+
+// "release at t = 45 s: left lets go of debris"
+std::string release_lines(const CaptureResult& result) {
+  std::string out;
+  for (const ReleaseReport& release : result.releases) {
+    std::vector<std::string> grips;
+    for (std::size_t i = 0; i < release.end_effectors.size() && i < release.targets.size(); ++i) {
+      grips.push_back(release.end_effectors[i] + " lets go of " + release.targets[i]);
+    }
+    const std::string what = grips.empty() ? "nothing was held" : fmt::format("{}", fmt::join(grips, ", "));
+    out += "\n" + paragraph(fmt::format("release at t = {} s: {}", number(release.time), what), "");
+  }
+  return out;
+}
+
+std::string small(double value) { return fmt::format("{:.3g}", value); }
+
+// How loops were kept closed; the ledger has the bounds.
+std::string loop_tables(const CaptureResult& result) {
+  std::string out;
+  for (const LoopReport& loops : result.loops) {
+    out += "\n" + paragraph(fmt::format("closed loops, {}: {}; rank {} of {} rows", loops.phase,
+                                        fmt::join(loops.closures, ", "), loops.rank, loops.rows),
+                            "");
+    TextTable table(2);
+    table.row(
+        {"largest defect of a step", "m, rad", small(loops.unprojected_position), small(loops.unprojected_angle)});
+    table.row({"and of its rate", "m/s, rad/s", small(loops.unprojected_velocity),
+               small(loops.unprojected_angular_velocity)});
+    table.row({"corrections, integration errors", "1", small(loops.correction_total), small(loops.integration_error)});
+    out += table.text();
+  }
+  return out;
+}
+
+std::string load_table(const CaptureResult& result) {
+  if (result.grip_loads.empty()) return "";
+  TextTable table;
+  table.row({"load on a grip", "phase", "largest force", "at", "largest moment", "at"});
+  table.row({"", "", "N", "s", "N m", "s"});
+  bool all_determined = true;
+  for (const GripLoad& load : result.grip_loads) {
+    const std::string mark = all_of(load.determined) ? "" : " *";
+    all_determined = all_determined && all_of(load.determined);
+    table.row({grip(load.end_effector, load.target, "") + mark, load.phase, number(load.largest_force),
+               number(load.force_time), number(load.largest_moment), number(load.moment_time)});
+  }
+  std::string out = "\n" + table.text();
+  if (!all_determined) {
+    out += paragraph("* some components are not unique (a self-stress of the closed loops is free): of these the least",
+                     "  ");
+  }
+  return out;
 }
 
 std::string post_impact_table(const CaptureResult& result) {
@@ -254,8 +332,9 @@ std::string ledger_table(const Ledger& ledger) {
 }  // namespace
 
 std::string result_table(const CaptureResult& result) {
-  return verdict(result) + plan_table(result) + approach_table(result) + impact_table(result) +
-         post_impact_table(result) + clearance_table(result) + ledger_table(result.ledger);
+  return verdict(result) + plan_table(result) + approach_table(result) + impact_tables(result) + release_lines(result) +
+         post_impact_table(result) + loop_tables(result) + load_table(result) + clearance_table(result) +
+         ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

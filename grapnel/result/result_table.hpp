@@ -9,8 +9,8 @@
 
 namespace grapnel {
 
-/// Plain text of at most 100 columns: verdict and warnings, approach, impact per grasp, ledger. Four to six significant
-/// digits; summary.json has them all. Thread safety: pure.
+/// Plain text of at most 100 columns: verdict and warnings, approach, impacts per grasp, releases, how loops were kept
+/// closed, loads on the grips, ledger. Three to six significant digits; summary.json has them all. Thread safety: pure.
 std::string result_table(const CaptureResult& result);
 
 }  // namespace grapnel

@@ -27,6 +27,12 @@ Json to_json(const LeastClearance& least);
 Json to_json(const ClearanceEvent& event);
 Json to_json(const LimitEvent& event);
 Json to_json(const PlannedMiss& miss);
+Json to_json(const ImpactReport& impact);
+Json to_json(const LoopGap& loop);
+Json to_json(const BodyImpulse& body);
+Json to_json(const LoopReport& loops);
+Json to_json(const GripLoad& load);
+Json to_json(const ReleaseReport& release);
 
 template <class T>
 Json list(const std::vector<T>& items) {
@@ -121,6 +127,35 @@ Json to_json(const BrakeReport& brake) {
           {"base_angular_velocity_change", to_json(brake.base_angular_velocity_change)}};
 }
 
+Json to_json(const LoopGap& loop) {
+  return {{"target", loop.target},
+          {"end_effectors", loop.end_effectors},
+          {"grasp_points", loop.grasp_points},
+          {"end_effector_distance", loop.end_effector_distance},
+          {"grasp_point_distance", loop.grasp_point_distance},
+          {"gap", loop.gap()}};
+}
+
+Json to_json(const BodyImpulse& body) {
+  return {{"body", body.body}, {"impulse", to_json(body.impulse)}, {"angular_impulse", to_json(body.angular_impulse)}};
+}
+
+/// The basis of the null space: its vectors are per grip, in the order of the impact's grasps.
+Json null_space(const ImpactReport& impact) {
+  Json basis = Json::array();
+  for (const SelfStress& stress : impact.null_space) {
+    Json grasps = Json::array();
+    const std::size_t grips = std::min({impact.grasps.size(), stress.impulse.size(), stress.angular_impulse.size()});
+    for (std::size_t i = 0; i < grips; ++i) {
+      grasps.push_back({{"end_effector", impact.grasps[i].end_effector},
+                        {"impulse", to_json(stress.impulse[i])},
+                        {"angular_impulse", to_json(stress.angular_impulse[i])}});
+    }
+    basis.push_back({{"grasps", grasps}});
+  }
+  return basis;
+}
+
 Json to_json(const ImpactReport& impact) {
   Json json = {{"law", impact.law},
                {"time", impact.time},
@@ -128,6 +163,9 @@ Json to_json(const ImpactReport& impact) {
                {"grasps", list(impact.grasps)},
                {"rank", impact.rank},
                {"rows", impact.rows},
+               {"null_space", null_space(impact)},
+               {"loops", list(impact.loops)},
+               {"body_impulses", list(impact.body_impulses)},
                {"kinetic_energy_before", impact.kinetic_energy_before},
                {"kinetic_energy_after", impact.kinetic_energy_after},
                {"base_velocity_change", to_json(impact.base_velocity_change)},
@@ -167,6 +205,34 @@ Json to_json(const Ledger& ledger) {
   return json;
 }
 
+Json to_json(const LoopReport& loops) {
+  return {{"phase", loops.phase},
+          {"closures", loops.closures},
+          {"rows", loops.rows},
+          {"rank", loops.rank},
+          {"unprojected_position", loops.unprojected_position},
+          {"unprojected_angle", loops.unprojected_angle},
+          {"unprojected_velocity", loops.unprojected_velocity},
+          {"unprojected_angular_velocity", loops.unprojected_angular_velocity},
+          {"correction_total", loops.correction_total},
+          {"integration_error", loops.integration_error}};
+}
+
+Json to_json(const GripLoad& load) {
+  return {{"phase", load.phase},
+          {"end_effector", load.end_effector},
+          {"target", load.target},
+          {"largest_force", load.largest_force},
+          {"force_time", load.force_time},
+          {"largest_moment", load.largest_moment},
+          {"moment_time", load.moment_time},
+          {"determined", load.determined}};
+}
+
+Json to_json(const ReleaseReport& release) {
+  return {{"time", release.time}, {"end_effectors", release.end_effectors}, {"targets", release.targets}};
+}
+
 Json to_json(const PhaseCost& cost) {
   return {{"phase", cost.phase},
           {"rhs_evaluations", cost.rhs_evaluations},
@@ -183,15 +249,18 @@ Json to_json(const BrakeGrip& grip) {
 }
 
 Json to_json(const GripOutcome& grip) {
-  return {{"end_effector", grip.end_effector},
-          {"target", grip.target},
-          {"grasp_point", grip.grasp_point},
-          {"captured", grip.captured},
-          {"reason", grip.reason},
-          {"distance", grip.distance},
-          {"angle", grip.angle},
-          {"velocity", grip.velocity},
-          {"angular_velocity", grip.angular_velocity}};
+  Json json = {{"end_effector", grip.end_effector},
+               {"target", grip.target},
+               {"grasp_point", grip.grasp_point},
+               {"captured", grip.captured},
+               {"reason", grip.reason},
+               {"distance", grip.distance},
+               {"angle", grip.angle},
+               {"velocity", grip.velocity},
+               {"angular_velocity", grip.angular_velocity},
+               {"time", grip.time}};
+  if (grip.released) json["released"] = *grip.released;
+  return json;
 }
 
 Json to_json(const LeastClearance& least) {
@@ -281,7 +350,11 @@ Json document(const CaptureResult& result, std::string_view version) {
     json["capture"] = {{"captured", result.captured()}, {"time", result.capture_time}, {"grasps", list(result.grips)}};
   }
   if (result.impact) json["impact"] = to_json(*result.impact);
+  if (!result.later_impacts.empty()) json["later_impacts"] = list(result.later_impacts);
+  if (!result.releases.empty()) json["releases"] = list(result.releases);
   if (result.post_impact_end) json["post_impact"]["end"] = to_json(*result.post_impact_end);
+  if (!result.loops.empty()) json["post_impact"]["loops"] = list(result.loops);
+  if (!result.grip_loads.empty()) json["post_impact"]["grip_loads"] = list(result.grip_loads);
   if (!result.clearance.empty()) {
     const auto least = std::min_element(result.clearance.begin(), result.clearance.end(),
                                         [](const auto& a, const auto& b) { return a.distance < b.distance; });

@@ -236,9 +236,16 @@ class ApproachReader {
     if (!reading_.root.entry("grasps")) {
       faults_.add(mark, "approach.capture_at: envelope needs 'grasps': there is nothing to close on");
     }
-    for (const GraspSetup& grasp : reading_.problem.grasps) {
+    const std::vector<GraspSetup>& grasps = reading_.problem.grasps;
+    const auto waits = [](const GraspSetup& grasp) { return grasp.closes == GraspSetup::Closes::together; };
+    if (!grasps.empty() && std::none_of(grasps.begin(), grasps.end(), waits)) {
+      faults_.add(mark,
+                  "approach.capture_at: envelope has nothing to wait for: every grasp has closes_at or "
+                  "closes_on_arrival; leave out capture_at");
+    }
+    for (const GraspSetup& grasp : grasps) {
       const EndEffectorSetup* end_effector = end_effector_named(reading_, grasp.end_effector);
-      if (!end_effector || end_effector->envelope) continue;
+      if (!waits(grasp) || !end_effector || end_effector->envelope) continue;
       faults_.add(mark, fmt::format("approach.capture_at: envelope needs an 'envelope' at end-effector {}",
                                     in_quotes(end_effector->name)));
     }

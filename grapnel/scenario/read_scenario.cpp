@@ -5,12 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/scenario/grip_times.hpp"
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/read_approach.hpp"
 #include "grapnel/scenario/read_control.hpp"
 #include "grapnel/scenario/read_loads.hpp"
 #include "grapnel/scenario/read_targets.hpp"
-#include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
 namespace {
@@ -32,8 +32,7 @@ class ScenarioReader {
     read_grasps(reading_);
     if (root_.find("approach")) read_approach(part(root_, "approach"), trajectory_, reading_);
     read_contact(part(root_, "contact"));
-    if (root_.find("impact"))
-      problem_.impact = ImpactSetup{number_at(part(root_, "impact"), "duration").value_or(1e-3)};
+    if (root_.find("impact")) read_impact(part(root_, "impact"));
     if (root_.find("post_impact")) read_post_impact(part(root_, "post_impact"));
     read_external_wrenches(reading_);
     read_clearance(reading_);
@@ -103,13 +102,31 @@ class ScenarioReader {
     if (gap == "translate_target") problem_.contact.gap = ContactSetup::Gap::translate_target;
     if (gap == "refuse") problem_.contact.gap = ContactSetup::Gap::refuse;
     problem_.contact.refuse_beyond = number_at(node, "limit").value_or(0);
-    if (gap != "translate_target") return;
-    for (const auto& [target, grasps] : reading_.grasps_of) {
-      if (target.empty() || grasps.size() < 2) continue;
-      faults_.add(part(node, "gap").mark,
-                  fmt::format("contact.gap: translate_target cannot move target {} to {} end-effectors at "
-                              "once; use weld_as_found or refuse",
-                              in_quotes(target), grasps.size()));
+  }
+
+  void read_impact(const Node& node) {
+    ImpactSetup impact;
+    impact.duration = number_at(node, "duration").value_or(impact.duration);
+    if (text_at(node, "law") == "as_published") {
+      impact.law = ImpactSetup::Law::as_published;
+      check_published(part(node, "law").mark);
+    }
+    problem_.impact = impact;
+  }
+
+  // The thesis's formulas are for rigid grips of a floating robot that close all at once.
+  void check_published(const Mark& mark) {
+    const auto undefined = [&](const std::string& why) {
+      faults_.add(mark, fmt::format("impact.law: as_published is not defined {}; use plastic", why));
+    };
+    if (robot_.setup.base_mode == RobotSetup::Base::fixed) undefined("for a robot whose base is fixed");
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      const std::string path = item("grasps", i);
+      if (grasp.model != GraspModel::rigid) undefined(fmt::format("for {}, which is not rigid", path));
+      if (grasp.closes != GraspSetup::Closes::together) {
+        undefined(fmt::format("for {}, which does not close with the others", path));
+      }
     }
   }
 
@@ -125,6 +142,7 @@ class ScenarioReader {
     const bool is_free = robot_.setup.base_mode != RobotSetup::Base::fixed;  // a held base is let go at the impact
     post.base_control = base_control_at(node, "post_impact", is_free, reading_);
     problem_.post_impact = std::move(post);
+    read_releases(node, reading_);
   }
 
   void read_integration(const Node& node) {
@@ -132,6 +150,10 @@ class ScenarioReader {
     if (text_at(node, "method") == "rk4") setup.method = IntegrationSetup::Method::rk4;
     if (text_at(node, "root_velocity") == "integrated")
       setup.root_velocity = IntegrationSetup::RootVelocity::integrated;
+    const std::string loops = text_at(node, "loops");
+    if (loops == "baumgarte") setup.loops = IntegrationSetup::Loops::baumgarte;
+    if (loops == "acceleration") setup.loops = IntegrationSetup::Loops::acceleration;
+    setup.baumgarte_time = number_at(node, "baumgarte_time").value_or(setup.baumgarte_time);
     setup.relative_tolerance = number_at(node, "relative_tolerance").value_or(setup.relative_tolerance);
     setup.absolute_tolerance = number_at(node, "absolute_tolerance").value_or(setup.absolute_tolerance);
     setup.step = number_at(node, "step").value_or(setup.step);
@@ -146,15 +168,7 @@ class ScenarioReader {
     if (root_.is_mapping() && !root_.entry("approach") && !root_.entry("impact") && !root_.entry("post_impact")) {
       faults_.add(root_.mark, "nothing to simulate: give 'approach', 'impact' or both");
     }
-    const NodeEntry* post = root_.entry("post_impact");
-    if (!post) return;
-    for (const auto& [target, grasps] : reading_.grasps_of) {
-      if (target.empty() || grasps.size() < 2) continue;
-      faults_.add(post->mark,
-                  fmt::format("post_impact: {} and {} hold the same target {}; the motion of closed loops after the "
-                              "impact is not modelled yet; leave out post_impact",
-                              item("grasps", grasps[0]), item("grasps", grasps[1]), in_quotes(target)));
-    }
+    check_closing_times(reading_);
   }
 
   // Sample and step counts that cannot be meant.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "grapnel/scenario/grip_times.hpp"
 #include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
@@ -76,7 +77,7 @@ void check_all_targets_grasped(Reading& reading) {
   const Node& list = part(reading.root, "targets");
   for (const Node& target : list.items) {
     const std::string name = text_at(target, "name");
-    if (name.empty() || reading.grasps_of.contains(name)) continue;
+    if (name.empty() || reading.gripped.contains(name)) continue;
     reading.faults.add(
         part(target, "name").mark,
         fmt::format("target {} is grasped by nobody; add a grasp or remove the target", in_quotes(name)));
@@ -108,6 +109,7 @@ void read_grasps(Reading& reading) {
     grasp.model = model == "hinge" ? GraspModel::hinge : model == "point" ? GraspModel::point : GraspModel::rigid;
     if (grasp.model == GraspModel::hinge) grasp.hinge_axis = unit_vector_at(node, "axis", path, faults);
     grasp.orientation = read_orientation(node, path, grasp, reading);
+    read_closing(node, path, grasp, reading);
 
     reading.robot.end_effectors.expect(grasp.end_effector, part(node, "end_effector").mark, path, faults);
     const auto [first, fresh] = user_of.emplace(grasp.end_effector, i);
@@ -122,7 +124,7 @@ void read_grasps(Reading& reading) {
     if (const auto it = reading.points.find(grasp.target); it != reading.points.end()) {
       it->second.expect(grasp.grasp_point, part(node, "point").mark, below(path, "point"), faults);
     }
-    reading.grasps_of[grasp.target].push_back(i);
+    reading.gripped.insert(grasp.target);
     reading.problem.grasps.push_back(std::move(grasp));
   }
   // A misspelt target in a grasp may well mean the one that seems to be left alone.

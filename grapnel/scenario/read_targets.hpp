@@ -10,7 +10,7 @@ namespace grapnel {
 /// Writes problem.targets, targets, points.
 void read_targets(Reading& reading);
 
-/// Writes problem.grasps, grasps_of. Reads what read_targets() writes.
+/// Writes problem.grasps, gripped. Reads what read_targets() writes.
 void read_grasps(Reading& reading);
 
 }  // namespace grapnel

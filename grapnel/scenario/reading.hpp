@@ -5,6 +5,7 @@
 /// Thread safety: plain values.
 
 #include <map>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -24,8 +25,8 @@ struct Reading {
   FaultList& faults;
   CaptureProblem problem;
   NameTable targets{"target"};
-  std::map<std::string, NameTable, std::less<>> points;                    // by target
-  std::map<std::string, std::vector<std::size_t>, std::less<>> grasps_of;  // by target
+  std::map<std::string, NameTable, std::less<>> points;  // by target
+  std::set<std::string, std::less<>> gripped;            // names of the targets that grasps name
 };
 
 /// What a name of the scenario refers to; null if there is none.

@@ -220,13 +220,29 @@ TEST(Faults, EachIsFound) {
               p.robot.base_mode = RobotSetup::Base::held, p.V_WB = Twistd{{0, 0, 1}, {0, 0, 0}};
             }),
             "initial: a held or fixed base cannot move");
-  EXPECT_EQ(
-      fault([](CaptureProblem& p) {
-        p.targets.pop_back();
-        p.grasps[1].target = "target-1";
-      }),
-      "target 'target-1' is gripped twice: the motion of closed loops after the impact is not modelled yet; leave out "
-      "post_impact");
+  EXPECT_EQ(fault([](CaptureProblem& p) {
+              p.grasps[1].closes = GraspSetup::Closes::at_time, p.grasps[1].closes_at = 71;
+              p.post_impact->duration = 50;
+            }),
+            "grasp of 'tip-2': closes at 71 s, must be within the run of 70 s");
+  EXPECT_EQ(fault([](CaptureProblem& p) { p.grasps[1].closes = GraspSetup::Closes::on_arrival; }),
+            "grasp of 'tip-2': closing on arrival needs an envelope");
+  EXPECT_EQ(fault([](CaptureProblem& p) {
+              p.post_impact->releases = {{60, {}}};
+            }),
+            "post_impact: release after 60 s: times must increase within its duration");
+  EXPECT_EQ(fault([](CaptureProblem& p) {
+              p.post_impact->releases = {{0.5, {"tip-3"}}};
+            }),
+            "post_impact: release of 'tip-3', which grips nothing");
+  EXPECT_EQ(fault([](CaptureProblem& p) {
+              p.impact->law = ImpactSetup::Law::as_published, p.grasps[1].model = GraspModel::point;
+            }),
+            "grasp of 'tip-2': the published law is for rigid grips that close together");
+  EXPECT_EQ(fault([](CaptureProblem& p) {
+              p.integration.loops = IntegrationSetup::Loops::baumgarte, p.integration.baumgarte_time = 0;
+            }),
+            "integration: baumgarte_time must be positive");
 }
 
 TEST(Faults, NothingToDo) {

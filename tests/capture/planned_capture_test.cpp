@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "capture/recorded.hpp"
 #include "grapnel/scenario/scenario.hpp"
@@ -243,6 +244,109 @@ TEST(Measure, IsLeastForThePlanThatMadeItSo) {
     EXPECT_LE(limits(results[2]), limits(r) + 1e-6);
   }
   EXPECT_LT(excursion(problems[0], results[0]), 0.99 * excursion(problems[0], results[2]));
+}
+
+// --- One target for several hands -----------------------------------------------------------------------------------
+
+CaptureProblem closed_loop(const std::string& name, const std::vector<Override>& overrides = {}) {
+  CaptureProblem p = load_scenario(std::string(GRAPNEL_SOURCE_DIR) + "/scenarios/thesis/" + name + ".yaml", overrides);
+  p.post_impact.reset();
+  return p;
+}
+
+double hands_apart(const CaptureResult& r) {
+  const auto& hands = r.approach_end->end_effectors;
+  return norm(hands.at(1).position - hands.at(0).position);
+}
+
+// Two models made independently of this project found the angles, and the impulses of a rigid plastic impact there.
+TEST(ClosedLoop, IsPlannedToTheReferenceSolutionAndItsImpulses) {
+  const CaptureProblem p = closed_loop("closed-loop");
+  const CaptureResult r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  expect_passes(r);
+  const double theta[] = {0.360186, 1.523012, 1.164168, 2.504549, -1.390707, -1.208070};
+  for (std::size_t j = 0; j < 6; ++j) EXPECT_NEAR(r.plan->final_position[j], theta[j], 6e-7);
+  const BodyMotion& base = r.approach_end->base;
+  EXPECT_NEAR(base.position[0], -0.000786, 6e-7);
+  EXPECT_NEAR(base.position[1], -0.054439, 6e-7);
+  EXPECT_NEAR(2 * std::atan2(base.quaternion_wxyz.z, base.quaternion_wxyz.w), 0.094227, 6e-7);
+  EXPECT_EQ(r.impact->rows, 12);
+  EXPECT_EQ(r.impact->rank, 9);
+  const double impulses[2][3] = {{-0.012102, -0.293517, 0.189564}, {-0.010657, 0.292606, 0.190930}};
+  for (std::size_t g = 0; g < 2; ++g) {
+    EXPECT_NEAR(r.impact->grasps[g].impulse[0], impulses[g][0], 6e-7);
+    EXPECT_NEAR(r.impact->grasps[g].impulse[1], impulses[g][1], 6e-7);
+    EXPECT_NEAR(r.impact->grasps[g].angular_impulse[2], impulses[g][2], 6e-7);
+  }
+  EXPECT_NEAR(r.impact->kinetic_energy_before, 0.354328, 6e-7);
+  EXPECT_NEAR(r.impact->kinetic_energy_after, 0.316278, 6e-7);
+}
+
+// The four motions of the target, planned to the points' velocities, radially, without spin.
+TEST(ClosedLoop, ArrivesForEveryMotionOfTheTarget) {
+  const Vector3d velocities[4][2] = {
+      {{0, 0.1, 0}, {0, -0.1, 0}}, {{0, 0, 0}, {0, 0, 0}}, {{0, -0.1, 0}, {0, 0.1, 0}}, {{0, 0, 0}, {0, -0.2, 0}}};
+  const char* names[] = {"closed-loop", "closed-loop-case-2", "closed-loop-case-3", "closed-loop-case-4"};
+  for (int i = 0; i < 4; ++i) {
+    SCOPED_TRACE(names[i]);
+    const CaptureProblem p = closed_loop(names[i]);
+    const CaptureResult r = simulate_capture(p);
+    ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+    expect_passes(r);
+    EXPECT_TRUE(r.ledger.feasible());
+    for (const LeastClearance& c : r.clearance) EXPECT_GT(c.distance, 0.05) << c.body_a << ", " << c.body_b;
+    EXPECT_NEAR(hands_apart(r), 1, 1e-11);  // measured 3e-14
+    for (std::size_t g = 0; g < 2; ++g) {
+      const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
+      EXPECT_LT(m.distance(), 1e-10);  // measured 7e-13
+      EXPECT_LT(m.axis_angle(), 1e-10);
+      EXPECT_LT(norm(m.V_WE.linear - velocities[i][g]), 1e-10);
+      EXPECT_LT(norm(m.V_WE.angular), 1e-10);
+    }
+  }
+}
+
+TEST(ClosedLoop, OfThePublishedAnglesStaysOpenByThePublishedGap) {
+  const CaptureResult r = simulate_capture(closed_loop("closed-loop-published-angles"));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_NEAR(hands_apart(r), 1.064, 5e-4);  // measured 1.06387: a sphere of 1 m
+}
+
+// The forks are the third links of Table 4.1 in pieces.
+TEST(ClosedLoop, HasTheThirdLinksOfTheTable) {
+  const CaptureProblem p = closed_loop("closed-loop");
+  for (const std::string arm : {"arm-1", "arm-2"}) {
+    double mass = 0, first = 0, second = 0;  // moments about the joint
+    for (const BodyDescription& b : p.robot.bodies) {
+      if (b.name == arm + "-link-1" || b.name == arm + "-link-2" || !b.name.starts_with(arm)) continue;
+      double along = b.com[0];
+      for (std::string name = b.name; name != arm + "-link-3";) {
+        const BodyDescription& at = *std::find_if(p.robot.bodies.begin(), p.robot.bodies.end(),
+                                                  [&](const auto& other) { return other.name == name; });
+        along += at.X_PF.p[0], name = at.parent;
+      }
+      mass += b.mass, first += b.mass * along, second += b.inertia.zz + b.mass * along * along;
+    }
+    EXPECT_NEAR(mass, 10, 1e-14);
+    EXPECT_NEAR(first / mass, 0.5, 1e-15);
+    EXPECT_NEAR(second - first * first / mass, 1.05, 1e-14);
+  }
+}
+
+TEST(ClosedLoop, ThatCannotCloseIsAnsweredWithTheGap) {
+  const CaptureResult far =
+      simulate_capture(closed_loop("closed-loop", {{"targets.sphere.grasp_points.right.position", "[3, 0, 0]"},
+                                                   {"targets.sphere.grasp_points.left.position", "[-3.4, 0, 0]"}}));
+  EXPECT_EQ(far.status, CaptureStatus::failed);
+  EXPECT_THAT(far.failure, HasSubstr("end-effectors 'tip-1' and 'tip-2' cannot be at grasp points 'right' and 'left' "
+                                     "of target 'sphere' at once, wherever the base is: these are 6.4 m apart, the "
+                                     "hands come at most 6 m apart; a gap of 0.4 m remains between 'tip-2' and 'left' "
+                                     "when 'tip-1' is at 'right'"));
+  const CaptureResult aside =
+      simulate_capture(closed_loop("closed-loop", {{"targets.sphere.grasp_points.right.position", "[0, 0, 0.5]"}}));
+  EXPECT_THAT(aside.failure, HasSubstr("end-effector 'tip-1' comes no closer than 0.5 m and 0 rad to grasp point "
+                                       "'right' of target 'sphere'"));
 }
 
 // --- Robots of other kinds ------------------------------------------------------------------------------------------

@@ -49,6 +49,37 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
   EXPECT_THAT(text, Not(HasSubstr("\033")));
 }
 
+TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {
+  CaptureResult result = test::sample_result();
+  result.loops[0].unprojected_position = 1.25e-13;
+  result.loops[0].unprojected_angle = 2.5e-13;
+  result.loops[0].correction_total = 3.75e-12;
+  result.grip_loads[1].largest_force = 12.345678;
+  result.grip_loads[1].force_time = 21.5;
+  const std::string text = result_table(result);
+  EXPECT_THAT(text, HasSubstr("\nimpact at t = 20 s: plastic, rank 11 of 12 rows, impulses not unique, mean"));
+  EXPECT_THAT(text, HasSubstr("\nlater impact at t = 27 s: plastic, rank 12 of 12 rows, mean force over 0.1 s\n"));
+  EXPECT_THAT(text, HasSubstr("  the loop over debris misses by 0.25 m: left and right are 1.25 m apart, left_handle "
+                              "and\n  right_handle 1 m\n"));
+  EXPECT_THAT(text, HasSubstr("\nrelease at t = 45 s: left lets go of debris, right lets go of debris\n"));
+  EXPECT_THAT(text, HasSubstr("\nclosed loops, post_impact: right - debris, third - debris; rank 9 of 12 rows\n"));
+  EXPECT_THAT(text, ContainsRegex("largest defect of a step +m, rad +1\\.25e-13 +2\\.5e-13\n"));
+  EXPECT_THAT(text, ContainsRegex("corrections, integration errors +1 +3\\.75e-12"));
+  EXPECT_THAT(text, ContainsRegex("\n  left -> debris +post_impact"));
+  EXPECT_THAT(text, ContainsRegex("\n  right -> debris [*] +post_impact +12\\.346 +21\\.5"));
+  EXPECT_THAT(text, HasSubstr("of these the least"));
+
+  // A loop that closes on its grasp points is not worth a line; neither is a mark where all is unique.
+  result.impact->loops[0].end_effector_distance = 1 + 9e-7;
+  result.later_impacts.clear();
+  result.grip_loads.pop_back();
+  const std::string shorter = result_table(result);
+  EXPECT_THAT(shorter, Not(HasSubstr("the loop over")));
+  EXPECT_THAT(shorter, Not(HasSubstr("of these the least")));
+  result.impact->loops[0].end_effector_distance = 1 + 1.1e-6;
+  EXPECT_THAT(result_table(result), HasSubstr("misses by 1.1e-06 m"));
+}
+
 TEST(ResultTable, StaysWithinItsColumns) {
   CaptureResult result = test::sample_result();
   const std::string name(90, 'n');
@@ -64,6 +95,15 @@ TEST(ResultTable, StaysWithinItsColumns) {
   for (EndEffectorMotion& e : result.approach_end->end_effectors) e.target = name;
   result.impact->base_velocity_change = {-1.23456789e-100, -1.23456789e-100, -1.23456789e-100};
   result.ledger.entries[0].name = name;
+  result.impact->loops[0].target = name;
+  result.releases[0].targets[0] = name;
+  result.loops[0].closures[0] = name;
+  result.loops[0].correction_total = -1.23456789e-100;
+  for (GripLoad& load : result.grip_loads) {
+    load.target = name;
+    load.phase = "post_impact";
+    load.largest_force = load.force_time = load.largest_moment = load.moment_time = -1.23456789e-100;
+  }
   const std::string text = result_table(result);
   EXPECT_LE(widest(text), 100u) << text;
   EXPECT_THAT(text, HasSubstr("…"));
@@ -78,10 +118,15 @@ TEST(ResultTable, SaysOnlyWhatHappened) {
   result.status = CaptureStatus::failed;
   result.failure = "body arm_2 at 3.5 s: not a number";
   result.impact.reset();
+  result.later_impacts.clear();
+  result.releases.clear();
+  result.loops.clear();
+  result.grip_loads.clear();
   result.post_impact_end.reset();
   const std::string text = result_table(result);
   EXPECT_THAT(text, HasSubstr("sample: FAILED: body arm_2 at 3.5 s: not a number\n"));
   EXPECT_THAT(text, Not(HasSubstr("impact at")));
+  for (const char* words : {"release at", "closed loops", "load on a grip"}) EXPECT_THAT(text, Not(HasSubstr(words)));
 }
 
 TEST(TextTable, AlignsColumnsByCharactersNotBytes) {

@@ -77,6 +77,9 @@ ImpactReport impact() {
   report.base_angular_impulse = next_vector();
   report.rank = 11;
   report.rows = 12;
+  report.null_space = {{{next_vector(), next_vector()}, {next_vector(), next_vector()}}};
+  report.loops = {{"debris", {"left", "right"}, {"left_handle", "right_handle"}, 1.25, 1}};
+  report.body_impulses = {{"base", next_vector(), next_vector()}, {"debris", next_vector(), next_vector()}};
   report.kinetic_energy_before = next();
   report.kinetic_energy_after = next();
   report.base_velocity_change = next_vector();
@@ -132,14 +135,24 @@ CaptureResult sample_result() {
   plan.straight_in = StraightInReport{15, 0.3, 0.02, next(), true, 16, 17, next(), 16.5, 1e-13};
   result.plan = plan;
   result.capture_time = 20;
-  result.grips = {{"left", "debris", "handle", true, "within the envelope", next(), next(), next(), next()},
-                  {"right", "debris", "rail", false, "outside the envelope", next(), next(), next(), next()}};
+  result.grips = {{"left", "debris", "handle", true, "within the envelope", next(), next(), next(), next(), 20, 45},
+                  {"right", "debris", "rail", false, "outside the envelope", next(), next(), next(), next(), 27, {}}};
   result.clearance = {{0.25, "left_link", "debris", next_vector(), next_vector(), 12, "approach"},
                       {-0.05, "base", "debris", next_vector(), next_vector(), 33, "post_impact"}};
   result.clearance_events = {{"post_impact", 32, 34, 0, result.clearance[1]}};
   result.clearance_unwatched = {{"left_link", "debris"}};
   result.limit_events = {{LimitKind::rate, "left-1", "approach", 3, 4, -0.3, 3.5, -0.2}};
   result.impact = impact();
+  result.later_impacts = {impact()};
+  result.later_impacts[0].time = 27;
+  result.later_impacts[0].rank = 12;
+  result.later_impacts[0].null_space.clear();
+  result.releases = {{45, {"left", "right"}, {"debris", "debris"}}};
+  result.loops = {
+      {"post_impact", {"right - debris", "third - debris"}, 12, 9, next(), next(), next(), next(), next(), next()}};
+  result.grip_loads = {
+      {"post_impact", "left", "debris", next(), next(), next(), next(), {true, true, true, true, true, true}},
+      {"post_impact", "right", "debris", next(), next(), next(), next(), {true, false, true, true, true, true}}};
   result.post_impact_end = phase_end(70);
   result.ledger.entries = {
       {"linear_momentum_drift", 3.25e-15, 1e-11, "1", "largest over all phases", true},

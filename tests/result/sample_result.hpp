@@ -10,7 +10,7 @@
 
 namespace grapnel::test {
 
-/// A capture with all phases, two grasps, a brake and `as_published`.
+/// A capture with all phases, two grasps that close a loop, a brake, `as_published`, a later impact and a release.
 CaptureResult sample_result();
 
 /// Two phases; vectors, scalars, nested groups, names that MATLAB refuses, NaN and infinity, a description that is not

@@ -30,11 +30,11 @@ TEST(Summary, HasEveryKeyOfTheContract) {
   const json summary = parsed(test::sample_result());
   expect_keys(summary,
               {"schema", "version", "scenario", "status", "failure", "warnings", "approach", "impact", "post_impact",
-               "capture", "clearance", "limits", "ledger", "cost"},
+               "later_impacts", "releases", "capture", "clearance", "limits", "ledger", "cost"},
               "");
   expect_keys(summary["scenario"], {"name", "sha256"}, "scenario");
   expect_keys(summary["approach"], {"start", "end", "planned_final_rates", "plan"}, "approach");
-  expect_keys(summary["post_impact"], {"end"}, "post_impact");
+  expect_keys(summary["post_impact"], {"end", "loops", "grip_loads"}, "post_impact");
   for (const json& end : {summary["approach"]["start"], summary["approach"]["end"], summary["post_impact"]["end"]}) {
     expect_keys(end, {"time", "base", "joints", "end_effectors", "targets"}, "end");
     expect_keys(end["base"], kBody, "end.base");
@@ -48,9 +48,27 @@ TEST(Summary, HasEveryKeyOfTheContract) {
   }
   const json& impact = summary["impact"];
   expect_keys(impact,
-              {"law", "time", "duration", "grasps", "rank", "rows", "kinetic_energy_before", "kinetic_energy_after",
-               "base_velocity_change", "base_angular_velocity_change", "joint_names", "joint_velocity_change", "joints",
-               "base_reaction", "targets_before", "targets_after", "as_published", "brake"},
+              {"law",
+               "time",
+               "duration",
+               "grasps",
+               "rank",
+               "rows",
+               "null_space",
+               "loops",
+               "body_impulses",
+               "kinetic_energy_before",
+               "kinetic_energy_after",
+               "base_velocity_change",
+               "base_angular_velocity_change",
+               "joint_names",
+               "joint_velocity_change",
+               "joints",
+               "base_reaction",
+               "targets_before",
+               "targets_after",
+               "as_published",
+               "brake"},
               "impact");
   expect_keys(impact["grasps"][0],
               {"end_effector", "target", "grasp_point", "model", "contact_point", "gap", "gap_angle",
@@ -66,6 +84,74 @@ TEST(Summary, HasEveryKeyOfTheContract) {
               "impact.brake");
   expect_keys(impact["brake"]["grasps"][0],
               {"end_effector", "target", "impulse", "angular_impulse", "impulse_magnitude"}, "impact.brake.grasps[]");
+}
+
+TEST(Summary, HasLoopsLaterImpactsAndReleases) {
+  const json summary = parsed(test::sample_result());
+  const json& impact = summary["impact"];
+  ASSERT_EQ(impact["null_space"].size(), 1u);
+  expect_keys(impact["null_space"][0], {"grasps"}, "impact.null_space[]");
+  ASSERT_EQ(impact["null_space"][0]["grasps"].size(), 2u);
+  expect_keys(impact["null_space"][0]["grasps"][0], {"end_effector", "impulse", "angular_impulse"},
+              "impact.null_space[].grasps[]");
+  expect_keys(impact["loops"][0],
+              {"target", "end_effectors", "grasp_points", "end_effector_distance", "grasp_point_distance", "gap"},
+              "impact.loops[]");
+  expect_keys(impact["body_impulses"][0], {"body", "impulse", "angular_impulse"}, "impact.body_impulses[]");
+  ASSERT_EQ(summary["later_impacts"].size(), 1u);
+  EXPECT_EQ(summary["later_impacts"][0].size(), impact.size());
+  EXPECT_EQ(summary["later_impacts"][0]["time"], 27);
+  EXPECT_TRUE(summary["later_impacts"][0]["null_space"].empty());
+  EXPECT_TRUE(summary["later_impacts"][0]["null_space"].is_array());
+  expect_keys(summary["releases"][0], {"time", "end_effectors", "targets"}, "releases[]");
+  expect_keys(summary["post_impact"]["loops"][0],
+              {"phase", "closures", "rows", "rank", "unprojected_position", "unprojected_angle", "unprojected_velocity",
+               "unprojected_angular_velocity", "correction_total", "integration_error"},
+              "post_impact.loops[]");
+  expect_keys(
+      summary["post_impact"]["grip_loads"][0],
+      {"phase", "end_effector", "target", "largest_force", "force_time", "largest_moment", "moment_time", "determined"},
+      "post_impact.grip_loads[]");
+}
+
+TEST(Summary, PutsEachValueOfLoopsUnderItsOwnKey) {
+  const CaptureResult result = test::sample_result();
+  const json summary = parsed(result);
+  const ImpactReport& impact = *result.impact;
+  const json& stress = summary["impact"]["null_space"][0]["grasps"][1];
+  EXPECT_EQ(stress["end_effector"], "right");
+  EXPECT_EQ(stress["impulse"], numbers(impact.null_space[0].impulse[1]));
+  EXPECT_EQ(stress["angular_impulse"], numbers(impact.null_space[0].angular_impulse[1]));
+  const json& loop = summary["impact"]["loops"][0];
+  EXPECT_EQ(loop["end_effectors"], (std::vector<std::string>{"left", "right"}));
+  EXPECT_EQ(loop["grasp_points"], (std::vector<std::string>{"left_handle", "right_handle"}));
+  EXPECT_EQ(loop["end_effector_distance"], 1.25);
+  EXPECT_EQ(loop["grasp_point_distance"], 1);
+  EXPECT_EQ(loop["gap"], 0.25);
+  const json& body = summary["impact"]["body_impulses"][1];
+  EXPECT_EQ(body["body"], "debris");
+  EXPECT_EQ(body["impulse"], numbers(impact.body_impulses[1].impulse));
+  EXPECT_EQ(body["angular_impulse"], numbers(impact.body_impulses[1].angular_impulse));
+  EXPECT_EQ(summary["releases"][0]["time"], 45);
+  const LoopReport& kept = result.loops[0];
+  const json& loops = summary["post_impact"]["loops"][0];
+  EXPECT_EQ(loops["closures"], kept.closures);
+  EXPECT_EQ(loops["rows"], 12);
+  EXPECT_EQ(loops["rank"], 9);
+  EXPECT_EQ(loops["unprojected_position"], kept.unprojected_position);
+  EXPECT_EQ(loops["unprojected_angle"], kept.unprojected_angle);
+  EXPECT_EQ(loops["unprojected_velocity"], kept.unprojected_velocity);
+  EXPECT_EQ(loops["unprojected_angular_velocity"], kept.unprojected_angular_velocity);
+  EXPECT_EQ(loops["correction_total"], kept.correction_total);
+  EXPECT_EQ(loops["integration_error"], kept.integration_error);
+  const GripLoad& load = result.grip_loads[1];
+  const json& grip = summary["post_impact"]["grip_loads"][1];
+  EXPECT_EQ(grip["end_effector"], "right");
+  EXPECT_EQ(grip["largest_force"], load.largest_force);
+  EXPECT_EQ(grip["force_time"], load.force_time);
+  EXPECT_EQ(grip["largest_moment"], load.largest_moment);
+  EXPECT_EQ(grip["moment_time"], load.moment_time);
+  EXPECT_EQ(grip["determined"], load.determined);
 }
 
 TEST(Summary, HasPlanCaptureClearanceAndLimits) {
@@ -86,8 +172,12 @@ TEST(Summary, HasPlanCaptureClearanceAndLimits) {
   EXPECT_EQ(capture["captured"], false);
   expect_keys(capture["grasps"][1],
               {"end_effector", "target", "grasp_point", "captured", "reason", "distance", "angle", "velocity",
-               "angular_velocity"},
+               "angular_velocity", "time"},
               "capture.grasps[]");
+  EXPECT_EQ(capture["grasps"][0]["time"], 20);
+  EXPECT_EQ(capture["grasps"][0]["released"], 45);
+  EXPECT_EQ(capture["grasps"][1]["time"], 27);
+  EXPECT_FALSE(capture["grasps"][1].contains("released"));
   EXPECT_EQ(capture["grasps"][0]["captured"], true);
   EXPECT_EQ(capture["grasps"][1]["reason"], "outside the envelope");
   const json& clearance = summary["clearance"];
@@ -160,9 +250,14 @@ TEST(Summary, PutsEachValueUnderItsOwnKey) {
 TEST(Summary, LeavesAbsentPhasesOut) {
   CaptureResult result;
   const json summary = parsed(result);
-  for (const char* key : {"approach", "impact", "post_impact"}) EXPECT_FALSE(summary.contains(key)) << key;
+  for (const char* key : {"approach", "impact", "later_impacts", "releases", "post_impact"}) {
+    EXPECT_FALSE(summary.contains(key)) << key;
+  }
   EXPECT_EQ(summary["status"], "not_run");
   result = test::sample_result();
+  result.loops.clear();
+  result.grip_loads.clear();
+  expect_keys(parsed(result)["post_impact"], {"end"}, "post_impact without loops and loads");
   result.impact->as_published.reset();
   result.impact->as_published_absent = "(J^T)+ is not defined here";
   result.impact->brake.reset();

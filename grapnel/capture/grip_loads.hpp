@@ -1,0 +1,24 @@
+#pragma once
+
+/// @file
+/// What the grips carry while they hold: the multipliers of (2.11) as internal wrenches. Thread safety: pure functions.
+
+#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+
+/// Wrench of one grip, on the robot at the grip, in W, [moment; force].
+struct GripWrench {
+  Wrenchd F_WC;
+  std::vector<bool> determined;  // per component: the same whatever self-stress the loops carry
+};
+
+/// Per entry of system.grips, at a sample of a phase (`kinematics` of its state). All grips of a target together give
+/// it the motion it has; where loops are redundant or joints held, self-stresses leave single grips open, and of all
+/// wrenches those with the least sum of F^T (J_t M_t^-1 J_t^T) F are returned, as in the impact (7.8).
+/// `with_determined`: fill that too.
+std::vector<GripWrench> grip_wrenches(const CaptureSystem& system, const Kinematics& kinematics,
+                                      const PhaseSample& sample, bool with_determined = false);
+
+}  // namespace grapnel

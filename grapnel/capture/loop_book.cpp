@@ -1,0 +1,95 @@
+#include "grapnel/capture/loop_book.hpp"
+
+#include <algorithm>
+
+namespace grapnel {
+namespace {
+
+// The largest so far; a NaN stays.
+void raise(double& largest, double value) {
+  if (!(value <= largest)) largest = value;
+}
+
+}  // namespace
+
+void LoopBook::begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system) {
+  problem_ = &problem;
+  system_ = &system;
+  first_load_ = loads_.size();
+  for (const HeldGrip& grip : system.grips) {
+    const GraspSetup& g = problem.grasps[grip.grasp];
+    loads_.push_back({name, g.end_effector, g.target, 0, 0, 0, 0, {}});
+  }
+  if (system.closures.empty()) return;
+  any_ = true;
+  LoopReport report;
+  report.phase = name;
+  for (const HeldGrip& grip : system.grips) {
+    const GraspSetup& g = problem.grasps[grip.grasp];
+    if (grip.closure >= 0) report.closures.push_back(g.end_effector + " - " + g.target);
+  }
+  reports_.push_back(std::move(report));
+}
+
+std::vector<GripSample> LoopBook::sample(const PhaseSample& sample, const Kinematics& kinematics) {
+  std::vector<GripSample> result(problem_->grasps.size());
+  if (system_->grips.empty()) return result;
+  const bool first = loads_[first_load_].determined.empty();
+  const std::vector<GripWrench> wrenches = grip_wrenches(*system_, kinematics, sample, first);
+  for (std::size_t i = 0; i < system_->grips.size(); ++i) {
+    const HeldGrip& grip = system_->grips[i];
+    GripSample& s = result[grip.grasp];
+    s.holds = true;
+    s.F_WC = wrenches[i].F_WC;
+    GripLoad& load = loads_[first_load_ + i];
+    if (first) load.determined = wrenches[i].determined;
+    const double force = norm(s.F_WC.linear), moment = norm(s.F_WC.angular);
+    if (!(force <= load.largest_force)) load.largest_force = force, load.force_time = sample.time;
+    if (!(moment <= load.largest_moment)) load.largest_moment = moment, load.moment_time = sample.time;
+    if (grip.closure < 0) continue;
+    s.defect = closure_defect(grip.frames, kinematics);
+    raise(largest_.position, s.defect->position);
+    raise(largest_.angle, s.defect->angle);
+    raise(largest_.velocity, s.defect->velocity);
+    raise(largest_.angular_velocity, s.defect->angular_velocity);
+  }
+  return result;
+}
+
+void LoopBook::end_phase(const LoopOutcome& outcome) {
+  if (system_->closures.empty()) return;
+  LoopReport& report = reports_.back();
+  report.rows = outcome.rows;
+  report.rank = outcome.rank;
+  report.unprojected_position = outcome.unprojected.position;
+  report.unprojected_angle = outcome.unprojected.angle;
+  report.unprojected_velocity = outcome.unprojected.velocity;
+  report.unprojected_angular_velocity = outcome.unprojected.angular_velocity;
+  report.correction_total = outcome.correction_total;
+  report.integration_error = outcome.integration_error;
+}
+
+void LoopBook::write(CaptureResult& result) const {
+  result.loops = reports_;
+  result.grip_loads = loads_;
+  const std::string none = "no closed loop in this run: no target is held by several arms";
+  double unprojected = 0, corrections = 0, error = 0;
+  for (const LoopReport& r : reports_) {
+    raise(unprojected, std::max(r.unprojected_position, r.unprojected_angle));
+    corrections += r.correction_total;
+    error += r.integration_error;
+  }
+  const auto row = [&](const char* name, double value, double bound, const char* unit, const char* note) {
+    result.ledger.entries.push_back({name, value, bound, unit, any_ ? note : none, any_});
+  };
+  row("loop_closure_position", largest_.position, 1e-12, "m",
+      "largest distance of a grip's frames on hand and target that close a loop, at any sample");
+  row("loop_closure_angle", largest_.angle, 1e-12, "rad", "the same for their orientation");
+  row("loop_closure_velocity", std::max(largest_.velocity, largest_.angular_velocity), 1e-12, "m/s or rad/s",
+      "the same for their relative motion");
+  row("unprojected_defect", unprojected, 1e-10, "m or rad", "largest defect that one step left before projection");
+  row("correction_total", corrections, any_ ? error : 1e-10, "1",
+      "sum of all projections, bound: sum of the steps' error estimates, both in the norm that judges steps");
+}
+
+}  // namespace grapnel

@@ -1,0 +1,40 @@
+#pragma once
+
+/// @file
+/// The books of closed loops and of the loads on grips. Thread safety: one thread at a time.
+
+#include <optional>
+
+#include "grapnel/capture/grip_loads.hpp"
+#include "grapnel/result/capture_result.hpp"
+
+namespace grapnel {
+
+/// One grasp of the problem at a sample.
+struct GripSample {
+  bool holds = false;
+  Wrenchd F_WC = Wrenchd::zero();       // on the robot at the grip, in W
+  std::optional<ClosureDefect> defect;  // of a grip that closes a loop, from the bodies' poses and twists
+};
+
+class LoopBook {
+ public:
+  /// `system` must live until the phase ends.
+  void begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system);
+  /// Per grasp of the problem.
+  std::vector<GripSample> sample(const PhaseSample& sample, const Kinematics& kinematics);
+  void end_phase(const LoopOutcome& outcome);
+  /// Reports, and the rows of the ledger.
+  void write(CaptureResult& result) const;
+
+ private:
+  const CaptureProblem* problem_ = nullptr;
+  const CaptureSystem* system_ = nullptr;
+  bool any_ = false;
+  std::size_t first_load_ = 0;  // of loads_, in this phase
+  ClosureDefect largest_;
+  std::vector<LoopReport> reports_;
+  std::vector<GripLoad> loads_;
+};
+
+}  // namespace grapnel
