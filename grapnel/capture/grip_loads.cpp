@@ -136,6 +136,7 @@ std::vector<GripWrench> grip_wrenches(const CaptureSystem& system, const Kinemat
       const HeldGrip& grip = system.grips[t.grips[i]];
       const Rotationd R_WC = (k.X_WB[grip.frames.body_a] * grip.frames.X_AC).R;
       const int row = first[grip.closure];
+      if (!solver) continue;  // loops are cut
       F[t.grips[i]] = closure_wrench(grip.frames, R_WC, solver->multipliers().data() + row);
       carried -= shift(F[t.grips[i]], p_1 - t.grasps[i].p_WC);
       for (std::size_t s = 0; s < stress.size(); ++s) {

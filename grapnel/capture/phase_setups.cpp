@@ -11,7 +11,7 @@ PhaseSetup common_setup(const CaptureProblem& problem, const CaptureSystem& syst
   setup.gravity = problem.gravity;
   setup.recover_roots = problem.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
   setup.loads = loads_on(system.model, problem.loads);
-  setup.closures = system.closures;
+  if (problem.integration.loops != IntegrationSetup::Loops::open) setup.closures = system.closures;
   setup.project_loops = problem.integration.loops == IntegrationSetup::Loops::projection;
   if (problem.integration.loops == IntegrationSetup::Loops::baumgarte)
     setup.loop_feedback = 1 / problem.integration.baumgarte_time;

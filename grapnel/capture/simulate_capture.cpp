@@ -13,7 +13,7 @@
 #include "grapnel/capture/bookkeeper.hpp"
 #include "grapnel/capture/captured_model.hpp"
 #include "grapnel/capture/contact.hpp"
-#include "grapnel/capture/envelope.hpp"
+#include "grapnel/capture/grip_schedule.hpp"
 #include "grapnel/capture/impact_report.hpp"
 #include "grapnel/capture/loop_book.hpp"
 #include "grapnel/capture/phase_setups.hpp"
@@ -42,20 +42,21 @@ class Run {
         system_(free_),
         recorder_(problem, free_, result.series),
         watches_(problem),
-        outcomes_(problem.grasps.size()) {}
+        schedule_(problem) {}
 
   void simulate() {
+    warn_of_comparisons();
     place();
     if (problem_.approach) approach();
     settle_all();
-    close(due_together());
+    const bool closed = close(schedule_.due_together(time_));
     if (!goes_on()) return;
-    if (grips_.empty()) brake({});
+    if (!closed) stop_joints();
     post_impact();
   }
 
   void close_books() {
-    write_outcomes();
+    schedule_.write(result_);
     impact_rows();
     bookkeeper_.write(result_.ledger);
     if (result_.impact) scale_published(result_.ledger.scale, *result_.impact);
@@ -64,6 +65,23 @@ class Run {
   }
 
  private:
+  // Settings that are there to be compared with, not to be trusted.
+  void warn_of_comparisons() {
+    if (problem_.impact && problem_.impact->law == ImpactSetup::Law::as_published)
+      result_.warnings.push_back("impact.law: as_published is for comparison: it does not conserve momentum");
+    const auto warn = [&](const char* text) { result_.warnings.push_back(std::string("integration.loops: ") + text); };
+    switch (problem_.integration.loops) {
+      case IntegrationSetup::Loops::projection:
+        break;
+      case IntegrationSetup::Loops::baumgarte:
+        return warn("baumgarte is for comparison: defects decay instead of being taken out");
+      case IntegrationSetup::Loops::acceleration:
+        return warn("acceleration is for comparison: nothing brings loops back, defects stay and grow");
+      case IntegrationSetup::Loops::open:
+        return warn("open is for comparison: loops are cut, further grips of a target do not hold it");
+    }
+  }
+
   // The servicer's initial state, and the targets where they are at the start.
   void place() {
     const TargetPlan targets = plan_targets(problem_);
@@ -193,145 +211,47 @@ class Run {
   // From event to event: grips that close at stated times or on arrival, and grips that let go.
   void fly(const std::string& phase, double until) {
     while (time_ < until) {
-      if (close(arrived()) || control_.approaching == false) close(due_at(time_));
-      if (control_.approaching && all_in_envelopes()) return;
-      const double next = next_event(until);
-      const bool stopped = integrate(phase, next - time_, stop_condition());
-      if (stopped) continue;
-      if (time_ < until) close(due_at(time_));
-      release_due();
+      close(schedule_.arrived(system_, state_));
+      close(schedule_.due_at(time_));
+      if (ends_by_envelope() && schedule_.together_in_envelopes(system_, state_)) return;
+      const StopCondition stop = schedule_.stop_condition(system_, ends_by_envelope());
+      const bool stopped = integrate(phase, next_event(until) - time_, stop);
+      if (!stopped) release_due();
     }
-    if (!control_.approaching) close(due_at(time_)), close(arrived());
+    if (control_.approaching) return;  // what is due at its end closes with the others
+    close(schedule_.arrived(system_, state_));
+    close(schedule_.due_at(time_));
   }
 
   // --- When grips close
   // -----------------------------------------------------------------------------------------------
 
-  bool pending(std::size_t grasp, GraspSetup::Closes how) const {
-    return !outcomes_[grasp] && problem_.grasps[grasp].closes == how;
-  }
-  std::vector<std::size_t> pending_grasps(GraspSetup::Closes how) const {
-    std::vector<std::size_t> grasps;
-    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
-      if (pending(i, how)) grasps.push_back(i);
-    }
-    return grasps;
-  }
-  static bool is_now(double t, double now) { return std::abs(t - now) <= 1e-9 * std::max(1.0, now); }
-
-  std::vector<std::size_t> due_at(double now) const {
-    std::vector<std::size_t> due;
-    for (std::size_t i : pending_grasps(GraspSetup::Closes::at_time)) {
-      if (is_now(problem_.grasps[i].closes_at, now)) due.push_back(i);
-    }
-    return due;
-  }
-  // At the approach's end all that is left to close together, and what is stated for that time.
-  std::vector<std::size_t> due_together() const {
-    std::vector<std::size_t> due = pending_grasps(GraspSetup::Closes::together);
-    for (std::size_t i : due_at(time_)) due.push_back(i);
-    std::sort(due.begin(), due.end());
-    return due;
-  }
-
-  // An envelope's excess counts as met within rounding (decide_grips).
-  static constexpr double kMet = 1e-9;
-  std::vector<std::size_t> arrived() const {
-    std::vector<std::size_t> waiting = pending_grasps(GraspSetup::Closes::on_arrival), there;
-    if (waiting.empty()) return there;
-    const std::vector<double> excess = envelope_excesses(problem_, system_, forward_kinematics(system_.model, state_));
-    for (std::size_t i : waiting) {
-      if (excess[i] <= kMet) there.push_back(i);
-    }
-    return there;
-  }
   bool ends_by_envelope() const {
     return control_.approaching && problem_.approach->capture_at == ApproachSetup::CaptureAt::envelope;
-  }
-  static double largest(const std::vector<double>& values, const std::vector<std::size_t>& of) {
-    double most = -1;
-    for (std::size_t i : of) most = std::max(most, values[i]);
-    return most;
-  }
-  bool all_in_envelopes() const {
-    const std::vector<std::size_t> together = pending_grasps(GraspSetup::Closes::together);
-    if (!ends_by_envelope() || together.empty()) return false;
-    return largest(envelope_excesses(problem_, system_, forward_kinematics(system_.model, state_)), together) <= kMet;
-  }
-
-  // Falls to zero as soon as a hand arrives, or all of those that close together are in their envelopes.
-  StopCondition stop_condition() {
-    const std::vector<std::size_t> waiting = pending_grasps(GraspSetup::Closes::on_arrival);
-    std::vector<std::size_t> together;
-    if (ends_by_envelope()) together = pending_grasps(GraspSetup::Closes::together);
-    if (waiting.empty() && together.empty()) return {};
-    return [this, waiting, together, kinematics = Kinematics(system_.model)](double, const State& state) mutable {
-      forward_kinematics(system_.model, state, kinematics);
-      const std::vector<double> excess = envelope_excesses(problem_, system_, kinematics);
-      double least = std::numeric_limits<double>::infinity();
-      for (std::size_t i : waiting) least = std::min(least, excess[i]);
-      if (!together.empty()) least = std::min(least, largest(excess, together));
-      return least;
-    };
   }
 
   double next_event(double until) const {
     double next = until;
     const auto consider = [&](double t) {
-      if (t > time_ && !is_now(t, time_) && t < next) next = t;
+      if (t > time_ && !GripSchedule::is_now(t, time_) && t < next) next = t;
     };
-    for (std::size_t i : pending_grasps(GraspSetup::Closes::at_time)) consider(problem_.grasps[i].closes_at);
+    for (double t : schedule_.stated_times()) consider(t);
     if (!control_.approaching) {
       for (const PostImpactSetup::Release& release : problem_.post_impact->releases)
         consider(post_start_ + release.after);
     }
-    return is_now(next, until) ? until : next;
+    return GripSchedule::is_now(next, until) ? until : next;
   }
 
   // Whether something follows the approach's end.
-  bool goes_on() const {
-    if (!problem_.impact || !problem_.post_impact) return false;
-    return !grips_.empty() || !pending_grasps(GraspSetup::Closes::at_time).empty() ||
-           !pending_grasps(GraspSetup::Closes::on_arrival).empty();
-  }
+  bool goes_on() const { return problem_.impact && problem_.post_impact && (!grips_.empty() || schedule_.any_left()); }
 
   // Decides on grips, and lets those that fit close: at once, in one impact. Whether any did.
   bool close(const std::vector<std::size_t>& grasps) {
-    if (grasps.empty()) return false;
-    const std::vector<GripDecision> decisions =
-        decide_grips(problem_, system_, forward_kinematics(system_.model, state_));
-    if (!any_decided_) result_.capture_time = time_;
-    any_decided_ = true;
-    std::vector<std::size_t> closing;
-    for (std::size_t i : grasps) {
-      const GripDecision& d = decisions[i];
-      outcomes_[i] = outcome_of(i, d.captured, d.reason);
-      outcomes_[i]->distance = d.deviation.position, outcomes_[i]->angle = d.deviation.angle;
-      outcomes_[i]->velocity = d.deviation.velocity, outcomes_[i]->angular_velocity = d.deviation.angular_velocity;
-      if (d.captured) closing.push_back(i);
-    }
+    const std::vector<std::size_t> closing = schedule_.decide(grasps, system_, state_, time_);
     if (closing.empty() || !problem_.impact) return false;
     impact(closing);
     return true;
-  }
-
-  GripOutcome outcome_of(std::size_t grasp, bool captured, const std::string& reason) const {
-    const GraspSetup& g = problem_.grasps[grasp];
-    GripOutcome outcome{g.end_effector, g.target, g.grasp_point, captured, reason, 0, 0, 0, 0, time_, {}};
-    return outcome;
-  }
-
-  // Nothing is said where the run did not come so far.
-  void write_outcomes() {
-    if (!any_decided_) return;
-    for (std::size_t i = 0; i < outcomes_.size(); ++i) {
-      const bool waited = problem_.grasps[i].closes == GraspSetup::Closes::on_arrival;
-      if (!outcomes_[i])
-        outcomes_[i] = outcome_of(
-            i, false,
-            waited ? "did not come within its envelope before the run's end" : "the run ended before it was to close");
-      result_.grips.push_back(*outcomes_[i]);
-    }
   }
 
   // --- What joints do once their arm holds a target
@@ -398,10 +318,7 @@ class Run {
     for (const HeldGrip& grip : grips_) held[target_index(problem_, problem_.grasps[grip.grasp].target)] = true;
     const Contact fresh = make_contact(with_grasps(closing), free_, state_, held);
     if (!fresh.refused.empty()) {
-      for (std::size_t i : closing) {
-        outcomes_[i]->captured = false;
-        outcomes_[i]->reason = "contact refused: " + fresh.refused;
-      }
+      schedule_.refuse(closing, "contact refused: " + fresh.refused);
       throw Failure("contact refused: " + fresh.refused);
     }
     Contact contact = fresh;
@@ -515,10 +432,21 @@ class Run {
     return report;
   }
 
+  // Joints that settle while no grip closes still have to stop, if they are braked.
+  void stop_joints() {
+    if (!holds_by(PostImpactSetup::Joints::braked)) return;
+    to_free();
+    const Kinematics k = forward_kinematics(free_.model, state_);
+    std::vector<Grasp> grasps;
+    for (const HeldGrip& grip : grips_) grasps.push_back(grasp_of(grip, k));
+    brake(grasps);
+    to_joined();
+  }
+
   void release_due() {
     if (control_.approaching) return;
     for (const PostImpactSetup::Release& release : problem_.post_impact->releases) {
-      if (!is_now(post_start_ + release.after, time_)) continue;
+      if (!GripSchedule::is_now(post_start_ + release.after, time_)) continue;
       ReleaseReport report;
       report.time = time_;
       to_free();
@@ -528,7 +456,7 @@ class Run {
         if (!named.empty() && std::find(named.begin(), named.end(), g.end_effector) == named.end()) return false;
         report.end_effectors.push_back(g.end_effector);
         report.targets.push_back(g.target);
-        outcomes_[grip.grasp]->released = time_;
+        schedule_.release(grip.grasp, time_);
         return true;
       });
       to_joined();
@@ -574,11 +502,10 @@ class Run {
   Bookkeeper bookkeeper_;
   Watches watches_;
   LoopBook loops_;
+  GripSchedule schedule_;
   std::vector<JointTrajectory> trajectories_;  // of the approach, per robot joint
   SegmentControl control_;
-  std::vector<HeldGrip> grips_;                       // that hold now, in the free system's bodies
-  std::vector<std::optional<GripOutcome>> outcomes_;  // per grasp, once decided
-  bool any_decided_ = false;
+  std::vector<HeldGrip> grips_;        // that hold now, in the free system's bodies
   std::map<std::string, int> pieces_;  // of phases, by name
   std::optional<std::array<double, 3>> impact_residuals_;
   std::optional<double> brake_residual_;

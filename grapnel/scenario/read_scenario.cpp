@@ -153,6 +153,7 @@ class ScenarioReader {
     const std::string loops = text_at(node, "loops");
     if (loops == "baumgarte") setup.loops = IntegrationSetup::Loops::baumgarte;
     if (loops == "acceleration") setup.loops = IntegrationSetup::Loops::acceleration;
+    if (loops == "open") setup.loops = IntegrationSetup::Loops::open;
     setup.baumgarte_time = number_at(node, "baumgarte_time").value_or(setup.baumgarte_time);
     setup.relative_tolerance = number_at(node, "relative_tolerance").value_or(setup.relative_tolerance);
     setup.absolute_tolerance = number_at(node, "absolute_tolerance").value_or(setup.absolute_tolerance);

@@ -15,8 +15,8 @@ struct IntegrationSetup {
   /// How loops are kept closed. projection: after every step, and at every output, positions and velocities are brought
   /// back onto the closures in the mass metric. baumgarte: closures act on accelerations, with defects fed back at the
   /// rate 1/baumgarte_time; for comparison. acceleration: on accelerations alone (2.10), as in the thesis; for
-  /// comparison: defects stay and grow.
-  enum class Loops { projection, baumgarte, acceleration };
+  /// comparison: defects stay and grow. open: not at all, loops are cut; for comparison.
+  enum class Loops { projection, baumgarte, acceleration, open };
   Loops loops = Loops::projection;
   double baumgarte_time = 0.1;  // [s]
   double relative_tolerance = 1e-12;

@@ -52,7 +52,6 @@ class PhaseRun {
     outputs_ = output_times(t0, t1, interval);
     std::vector<double> y0 = dynamics_.initial(start, t0);
     close_loops(t0, y0);
-    if (const LoopSolver* solver = dynamics_.loops()) loops_.rows = solver->rows(), loops_.rank = solver->rank();
     std::vector<double> ends = dynamics_.breaks(t0, t1);
     ends.push_back(t1);
     double begin = t0;
@@ -60,6 +59,7 @@ class PhaseRun {
       dynamics_.enter_interval(begin, end);
       if (begin == t0) {
         stepper_.start(dynamics_, t0, y0, end);
+        if (const LoopSolver* solver = dynamics_.loops()) loops_.rows = solver->rows(), loops_.rank = solver->rank();
       } else {
         stepper_.set_end_time(end);
         stepper_.reset_derivative(dynamics_);
@@ -160,7 +160,15 @@ class PhaseRun {
     outcome.stopped = stop_time_.has_value();
     outcome.finished = loop_failure_.empty() && (outcome.stopped || stepper_.status() == StepStatus::finished);
     if (!outcome.finished) outcome.failure = loop_failure_.empty() ? stepper_.explanation() : loop_failure_;
-    if (!outcome.finished && !dynamics_.trouble().empty()) outcome.failure += "; " + dynamics_.trouble();
+    if (!outcome.finished && !dynamics_.trouble().empty()) {
+      outcome.failure += "; " + dynamics_.trouble();
+    } else if (!outcome.finished && loop_failure_.empty() && dynamics_.loops()) {
+      outcome.failure += fmt::format(
+          "; closed loops there: rank {} of {} rows ({} as the phase began), least pivot {:.2g} (small: near a "
+          "singular "
+          "configuration)",
+          dynamics_.loops()->rank(), dynamics_.loops()->rows(), loops_.rank, dynamics_.loops()->least_pivot());
+    }
     outcome.loops = loops_;
     outcome.loops.integration_error =
         relative_tolerance_ * (stepper_.statistics().sum_of_error_estimates +

@@ -1,0 +1,129 @@
+#include "grapnel/capture/grip_schedule.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace grapnel {
+namespace {
+
+// An envelope's excess counts as met within rounding, as decide_grips() has it.
+constexpr double kMet = 1e-9;
+
+double largest(const std::vector<double>& values, const std::vector<std::size_t>& of) {
+  double most = -1;
+  for (std::size_t i : of) most = std::max(most, values[i]);
+  return most;
+}
+
+}  // namespace
+
+GripSchedule::GripSchedule(const CaptureProblem& problem) : problem_(problem), outcomes_(problem.grasps.size()) {}
+
+bool GripSchedule::is_now(double t, double now) { return std::abs(t - now) <= 1e-9 * std::max(1.0, now); }
+
+std::vector<std::size_t> GripSchedule::undecided(GraspSetup::Closes how) const {
+  std::vector<std::size_t> grasps;
+  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
+    if (!outcomes_[i] && problem_.grasps[i].closes == how) grasps.push_back(i);
+  }
+  return grasps;
+}
+
+std::vector<std::size_t> GripSchedule::due_at(double now) const {
+  std::vector<std::size_t> due = undecided(GraspSetup::Closes::at_time);
+  std::erase_if(due, [&](std::size_t i) { return !is_now(problem_.grasps[i].closes_at, now); });
+  return due;
+}
+
+std::vector<std::size_t> GripSchedule::due_together(double now) const {
+  std::vector<std::size_t> due = undecided(GraspSetup::Closes::together);
+  for (std::size_t i : due_at(now)) due.push_back(i);
+  std::sort(due.begin(), due.end());
+  return due;
+}
+
+std::vector<std::size_t> GripSchedule::arrived(const CaptureSystem& system, const State& state) const {
+  std::vector<std::size_t> waiting = undecided(GraspSetup::Closes::on_arrival);
+  if (waiting.empty()) return waiting;
+  const std::vector<double> excess = envelope_excesses(problem_, system, forward_kinematics(system.model, state));
+  std::erase_if(waiting, [&](std::size_t i) { return !(excess[i] <= kMet); });
+  return waiting;
+}
+
+bool GripSchedule::together_in_envelopes(const CaptureSystem& system, const State& state) const {
+  const std::vector<std::size_t> together = undecided(GraspSetup::Closes::together);
+  if (together.empty()) return false;
+  return largest(envelope_excesses(problem_, system, forward_kinematics(system.model, state)), together) <= kMet;
+}
+
+StopCondition GripSchedule::stop_condition(const CaptureSystem& system, bool together) const {
+  const std::vector<std::size_t> waiting = undecided(GraspSetup::Closes::on_arrival);
+  std::vector<std::size_t> group;
+  if (together) group = undecided(GraspSetup::Closes::together);
+  if (waiting.empty() && group.empty()) return {};
+  return [this, &system, waiting, group, kinematics = Kinematics(system.model)](double, const State& state) mutable {
+    forward_kinematics(system.model, state, kinematics);
+    const std::vector<double> excess = envelope_excesses(problem_, system, kinematics);
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i : waiting) least = std::min(least, excess[i]);
+    if (!group.empty()) least = std::min(least, largest(excess, group));
+    return least;
+  };
+}
+
+std::vector<double> GripSchedule::stated_times() const {
+  std::vector<double> times;
+  for (std::size_t i : undecided(GraspSetup::Closes::at_time)) times.push_back(problem_.grasps[i].closes_at);
+  return times;
+}
+
+bool GripSchedule::any_left() const {
+  return !undecided(GraspSetup::Closes::at_time).empty() || !undecided(GraspSetup::Closes::on_arrival).empty();
+}
+
+GripOutcome GripSchedule::outcome(std::size_t grasp, bool captured, const std::string& reason, double time) const {
+  const GraspSetup& g = problem_.grasps[grasp];
+  return {g.end_effector, g.target, g.grasp_point, captured, reason, 0, 0, 0, 0, time, {}};
+}
+
+std::vector<std::size_t> GripSchedule::decide(const std::vector<std::size_t>& grasps, const CaptureSystem& system,
+                                              const State& state, double time) {
+  std::vector<std::size_t> closing;
+  if (grasps.empty()) return closing;
+  if (!first_time_) first_time_ = time;
+  const std::vector<GripDecision> decisions = decide_grips(problem_, system, forward_kinematics(system.model, state));
+  for (std::size_t i : grasps) {
+    const GripDecision& d = decisions[i];
+    outcomes_[i] = outcome(i, d.captured, d.reason, time);
+    outcomes_[i]->distance = d.deviation.position, outcomes_[i]->angle = d.deviation.angle;
+    outcomes_[i]->velocity = d.deviation.velocity, outcomes_[i]->angular_velocity = d.deviation.angular_velocity;
+    if (d.captured) closing.push_back(i);
+  }
+  return closing;
+}
+
+void GripSchedule::refuse(const std::vector<std::size_t>& grasps, const std::string& reason) {
+  for (std::size_t i : grasps) outcomes_[i]->captured = false, outcomes_[i]->reason = reason;
+}
+
+void GripSchedule::release(std::size_t grasp, double time) { outcomes_[grasp]->released = time; }
+
+void GripSchedule::write(CaptureResult& result) const {
+  if (!first_time_) return;
+  result.capture_time = *first_time_;
+  const double end = result.series.time.empty() ? *first_time_ : result.series.time.back();
+  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
+    const GraspSetup& g = problem_.grasps[i];
+    if (outcomes_[i]) {
+      result.grips.push_back(*outcomes_[i]);
+    } else if (g.closes == GraspSetup::Closes::on_arrival) {
+      result.grips.push_back(outcome(i, false, "did not come within its envelope before the run's end", end));
+    } else {
+      const bool stated = g.closes == GraspSetup::Closes::at_time;
+      result.grips.push_back(outcome(i, false, "the run ended before it was to close", stated ? g.closes_at : end));
+    }
+  }
+}
+
+}  // namespace grapnel
