@@ -92,16 +92,16 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
   for (const GraspSetup& g : problem.grasps) {
     add("grasps/" + g.end_effector + "/distance", "m", "distance of the end-effector from its grasp point",
         {"distance"});
+    add("grasps/" + g.end_effector + "/holds", "1", "1 while the grip holds, else 0", {"holds"});
     add("grasps/" + g.end_effector + "/force", "N",
-        "force of the grip on the robot, in W; NaN where it does not hold; least self-stress where loops leave it open",
-        xyz);
+        "force of the grip on the robot, in W; where closed loops leave it open, with the least self-stress", xyz);
     add("grasps/" + g.end_effector + "/moment", "N m", "moment of the grip on the robot, about the grip, likewise",
         xyz);
   }
   for (const GraspSetup& g : problem.grasps) {
     if (!is_shared(problem, g.target)) continue;
     add("loops/" + g.end_effector + "/position_defect", "m",
-        "distance of the grip's frames on hand and target; NaN where it closes no loop", {"position_defect"});
+        "distance of the grip's frames on hand and target while it closes a loop, else 0", {"position_defect"});
     add("loops/" + g.end_effector + "/angle_defect", "rad", "angle between them, likewise", {"angle_defect"});
   }
   std::vector<std::string> joints;
@@ -183,18 +183,19 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
 }
 
 void Recorder::put_grips(const std::vector<GraspGap>& gaps, std::span<const GripSample> grips) {
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  const GripSample none;
+  const auto of = [&](std::size_t i) -> const GripSample& { return grips.empty() ? none : grips[i]; };
   for (std::size_t i = 0; i < gaps.size(); ++i) {
-    const bool holds = !grips.empty() && grips[i].holds;
     put(gaps[i].distance);
-    put(holds ? grips[i].F_WC.linear : Vector3d{kNone, kNone, kNone});
-    put(holds ? grips[i].F_WC.angular : Vector3d{kNone, kNone, kNone});
+    put(of(i).holds ? 1.0 : 0.0);
+    put(of(i).F_WC.linear);
+    put(of(i).F_WC.angular);
   }
   for (std::size_t i = 0; i < gaps.size(); ++i) {
     if (!is_shared(problem_, problem_.grasps[i].target)) continue;
-    const bool closes = !grips.empty() && grips[i].defect;
-    put(closes ? grips[i].defect->position : kNone);
-    put(closes ? grips[i].defect->angle : kNone);
+    const ClosureDefect defect = of(i).defect.value_or(ClosureDefect{});
+    put(defect.position);
+    put(defect.angle);
   }
 }
 

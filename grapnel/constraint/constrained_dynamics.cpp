@@ -17,6 +17,10 @@ constexpr double kRankTolerance = 1e-12;
 constexpr double kRefactorBeyond = 1e-8;
 // Of the size of velocities: what is left of the closures' motion is not solved for again.
 constexpr double kRounding = 4e-16;
+// Keeps 0/0 away.
+constexpr double kSmallest = 1e-300;
+// [rad/s^2, m/s^2]
+constexpr double kUnnoticed = 1e-6;
 constexpr int kMostIterations = 20;
 // [m, rad]; a projection that ends above it has failed.
 constexpr double kClosed = 1e-12;
@@ -116,7 +120,7 @@ struct LoopSolver::Implementation {
     contradiction = 0;
     for (int i = 0; i < row_total; ++i) {
       rows[i] = scale[i] * solution[i];
-      const double share = std::abs(residual[i]) / std::max(size, 1e-300);
+      const double share = std::abs(residual[i]) / std::max(size, kSmallest);
       if (!(share <= contradiction)) contradiction = share, contradicting = i;
     }
   }
@@ -131,6 +135,19 @@ struct LoopSolver::Implementation {
       take_rows(path, relative, part(out, path));
       size = std::max({size, path.angular_scale * (norm(V_a.angular) + norm(V_b.angular)),
                        path.linear_scale * (norm(V_a.linear) + norm(V_b.linear))});
+    }
+    return size;
+  }
+
+  // Scaled size of the accelerations of the closures' bodies, gravity included; not below what nobody would notice.
+  double acceleration_size(const std::vector<LinkScratch<double>>& links) const {
+    double size = 0;
+    for (const LoopPath& path : paths) {
+      for (int link : {path.link_a, path.link_b}) {
+        const SpatialAccelerationd& A = links[link].A;
+        size = std::max({size, path.angular_scale * std::max(norm(A.angular), kUnnoticed),
+                         path.linear_scale * std::max(norm(A.linear), kUnnoticed)});
+      }
     }
     return size;
   }
@@ -349,6 +366,9 @@ void LoopSolver::accelerations(const DynamicsInput<double>& in, double feedback,
   // on a held or fixed one is read from it.
   s.columns.impose(s.rows, in.prescribed, links);
   articulated_accelerations<double>(s.model.tree(), in, workspace.kernel, vdot, force);
+  // Where nothing yields, as between braked joints, the terms cancel on the way and their sizes say nothing: what
+  // counts are the accelerations that the two sides then have.
+  s.contradiction *= std::max(size, kSmallest) / std::max(size, s.acceleration_size(links));
 }
 
 void LoopSolver::close_velocities(std::span<const double> q, std::span<const std::uint8_t> prescribed,
