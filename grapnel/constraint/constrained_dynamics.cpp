@@ -187,7 +187,7 @@ struct LoopSolver::Implementation {
     const DynamicsInput<double> in = at_rest(q, prescribed);
     articulated_inertias<double>(model.tree(), in, workspace.kernel);
     prepare(workspace.kernel.links, in);
-    move_all(v, workspace.kernel.links);
+    move_all({}, v, workspace.kernel.links);
   }
 
   // Change of velocities `step` and of links' twists (their A) by impulses `rows`, after refresh().
@@ -197,40 +197,25 @@ struct LoopSolver::Implementation {
     articulated_accelerations<double>(model.tree(), at_rest(q, prescribed), workspace.kernel, step, ignored_force);
   }
 
-  // Twists of links where they are.
-  void move_all(std::span<const double> v, std::vector<LinkScratch<double>>& links) const {
+  // Twists of links at v; with q also their angles and offsets, and where the closures are. Articulated inertias stay.
+  void move_all(std::span<const double> q, std::span<const double> v, std::vector<LinkScratch<double>>& links) {
     using namespace recursion;
     const Tree<double>& tree = model.tree();
     for (std::size_t n = 0; n < tree.links.size(); ++n) {
       const TreeLink<double>& link = tree.links[n];
-      if (link.parent < 0) {
-        links[n].V = root_velocity(link, v);
-        continue;
-      }
+      LinkScratch<double>& w = links[n];
       visit_joint(link, [&](auto joint) {
-        if constexpr (!std::is_same_v<decltype(joint), Root>) {
-          links[n].V = motion_to_link(joint, link, links[n], links[link.parent].V);
-          add_joint_motion(joint, link, v, links[n].V);
+        if constexpr (std::is_same_v<decltype(joint), Root>) {
+          w.V = root_velocity(link, v);
+        } else if (q.empty()) {
+          w.V = motion_to_link(joint, link, w, links[link.parent].V);
+          add_joint_motion(joint, link, v, w.V);
+        } else {
+          follow(joint, link, q, v, links[link.parent].V, w);
         }
       });
     }
-  }
-
-  // Angles, offsets and twists of links at q, v, and where the closures are; articulated inertias stay.
-  void follow_all(std::span<const double> q, std::span<const double> v, std::vector<LinkScratch<double>>& links) {
-    using namespace recursion;
-    const Tree<double>& tree = model.tree();
-    for (std::size_t n = 0; n < tree.links.size(); ++n) {
-      const TreeLink<double>& link = tree.links[n];
-      if (link.parent < 0) {
-        links[n].V = root_velocity(link, v);
-        continue;
-      }
-      visit_joint(link, [&](auto joint) {
-        if constexpr (!std::is_same_v<decltype(joint), Root>) follow(joint, link, q, v, links[link.parent].V, links[n]);
-      });
-    }
-    locate_all(links);
+    if (!q.empty()) locate_all(links);
   }
 
   void step_coordinates(std::span<const double> dq, std::span<double> q) const {
@@ -412,13 +397,13 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
     s.respond(q, prescribed, workspace);
     std::copy(q.begin(), q.end(), s.last_q.begin());
     s.step_coordinates(s.step, q);
-    s.follow_all(q, v, links);
+    s.move_all(q, v, links);
     s.place_rows(s.u);
     const double next = s.scaled_size(s.u);
     if (!(next < 0.5 * defect)) {  // rounding, or no way on
       if (!(next < defect)) {
         std::copy(s.last_q.begin(), s.last_q.end(), q.begin());
-        s.follow_all(q, v, links);
+        s.move_all(q, v, links);
       }
       break;
     }
@@ -433,13 +418,13 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
     std::copy(v.begin(), v.end(), s.last_v.begin());
     s.respond(q, prescribed, workspace);
     s.add_step(v);
-    s.move_all(v, links);
+    s.move_all({}, v, links);
     s.velocity_rows(links, s.u);
     const double next = s.scaled_size(s.u);
     if (!(next < 0.5 * defect)) {
       if (!(next < defect)) {
         std::copy(s.last_v.begin(), s.last_v.end(), v.begin());
-        s.move_all(v, links);
+        s.move_all({}, v, links);
       }
       break;
     }
