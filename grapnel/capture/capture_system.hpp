@@ -29,7 +29,10 @@ std::string target_body_name(const std::string& target);
 struct HeldGrip {
   std::size_t grasp = 0;  // in CaptureProblem::grasps
   LoopClosure frames;
-  int closure = -1;  // in CaptureSystem::closures; -1: a joint of the tree
+  static constexpr int kInTree = -1, kRedundant = -2;
+  /// In CaptureSystem::closures. kInTree: it carries the target, as a joint of the tree. kRedundant: what it holds is
+  /// one rigid body with the target already, by another grip.
+  int closure = kInTree;
 };
 
 /// Model and indices before the capture, and, rebuilt by join_targets(), after it.

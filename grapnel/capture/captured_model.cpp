@@ -126,8 +126,11 @@ CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::
     held.frames.body_a = system.model.body_index(name_of(grip.frames.body_a));
     held.frames.body_b = system.model.body_index(name_of(grip.frames.body_b));
     held.frames.X_BD.p = held.frames.X_BD.p - first->frames.X_BD.p;
-    held.closure = -1;
-    if (first != &grip) {
+    const auto link_of = [&](int body) { return system.model.bodies()[body].placement.link; };
+    held.closure = HeldGrip::kInTree;
+    if (first != &grip && link_of(held.frames.body_a) == link_of(held.frames.body_b)) {
+      held.closure = HeldGrip::kRedundant;
+    } else if (first != &grip) {
       held.closure = static_cast<int>(system.closures.size());
       system.closures.push_back(held.frames);
     }

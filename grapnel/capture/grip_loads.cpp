@@ -111,7 +111,7 @@ Eigen::MatrixXd self_stresses(const CaptureSystem& system, const Kinematics& k, 
 
 std::vector<GripWrench> grip_wrenches(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample,
                                       bool with_determined) {
-  std::vector<GripWrench> result(system.grips.size(), {Wrenchd::zero(), {}});
+  std::vector<GripWrench> result(system.grips.size(), GripWrench{Wrenchd::zero(), {}, Wrenchd::zero()});
   if (system.grips.empty() || !sample.dynamics) return result;
   const Model& model = system.model;
   const std::vector<BodyAcceleration> A = body_accelerations(model, k, sample.dynamics->acceleration());
@@ -123,6 +123,7 @@ std::vector<GripWrench> grip_wrenches(const CaptureSystem& system, const Kinemat
   // One solution, and what each self-stress adds to every grip.
   std::vector<Wrenchd> F(system.grips.size(), Wrenchd::zero());
   std::vector<std::vector<Wrenchd>> stress(static_cast<std::size_t>(null.cols()), F);
+  const std::vector<Wrenchd> nothing = F;
   Eigen::Index rows = 0;
   std::vector<TargetGrips> targets;
   for (int frame : system.target_frames) {
@@ -134,24 +135,35 @@ std::vector<GripWrench> grip_wrenches(const CaptureSystem& system, const Kinemat
     carried = -needed_wrench(model, k, A[body], body, *sample.dynamics, p_1);
     for (std::size_t i = 1; i < t.grips.size(); ++i) {
       const HeldGrip& grip = system.grips[t.grips[i]];
+      const Vector3d to_first = p_1 - t.grasps[i].p_WC;
+      if (grip.closure == HeldGrip::kRedundant) {
+        // Whatever it carries, the first grip carries less.
+        for (Eigen::Index row = 0; row < t.directions[i].rows(); ++row) {
+          stress.push_back(nothing);
+          stress.back()[t.grips[i]] = as_wrench(t.directions[i].row(row).transpose());
+          stress.back()[t.grips[0]] = -shift(stress.back()[t.grips[i]], to_first);
+        }
+        continue;
+      }
+      if (!solver) continue;  // loops are cut
       const Rotationd R_WC = (k.X_WB[grip.frames.body_a] * grip.frames.X_AC).R;
       const int row = first[grip.closure];
-      if (!solver) continue;  // loops are cut
       F[t.grips[i]] = closure_wrench(grip.frames, R_WC, solver->multipliers().data() + row);
-      carried -= shift(F[t.grips[i]], p_1 - t.grasps[i].p_WC);
-      for (std::size_t s = 0; s < stress.size(); ++s) {
-        const Eigen::VectorXd column =
-            null.col(static_cast<Eigen::Index>(s)).segment(row, row_count(grip.frames.model));
+      carried -= shift(F[t.grips[i]], to_first);
+      for (Eigen::Index s = 0; s < null.cols(); ++s) {
+        const Eigen::VectorXd column = null.col(s).segment(row, row_count(grip.frames.model));
         stress[s][t.grips[i]] = closure_wrench(grip.frames, R_WC, column.data());
-        stress[s][t.grips[0]] -= shift(stress[s][t.grips[i]], p_1 - t.grasps[i].p_WC);
+        stress[s][t.grips[0]] -= shift(stress[s][t.grips[i]], to_first);
       }
     }
     rows += t.rows();
     targets.push_back(std::move(t));
   }
+  const std::vector<Wrenchd> of_solver = F;
   // Least sum of f^T D f = |G^T f|^2, D = G G^T.
   if (!stress.empty()) {
-    Eigen::MatrixXd B(rows, null.cols());
+    const Eigen::Index stresses = static_cast<Eigen::Index>(stress.size());
+    Eigen::MatrixXd B(rows, stresses);
     Eigen::VectorXd f(rows);
     Eigen::Index row = 0;
     for (const TargetGrips& t : targets) {
@@ -159,7 +171,7 @@ std::vector<GripWrench> grip_wrenches(const CaptureSystem& system, const Kinemat
         const Eigen::Index count = t.directions[i].rows();
         const Eigen::MatrixXd map = t.D[i].llt().matrixU() * t.directions[i];
         f.segment(row, count) = map * as_eigen(F[t.grips[i]]);
-        for (Eigen::Index s = 0; s < null.cols(); ++s)
+        for (Eigen::Index s = 0; s < stresses; ++s)
           B.col(s).segment(row, count) = map * as_eigen(stress[s][t.grips[i]]);
         row += count;
       }
@@ -167,12 +179,12 @@ std::vector<GripWrench> grip_wrenches(const CaptureSystem& system, const Kinemat
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(B);
     const Eigen::VectorXd z = qr.solve(-f);
     // Stresses of unit size in the metric, for the question what is determined: B = Q R.
-    const Eigen::MatrixXd R = qr.matrixQR().topRows(null.cols()).triangularView<Eigen::Upper>();
+    const Eigen::MatrixXd R = qr.matrixQR().topRows(stresses).triangularView<Eigen::Upper>();
     for (const TargetGrips& t : targets) {
       for (std::size_t i = 0; i < t.grips.size(); ++i) {
         const std::size_t g = t.grips[i];
-        Eigen::MatrixXd N(6, null.cols());
-        for (Eigen::Index s = 0; s < null.cols(); ++s) N.col(s) = as_eigen(stress[s][g]);
+        Eigen::MatrixXd N(6, stresses);
+        for (Eigen::Index s = 0; s < stresses; ++s) N.col(s) = as_eigen(stress[s][g]);
         F[g] = as_wrench(as_eigen(F[g]) + N * z);
         if (!with_determined) continue;
         const Eigen::MatrixXd unit = R.transpose().triangularView<Eigen::Lower>().solve(N.transpose()).transpose();
@@ -184,9 +196,25 @@ std::vector<GripWrench> grip_wrenches(const CaptureSystem& system, const Kinemat
   }
   for (std::size_t g = 0; g < F.size(); ++g) {
     result[g].F_WC = F[g];
+    result[g].beyond_solver = F[g] - of_solver[g];
     if (with_determined && result[g].determined.empty()) result[g].determined.assign(6, true);
   }
   return result;
+}
+
+void add_self_stress(const CaptureSystem& system, const Kinematics& k, std::span<const GripWrench> wrenches,
+                     std::span<double> motor) {
+  const Model& model = system.model;
+  Eigen::MatrixXd J_a(6, model.velocities()), J_b(6, model.velocities());
+  for (std::size_t g = 0; g < system.grips.size(); ++g) {
+    if (system.grips[g].closure < 0) continue;
+    const Grasp grasp = grasp_of(system.grips[g], k);
+    point_jacobian(model, k, grasp.robot_body, grasp.p_WC, J_a);
+    point_jacobian(model, k, grasp.target_body, grasp.p_WC, J_b);
+    // Zero at joints that yield.
+    const Eigen::VectorXd at_joints = (J_a - J_b).transpose() * as_eigen(wrenches[g].beyond_solver);
+    for (std::size_t j = 0; j < model.joints().size(); ++j) motor[j] -= at_joints[model.bodies()[model.joints()[j]].v];
+  }
 }
 
 }  // namespace grapnel

@@ -10,12 +10,20 @@ void raise(double& largest, double value) {
   if (!(value <= largest)) largest = value;
 }
 
+void raise_all(ClosureDefect& largest, const ClosureDefect& d) {
+  raise(largest.position, d.position);
+  raise(largest.angle, d.angle);
+  raise(largest.velocity, d.velocity);
+  raise(largest.angular_velocity, d.angular_velocity);
+}
+
 }  // namespace
 
 void LoopBook::begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system) {
   problem_ = &problem;
   system_ = &system;
   first_load_ = loads_.size();
+  phase_largest_ = {};
   for (const HeldGrip& grip : system.grips) {
     const GraspSetup& g = problem.grasps[grip.grasp];
     loads_.push_back({name, g.end_effector, g.target, 0, 0, 0, 0, {}});
@@ -31,15 +39,17 @@ void LoopBook::begin_phase(const std::string& name, const CaptureProblem& proble
   reports_.push_back(std::move(report));
 }
 
-std::vector<GripSample> LoopBook::sample(const PhaseSample& sample, const Kinematics& kinematics) {
+std::vector<GripSample> LoopBook::sample(const PhaseSample& sample, const Kinematics& kinematics,
+                                         std::span<double> motor) {
   std::vector<GripSample> result(problem_->grasps.size());
   if (system_->grips.empty()) return result;
   const bool first = loads_[first_load_].determined.empty();
   const std::vector<GripWrench> wrenches = grip_wrenches(*system_, kinematics, sample, first);
+  if (!system_->closures.empty()) add_self_stress(*system_, kinematics, wrenches, motor);
   for (std::size_t i = 0; i < system_->grips.size(); ++i) {
     const HeldGrip& grip = system_->grips[i];
     GripSample& s = result[grip.grasp];
-    s.holds = true;
+    s.holds = grip.closure < 0 || sample.dynamics->loops() != nullptr;  // or the loop is cut
     s.F_WC = wrenches[i].F_WC;
     GripLoad& load = loads_[first_load_ + i];
     if (first) load.determined = wrenches[i].determined;
@@ -48,17 +58,21 @@ std::vector<GripSample> LoopBook::sample(const PhaseSample& sample, const Kinema
     if (!(moment <= load.largest_moment)) load.largest_moment = moment, load.moment_time = sample.time;
     if (grip.closure < 0) continue;
     s.defect = closure_defect(grip.frames, kinematics);
-    raise(largest_.position, s.defect->position);
-    raise(largest_.angle, s.defect->angle);
-    raise(largest_.velocity, s.defect->velocity);
-    raise(largest_.angular_velocity, s.defect->angular_velocity);
+    raise_all(phase_largest_, *s.defect);
   }
   return result;
 }
 
 void LoopBook::end_phase(const LoopOutcome& outcome) {
   if (system_->closures.empty()) return;
+  raise_all(largest_, phase_largest_);
   LoopReport& report = reports_.back();
+  if (outcome.rows == 0) {  // loops are cut: nothing brings them back
+    report.unprojected_position = phase_largest_.position, report.unprojected_angle = phase_largest_.angle;
+    report.unprojected_velocity = phase_largest_.velocity;
+    report.unprojected_angular_velocity = phase_largest_.angular_velocity;
+    return;
+  }
   report.rows = outcome.rows;
   report.rank = outcome.rank;
   report.unprojected_position = outcome.unprojected.position;

@@ -21,8 +21,9 @@ class LoopBook {
  public:
   /// `system` must live until the phase ends.
   void begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system);
-  /// Per grasp of the problem.
-  std::vector<GripSample> sample(const PhaseSample& sample, const Kinematics& kinematics);
+  /// Per grasp of the problem. `motor` receives what is to be added to the efforts of prescribed joints so that they
+  /// and the grips' wrenches belong together; per Model::joints().
+  std::vector<GripSample> sample(const PhaseSample& sample, const Kinematics& kinematics, std::span<double> motor);
   void end_phase(const LoopOutcome& outcome);
   /// Reports, and the rows of the ledger.
   void write(CaptureResult& result) const;
@@ -32,7 +33,7 @@ class LoopBook {
   const CaptureSystem* system_ = nullptr;
   bool any_ = false;
   std::size_t first_load_ = 0;  // of loads_, in this phase
-  ClosureDefect largest_;
+  ClosureDefect largest_, phase_largest_;
   std::vector<LoopReport> reports_;
   std::vector<GripLoad> loads_;
 };

@@ -152,12 +152,15 @@ class Run {
     const double wanted = std::log2(std::clamp(kLeastLooks * interval / duration, 1.0, 0x1p40));
     const long looks = stop ? 1 : 1L << std::lround(std::ceil(wanted));
     long look = 0;
-    const auto observe = [&](const PhaseSample& sample) {
+    std::vector<double> motor(system_.model.joints().size());
+    const auto observe = [&](PhaseSample sample) {
       forward_kinematics(system_.model, sample.state, kinematics);
       const SystemBooks books = system_books(system_.model, kinematics, sample.state);
       bookkeeper_.sample(books, sample.integrals);
+      std::copy(sample.motor.begin(), sample.motor.end(), motor.begin());
+      const std::vector<GripSample> grips = loops_.sample(sample, kinematics, motor);
+      sample.motor = motor;
       watches_.sample(sample);
-      const std::vector<GripSample> grips = loops_.sample(sample, kinematics);
       if (look++ % looks == 0 || sample.time == end) recorder_.sample(system_, kinematics, books, sample, grips);
       if (progress_) progress_(name, sample.time, end);
     };
@@ -359,7 +362,9 @@ class Run {
     }
     to_free();
     const Contact contact = contact_of(closing);
-    if (problem_.approach) bookkeeper_.enter(momentum_about_origin(contact.state) - momentum_about_origin(state_));
+    // Before any sample there is nothing yet that a target put elsewhere could break.
+    if (!result_.series.time.empty())
+      bookkeeper_.enter(momentum_about_origin(contact.state) - momentum_about_origin(state_));
     state_ = contact.state;
     sample_contact();
 

@@ -7,9 +7,9 @@
 namespace grapnel {
 
 namespace {
-// Singular values below this fraction of the largest are redundant rows: rounding leaves some 1e-15 there, and true
-// constraints of extreme mass ratios (1e-6 of the squares) still count.
-constexpr double kRankTolerance = 1e-10;
+// Singular values below this fraction of the largest are redundant rows, as for LoopSolver, whose pivots are their
+// squares: rounding leaves some 1e-15 there, and true constraints of extreme mass ratios (the squares) still count.
+constexpr double kRankTolerance = 1e-6;
 }  // namespace
 
 ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J,

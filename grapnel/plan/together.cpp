@@ -134,7 +134,8 @@ std::string remaining(std::span<const Goal> goals, const Eigen::VectorXd& error)
                         : i + 1 == goals.size() ? " and "
                                                 : ", ",
                         goals[i].name, miss[i].distance);
-    if (goals[i].orientation != Goal::Orientation::free) text += fmt::format(" and {:.4g} rad", miss[i].angle);
+    if (goals[i].orientation != Goal::Orientation::free)
+      text += fmt::format(" and {:.4g} rad", miss[i].angle < kFits ? 0.0 : miss[i].angle);
     text += fmt::format(" from '{}'", goals[i].point);
   }
   return text;
