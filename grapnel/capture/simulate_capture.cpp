@@ -130,9 +130,9 @@ class Run {
     return joints;
   }
 
-  // Moves the present system on for `duration` or until `stop` says so, and records it. Whether it was stopped.
-  bool integrate(const std::string& phase, double duration, const StopCondition& stop) {
-    const double end = time_ + duration;
+  // Moves the present system on to the time `end` or until `stop` says so, and records it. Whether it was stopped.
+  bool integrate(const std::string& phase, double end, const StopCondition& stop) {
+    const double duration = end - time_;
     const std::string name = next_name(phase);
     const bool pd = holds_by(PostImpactSetup::Joints::pd);
     const bool controlled = control_.approaching || pd || problem_.post_impact->base_control.has_value();
@@ -218,7 +218,7 @@ class Run {
       close(schedule_.due_at(time_));
       if (ends_by_envelope() && schedule_.together_in_envelopes(system_, state_)) return;
       const StopCondition stop = schedule_.stop_condition(system_, ends_by_envelope());
-      const bool stopped = integrate(phase, next_event(until) - time_, stop);
+      const bool stopped = integrate(phase, next_event(until), stop);
       if (!stopped) release_due();
     }
     if (control_.approaching) return;  // what is due at its end closes with the others

@@ -16,8 +16,9 @@ namespace {
 const std::filesystem::path kScenarios = std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios";
 
 // Planned, tracked by torques, captured, followed afterwards.
-const std::vector<std::string> kPlanned{"dual-arm-tumbling-targets", "dual-arm-envelope-capture",
-                                        "heavy-satellite-flat-spin", "heavy-satellite-detumble", "six-arm-servicer"};
+const std::vector<std::string> kPlanned{
+    "dual-arm-tumbling-targets", "dual-arm-envelope-capture",  "heavy-satellite-flat-spin", "heavy-satellite-detumble",
+    "six-arm-servicer",          "dual-arm-satellite-handles", "triple-arm-satellite",      "second-grip-later"};
 
 CaptureProblem load(const std::string& name, const std::vector<Override>& overrides = {}) {
   return load_scenario(kScenarios / (name + ".yaml"), overrides);
@@ -48,6 +49,31 @@ Gain gain_of(const TargetSetup& target, const ImpactReport& impact, const Vector
   const Gain before = momentum(motion_of(impact.targets_before, target.name));
   const Gain after = momentum(motion_of(impact.targets_after, target.name));
   return {after.linear - before.linear, after.angular - before.angular};
+}
+
+// A target gets what the robot does not: the opposite of all its grips' impulses together.
+void expect_accounted(const CaptureProblem& p, const ImpactReport& impact) {
+  for (const TargetSetup& target : p.targets) {
+    const auto grips = [&](const GraspImpulse& g) { return g.target == target.name; };
+    const auto first = std::find_if(impact.grasps.begin(), impact.grasps.end(), grips);
+    ASSERT_NE(first, impact.grasps.end());
+    const Vector3d p_WC = first->contact_point;  // where moments are taken
+    const Gain gain = gain_of(target, impact, p_WC);
+    Gain left = gain;
+    for (const GraspImpulse& g : impact.grasps) {
+      if (!grips(g)) continue;
+      EXPECT_GT(g.gap, 1e-5);  // friction and noise are felt
+      EXPECT_GT(g.impulse_magnitude, 1e-3);
+      left.linear += g.impulse;
+      left.angular += g.angular_impulse + cross(g.contact_point - p_WC, g.impulse);
+      std::printf("[ measured ] t = %.3f s, %s: gap %.4f m, %.4f N s, %.4f N m s, %.0f N\n", impact.time,
+                  g.end_effector.c_str(), g.gap, g.impulse_magnitude, norm(g.angular_impulse), g.mean_force);
+    }
+    EXPECT_LT(norm(left.linear), 1e-14 * (1 + target.mass));   // measured 7e-15 of 6e-11
+    EXPECT_LT(norm(left.angular), 1e-14 * (1 + target.mass));  // measured 1.4e-13 of 6e-11
+    std::printf("[ measured ] %s: unaccounted for %.2g N s, %.2g N m s\n", target.name.c_str(), norm(left.linear),
+                norm(left.angular));
+  }
 }
 
 TEST(Examples, AreAllListed) {
@@ -81,23 +107,13 @@ TEST_P(Planned, CapturesWithinItsBooksAndLimits) {
   for (const LedgerEntry& e : r.ledger.entries) EXPECT_TRUE(e.pass()) << e.name << " " << e.value << " > " << e.bound;
   for (const std::string& warning : r.warnings) ADD_FAILURE() << warning;
   EXPECT_TRUE(r.limit_events.empty());  // no drive saturates either
-  ASSERT_EQ(r.clearance.size(), 2u);    // approach and afterwards
+  // The approach and afterwards, which later impacts and releases cut.
+  ASSERT_EQ(r.clearance.size(), 2 + r.later_impacts.size() + r.releases.size());
   for (const LeastClearance& c : r.clearance)
     EXPECT_GE(c.distance, p.clearance.required) << c.body_a << ", " << c.body_b;
 
-  for (std::size_t i = 0; i < p.grasps.size(); ++i) {
-    const GraspImpulse& g = r.impact->grasps[i];
-    const TargetSetup& target = target_of(p, p.grasps[i]);
-    EXPECT_GT(g.gap, 1e-5);  // friction and noise are felt
-    // The target gets what the robot does not.
-    const Gain gain = gain_of(target, *r.impact, g.contact_point);
-    EXPECT_GT(g.impulse_magnitude, 1e-3);
-    const double lost = norm(gain.linear + g.impulse), turned = norm(gain.angular + g.angular_impulse);
-    EXPECT_LT(lost, 1e-14 * (1 + target.mass));    // measured 7e-15 of 6e-11
-    EXPECT_LT(turned, 1e-14 * (1 + target.mass));  // measured 1.4e-13 of 6e-11
-    std::printf("[ measured ] %s: gap %.4f m, %.4f N s, %.4f N m s; unaccounted for %.2g N s, %.2g N m s\n",
-                g.end_effector.c_str(), g.gap, g.impulse_magnitude, norm(g.angular_impulse), lost, turned);
-  }
+  expect_accounted(p, *r.impact);
+  for (const ImpactReport& later : r.later_impacts) expect_accounted(p, later);
 }
 
 // Ideal tracking, no noise: at T the hands are where and as fast as the plan wants them, by the tests' own kinematics.
@@ -105,6 +121,7 @@ TEST_P(Planned, BringsEveryHandToItsGraspPoint) {
   CaptureProblem p = load(GetParam(), {{"approach.tracking", "{mode: ideal}"}, {"approach.capture_at", "end"}});
   p.impact.reset();
   p.post_impact.reset();
+  for (GraspSetup& grasp : p.grasps) grasp.closes = GraspSetup::Closes::together;  // as planned
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   EXPECT_TRUE(r.ledger.feasible());
@@ -166,6 +183,78 @@ TEST_P(Planned, BringsEveryHandToItsGraspPoint) {
       "[ measured ] miss %.2g m, angle %.2g, across %.2g m, speed %.2g m/s, centre of mass %.2g m, hands at up to %.3f "
       "m/s\n",
       worst_miss, worst_angle, worst_across, worst_speed, worst_com, largest_speed);
+}
+
+// Several arms on one target.
+
+struct SharedExample {
+  std::string name;
+  int rows;                      // of all grips together; all independent
+  std::vector<double> impulses;  // of the first impact, as the file's header has them [N s]
+  std::size_t loops;             // that are closed while all grips hold
+};
+void PrintTo(const SharedExample& one, std::ostream* out) { *out << one.name; }
+class Shared : public ::testing::TestWithParam<SharedExample> {};
+INSTANTIATE_TEST_SUITE_P(Examples, Shared,
+                         ::testing::Values(SharedExample{"dual-arm-satellite-handles", 12, {1.1, 0.8}, 1},
+                                           SharedExample{"triple-arm-satellite", 18, {1.6, 0.7, 0.5}, 2}),
+                         [](const auto& one) {
+                           std::string name = one.param.name;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
+                         });
+
+TEST_P(Shared, ClosesItsLoopsAtOnceAndKeepsThemClosed) {
+  const CaptureResult r = simulate_capture(load(GetParam().name));
+  expect_passes(r);
+  ASSERT_TRUE(r.impact && r.captured());
+  EXPECT_EQ(r.impact->rows, GetParam().rows);
+  EXPECT_EQ(r.impact->rank, GetParam().rows);
+  EXPECT_TRUE(r.impact->null_space.empty());
+  EXPECT_EQ(r.impact->loops.size(), GetParam().loops);
+  for (std::size_t i = 0; i < r.impact->grasps.size(); ++i) {
+    const GraspImpulse& g = r.impact->grasps[i];
+    EXPECT_LT(g.gap, 0.007);  // measured 6.6 mm and 5.7 mm
+    EXPECT_NEAR(g.impulse_magnitude, GetParam().impulses[i], 0.05);
+    EXPECT_TRUE(std::all_of(g.determined.begin(), g.determined.end(), [](bool b) { return b; }));
+  }
+  ASSERT_EQ(r.loops.size(), 1u);
+  EXPECT_EQ(r.loops[0].closures.size(), GetParam().loops);
+  EXPECT_TRUE(row(r, "loop_closure_position").applies);
+}
+
+// Both hands, half a second apart; both let go 20 s after the first has closed.
+TEST(SecondGripLater, ClosesTheLoopWithAnImpactOfItsOwnAndLetsGo) {
+  const CaptureResult r = simulate_capture(load("second-grip-later"));
+  expect_passes(r);
+  ASSERT_TRUE(r.impact && r.captured());
+  EXPECT_EQ(r.impact->time, 45);
+  EXPECT_EQ(r.impact->grasps.size(), 1u);
+  EXPECT_EQ(r.impact->rows, 6);
+  ASSERT_EQ(r.later_impacts.size(), 1u);
+  const ImpactReport& second = r.later_impacts[0];
+  EXPECT_EQ(second.time, 45.5);
+  ASSERT_EQ(second.grasps.size(), 2u);
+  EXPECT_EQ(second.rows, 12);
+  EXPECT_EQ(second.rank, 12);
+  EXPECT_LT(norm(second.grasps[0].relative_velocity_before), 1e-15);  // it held; measured 6e-19
+  EXPECT_GT(norm(second.grasps[1].relative_velocity_before), 1e-3);   // measured 5.7 mm/s
+  EXPECT_LT(second.kinetic_energy_after, second.kinetic_energy_before);
+  ASSERT_EQ(r.releases.size(), 1u);
+  EXPECT_EQ(r.releases[0].time, 65);
+  EXPECT_EQ(r.releases[0].end_effectors.size(), 2u);
+  for (const GripOutcome& grip : r.grips) EXPECT_EQ(grip.released, 65.0);
+  ASSERT_EQ(r.loops.size(), 1u);  // closed from 45.5 s to 65 s, before and after that there is none
+  // What lets go keeps its motion: the samples just before and just after.
+  const std::size_t after = first_sample(r, "post_impact_3");
+  ASSERT_LT(after, r.series.time.size());
+  EXPECT_EQ(r.series.time[after], 65);
+  EXPECT_EQ(r.series.time[after - 1], 65);
+  for (const char* path : {"targets/satellite/velocity", "targets/satellite/angular_velocity", "base/velocity"}) {
+    const Vector3d v = vector_at(r, path, after);
+    EXPECT_LT(norm(v - vector_at(r, path, after - 1)), 1e-15) << path;
+    EXPECT_GT(norm(v), 1e-3) << path;
+  }
 }
 
 // What cannot be done.

@@ -2,91 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
-#include <cmath>
 #include <ostream>
 #include <vector>
 
-#include "grapnel/spatial/rotation.hpp"
+#include "random_scenarios/draws.hpp"
 
 namespace grapnel::testing {
 namespace {
-
-using Numbers = std::vector<double>;
-
-// Draws. Each shrinks towards its first argument, so that a failing case loses what does not matter.
-
-// At full size from the first case on.
-int integer(int lower, int upper) { return *rc::gen::resize(rc::kNominalSize, rc::gen::inRange(lower, upper + 1)); }
-double uniform(double lower, double upper) { return lower + (upper - lower) * 1e-3 * integer(0, 1000); }
-// Within +-size; shrinks to 0.
-double around(double size) { return size * 1e-3 * integer(0, 1000) * (integer(0, 1) == 0 ? 1 : -1); }
-// Logarithmic, with three digits.
-double decades(double lower, double upper) {
-  const double value = lower * std::pow(upper / lower, uniform(0, 1));
-  const double digits = std::pow(10, 2 - std::floor(std::log10(value)));
-  return std::round(value * digits) / digits;
-}
-bool percent(int chance) { return integer(0, 99) >= 100 - chance; }
-template <std::size_t N>
-std::string any_of(const std::array<const char*, N>& choices) {
-  return choices[static_cast<std::size_t>(integer(0, N - 1))];
-}
-Vector3d vector(double size) { return {around(size), around(size), around(size)}; }
-
-std::string list(const Numbers& numbers, const char* format = "{:.12g}") {
-  std::string text;
-  for (const double n : numbers) text += (text.empty() ? "" : ", ") + fmt::format(fmt::runtime(format), n);
-  return "[" + text + "]";
-}
-std::string list(const Vector3d& v) { return list(Numbers{v[0], v[1], v[2]}); }
-
-// A vector of length 1: along a coordinate axis, or any. All digits: the length must be right to 1e-9.
-std::string unit_vector() {
-  const Vector3d v = vector(1);
-  const double length = norm(v);
-  if (percent(50) && length > 0.1) return list(Numbers{v[0] / length, v[1] / length, v[2] / length}, "{:.17g}");
-  const int axis = integer(0, 5);
-  const double sign = axis < 3 ? 1 : -1;
-  return list(sign * Vector3d::unit((axis + 2) % 3));
-}
-
-// "position: [...], rpy: [...]", or less.
-std::string pose(double size) {
-  std::string text = "position: " + list(vector(size));
-  const int kind = integer(0, 2);
-  if (kind == 1) text += ", rpy: " + list(vector(3.1));
-  if (kind == 2) {
-    const Vector3d v = vector(1);
-    const double w = uniform(0.2, 1), length = std::sqrt(w * w + dot(v, v));
-    text += ", quaternion_wxyz: " + list(Numbers{w / length, v[0] / length, v[1] / length, v[2] / length}, "{:.9f}");
-  }
-  return text;
-}
-
-// Mass, centre of mass and inertia of a box, its axes turned in the body's frame.
-std::string body(double mass, double least, double most, double com) {
-  const double a = uniform(least, most), b = uniform(least, most), c = uniform(least, most);
-  const Vector3d moments = mass / 12 * Vector3d{b * b + c * c, a * a + c * c, a * a + b * b};
-  std::string inertia = list(moments);
-  if (percent(40)) {
-    const Rotationd R = rotation_from_rpy(around(3), around(3), around(3));
-    const auto at = [&](int i, int j) {
-      double sum = 0;
-      for (int k = 0; k < 3; ++k) sum += R(i, k) * moments[k] * R(j, k);
-      return sum;
-    };
-    inertia = fmt::format("{{xx: {:.12g}, yy: {:.12g}, zz: {:.12g}, xy: {:.12g}, xz: {:.12g}, yz: {:.12g}}}", at(0, 0),
-                          at(1, 1), at(2, 2), at(0, 1), at(0, 2), at(1, 2));
-  }
-  return fmt::format("mass: {:.6g}, com: {}, inertia: {}", mass, list(vector(com)), inertia);
-}
-
-// The members of body(), each on a line of its own.
-std::string in_lines(std::string members, const std::string& indent) {
-  for (const char* key : {", com:", ", inertia:"}) members.replace(members.find(key), 2, "\n" + indent);
-  return members;
-}
 
 // What the rest of the scenario must respect of a joint that moves.
 struct Joint {
@@ -105,8 +29,9 @@ class Writer {
     phases();
     if (percent(20)) write_loads();
     // A run that needs many steps stops and says so.
-    line(fmt::format("integration: {{max_steps: 5000{}{}}}", percent(10) ? ", root_velocity: integrated" : "",
-                     percent(3) ? ", method: rk4, step: 1e-3" : ""));
+    line(fmt::format("integration: {{max_steps: 5000{}{}{}}}", percent(10) ? ", root_velocity: integrated" : "",
+                     percent(3) ? ", method: rk4, step: 1e-3" : "",
+                     percent(5) ? ", loops: " + any_of<2>({"baumgarte", "acceleration"}) : ""));
     line(fmt::format("output: {{interval: {:.3g}}}", uniform(0.02, 0.07)));
     return text_;
   }
@@ -123,7 +48,9 @@ class Writer {
     for (int arm = 1; arm <= arms_; ++arm) write_arm(arm);
     line("  end_effectors:");
     for (int arm = 1; arm <= arms_; ++arm) {
-      line(fmt::format("    - {{name: tip-{}, link: {}, {}}}", arm, last_links_[arm - 1], pose(0.5)));
+      envelopes_.push_back(percent(15));
+      line(fmt::format("    - {{name: tip-{}, link: {}, {}{}}}", arm, last_links_[arm - 1], pose(0.5),
+                       envelopes_.back() ? fmt::format(", envelope: {{position: {:.3g}}}", uniform(1, 10)) : ""));
     }
   }
 
@@ -214,26 +141,31 @@ class Writer {
 
   void phases() {
     const bool grasps = percent(90);
-    if (grasps) write_targets();
     const bool approach = !grasps || percent(85);
+    impact_ = grasps && (!approach || percent(85));
+    approach_s_ = approach ? uniform(0.2, 1) : 0;
+    after_s_ = impact_ && percent(75) ? uniform(0.1, 1) : 0;
+    if (grasps) write_targets();
     if (approach) write_approach(grasps);
-    if (!grasps) return;
-    if (!approach || percent(85)) {
-      line(fmt::format("impact: {{duration: {:.3g}}}", decades(1e-4, 1e-1)));
-      if (!shared_ && percent(75)) {
-        line(fmt::format("post_impact: {{duration: {:.4g}, {}}}", uniform(0.1, 1), joints_after()));
-      }
+    if (impact_) line(fmt::format("impact: {{duration: {:.3g}}}", decades(1e-4, 1e-1)));
+    if (after_s_ > 0) {
+      line(fmt::format("post_impact: {{duration: {:.12g}, {}{}}}", after_s_, joints_after(), releases()));
     }
-    if (percent(40)) {
-      line(shared_ || percent(30) ? "contact: {gap: weld_as_found}" : "contact: {gap: translate_target}");
+    if (grasps && percent(40)) {
+      line(percent(30) ? "contact: {gap: weld_as_found}" : "contact: {gap: translate_target}");
     }
   }
 
+  // Every arm that grips has a target of its own, or one that others grip too.
   void write_targets() {
-    // Usually one target to an arm that grips; sometimes two arms share the first.
     const int grips = integer(1, arms_);
-    shared_ = grips > 1 && percent(15);
-    targets_ = shared_ ? grips - 1 : grips;
+    const bool share = grips > 1 && percent(60);
+    std::vector<int> target_of{1};
+    for (int g = 2; g <= grips; ++g) {
+      const int last = *std::max_element(target_of.begin(), target_of.end());
+      target_of.push_back(share && (g == 2 || percent(70)) ? integer(1, last) : last + 1);
+    }
+    targets_ = *std::max_element(target_of.begin(), target_of.end());
     line("targets:");
     for (int t = 1; t <= targets_; ++t) {
       line(fmt::format("  - name: target-{}", t));
@@ -244,10 +176,30 @@ class Writer {
     }
     line("grasps:");
     for (int g = 1; g <= grips; ++g) {
-      const int target = shared_ ? std::max(1, g - 1) : g;
-      line(fmt::format("  - {{end_effector: tip-{}, target: target-{}, point: {}, {}}}", g, target,
-                       any_of<2>({"grip", "handle"}), grip()));
+      line(fmt::format("  - {{end_effector: tip-{}, target: target-{}, point: {}, {}{}}}", g, target_of[g - 1],
+                       any_of<2>({"grip", "handle"}), grip(), closing(g)));
     }
+  }
+
+  // When a grip closes; noted for what lets go.
+  std::string closing(int arm) {
+    closes_.push_back(0);
+    if (!impact_ || !percent(20)) return "";
+    if (envelopes_[arm - 1] && percent(50)) return ", closes_on_arrival: true";
+    const double time = uniform(0.05, 1) * (approach_s_ + after_s_);
+    if (time <= 0) return "";
+    closes_.back() = time;
+    return fmt::format(", closes_at: {:.12g}", time);
+  }
+
+  // One grip lets go, or all; what closes later than that still holds.
+  std::string releases() {
+    if (!percent(30)) return "";
+    const double after = uniform(0.1, 0.9) * after_s_;
+    if (percent(50)) return fmt::format(", release: [{{after: {:.12g}}}]", after);
+    const int arm = integer(1, static_cast<int>(closes_.size()));
+    if (closes_[arm - 1] >= approach_s_ + after) return "";
+    return fmt::format(", release: [{{after: {:.12g}, end_effectors: [tip-{}]}}]", after, arm);
   }
   static std::string grip() {
     const std::string model = any_of<3>({"rigid", "point", "hinge"});
@@ -302,8 +254,7 @@ class Writer {
 
   void write_approach(bool grasps) {
     line("approach:");
-    const double duration = uniform(0.2, 1);
-    line(fmt::format("  duration: {:.4g}", duration));
+    line(fmt::format("  duration: {:.12g}", approach_s_));
     const std::string mode = any_of<5>({"ideal", "ideal", "pd", "pd", "computed_torque"});
     const bool waypoint = percent(20);
     // The quartic profile starts from rest.
@@ -317,7 +268,7 @@ class Writer {
       line("  final_rates: {match: " + any_of<3>({"velocity_least_rates", "velocity", "twist"}) + "}");
     }
     if (waypoint) {
-      line(fmt::format("  waypoints: [{{time: {:.3g}, joints: {}, rates: {}}}]", duration * uniform(0.3, 0.7),
+      line(fmt::format("  waypoints: [{{time: {:.3g}, joints: {}, rates: {}}}]", approach_s_ * uniform(0.3, 0.7),
                        positions(), rates()));
     }
     if (mode != "ideal")
@@ -343,7 +294,10 @@ class Writer {
   std::vector<Joint> joints_;  // that move, in the file's order, which is the model's
   int targets_ = 0;
   bool moving_ = false;  // joints have initial rates
-  bool shared_ = false;  // two arms grip one target
+  bool impact_ = false;
+  double approach_s_ = 0, after_s_ = 0;  // durations; 0: no such phase [s]
+  std::vector<bool> envelopes_;          // per arm
+  std::vector<double> closes_;           // per grip: the time it states, else 0 [s]
 };
 
 }  // namespace

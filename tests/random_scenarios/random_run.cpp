@@ -1,0 +1,103 @@
+#include "random_scenarios/random_run.hpp"
+
+#include <gtest/gtest.h>
+#include <stdlib.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <optional>
+
+#include "grapnel/result/summary.hpp"
+#include "scenario/scenario_files.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+std::string arguments;  // of the command line, in RapidCheck's words
+
+// Before RapidCheck first looks: its own default is another seed each time. It takes the last of equal keys.
+void set_parameters(int cases) {
+  const char* seed = getenv("GRAPNEL_TEST_SEED");
+  const char* given = getenv("RC_PARAMS");
+  const std::string parameters = std::string("seed=") + (seed != nullptr ? seed : "20240711") +
+                                 " max_success=" + std::to_string(cases) + " " + (given != nullptr ? given : "") +
+                                 arguments;
+  setenv("RC_PARAMS", parameters.c_str(), 1);
+  std::printf("RC_PARAMS=\"%s\"\n", parameters.c_str());
+  std::fflush(stdout);
+}
+
+// --seed N and --cases N.
+bool take_arguments(int argc, char** argv) {
+  for (int i = 1; i < argc; i += 2) {
+    const std::string key = argv[i], value = i + 1 < argc ? argv[i + 1] : "";
+    const bool number = !value.empty() && value.find_first_not_of("0123456789") == std::string::npos;
+    if ((key != "--seed" && key != "--cases") || !number) {
+      std::fprintf(stderr, "usage: %s [--seed N] [--cases N] [--gtest_...]\n", argv[0]);
+      return false;
+    }
+    arguments += (key == "--seed" ? " seed=" : " max_success=") + value;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& generator, int cases,
+                      const std::function<void(const std::filesystem::path&)>& check) {
+  set_parameters(cases);
+  const grapnel::test::TemporaryFolder folder;
+  using Clock = std::chrono::steady_clock;
+  std::optional<Clock::time_point> first_failure;
+  std::string failing;
+  return rc::check(property, [&] {
+    const ScenarioText scenario = *generator;
+    // Enough of shrinking: nothing fails any more, but what failed last still does.
+    const bool enough = first_failure && Clock::now() - *first_failure > std::chrono::minutes(1);
+    if (enough && scenario.yaml != failing) return;
+    try {
+      check(folder.write("random.yaml", scenario.yaml));
+    } catch (...) {
+      if (!first_failure) first_failure = Clock::now();
+      failing = scenario.yaml;
+      throw;
+    }
+  });
+}
+
+void expect_finite(const CaptureResult& result) {
+  for (const Series& series : result.series.series) {
+    if (series.path.starts_with("joints/reference_")) continue;  // NaN where joints follow nothing
+    // NaN where a grip does not hold, or closes no loop.
+    const bool of_grip =
+        series.path.starts_with("loops/") || series.path.ends_with("/force") || series.path.ends_with("/moment");
+    for (const double value : series.data) {
+      if (std::isinf(value) || (std::isnan(value) && !of_grip)) RC_FAIL("not finite: series " + series.path);
+    }
+  }
+  // Whatever is not finite becomes null in the summary.
+  const std::string summary = summary_json(result, "test");
+  const std::size_t at = summary.find(": null");
+  if (at != std::string::npos) RC_FAIL("not finite: summary " + summary.substr(summary.rfind('\n', at), 80));
+}
+
+void expect_same(const CaptureResult& a, const CaptureResult& b) {
+  RC_ASSERT(summary_json(a, "test") == summary_json(b, "test"));
+  RC_ASSERT(a.series.series.size() == b.series.series.size());
+  for (std::size_t i = 0; i < a.series.series.size(); ++i) {
+    const auto &x = a.series.series[i].data, &y = b.series.series[i].data;
+    RC_ASSERT(x.size() == y.size());
+    if (!x.empty() && std::memcmp(x.data(), y.data(), x.size() * sizeof(double)) != 0) {
+      RC_FAIL("another run gives other bits: series " + a.series.series[i].path);
+    }
+  }
+}
+
+}  // namespace grapnel::testing
+
+int main(int argc, char** argv) {
+  ::testing::InitGoogleTest(&argc, argv);
+  return grapnel::testing::take_arguments(argc, argv) ? RUN_ALL_TESTS() : 2;
+}
