@@ -45,7 +45,13 @@ std::vector<GripSample> LoopBook::sample(const PhaseSample& sample, const Kinema
   if (system_->grips.empty()) return result;
   const bool first = loads_[first_load_].determined.empty();
   const std::vector<GripWrench> wrenches = grip_wrenches(*system_, kinematics, sample, first);
-  if (!system_->closures.empty()) add_self_stress(*system_, kinematics, wrenches, motor);
+  Kinematics near;
+  if (!system_->closures.empty()) {
+    State at_origin = sample.state;
+    move_roots_to_origin(system_->model, at_origin);
+    near = forward_kinematics(system_->model, at_origin);
+    add_self_stress(*system_, kinematics, wrenches, motor);
+  }
   for (std::size_t i = 0; i < system_->grips.size(); ++i) {
     const HeldGrip& grip = system_->grips[i];
     GripSample& s = result[grip.grasp];
@@ -57,7 +63,7 @@ std::vector<GripSample> LoopBook::sample(const PhaseSample& sample, const Kinema
     if (!(force <= load.largest_force)) load.largest_force = force, load.force_time = sample.time;
     if (!(moment <= load.largest_moment)) load.largest_moment = moment, load.moment_time = sample.time;
     if (grip.closure < 0) continue;
-    s.defect = closure_defect(grip.frames, kinematics);
+    s.defect = closure_defect(grip.frames, near);
     raise_all(phase_largest_, *s.defect);
   }
   return result;

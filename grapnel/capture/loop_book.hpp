@@ -14,7 +14,7 @@ namespace grapnel {
 struct GripSample {
   bool holds = false;
   Wrenchd F_WC = Wrenchd::zero();       // on the robot at the grip, in W
-  std::optional<ClosureDefect> defect;  // of a grip that closes a loop, from the bodies' poses and twists
+  std::optional<ClosureDefect> defect;  // of a grip that closes a loop, from poses and twists
 };
 
 class LoopBook {

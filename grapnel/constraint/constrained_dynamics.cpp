@@ -379,14 +379,17 @@ void LoopSolver::close_velocities(std::span<const double> q, std::span<const std
 }
 
 ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, Workspace& workspace,
-                                     std::span<double> q, std::span<double> v) {
+                                     std::span<double> q, std::span<double> v, double negligible) {
   Implementation& s = *implementation_;
   ProjectionResult result;
   result.converged = true;
   if (s.paths.empty()) return result;
   std::vector<LinkScratch<double>>& links = workspace.kernel.links;
   s.refresh(q, v, prescribed, workspace);
-  result.before = s.defects(links);
+  result.before = result.after = s.defects(links);
+  const ClosureDefect& d = result.before;
+  if (std::max({d.position, d.angle, d.velocity, d.angular_velocity}) <= negligible) return result;
+  result.changed = true;
 
   // Positions: Newton's method with the factor at hand while defects are small.                                (8.9)
   s.place_rows(s.u);

@@ -19,6 +19,7 @@ struct ProjectionResult {
   ClosureDefect before;  // largest over the closures
   ClosureDefect after;
   bool converged = false;
+  bool changed = false;  // whether anything was moved
 };
 
 /// Solves for one model and one set of closures. Nothing allocates after construction.
@@ -43,9 +44,10 @@ class LoopSolver {
   void close_velocities(std::span<const double> q, std::span<const std::uint8_t> prescribed, Workspace& workspace,
                         std::span<double> v);
 
-  /// Brings coordinates, then velocities onto the closures in the mass metric.
+  /// Brings coordinates, then velocities onto the closures in the mass metric. Defects that are all up to `negligible`
+  /// [m, rad, and these per second] are left as they are.
   ProjectionResult project(std::span<const std::uint8_t> prescribed, Workspace& workspace, std::span<double> q,
-                           std::span<double> v);
+                           std::span<double> v, double negligible = 0);
 
   /// Multipliers of the last accelerations() or impulses of the last close_velocities(), per row, in C's axes, on body
   /// a at C (body b gets the opposite there); where rows are redundant one of many.

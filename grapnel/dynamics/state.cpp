@@ -60,4 +60,11 @@ void set_root_twist(const Model& model, int body, const Twistd& V_WB, State& sta
   for (int k = 0; k < 3; ++k) state.v[b.v + k] = V_B.angular[k], state.v[b.v + 3 + k] = V_B.linear[k];
 }
 
+void move_roots_to_origin(const Model& model, State& state) {
+  for (const Body& body : model.bodies()) {
+    if (body.parent >= 0 || body.description.joint.type != JointType::free) continue;
+    for (int k = 0; k < 3; ++k) state.q[body.q + k] = 0;
+  }
+}
+
 }  // namespace grapnel

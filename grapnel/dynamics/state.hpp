@@ -27,4 +27,8 @@ void set_root_pose(const Model& model, int body, const Posed& X_WB, State& state
 Twistd root_twist(const Model& model, const State& state, int body);
 void set_root_twist(const Model& model, int body, const Twistd& V_WB, State& state);
 
+/// Puts all free roots at the world's origin, velocities as they are: for what is relative to a tree, and would lose
+/// digits far away.
+void move_roots_to_origin(const Model& model, State& state);
+
 }  // namespace grapnel

@@ -313,13 +313,14 @@ const State& PhaseDynamics::state(double t, std::span<const double> y) {
   return now_;
 }
 
-ProjectionResult PhaseDynamics::project(double t, std::span<double> y) {
+ProjectionResult PhaseDynamics::project(double t, std::span<double> y, double negligible) {
   load(t, y);
   const std::size_t nq = now_.q.size();
   loaded_.resize(nq + now_.v.size());
   std::copy(now_.q.begin(), now_.q.end(), loaded_.begin());
   std::copy(now_.v.begin(), now_.v.end(), loaded_.begin() + static_cast<std::ptrdiff_t>(nq));
-  const ProjectionResult result = solver_->project(prescribed_, workspace_, now_.q, now_.v);
+  const ProjectionResult result = solver_->project(prescribed_, workspace_, now_.q, now_.v, negligible);
+  if (!result.changed) return result;
   // The change alone: roots' integrated positions and velocities stay a check on the recovered ones.
   for (std::size_t i = 0; i < nq; ++i) y[i] += now_.q[i] - loaded_[i];
   for (std::size_t i = 0; i < now_.v.size(); ++i) y[nq + i] += now_.v[i] - loaded_[nq + i];
@@ -328,6 +329,7 @@ ProjectionResult PhaseDynamics::project(double t, std::span<double> y) {
 
 ClosureDefect PhaseDynamics::loop_defect(double t, std::span<const double> y) {
   load(t, y);
+  move_roots_to_origin(model_, now_);
   forward_kinematics(model_, now_, workspace_.kinematics);
   ClosureDefect largest;
   for (const LoopClosure& closure : setup_.closures) {

@@ -105,8 +105,8 @@ class PhaseDynamics {
   const State& unprojected_state(double t, std::span<const double> y);
   /// Whether states are brought back onto closures.
   bool projects() const { return solver_ && setup_.project_loops; }
-  /// Closes the loops in y itself, after a step.
-  ProjectionResult project(double t, std::span<double> y);
+  /// Closes the loops in y itself, after a step; see LoopSolver::project.
+  ProjectionResult project(double t, std::span<double> y, double negligible = 0);
   /// How far the loops of y are open, at the largest.
   ClosureDefect loop_defect(double t, std::span<const double> y);
   /// The solver of the loops, as of the last evaluation; null without closures.

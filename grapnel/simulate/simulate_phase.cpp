@@ -27,8 +27,12 @@ std::vector<double> output_times(double t0, double t1, double interval) {
   return times;
 }
 
-// What a number's resolution is worth in units of the tolerance, generously: corrections of this size are rounding.
-constexpr double kResolution = 0.05;
+// What rounding in a step is worth in the measure of corrections: where light links close heavy loops, projection
+// answers rounding with corrections of that size.
+constexpr double kRounding = 1e-12;
+// Defects of a step that are left to the next ones: rounding goes to and fro, and correcting it each time would add it
+// up. Samples are closed all the same. [m, rad, and these per second]
+constexpr double kNegligible = 3e-14;
 
 // One phase with one stepper.
 template <class Method>
@@ -51,7 +55,7 @@ class PhaseRun {
     direction_ = t1 < t0 ? -1 : 1;
     outputs_ = output_times(t0, t1, interval);
     std::vector<double> y0 = dynamics_.initial(start, t0);
-    close_loops(t0, y0);
+    close_loops(t0, y0, 0);
     std::vector<double> ends = dynamics_.breaks(t0, t1);
     ends.push_back(t1);
     double begin = t0;
@@ -78,9 +82,9 @@ class PhaseRun {
            (stepper_.status() == StepStatus::running || stepper_.status() == StepStatus::finished);
   }
 
-  // Takes note of how far the loops in y are open, and closes them.
-  void close_loops(double t, std::span<double> y) {
-    if (!dynamics_.loops()) return;
+  // Takes note of how far the loops in y are open, and closes them. Whether that changed y.
+  bool close_loops(double t, std::span<double> y, double negligible) {
+    if (!dynamics_.loops()) return false;
     const auto raise = [](double& most, double value) {
       if (!(value <= most)) most = value;
     };
@@ -90,26 +94,30 @@ class PhaseRun {
       raise(loops_.unprojected.velocity, d.velocity);
       raise(loops_.unprojected.angular_velocity, d.angular_velocity);
     };
-    if (!dynamics_.projects()) return note(dynamics_.loop_defect(t, y));
+    if (!dynamics_.projects()) {
+      note(dynamics_.loop_defect(t, y));
+      return false;
+    }
     correction_.assign(y.begin(), y.end());
-    const ProjectionResult result = dynamics_.project(t, y);
+    const ProjectionResult result = dynamics_.project(t, y, negligible);
     note(result.before);
+    if (!result.changed) return false;
     for (std::size_t i = 0; i < y.size(); ++i) correction_[i] = y[i] - correction_[i];
     loops_.correction_total += relative_tolerance_ * norm_(y, correction_);
-    if (result.converged) return;
+    if (result.converged) return true;
     loop_failure_ = fmt::format(
         "the loops cannot be closed at t = {:.9g} s: {:.3g} m and {:.3g} rad remain after projection (rank {} of {} "
         "rows, least pivot {:.2g})",
         t, result.after.position, result.after.angle, dynamics_.loops()->rank(), dynamics_.loops()->rows(),
         dynamics_.loops()->least_pivot());
+    return true;
   }
 
   void step() {
     stepper_.step(dynamics_);
     if (!usable() || !dynamics_.loops()) return;
     std::copy(stepper_.state().begin(), stepper_.state().end(), y_.begin());
-    close_loops(stepper_.time(), y_);
-    if (dynamics_.projects() && usable()) stepper_.set_state(dynamics_, y_);
+    if (close_loops(stepper_.time(), y_, kNegligible) && usable()) stepper_.set_state(dynamics_, y_);
   }
 
   double margin(double t, std::span<const double> y) { return stop_(t, dynamics_.state(t, y)); }
@@ -170,9 +178,8 @@ class PhaseRun {
           dynamics_.loops()->rank(), dynamics_.loops()->rows(), loops_.rank, dynamics_.loops()->least_pivot());
     }
     outcome.loops = loops_;
-    outcome.loops.integration_error =
-        relative_tolerance_ * (stepper_.statistics().sum_of_error_estimates +
-                               kResolution * static_cast<double>(stepper_.statistics().accepted + 1));
+    outcome.loops.integration_error = relative_tolerance_ * stepper_.statistics().sum_of_error_estimates +
+                                      kRounding * static_cast<double>(stepper_.statistics().accepted + 1);
     outcome.end_time = t;
     outcome.end_state = dynamics_.state(t, y);
     outcome.integrals = dynamics_.integrals(y);

@@ -1,0 +1,235 @@
+/// Phases with closed loops: outputs, stops, drives, failures.
+
+#include <gtest/gtest.h>
+
+#include "grapnel/constraint/loop_closure.hpp"
+#include "simulate/phase_case.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+// A four-bar on the ground: crank of 0.4 m, coupler 1.1 m, rocker 0.9 m, ground 1.2 m: the crank can turn (Grashof).
+struct Linkage {
+  static constexpr double crank = 0.4, coupler = 1.1, rocker = 0.9, ground = 1.2;
+  Model model;
+  std::vector<LoopClosure> closures;
+};
+
+BodyDescription link(const std::string& name, const std::string& parent, double at, double length) {
+  BodyDescription b;
+  b.name = b.joint.name = name;
+  b.parent = parent;
+  b.X_PF.p = {at, 0, 0};
+  b.joint.type = JointType::revolute;
+  b.mass = 3 * length, b.com = {length / 2, 0.01, 0};
+  const double I = b.mass * length * length / 12;
+  b.inertia = Symmetric3d::diagonal(0.1 * I, I, I);
+  return b;
+}
+
+Linkage linkage(const JointFriction& friction = {}) {
+  BodyDescription ground;
+  ground.name = ground.joint.name = "ground";
+  ground.joint.type = JointType::fixed;
+  ground.mass = 1;
+  ground.inertia = Symmetric3d::diagonal(1, 1, 1);
+  BodyDescription crank = link("crank", "ground", 0, Linkage::crank);
+  crank.joint.friction = friction;
+  Linkage l{ModelBuilder()
+                .add(ground)
+                .add(crank)
+                .add(link("coupler", "crank", Linkage::crank, Linkage::coupler))
+                .add(link("rocker", "ground", Linkage::ground, Linkage::rocker))
+                .build(),
+            {}};
+  LoopClosure pin;
+  pin.name = "pin";
+  pin.body_a = l.model.body_index("rocker"), pin.X_AC = {Rotationd::identity(), {Linkage::rocker, 0, 0}};
+  pin.body_b = l.model.body_index("coupler"), pin.X_BD = {Rotationd::identity(), {Linkage::coupler, 0, 0}};
+  pin.model = GraspModel::hinge;
+  l.closures = {pin};
+  return l;
+}
+
+// The rocker's and the coupler's directions against the ground line, the coupler above: two circles that meet.
+struct Shape {
+  double rocker, coupler;
+};
+Shape shape(double crank) {
+  const double ax = Linkage::crank * std::cos(crank), ay = Linkage::crank * std::sin(crank);
+  const double dx = Linkage::ground - ax, dy = -ay, d = std::hypot(dx, dy);
+  const double along = (Linkage::coupler * Linkage::coupler - Linkage::rocker * Linkage::rocker + d * d) / (2 * d);
+  const double off = std::sqrt(Linkage::coupler * Linkage::coupler - along * along);
+  const double x = ax + (along * dx - off * dy) / d, y = ay + (along * dy + off * dx) / d;
+  return {std::atan2(y, x - Linkage::ground), std::atan2(y - ay, x - ax)};
+}
+
+int coordinate(const Linkage& l, const char* name) { return l.model.bodies()[l.model.body_index(name)].q; }
+int velocity(const Linkage& l, const char* name) { return l.model.bodies()[l.model.body_index(name)].v; }
+
+State start(const Linkage& l, double crank, double rate) {
+  State s = zero_state(l.model);
+  const double h = 1e-5;
+  const Shape now = shape(crank), ahead = shape(crank + h), behind = shape(crank - h);
+  s.q[coordinate(l, "crank")] = crank, s.v[velocity(l, "crank")] = rate;
+  s.q[coordinate(l, "rocker")] = now.rocker,
+                    s.v[velocity(l, "rocker")] = rate * (ahead.rocker - behind.rocker) / (2 * h);
+  s.q[coordinate(l, "coupler")] = now.coupler - crank;
+  s.v[velocity(l, "coupler")] = rate * (ahead.coupler - behind.coupler) / (2 * h) - rate;
+  return s;
+}
+
+PhaseSetup closed(const Linkage& l) {
+  PhaseSetup setup;
+  setup.drives.resize(l.model.joints().size());
+  setup.closures = l.closures;
+  return setup;
+}
+
+double angle_between(double a, double b) { return std::abs(std::remainder(a - b, 2 * std::acos(-1.0))); }
+
+// How often states are looked at does not touch them: the end is the same to the last bit.
+TEST(ClosedPhase, OutputsDoNotDisturbTheMotion) {
+  const Linkage l = linkage();
+  std::vector<State> ends;
+  for (const double interval : {5.0, 0.37, 0.01}) {
+    PhaseDynamics dynamics(l.model, closed(l));
+    const PhaseOutcome o = simulate_phase(dynamics, start(l, 1.0, 3.0), 0, 5, interval, {}, [](const PhaseSample&) {});
+    ASSERT_TRUE(o.finished) << o.failure;
+    ends.push_back(o.end_state);
+  }
+  EXPECT_EQ(ends[0].q, ends[1].q);
+  EXPECT_EQ(ends[0].v, ends[2].v);
+}
+
+// Between steps as well: every output is on the closures and on the linkage's known shape, and keeps the energy.
+TEST(ClosedPhase, EveryOutputIsClosed) {
+  const Linkage l = linkage();
+  PhaseDynamics dynamics(l.model, closed(l));
+  double energy = 0, open = 0, wrong = 0, drift = 0, turned = 0;
+  const State from = start(l, 1.0, 3.0);
+  const PhaseOutcome o = simulate_phase(dynamics, from, 0, 20, 0.013, {}, [&](const PhaseSample& s) {
+    const Kinematics k = forward_kinematics(l.model, s.state);
+    const ClosureDefect defect = closure_defect(l.closures[0], k);
+    open = std::max({open, defect.position, defect.angle, defect.velocity, defect.angular_velocity});
+    const double crank = s.state.q[coordinate(l, "crank")];
+    wrong = std::max(wrong, angle_between(s.state.q[coordinate(l, "rocker")], shape(crank).rocker));
+    const double T = kinetic_energy(l.model, k, s.state);
+    if (s.time == 0) energy = T;
+    drift = std::max(drift, std::abs(T - energy) / energy);
+    turned = std::max(turned, std::abs(crank));
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  EXPECT_LT(open, 1e-13);   // measured 7.8e-15
+  EXPECT_LT(wrong, 1e-13);  // measured 6e-15
+  EXPECT_LT(drift, 1e-10);  // measured 6.6e-12
+  EXPECT_GT(turned, 6.3);   // whole turns
+  EXPECT_EQ(o.loops.rows, 5);
+  EXPECT_EQ(o.loops.rank, 2);
+  EXPECT_LT(o.loops.correction_total, o.loops.integration_error);
+  std::printf("[ measured ] open %.2g, shape %.2g, energy %.2g, %ld steps\n", open, wrong, drift, o.steps);
+}
+
+TEST(ClosedPhase, RunsBackToWhereItBegan) {
+  const Linkage l = linkage();
+  const State from = start(l, 1.0, 3.0);
+  PhaseDynamics there(l.model, closed(l));
+  const PhaseOutcome o = simulate_phase(there, from, 0, 3, 0.5, {}, {});
+  ASSERT_TRUE(o.finished) << o.failure;
+  EXPECT_GT(difference(o.end_state, from), 0.5);
+  PhaseDynamics back(l.model, closed(l));
+  const PhaseOutcome p = simulate_phase(back, o.end_state, 3, 0, 0.5, {}, {});
+  ASSERT_TRUE(p.finished) << p.failure;
+  EXPECT_LT(difference(p.end_state, from), 1e-8);  // the start's rates are by differences: 1e-10
+}
+
+TEST(ClosedPhase, StopsAtItsConditionAndIsClosedThere) {
+  const Linkage l = linkage();
+  PhaseDynamics dynamics(l.model, closed(l));
+  const int crank = coordinate(l, "crank");
+  const PhaseOutcome o = simulate_phase(dynamics, start(l, 1.0, 3.0), 0, 20, 0.1, {}, {},
+                                        [&](double, const State& s) { return 4.0 - s.q[crank]; });
+  ASSERT_TRUE(o.finished) << o.failure;
+  EXPECT_TRUE(o.stopped);
+  EXPECT_NEAR(o.end_state.q[crank], 4.0, 1e-10);
+  EXPECT_LT(closure_defect(l.closures[0], forward_kinematics(l.model, o.end_state)).position, 1e-14);
+}
+
+// A motor that turns the crank exactly as it is told moves the rocker as the shape says, and does the work.
+TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
+  const Linkage l = linkage({0.3, 0, 0.1});
+  PhaseSetup setup = closed(l);
+  for (std::size_t j = 0; j < setup.drives.size(); ++j) {
+    if (l.model.joints()[j] != l.model.body_index("crank")) continue;
+    setup.drives[j].control = JointControl::prescribed;
+    setup.drives[j].trajectory = {0, JointPath{JointProfile::quintic, 4, 1.0, 12.0, 0.5, 0.5}};
+  }
+  PhaseDynamics dynamics(l.model, setup);
+  double wrong = 0, books = 0, energy = 0, largest = 0;
+  const PhaseOutcome o = simulate_phase(dynamics, start(l, 1.0, 0.5), 0, 4, 0.05, {}, [&](const PhaseSample& s) {
+    wrong = std::max(
+        wrong, angle_between(s.state.q[coordinate(l, "rocker")], shape(s.state.q[coordinate(l, "crank")]).rocker));
+    const double T = kinetic_energy(l.model, forward_kinematics(l.model, s.state), s.state);
+    if (s.time == 0) energy = T;
+    largest = std::max(largest, T);
+    books = std::max(books, std::abs(T - energy - s.integrals.motor_work - s.integrals.friction_work));
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  EXPECT_NEAR(o.end_state.q[coordinate(l, "crank")], 12, 1e-14);
+  EXPECT_LT(wrong, 1e-12);           // measured 4.4e-16
+  EXPECT_LT(books, 1e-9 * largest);  // measured 3.2e-12
+  EXPECT_GT(largest, 10 * energy);
+  std::printf("[ measured ] shape %.2g, books %.2g\n", wrong, books / largest);
+}
+
+// Two motors that cannot both have their way: no motion keeps the loop closed, and the failure says so.
+TEST(ClosedPhase, DrivesAgainstTheLoopEndItWithTheirReason) {
+  const Linkage l = linkage();
+  PhaseSetup setup = closed(l);
+  for (std::size_t j = 0; j < setup.drives.size(); ++j) {
+    const std::string& name = l.model.bodies()[l.model.joints()[j]].description.name;
+    if (name == "coupler") continue;
+    setup.drives[j].control = JointControl::prescribed;
+    const double q = name == "crank" ? 1.0 : shape(1.0).rocker;
+    setup.drives[j].trajectory = {0, JointPath{JointProfile::quintic, 2, q, q + 1.0, 0, 0}};
+  }
+  PhaseDynamics dynamics(l.model, setup);
+  int samples = 0;
+  const PhaseOutcome o = simulate_phase(dynamics, start(l, 1.0, 0.0), 0, 2, 0.05, {}, [&](const PhaseSample& s) {
+    ++samples;
+    for (double x : s.state.q) EXPECT_TRUE(std::isfinite(x));
+    for (double x : s.state.v) EXPECT_TRUE(std::isfinite(x));
+    for (double x : s.motor) EXPECT_TRUE(std::isfinite(x));
+  });
+  EXPECT_FALSE(o.finished);
+  EXPECT_NE(o.failure.find("t = "), std::string::npos) << o.failure;
+  EXPECT_NE(o.failure.find("loop"), std::string::npos) << o.failure;
+  EXPECT_LT(o.end_time, 2);
+  for (double x : o.end_state.q) EXPECT_TRUE(std::isfinite(x));
+  std::printf("[ measured ] %d samples; %s\n", samples, o.failure.c_str());
+}
+
+// A start that is not closed is closed, if it is near, and otherwise refused with what remains.
+TEST(ClosedPhase, BeginsClosedOrNotAtAll) {
+  const Linkage l = linkage();
+  State near = start(l, 1.0, 1.0);
+  near.q[coordinate(l, "rocker")] += 1e-3;
+  PhaseDynamics dynamics(l.model, closed(l));
+  const PhaseOutcome o = simulate_phase(dynamics, near, 0, 1, 0.1, {}, [&](const PhaseSample& s) {
+    EXPECT_LT(closure_defect(l.closures[0], forward_kinematics(l.model, s.state)).position, 1e-14);
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  EXPECT_GT(o.loops.unprojected.position, 5e-4);
+  EXPECT_GT(o.loops.correction_total, o.loops.integration_error);
+  // Links far too short to meet.
+  Linkage apart = linkage();
+  apart.closures[0].X_BD.p = {-9, 0, 0};
+  PhaseDynamics never(apart.model, closed(apart));
+  const PhaseOutcome n = simulate_phase(never, start(l, 1.0, 1.0), 0, 1, 0.1, {}, {});
+  EXPECT_FALSE(n.finished);
+  EXPECT_NE(n.failure.find("the loops cannot be closed at t = 0"), std::string::npos) << n.failure;
+  EXPECT_NE(n.failure.find(" m and "), std::string::npos) << n.failure;
+}
+
+}  // namespace
+}  // namespace grapnel::testing
