@@ -25,7 +25,8 @@ struct ProjectionResult {
 /// Solves for one model and one set of closures. Nothing allocates after construction.
 class LoopSolver {
  public:
-  /// @throws std::invalid_argument if a closure names no two bodies of one tree, or one that its joints do not part.
+  /// @throws std::invalid_argument if a closure names no two bodies of one tree, or two that no joint
+  /// parts, or if a frame is not finite or no rotation.
   LoopSolver(const Model& model, std::span<const LoopClosure> closures);
   ~LoopSolver();
   LoopSolver(LoopSolver&&) noexcept;

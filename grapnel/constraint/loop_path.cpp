@@ -63,12 +63,26 @@ Posed pose_along(const std::vector<int>& from, const Tree<double>& tree, std::sp
   return X;
 }
 
+// Whether numbers can be a rigid placement: finite, and a rotation.
+bool is_placement(const Posed& X) {
+  const Rotationd R = transpose(X.R) * X.R;
+  double worst = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) worst = std::max(worst, std::abs(R.m[i][j] - (i == j ? 1 : 0)));
+  }
+  return worst < 1e-9 && std::isfinite(dot(X.p, X.p) + worst);
+}
+
 }  // namespace
 
 LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   const int bodies = static_cast<int>(model.bodies().size());
   if (closure.body_a < 0 || closure.body_a >= bodies || closure.body_b < 0 || closure.body_b >= bodies)
     throw std::invalid_argument("loop closure '" + closure.name + "': no such body");
+  if (!is_placement(closure.X_AC) || !is_placement(closure.X_BD) ||
+      !(std::abs(norm(closure.hinge_C) - 1) < 1e-9 || closure.model != GraspModel::hinge))
+    throw std::invalid_argument("loop closure '" + closure.name +
+                                "': a frame is no placement, or the hinge no unit vector");
   const Body& a = model.bodies()[closure.body_a];
   const Body& b = model.bodies()[closure.body_b];
   if (a.root != b.root) {

@@ -31,7 +31,7 @@ struct LoopPath {
   double scale(int row) const { return row < angular_count ? angular_scale : linear_scale; }
 };
 
-/// @throws std::invalid_argument if the bodies are not on two links of one tree.
+/// @throws std::invalid_argument if the bodies are not on two links of one tree, or the frames are no placements.
 LoopPath make_loop_path(const Model& model, const LoopClosure& closure);
 
 /// Where a closure is now.

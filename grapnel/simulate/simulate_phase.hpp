@@ -30,7 +30,7 @@ struct LoopOutcome {
   int rank = 0;                  // as the phase began
   ClosureDefect unprojected;     // largest that one step left; without projection the largest there was
   double correction_total = 0;   // sum of the corrections, in the norm that judges steps, times the relative tolerance
-  double integration_error = 0;  // sum of the steps' error estimates in the same measure, with the resolution of each
+  double integration_error = 0;  // sum of the steps' error estimates in the same measure, with 1e-12 a step for rounding
 };
 
 struct PhaseOutcome {
