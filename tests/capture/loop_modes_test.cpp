@@ -135,7 +135,7 @@ TEST_P(GripWrenches, ExplainTheMotionOfTargetAndRobot) {
   EXPECT_LT(e.linear, 1e-8);   // measured 3.2e-10 at the most
   EXPECT_LT(e.angular, 1e-8);  // measured 1.1e-9
   EXPECT_LT(e.base, 1e-8);     // measured 3.6e-10
-  EXPECT_LT(e.joints, 1e-8);  // measured 1.6e-10
+  EXPECT_LT(e.joints, 1e-8);   // measured 1.6e-10
   EXPECT_GT(e.largest_force, 1e-3);
   std::printf("[ measured ] %.2g, %.2g; robot %.2g, %.2g; force %.3g N\n", e.linear, e.angular, e.base, e.joints,
               e.largest_force);
