@@ -10,7 +10,7 @@ namespace grapnel {
 
 /// Wrench of one grip, on the robot at the grip, in W, [moment; force].
 struct GripWrench {
-  Wrenchd F_WC;
+  Wrenchd F_WC = Wrenchd::zero();
   std::vector<bool> determined;             // per component: the same whatever self-stress the loops carry
   Wrenchd beyond_solver = Wrenchd::zero();  // F_WC less what the solver of the loops has it be
 };

@@ -43,17 +43,29 @@ GraspImpulse describe_grasp(const CaptureProblem& problem, const Contact& contac
   return g;
 }
 
+// The grips' impulses, on both sides.
+std::vector<ExternalImpulse> impulses_at(std::span<const Grasp> grasps, const ImpactSolution& solution) {
+  std::vector<ExternalImpulse> external;
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    const Impulsed& P = solution.contacts[i].P_WC;
+    external.push_back({grasps[i].robot_body, grasps[i].p_WC, P});
+    external.push_back({grasps[i].target_body, grasps[i].p_WC, -P});
+  }
+  return external;
+}
+
+// What the mount of a fixed base puts in, about the world's origin; `through`: of the joints.
+Momentumd from_ground(const CaptureSystem& system, const Kinematics& k, const std::vector<Impulsed>& through) {
+  if (system.model.has_free_root(system.base)) return Momentumd::zero();
+  const Impulsed ground = shift(through[system.base], -k.X_WB[system.base].p);
+  return {ground.angular, ground.linear};
+}
+
 // Impulses through the robot's joints, and the sum that reaches the base.
 void describe_reactions(const CaptureSystem& system, const Contact& contact, const State& after,
                         ImpactOutcome& outcome) {
   const Model& model = system.model;
-  std::vector<ExternalImpulse> external;
-  for (std::size_t i = 0; i < contact.grasps.size(); ++i) {
-    const Grasp& g = contact.grasps[i];
-    const Impulsed& P = outcome.solution.contacts[i].P_WC;
-    external.push_back({g.robot_body, g.p_WC, P});
-    external.push_back({g.target_body, g.p_WC, -P});
-  }
+  const std::vector<ExternalImpulse> external = impulses_at(contact.grasps, outcome.solution);
   const std::vector<Impulsed> through = joint_impulses(model, contact.state, after, external);
   const Kinematics k = forward_kinematics(model, contact.state);
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
@@ -74,10 +86,7 @@ void describe_reactions(const CaptureSystem& system, const Contact& contact, con
       outcome.report.base_angular_impulse += on_base.angular;
     }
   }
-  if (!model.has_free_root(system.base)) {
-    const Impulsed ground = shift(through[system.base], -k.X_WB[system.base].p);
-    outcome.from_ground = {ground.angular, ground.linear};
-  }
+  outcome.from_ground = from_ground(system, k, through);
 }
 
 void describe_published(const CaptureSystem& system, const CaptureProblem& problem, const Contact& contact,
@@ -230,6 +239,39 @@ ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& sys
   } else {
     report.as_published_absent = "a target is already held";
   }
+  return outcome;
+}
+
+BrakeOutcome run_brake(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
+                       std::span<const Grasp> grasps, std::span<const std::size_t> joints,
+                       std::span<const HeldRate> driven) {
+  const Model& model = system.model;
+  BrakeOutcome outcome;
+  BrakeReport& report = outcome.report;
+  std::vector<HeldRate> held;
+  for (std::size_t j : joints) {
+    const Body& body = model.bodies()[model.joints()[system.robot_joints[j]]];
+    held.push_back({body.v, 0});
+    report.joints.push_back(body.description.joint.name);
+  }
+  held.insert(held.end(), driven.begin(), driven.end());
+  const ImpactSolution solution = plastic_impact(model, state, grasps, held);
+  outcome.after = {state.q, solution.velocity};
+  outcome.energy_identity_residual = solution.energy_identity_residual;
+  const auto& impulses = solution.held_impulses;
+  report.impulse.assign(impulses.begin(), impulses.begin() + static_cast<std::ptrdiff_t>(joints.size()));
+  const Kinematics k0 = forward_kinematics(model, state), k1 = forward_kinematics(model, outcome.after);
+  report.kinetic_energy_before = kinetic_energy(model, k0, state);
+  report.kinetic_energy_after = kinetic_energy(model, k1, outcome.after);
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    const Impulsed& P = solution.contacts[i].P_WC;
+    report.grasps.push_back({problem.grasps[i].end_effector, problem.grasps[i].target, P.linear, P.angular});
+  }
+  const Twistd jump = k1.V_WB[system.base] - k0.V_WB[system.base];
+  report.base_velocity_change = jump.linear;
+  report.base_angular_velocity_change = jump.angular;
+  outcome.from_ground =
+      from_ground(system, k0, joint_impulses(model, state, outcome.after, impulses_at(grasps, solution)));
   return outcome;
 }
 

@@ -10,13 +10,6 @@ void raise(double& largest, double value) {
   if (!(value <= largest)) largest = value;
 }
 
-void raise_all(ClosureDefect& largest, const ClosureDefect& d) {
-  raise(largest.position, d.position);
-  raise(largest.angle, d.angle);
-  raise(largest.velocity, d.velocity);
-  raise(largest.angular_velocity, d.angular_velocity);
-}
-
 }  // namespace
 
 void LoopBook::begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system) {
@@ -64,27 +57,23 @@ std::vector<GripSample> LoopBook::sample(const PhaseSample& sample, const Kinema
     if (!(moment <= load.largest_moment)) load.largest_moment = moment, load.moment_time = sample.time;
     if (grip.closure < 0) continue;
     s.defect = closure_defect(grip.frames, near);
-    raise_all(phase_largest_, *s.defect);
+    phase_largest_.raise(*s.defect);
   }
   return result;
 }
 
 void LoopBook::end_phase(const LoopOutcome& outcome) {
   if (system_->closures.empty()) return;
-  raise_all(largest_, phase_largest_);
+  largest_.raise(phase_largest_);
   LoopReport& report = reports_.back();
-  if (outcome.rows == 0) {  // loops are cut: nothing brings them back
-    report.unprojected_position = phase_largest_.position, report.unprojected_angle = phase_largest_.angle;
-    report.unprojected_velocity = phase_largest_.velocity;
-    report.unprojected_angular_velocity = phase_largest_.angular_velocity;
-    return;
-  }
+  // Where loops are cut nothing brings them back, and what there is is what is left.
+  const ClosureDefect& left = outcome.rows == 0 ? phase_largest_ : outcome.unprojected;
   report.rows = outcome.rows;
   report.rank = outcome.rank;
-  report.unprojected_position = outcome.unprojected.position;
-  report.unprojected_angle = outcome.unprojected.angle;
-  report.unprojected_velocity = outcome.unprojected.velocity;
-  report.unprojected_angular_velocity = outcome.unprojected.angular_velocity;
+  report.unprojected_position = left.position;
+  report.unprojected_angle = left.angle;
+  report.unprojected_velocity = left.velocity;
+  report.unprojected_angular_velocity = left.angular_velocity;
   report.correction_total = outcome.correction_total;
   report.integration_error = outcome.integration_error;
 }
@@ -109,7 +98,7 @@ void LoopBook::write(CaptureResult& result) const {
       "the same for their relative motion");
   row("unprojected_defect", unprojected, 1e-10, "m or rad", "largest defect that one step left before projection");
   row("correction_total", corrections, any_ ? error : 1e-10, "1",
-      "sum of all projections, bound: sum of the steps' error estimates, both in the norm that judges steps");
+      "sum of all projections; bound: the steps' error estimates and rounding; both in the norm that judges steps");
 }
 
 }  // namespace grapnel

@@ -3,9 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <stdexcept>
 
@@ -14,6 +12,7 @@
 #include "grapnel/capture/captured_model.hpp"
 #include "grapnel/capture/contact.hpp"
 #include "grapnel/capture/grip_schedule.hpp"
+#include "grapnel/capture/impact_book.hpp"
 #include "grapnel/capture/impact_report.hpp"
 #include "grapnel/capture/loop_book.hpp"
 #include "grapnel/capture/phase_setups.hpp"
@@ -30,6 +29,27 @@ struct Failure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+// Settings that are there to be compared with, not to be trusted.
+std::vector<std::string> comparison_warnings(const CaptureProblem& problem) {
+  std::vector<std::string> warnings;
+  if (problem.impact && problem.impact->law == ImpactSetup::Law::as_published)
+    warnings.push_back("impact.law: as_published is for comparison: it does not conserve momentum");
+  const auto warn = [&](const char* text) { warnings.push_back(std::string("integration.loops: ") + text); };
+  switch (problem.integration.loops) {
+    case IntegrationSetup::Loops::projection:
+      break;
+    case IntegrationSetup::Loops::baumgarte:
+      warn("baumgarte is for comparison: defects decay instead of being taken out");
+      break;
+    case IntegrationSetup::Loops::acceleration:
+      warn("acceleration is for comparison: nothing brings loops back, defects stay and grow");
+      break;
+    case IntegrationSetup::Loops::open:
+      warn("open is for comparison: loops are cut, further grips of a target do not hold it");
+  }
+  return warnings;
+}
+
 // One run: the phases in their order, with recorder and books kept alongside. Grips close and let go between pieces of
 // motion; every piece has the system as it then is.
 class Run {
@@ -45,7 +65,7 @@ class Run {
         schedule_(problem) {}
 
   void simulate() {
-    warn_of_comparisons();
+    result_.warnings = comparison_warnings(problem_);
     place();
     if (problem_.approach) approach();
     settle_all();
@@ -57,7 +77,7 @@ class Run {
 
   void close_books() {
     schedule_.write(result_);
-    impact_rows();
+    impacts_.write(result_.ledger);
     bookkeeper_.write(result_.ledger);
     if (result_.impact) scale_published(result_.ledger.scale, *result_.impact);
     loops_.write(result_);
@@ -65,23 +85,6 @@ class Run {
   }
 
  private:
-  // Settings that are there to be compared with, not to be trusted.
-  void warn_of_comparisons() {
-    if (problem_.impact && problem_.impact->law == ImpactSetup::Law::as_published)
-      result_.warnings.push_back("impact.law: as_published is for comparison: it does not conserve momentum");
-    const auto warn = [&](const char* text) { result_.warnings.push_back(std::string("integration.loops: ") + text); };
-    switch (problem_.integration.loops) {
-      case IntegrationSetup::Loops::projection:
-        break;
-      case IntegrationSetup::Loops::baumgarte:
-        return warn("baumgarte is for comparison: defects decay instead of being taken out");
-      case IntegrationSetup::Loops::acceleration:
-        return warn("acceleration is for comparison: nothing brings loops back, defects stay and grow");
-      case IntegrationSetup::Loops::open:
-        return warn("open is for comparison: loops are cut, further grips of a target do not hold it");
-    }
-  }
-
   // The servicer's initial state, and the targets where they are at the start.
   void place() {
     const TargetPlan targets = plan_targets(problem_);
@@ -106,8 +109,7 @@ class Run {
     return system.model.bodies()[system.model.joints()[system.robot_joints[joint]]];
   }
 
-  // --- Motion
-  // ---------------------------------------------------------------------------------------------------------
+  // --- Motion ---
 
   // The first piece of a phase has its plain name.
   std::string next_name(const std::string& phase) {
@@ -226,8 +228,7 @@ class Run {
     close(schedule_.due_at(time_));
   }
 
-  // --- When grips close
-  // -----------------------------------------------------------------------------------------------
+  // --- When grips close ---
 
   bool ends_by_envelope() const {
     return control_.approaching && problem_.approach->capture_at == ApproachSetup::CaptureAt::envelope;
@@ -257,8 +258,7 @@ class Run {
     return true;
   }
 
-  // --- What joints do once their arm holds a target
-  // -------------------------------------------------------------------
+  // --- What joints do once their arm holds a target ---
 
   void settle(std::size_t joint) {
     control_.settled[joint] = true;
@@ -290,8 +290,7 @@ class Run {
     return held;
   }
 
-  // --- Impacts
-  // --------------------------------------------------------------------------------------------------------
+  // --- Impacts ---
 
   // A sample outside any integration: just before and just after the impact.
   void sample_contact() {
@@ -370,7 +369,7 @@ class Run {
 
     ImpactOutcome outcome = solve_impact(closing, contact);
     bookkeeper_.enter(outcome.from_ground);
-    note_impact(outcome.solution);
+    impacts_.note(outcome.solution);
     state_ = outcome.after;
     const Kinematics k = forward_kinematics(free_.model, state_);
     for (std::size_t i : closing) grips_.push_back(close_grip(problem_, free_, k, i));
@@ -400,41 +399,16 @@ class Run {
   // Settled joints stop at once, if they are braked. In the free system.
   std::optional<BrakeReport> brake(std::span<const Grasp> grasps) {
     if (!holds_by(PostImpactSetup::Joints::braked)) return {};
-    std::vector<HeldRate> held;
-    BrakeReport report;
+    std::vector<std::size_t> joints, holding;
     for (std::size_t j = 0; j < control_.settled.size(); ++j) {
-      if (!control_.settled[j]) continue;
-      held.push_back({joint_body(free_, j).v, 0});
-      report.joints.push_back(joint_body(free_, j).description.joint.name);
+      if (control_.settled[j]) joints.push_back(j);
     }
-    const std::size_t braked = held.size();
-    for (const HeldRate& rate : driven_rates()) held.push_back(rate);
-    const ImpactSolution solution = plastic_impact(free_.model, state_, grasps, held);
-    report.impulse.assign(solution.held_impulses.begin(),
-                          solution.held_impulses.begin() + static_cast<std::ptrdiff_t>(braked));
-    const State before = state_;
-    state_.v = solution.velocity;
-    const Kinematics k0 = forward_kinematics(free_.model, before), k1 = forward_kinematics(free_.model, state_);
-    report.kinetic_energy_before = kinetic_energy(free_.model, k0, before);
-    report.kinetic_energy_after = kinetic_energy(free_.model, k1, state_);
-    std::vector<ExternalImpulse> at_grips;
-    for (std::size_t i = 0; i < grasps.size(); ++i) {
-      const Impulsed& P = solution.contacts[i].P_WC;
-      const GraspSetup& g = problem_.grasps[grips_[i].grasp];
-      report.grasps.push_back({g.end_effector, g.target, P.linear, P.angular});
-      at_grips.push_back({grasps[i].robot_body, grasps[i].p_WC, P});
-      at_grips.push_back({grasps[i].target_body, grasps[i].p_WC, -P});
-    }
-    const Twistd jump = k1.V_WB[free_.base] - k0.V_WB[free_.base];
-    report.base_velocity_change = jump.linear;
-    report.base_angular_velocity_change = jump.angular;
-    if (!free_.model.has_free_root(free_.base)) {
-      const std::vector<Impulsed> through = joint_impulses(free_.model, before, state_, at_grips);
-      const Impulsed ground = shift(through[free_.base], -k0.X_WB[free_.base].p);
-      bookkeeper_.enter({ground.angular, ground.linear});
-    }
-    brake_residual_ = std::max(brake_residual_.value_or(0), solution.energy_identity_residual);
-    return report;
+    for (const HeldGrip& grip : grips_) holding.push_back(grip.grasp);
+    BrakeOutcome outcome = run_brake(with_grasps(holding), free_, state_, grasps, joints, driven_rates());
+    bookkeeper_.enter(outcome.from_ground);
+    impacts_.note_brake(outcome.energy_identity_residual);
+    state_ = std::move(outcome.after);
+    return outcome.report;
   }
 
   // Joints that settle while no grip closes still have to stop, if they are braked.
@@ -469,35 +443,6 @@ class Run {
     }
   }
 
-  // --- The ledger's rows about impacts
-  // --------------------------------------------------------------------------------
-
-  void note_impact(const ImpactSolution& solution) {
-    const auto raise = [](double& most, double value) {
-      if (!(value <= most)) most = value;
-    };
-    if (!impact_residuals_) impact_residuals_.emplace();
-    raise((*impact_residuals_)[0], solution.generalized_momentum_residual);
-    raise((*impact_residuals_)[1], solution.energy_identity_residual);
-    raise((*impact_residuals_)[2], solution.constraint_residual);
-  }
-
-  void impact_rows() {
-    const auto add = [&](const char* name, double value, const char* note) {
-      result_.ledger.entries.push_back({name, value, 1e-10, "1", note});
-    };
-    if (impact_residuals_) {
-      add("generalized_momentum_residual", (*impact_residuals_)[0],
-          "(3.6): |M dv - J^T P| over |M v| before the impact, energy norm");
-      add("energy_identity_residual", (*impact_residuals_)[1],
-          "|dT + u^T W^+ u / 2| over the kinetic energy before the impact");
-      add("impact_constraint_residual", (*impact_residuals_)[2],
-          "relative velocity left in the constrained directions over the largest velocity");
-    }
-    if (brake_residual_)
-      add("brake_energy_identity_residual", *brake_residual_, "the same for the impulse that locks the joints");
-  }
-
   const CaptureProblem& problem_;
   const CaptureProgress& progress_;
   CaptureResult& result_;
@@ -507,13 +452,12 @@ class Run {
   Bookkeeper bookkeeper_;
   Watches watches_;
   LoopBook loops_;
+  ImpactBook impacts_;
   GripSchedule schedule_;
   std::vector<JointTrajectory> trajectories_;  // of the approach, per robot joint
   SegmentControl control_;
   std::vector<HeldGrip> grips_;        // that hold now, in the free system's bodies
   std::map<std::string, int> pieces_;  // of phases, by name
-  std::optional<std::array<double, 3>> impact_residuals_;
-  std::optional<double> brake_residual_;
   State state_;
   double time_ = 0;
   double post_start_ = 0;

@@ -253,14 +253,8 @@ struct LoopSolver::Implementation {
         for (int i = 0; i < count; ++i) sum += x[i] * x[i];
         return std::sqrt(sum);
       };
-      const auto raise = [](double& most, double value) {
-        if (!(value <= most)) most = value;
-      };
-      const double angle = size(e, path.angular_count);
-      raise(largest.angle, angle);
-      raise(largest.position, size(e + path.angular_count, 3));
-      raise(largest.angular_velocity, size(slip, path.angular_count));
-      raise(largest.velocity, size(slip + path.angular_count, 3));
+      largest.raise({size(e + path.angular_count, 3), size(e, path.angular_count), size(slip + path.angular_count, 3),
+                     size(slip, path.angular_count)});
     }
     return largest;
   }
@@ -320,6 +314,17 @@ std::string LoopSolver::contradicting_row() const {
                 : std::string(kAxes[turning ? row : row - path.angular_count]) + " of the grip");
   }
   return {};
+}
+
+Eigen::MatrixXd LoopSolver::self_stresses() const {
+  const Implementation& s = *implementation_;
+  Eigen::MatrixXd basis(s.row_total, s.row_total - s.factor.rank());
+  std::vector<double> x(s.u.size());
+  for (Eigen::Index k = 0; k < basis.cols(); ++k) {
+    s.factor.null_vector(static_cast<int>(k), x);
+    for (int i = 0; i < s.row_total; ++i) basis(i, k) = s.scale[i] * x[i];
+  }
+  return basis;
 }
 
 Eigen::MatrixXd LoopSolver::contact_inertia() const {

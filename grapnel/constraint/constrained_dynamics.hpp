@@ -56,12 +56,16 @@ class LoopSolver {
   /// Independent rows in the last solution.
   int rank() const;
   /// Of the last solution: the largest part of a redundant row that the others do not explain, over the size of what
-  /// was to be solved. Not small: the closures, or closures and prescribed joints, contradict each other.
+  /// was to be solved (for accelerations, of the accelerations of both bodies, if larger). Not small: the closures, or
+  /// closures and prescribed joints, contradict each other.
   double contradiction() const;
   /// Of the last solution: the least pivot that counted, scaled so that a free body b alone has 1; 0 with no rows.
   double least_pivot() const;
   /// The row of the last solution with the largest contradiction, in words: closure and direction.
   std::string contradicting_row() const;
+
+  /// Multipliers that change nothing in the last solution, a basis of them: rows x (rows - rank()).
+  Eigen::MatrixXd self_stresses() const;
 
   /// Contact-space inertia W = J M^-1 J^T of the last solution, rows x rows (of the joints that are not prescribed).
   Eigen::MatrixXd contact_inertia() const;

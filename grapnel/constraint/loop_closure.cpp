@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "grapnel/constraint/loop_path.hpp"
-
 namespace grapnel {
 
 ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinematics) {
@@ -32,7 +30,8 @@ Eigen::MatrixXd closure_jacobian(const Model& model, const Kinematics& kinematic
   Eigen::MatrixXd J_a(6, model.velocities()), J_b(6, model.velocities());
   Eigen::Index row = 0;
   for (const LoopClosure& closure : closures) {
-    const LoopPath path = make_loop_path(model, closure);
+    Vector3d turns[3];
+    const int count = forbidden_turns(closure, turns);
     const Posed X_WC = kinematics.X_WB[closure.body_a] * closure.X_AC;
     point_jacobian(model, kinematics, closure.body_a, X_WC.p, J_a);
     point_jacobian(model, kinematics, closure.body_b, X_WC.p, J_b);
@@ -41,10 +40,36 @@ Eigen::MatrixXd closure_jacobian(const Model& model, const Kinematics& kinematic
       const Vector3d d = X_WC.R * direction_C;
       J.row(row++) = d[0] * relative.row(first) + d[1] * relative.row(first + 1) + d[2] * relative.row(first + 2);
     };
-    for (int r = 0; r < path.angular_count; ++r) put(path.angular_rows[r], 0);
+    for (int r = 0; r < count; ++r) put(turns[r], 0);
     for (int r = 0; r < 3; ++r) put(Vector3d::unit(r), 3);
   }
   return J;
+}
+
+void ClosureDefect::raise(const ClosureDefect& other) {
+  const auto take = [](double& most, double value) {
+    if (!(value <= most)) most = value;
+  };
+  take(position, other.position);
+  take(angle, other.angle);
+  take(velocity, other.velocity);
+  take(angular_velocity, other.angular_velocity);
+}
+
+int forbidden_turns(const LoopClosure& closure, Vector3d (&axes)[3]) {
+  const bool hinge = closure.model == GraspModel::hinge;
+  const Rotationd R = hinge ? rotation_between({0, 0, 1}, closure.hinge_C) : Rotationd::identity();
+  for (int k = 0; k < 3; ++k) axes[k] = R.column(k);
+  return row_count(closure.model) - 3;
+}
+
+Wrenchd closure_wrench(const LoopClosure& closure, std::span<const double> rows) {
+  Vector3d axes[3];
+  const int turns = forbidden_turns(closure, axes);
+  Wrenchd F = Wrenchd::zero();
+  for (int r = 0; r < turns; ++r) F.angular += rows[r] * axes[r];
+  for (int r = 0; r < 3; ++r) F.linear[r] = rows[turns + r];
+  return F;
 }
 
 int closure_rows(std::span<const LoopClosure> closures) {

@@ -31,6 +31,9 @@ struct ClosureDefect {
   double angle = 0;             // [rad]
   double velocity = 0;          // of D against C, at C [m/s]
   double angular_velocity = 0;  // [rad/s]
+
+  /// Takes the larger of each; a NaN stays.
+  void raise(const ClosureDefect& other);
 };
 /// From poses and twists of the bodies in W.
 ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinematics);
@@ -39,6 +42,12 @@ ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinem
 /// in C's axes, in the forbidden directions, angular rows first. Dense: for tests and studies.
 Eigen::MatrixXd closure_jacobian(const Model& model, const Kinematics& kinematics,
                                  std::span<const LoopClosure> closures);
+
+/// Directions, in C, in which a closure forbids turning: its angular rows. How many: 3, 2 normals of a hinge, or none.
+int forbidden_turns(const LoopClosure& closure, Vector3d (&axes)[3]);
+
+/// The wrench on body a at C, in C's axes, of multipliers or impulses of one closure's rows.
+Wrenchd closure_wrench(const LoopClosure& closure, std::span<const double> rows);
 
 /// Rows of all closures.
 int closure_rows(std::span<const LoopClosure> closures);

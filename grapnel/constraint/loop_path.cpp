@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "grapnel/dynamics/recursion.hpp"
@@ -13,12 +14,6 @@ std::vector<int> way_to_root(const Tree<double>& tree, int link) {
   std::vector<int> way;
   for (int l = link; l >= 0; l = tree.links[l].parent) way.push_back(l);
   return way;
-}
-
-// Two unit vectors normal to a third.
-void normals(const Vector3d& axis, Vector3d& first, Vector3d& second) {
-  const Rotationd R = rotation_between({0, 0, 1}, axis);
-  first = R.column(0), second = R.column(1);
 }
 
 // Mean inverse inertias of a body alone about the point p_BP: a third of the traces of I_c^-1 and of
@@ -105,14 +100,9 @@ LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   }
   std::reverse(path.trunk.begin(), path.trunk.end());
   path.rows = row_count(closure.model);
-  path.angular_count = path.rows - 3;
+  path.angular_count = forbidden_turns(closure, path.angular_rows);
   path.model = closure.model;
   path.hinge_C = closure.hinge_C;
-  if (closure.model == GraspModel::hinge) {
-    normals(closure.hinge_C, path.angular_rows[0], path.angular_rows[1]);
-  } else {
-    for (int k = 0; k < 3; ++k) path.angular_rows[k] = Vector3d::unit(k);
-  }
   set_scales(b.description, closure.X_BD.p, path);
   return path;
 }
@@ -124,13 +114,6 @@ LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const
 }
 
 Posed pose_CD(const LoopPath& path, const LoopPlace& place) { return inverse(place.X_bC) * path.X_bD; }
-
-Wrenchd from_rows(const LoopPath& path, std::span<const double> rows) {
-  Wrenchd F = Wrenchd::zero();
-  for (int r = 0; r < path.angular_count; ++r) F.angular += rows[r] * path.angular_rows[r];
-  for (int r = 0; r < 3; ++r) F.linear[r] = rows[path.angular_count + r];
-  return F;
-}
 
 void position_rows(const LoopPath& path, const LoopPlace& place, std::span<double> rows) {
   const Posed X_CD = pose_CD(path, place);
@@ -144,7 +127,7 @@ void position_rows(const LoopPath& path, const LoopPlace& place, std::span<doubl
     if (sine > 0) {
       turn = (std::atan2(sine, cosine) / sine) * turn;
     } else if (cosine < 0) {
-      turn = M_PI * path.angular_rows[0];
+      turn = std::numbers::pi * path.angular_rows[0];  // about any normal
     }
   } else {
     turn = Vector3d::zero();

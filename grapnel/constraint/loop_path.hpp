@@ -59,9 +59,6 @@ void take_rows(const LoopPath& path, const SpatialVector<kKind>& relative, std::
   for (int r = 0; r < 3; ++r) rows[path.angular_count + r] = relative.linear[r];
 }
 
-/// The wrench or impulse on body a at C, in C's axes, of given rows.
-Wrenchd from_rows(const LoopPath& path, std::span<const double> rows);
-
 /// Defect of position as rows of C minus D: their rate is the rows of the relative twist as the defect vanishes.
 void position_rows(const LoopPath& path, const LoopPlace& place, std::span<double> rows);
 

@@ -30,12 +30,9 @@ Eigen::VectorXd velocity_dependent_rows(const Model& model, const State& state, 
     // Components in C of a vector x in W change by xdot - w_a x x.
     const Vector3d angular = A[c.body_a].angular - A[c.body_b].angular - cross(w_a, w_a - w_b);
     const Vector3d linear = a_a - a_b - cross(w_a, v_a - v_b);
-    if (c.model == GraspModel::hinge) {
-      const Rotationd R = rotation_between({0, 0, 1}, c.hinge_C);
-      for (int j = 0; j < 2; ++j) bias[row++] = dot(X_WC.R * R.column(j), angular);
-    } else if (c.model == GraspModel::rigid) {
-      for (int j = 0; j < 3; ++j) bias[row++] = dot(X_WC.R.column(j), angular);
-    }
+    Vector3d turns[3];
+    const int count = forbidden_turns(c, turns);
+    for (int j = 0; j < count; ++j) bias[row++] = dot(X_WC.R * turns[j], angular);
     for (int j = 0; j < 3; ++j) bias[row++] = dot(X_WC.R.column(j), linear);
   }
   return bias;

@@ -31,7 +31,12 @@ class PivotedCholesky {
   /// (exactly zero in rows taken).
   void solve(std::span<const double> b, std::span<double> x, std::span<double> residual);
 
+  /// A vector x with A x = 0, as far as rows not taken are zero against those taken: one for each of these rows, k from
+  /// 0 to size() - rank() - 1, where x is 1.
+  void null_vector(int k, std::span<double> x) const;
+
  private:
+  double lower(int row, int column) const { return factor_[static_cast<std::size_t>(row * size_ + column)]; }
   double& lower(int row, int column) { return factor_[static_cast<std::size_t>(row * size_ + column)]; }
 
   int size_;

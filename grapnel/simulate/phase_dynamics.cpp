@@ -332,13 +332,7 @@ ClosureDefect PhaseDynamics::loop_defect(double t, std::span<const double> y) {
   move_roots_to_origin(model_, now_);
   forward_kinematics(model_, now_, workspace_.kinematics);
   ClosureDefect largest;
-  for (const LoopClosure& closure : setup_.closures) {
-    const ClosureDefect d = closure_defect(closure, workspace_.kinematics);
-    largest.position = std::max(largest.position, d.position);
-    largest.angle = std::max(largest.angle, d.angle);
-    largest.velocity = std::max(largest.velocity, d.velocity);
-    largest.angular_velocity = std::max(largest.angular_velocity, d.angular_velocity);
-  }
+  for (const LoopClosure& closure : setup_.closures) largest.raise(closure_defect(closure, workspace_.kinematics));
   return largest;
 }
 

@@ -85,22 +85,13 @@ class PhaseRun {
   // Takes note of how far the loops in y are open, and closes them. Whether that changed y.
   bool close_loops(double t, std::span<double> y, double negligible) {
     if (!dynamics_.loops()) return false;
-    const auto raise = [](double& most, double value) {
-      if (!(value <= most)) most = value;
-    };
-    const auto note = [&](const ClosureDefect& d) {
-      raise(loops_.unprojected.position, d.position);
-      raise(loops_.unprojected.angle, d.angle);
-      raise(loops_.unprojected.velocity, d.velocity);
-      raise(loops_.unprojected.angular_velocity, d.angular_velocity);
-    };
     if (!dynamics_.projects()) {
-      note(dynamics_.loop_defect(t, y));
+      loops_.unprojected.raise(dynamics_.loop_defect(t, y));
       return false;
     }
     correction_.assign(y.begin(), y.end());
     const ProjectionResult result = dynamics_.project(t, y, negligible);
-    note(result.before);
+    loops_.unprojected.raise(result.before);
     if (!result.changed) return false;
     for (std::size_t i = 0; i < y.size(); ++i) correction_[i] = y[i] - correction_[i];
     loops_.correction_total += relative_tolerance_ * norm_(y, correction_);
@@ -173,8 +164,7 @@ class PhaseRun {
     } else if (!outcome.finished && loop_failure_.empty() && dynamics_.loops()) {
       outcome.failure += fmt::format(
           "; closed loops there: rank {} of {} rows ({} as the phase began), least pivot {:.2g} (small: near a "
-          "singular "
-          "configuration)",
+          "singular configuration)",
           dynamics_.loops()->rank(), dynamics_.loops()->rows(), loops_.rank, dynamics_.loops()->least_pivot());
     }
     outcome.loops = loops_;

@@ -27,11 +27,11 @@ using StopCondition = std::function<double(double t, const State&)>;
 /// How loops were kept closed.
 struct LoopOutcome {
   int rows = 0;
-  int rank = 0;                 // as the phase began
-  ClosureDefect unprojected;    // largest that one step left; without projection the largest there was
-  double correction_total = 0;  // sum of the corrections, in the norm that judges steps, times the relative tolerance
-  double integration_error =
-      0;  // sum of the steps' error estimates in the same measure, with 1e-12 a step for rounding
+  int rank = 0;               // as the phase began
+  ClosureDefect unprojected;  // largest that one step left; without projection the largest there was
+  // In the norm that judges steps, times the relative tolerance:
+  double correction_total = 0;   // sum of the corrections
+  double integration_error = 0;  // sum of the steps' error estimates, and of what rounding in them is worth
 };
 
 struct PhaseOutcome {
