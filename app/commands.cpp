@@ -15,6 +15,7 @@
 #include "grapnel/result/result_table.hpp"
 #include "grapnel/result/summary.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "output_folder.hpp"
 #include "progress.hpp"
 
 namespace grapnel::app {
@@ -52,14 +53,6 @@ void write_results(const CaptureResult& result, const fs::path& folder) {
                           folder / "timeseries.h5");
   }
   write_file_atomically(folder / "summary.json", summary_json(result, GRAPNEL_VERSION));
-}
-
-// Makes the folder. Why nothing can be written there, before a long simulation finds out; empty if it can.
-std::string cannot_write_to(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (error) return error.message();
-  return ::access(folder.c_str(), W_OK | X_OK) == 0 ? std::string() : std::strerror(errno);
 }
 
 }  // namespace
@@ -133,7 +126,10 @@ int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
 }
 
 int print_schema(const std::string& which) {
-  const std::string text = which == "robot" ? robot_schema() : scenario_schema();
+  const std::string text = which == "robot"          ? robot_schema()
+                           : which == "study"        ? study_schema()
+                           : which == "optimization" ? optimization_schema()
+                                                     : scenario_schema();
   std::fputs(text.c_str(), stdout);
   return kDone;
 }

@@ -23,6 +23,26 @@ int main(int argc, char** argv) {
   run_command->add_flag("--quiet", run_options.quiet, "Print errors and warnings only");
   run_command->callback([&] { code = run(run_options); });
 
+  SweepOptions sweep_options;
+  CLI::App* sweep_command =
+      app.add_subcommand("sweep", "Simulate a grid of captures; writes table.csv, table.h5 and study.json");
+  sweep_command->add_option("study", sweep_options.study, "Study file (YAML)")->required();
+  sweep_command->add_option("-o,--output", sweep_options.output, "Result folder (default: out/NAME-OF-THE-STUDY)");
+  sweep_command->add_option("-j,--jobs", sweep_options.threads, "Threads (default: one per processor)")
+      ->check(CLI::Range(1, 4096));
+  sweep_command->add_flag("--quiet", sweep_options.quiet, "Print errors and warnings only");
+  sweep_command->callback([&] { code = sweep(sweep_options); });
+
+  OptimizeOptions optimize_options;
+  CLI::App* optimize_command = app.add_subcommand(
+      "optimize", "Look for the best of many captures; writes best.yaml, comparison.json and evaluations.csv");
+  optimize_command->add_option("study", optimize_options.study, "Optimization file (YAML)")->required();
+  optimize_command->add_option("-o,--output", optimize_options.output, "Result folder (default: out/NAME-OF-THE-STUDY)");
+  optimize_command->add_option("-j,--jobs", optimize_options.threads, "Threads (default: one per processor)")
+      ->check(CLI::Range(1, 4096));
+  optimize_command->add_flag("--quiet", optimize_options.quiet, "Print errors and warnings only");
+  optimize_command->callback([&] { code = optimize(optimize_options); });
+
   std::string scenario;
   std::vector<std::string> overrides;
   CLI::App* check_command = app.add_subcommand("check", "Report every fault of a scenario at once");
@@ -31,8 +51,9 @@ int main(int argc, char** argv) {
   check_command->callback([&] { code = check(scenario, overrides); });
 
   std::string which = "scenario";
-  CLI::App* schema_command = app.add_subcommand("schema", "Print the JSON Schema of scenario or robot files");
-  schema_command->add_option("kind", which, "scenario or robot")->check(CLI::IsMember({"scenario", "robot"}));
+  CLI::App* schema_command = app.add_subcommand("schema", "Print the JSON Schema of a kind of file");
+  schema_command->add_option("kind", which, "scenario, robot, study or optimization")
+      ->check(CLI::IsMember({"scenario", "robot", "study", "optimization"}));
   schema_command->callback([&] { code = print_schema(which); });
 
   std::string folder;

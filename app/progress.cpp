@@ -11,7 +11,8 @@ namespace {
 constexpr double kTerminalInterval = 0.2, kPlainInterval = 10;
 }  // namespace
 
-Progress::Progress(bool quiet) : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), last_(Clock::now()) {}
+Progress::Progress(bool quiet)
+    : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), last_(Clock::now()), begin_(last_) {}
 
 Progress::~Progress() { erase(); }
 
@@ -28,13 +29,30 @@ void Progress::report(const std::string& phase, double at, double end) {
     first_ = at;
     phase_start_ = now;
   }
-  const double since = std::chrono::duration<double>(now - last_).count();
-  if (since < (terminal_ ? kTerminalInterval : kPlainInterval)) return;
-  last_ = now;
+  if (!is_due(now)) return;
   const double elapsed = std::chrono::duration<double>(now - phase_start_).count();
   const double rate = elapsed > 0 ? (at - first_) / elapsed : 0;
   const std::string text = fmt::format("{}: t = {:.3g} of {:.3g} s, {:.3g} simulated s per s, {:.0f} s left", phase, at,
                                        end, rate, rate > 0 ? (end - at) / rate : 0.0);
+  show(text, now);
+}
+
+void Progress::report_points(std::size_t done, std::size_t total, std::size_t not_ok) {
+  const Clock::time_point now = Clock::now();
+  if (quiet_ || !is_due(now)) return;
+  const double rate = static_cast<double>(done) / std::chrono::duration<double>(now - begin_).count();
+  const std::string failures = not_ok > 0 ? fmt::format(", {} not ok", not_ok) : "";
+  show(fmt::format("{} of {} points{}, {:.3g} points per s, {:.0f} s left", done, total, failures, rate,
+                   static_cast<double>(total - done) / rate),
+       now);
+}
+
+bool Progress::is_due(Clock::time_point now) const {
+  return std::chrono::duration<double>(now - last_).count() >= (terminal_ ? kTerminalInterval : kPlainInterval);
+}
+
+void Progress::show(const std::string& text, Clock::time_point now) {
+  last_ = now;
   std::fputs((terminal_ ? "\r\033[K" + text : text + "\n").c_str(), stderr);
   std::fflush(stderr);
   shown_ = true;

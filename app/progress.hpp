@@ -14,10 +14,14 @@ class Progress {
   ~Progress();
   /// Part of the phase that is done: `at` of `end`.
   void report(const std::string& phase, double at, double end);
+  /// Points of a study that are done, and how many of them are not ok.
+  void report_points(std::size_t done, std::size_t total, std::size_t not_ok);
 
  private:
   using Clock = std::chrono::steady_clock;
   void erase();
+  bool is_due(Clock::time_point now) const;
+  void show(const std::string& text, Clock::time_point now);
 
   bool quiet_;
   bool terminal_;
@@ -25,7 +29,8 @@ class Progress {
   std::string phase_;
   double first_ = 0;  // where the phase began
   Clock::time_point phase_start_;
-  Clock::time_point last_;
+  Clock::time_point last_;   // when something was shown
+  Clock::time_point begin_;  // of everything
 };
 
 }  // namespace grapnel::app

@@ -8,6 +8,7 @@ namespace grapnel::bench {
 
 void register_dynamics();
 void register_loops();
+void register_impacts();
 void register_plan();
 void register_mujoco();        // where MuJoCo was found
 void register_mujoco_loops();  // likewise

@@ -1,5 +1,5 @@
-// Closed loops: accelerations with the closures' forces, the impact that closes loops in velocity, and the plastic
-// impact of several arms on one target. A workload's name without letters is arms x joints of each.
+// Closed loops: accelerations with the closures' forces, and the impact that closes loops in velocity. A workload's
+// name without letters is arms x joints of each.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -8,7 +8,6 @@
 #include "bench/dynamics_bench.hpp"
 #include "bench/loop_workload.hpp"
 #include "grapnel/constraint/constrained_dynamics.hpp"
-#include "grapnel/impact/plastic_impact.hpp"
 
 namespace grapnel::bench {
 namespace {
@@ -47,41 +46,11 @@ void add_loops(const Shared& loops) {
   });
 }
 
-// Ends of all arms grip one free body at once, rigidly.
-void add_plastic_impact(int arms) {
-  ModelBuilder builder = describe_robot(arms, 7, true);
-  BodyDescription target;
-  target.name = target.joint.name = "target";
-  target.joint.type = JointType::free;
-  target.mass = 200;
-  target.inertia = Symmetric3d::diagonal(30, 40, 50);
-  builder.add(target);
-  const auto workload = std::make_shared<const Workload>(make_workload(std::to_string(arms) + "x7", builder.build()));
-  benchmark::RegisterBenchmark(("plastic_impact/" + workload->name).c_str(), [workload, arms](benchmark::State& timer) {
-    const Model& model = workload->model;
-    std::vector<std::vector<Grasp>> grasps(Workload::kCases);
-    for (int i = 0; i < Workload::kCases; ++i) {
-      const Kinematics k = forward_kinematics(model, workload->states[i]);
-      for (int arm = 0; arm < arms; ++arm) {
-        const int hand = model.body_index("link" + std::to_string(arm) + ".6");
-        grasps[i].push_back(
-            {hand, model.body_index("target"), GraspModel::rigid, k.X_WB[hand] * Vector3d{1, 0, 0}, {0, 0, 1}});
-      }
-    }
-    int i = 0;
-    for (auto _ : timer) {
-      benchmark::DoNotOptimize(plastic_impact(model, workload->states[i], grasps[i]));
-      i = (i + 1) % Workload::kCases;
-    }
-  });
-}
-
 }  // namespace
 
 void register_loops() {
   for (LoopWorkload& loops : loop_targets()) add_loops(std::make_shared<const LoopWorkload>(std::move(loops)));
   for (LoopWorkload& loops : more_loops()) add_loops(std::make_shared<const LoopWorkload>(std::move(loops)));
-  for (int arms : {2, 3, 6}) add_plastic_impact(arms);
 }
 
 }  // namespace grapnel::bench

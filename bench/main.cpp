@@ -87,6 +87,7 @@ int main(int argc, char** argv) {
   if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
   grapnel::bench::register_dynamics();
   grapnel::bench::register_loops();
+  grapnel::bench::register_impacts();
   grapnel::bench::register_plan();
 #ifdef GRAPNEL_BENCH_MUJOCO
   grapnel::bench::register_mujoco();

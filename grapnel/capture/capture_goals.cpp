@@ -30,6 +30,7 @@ std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& mode
     g.name = grasp.end_effector, g.target = grasp.target, g.point = grasp.grasp_point;
     g.X_WG = at.X_WT * point.X_TG;
     g.V_WG = shift(at.V_WT, at.X_WT.R * point.X_TG.p);
+    g.V_WG += Twistd{grasp.relative_angular_velocity, grasp.relative_velocity};
     g.orientation = orientation_of(grasp);
     if (point.approach_direction) g.direction_W = at.X_WT.R * *point.approach_direction;
     g.axis_E = approach_axis(problem, grasp);

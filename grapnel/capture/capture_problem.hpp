@@ -11,6 +11,8 @@
 #include <vector>
 
 #include "grapnel/constraint/grasp_model.hpp"
+#include "grapnel/impact/compliant_impact.hpp"
+#include "grapnel/impact/contact_impact.hpp"
 #include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
@@ -30,11 +32,25 @@ struct CaptureEnvelope {
   double angular_velocity = kAny;  // relative [rad/s]
 };
 
+/// What a joint or a gripper may be loaded with in an impact. Forces are peaks, or means over ImpactSetup::duration
+/// where the impact takes no time. Infinite where nothing is given.
+struct LoadRating {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double force = kNone;            // [N]
+  double moment = kNone;           // [N m]
+  double impulse = kNone;          // [N s]
+  double angular_impulse = kNone;  // [N m s]
+  // Joints only, along or about the joint's axis: what a brake or drive has to hold [N m or N; N m s or N s].
+  double driving = kNone;
+  double driving_impulse = kNone;
+};
+
 /// A frame on a link that can grip.
 struct EndEffectorSetup : FrameDescription {
   std::optional<Vector3d> approach_axis =
       {};  // unit, in the end-effector's frame: the direction in which it reaches out
   std::optional<CaptureEnvelope> envelope = {};  // absent: whatever it meets it holds
+  LoadRating rating = {};                        // of the gripper; at the contact point
 };
 
 /// A servicer: its bodies (the base first in meaning: the one root), end-effector frames, and shapes for drawing.
@@ -47,13 +63,15 @@ struct RobotSetup {
   Base base_mode = Base::free;
   std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
   std::vector<EndEffectorSetup> end_effectors;
-  std::vector<std::pair<std::string, Geometry>> geometry;  // by body name
+  std::vector<std::pair<std::string, Geometry>> geometry;   // by body name
+  std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
 };
 
 struct GraspPoint {
   std::string name;
   Posed X_TG = Posed::identity();                   // in the target's frame
   std::optional<Vector3d> approach_direction = {};  // unit, in the target's frame: in which the end-effector comes in
+  std::optional<Vector3d> normal = {};              // unit, in the target's frame: the surface's, outward
 };
 
 /// A free rigid body to be caught.
@@ -77,6 +95,9 @@ struct GraspSetup {
   std::string grasp_point;
   GraspModel model = GraspModel::rigid;
   Vector3d hinge_axis{0, 0, 1};  // unit, in the end-effector's frame; for model hinge
+  /// No grip: the end-effector only touches the target there, and is thrown back by ImpactSetup's contact law; `model`
+  /// is not read. What surface it meets: contact_normal().
+  bool contact = false;
   /// What the end-effector's orientation at the grasp is to be. axis: its approach axis along the grasp point's
   /// approach direction; pose: its frame that of the grasp point.
   enum class Orientation { free, axis, pose };
@@ -86,6 +107,10 @@ struct GraspSetup {
   enum class Closes { together, at_time, on_arrival };
   Closes closes = Closes::together;
   double closes_at = 0;  // [s], from the start of the run
+  /// With which velocity it is to arrive, relative to the grasp point, in W: added to what ApproachSetup::match asks
+  /// for [m/s], [rad/s].
+  Vector3d relative_velocity = Vector3d::zero();
+  Vector3d relative_angular_velocity = Vector3d::zero();
 };
 
 /// How final joint rates are found from the grasp points' motion through the generalized Jacobian.
@@ -176,12 +201,43 @@ struct ContactSetup {
   double refuse_beyond = 0;  // [m], for refuse
 };
 
+/// How contacts (GraspSetup::contact) yield where an impact is resolved in time; see CompliantContact.
+struct ContactComplianceSetup {
+  ContactForceModel model = ContactForceModel::kelvin_voigt;
+  double stiffness = 0;
+  double damping = 0;
+  double exponent = 1.5;
+  double slip_speed = 1e-4;  // [m/s]
+};
+
+/// How grips yield; see CompliantGrip.
+struct GripComplianceSetup {
+  double linear_stiffness = 0;   // [N/m]
+  double linear_damping = 0;     // [N s/m]
+  double angular_stiffness = 0;  // [N m/rad]
+  double angular_damping = 0;    // [N m s/rad]
+};
+
 struct ImpactSetup {
-  /// plastic: exact, of all grips at once. as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not
-  /// conserved, and velocities of a closed loop do not fit it.
-  enum class Law { plastic, as_published };
+  /// plastic: grips, exact, all at once. bilateral_restitution: grips whose relative velocity is thrown back, u+ = -E
+  /// u-, and that do not hold. restitution: contacts, without friction. friction: contacts, with Coulomb's. compliant:
+  /// grips and contacts, resolved in time. as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not
+  /// conserved, and velocities of a closed loop do not fit it. With restitution and friction, grips that close at the
+  /// same time close first, plastically.
+  enum class Law { plastic, bilateral_restitution, restitution, friction, compliant, as_published };
   Law law = Law::plastic;
   double duration = 1e-3;  // over which mean forces are taken [s]
+  /// Joints during the impact. free: driven by nothing. braked: at rest from its first instant on. driven: they keep
+  /// their rates, as with infinitely heavy rotors.
+  enum class Joints { free, braked, driven };
+  Joints joints = Joints::free;
+  double restitution = 0;          // e of contacts; of grips, of the linear rows
+  double angular_restitution = 0;  // of grips
+  double friction = 0;             // Coulomb's coefficient; laws friction and compliant
+  RestitutionHypothesis hypothesis = RestitutionHypothesis::stronge;
+  ContactComplianceSetup contact;  // law compliant
+  GripComplianceSetup grip;
+  CompliantSetup compliant;
 };
 
 struct PostImpactSetup {

@@ -32,7 +32,10 @@ std::vector<std::size_t> GripSchedule::undecided(GraspSetup::Closes how) const {
 
 std::vector<std::size_t> GripSchedule::due_at(double now) const {
   std::vector<std::size_t> due = undecided(GraspSetup::Closes::at_time);
-  std::erase_if(due, [&](std::size_t i) { return !is_now(problem_.grasps[i].closes_at, now); });
+  // Earlier ones too: an impact in time may have passed over them.
+  std::erase_if(due, [&](std::size_t i) {
+    return problem_.grasps[i].closes_at > now && !is_now(problem_.grasps[i].closes_at, now);
+  });
   return due;
 }
 

@@ -14,7 +14,7 @@ class GripSchedule {
   /// The problem must outlive the schedule. Grasps are named by their position in it.
   explicit GripSchedule(const CaptureProblem& problem);
 
-  /// Undecided grasps whose stated time is `now`, within rounding.
+  /// Undecided grasps whose stated time has come, within rounding.
   std::vector<std::size_t> due_at(double now) const;
   /// At the approach's end: all that is left to close together, and what is stated for that time.
   std::vector<std::size_t> due_together(double now) const;

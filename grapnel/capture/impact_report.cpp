@@ -5,10 +5,12 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
+#include "grapnel/capture/contact_normal.hpp"
+#include "grapnel/capture/measure_report.hpp"
 #include "grapnel/capture/recorder.hpp"
-
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/impact/bilateral_restitution.hpp"
 
 namespace grapnel {
 namespace {
@@ -17,30 +19,9 @@ const char* name_of(GraspModel model) {
   return model == GraspModel::rigid ? "rigid" : model == GraspModel::hinge ? "hinge" : "point";
 }
 
-GraspImpulse describe_grasp(const CaptureProblem& problem, const Contact& contact, const ImpactSolution& solution,
-                            const Kinematics& k, std::size_t i) {
-  const Grasp& grasp = contact.grasps[i];
-  const GraspSetup& setup = problem.grasps[i];
-  const Impulsed& P = solution.contacts[i].P_WC;
-  GraspImpulse g;
-  g.end_effector = setup.end_effector;
-  g.target = setup.target;
-  g.grasp_point = setup.grasp_point;
-  g.model = name_of(setup.model);
-  g.contact_point = grasp.p_WC;
-  g.gap = contact.gaps[i].distance;
-  g.gap_angle = contact.gaps[i].angle;
-  g.target_displacement = contact.displacement[i];
-  g.impulse = P.linear;
-  g.angular_impulse = P.angular;
-  g.impulse_magnitude = norm(P.linear);
-  g.mean_force = g.impulse_magnitude / problem.impact->duration;
-  g.determined = solution.contacts[i].determined;
-  const Twistd V_E = shift(k.V_WB[grasp.robot_body], grasp.p_WC - k.X_WB[grasp.robot_body].p);
-  const Twistd V_T = shift(k.V_WB[grasp.target_body], grasp.p_WC - k.X_WB[grasp.target_body].p);
-  g.relative_velocity_before = V_E.linear - V_T.linear;
-  g.relative_angular_velocity_before = V_E.angular - V_T.angular;
-  return g;
+Twistd relative_twist(const Grasp& grasp, const Kinematics& k) {
+  return shift(k.V_WB[grasp.robot_body], grasp.p_WC - k.X_WB[grasp.robot_body].p) -
+         shift(k.V_WB[grasp.target_body], grasp.p_WC - k.X_WB[grasp.target_body].p);
 }
 
 // The grips' impulses, on both sides.
@@ -62,31 +43,30 @@ Momentumd from_ground(const CaptureSystem& system, const Kinematics& k, const st
 }
 
 // Impulses through the robot's joints, and the sum that reaches the base.
-void describe_reactions(const CaptureSystem& system, const Contact& contact, const State& after,
-                        ImpactOutcome& outcome) {
+void describe_reactions(const CaptureSystem& system, const Kinematics& k, const std::vector<Impulsed>& through,
+                        ImpactReport& report) {
   const Model& model = system.model;
-  const std::vector<ExternalImpulse> external = impulses_at(contact.grasps, outcome.solution);
-  const std::vector<Impulsed> through = joint_impulses(model, contact.state, after, external);
-  const Kinematics k = forward_kinematics(model, contact.state);
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& body = model.bodies()[i];
     if (body.root != system.base || static_cast<int>(i) == system.base) continue;
-    JointImpulse joint{body.description.joint.name, body.description.name, through[i].linear, through[i].angular, 0};
+    if (body.description.name.starts_with(target_body_name(""))) continue;  // a target that hangs on an arm
+    JointImpulse joint;
+    joint.joint = body.description.joint.name, joint.body = body.description.name;
+    joint.impulse = through[i].linear, joint.angular_impulse = through[i].angular;
     const Vector3d axis = k.X_WB[i].R * body.description.joint.axis;
     if (body.description.joint.type == JointType::prismatic) {
       joint.along_axis = dot(axis, joint.impulse);
     } else if (velocity_count(body.description.joint.type) == 1) {
       joint.along_axis = dot(axis, joint.angular_impulse);
     }
-    outcome.report.joints.push_back(joint);
+    report.joints.push_back(joint);
     if (body.parent == system.base) {
       // The joint acts on the base with the opposite; about the base's origin.
       const Impulsed on_base = shift(-through[i], k.X_WB[system.base].p - k.X_WB[i].p);
-      outcome.report.base_impulse += on_base.linear;
-      outcome.report.base_angular_impulse += on_base.angular;
+      report.base_impulse += on_base.linear;
+      report.base_angular_impulse += on_base.angular;
     }
   }
-  outcome.from_ground = from_ground(system, k, through);
 }
 
 void describe_published(const CaptureSystem& system, const CaptureProblem& problem, const Contact& contact,
@@ -124,28 +104,6 @@ std::vector<LoopGap> loop_gaps(const CaptureProblem& problem, const Contact& con
     }
   }
   return loops;
-}
-
-// The basis of self-stresses, each grip's part in W.
-std::vector<SelfStress> describe_null_space(const Contact& contact, const ImpactSolution& solution) {
-  std::vector<SelfStress> basis;
-  for (Eigen::Index column = 0; column < solution.null_space.cols(); ++column) {
-    SelfStress stress;
-    double largest = 0;
-    for (Eigen::Index row = 0; const Grasp& g : contact.grasps) {
-      const Eigen::VectorXd P =
-          constrained_directions(g).transpose() * solution.null_space.col(column).segment(row, row_count(g.model));
-      stress.angular_impulse.push_back({P[0], P[1], P[2]});
-      stress.impulse.push_back({P[3], P[4], P[5]});
-      largest = std::max(largest, P.lpNorm<Eigen::Infinity>());
-      row += row_count(g.model);
-    }
-    if (largest == 0) continue;  // of held rates alone
-    for (Vector3d& P : stress.impulse) P = (1 / largest) * P;
-    for (Vector3d& P : stress.angular_impulse) P = (1 / largest) * P;
-    basis.push_back(std::move(stress));
-  }
-  return basis;
 }
 
 std::vector<BodyImpulse> body_impulses(const Model& model, const Kinematics& before, const Kinematics& after) {
@@ -195,49 +153,240 @@ ImpactSolution published_solution(const CaptureSystem& system, const Contact& co
   return s;
 }
 
+const char* name_of(RestitutionHypothesis hypothesis) {
+  switch (hypothesis) {
+    case RestitutionHypothesis::newton:
+      return "newton";
+    case RestitutionHypothesis::poisson:
+      return "poisson";
+    case RestitutionHypothesis::stronge:
+      break;
+  }
+  return "stronge";
+}
+
+const char* name_of(ContactMode mode) {
+  switch (mode) {
+    case ContactMode::separated:
+      return "separated";
+    case ContactMode::sticking:
+      return "sticking";
+    case ContactMode::sliding:
+      return "sliding";
+    case ContactMode::reversed:
+      break;
+  }
+  return "reversed";
+}
+
+// --- The laws -------------------------------------------------------------------------------------------------------
+
+// E of bilateral restitution, row by row: grips that hold already are not thrown back.
+std::vector<std::vector<double>> restitution_rows(const ImpactTask& task) {
+  std::vector<std::vector<double>> rows;
+  for (std::size_t i = 0; i < task.contact.grasps.size(); ++i) {
+    const int count = row_count(task.contact.grasps[i].model);
+    std::vector<double> e(static_cast<std::size_t>(count), 0.0);
+    if (i >= task.already_closed) {
+      for (int r = 0; r < count; ++r)
+        e[r] = r < count - 3 ? task.problem.impact->angular_restitution : task.problem.impact->restitution;
+    }
+    rows.push_back(std::move(e));
+  }
+  return rows;
+}
+
+ImpactSolution solve_grips(const ImpactTask& task, ImpactReport& report) {
+  switch (task.law) {
+    case ImpactSetup::Law::as_published:
+      return published_solution(task.system, task.contact);
+    case ImpactSetup::Law::bilateral_restitution: {
+      const BilateralRestitution thrown = bilateral_restitution(task.system.model, task.contact.state,
+                                                                task.contact.grasps, restitution_rows(task), task.held);
+      report.inconsistent = thrown.inconsistent;
+      return thrown.solution;
+    }
+    default:
+      return plastic_impact(task.system.model, task.contact.state, task.contact.grasps, task.held);
+  }
+}
+
+ContactPoint contact_point(const ImpactTask& task, const Kinematics& before, std::size_t i) {
+  const Grasp& grasp = task.contact.grasps[i];
+  const ImpactSetup& impact = *task.problem.impact;
+  ContactPoint c;
+  c.robot_body = grasp.robot_body, c.target_body = grasp.target_body;
+  c.p_WC = grasp.p_WC;
+  c.n_W = contact_normal_in_world(task.problem, task.system, before, task.problem.grasps[i]);
+  c.restitution = impact.restitution;
+  c.friction = task.law == ImpactSetup::Law::friction ? impact.friction : 0;
+  return c;
+}
+
+ContactRebound describe_rebound(const ContactPoint& point, const ContactPointImpulse& impulse) {
+  ContactRebound r;
+  r.normal = point.n_W;
+  r.normal_impulse = impulse.normal, r.tangential_impulse = impulse.tangential;
+  r.compression = impulse.compression;
+  r.normal_work = impulse.normal_work, r.friction_work = impulse.friction_work;
+  for (ContactMode mode : impulse.modes) r.modes.push_back(name_of(mode));
+  r.spread = impulse.spread;
+  return r;
+}
+
+// Contacts, with the grips that hold passing on what they bring: in the form that grips have.
+ImpactSolution solve_contacts(const ImpactTask& task, const Kinematics& before, ImpactOutcome& outcome) {
+  std::vector<ContactPoint> points;
+  for (std::size_t i = task.already_closed; i < task.contact.grasps.size(); ++i)
+    points.push_back(contact_point(task, before, i));
+  const auto closed = std::span(task.contact.grasps).first(task.already_closed);
+  const ContactImpactSolution s =
+      contact_impact(task.system.model, task.contact.state, points, task.problem.impact->hypothesis, closed, task.held);
+  if (s.status != ContactImpactSolution::Status::solved) throw std::runtime_error(s.message);
+  ImpactReport& report = outcome.report;
+  report.hypothesis = name_of(task.problem.impact->hypothesis);
+  report.energy_created = s.energy_created;
+  report.unique = s.unique;
+  outcome.residuals.cone = s.cone_residual;
+  ImpactSolution solution;
+  solution.velocity = s.velocity;
+  solution.contacts = s.grips;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    solution.contacts.push_back({s.contacts[i].P_WC, std::vector<bool>(6, s.unique)});
+    report.grasps[task.already_closed + i].rebound = describe_rebound(points[i], s.contacts[i]);
+  }
+  solution.held_impulses = s.held_impulses;
+  solution.energy_identity_residual = s.energy_identity_residual;
+  solution.generalized_momentum_residual = s.generalized_momentum_residual;
+  return solution;
+}
+
+// Brakes and drives: P theta-dot over the impact is (before + after) / 2 times the impulse.
+void describe_held(const ImpactTask& task, const ImpactSolution& solution, ImpactReport& report) {
+  report.joints_during = name_of(task.problem.impact->joints);
+  const Model& model = task.system.model;
+  for (std::size_t i = 0; i < task.held.size() && i < solution.held_impulses.size(); ++i) {
+    for (int body : model.joints()) {
+      if (model.bodies()[body].v != task.held[i].velocity) continue;
+      const double before = task.contact.state.v[task.held[i].velocity], P = solution.held_impulses[i];
+      report.held_joints.push_back(
+          {model.bodies()[body].description.joint.name, P, 0.5 * P * (before + task.held[i].after)});
+    }
+  }
+}
+
 }  // namespace
 
-ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact,
-                         double time, std::size_t already_closed, std::span<const HeldRate> held) {
-  const Model& model = system.model;
-  ImpactOutcome outcome;
-  const bool published = problem.impact->law == ImpactSetup::Law::as_published;
-  outcome.solution =
-      published ? published_solution(system, contact) : plastic_impact(model, contact.state, contact.grasps, held);
-  outcome.after = {contact.state.q, outcome.solution.velocity};
-  const Kinematics before = forward_kinematics(model, contact.state);
+const char* name_of(ImpactSetup::Joints joints) {
+  return joints == ImpactSetup::Joints::braked ? "braked" : joints == ImpactSetup::Joints::driven ? "driven" : "free";
+}
 
-  ImpactReport& report = outcome.report;
-  report.law = published ? "as_published" : "plastic";
-  report.time = time;
-  report.duration = problem.impact->duration;
-  report.rank = outcome.solution.rank;
-  report.rows = outcome.solution.rows;
-  for (std::size_t i = 0; i < contact.grasps.size(); ++i) {
-    report.grasps.push_back(describe_grasp(problem, contact, outcome.solution, before, i));
+const char* name_of(ImpactSetup::Law law) {
+  switch (law) {
+    case ImpactSetup::Law::plastic:
+      return "plastic";
+    case ImpactSetup::Law::bilateral_restitution:
+      return "bilateral_restitution";
+    case ImpactSetup::Law::restitution:
+      return "restitution";
+    case ImpactSetup::Law::friction:
+      return "friction";
+    case ImpactSetup::Law::compliant:
+      return "compliant";
+    case ImpactSetup::Law::as_published:
+      break;
   }
-  const Kinematics after = forward_kinematics(model, outcome.after);
-  report.loops = loop_gaps(problem, contact);
-  report.null_space = describe_null_space(contact, outcome.solution);
-  report.body_impulses = body_impulses(model, before, after);
+  return "as_published";
+}
+
+GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
+                              std::size_t grasp) {
+  const GraspSetup& setup = problem.grasps[grasp];
+  GraspImpulse g;
+  g.end_effector = setup.end_effector;
+  g.target = setup.target;
+  g.grasp_point = setup.grasp_point;
+  g.model = setup.contact ? "contact" : name_of(setup.model);
+  g.contact_point = contact.grasps[grasp].p_WC;
+  g.gap = contact.gaps[grasp].distance;
+  g.gap_angle = contact.gaps[grasp].angle;
+  g.target_displacement = contact.displacement[grasp];
+  const Twistd u = relative_twist(contact.grasps[grasp], before);
+  g.relative_velocity_before = u.linear;
+  g.relative_angular_velocity_before = u.angular;
+  return g;
+}
+
+Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& system, const State& before,
+                          const State& after, double time, std::span<const ExternalImpulse> external,
+                          ImpactReport& report) {
+  const Model& model = system.model;
+  const Kinematics k0 = forward_kinematics(model, before), k1 = forward_kinematics(model, after);
+  report.body_impulses = body_impulses(model, k0, k1);
   // Energies body by body, independent of the mass matrix that solved the impact.
-  report.kinetic_energy_before = kinetic_energy(model, before, contact.state);
-  report.kinetic_energy_after = kinetic_energy(model, after, outcome.after);
-  const Twistd jump = after.V_WB[system.base] - before.V_WB[system.base];
+  report.kinetic_energy_before = kinetic_energy(model, k0, before);
+  report.kinetic_energy_after = kinetic_energy(model, k1, after);
+  const Twistd jump = k1.V_WB[system.base] - k0.V_WB[system.base];
   report.base_velocity_change = jump.linear;
   report.base_angular_velocity_change = jump.angular;
   for (int j : system.robot_joints) {
     const int v = model.bodies()[model.joints()[j]].v;
     report.joint_names.push_back(model.bodies()[model.joints()[j]].description.joint.name);
-    report.joint_velocity_change.push_back(outcome.after.v[v] - contact.state.v[v]);
+    report.joint_velocity_change.push_back(after.v[v] - before.v[v]);
   }
-  report.targets_before = describe(problem, system, contact.state, time).targets;
-  report.targets_after = describe(problem, system, outcome.after, time).targets;
-  describe_reactions(system, contact, outcome.after, outcome);
-  if (already_closed == 0) {
-    describe_published(system, problem, contact, report);
-  } else {
+  report.targets_before = describe(problem, system, before, time).targets;
+  report.targets_after = describe(problem, system, after, time).targets;
+  const std::vector<Impulsed> through = joint_impulses(model, before, after, external);
+  describe_reactions(system, k0, through, report);
+  return from_ground(system, k0, through);
+}
+
+ImpactOutcome run_impact(const ImpactTask& task) {
+  const CaptureProblem& problem = task.problem;
+  const CaptureSystem& system = task.system;
+  const Contact& contact = task.contact;
+  const Model& model = system.model;
+  const Kinematics before = forward_kinematics(model, contact.state);
+  ImpactOutcome outcome;
+  ImpactReport& report = outcome.report;
+  report.law = name_of(task.law);
+  report.time = task.time;
+  report.duration = problem.impact->duration;
+  for (std::size_t i = 0; i < contact.grasps.size(); ++i)
+    report.grasps.push_back(describe_meeting(problem, contact, before, i));
+
+  const bool rebounds = task.law == ImpactSetup::Law::restitution || task.law == ImpactSetup::Law::friction;
+  const ImpactSolution solution = rebounds ? solve_contacts(task, before, outcome) : solve_grips(task, report);
+  outcome.after = {contact.state.q, solution.velocity};
+  outcome.residuals.momentum = solution.generalized_momentum_residual;
+  outcome.residuals.energy = solution.energy_identity_residual;
+  if (!rebounds && report.inconsistent.empty()) outcome.residuals.velocity = solution.constraint_residual;
+
+  const Kinematics after = forward_kinematics(model, outcome.after);
+  for (std::size_t i = 0; i < contact.grasps.size(); ++i) {
+    GraspImpulse& g = report.grasps[i];
+    g.impulse = solution.contacts[i].P_WC.linear, g.angular_impulse = solution.contacts[i].P_WC.angular;
+    g.impulse_magnitude = norm(g.impulse);
+    g.mean_force = g.impulse_magnitude / problem.impact->duration;
+    g.determined = solution.contacts[i].determined;
+    const Twistd u = relative_twist(contact.grasps[i], after);
+    g.relative_velocity_after = u.linear, g.relative_angular_velocity_after = u.angular;
+  }
+  report.rank = solution.rank;
+  report.rows = solution.rows;
+  report.loops = loop_gaps(problem, contact);
+  if (!rebounds) report.null_space = describe_impulses(contact.grasps, solution.null_space);
+  describe_held(task, solution, report);
+  outcome.from_ground = describe_change(problem, system, contact.state, outcome.after, task.time,
+                                        impulses_at(contact.grasps, solution), report);
+  add_measures(task, report);
+  if (task.law == ImpactSetup::Law::plastic) add_sensitivities(task, report);
+  if (task.already_closed > 0) {
     report.as_published_absent = "a target is already held";
+  } else if (rebounds) {
+    report.as_published_absent = "the thesis has grips only";
+  } else {
+    describe_published(system, problem, contact, report);
   }
   return outcome;
 }

@@ -10,16 +10,49 @@
 
 namespace grapnel {
 
+/// How far an impact's solution is from what defines it.
+struct ImpactResiduals {
+  double momentum = 0;             // ImpactSolution::generalized_momentum_residual
+  double energy = 0;               // energy_identity_residual
+  std::optional<double> velocity;  // constraint_residual, of laws that say what the relative velocity is afterwards
+  std::optional<double> cone;      // ContactImpactSolution::cone_residual
+};
+
 struct ImpactOutcome {
   ImpactReport report;
-  ImpactSolution solution;
+  ImpactResiduals residuals;
   State after;                                // configuration of the contact, velocities after the impact
   Momentumd from_ground = Momentumd::zero();  // what a fixed base's mount put in, about the world's origin, in W
 };
-/// `problem` has the grasps that take part, as `contact` lists them: those that close and those that hold already
-/// (`already_closed` of them, at the front). `held`: rates that ideal drives keep.
-ImpactOutcome run_impact(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact,
-                         double time, std::size_t already_closed = 0, std::span<const HeldRate> held = {});
+
+/// Which grasps take part in an impact, where, and by which law.
+struct ImpactTask {
+  const CaptureProblem&
+      problem;  // with the grasps that take part, as `contact` lists them: first those that hold already
+  const CaptureSystem& system;
+  const Contact& contact;
+  double time = 0;                                   // [s]
+  std::size_t already_closed = 0;                    // grasps that hold already
+  std::span<const HeldRate> held = {};               // rates that ideal drives, and brakes, keep or enforce
+  ImpactSetup::Law law = ImpactSetup::Law::plastic;  // any but compliant
+};
+/// @throws std::invalid_argument where the system is numerically singular; std::runtime_error where a contact law's
+/// solution does not converge.
+ImpactOutcome run_impact(const ImpactTask& task);
+
+/// What an impact between two states changed, link by link: bodies, base, joints, targets, energies, and what joints
+/// passed on given the impulses from outside. Fills these parts of the report. The momentum that the ground put in.
+Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& system, const State& before,
+                          const State& after, double time, std::span<const ExternalImpulse> external,
+                          ImpactReport& report);
+
+/// One grasp before anything is known about its impulse.
+GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
+                              std::size_t grasp);
+
+/// Names of the laws, and of what joints do meanwhile, as files and reports have them.
+const char* name_of(ImpactSetup::Law law);
+const char* name_of(ImpactSetup::Joints joints);
 
 struct BrakeOutcome {
   BrakeReport report;

@@ -20,4 +20,9 @@ using CaptureProgress = std::function<void(const std::string& phase, double time
 /// @throws CaptureProblemError or ModelError if the problem contradicts itself.
 CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgress& progress = {});
 
+/// The impact at the end of the approach alone, for studies: the joints follow their plan exactly to the planned final
+/// configuration, of which nothing is recorded, and nothing follows the impact. Tracking errors, envelopes on the way,
+/// and grips that close at other times than the approach's end do not show. @throws as simulate_capture().
+CaptureResult simulate_impact_only(const CaptureProblem& problem);
+
 }  // namespace grapnel

@@ -94,13 +94,13 @@ struct LoopSolver::Implementation {
     return std::span<double>(all).subspan(path.first_row, path.rows);
   }
 
-  void locate_all(const std::vector<LinkScratch<double>>& links) {
-    for (std::size_t k = 0; k < paths.size(); ++k) places[k] = locate(paths[k], model.tree(), links);
+  void locate_all(const std::vector<LinkScratch<double>>& links, std::span<const double> q) {
+    for (std::size_t k = 0; k < paths.size(); ++k) places[k] = locate(paths[k], model.tree(), links, q);
   }
 
   // Factors the scaled W for what articulated_inertias() left in `links`.
   void prepare(const std::vector<LinkScratch<double>>& links, const DynamicsInput<double>& in) {
-    locate_all(links);
+    locate_all(links, in.q);
     columns.carry(paths, places, links, in);
     columns.contact_inertia(contact);
     const std::span<double> A = factor.matrix();
@@ -215,7 +215,7 @@ struct LoopSolver::Implementation {
         }
       });
     }
-    if (!q.empty()) locate_all(links);
+    if (!q.empty()) locate_all(links, q);
   }
 
   void step_coordinates(std::span<const double> dq, std::span<double> q) const {

@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// Dynamics of a tree with loop closures (2.9)-(2.12): accelerations and multipliers by the range-space method on top
-/// of the O(n) recursion, impulses that close loops in velocity, and projection onto the closures in the mass metric.
+/// Dynamics of trees with loop closures (2.9)-(2.12): accelerations and multipliers by the range-space method on top
+/// of the O(n) recursion, impulses that close loops in velocity, and projection onto the closures in the mass metric. A
+/// closure joins two bodies of one tree or of two: a hand and a target that still has its own root.
 ///
 /// Thread safety: a solver serves one thread at a time.
 
@@ -25,8 +26,8 @@ struct ProjectionResult {
 /// Solves for one model and one set of closures. Nothing allocates after construction.
 class LoopSolver {
  public:
-  /// @throws std::invalid_argument if a closure names no two bodies of one tree, or two that no joint
-  /// parts, or if a frame is not finite or no rotation.
+  /// @throws std::invalid_argument if a closure names no two bodies, or two that no joint parts, or if a frame is not
+  /// finite or no rotation.
   LoopSolver(const Model& model, std::span<const LoopClosure> closures);
   ~LoopSolver();
   LoopSolver(LoopSolver&&) noexcept;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A grip that closes a loop of a model's tree: where it is on both bodies, how far they are off, and its Jacobian.
-/// Thread safety: plain values and pure functions.
+/// A grip that closes a loop of a model's tree, or ties two trees: where it is on both bodies, how far they are off,
+/// and its Jacobian. Thread safety: plain values and pure functions.
 
 #include <Eigen/Core>
 #include <span>
@@ -14,7 +14,7 @@
 namespace grapnel {
 
 /// Keeps frame C on body a and frame D on body b together in the directions of its kind (row_count). Bodies a and b
-/// belong to one model; the tree's own joints connect them otherwise.
+/// belong to one model: to one tree, whose own joints connect them otherwise, or to two.
 struct LoopClosure {
   std::string name;  // for messages
   int body_a;        // carries the end-effector

@@ -144,12 +144,17 @@ LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> pat
     way.end_a = static_cast<int>(steps_.size());
     for (int link : path.from_b) add(link);
     way.end_b = static_cast<int>(steps_.size());
-    for (int link : path.trunk) add(link);
-    way.root = static_cast<int>(steps_.size()) - 1;
+    for (int link : path.trunk) {
+      if (tree.links[link].parent >= 0) add(link);
+    }
+    way.first_root = static_cast<int>(steps_.size());
+    add(path.root_a);
+    if (!path.one_tree()) add(path.root_b);
+    way.end = static_cast<int>(steps_.size());
     way.end_slot = slot;
     ways_.push_back(way);
-    const int root = path.trunk.back();
-    if (tree.links[root].joint == LinkJoint::root_free && root_factor_of_[root] < 0) {
+    for (int root : {path.root_a, path.root_b}) {
+      if (tree.links[root].joint != LinkJoint::root_free || root_factor_of_[root] >= 0) continue;
       root_factor_of_[root] = static_cast<int>(roots_.size());
       roots_.push_back(root);
     }
@@ -159,8 +164,8 @@ LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> pat
   for (std::size_t k = 0; k < ways_.size(); ++k) {
     for (std::size_t l = 0; l < k; ++l) {
       Pair pair{static_cast<int>(k), static_cast<int>(l), {}};
-      for (int s = ways_[k].first_step; s <= ways_[k].root; ++s) {
-        for (int t = ways_[l].first_step; t <= ways_[l].root; ++t) {
+      for (int s = ways_[k].first_step; s < ways_[k].end; ++s) {
+        for (int t = ways_[l].first_step; t < ways_[l].end; ++t) {
           if (steps_[s].link != steps_[t].link) continue;
           for (int i = 0; i < slots_of(tree.links[steps_[s].link]); ++i) {
             pair.slots.push_back({steps_[s].slot + i, steps_[t].slot + i});
@@ -232,10 +237,17 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
     climb(b, way.first_step, way.end_a);
     Bundle other = unit_wrenches(way.unit, places[k].X_bC, -1);
     climb(other, way.end_a, way.end_b);
-    for (int i = 0; i < 6; ++i) b.f[i] += other.f[i];
-    climb(b, way.end_b, way.root);
+    if (way.end - way.first_root == 1) {
+      for (int i = 0; i < 6; ++i) b.f[i] += other.f[i];
+      climb(b, way.end_b, way.first_root);
+    } else {
+      Pack at_root_b;
+      arrive(steps_[way.first_root + 1], other.f, in, at_root_b);
+      sum += at_root_b;
+      squares += at_root_b * at_root_b;
+    }
     Pack at_root;
-    arrive(way, b.f, in, at_root);
+    arrive(steps_[way.first_root], b.f, in, at_root);
     sum += at_root;
     squares += at_root * at_root;
     sums_[k].acceleration.r = sum;
@@ -244,8 +256,8 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
 }
 
 // At the root: F on a free one moves it, I A = F.
-void LoopColumns::arrive(const Way& way, const Pack (&F)[6], const DynamicsInput<double>& in, Pack& free) {
-  const auto [n, slot] = steps_[way.root];
+void LoopColumns::arrive(const Step& step, const Pack (&F)[6], const DynamicsInput<double>& in, Pack& free) {
+  const auto [n, slot] = step;
   const TreeLink<double>& link = tree_.links[n];
   for (int i = 0; i < 6; ++i) raw_[slot + i].r = F[i];
   free = Pack{};
@@ -303,7 +315,7 @@ void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint
   for (const Way& way : ways_) {
     double x[8] = {};
     std::copy_n(rows.begin() + way.first_row, way.rows, x);
-    for (int s = way.first_step; s <= way.root; ++s) {
+    for (int s = way.first_step; s < way.end; ++s) {
       const auto [n, slot] = steps_[s];
       const TreeLink<double>& link = tree_.links[n];
       LinkScratch<double>& w = links[n];

@@ -12,7 +12,8 @@
 /// costs a number of operations proportional to the joints on the closure's way. Joints whose acceleration is
 /// prescribed pass wrenches on whole and have no row. The same wrenches give the closure's relative acceleration
 /// without multipliers before any acceleration is known: what a link's acceleration A = X A_parent + c + S (g - G.A)
-/// contributes to F.A is K g + (F - G K).c, and the rest is the parent's. Thread safety: one thread at a time.
+/// contributes to F.A is K g + (F - G K).c, and the rest is the parent's. A closure between two trees has a way to each
+/// root. Thread safety: one thread at a time.
 
 #include "grapnel/constraint/loop_path.hpp"
 
@@ -54,7 +55,8 @@ class LoopColumns {
   };
   // Of one closure, in the order of carrying.
   struct Way {
-    int first_step, end_a, end_b, root;  // in steps_: from a, from b, then from where they meet; the root is last
+    // In steps_: from a, from b, then from where they meet, then the root; between two trees the roots of a and b.
+    int first_step, end_a, end_b, first_root, end;
     int first_slot, end_slot;
     int first_row, rows;
     ClosureRow unit[6];  // unit wrenches of the rows at C, in its axes, by component
@@ -77,7 +79,8 @@ class LoopColumns {
   bool is_prescribed(std::span<const std::uint8_t> prescribed, int link) const {
     return !prescribed.empty() && prescribed[tree_.links[link].v] != 0;
   }
-  void arrive(const Way& way, const ClosureRow::Pack (&F)[6], const DynamicsInput<double>& in, ClosureRow::Pack& free);
+  void arrive(const Step& step, const ClosureRow::Pack (&F)[6], const DynamicsInput<double>& in,
+              ClosureRow::Pack& free);
   void factor_root(int link, const LinkScratch<double>& w, const DynamicsInput<double>& in);
 
   const Tree<double>& tree_;

@@ -16,21 +16,6 @@ std::vector<int> way_to_root(const Tree<double>& tree, int link) {
   return way;
 }
 
-// Mean inverse inertias of a body alone about the point p_BP: a third of the traces of I_c^-1 and of
-// 1/m - [r x] I_c^-1 [r x]. The trace of -[r x] A [r x] is |r|^2 tr A - r^T A r.
-void set_scales(const BodyDescription& body, const Vector3d& p_BP, LoopPath& path) {
-  const Symmetric3d& I = body.inertia;
-  const double c_xx = I.yy * I.zz - I.yz * I.yz, c_yy = I.xx * I.zz - I.xz * I.xz, c_zz = I.xx * I.yy - I.xy * I.xy;
-  const double c_xy = I.xz * I.yz - I.xy * I.zz, c_xz = I.xy * I.yz - I.xz * I.yy, c_yz = I.xy * I.xz - I.yz * I.xx;
-  const double determinant = I.xx * c_xx + I.xy * c_xy + I.xz * c_xz;
-  const double f = 1 / determinant;
-  const Symmetric3d inverse{f * c_xx, f * c_yy, f * c_zz, f * c_xy, f * c_xz, f * c_yz};
-  const Vector3d r = p_BP - body.com;
-  const double trace = inverse.xx + inverse.yy + inverse.zz;
-  path.angular_scale = 1 / std::sqrt(trace / 3);
-  path.linear_scale = 1 / std::sqrt(1 / body.mass + (dot(r, r) * trace - dot(r, inverse * r)) / 3);
-}
-
 // X_KP to X_KL: one step outward from a parent P. Turned columns are cheaper than a product of matrices.
 GRAPNEL_INLINE void step_outward(const TreeLink<double>& link, const LinkScratch<double>& w, Posed& X) {
   X.p += X.R * w.p_PL;
@@ -58,6 +43,12 @@ Posed pose_along(const std::vector<int>& from, const Tree<double>& tree, std::sp
   return X;
 }
 
+Posed root_in_world(const TreeLink<double>& link, std::span<const double> q) {
+  if (link.joint == LinkJoint::root_fixed) return link.X_PF;
+  return {rotation_matrix(Quaterniond{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]}),
+          {q[link.q], q[link.q + 1], q[link.q + 2]}};
+}
+
 // Whether numbers can be a rigid placement: finite, and a rotation.
 bool is_placement(const Posed& X) {
   const Rotationd R = transpose(X.R) * X.R;
@@ -80,11 +71,9 @@ LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
                                 "': a frame is no placement, or the hinge no unit vector");
   const Body& a = model.bodies()[closure.body_a];
   const Body& b = model.bodies()[closure.body_b];
-  if (a.root != b.root) {
-    throw std::invalid_argument("loop closure '" + closure.name + "': bodies '" + a.description.name + "' and '" +
-                                b.description.name + "' are in different trees");
-  }
-  if (a.placement.link == b.placement.link) {
+  const Tree<double>& tree = model.tree();
+  const auto is_ground = [&](int link) { return tree.links[link].joint == LinkJoint::root_fixed; };
+  if (a.placement.link == b.placement.link || (is_ground(a.placement.link) && is_ground(b.placement.link))) {
     throw std::invalid_argument("loop closure '" + closure.name + "': bodies '" + a.description.name + "' and '" +
                                 b.description.name + "' cannot move against each other");
   }
@@ -92,8 +81,10 @@ LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   path.link_a = a.placement.link, path.link_b = b.placement.link;
   path.X_aC = a.placement.X_LB * closure.X_AC;
   path.X_bD = b.placement.X_LB * closure.X_BD;
-  path.from_a = way_to_root(model.tree(), path.link_a);
-  path.from_b = way_to_root(model.tree(), path.link_b);
+  path.from_a = way_to_root(tree, path.link_a);
+  path.from_b = way_to_root(tree, path.link_b);
+  path.root_a = path.from_a.back(), path.root_b = path.from_b.back();
+  if (!path.one_tree()) path.from_a.pop_back(), path.from_b.pop_back();
   while (!path.from_a.empty() && !path.from_b.empty() && path.from_a.back() == path.from_b.back()) {
     path.trunk.push_back(path.from_a.back());
     path.from_a.pop_back(), path.from_b.pop_back();
@@ -103,14 +94,52 @@ LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   path.angular_count = forbidden_turns(closure, path.angular_rows);
   path.model = closure.model;
   path.hinge_C = closure.hinge_C;
-  set_scales(b.description, closure.X_BD.p, path);
+  LoneBody(b).scale_rows(path.X_bD.p, path);
   return path;
 }
 
-LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const LinkScratch<double>> links) {
-  const Posed X_LC = pose_along(path.from_a, tree, links) * path.X_aC;
+LoneBody::LoneBody(const Body& body)
+    : inverse_mass(1 / body.description.mass), com(body.placement.X_LB * body.description.com) {
+  const Symmetric3d I = rotate(body.placement.X_LB.R, body.description.inertia);
+  const double c_xx = I.yy * I.zz - I.yz * I.yz, c_yy = I.xx * I.zz - I.xz * I.xz, c_zz = I.xx * I.yy - I.xy * I.xy;
+  const double c_xy = I.xz * I.yz - I.xy * I.zz, c_xz = I.xy * I.yz - I.xz * I.yy, c_yz = I.xy * I.xz - I.yz * I.xx;
+  const double f = 1 / (I.xx * c_xx + I.xy * c_xy + I.xz * c_xz);
+  inverse_inertia = {f * c_xx, f * c_yy, f * c_zz, f * c_xy, f * c_xz, f * c_yz};
+}
+
+// Mean inverse inertias about the point: a third of the traces of I_c^-1 and of 1/m - [r x] I_c^-1 [r x]. The trace of
+// -[r x] A [r x] is |r|^2 tr A - r^T A r.
+void LoneBody::scale_rows(const Vector3d& p, LoopPath& path) const {
+  const Vector3d r = p - com;
+  const double trace = inverse_inertia.xx + inverse_inertia.yy + inverse_inertia.zz;
+  path.angular_scale = 1 / std::sqrt(trace / 3);
+  path.linear_scale = 1 / std::sqrt(inverse_mass + (dot(r, r) * trace - dot(r, inverse_inertia * r)) / 3);
+}
+
+LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const LinkScratch<double>> links,
+                 std::span<const double> q) {
+  Posed X_LC = pose_along(path.from_a, tree, links) * path.X_aC;
   const Posed X_Lb = pose_along(path.from_b, tree, links);
+  if (!path.one_tree()) {
+    // From root a's frame to root b's; far from the world's origin only the roots' distance counts.
+    const Posed X_Wa = root_in_world(tree.links[path.root_a], q), X_Wb = root_in_world(tree.links[path.root_b], q);
+    X_LC = Posed{transpose(X_Wb.R) * X_Wa.R, transposed_times(X_Wb.R, X_Wa.p - X_Wb.p)} * X_LC;
+  }
   return {inverse(X_Lb) * X_LC};
+}
+
+void link_poses(const Tree<double>& tree, std::span<const LinkScratch<double>> links, std::span<const double> q,
+                std::span<Posed> X_WL) {
+  for (std::size_t n = 0; n < tree.links.size(); ++n) {
+    const TreeLink<double>& link = tree.links[n];
+    if (link.parent < 0) {
+      X_WL[n] = root_in_world(link, q);
+    } else {
+      Posed X = X_WL[link.parent];
+      step_outward(link, links[n], X);
+      X_WL[n] = X;
+    }
+  }
 }
 
 Posed pose_CD(const LoopPath& path, const LoopPlace& place) { return inverse(place.X_bC) * path.X_bD; }

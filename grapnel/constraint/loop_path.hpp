@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// A loop closure as the recursive kernels see it: on links, with the ways from both sides to where they meet. Reads
-/// what articulated_body() or `follow` left in the links' scratch. Thread safety: immutable; functions write their
-/// outputs only.
+/// A loop closure as the recursive kernels see it: on links, with the ways from both sides to where they meet, or to
+/// the roots of two trees. Reads what articulated_body() or `follow` left in the links' scratch. Thread safety:
+/// immutable; functions write their outputs only.
 
 #include <vector>
 
@@ -18,8 +18,9 @@ struct LoopPath {
   int link_a = 0, link_b = 0;
   Posed X_aC = Posed::identity();   // in link a's frame
   Posed X_bD = Posed::identity();   // in link b's frame
-  std::vector<int> from_a, from_b;  // links from a and from b upwards, without the link where they meet
-  std::vector<int> trunk;           // from there to the root
+  std::vector<int> from_a, from_b;  // links from a and from b upwards, without the link where they meet or their roots
+  std::vector<int> trunk;           // from where they meet to the root; empty between two trees
+  int root_a = 0, root_b = 0;       // root links; one and the same in one tree
   int rows = 0, first_row = 0;
   int angular_count = 0;
   GraspModel model = GraspModel::rigid;
@@ -28,18 +29,36 @@ struct LoopPath {
   /// Rows in units in which the mobility of body b alone and free is 1: roots of mean inverse inertias [rad, m].
   double angular_scale = 1, linear_scale = 1;
 
+  bool one_tree() const { return root_a == root_b; }
   double scale(int row) const { return row < angular_count ? angular_scale : linear_scale; }
 };
 
-/// @throws std::invalid_argument if the bodies are not on two links of one tree, or the frames are no placements.
+/// @throws std::invalid_argument if no joint parts the bodies (one link, or two roots fixed to the world), or the
+/// frames are no placements.
 LoopPath make_loop_path(const Model& model, const LoopClosure& closure);
+
+/// How a body alone and free would give way, for the rows' units; in its link's frame.
+struct LoneBody {
+  Symmetric3d inverse_inertia;  // about its centre of mass
+  double inverse_mass;
+  Vector3d com;
+  explicit LoneBody(const Body& body);
+  /// Sets a path's scales for a grip at point p of the link.
+  void scale_rows(const Vector3d& p, LoopPath& path) const;
+};
 
 /// Where a closure is now.
 struct LoopPlace {
   Posed X_bC;  // of C in link b
 };
-/// From the links' angles and offsets in `links` (`place` or articulated_body()).
-LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const LinkScratch<double>> links);
+/// From the links' angles and offsets in `links` (`place` or articulated_body()); between two trees also from the
+/// roots' coordinates in q.
+LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const LinkScratch<double>> links,
+                 std::span<const double> q);
+
+/// Poses of all links in W, one entry per link; reads what locate() reads.
+void link_poses(const Tree<double>& tree, std::span<const LinkScratch<double>> links, std::span<const double> q,
+                std::span<Posed> X_WL);
 
 /// Pose of D in C: the identity where the loop is closed (but for what it leaves free).
 Posed pose_CD(const LoopPath& path, const LoopPlace& place);

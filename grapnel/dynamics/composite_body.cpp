@@ -104,5 +104,6 @@ void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace
 
 template void composite_body<double>(const Tree<double>&, std::span<const double>, DynamicsWorkspace<double>&,
                                      std::span<double>);
+template void composite_body<Dual>(const Tree<Dual>&, std::span<const Dual>, DynamicsWorkspace<Dual>&, std::span<Dual>);
 
 }  // namespace grapnel

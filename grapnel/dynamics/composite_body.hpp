@@ -6,6 +6,7 @@
 /// Thread safety: reads the tree, writes only the workspace and the output.
 
 #include "grapnel/dynamics/articulated_body.hpp"
+#include "grapnel/spatial/dual.hpp"
 
 namespace grapnel {
 
@@ -16,5 +17,7 @@ void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace
 
 extern template void composite_body<double>(const Tree<double>&, std::span<const double>, DynamicsWorkspace<double>&,
                                             std::span<double>);
+extern template void composite_body<Dual>(const Tree<Dual>&, std::span<const Dual>, DynamicsWorkspace<Dual>&,
+                                          std::span<Dual>);
 
 }  // namespace grapnel

@@ -67,5 +67,7 @@ void link_motion(const Tree<S>& tree, std::span<const S> q, std::span<const S> v
 
 template void link_motion<double>(const Tree<double>&, std::span<const double>, std::span<const double>,
                                   std::span<LinkMotion<double>>);
+template void link_motion<Dual>(const Tree<Dual>&, std::span<const Dual>, std::span<const Dual>,
+                                std::span<LinkMotion<Dual>>);
 
 }  // namespace grapnel

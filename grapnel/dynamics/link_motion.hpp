@@ -5,6 +5,7 @@
 /// Thread safety: reads the tree, writes only the output.
 
 #include "grapnel/dynamics/articulated_body.hpp"
+#include "grapnel/spatial/dual.hpp"
 
 namespace grapnel {
 
@@ -20,5 +21,7 @@ void link_motion(const Tree<S>& tree, std::span<const S> q, std::span<const S> v
 
 extern template void link_motion<double>(const Tree<double>&, std::span<const double>, std::span<const double>,
                                          std::span<LinkMotion<double>>);
+extern template void link_motion<Dual>(const Tree<Dual>&, std::span<const Dual>, std::span<const Dual>,
+                                       std::span<LinkMotion<Dual>>);
 
 }  // namespace grapnel

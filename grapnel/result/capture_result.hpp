@@ -74,12 +74,35 @@ struct PhaseEnd {
   std::vector<BodyMotion> targets;
 };
 
-/// One grip of the impact. Impulses act on the robot, at the common contact point; the target gets the opposite there.
+/// A contact that is no grip: how it was thrown back.
+struct ContactRebound {
+  Vector3d normal;                 // unit, from the target to the robot
+  double normal_impulse = 0;       // [N s]
+  Vector3d tangential_impulse;     // [N s]
+  double compression = 0;          // of the normal impulse until the largest compression [N s]
+  double normal_work = 0;          // done on the bodies [J]
+  double friction_work = 0;        // [J]
+  std::vector<std::string> modes;  // separated, sticking, sliding, reversed: in order
+  double spread = 0;               // of the normal impulse over other orders of simultaneous contacts, relative
+};
+
+/// A contact or grip that was resolved in time.
+struct ForceProfile {
+  double peak_force = 0, peak_force_time = 0;    // time from the impact's beginning [N], [s]
+  double peak_moment = 0, peak_moment_time = 0;  // [N m], [s]
+  double largest_deformation = 0;                // [m]
+  double duration = 0;                           // in touch, or until the grip was at rest [s]
+  double energy_lost = 0;                        // by damping and friction [J]
+  int touches = 0;
+};
+
+/// One grip or contact of the impact. Impulses act on the robot, at the common contact point; the target gets the
+/// opposite there.
 struct GraspImpulse {
   std::string end_effector;
   std::string target;
   std::string grasp_point;
-  std::string model;       // rigid, hinge or point
+  std::string model;       // rigid, hinge, point, or contact
   Vector3d contact_point;  // [m]
   double gap = 0;          // distance of end-effector and grasp point when they were joined [m]
   double gap_angle = 0;    // angle between their frames when they were joined [rad]
@@ -91,6 +114,10 @@ struct GraspImpulse {
   std::vector<bool> determined;       // per component [angular; linear] in W: unique, not a matter of self-stress
   Vector3d relative_velocity_before;  // end-effector minus target at the contact point [m/s]
   Vector3d relative_angular_velocity_before;  // [rad/s]
+  Vector3d relative_velocity_after = Vector3d::zero();
+  Vector3d relative_angular_velocity_after = Vector3d::zero();
+  std::optional<ContactRebound> rebound;  // of a contact
+  std::optional<ForceProfile> profile;    // law compliant
 };
 
 /// What a joint passes on during the impact, at its origin, from parent to child.
@@ -100,6 +127,44 @@ struct JointImpulse {
   Vector3d impulse;          // [N s]
   Vector3d angular_impulse;  // [N m s]
   double along_axis = 0;     // driving component: zero for a free joint without rotor [N m s or N s]
+  /// Largest of what it passes on, law compliant; else 0 [N], [N m], [N m or N].
+  double peak_force = 0, peak_moment = 0, peak_driving = 0;
+};
+
+/// A joint that brake or drive held during the impact.
+struct HeldJoint {
+  std::string joint;
+  double impulse = 0;  // on the joint, along or about its axis [N m s or N s]
+  double work = 0;     // done by it [J]
+};
+
+/// A load against a rating of the robot file.
+struct LoadMargin {
+  std::string of;        // joint or end-effector
+  std::string quantity;  // force, moment, impulse, angular_impulse, driving, driving_impulse
+  double load = 0;       // [N, N m, N s or N m s]
+  double rating = 0;
+  double margin() const { return 1 - load / rating; }
+};
+
+/// How much faster an arm's end-effector might meet its target before one of the arm's ratings is reached, all relative
+/// velocities of the impact scaled alike.
+struct SpeedLimit {
+  std::string end_effector;
+  double factor = 0;         // least of rating over load along the arm
+  double largest_speed = 0;  // factor times the present relative speed of the contact point [m/s]
+  std::string of, quantity;  // what is reached first
+};
+
+/// An impact that was resolved in time.
+struct CompliantReport {
+  std::string end;                  // separated, settled, time_over
+  double duration = 0;              // [s]
+  double energy_lost = 0;           // [J]
+  double elastic_energy_after = 0;  // left in springs, given up when grips become rigid [J]
+  double residual_impulse = 0;      // largest that then takes out what relative motion is left [N s]
+  double energy_residual = 0;       // of the balance, over the kinetic energy before
+  long rhs_evaluations = 0;
 };
 
 /// The thesis's own estimate, (3.8)-(3.13), beside the right one. Absent fields: undefined for this capture.
@@ -160,6 +225,48 @@ struct SelfStress {
   std::vector<Vector3d> angular_impulse;  // [N m s]
 };
 
+/// What an impulse at one grip does, and what the present motion asks for: measures of the configuration at the
+/// contact point, everything else free (but for joints that are held). Vectors and axes in W.
+struct EndEffectorMeasure {
+  std::string end_effector;
+  /// Change of the twist [angular; linear] per impulse [angular; linear], 6 x 6, row by row: of the end-effector alone,
+  /// and relative to the target [1/(kg m^2), 1/(kg m); 1/(kg m), 1/kg].
+  std::vector<double> inverse_inertia, pair_inverse_inertia;
+  std::vector<Vector3d> linear_axes, angular_axes;   // of the impulse ellipsoids, unit vectors
+  std::vector<double> linear_mass, angular_inertia;  // semi-axes along them, descending [kg], [kg m^2]
+  double impulse_index = 0;                          // impulse of a point contact per relative speed [kg]
+  double robot_effective_mass = 0;                   // along the present relative velocity [kg]
+  double pair_effective_mass = 0;
+  double miss_of_robot_com = 0;   // of the line of impulse, from the robot's centre of mass [m]
+  double miss_of_system_com = 0;  // from that of robot and target
+};
+
+/// The same for all grips together.
+struct ImpactMeasures {
+  std::vector<EndEffectorMeasure> end_effectors;  // per grasp
+  /// How much impulse a relative motion of the grips brings at worst and at best, and the present one; 1: as against an
+  /// immovable robot [1].
+  double largest_impulse = 0, smallest_impulse = 0, coupled_index = 0;
+  double miss_of_robot_com = 0, miss_of_system_com = 0;  // of the resultant of all impulses [m]
+  /// Change of the base's twist [angular; linear] per impulse [angular; linear] at each grip: per grip 6 x 6, row by
+  /// row; zero in directions that the grip leaves free.
+  std::vector<std::vector<double>> base_response;
+  std::vector<SelfStress> zero_disturbance;  // impulses that leave the base's twist alone: a basis
+  std::vector<SelfStress> zero_turning;      // that leave its angular velocity alone
+};
+
+/// Derivatives of the impact with respect to what is uncertain.
+struct ImpactSensitivity {
+  std::string parameter;  // "relative velocity x", "approach angle z", "target mass", ...
+  std::string unit;       // of the parameter
+  std::string end_effector, target;
+  std::string undefined;                                     // why there is none
+  std::vector<Vector3d> impulse, angular_impulse;            // per grasp [N s, N m s per unit]
+  std::vector<double> impulse_magnitude;                     // per grasp
+  Vector3d base_velocity_change = Vector3d::zero();          // [m/s per unit]
+  Vector3d base_angular_velocity_change = Vector3d::zero();  // [rad/s per unit]
+};
+
 struct ImpactReport {
   std::string law = "plastic";
   double time = 0;
@@ -184,6 +291,17 @@ struct ImpactReport {
   std::optional<AsPublished> as_published;
   std::string as_published_absent;  // why, if it is absent
   std::optional<BrakeReport> brake;
+  std::string hypothesis;              // stronge, poisson or newton, of contacts
+  bool energy_created = false;         // by the hypothesis: Newton's with friction can
+  bool unique = true;                  // whether simultaneous contacts share the impulse in one way only
+  std::string inconsistent;            // bilateral restitution that no motion satisfies: which rows
+  std::string joints_during = "free";  // free, braked or driven
+  std::vector<HeldJoint> held_joints;
+  std::optional<CompliantReport> compliant;
+  std::optional<ImpactMeasures> measures;
+  std::vector<ImpactSensitivity> sensitivities;  // law plastic
+  std::vector<LoadMargin> margins;               // against the robot's ratings
+  std::vector<SpeedLimit> speed_limits;          // per grasp whose arm has ratings
 };
 
 /// How loops were kept closed in one phase.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// HDF5's C API with owners and exceptions; for this module's .cpp files only.
+/// HDF5's C API with owners and exceptions; for .cpp files that write or read tables, not for headers of others.
 
 #include <hdf5.h>
 

@@ -172,12 +172,88 @@ std::string grasp_table(const ImpactReport& impact) {
   }
   std::string out = table.text();
   if (!all_determined) {
+    const bool contacts = !impact.hypothesis.empty();
+    out += paragraph(contacts ? "* how simultaneous contacts share the impulse depends on their stiffnesses: see "
+                                "rebound.spread in summary.json"
+                              : "* some components are not unique (a self-stress of the closed loops is free): see "
+                                "determined and null_space in summary.json",
+                     "  ");
+  }
+  return out;
+}
+
+// How contacts were thrown back.
+std::string rebound_table(const ImpactReport& impact) {
+  TextTable table;
+  table.row({"contact", "normal", "tangential", "speed after", "modes"});
+  table.row({"", "N s", "N s", "m/s", ""});
+  bool any = false;
+  for (const GraspImpulse& g : impact.grasps) {
+    if (!g.rebound) continue;
+    any = true;
+    const ContactRebound& r = *g.rebound;
+    table.row({grip(g.end_effector, g.target, g.grasp_point), number(r.normal_impulse),
+               number(norm(r.tangential_impulse)), number(norm(g.relative_velocity_after)),
+               fmt::format("{}", fmt::join(r.modes, ", "))});
+  }
+  return any ? table.text() : "";
+}
+
+// What contacts and grips bore over time.
+std::string profile_table(const ImpactReport& impact) {
+  TextTable table;
+  table.row({"in time", "peak force", "at", "peak moment", "deformation", "duration", "energy lost"});
+  table.row({"", "N", "s", "N m", "m", "s", "J"});
+  bool any = false;
+  for (const GraspImpulse& g : impact.grasps) {
+    if (!g.profile) continue;
+    any = true;
+    const ForceProfile& p = *g.profile;
+    table.row({grip(g.end_effector, g.target, g.grasp_point), number(p.peak_force), number(p.peak_force_time),
+               number(p.peak_moment), number(p.largest_deformation), number(p.duration), number(p.energy_lost)});
+  }
+  return any ? table.text() : "";
+}
+
+// Loads against ratings, the worst of each joint or gripper, and how much faster each arm may come.
+std::string margin_table(const ImpactReport& impact) {
+  if (impact.margins.empty()) return "";
+  TextTable table;
+  table.row({"rated", "load", "", "rating", "margin"});
+  std::vector<std::string> done;
+  for (const LoadMargin& first : impact.margins) {
+    if (std::find(done.begin(), done.end(), first.of) != done.end()) continue;
+    done.push_back(first.of);
+    const LoadMargin* worst = &first;
+    for (const LoadMargin& m : impact.margins) {
+      if (m.of == first.of && m.margin() < worst->margin()) worst = &m;
+    }
+    table.row({worst->of, worst->quantity, number(worst->load), number(worst->rating),
+               fmt::format("{:.1f} %{}", 100 * worst->margin(), worst->margin() < 0 ? "  EXCEEDED" : "")});
+  }
+  std::string out = table.text();
+  for (const SpeedLimit& limit : impact.speed_limits) {
+    if (limit.of.empty() || !(limit.largest_speed > 0)) continue;
     out += paragraph(
-        "* some components are not unique (a self-stress of the closed loops is free): see determined and null_space "
-        "in summary.json",
+        fmt::format("{} may meet its target at {} m/s at most ({} times the present relative motion), then "
+                    "the {} of {} reaches its rating",
+                    limit.end_effector, number(limit.largest_speed), number(limit.factor), limit.quantity, limit.of),
         "  ");
   }
   return out;
+}
+
+// What the law is, in words, and how far its answer is determined.
+std::string law_words(const ImpactReport& impact) {
+  std::string out = impact.law;
+  if (!impact.hypothesis.empty()) out += " (" + impact.hypothesis + ")";
+  if (impact.joints_during != "free") out += ", joints " + impact.joints_during;
+  if (impact.compliant) return out + fmt::format(", {} after {} s", impact.compliant->end, number(impact.duration));
+  if (impact.rows > 0) {
+    out += fmt::format(", rank {} of {} rows{}", impact.rank, impact.rows,
+                       impact.rank < impact.rows ? ", impulses not unique" : "");
+  }
+  return out + fmt::format(", mean force over {} s", number(impact.duration));
 }
 
 // The loops that cannot close on their grasp points, wherever the target is.
@@ -211,12 +287,10 @@ std::string published_line(const ImpactReport& impact) {
 
 // `name`: "impact", or which one.
 std::string impact_table(const ImpactReport& impact, std::string_view name) {
-  const char* unique = impact.rank < impact.rows ? ", impulses not unique" : "";
-  std::string out = "\n" + paragraph(fmt::format("{} at t = {} s: {}, rank {} of {} rows{}, mean force over {} s", name,
-                                                 number(impact.time), impact.law, impact.rank, impact.rows, unique,
-                                                 number(impact.duration)),
-                                     "");
-  out += grasp_table(impact) + gap_lines(impact) + published_line(impact);
+  std::string out =
+      "\n" + paragraph(fmt::format("{} at t = {} s: {}", name, number(impact.time), law_words(impact)), "");
+  out += grasp_table(impact) + rebound_table(impact) + profile_table(impact) + gap_lines(impact) +
+         published_line(impact) + margin_table(impact);
   TextTable table(3);
   table.row({"kinetic energy", "J",
              fmt::format("{} -> {}", number(impact.kinetic_energy_before), number(impact.kinetic_energy_after))});

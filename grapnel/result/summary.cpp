@@ -28,6 +28,11 @@ Json to_json(const ClearanceEvent& event);
 Json to_json(const LimitEvent& event);
 Json to_json(const PlannedMiss& miss);
 Json to_json(const ImpactReport& impact);
+Json to_json(const HeldJoint& held);
+Json to_json(const LoadMargin& margin);
+Json to_json(const SpeedLimit& limit);
+Json to_json(const EndEffectorMeasure& measure);
+Json to_json(const ImpactSensitivity& sensitivity);
 Json to_json(const LoopGap& loop);
 Json to_json(const BodyImpulse& body);
 Json to_json(const LoopReport& loops);
@@ -75,22 +80,77 @@ Json to_json(const PhaseEnd& end) {
           {"targets", list(end.targets)}};
 }
 
+Json to_json(const ContactRebound& rebound) {
+  return {{"normal", to_json(rebound.normal)},
+          {"normal_impulse", rebound.normal_impulse},
+          {"tangential_impulse", to_json(rebound.tangential_impulse)},
+          {"compression", rebound.compression},
+          {"normal_work", rebound.normal_work},
+          {"friction_work", rebound.friction_work},
+          {"modes", rebound.modes},
+          {"spread", rebound.spread}};
+}
+
+Json to_json(const ForceProfile& profile) {
+  return {{"peak_force", profile.peak_force},
+          {"peak_force_time", profile.peak_force_time},
+          {"peak_moment", profile.peak_moment},
+          {"peak_moment_time", profile.peak_moment_time},
+          {"largest_deformation", profile.largest_deformation},
+          {"duration", profile.duration},
+          {"energy_lost", profile.energy_lost},
+          {"touches", profile.touches}};
+}
+
+Json to_json(const HeldJoint& held) { return {{"joint", held.joint}, {"impulse", held.impulse}, {"work", held.work}}; }
+
+Json to_json(const LoadMargin& margin) {
+  return {{"of", margin.of},
+          {"quantity", margin.quantity},
+          {"load", margin.load},
+          {"rating", margin.rating},
+          {"margin", margin.margin()}};
+}
+
+Json to_json(const SpeedLimit& limit) {
+  return {{"end_effector", limit.end_effector},
+          {"factor", limit.factor},
+          {"largest_speed", limit.largest_speed},
+          {"of", limit.of},
+          {"quantity", limit.quantity}};
+}
+
+Json to_json(const CompliantReport& compliant) {
+  return {{"end", compliant.end},
+          {"duration", compliant.duration},
+          {"energy_lost", compliant.energy_lost},
+          {"elastic_energy_after", compliant.elastic_energy_after},
+          {"residual_impulse", compliant.residual_impulse},
+          {"energy_residual", compliant.energy_residual},
+          {"rhs_evaluations", compliant.rhs_evaluations}};
+}
+
 Json to_json(const GraspImpulse& grasp) {
-  return {{"end_effector", grasp.end_effector},
-          {"target", grasp.target},
-          {"grasp_point", grasp.grasp_point},
-          {"model", grasp.model},
-          {"contact_point", to_json(grasp.contact_point)},
-          {"gap", grasp.gap},
-          {"gap_angle", grasp.gap_angle},
-          {"target_displacement", to_json(grasp.target_displacement)},
-          {"impulse", to_json(grasp.impulse)},
-          {"angular_impulse", to_json(grasp.angular_impulse)},
-          {"impulse_magnitude", grasp.impulse_magnitude},
-          {"mean_force", grasp.mean_force},
-          {"determined", grasp.determined},
-          {"relative_velocity_before", to_json(grasp.relative_velocity_before)},
-          {"relative_angular_velocity_before", to_json(grasp.relative_angular_velocity_before)}};
+  Json json = {{"end_effector", grasp.end_effector},
+               {"target", grasp.target},
+               {"grasp_point", grasp.grasp_point},
+               {"model", grasp.model},
+               {"contact_point", to_json(grasp.contact_point)},
+               {"gap", grasp.gap},
+               {"gap_angle", grasp.gap_angle},
+               {"target_displacement", to_json(grasp.target_displacement)},
+               {"impulse", to_json(grasp.impulse)},
+               {"angular_impulse", to_json(grasp.angular_impulse)},
+               {"impulse_magnitude", grasp.impulse_magnitude},
+               {"mean_force", grasp.mean_force},
+               {"determined", grasp.determined},
+               {"relative_velocity_before", to_json(grasp.relative_velocity_before)},
+               {"relative_angular_velocity_before", to_json(grasp.relative_angular_velocity_before)},
+               {"relative_velocity_after", to_json(grasp.relative_velocity_after)},
+               {"relative_angular_velocity_after", to_json(grasp.relative_angular_velocity_after)}};
+  if (grasp.rebound) json["rebound"] = to_json(*grasp.rebound);
+  if (grasp.profile) json["profile"] = to_json(*grasp.profile);
+  return json;
 }
 
 Json to_json(const JointImpulse& joint) {
@@ -98,7 +158,10 @@ Json to_json(const JointImpulse& joint) {
           {"body", joint.body},
           {"impulse", to_json(joint.impulse)},
           {"angular_impulse", to_json(joint.angular_impulse)},
-          {"along_axis", joint.along_axis}};
+          {"along_axis", joint.along_axis},
+          {"peak_force", joint.peak_force},
+          {"peak_moment", joint.peak_moment},
+          {"peak_driving", joint.peak_driving}};
 }
 
 Json to_json(const AsPublished::Grasp& grasp) {
@@ -140,20 +203,80 @@ Json to_json(const BodyImpulse& body) {
   return {{"body", body.body}, {"impulse", to_json(body.impulse)}, {"angular_impulse", to_json(body.angular_impulse)}};
 }
 
-/// The basis of the null space: its vectors are per grip, in the order of the impact's grasps.
-Json null_space(const ImpactReport& impact) {
-  Json basis = Json::array();
-  for (const SelfStress& stress : impact.null_space) {
+/// Impulses at the grasps of an impact: each has vectors per grip, in the order of the impact's grasps.
+Json impulse_sets(const ImpactReport& impact, const std::vector<SelfStress>& sets) {
+  Json out = Json::array();
+  for (const SelfStress& set : sets) {
     Json grasps = Json::array();
-    const std::size_t grips = std::min({impact.grasps.size(), stress.impulse.size(), stress.angular_impulse.size()});
+    const std::size_t grips = std::min({impact.grasps.size(), set.impulse.size(), set.angular_impulse.size()});
     for (std::size_t i = 0; i < grips; ++i) {
       grasps.push_back({{"end_effector", impact.grasps[i].end_effector},
-                        {"impulse", to_json(stress.impulse[i])},
-                        {"angular_impulse", to_json(stress.angular_impulse[i])}});
+                        {"impulse", to_json(set.impulse[i])},
+                        {"angular_impulse", to_json(set.angular_impulse[i])}});
     }
-    basis.push_back({{"grasps", grasps}});
+    out.push_back({{"grasps", std::move(grasps)}});
   }
-  return basis;
+  return out;
+}
+
+Json vectors(const std::vector<Vector3d>& values) {
+  Json out = Json::array();
+  for (const Vector3d& v : values) out.push_back(to_json(v));
+  return out;
+}
+
+// Six rows of six.
+Json matrix6(const std::vector<double>& values) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i + 6 <= values.size(); i += 6) {
+    const auto first = values.begin() + static_cast<std::ptrdiff_t>(i);
+    rows.push_back(std::vector<double>(first, first + 6));
+  }
+  return rows;
+}
+
+Json to_json(const EndEffectorMeasure& measure) {
+  return {{"end_effector", measure.end_effector},
+          {"inverse_inertia", matrix6(measure.inverse_inertia)},
+          {"pair_inverse_inertia", matrix6(measure.pair_inverse_inertia)},
+          {"linear_axes", vectors(measure.linear_axes)},
+          {"linear_mass", measure.linear_mass},
+          {"angular_axes", vectors(measure.angular_axes)},
+          {"angular_inertia", measure.angular_inertia},
+          {"impulse_index", measure.impulse_index},
+          {"robot_effective_mass", measure.robot_effective_mass},
+          {"pair_effective_mass", measure.pair_effective_mass},
+          {"miss_of_robot_com", measure.miss_of_robot_com},
+          {"miss_of_system_com", measure.miss_of_system_com}};
+}
+
+Json measures_json(const ImpactReport& impact) {
+  const ImpactMeasures& m = *impact.measures;
+  Json response = Json::array();
+  for (const std::vector<double>& grip : m.base_response) response.push_back(matrix6(grip));
+  return {{"end_effectors", list(m.end_effectors)},
+          {"largest_impulse", m.largest_impulse},
+          {"smallest_impulse", m.smallest_impulse},
+          {"coupled_index", m.coupled_index},
+          {"miss_of_robot_com", m.miss_of_robot_com},
+          {"miss_of_system_com", m.miss_of_system_com},
+          {"base_response", std::move(response)},
+          {"zero_disturbance", impulse_sets(impact, m.zero_disturbance)},
+          {"zero_turning", impulse_sets(impact, m.zero_turning)}};
+}
+
+Json to_json(const ImpactSensitivity& s) {
+  Json json = {{"parameter", s.parameter}, {"unit", s.unit}, {"end_effector", s.end_effector}, {"target", s.target}};
+  if (!s.undefined.empty()) {
+    json["undefined"] = s.undefined;
+    return json;
+  }
+  json["impulse"] = vectors(s.impulse);
+  json["angular_impulse"] = vectors(s.angular_impulse);
+  json["impulse_magnitude"] = s.impulse_magnitude;
+  json["base_velocity_change"] = to_json(s.base_velocity_change);
+  json["base_angular_velocity_change"] = to_json(s.base_angular_velocity_change);
+  return json;
 }
 
 Json to_json(const ImpactReport& impact) {
@@ -163,7 +286,7 @@ Json to_json(const ImpactReport& impact) {
                {"grasps", list(impact.grasps)},
                {"rank", impact.rank},
                {"rows", impact.rows},
-               {"null_space", null_space(impact)},
+               {"null_space", impulse_sets(impact, impact.null_space)},
                {"loops", list(impact.loops)},
                {"body_impulses", list(impact.body_impulses)},
                {"kinetic_energy_before", impact.kinetic_energy_before},
@@ -183,6 +306,17 @@ Json to_json(const ImpactReport& impact) {
     json["as_published_absent"] = impact.as_published_absent;
   }
   if (impact.brake) json["brake"] = to_json(*impact.brake);
+  json["joints_during"] = impact.joints_during;
+  json["held_joints"] = list(impact.held_joints);
+  json["unique"] = impact.unique;
+  json["energy_created"] = impact.energy_created;
+  if (!impact.hypothesis.empty()) json["hypothesis"] = impact.hypothesis;
+  if (!impact.inconsistent.empty()) json["inconsistent"] = impact.inconsistent;
+  if (impact.compliant) json["compliant"] = to_json(*impact.compliant);
+  if (impact.measures) json["measures"] = measures_json(impact);
+  json["sensitivities"] = list(impact.sensitivities);
+  json["margins"] = list(impact.margins);
+  json["speed_limits"] = list(impact.speed_limits);
   return json;
 }
 

@@ -122,11 +122,16 @@ class Walker {
 
 std::string override_text(const Override& change) { return "--set " + change.path + "=" + change.value; }
 
-void apply_override(Node& root, const Override& change, FaultList& faults) {
-  const Mark mark{std::make_shared<const std::string>(override_text(change)), 0, 0};
-  const std::optional<Node> value = parse_value(change.value, mark, faults);
-  if (!value) return;
-  if (Node* place = Walker(change.path, mark, faults).walk(root)) *place = *value;
+void apply_change(Node& root, const Change& change, FaultList& faults) {
+  if (Node* place = Walker(change.path, change.mark, faults).walk(root)) *place = change.value;
+}
+
+std::optional<Node> value_at(Node root, const std::string& path) {
+  FaultList absent;
+  const Mark nowhere;
+  const Node* place = Walker(path, nowhere, absent).walk(root);
+  if (!place || place->kind == Node::Kind::null) return {};
+  return *place;
 }
 
 }  // namespace grapnel

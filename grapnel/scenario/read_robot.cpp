@@ -18,6 +18,17 @@ std::optional<JointType> joint_type(const Node& joint) {
   return {};
 }
 
+LoadRating read_rating(const Node& node) {
+  LoadRating rating;
+  rating.force = number_at(node, "force").value_or(LoadRating::kNone);
+  rating.moment = number_at(node, "moment").value_or(LoadRating::kNone);
+  rating.impulse = number_at(node, "impulse").value_or(LoadRating::kNone);
+  rating.angular_impulse = number_at(node, "angular_impulse").value_or(LoadRating::kNone);
+  rating.driving = number_at(node, "driving").value_or(LoadRating::kNone);
+  rating.driving_impulse = number_at(node, "driving_impulse").value_or(LoadRating::kNone);
+  return rating;
+}
+
 JointDescription read_joint(const Node& node, const std::string& path, FaultList& faults) {
   JointDescription joint;
   joint.name = text_at(node, "name");
@@ -83,6 +94,7 @@ void read_link(const Node& node, const std::string& path, ReadRobot& robot, Faul
   const auto type = joint_type(joint);
   if (!type) robot.types_known = false;
   if (type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
+  if (const Node* rating = joint.find("rating")) robot.setup.ratings.emplace_back(link.joint.name, read_rating(*rating));
   robot.setup.bodies.push_back(std::move(link));
 }
 
@@ -153,9 +165,10 @@ void read_end_effectors(const Node& list, const std::string& path, ReadRobot& ro
     robot.end_effectors.add_from(node, here, faults);
     const std::string link = text_at(node, "link");
     robot.links.expect(link, part(node, "link").mark, here, faults);
-    EndEffectorSetup end_effector{{text_at(node, "name"), link, pose_of(node, here, faults)}, {}, {}};
+    EndEffectorSetup end_effector{{text_at(node, "name"), link, pose_of(node, here, faults)}, {}, {}, {}};
     if (node.find("approach_axis")) end_effector.approach_axis = unit_vector_at(node, "approach_axis", here, faults);
     if (const Node* envelope = node.find("envelope")) end_effector.envelope = read_envelope(*envelope);
+    if (const Node* rating = node.find("rating")) end_effector.rating = read_rating(*rating);
     robot.setup.end_effectors.push_back(std::move(end_effector));
   }
 }

@@ -9,6 +9,7 @@
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/read_approach.hpp"
 #include "grapnel/scenario/read_control.hpp"
+#include "grapnel/scenario/read_impact.hpp"
 #include "grapnel/scenario/read_loads.hpp"
 #include "grapnel/scenario/read_targets.hpp"
 
@@ -32,7 +33,7 @@ class ScenarioReader {
     read_grasps(reading_);
     if (root_.find("approach")) read_approach(part(root_, "approach"), trajectory_, reading_);
     read_contact(part(root_, "contact"));
-    if (root_.find("impact")) read_impact(part(root_, "impact"));
+    if (root_.find("impact")) read_impact(part(root_, "impact"), reading_);
     if (root_.find("post_impact")) read_post_impact(part(root_, "post_impact"));
     read_external_wrenches(reading_);
     read_clearance(reading_);
@@ -104,32 +105,6 @@ class ScenarioReader {
     problem_.contact.refuse_beyond = number_at(node, "limit").value_or(0);
   }
 
-  void read_impact(const Node& node) {
-    ImpactSetup impact;
-    impact.duration = number_at(node, "duration").value_or(impact.duration);
-    if (text_at(node, "law") == "as_published") {
-      impact.law = ImpactSetup::Law::as_published;
-      check_published(part(node, "law").mark);
-    }
-    problem_.impact = impact;
-  }
-
-  // The thesis's formulas are for rigid grips of a floating robot that close all at once.
-  void check_published(const Mark& mark) {
-    const auto undefined = [&](const std::string& why) {
-      faults_.add(mark, fmt::format("impact.law: as_published is not defined {}; use plastic", why));
-    };
-    if (robot_.setup.base_mode == RobotSetup::Base::fixed) undefined("for a robot whose base is fixed");
-    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
-      const GraspSetup& grasp = problem_.grasps[i];
-      const std::string path = item("grasps", i);
-      if (grasp.model != GraspModel::rigid) undefined(fmt::format("for {}, which is not rigid", path));
-      if (grasp.closes != GraspSetup::Closes::together) {
-        undefined(fmt::format("for {}, which does not close with the others", path));
-      }
-    }
-  }
-
   void read_post_impact(const Node& node) {
     PostImpactSetup post;
     post.duration = number_at(node, "duration").value_or(0);
@@ -170,6 +145,7 @@ class ScenarioReader {
       faults_.add(root_.mark, "nothing to simulate: give 'approach', 'impact' or both");
     }
     check_closing_times(reading_);
+    check_arrival(reading_);
   }
 
   // Sample and step counts that cannot be meant.

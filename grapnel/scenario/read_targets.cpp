@@ -9,7 +9,8 @@ namespace grapnel {
 namespace {
 
 GraspPoint read_grasp_point(const Node& node, const std::string& path, FaultList& faults) {
-  GraspPoint point{text_at(node, "name"), pose_of(node, path, faults), {}};
+  GraspPoint point{text_at(node, "name"), pose_of(node, path, faults), {}, {}};
+  if (node.find("normal")) point.normal = unit_vector_at(node, "normal", path, faults);
   if (node.find("approach_direction"))
     point.approach_direction = unit_vector_at(node, "approach_direction", path, faults);
   return point;
@@ -106,10 +107,13 @@ void read_grasps(Reading& reading) {
     grasp.target = text_at(node, "target");
     grasp.grasp_point = text_at(node, "point");
     const std::string model = text_at(node, "model");
+    grasp.contact = model == "contact";
     grasp.model = model == "hinge" ? GraspModel::hinge : model == "point" ? GraspModel::point : GraspModel::rigid;
     if (grasp.model == GraspModel::hinge) grasp.hinge_axis = unit_vector_at(node, "axis", path, faults);
     grasp.orientation = read_orientation(node, path, grasp, reading);
     read_closing(node, path, grasp, reading);
+    grasp.relative_velocity = vector_at(node, "relative_velocity").value_or(Vector3d::zero());
+    grasp.relative_angular_velocity = vector_at(node, "relative_angular_velocity").value_or(Vector3d::zero());
 
     reading.robot.end_effectors.expect(grasp.end_effector, part(node, "end_effector").mark, path, faults);
     const auto [first, fresh] = user_of.emplace(grasp.end_effector, i);

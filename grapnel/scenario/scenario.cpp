@@ -6,6 +6,7 @@
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_robot.hpp"
 #include "grapnel/scenario/read_scenario.hpp"
+#include "grapnel/scenario/scenario_files.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
@@ -17,9 +18,29 @@ namespace {
 
 enum class FileKind { scenario, robot };
 
+// One clear sentence instead of every key of the other kind.
+bool is_of_kind(const Node& tree, FileKind kind, FaultList& faults) {
+  const Node* schema = tree.find("schema");
+  if (!schema || !schema->is_scalar()) return true;
+  const std::string is = schema->text.starts_with("grapnel-robot/")      ? "robot"
+                         : schema->text.starts_with("grapnel-scenario/") ? "scenario"
+                         : schema->text.starts_with("grapnel-study/")    ? "study"
+                         : schema->text.starts_with("grapnel-optimization/") ? "optimization"
+                                                                         : "";
+  const std::string wanted = kind == FileKind::scenario ? "scenario" : "robot";
+  if (is.empty() || is == wanted) return true;
+  faults.add(schema->mark, fmt::format("this is {} {} file where a {} is expected", is == "optimization" ? "an" : "a", is, wanted));
+  return false;
+}
+
 // A file's tree, with its bytes added to `hashed`. Empty after a fault.
 std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, const Mark& blame, std::string& hashed,
-                              FaultList& faults, const std::string& named = {}) {
+                              ScenarioFiles& files, FaultList& faults, const std::string& named = {}) {
+  if (const auto kept = files.find(path)) {
+    if (!is_of_kind(kept->tree, kind, faults)) return {};
+    hashed += kept->bytes;
+    return kept->tree;
+  }
   const auto bytes = read_file(path, blame, faults, kLargestFile, named);
   if (!bytes) return {};
   hashed += *bytes;
@@ -32,48 +53,31 @@ std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, 
     faults.add({source, 1, 1}, "the file is empty");
     return {};
   }
-  // One clear sentence instead of every key of the other kind.
-  const Node* schema = tree->find("schema");
-  const std::string other = kind == FileKind::scenario ? "grapnel-robot/" : "grapnel-scenario/";
-  if (schema && schema->is_scalar() && schema->text.starts_with(other)) {
-    faults.add(schema->mark, kind == FileKind::scenario ? "this is a robot file where a scenario is expected"
-                                                        : "this is a scenario file where a robot is expected");
-    return {};
-  }
+  if (!is_of_kind(*tree, kind, faults)) return {};
+  files.keep(path, {*bytes, {}, *tree});
   return tree;
-}
-
-// The path of a file that the scenario names, as a person would write it: relative to the scenario's folder, with ".."
-// resolved where that names the same file (with symbolic links it may not).
-std::filesystem::path path_beside(const std::filesystem::path& scenario, const std::string& named) {
-  const std::filesystem::path path = scenario.parent_path() / named;
-  const std::filesystem::path shorter = path.lexically_normal();
-  std::error_code error;
-  if (std::filesystem::equivalent(path, shorter, error)) return shorter;
-  // Of a file that is not there the folder decides.
-  const bool same_folder = std::filesystem::equivalent(path.parent_path(), shorter.parent_path(), error);
-  return same_folder && !std::filesystem::exists(path, error) ? shorter : path;
 }
 
 // Scenario and robot as trees, while the pieces come together.
 class Loader {
  public:
-  explicit Loader(std::filesystem::path path) : path_(std::move(path)) {}
+  Loader(std::filesystem::path path, ScenarioFiles& files, FaultList faults = {})
+      : path_(std::move(path)), files_(files), faults_(std::move(faults)) {}
 
-  CaptureProblem load(std::span<const Override> overrides) {
+  CaptureProblem load(std::span<const Change> changes) {
     const Mark blame{std::make_shared<const std::string>(path_.string()), 0, 0};
     std::string bytes, robot_bytes;
-    std::optional<Node> scenario = read_tree(path_, FileKind::scenario, blame, bytes, faults_);
+    std::optional<Node> scenario = read_tree(path_, FileKind::scenario, blame, bytes, files_, faults_);
     if (!scenario) faults_.throw_if_any();
 
-    for (const Override& change : overrides) {
+    for (const Change& change : changes) {
       const bool inside_robot = change.path.starts_with("robot.") || change.path.starts_with("robot[");
       if (inside_robot) include_robot(*scenario, robot_bytes);
       if (inside_robot && robot_unreadable_) continue;
       set_inside_robot_ = set_inside_robot_ || inside_robot;
       if (change.path == "robot") included_ = robot_unreadable_ = false, robot_bytes.clear();
-      apply_override(*scenario, change, faults_);
-      bytes_of_overrides_ += override_text(change) + "\n";
+      apply_change(*scenario, change, faults_);
+      bytes_of_overrides_ += override_text({change.path, change.text}) + "\n";
     }
     include_robot(*scenario, robot_bytes);
 
@@ -96,8 +100,8 @@ class Loader {
     Node* named = scenario.find("robot");
     if (!named || !is_text(*named) || named->text.empty() || robot_unreadable_) return;
     const std::size_t before = faults_.size();
-    auto tree =
-        read_tree(path_beside(path_, named->text), FileKind::robot, named->mark, robot_bytes, faults_, named->text);
+    auto tree = read_tree(path_beside(path_, named->text), FileKind::robot, named->mark, robot_bytes, files_, faults_,
+                          named->text);
     robot_unreadable_ = !tree;
     if (!tree) {
       if (faults_.size() == before) faults_.add(named->mark, "the robot file cannot be read");
@@ -129,12 +133,17 @@ class Loader {
     const Node* named = part(scenario, "approach").find("trajectory");
     if (!named || !is_text(*named) || named->text.empty()) return {};
     const std::filesystem::path path = path_beside(path_, named->text);
+    const auto source = std::make_shared<const std::string>(path.string());
+    if (const auto kept = files_.find(path)) {
+      bytes = kept->bytes;
+      return TrajectoryFile{source, kept->text};
+    }
     const auto read = read_file(path, named->mark, faults_, kLargestTrajectory, named->text);
     if (!read) return {};
     bytes = *read;
-    const auto source = std::make_shared<const std::string>(path.string());
     auto text = checked_text(bytes, source, faults_);
     if (!text) return {};
+    files_.keep(path, {bytes, *text, {}});
     return TrajectoryFile{source, std::move(*text)};
   }
 
@@ -145,6 +154,7 @@ class Loader {
   }
 
   std::filesystem::path path_;
+  ScenarioFiles& files_;
   FaultList faults_, robot_faults_;
   std::string bytes_of_overrides_;
   bool included_ = false, set_inside_robot_ = false;
@@ -152,6 +162,27 @@ class Loader {
 };
 
 }  // namespace
+
+std::filesystem::path path_beside(const std::filesystem::path& file, const std::string& named) {
+  const std::filesystem::path path = file.parent_path() / named;
+  const std::filesystem::path shorter = path.lexically_normal();
+  std::error_code error;
+  if (std::filesystem::equivalent(path, shorter, error)) return shorter;
+  // Of a file that is not there the folder decides.
+  const bool same_folder = std::filesystem::equivalent(path.parent_path(), shorter.parent_path(), error);
+  return same_folder && !std::filesystem::exists(path, error) ? shorter : path;
+}
+
+std::shared_ptr<const ScenarioFiles::File> ScenarioFiles::find(const std::filesystem::path& path) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = files_.find(path.string());
+  return it == files_.end() ? nullptr : it->second;
+}
+
+void ScenarioFiles::keep(const std::filesystem::path& path, File file) {
+  const std::lock_guard lock(mutex_);
+  files_.emplace(path.string(), std::make_shared<const File>(std::move(file)));
+}
 
 Override parse_override(const std::string& argument) {
   const std::size_t equals = argument.find('=');
@@ -162,14 +193,27 @@ Override parse_override(const std::string& argument) {
 }
 
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides) {
-  return Loader(path).load(overrides);
+  FaultList faults;
+  std::vector<Change> changes;
+  for (const Override& one : overrides) {
+    const Mark mark{std::make_shared<const std::string>(override_text(one)), 0, 0};
+    if (auto value = parse_value(one.value, mark, faults))
+      changes.push_back({one.path, mark, std::move(*value), one.value});
+  }
+  ScenarioFiles files;
+  return Loader(path, files, std::move(faults)).load(changes);
+}
+
+CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files) {
+  return Loader(path, files).load(changes);
 }
 
 RobotSetup load_robot(const std::filesystem::path& path) {
   FaultList faults;
   std::string bytes;
   const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
-  std::optional<Node> tree = read_tree(path, FileKind::robot, blame, bytes, faults);
+  ScenarioFiles files;
+  std::optional<Node> tree = read_tree(path, FileKind::robot, blame, bytes, files, faults);
   if (!tree) faults.throw_if_any();
   check_structure(*tree, robot_schema_document(), "the robot", faults);
   fill_defaults(*tree, robot_schema_document());

@@ -35,5 +35,7 @@ RobotSetup load_robot(const std::filesystem::path& path);
 /// The published JSON Schemas (draft 7).
 std::string scenario_schema();
 std::string robot_schema();
+std::string study_schema();
+std::string optimization_schema();
 
 }  // namespace grapnel

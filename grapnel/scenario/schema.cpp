@@ -46,8 +46,18 @@ const Json& scenario_schema_document() {
   static const Json kSchema = bundled_scenario_schema();
   return kSchema;
 }
+const Json& study_schema_document() {
+  static const Json kSchema = Json::parse(kStudySchemaText);
+  return kSchema;
+}
+const Json& optimization_schema_document() {
+  static const Json kSchema = Json::parse(kOptimizationSchemaText);
+  return kSchema;
+}
 
 std::string scenario_schema() { return scenario_schema_document().dump(2) + "\n"; }
 std::string robot_schema() { return robot_schema_document().dump(2) + "\n"; }
+std::string study_schema() { return study_schema_document().dump(2) + "\n"; }
+std::string optimization_schema() { return optimization_schema_document().dump(2) + "\n"; }
 
 }  // namespace grapnel

@@ -234,6 +234,7 @@ class Checker {
     const double above = bound("exclusiveMinimum"), from = bound("minimum"), to = bound("maximum");
     const bool within = !(value <= above) && !(value < from) && !(value > to);
     if (within) return;
+    if (!std::isnan(above) && !std::isnan(to)) return fault(fmt::format("greater than {} and at most {}", above, to));
     if (!std::isnan(above)) return fault(fmt::format("greater than {}", above));
     if (!std::isnan(to)) return fault(fmt::format("between {} and {}", from, to));
     fault(fmt::format("at least {}", from));

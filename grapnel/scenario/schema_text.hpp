@@ -7,5 +7,7 @@ namespace grapnel {
 
 extern const char* const kRobotSchemaText;
 extern const char* const kScenarioSchemaText;
+extern const char* const kStudySchemaText;
+extern const char* const kOptimizationSchemaText;
 
 }  // namespace grapnel

@@ -337,7 +337,7 @@ TEST(LoopSolver, RefusesWhatIsNoLoop) {
   EXPECT_THAT(message(arm, hand), ::testing::AllOf(::testing::HasSubstr("grip"), ::testing::HasSubstr("hand"),
                                                    ::testing::HasSubstr("arm")));
   EXPECT_THAT(message(hand, hand), ::testing::HasSubstr("grip"));
-  EXPECT_THAT(message(hand, target), ::testing::AllOf(::testing::HasSubstr("grip"), ::testing::HasSubstr("tree")));
+  EXPECT_EQ(message(hand, target), "accepted");  // two trees: two_trees_test.cpp
   EXPECT_THAT(message(-1, hand), ::testing::HasSubstr("grip"));
   EXPECT_THAT(message(hand, 4), ::testing::HasSubstr("grip"));
 }

@@ -80,6 +80,7 @@ TEST(Examples, AreAllListed) {
   std::set<std::string> files, listed(kPlanned.begin(), kPlanned.end());
   // Not planned in three dimensions: given final angles; a planar first example.
   listed.insert({"seven-joint-dual-capture", "first-plan"});
+  listed.insert({"contact-rebound", "compliant-grip"});  // what is not held, what takes time: below
   for (const auto& entry : std::filesystem::directory_iterator(kScenarios)) {
     if (entry.path().extension() == ".yaml") files.insert(entry.path().stem().string());
   }
@@ -290,6 +291,49 @@ TEST(ExamplesWithASlowJoint, PassItsRateLimit) {
   EXPECT_FALSE(r.ledger.feasible());
   EXPECT_GT(row(r, "joint_rate_violation").value, 0.01);  // measured 0.038 rad/s
   for (const LimitEvent& e : r.limit_events) EXPECT_EQ(e.joint, "arm-1-joint-1");
+}
+
+// A hand that only touches: nothing is held, the satellite leaves, and the run goes on.
+TEST(ContactRebound, TheSatelliteIsFreeAgain) {
+  const CaptureProblem p = load("contact-rebound");
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  EXPECT_TRUE(r.ledger.feasible());
+  EXPECT_FALSE(r.captured());
+  ASSERT_TRUE(r.impact && r.post_impact_end);
+  const GraspImpulse& g = r.impact->grasps.at(0);
+  ASSERT_TRUE(g.rebound);
+  EXPECT_LT(dot(g.rebound->normal, g.relative_velocity_before), -0.01);
+  EXPECT_GT(dot(g.rebound->normal, g.relative_velocity_after), 0.001);
+  EXPECT_LE(norm(g.rebound->tangential_impulse), p.impact->friction * g.rebound->normal_impulse * (1 + 1e-12));
+  EXPECT_FALSE(r.impact->speed_limits.empty());
+  EXPECT_GT(r.post_impact_end->end_effectors.at(0).miss_distance, 0.02);
+  std::string modes;
+  for (const std::string& mode : g.rebound->modes) modes += " " + mode;
+  std::printf("[ measured ] %.3g N s,%s; %.4g m/s before, %.4g after; apart by %.3g m at the end\n",
+              g.impulse_magnitude, modes.c_str(), norm(g.relative_velocity_before), norm(g.relative_velocity_after),
+              r.post_impact_end->end_effectors[0].miss_distance);
+}
+
+// Grippers of a given stiffness: forces over time, and how near they are to the ratings.
+TEST(CompliantGrip, HasAForceProfileAndMargins) {
+  const CaptureProblem p = load("compliant-grip");
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  EXPECT_TRUE(r.ledger.feasible());
+  for (const std::string& warning : r.warnings) ADD_FAILURE() << warning;
+  ASSERT_TRUE(r.captured() && r.impact && r.impact->compliant);
+  EXPECT_EQ(r.impact->compliant->end, "settled");
+  ASSERT_EQ(r.impact->speed_limits.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const GraspImpulse& g = r.impact->grasps.at(i);
+    EXPECT_GT(g.profile->peak_force, g.mean_force);
+    const SpeedLimit& limit = r.impact->speed_limits[i];
+    EXPECT_GT(limit.factor, 1);
+    std::printf("[ measured ] %s: %.3g N s in %.3g s, at most %.3g N; up to %.3g m/s, then %s of %s\n",
+                g.end_effector.c_str(), g.impulse_magnitude, g.profile->duration, g.profile->peak_force,
+                limit.largest_speed, limit.quantity.c_str(), limit.of.c_str());
+  }
 }
 
 }  // namespace

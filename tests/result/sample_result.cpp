@@ -66,6 +66,31 @@ GraspImpulse grasp(const std::string& end_effector) {
   return g;
 }
 
+// What laws, measures and ratings add.
+void describe_law(ImpactReport& report) {
+  ContactRebound rebound;
+  rebound.normal = next_vector(), rebound.tangential_impulse = next_vector();
+  rebound.modes = {"sliding", "sticking"};
+  report.grasps[0].rebound = rebound;
+  report.grasps[0].profile = ForceProfile{};
+  report.hypothesis = "stronge";
+  report.inconsistent = "grip 1, linear y";
+  report.held_joints = {{"left-1", 0.25, 0.5}};
+  report.compliant = CompliantReport{};
+  EndEffectorMeasure measure;
+  measure.end_effector = "left";
+  for (int i = 1; i <= 36; ++i) measure.inverse_inertia.push_back(i);
+  report.measures = ImpactMeasures{};
+  report.measures->end_effectors = {measure};
+  report.measures->miss_of_robot_com = std::numeric_limits<double>::infinity();
+  ImpactSensitivity sensitivity, undefined;
+  sensitivity.parameter = undefined.parameter = "target mass";
+  undefined.undefined = "the rank changes";
+  report.sensitivities = {sensitivity, undefined};
+  report.margins = {{"left-1", "force", 25, 100}};
+  report.speed_limits = {{"left", 4, 0.25, "left-1", "force"}};
+}
+
 ImpactReport impact() {
   ImpactReport report;
   report.time = 20;
@@ -162,6 +187,15 @@ CaptureResult sample_result() {
   };
   result.ledger.scale = {12, 34, 56};
   result.cost = {{"approach", 2400, 200, 3}, {"post_impact", 350, 30, 0}};
+  return result;
+}
+
+CaptureResult sample_result_with_laws() {
+  CaptureResult result = sample_result();
+  describe_law(*result.impact);
+  result.later_impacts[0] = *result.impact;
+  result.later_impacts[0].time = 27;
+  result.later_impacts[0].null_space.clear();
   return result;
 }
 

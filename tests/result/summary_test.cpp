@@ -27,7 +27,7 @@ json parsed(const CaptureResult& result) { return json::parse(summary_json(resul
 const std::vector<std::string> kBody{"name", "position", "quaternion_wxyz", "angular_velocity", "velocity"};
 
 TEST(Summary, HasEveryKeyOfTheContract) {
-  const json summary = parsed(test::sample_result());
+  const json summary = parsed(test::sample_result_with_laws());
   expect_keys(summary,
               {"schema", "version", "scenario", "status", "failure", "warnings", "approach", "impact", "post_impact",
                "later_impacts", "releases", "capture", "clearance", "limits", "ledger", "cost"},
@@ -68,14 +68,28 @@ TEST(Summary, HasEveryKeyOfTheContract) {
                "targets_before",
                "targets_after",
                "as_published",
-               "brake"},
+               "brake",
+               "joints_during",
+               "held_joints",
+               "unique",
+               "energy_created",
+               "hypothesis",
+               "inconsistent",
+               "compliant",
+               "measures",
+               "sensitivities",
+               "margins",
+               "speed_limits"},
               "impact");
   expect_keys(impact["grasps"][0],
               {"end_effector", "target", "grasp_point", "model", "contact_point", "gap", "gap_angle",
                "target_displacement", "impulse", "angular_impulse", "impulse_magnitude", "mean_force", "determined",
-               "relative_velocity_before", "relative_angular_velocity_before"},
+               "relative_velocity_before", "relative_angular_velocity_before", "relative_velocity_after",
+               "relative_angular_velocity_after", "rebound", "profile"},
               "impact.grasps[]");
-  expect_keys(impact["joints"][0], {"joint", "body", "impulse", "angular_impulse", "along_axis"}, "impact.joints[]");
+  expect_keys(impact["joints"][0],
+              {"joint", "body", "impulse", "angular_impulse", "along_axis", "peak_force", "peak_moment", "peak_driving"},
+              "impact.joints[]");
   expect_keys(impact["base_reaction"], {"impulse", "angular_impulse"}, "impact.base_reaction");
   expect_keys(impact["targets_before"][0], kBody, "impact.targets_before[]");
   expect_keys(impact["brake"],
@@ -84,6 +98,44 @@ TEST(Summary, HasEveryKeyOfTheContract) {
               "impact.brake");
   expect_keys(impact["brake"]["grasps"][0],
               {"end_effector", "target", "impulse", "angular_impulse", "impulse_magnitude"}, "impact.brake.grasps[]");
+}
+
+TEST(Summary, HasWhatLawsMeasuresAndRatingsSay) {
+  const json impact = parsed(test::sample_result_with_laws())["impact"];
+  expect_keys(impact["grasps"][0]["rebound"],
+              {"normal", "normal_impulse", "tangential_impulse", "compression", "normal_work", "friction_work", "modes",
+               "spread"},
+              "impact.grasps[].rebound");
+  expect_keys(impact["grasps"][0]["profile"],
+              {"peak_force", "peak_force_time", "peak_moment", "peak_moment_time", "largest_deformation", "duration",
+               "energy_lost", "touches"},
+              "impact.grasps[].profile");
+  expect_keys(impact["held_joints"][0], {"joint", "impulse", "work"}, "impact.held_joints[]");
+  expect_keys(impact["compliant"],
+              {"end", "duration", "energy_lost", "elastic_energy_after", "residual_impulse", "energy_residual",
+               "rhs_evaluations"},
+              "impact.compliant");
+  expect_keys(impact["measures"],
+              {"end_effectors", "largest_impulse", "smallest_impulse", "coupled_index", "miss_of_robot_com",
+               "miss_of_system_com", "base_response", "zero_disturbance", "zero_turning"},
+              "impact.measures");
+  expect_keys(impact["measures"]["end_effectors"][0],
+              {"end_effector", "inverse_inertia", "pair_inverse_inertia", "linear_axes", "linear_mass", "angular_axes",
+               "angular_inertia", "impulse_index", "robot_effective_mass", "pair_effective_mass", "miss_of_robot_com",
+               "miss_of_system_com"},
+              "impact.measures.end_effectors[]");
+  EXPECT_EQ(impact["measures"]["end_effectors"][0]["inverse_inertia"][1][2], 9);  // row by row
+  EXPECT_TRUE(impact["measures"]["miss_of_robot_com"].is_null());                 // infinite
+  expect_keys(impact["sensitivities"][0],
+              {"parameter", "unit", "end_effector", "target", "impulse", "angular_impulse", "impulse_magnitude",
+               "base_velocity_change", "base_angular_velocity_change"},
+              "impact.sensitivities[]");
+  expect_keys(impact["sensitivities"][1], {"parameter", "unit", "end_effector", "target", "undefined"},
+              "impact.sensitivities[], undefined");
+  expect_keys(impact["margins"][0], {"of", "quantity", "load", "rating", "margin"}, "impact.margins[]");
+  EXPECT_EQ(impact["margins"][0]["margin"], 0.75);
+  expect_keys(impact["speed_limits"][0], {"end_effector", "factor", "largest_speed", "of", "quantity"},
+              "impact.speed_limits[]");
 }
 
 TEST(Summary, HasLoopsLaterImpactsAndReleases) {

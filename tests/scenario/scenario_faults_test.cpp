@@ -18,7 +18,7 @@ TEST_P(ScenarioFault, IsReportedWithItsPlace) {
 const std::vector<FaultCase> kCases{
     {"unknown_key",
      {{"impact: {duration: 1e-3}", "impact: {duration: 1e-3, restitutoin: 0}"}},
-     {"scenario.yaml:34:26: error: unknown key 'restitutoin' in impact; allowed are law, duration"}},
+     {"scenario.yaml:34:26: error: unknown key 'restitutoin' in impact; did you mean 'restitution'?"}},
     {"unknown_key_at_top",
      {{"name: test", "name: test\ngravty: [0, 0, 0]"}},
      {"scenario.yaml:2:1: error: unknown key 'gravty' in the scenario; did you mean 'gravity'?"}},

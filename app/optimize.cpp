@@ -1,0 +1,107 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+
+#include "commands.hpp"
+#include "grapnel/result/atomic_file.hpp"
+#include "grapnel/scenario/read_optimization.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "grapnel/study/optimization_report.hpp"
+#include "grapnel/study/quantity.hpp"
+#include "output_folder.hpp"
+#include "progress.hpp"
+
+namespace grapnel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Of the objective: what the written file may differ from the point it was made from.
+constexpr double kSame = 1e-9;
+
+std::string comment_of(const Optimization& optimization, const OptimizationOutcome& outcome) {
+  const Evaluation& best = outcome.evaluations[*outcome.best];
+  std::string text = fmt::format(
+      "Made by grapnel {} optimize from {} (sha256 {}).\n{}: {:.9g}, in the scenario as it was {:.9g}; point {} of "
+      "{}.\n",
+      GRAPNEL_VERSION, optimization.file, optimization.sha256.substr(0, 12), objective_text(optimization),
+      best.score.objective, outcome.before.score.objective, best.row.index, outcome.evaluations.size());
+  for (std::size_t k = 0; k < optimization.variables.size(); ++k) {
+    const OptimizationVariable& v = optimization.variables[k];
+    text += fmt::format("  {}: {:.9g}{}\n", v.name, best.values[k], v.unit.empty() ? "" : " " + v.unit);
+  }
+  return text;
+}
+
+// Writes the best as a scenario and simulates what was written: what is reported is what a user will get.
+Evaluation write_best(const Optimization& optimization, const OptimizationOutcome& outcome, const fs::path& file) {
+  const Evaluation& best = outcome.evaluations[*outcome.best];
+  write_file_atomically(file, optimization.scenario_text(best.values, file, comment_of(optimization, outcome)));
+  const CaptureProblem written = load_scenario(file);
+  const Evaluation after = evaluate(optimization, {written, inward_normals(written)});
+  const double difference = std::abs(after.score.objective - best.score.objective);
+  if (!(difference <= kSame * std::abs(best.score.objective) || difference <= kSame) || !after.score.acceptable())
+    throw std::runtime_error(fmt::format("{} gives {} where the search found {}", file.string(), after.score.objective,
+                                         best.score.objective));
+  return after;
+}
+
+OptimizationOutcome search(const Optimization& optimization, const OptimizeOptions& options) {
+  Progress progress(options.quiet);
+  StudyOptions run;
+  run.threads =
+      options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  run.progress = [&](const StudyProgress& at) { progress.report_points(at.done, at.total, at.not_ok); };
+  return optimize(optimization, run);
+}
+
+// Searches and writes. The exit code.
+int search_and_write(const Optimization& optimization, const OptimizeOptions& options, const fs::path& folder) {
+  const OptimizationOutcome outcome = search(optimization, options);
+  write_file_atomically(folder / "evaluations.csv", evaluations_csv(optimization, outcome));
+  fs::remove(folder / "best.yaml");  // of an earlier search
+  std::optional<Evaluation> after;
+  if (outcome.best) after = write_best(optimization, outcome, folder / "best.yaml");
+  const Evaluation* shown = after ? &*after : nullptr;
+  write_file_atomically(folder / "comparison.json", comparison_json(optimization, outcome, shown, GRAPNEL_VERSION));
+  if (!options.quiet) {
+    fmt::print("{}\nresults in {}: {}comparison.json, evaluations.csv\n", comparison_text(optimization, outcome, shown),
+               folder.string(), shown ? "best.yaml, " : "");
+  }
+  if (shown) return kDone;
+  fmt::print(stderr, "{}: error: {}\n", options.study.string(), why_nothing_is_best(optimization, outcome));
+  return kSimulationFailed;
+}
+
+}  // namespace
+
+int optimize(const OptimizeOptions& options) {
+  Optimization optimization;
+  try {
+    optimization = load_optimization(options.study);
+  } catch (const ScenarioError& error) {
+    for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
+    return kBadInput;
+  }
+  const fs::path folder = options.output.empty() ? fs::path("out") / options.study.stem() : options.output;
+  if (const std::string why = cannot_write_to(folder); !why.empty()) {
+    fmt::print(stderr, "grapnel: error: cannot write results to '{}': {}\n", folder.string(), why);
+    return kBadInput;
+  }
+  if (!options.quiet) {
+    fmt::print("grapnel {}, optimization {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
+               optimization.sha256.substr(0, 12));
+    std::fflush(stdout);
+  }
+  try {
+    return search_and_write(optimization, options, folder);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    return kSimulationFailed;
+  }
+}
+
+}  // namespace grapnel::app

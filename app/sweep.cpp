@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <fstream>
+#include <thread>
+
+#include "commands.hpp"
+#include "grapnel/result/atomic_file.hpp"
+#include "grapnel/scenario/read_study.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "grapnel/study/run_study.hpp"
+#include "grapnel/study/study_summary.hpp"
+#include "grapnel/study/study_table.hpp"
+#include "output_folder.hpp"
+#include "progress.hpp"
+
+namespace grapnel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Rows as they come, for the case that the program is killed before the table is complete.
+class PartialTable {
+ public:
+  PartialTable(fs::path path, const Study& study) : path_(std::move(path)), table_(empty_table(study)), file_(path_) {
+    file_ << csv_head(table_);
+  }
+  void add(const CaseRow& row) {
+    file_ << csv_line(table_, row);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - flushed_ < std::chrono::milliseconds(500)) return;
+    flushed_ = now;
+    file_.flush();
+  }
+  // The complete table is there.
+  void remove() {
+    file_.close();
+    std::error_code ignored;
+    fs::remove(path_, ignored);
+  }
+
+ private:
+  fs::path path_;
+  StudyTable table_;  // without rows
+  std::ofstream file_;
+  std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
+};
+
+int threads_of(int asked) {
+  if (asked > 0) return asked;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+void write_table(const StudyTable& table, const fs::path& folder) {
+  write_study_hdf5(table, GRAPNEL_VERSION, folder / "table.h5");
+  write_study_csv(table, folder / "table.csv");
+  write_file_atomically(folder / "study.json", study_settings_json(table, GRAPNEL_VERSION));
+}
+
+}  // namespace
+
+int sweep(const SweepOptions& options) {
+  Study study;
+  std::size_t points = 0;
+  try {
+    study = load_study(options.study);
+    points = point_count(study);
+  } catch (const ScenarioError& error) {
+    for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
+    return kBadInput;
+  }
+  const fs::path folder = options.output.empty() ? fs::path("out") / options.study.stem() : options.output;
+  if (const std::string why = cannot_write_to(folder); !why.empty()) {
+    fmt::print(stderr, "grapnel: error: cannot write results to '{}': {}\n", folder.string(), why);
+    return kBadInput;
+  }
+  if (!options.quiet) {
+    fmt::print("grapnel {}, study {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
+               study.sha256.substr(0, 12));
+    std::fflush(stdout);
+  }
+  PartialTable partial(folder / "table.partial.csv", study);
+  StudyTable table;
+  try {
+    Progress progress(options.quiet);
+    StudyOptions run;
+    run.threads = threads_of(options.threads);
+    run.progress = [&](const StudyProgress& at) { progress.report_points(at.done, at.total, at.not_ok); };
+    run.row = [&](const CaseRow& row) { partial.add(row); };
+    table = run_study(study, run);
+    write_table(table, folder);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    return kSimulationFailed;
+  }
+  partial.remove();
+  if (!options.quiet)
+    fmt::print("{}\nresults in {}: table.csv, table.h5, study.json\n", study_summary(table), folder.string());
+  const std::size_t ok = table.count(CaseStatus::ok);
+  if (ok == points) return kDone;
+  fmt::print(stderr, "{}: warning: {} of {} points are not ok, see status and reason in table.csv\n",
+             options.study.string(), points - ok, points);
+  return kSomeFailed;
+}
+
+}  // namespace grapnel::app

@@ -1,0 +1,114 @@
+// The plastic impact: ImpactSolver, the fast route, beside plastic_impact(), the careful one, each arm gripping a
+// target of its own; and the latter with all arms on one target (arms x joints of each).
+#include <benchmark/benchmark.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <stdexcept>
+
+#include "bench/dynamics_bench.hpp"
+#include "bench/workload.hpp"
+#include "grapnel/impact/impact_solver.hpp"
+
+namespace grapnel::bench {
+namespace {
+
+struct ImpactWorkload {
+  Workload base;
+  std::vector<std::vector<Grasp>> grasps;  // per state
+};
+using Shared = std::shared_ptr<const ImpactWorkload>;
+
+std::string target_name(int i) { return "target" + std::to_string(i); }
+
+// The robot with free targets, each gripped rigidly by the ends of its arms: every arm has its own, or all have one.
+Shared make_impacts(const std::string& name, int arms, int joints, bool alternate, bool own_targets) {
+  ModelBuilder builder = describe_robot(arms, joints, alternate);
+  for (int i = 0; i < (own_targets ? arms : 1); ++i) {
+    BodyDescription target;
+    target.name = target.joint.name = target_name(i);
+    target.joint.type = JointType::free;
+    target.mass = 200;
+    target.inertia = Symmetric3d::diagonal(30, 40, 50);
+    builder.add(target);
+  }
+  ImpactWorkload impacts{make_workload(name, builder.build()), {}};
+  const Model& model = impacts.base.model;
+  std::mt19937_64 generator(20239);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (State& state : impacts.base.states) {
+    const Kinematics k = forward_kinematics(model, state);
+    std::vector<Grasp>& grasps = impacts.grasps.emplace_back();
+    for (int arm = 0; arm < arms; ++arm) {
+      const int hand = model.body_index("link" + std::to_string(arm) + "." + std::to_string(joints - 1));
+      const int target = model.body_index(target_name(own_targets ? arm : 0));
+      grasps.push_back({hand, target, GraspModel::rigid, k.X_WB[hand] * Vector3d{1, 0, 0}, {0, 0, 1}});
+      if (!own_targets && arm > 0) continue;
+      // The target's surface is at the hand (the first that grips it): its centre is a metre away.
+      const Vector3d axis{uniform(generator), uniform(generator), uniform(generator)};
+      const Rotationd R = rotation_about((1 / norm(axis)) * axis, 3 * uniform(generator));
+      set_root_pose(model, target, {R, grasps.back().p_WC + R.column(0)}, state);
+    }
+  }
+  return std::make_shared<const ImpactWorkload>(std::move(impacts));
+}
+
+// Both routes must answer the same before they are timed.
+void check(const ImpactWorkload& impacts) {
+  ImpactSolver solver(impacts.base.model, impacts.grasps[0]);
+  for (int i = 0; i < Workload::kCases; ++i) {
+    const State& state = impacts.base.states[i];
+    const ImpactSolution careful = plastic_impact(impacts.base.model, state, impacts.grasps[i]);
+    solver.solve(state.q, state.v, impacts.grasps[i]);
+    double difference = 0, size = 0;
+    for (std::size_t v = 0; v < careful.velocity.size(); ++v) {
+      difference = std::max(difference, std::abs(careful.velocity[v] - solver.velocity()[v]));
+      size = std::max(size, std::abs(careful.velocity[v]));
+    }
+    if (!(difference <= 1e-11 * size) || careful.rank != solver.rank()) {
+      throw std::runtime_error(fmt::format("{}: the routes' velocities differ by {:.3g} of {:.3g}, ranks are {} and {}",
+                                           impacts.base.name, difference, size, solver.rank(), careful.rank));
+    }
+  }
+}
+
+void add_solve(const Shared& impacts) {
+  check(*impacts);
+  benchmark::RegisterBenchmark(("plastic_solve/" + impacts->base.name).c_str(), [impacts](benchmark::State& timer) {
+    ImpactSolver solver(impacts->base.model, impacts->grasps[0]);
+    int i = 0;
+    for (auto _ : timer) {
+      const State& state = impacts->base.states[i];
+      solver.solve(state.q, state.v, impacts->grasps[i]);
+      benchmark::DoNotOptimize(solver.velocity().data());
+      benchmark::ClobberMemory();
+      i = (i + 1) % Workload::kCases;
+    }
+  });
+}
+
+void add_plastic_impact(const Shared& impacts) {
+  benchmark::RegisterBenchmark(("plastic_impact/" + impacts->base.name).c_str(), [impacts](benchmark::State& timer) {
+    int i = 0;
+    for (auto _ : timer) {
+      benchmark::DoNotOptimize(plastic_impact(impacts->base.model, impacts->base.states[i], impacts->grasps[i]));
+      i = (i + 1) % Workload::kCases;
+    }
+  });
+}
+
+}  // namespace
+
+void register_impacts() {
+  for (const Shared& impacts : {make_impacts("a+2targets", 2, 3, false, true),
+                                make_impacts("b+2targets", 2, 7, true, true), make_impacts("2x7", 2, 7, true, false),
+                                make_impacts("3x7", 3, 7, true, false), make_impacts("6x7", 6, 7, true, false)}) {
+    add_solve(impacts);
+    add_plastic_impact(impacts);
+  }
+}
+
+}  // namespace grapnel::bench

@@ -1,0 +1,45 @@
+#pragma once
+
+/// @file
+/// An impact that is resolved in time (ImpactSetup::Law::compliant): from a contact to what its grips and contacts
+/// bear, instant by instant. Thread safety: pure functions.
+
+#include "grapnel/capture/impact_report.hpp"
+
+namespace grapnel {
+
+/// The system at one instant of the impact.
+struct CompliantSample {
+  double time = 0;                      // from its beginning [s]
+  State state;                          // of the system given
+  std::vector<Wrenchd> grasp_wrenches;  // per grasp of the problem, on the robot at the contact, in W
+  std::vector<Wrenchd> held_wrenches;   // per CaptureSystem::grips, which hold already: likewise
+  /// What a fixed base's mount put in since the sample before, about the world's origin, in W: all that there was.
+  Momentumd from_ground = Momentumd::zero();
+};
+
+struct CompliantRun {
+  ImpactReport report;
+  std::vector<CompliantSample> samples;
+  State after;          // of the system given
+  double duration = 0;  // [s]
+  double energy_residual = 0;
+  Momentumd from_ground = Momentumd::zero();  // as in ImpactOutcome, since the last sample
+  std::vector<std::string> warnings;
+  std::string failure;  // not empty: it could not be integrated
+};
+
+struct CompliantTask {
+  const CaptureProblem& problem;          // with the grasps that close now
+  const CaptureSystem& free;              // all targets free
+  const Contact& contact;                 // of these grasps, in `free`; its state is the same as `met`
+  const CaptureSystem& system;            // with what is held already hanging on its arms; no closed loops
+  const State& met;                       // of `system`, before brakes
+  double time = 0;                        // [s]
+  std::span<const HeldRate> held = {};    // velocities of `system` that drives and brakes keep
+  std::span<const double> stopping = {};  // impulses with which they bring them there at once, likewise
+};
+/// From the state `met`, with what brakes make of it at once, until all is over.
+CompliantRun run_compliant(const CompliantTask& task, const State& braked);
+
+}  // namespace grapnel

@@ -1,0 +1,361 @@
+#include "grapnel/capture/run_impacts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grapnel/capture/load_margins.hpp"
+#include "grapnel/capture/problem_lookup.hpp"
+
+namespace grapnel {
+
+// Decides on grasps, and lets those that fit meet: at once, in one impact; but what grips does so before what only
+// touches. Whether any did.
+bool RunImpacts::close(const std::vector<std::size_t>& grasps) {
+  const std::vector<std::size_t> closing = run_.schedule.decide(grasps, run_.system, run_.state, run_.time);
+  if (closing.empty() || !run_.problem.impact) return false;
+  const ImpactSetup::Law law = run_.problem.impact->law;
+  if (law == ImpactSetup::Law::compliant) {
+    yield(closing);
+    return true;
+  }
+  std::vector<std::size_t> gripping, touching;
+  for (std::size_t i : closing) (run_.problem.grasps[i].contact ? touching : gripping).push_back(i);
+  const bool contacts_only = law == ImpactSetup::Law::restitution || law == ImpactSetup::Law::friction;
+  if (!gripping.empty()) impact(gripping, contacts_only ? ImpactSetup::Law::plastic : law);
+  if (!touching.empty()) impact(touching, law);
+  return true;
+}
+
+// --- What joints do once their arm holds a target ---
+
+void RunImpacts::settle(std::size_t joint) {
+  run_.control.settled[joint] = true;
+  run_.control.hold[joint] = run_.state.q[run_.joint_body(run_.system, joint).q];
+}
+
+void RunImpacts::settle_all() {
+  run_.control.approaching = false;
+  for (std::size_t j = 0; j < run_.control.settled.size(); ++j) settle(j);
+}
+
+// The joints between the base and an end-effector, in the approach.
+void RunImpacts::settle_arm(std::size_t grasp) {
+  const Model& model = run_.system.model;
+  int body = model.frames()[model.frame_index(run_.problem.grasps[grasp].end_effector)].body;
+  for (; body >= 0; body = model.bodies()[body].parent) {
+    for (std::size_t j = 0; j < run_.control.settled.size(); ++j) {
+      if (model.joints()[run_.system.robot_joints[j]] == body) settle(j);
+    }
+  }
+}
+
+// Joints that follow a trajectory exactly keep its rate through an impact. In the free system.
+std::vector<HeldRate> RunImpacts::driven_rates() const {
+  std::vector<HeldRate> held;
+  if (!run_.control.approaching || run_.problem.approach->tracking.mode != TrackingSetup::Mode::ideal) return held;
+  for (std::size_t j = 0; j < run_.control.settled.size(); ++j) {
+    const int v = run_.joint_body(run_.free, j).v;
+    if (!run_.control.settled[j]) held.push_back({v, run_.state.v[v]});
+  }
+  return held;
+}
+
+// The same, and what impact.joints asks of the others.
+std::vector<HeldRate> RunImpacts::rates_in_impact() const {
+  std::vector<HeldRate> held = driven_rates();
+  const ImpactSetup::Joints joints = run_.problem.impact->joints;
+  if (joints == ImpactSetup::Joints::free) return held;
+  const std::size_t driven = held.size();
+  for (std::size_t j = 0; j < run_.control.settled.size(); ++j) {
+    const int v = run_.joint_body(run_.free, j).v;
+    const auto end = held.begin() + static_cast<std::ptrdiff_t>(driven);
+    if (std::any_of(held.begin(), end, [&](const HeldRate& h) { return h.velocity == v; })) continue;
+    held.push_back({v, joints == ImpactSetup::Joints::braked ? 0.0 : run_.state.v[v]});
+  }
+  return held;
+}
+
+// --- Impacts ---
+
+// A sample outside any integration: just before and just after the impact.
+void RunImpacts::sample_contact() { sample_instant(run_.time, run_.state, {}); }
+void RunImpacts::sample_instant(double time, const State& state, std::span<const GripSample> grips) {
+  const std::vector<double> zeros(run_.system.model.joints().size(), 0.0);
+  const Kinematics kinematics = forward_kinematics(run_.system.model, state);
+  const SystemBooks books = system_books(run_.system.model, kinematics, state);
+  const PhaseIntegrals none;
+  run_.bookkeeper.instant(books);
+  run_.recorder.sample(run_.system, kinematics, books, {time, state, none, zeros, zeros}, grips);
+}
+
+// An instant of an impact in time; `closing`: the grasps of the problem that the sample has wrenches of.
+void RunImpacts::sample_yielding(const std::vector<std::size_t>& closing, const CompliantSample& sample) {
+  std::vector<GripSample> grips(run_.problem.grasps.size());
+  for (std::size_t i = 0; i < closing.size(); ++i) {
+    grips[closing[i]].holds = true;
+    grips[closing[i]].F_WC = sample.grasp_wrenches[i];
+  }
+  for (std::size_t i = 0; i < run_.system.grips.size(); ++i) {
+    GripSample& held = grips[run_.system.grips[i].grasp];
+    held.holds = true;
+    held.F_WC = sample.held_wrenches[i];
+  }
+  sample_instant(run_.time + sample.time, sample.state, grips);
+}
+
+Momentumd RunImpacts::momentum_about_origin(const State& state) const {
+  return momentum_about(run_.free.model, forward_kinematics(run_.free.model, state), Vector3d::zero());
+}
+
+// The problem with some of its grasps.
+CaptureProblem RunImpacts::with_grasps(const std::vector<std::size_t>& grasps) const {
+  CaptureProblem problem = run_.problem;
+  problem.grasps.clear();
+  for (std::size_t i : grasps) problem.grasps.push_back(run_.problem.grasps[i]);
+  return problem;
+}
+
+// The contact of the grips that close, by the rule for gaps, after those that hold already.
+Contact RunImpacts::contact_of(const std::vector<std::size_t>& closing) {
+  std::vector<bool> held(run_.problem.targets.size(), false);
+  for (const HeldGrip& grip : run_.grips)
+    held[target_index(run_.problem, run_.problem.grasps[grip.grasp].target)] = true;
+  const Contact fresh = make_contact(with_grasps(closing), run_.free, run_.state, held);
+  if (!fresh.refused.empty()) {
+    run_.schedule.refuse(closing, "contact refused: " + fresh.refused);
+    throw RunFailure("contact refused: " + fresh.refused);
+  }
+  Contact contact = fresh;
+  contact.gaps.clear(), contact.displacement.clear(), contact.grasps.clear();
+  const Kinematics k = forward_kinematics(run_.free.model, fresh.state);
+  const std::vector<GraspGap> gaps = grasp_gaps(run_.problem, run_.free, k);
+  for (const HeldGrip& grip : run_.grips) {
+    contact.gaps.push_back(gaps[grip.grasp]);
+    contact.displacement.push_back(Vector3d::zero());
+    contact.grasps.push_back(grasp_of(grip, k));
+  }
+  for (std::size_t i = 0; i < closing.size(); ++i) {
+    contact.gaps.push_back(fresh.gaps[i]);
+    contact.displacement.push_back(fresh.displacement[i]);
+    contact.grasps.push_back(fresh.grasps[i]);
+  }
+  return contact;
+}
+
+// Sizes fit by construction, so what the solver refuses are numbers: inertias that span more than doubles resolve.
+ImpactOutcome RunImpacts::solve_impact(const std::vector<std::size_t>& closing, const Contact& contact,
+                                       ImpactSetup::Law law) const {
+  std::vector<std::size_t> all;
+  for (const HeldGrip& grip : run_.grips) all.push_back(grip.grasp);
+  all.insert(all.end(), closing.begin(), closing.end());
+  const CaptureProblem taking_part = with_grasps(all);
+  const std::vector<HeldRate> held = rates_in_impact();
+  try {
+    return run_impact({taking_part, run_.free, contact, run_.time, run_.grips.size(), held, law});
+  } catch (const std::invalid_argument& error) {
+    throw RunFailure(
+        fmt::format("impact at t = {:.6g} s: the system is numerically singular ({})", run_.time, error.what()));
+  }
+}
+
+// The contact of what closes, in the free system, with targets where the rule for gaps puts them.
+Contact RunImpacts::meet(const std::vector<std::size_t>& closing) {
+  run_.recorder.begin_phase(run_.next_name("contact"));
+  if (run_.control.approaching) {
+    for (std::size_t i : closing) settle_arm(i);
+  }
+  run_.to_free();
+  Contact contact = contact_of(closing);
+  // Before any sample there is nothing yet that a target put elsewhere could break.
+  if (!run_.result.series.time.empty())
+    run_.bookkeeper.enter(momentum_about_origin(contact.state) - momentum_about_origin(run_.state));
+  run_.state = contact.state;
+  return contact;
+}
+
+void RunImpacts::keep(ImpactReport report) {
+  add_margins(run_.problem, report);
+  if (report.energy_created) {
+    run_.result.warnings.push_back(fmt::format(
+        "impact: the result has more energy than there was before; the {} hypothesis can do this with friction "
+        "(impact.hypothesis: stronge cannot)",
+        report.hypothesis));
+  }
+  if (!report.inconsistent.empty()) {
+    run_.result.warnings.push_back(
+        "impact: no motion has the restitution that is asked for; in the least-squares sense "
+        "it is not met in: " +
+        report.inconsistent);
+  }
+  if (!report.unique) {
+    run_.result.warnings.push_back(
+        "impact: simultaneous contacts; how they share the impulse depends on their stiffnesses, "
+        "which this law does not know (impact.grasps.rebound.spread)");
+  }
+  if (run_.result.impact) {
+    run_.result.later_impacts.push_back(std::move(report));
+  } else {
+    run_.result.impact = std::move(report);
+  }
+}
+
+bool RunImpacts::holds_after(std::size_t grasp, ImpactSetup::Law law) const {
+  return !run_.problem.grasps[grasp].contact && law != ImpactSetup::Law::bilateral_restitution;
+}
+
+// What has met holds, or is apart again. In the free system.
+void RunImpacts::hold_or_part(const std::vector<std::size_t>& closing, ImpactSetup::Law law,
+                              const ImpactReport& report) {
+  const Kinematics k = forward_kinematics(run_.free.model, run_.state);
+  for (std::size_t i : closing) {
+    if (holds_after(i, law)) {
+      run_.grips.push_back(close_grip(run_.problem, run_.free, k, i));
+      continue;
+    }
+    run_.rebounded = true;
+    for (const GraspImpulse& g : report.grasps) {
+      if (g.end_effector != run_.problem.grasps[i].end_effector) continue;
+      run_.schedule.refuse({i}, fmt::format("{}: it parts at {:.4g} m/s",
+                                            run_.problem.grasps[i].contact ? "a contact, no grip" : "thrown back",
+                                            norm(g.relative_velocity_after)));
+    }
+  }
+}
+
+// Grips close, or contacts touch: in the free system, where those that hold already are constraints like the new ones.
+void RunImpacts::impact(const std::vector<std::size_t>& closing, ImpactSetup::Law law) {
+  const Contact contact = meet(closing);
+  sample_contact();
+  ImpactOutcome outcome = solve_impact(closing, contact, law);
+  run_.bookkeeper.enter(outcome.from_ground);
+  run_.impact_book.note(outcome.residuals);
+  run_.state = outcome.after;
+  hold_or_part(closing, law, outcome.report);
+  outcome.report.brake = brake();
+  keep(std::move(outcome.report));
+  run_.to_joined();
+  sample_contact();
+}
+
+// The impact takes its time: grips and contacts yield meanwhile, then grips are rigid.
+void RunImpacts::yield(const std::vector<std::size_t>& closing) {
+  const CaptureProblem meeting = with_grasps(closing);
+  Contact contact = meet(closing);
+  const auto held_already = static_cast<std::ptrdiff_t>(run_.grips.size());
+  contact.gaps.erase(contact.gaps.begin(), contact.gaps.begin() + held_already);
+  contact.grasps.erase(contact.grasps.begin(), contact.grasps.begin() + held_already);
+  contact.displacement.erase(contact.displacement.begin(), contact.displacement.begin() + held_already);
+  std::vector<HeldRate> held = rates_in_impact();
+  run_.to_joined();
+  if (!run_.system.closures.empty())
+    throw RunFailure("impact.law: compliant is not there for targets that are held in closed loops already");
+  for (HeldRate& h : held) h.velocity = velocity_in(run_.system, h.velocity);
+  sample_contact();
+  const State met = run_.state;
+  const std::vector<double> stopping = brake_at_once(held);
+  CompliantRun run =
+      run_compliant({meeting, run_.free, contact, run_.system, met, run_.time, held, stopping}, run_.state);
+  if (!run.failure.empty()) throw RunFailure(run.failure);
+  for (const std::string& warning : run.warnings) run_.result.warnings.push_back(warning);
+  for (const CompliantSample& sample : run.samples) {
+    run_.bookkeeper.enter(sample.from_ground);
+    sample_yielding(closing, sample);
+  }
+  run_.bookkeeper.enter(run.from_ground);
+  run_.impact_book.note_compliant(run.energy_residual);
+  run_.state = run.after;
+  run_.time += run.duration;
+  stiffen(closing, run.report);
+}
+
+// Where a velocity of a joint of the robot is in another representation.
+int RunImpacts::velocity_in(const CaptureSystem& system, int free_velocity) const {
+  for (std::size_t j = 0; j < run_.control.settled.size(); ++j) {
+    if (run_.joint_body(run_.free, j).v == free_velocity) return run_.joint_body(system, j).v;
+  }
+  return free_velocity;
+}
+
+// Joints that are braked are at rest from the first instant of an impact in time on: what that takes, per held rate.
+// In the joined system, which has no closed loops.
+std::vector<double> RunImpacts::brake_at_once(std::span<const HeldRate> held) {
+  if (run_.problem.impact->joints != ImpactSetup::Joints::braked) return std::vector<double>(held.size(), 0.0);
+  const ImpactSolution stopped = plastic_impact(run_.system.model, run_.state, {}, held);
+  run_.impact_book.note_brake(stopped.energy_identity_residual);
+  run_.state.v = stopped.velocity;
+  return stopped.held_impulses;
+}
+
+// Grips that have come to rest hold rigidly from now on.
+void RunImpacts::stiffen(const std::vector<std::size_t>& closing, ImpactReport& report) {
+  run_.to_free();
+  hold_or_part(closing, ImpactSetup::Law::compliant, report);
+  std::vector<Grasp> holding;
+  const Kinematics k = forward_kinematics(run_.free.model, run_.state);
+  for (const HeldGrip& grip : run_.grips) holding.push_back(grasp_of(grip, k));
+  const ImpactSolution rest = plastic_impact(run_.free.model, run_.state, holding, rates_in_impact());
+  for (const ContactImpulse& c : rest.contacts)
+    report.compliant->residual_impulse = std::max(report.compliant->residual_impulse, norm(c.P_WC.linear));
+  const Momentumd before = momentum_about_origin(run_.state);
+  run_.state.v = rest.velocity;
+  if (!run_.free.model.has_free_root(run_.free.base))  // only the ground can have changed it
+    run_.bookkeeper.enter(momentum_about_origin(run_.state) - before);
+  report.brake = brake();
+  keep(std::move(report));
+  run_.to_joined();
+  sample_contact();
+}
+
+// Settled joints stop at once, if they are braked. In the free system.
+std::optional<BrakeReport> RunImpacts::brake() {
+  if (!run_.holds_by(PostImpactSetup::Joints::braked)) return {};
+  std::vector<Grasp> grasps;
+  const Kinematics k = forward_kinematics(run_.free.model, run_.state);
+  for (const HeldGrip& grip : run_.grips) grasps.push_back(grasp_of(grip, k));
+  std::vector<std::size_t> joints, holding;
+  for (std::size_t j = 0; j < run_.control.settled.size(); ++j) {
+    if (run_.control.settled[j]) joints.push_back(j);
+  }
+  for (const HeldGrip& grip : run_.grips) holding.push_back(grip.grasp);
+  BrakeOutcome outcome = run_brake(with_grasps(holding), run_.free, run_.state, grasps, joints, driven_rates());
+  run_.bookkeeper.enter(outcome.from_ground);
+  run_.impact_book.note_brake(outcome.energy_identity_residual);
+  run_.state = std::move(outcome.after);
+  return outcome.report;
+}
+
+// Joints that settle while no grip closes still have to stop, if they are braked.
+void RunImpacts::stop_joints() {
+  if (!run_.holds_by(PostImpactSetup::Joints::braked)) return;
+  run_.to_free();
+  brake();
+  run_.to_joined();
+}
+
+void RunImpacts::release_due(double post_start) {
+  if (run_.control.approaching) return;
+  const auto& releases = run_.problem.post_impact->releases;
+  // In the order of time; an impact in time may have passed over some.
+  for (; released_ < releases.size(); ++released_) {
+    const PostImpactSetup::Release& release = releases[released_];
+    const double due = post_start + release.after;
+    if (due > run_.time && !GripSchedule::is_now(due, run_.time)) return;
+    ReleaseReport report;
+    report.time = run_.time;
+    run_.to_free();
+    std::erase_if(run_.grips, [&](const HeldGrip& grip) {
+      const GraspSetup& g = run_.problem.grasps[grip.grasp];
+      const auto& named = release.end_effectors;
+      if (!named.empty() && std::find(named.begin(), named.end(), g.end_effector) == named.end()) return false;
+      report.end_effectors.push_back(g.end_effector);
+      report.targets.push_back(g.target);
+      run_.schedule.release(grip.grasp, run_.time);
+      return true;
+    });
+    run_.to_joined();
+    if (!report.end_effectors.empty()) run_.result.releases.push_back(std::move(report));
+  }
+}
+
+}  // namespace grapnel

@@ -1,0 +1,58 @@
+#pragma once
+
+/// @file
+/// What a run has at hand between its phases: the system as it now is and where it is, recorder and books.
+/// Thread safety: one thread at a time.
+
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include "grapnel/capture/bookkeeper.hpp"
+#include "grapnel/capture/captured_model.hpp"
+#include "grapnel/capture/grip_schedule.hpp"
+#include "grapnel/capture/impact_book.hpp"
+#include "grapnel/capture/loop_book.hpp"
+#include "grapnel/capture/phase_setups.hpp"
+#include "grapnel/capture/recorder.hpp"
+#include "grapnel/capture/watches.hpp"
+
+namespace grapnel {
+
+/// Ends a run early; becomes CaptureResult::failure.
+struct RunFailure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct RunState {
+  RunState(const CaptureProblem& the_problem, CaptureResult& the_result);
+
+  /// The first piece of a phase has its plain name.
+  std::string next_name(const std::string& phase);
+  bool holds_by(PostImpactSetup::Joints joints) const;
+  const Body& joint_body(const CaptureSystem& of, std::size_t joint) const;
+
+  /// Between the representations: all targets free, or hanging on the arms that hold them.
+  void to_free();
+  void to_joined();
+
+  const CaptureProblem& problem;
+  CaptureResult& result;
+  const CaptureSystem free;  // all targets free
+  CaptureSystem system;      // as it is now
+  Recorder recorder;
+  Bookkeeper bookkeeper;
+  Watches watches;
+  LoopBook loops;
+  ImpactBook impact_book;
+  GripSchedule schedule;
+  std::vector<JointTrajectory> trajectories;  // of the approach, per robot joint
+  SegmentControl control;
+  std::vector<HeldGrip> grips;        // that hold now, in the free system's bodies
+  std::map<std::string, int> pieces;  // of phases, by name
+  State state;
+  double time = 0;
+  bool rebounded = false;  // something has been thrown back
+};
+
+}  // namespace grapnel

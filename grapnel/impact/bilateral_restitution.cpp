@@ -1,0 +1,90 @@
+#include "grapnel/impact/bilateral_restitution.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/impact/bilateral_rows.hpp"
+
+namespace grapnel {
+namespace {
+
+// A row's velocity misses what E asks for by more than rounding leaves: relative to the fastest row, rows made
+// commensurable by the metric D.
+constexpr double kMissed = 1e-8;
+
+void check(std::span<const Grasp> grasps, std::span<const std::vector<double>> restitution) {
+  if (restitution.size() != grasps.size()) {
+    throw std::invalid_argument(
+        fmt::format("bilateral_restitution: coefficients of {} grips for {} grips", restitution.size(), grasps.size()));
+  }
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    if (static_cast<int>(restitution[i].size()) != row_count(grasps[i].model)) {
+      throw std::invalid_argument(fmt::format("bilateral_restitution: grip {} has {} rows but {} coefficients", i + 1,
+                                              row_count(grasps[i].model), restitution[i].size()));
+    }
+    for (double e : restitution[i]) {
+      if (!(e >= 0 && e <= 1)) {
+        throw std::invalid_argument(
+            fmt::format("bilateral_restitution: coefficient {} of grip {} is not within 0 to 1", e, i + 1));
+      }
+    }
+  }
+}
+
+std::string row_name(const Grasp& grasp, std::size_t index, int row) {
+  constexpr const char* kAxes[] = {"x", "y", "z"};
+  const int angular = row_count(grasp.model) - 3;
+  if (row >= angular) return fmt::format("grip {}, linear {}", index + 1, kAxes[row - angular]);
+  if (grasp.model == GraspModel::rigid) return fmt::format("grip {}, angular {}", index + 1, kAxes[row]);
+  return fmt::format("grip {}, angular, direction {} normal to the hinge", index + 1, row + 1);
+}
+
+std::string missed_rows(const Eigen::VectorXd& missed, double bound, std::span<const Grasp> grasps,
+                        std::span<const HeldRate> held) {
+  std::string names;
+  Eigen::Index row = 0;
+  const auto note = [&](const std::string& name) {
+    if (std::abs(missed[row++]) > bound) names += (names.empty() ? "" : "; ") + name;
+  };
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    for (int r = 0; r < row_count(grasps[i].model); ++r) note(row_name(grasps[i], i, r));
+  }
+  for (const HeldRate& h : held) note(fmt::format("held velocity {}", h.velocity));
+  return names;
+}
+
+}  // namespace
+
+BilateralRestitution bilateral_restitution(const Model& model, const State& state, std::span<const Grasp> grasps,
+                                           std::span<const std::vector<double>> restitution,
+                                           std::span<const HeldRate> held) {
+  check(grasps, restitution);
+  const Kinematics kinematics = forward_kinematics(model, state);
+  const Eigen::MatrixXd M = mass_matrix(model, state);
+  const BilateralRows rows = bilateral_rows(model, kinematics, M, grasps, held);
+  const Eigen::Map<const Eigen::VectorXd> v(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
+  const Eigen::VectorXd u = rows.J * v;
+  Eigen::VectorXd wanted = rows.held_after;  // u+ = -E u-
+  for (Eigen::Index row = 0; const std::vector<double>& grip : restitution) {
+    for (double e : grip) wanted[row] = -e * u[row], ++row;
+  }
+  BilateralRestitution result{solve_rows(M, rows, state, wanted, grasps, held), {}};
+  if (rows.J.rows() == 0) return result;
+  // Where rows are redundant their velocities fulfil a relation, and E u- need not.
+  const Eigen::Map<const Eigen::VectorXd> after(result.solution.velocity.data(), v.size());
+  const Eigen::VectorXd size = rows.D.diagonal().cwiseSqrt();
+  const Eigen::VectorXd missed = (rows.J * after - wanted).cwiseQuotient(size);
+  const double fastest =
+      std::max(u.cwiseQuotient(size).lpNorm<Eigen::Infinity>(), wanted.cwiseQuotient(size).lpNorm<Eigen::Infinity>());
+  // Rounding of J v itself, where the grips move along with velocities far above their relative ones.
+  const double rounding = 1e-14 * (rows.J.cwiseAbs() * v.cwiseAbs()).cwiseQuotient(size).lpNorm<Eigen::Infinity>();
+  result.inconsistent = missed_rows(missed, std::max(kMissed * fastest, 100 * rounding), grasps, held);
+  return result;
+}
+
+}  // namespace grapnel

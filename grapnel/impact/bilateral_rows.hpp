@@ -1,0 +1,27 @@
+#pragma once
+
+/// @file
+/// Rows that hold in both directions during an impact: those of grips, then held rates; and the solution of any impact
+/// that prescribes their velocities afterwards. Thread safety: pure functions.
+
+#include "grapnel/impact/plastic_impact.hpp"
+
+namespace grapnel {
+
+struct BilateralRows {
+  Eigen::MatrixXd J;           // rows x velocities: grasp_jacobian(), then a unit entry per held rate
+  Eigen::MatrixXd D;           // rows x rows: metric (7.8) of docs/theory.md; held rates the diagonal of J M^-1 J^T
+  Eigen::VectorXd held_after;  // rows: zero for grips, HeldRate::after for held rates
+};
+
+/// `kinematics` of the state at which `M` is the mass matrix.
+BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, const Eigen::MatrixXd& M,
+                             std::span<const Grasp> grasps, std::span<const HeldRate> held);
+
+/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow (docs/theory.md, equations (7.5)-(7.7)), with
+/// its books. `rows` are those of `grasps` and `held`.
+ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& before,
+                          const Eigen::VectorXd& u_after, std::span<const Grasp> grasps,
+                          std::span<const HeldRate> held);
+
+}  // namespace grapnel

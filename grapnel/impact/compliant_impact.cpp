@@ -1,0 +1,311 @@
+#include "grapnel/impact/compliant_impact.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "grapnel/impact/compliant_record.hpp"
+#include "grapnel/impact/compliant_scales.hpp"
+
+namespace grapnel {
+namespace {
+
+// Relative speeds below this share of the largest are rounding.
+constexpr double kNoSpeed = 1e-12;
+
+void require(bool holds, const std::string& what) {
+  if (!holds) throw std::invalid_argument("compliant_impact: " + what);
+}
+
+bool positive(double x) { return x > 0 && std::isfinite(x); }
+bool not_negative(double x) { return x >= 0 && std::isfinite(x); }
+bool unit(const Vector3d& x) { return std::abs(norm(x) - 1) < 1e-9; }
+bool finite(const Vector3d& x) { return std::isfinite(x[0]) && std::isfinite(x[1]) && std::isfinite(x[2]); }
+
+void check_bodies(const Model& model, int robot, int target, const Vector3d& p_WC, const std::string& who) {
+  const int count = static_cast<int>(model.bodies().size());
+  require(robot >= 0 && robot < count && target >= 0 && target < count, who + " is on no body of the model");
+  require(robot != target, who + " has one body on both sides");
+  require(finite(p_WC), who + " is at no finite point");
+}
+
+void check_contact(const Model& model, const CompliantContact& c, std::size_t index) {
+  const std::string who = fmt::format("contact {}", index + 1);
+  check_bodies(model, c.robot_body, c.target_body, c.p_WC, who);
+  require(unit(c.n_W), who + ": the normal must be a unit vector");
+  require(positive(c.stiffness), who + ": stiffness must be positive");
+  require(c.model == ContactForceModel::hertz || not_negative(c.damping), who + ": damping must not be negative");
+  require(c.model != ContactForceModel::hunt_crossley || (c.exponent >= 1 && c.exponent <= 10),
+          who + ": exponent must lie in 1 to 10");
+  require(not_negative(c.friction), who + ": friction must not be negative");
+  require(c.friction == 0 || positive(c.slip_speed), who + ": slip_speed must be positive");
+}
+
+void check_grip(const Model& model, const CompliantGrip& g, std::size_t index) {
+  const std::string who = fmt::format("grip {}", index + 1);
+  check_bodies(model, g.grasp.robot_body, g.grasp.target_body, g.grasp.p_WC, who);
+  require(positive(g.linear_stiffness), who + ": linear_stiffness must be positive");
+  require(not_negative(g.linear_damping), who + ": linear_damping must not be negative");
+  if (g.grasp.model == GraspModel::point) return;
+  require(positive(g.angular_stiffness), who + ": angular_stiffness must be positive");
+  require(not_negative(g.angular_damping), who + ": angular_damping must not be negative");
+  require(g.grasp.model != GraspModel::hinge || unit(g.grasp.hinge_W), who + ": the hinge must be a unit vector");
+}
+
+void check_held(const Model& model, std::span<const int> held) {
+  std::vector<int> marks(model.velocities());
+  for (int v : held) {
+    require(v >= 0 && v < model.velocities(), "a held velocity is not the model's");
+    require(++marks[v] == 1, "a velocity is held twice");
+  }
+  for (const Body& b : model.bodies()) {
+    const int count = velocity_count(b.description.joint.type);
+    for (int k = 1; k < count; ++k) {
+      require(marks[b.v] == marks[b.v + k], "of a free root or a spherical joint all velocities or none can be held");
+    }
+  }
+}
+
+void check(const Model& model, const State& state, const CompliantSetup& setup) {
+  require(
+      static_cast<int>(state.q.size()) == model.coordinates() && static_cast<int>(state.v.size()) == model.velocities(),
+      "the state has another model's size");
+  for (double x : state.q) require(std::isfinite(x), "the state is not finite");
+  for (double x : state.v) require(std::isfinite(x), "the state is not finite");
+  require(positive(setup.longest), "longest must be positive");
+  require(setup.settled > 0 && setup.settled < 1, "settled must lie between 0 and 1");
+  require(setup.relative_tolerance >= 1e-14 && setup.relative_tolerance <= 1e-2,
+          "relative_tolerance must lie in 1e-14 to 1e-2");
+  require(setup.samples >= 2, "samples must be at least 2");
+  require(setup.most_steps > 0, "most_steps must be positive");
+}
+
+// One impact under way.
+class Run {
+ public:
+  Run(const Model& model, const State& state, std::span<const CompliantContact> contacts,
+      std::span<const CompliantGrip> grips, const CompliantSetup& setup, std::span<const int> held)
+      : model_(model),
+        state_(state),
+        contacts_(contacts),
+        grips_(grips),
+        setup_(setup),
+        held_(held),
+        system_(model, state, contacts, grips, held) {}
+
+  CompliantOutcome outcome();
+
+ private:
+  void choose_first_phases(std::span<const double> y);
+  void integrate(StiffIntegrator& integrator, CompliantRecorder& recorder);
+  bool follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder, bool event);
+  void enter(std::size_t contact, ContactPhase next);
+  void note_grips(double t);
+  double grip_motion() const;
+  bool is_over(double t) const;
+  void limit_step(StiffIntegrator& integrator) const;
+  void close_books(double t, std::span<const double> y);
+
+  const Model& model_;
+  const State& state_;
+  std::span<const CompliantContact> contacts_;
+  std::span<const CompliantGrip> grips_;
+  const CompliantSetup& setup_;
+  std::span<const int> held_;
+  CompliantSystem system_;
+  CompliantScales scales_;
+  CompliantOutcome result_;
+  double grip_motion_before_ = 0, last_motion_ = 0;  // [J], [s]
+  double largest_angle_ = 0;
+};
+
+void Run::enter(std::size_t contact, ContactPhase next) {
+  if (next == ContactPhase::pressing) ++result_.contacts[contact].touches;
+  system_.phase[contact] = next;
+}
+
+// Contacts that approach press from the beginning; follow_events() sees to those that are at rest.
+void Run::choose_first_phases(std::span<const double> y) {
+  system_.load(0, y);
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (system_.loads()[i].rate > kNoSpeed * scales_.speed) enter(i, ContactPhase::pressing);
+  }
+}
+
+// A pressing contact's pulse must not be stepped over.
+void Run::limit_step(StiffIntegrator& integrator) const {
+  const bool pressing =
+      std::any_of(system_.phase.begin(), system_.phase.end(), [](auto p) { return p == ContactPhase::pressing; });
+  integrator.limit_step(pressing ? scales_.longest_contact_time : 0);
+}
+
+// Changes phases where an event says so; true if one changed. The recorder gets the instant before and after.
+bool Run::follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder, bool event) {
+  const double t = integrator.time();
+  system_.load(t, integrator.y());
+  std::vector<ContactPhase> next = system_.phase;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const InterfaceLoad& load = system_.loads()[i];
+    for (int which = 1; event && which >= 0; --which) {
+      if (integrator.crossed()[2 * i + which] != 0) next[i] = system_.phase_after(static_cast<int>(i), which);
+    }
+    // One that was at rest at the start and is pushed has no sign to change: it presses from the first (tiny) step on.
+    if (!event && system_.phase[i] == ContactPhase::apart && load.deformation > 0 && load.signed_force > 0 &&
+        load.rate > kNoSpeed * scales_.speed) {
+      next[i] = ContactPhase::pressing;
+    }
+  }
+  if (next == system_.phase) return false;
+  recorder.mark(t, integrator.y());
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (next[i] != system_.phase[i]) enter(i, next[i]);
+  }
+  recorder.mark(t, integrator.y());
+  return true;
+}
+
+// Kinetic energy of the grips' relative motion, with the inertia at the beginning, in the targets' axes.
+double Run::grip_motion() const {
+  const Eigen::Index count = static_cast<Eigen::Index>(grips_.size());
+  Eigen::VectorXd u(6 * count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Twistd u_T = system_.in_target_axes(static_cast<int>(i));
+    for (int k = 0; k < 3; ++k) u[6 * i + k] = u_T.angular[k], u[6 * i + 3 + k] = u_T.linear[k];
+  }
+  return 0.5 * u.dot(scales_.grip_inertia * u);
+}
+
+void Run::note_grips(double t) {
+  if (grips_.empty()) return;
+  if (grip_motion() > setup_.settled * grip_motion_before_) last_motion_ = t;
+  for (std::size_t g = 0; g < grips_.size(); ++g) {
+    largest_angle_ = std::max(largest_angle_, system_.loads()[contacts_.size() + g].angle);
+  }
+}
+
+bool Run::is_over(double t) const {
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    if (system_.phase[i] == ContactPhase::pressing || system_.loads()[i].rate > kNoSpeed * scales_.speed) return false;
+  }
+  return grips_.empty() || t - last_motion_ >= 2 * std::numbers::pi * scales_.longest_grip_time;
+}
+
+void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
+  using Status = CompliantOutcome::Status;
+  recorder.mark(0, integrator.y());
+  limit_step(integrator);
+  while (true) {
+    const double from = integrator.time();
+    if (is_over(from)) {
+      result_.status = grips_.empty() ? Status::separated : Status::settled;
+      return;
+    }
+    const StiffIntegrator::Result made = integrator.step();
+    ++result_.steps;
+    if (made == StiffIntegrator::Result::failed) {
+      result_.message = integrator.message();
+      return;
+    }
+    recorder.step(integrator, from, integrator.time());
+    if (made == StiffIntegrator::Result::end) {
+      result_.status = Status::time_over;
+      return;
+    }
+    if (follow_events(integrator, recorder, made == StiffIntegrator::Result::event)) {
+      integrator.restart();
+      limit_step(integrator);
+    }
+    system_.load(integrator.time(), integrator.y());
+    note_grips(integrator.time());
+    if (largest_angle_ > 3) {
+      result_.message =
+          fmt::format("at {:.6g} s: a grip has turned by {:.3g} rad, springs there know half a turn at most",
+                      integrator.time(), largest_angle_);
+      return;
+    }
+    if (result_.steps >= setup_.most_steps) {
+      result_.message =
+          fmt::format("at {:.6g} s: {} steps made, no more are allowed", integrator.time(), result_.steps);
+      return;
+    }
+  }
+}
+
+void Run::close_books(double t, std::span<const double> y) {
+  system_.load(t, y);
+  result_.duration = t;
+  result_.after = system_.now();
+  result_.kinetic_energy_after = system_.kinetic_energy_now();
+  double lost = 0;
+  for (int i = 0; i < system_.interfaces(); ++i) {
+    const bool is_contact = i < system_.contact_count();
+    ForceHistory& h = is_contact ? result_.contacts[i] : result_.grips[i - system_.contact_count()];
+    const double* P = &y[system_.impulse_offset(i)];
+    h.impulse = {{P[0], P[1], P[2]}, {P[3], P[4], P[5]}};
+    h.energy_lost = y[system_.loss_offset(i)];
+    const double energy = system_.loads()[i].energy;
+    if (is_contact && system_.phase[i] == ContactPhase::relaxing) {
+      h.energy_lost += energy;  // nobody will get it back
+    } else {
+      result_.elastic_energy_after += energy;
+    }
+    if (!is_contact) h.duration = last_motion_, h.touches = 1;
+    lost += h.energy_lost;
+  }
+  for (std::size_t i = 0; i < held_.size(); ++i) {
+    result_.held_impulses.push_back(y[system_.held_offset(static_cast<int>(i))]);
+  }
+  result_.held_work = y[system_.work_offset()];
+  const double before = result_.kinetic_energy_before;
+  if (before > 0) {
+    result_.energy_residual =
+        std::abs((result_.kinetic_energy_after - before) + result_.elastic_energy_after + lost - result_.held_work) /
+        before;
+  }
+}
+
+CompliantOutcome Run::outcome() {
+  result_.contacts.resize(contacts_.size());
+  result_.grips.resize(grips_.size());
+  const std::vector<double> start(system_.size(), 0.0);
+  system_.load(0, start);
+  result_.kinetic_energy_before = system_.kinetic_energy_now();
+  scales_ = compliant_scales(model_, state_, system_, contacts_, grips_);
+  CompliantRecorder recorder(system_, setup_.samples,
+                             scales_.speed > 0 ? scales_.shortest_time / setup_.samples : setup_.longest);
+  if (!(scales_.speed > 0)) {
+    // Nothing moves against anything.
+    recorder.mark(0, start);
+    result_.status = grips_.empty() ? CompliantOutcome::Status::separated : CompliantOutcome::Status::settled;
+    close_books(0, start);
+    recorder.finish(result_);
+    return std::move(result_);
+  }
+  choose_first_phases(start);
+  system_.load(0, start);
+  grip_motion_before_ = grips_.empty() ? 0 : grip_motion();
+  StiffIntegrator integrator(system_, absolute_tolerances(model_, scales_, setup_.relative_tolerance), setup_.longest);
+  integrate(integrator, recorder);
+  result_.rhs_evaluations = integrator.evaluations();
+  recorder.mark(integrator.time(), integrator.y());
+  close_books(integrator.time(), integrator.y());
+  recorder.finish(result_);
+  return std::move(result_);
+}
+
+}  // namespace
+
+CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
+                                  std::span<const CompliantGrip> grips, const CompliantSetup& setup,
+                                  std::span<const int> held) {
+  check(model, state, setup);
+  for (std::size_t i = 0; i < contacts.size(); ++i) check_contact(model, contacts[i], i);
+  for (std::size_t i = 0; i < grips.size(); ++i) check_grip(model, grips[i], i);
+  check_held(model, held);
+  return Run(model, state, contacts, grips, setup, held).outcome();
+}
+
+}  // namespace grapnel

@@ -1,0 +1,103 @@
+#pragma once
+
+/// @file
+/// An impact resolved in time: contacts and grips as springs and dampers, the whole system moving meanwhile, for force
+/// histories.
+///
+/// Momenta of free trees are integrated as the impulses that contacts and grips pass on, and the roots' velocities
+/// follow from them: momentum is kept to rounding at any tolerance, and the energy balance is a check on everything
+/// else. Stiff integration (BDF of variable order) with events at touch and separation; docs/theory.md, section 12.
+/// Limitations: motors, joint friction and gravity do nothing meanwhile; a contact is a point against a plane; grips
+/// turn by less than half a turn. Thread safety: pure functions.
+
+#include <string>
+
+#include "grapnel/constraint/grasp.hpp"
+#include "grapnel/dynamics/state.hpp"
+
+namespace grapnel {
+
+/// Normal force of a contact over the deformation d >= 0 and its rate.
+/// kelvin_voigt: max(0, k d + c d').  hertz: k d^(3/2).  hunt_crossley: max(0, k d^n (1 + a d')).
+enum class ContactForceModel { kelvin_voigt, hertz, hunt_crossley };
+
+/// A point of a robot's body against the tangent plane of a target's surface; both fixed on their bodies as they are
+/// when the impact begins. Unilateral: the bodies part when the force reaches zero, and what the surface is still
+/// dented by then is lost. Action and reaction are taken at the robot's point.
+struct CompliantContact {
+  int robot_body;
+  int target_body;
+  Vector3d p_WC;  // where they touch at the beginning
+  Vector3d n_W;   // unit, from the target to the robot's body, then
+  ContactForceModel model = ContactForceModel::kelvin_voigt;
+  double stiffness = 0;      // k [N/m; N/m^1.5; N/m^n]
+  double damping = 0;        // c [N s/m]; for hunt_crossley a [s/m]; not read for hertz
+  double exponent = 1.5;     // n >= 1 of hunt_crossley
+  double friction = 0;       // mu of -mu f_n u_t / sqrt(|u_t|^2 + slip_speed^2)
+  double slip_speed = 1e-4;  // [m/s]
+};
+
+/// A grip that yields: a spring and a damper in every direction that the grip model constrains, unstressed when the
+/// impact begins. Springs act on the distance of the two points and on the angle between the two frames (hinge: between
+/// the two axes), dampers on the relative twist at the robot's point, where action and reaction are taken.
+struct CompliantGrip {
+  Grasp grasp;
+  double linear_stiffness = 0;   // [N/m]
+  double linear_damping = 0;     // [N s/m]
+  double angular_stiffness = 0;  // [N m/rad]; not read for a point, as is the damping
+  double angular_damping = 0;    // [N m s/rad]
+};
+
+struct CompliantSetup {
+  double longest = 1;  // the integration ends at the latest after this time [s]
+  /// Grips have come to rest when the kinetic energy of their relative motion stays below this fraction of what it was
+  /// at the beginning, for a whole period of the slowest spring. (Springs stay stressed where the joined bodies turn.)
+  double settled = 1e-8;
+  /// Local error per step, of what a rigid impact would change at most: velocities, impulses, and these times the
+  /// shortest time scale of the springs.
+  double relative_tolerance = 1e-12;
+  int samples = 400;  // of the histories, at least (if the impact lasts that long), up to twice that; and two at events
+  long most_steps = 2'000'000;
+};
+
+/// One contact or grip over time; forces act on the robot at its own point, in W.
+struct ForceHistory {
+  std::vector<Vector3d> point;      // where force and moment act, common to both bodies, in W, per sample [m]
+  std::vector<Vector3d> force;      // [N]
+  std::vector<Vector3d> moment;     // about the robot's point; zero for contacts [N m]
+  std::vector<double> deformation;  // of contacts along the normal, of grips the distance of the two points [m]
+  double peak_force = 0, peak_force_time = 0;    // over all steps, not only samples [N, s]
+  double peak_moment = 0, peak_moment_time = 0;  // [N m, s]
+  double largest_deformation = 0;                // [m]
+  double duration = 0;                           // of contacts: time in touch, of grips: until at rest [s]
+  Impulsed impulse = Impulsed::zero();           // integral, about the contact point at the beginning [N m s; N s]
+  double energy_lost = 0;                        // by its damper and friction [J]
+  int touches = 0;                               // how often it came into touch; 1 for grips
+};
+
+struct CompliantOutcome {
+  enum class Status { separated, settled, time_over, failed };
+  Status status = Status::failed;
+  std::string message;        // with the time and the condition, if failed
+  double duration = 0;        // [s]
+  State after;                // coordinates too: the system moves
+  std::vector<double> times;  // of the samples, from 0, never falling; an event has two: just before and just after
+  std::vector<State> states;  // at the samples
+  std::vector<std::vector<double>> accelerations;  // at the samples: rates of State::v, per velocity
+  std::vector<ForceHistory> contacts, grips;
+  std::vector<double> held_impulses;  // per held velocity: integral of the effort that keeps it [N m s or N s]
+  double held_work = 0;               // [J] done by these efforts
+  double kinetic_energy_before = 0, kinetic_energy_after = 0, elastic_energy_after = 0;
+  double energy_residual = 0;  // |T+ + V+ + lost - held_work - T-| / T-
+  long rhs_evaluations = 0, steps = 0;
+};
+
+/// Integrates until every contact has separated and moves apart and every grip has come to rest, or the time is over.
+/// `held`: velocities (indices into State::v) that keep the value they have, whatever effort that takes; of a free root
+/// or a spherical joint all or none.
+/// @throws std::invalid_argument for coefficients out of range, bad normals or another model's state.
+CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
+                                  std::span<const CompliantGrip> grips, const CompliantSetup& setup,
+                                  std::span<const int> held = {});
+
+}  // namespace grapnel

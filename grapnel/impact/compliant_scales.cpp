@@ -1,0 +1,195 @@
+#include "grapnel/impact/compliant_scales.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/dynamics/mass_matrix.hpp"
+
+namespace grapnel {
+namespace {
+
+// Coordinates of order one are known to rounding at best.
+constexpr double kAngleRounding = 2e-15;
+
+// One interface: relative Jacobian over the velocities that may change, and what a rigid impact would do.
+struct Interface {
+  Eigen::MatrixXd response;                   // M^-1 J^T, velocities x 6
+  Eigen::MatrixXd half;                       // L^-1 J^T of the Cholesky factor
+  double speed = 0, turn = 0;                 // relative [m/s, rad/s]
+  double mobility = 0, angular_mobility = 0;  // [1/kg, 1/(kg m^2)]
+  double time = 0, angular_time = 0;          // of the springs; 0: none [s]
+  double impulse() const { return speed / mobility; }
+  double angular_impulse() const { return turn / angular_mobility; }
+};
+
+Eigen::MatrixXd relative_jacobian(const Model& model, const Kinematics& k, const CompliantSystem& system, int robot,
+                                  int target, const Vector3d& p_WC) {
+  Eigen::MatrixXd J_E(6, model.velocities()), J_T(6, model.velocities());
+  point_jacobian(model, k, robot, p_WC, J_E);
+  point_jacobian(model, k, target, p_WC, J_T);
+  J_E -= J_T;
+  for (int v = 0; v < model.velocities(); ++v) {
+    if (system.is_held(v)) J_E.col(v).setZero();  // these give way to nothing
+  }
+  return J_E;
+}
+
+// Turning and translation feed each other: each counts at least with the energy of the other.
+void share_speeds(Interface& i, double turn, double speed) {
+  const double radius = std::sqrt(i.mobility / i.angular_mobility);
+  i.turn = turn + speed / radius;
+  i.speed = speed + turn * radius;
+}
+
+Interface contact_interface(const CompliantContact& c, const Eigen::MatrixXd& W, const Twistd& u, double speed,
+                            const Interface& floors) {
+  Interface i;
+  const Eigen::Vector3d n(c.n_W[0], c.n_W[1], c.n_W[2]);
+  i.mobility = std::max(n.dot(W.bottomRightCorner<3, 3>() * n), floors.mobility);
+  i.angular_mobility = std::max(W.topLeftCorner<3, 3>().trace() / 3, floors.angular_mobility);
+  const double approach = std::max(-dot(u.linear, c.n_W), 1e-3 * speed);
+  i.time = largest_deformation(c, 1 / i.mobility, approach) / approach;
+  share_speeds(i, 0, c.friction > 0 ? norm(u.linear) : approach);
+  return i;
+}
+
+Interface grip_interface(const CompliantGrip& g, const Eigen::MatrixXd& W, const Twistd& u, const Interface& floors) {
+  Interface i;
+  i.mobility = std::max(W.bottomRightCorner<3, 3>().trace() / 3, floors.mobility);
+  i.angular_mobility = std::max(W.topLeftCorner<3, 3>().trace() / 3, floors.angular_mobility);
+  const bool turns = g.grasp.model != GraspModel::point;
+  i.time = 1 / std::sqrt(g.linear_stiffness * i.mobility);
+  i.angular_time = turns ? 1 / std::sqrt(g.angular_stiffness * i.angular_mobility) : 0;
+  share_speeds(i, turns ? norm(u.angular) : 0, norm(u.linear));
+  return i;
+}
+
+// Of the stacked twists in the grips' directions, in W: A^T (A W A^T)^+ A.
+Eigen::MatrixXd relative_inertia(std::span<const CompliantGrip> grips, std::span<const Interface> of_grips) {
+  const Eigen::Index count = static_cast<Eigen::Index>(grips.size());
+  if (count == 0) return {};
+  Eigen::MatrixXd Y(of_grips[0].half.rows(), 6 * count);
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(6 * count, 6 * count);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    Y.middleCols(6 * i, 6) = of_grips[i].half;
+    const Eigen::MatrixXd a = constrained_directions(grips[i].grasp);
+    A.block(6 * i, 6 * i, a.rows(), 6) = a;
+  }
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse;
+  inverse.setThreshold(1e-11);
+  inverse.compute(A * Y.transpose() * Y * A.transpose());
+  return A.transpose() * inverse.pseudoInverse() * A;
+}
+
+void fill_sizes(const Model& model, const CompliantSystem& system, std::span<const Interface> interfaces,
+                CompliantScales& scales) {
+  std::vector<double>& size = scales.of_y;
+  size.assign(system.size(), 0.0);
+  const double time = scales.shortest_time;
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(model.velocities());
+  double energy = 0, impulse = 0;
+  for (const Interface& i : interfaces) {
+    v += i.response.rightCols(3).rowwise().norm() * i.impulse() +
+         i.response.leftCols(3).rowwise().norm() * i.angular_impulse();
+    energy += 0.5 * (i.speed * i.impulse() + i.turn * i.angular_impulse());
+    impulse += i.impulse();
+  }
+  if (v.size() > 0) v = v.cwiseMax(1e-6 * v.maxCoeff());
+  for (const TreeLink<double>& link : model.tree().links) {
+    const auto turns = [&](int q, int from) {
+      for (int k = 0; k < 4; ++k) size[q + k] = 0.5 * time * v.segment(from, 3).norm();
+    };
+    if (link.joint == LinkJoint::root_fixed) continue;
+    if (link.joint == LinkJoint::root_free) {
+      // Of the centre of mass, or of a held root.
+      for (int k = 0; k < 3; ++k)
+        size[link.q + k] = time * std::max(impulse / model.mass(), v.segment(link.v + 3, 3).norm());
+      turns(link.q + 3, link.v);
+    } else if (link.joint == LinkJoint::spherical) {
+      turns(link.q, link.v);
+    } else {
+      size[link.q] = time * v[link.v];
+    }
+  }
+  for (std::size_t r = 0; r < system.integrated_rates().size(); ++r) {
+    size[system.rate_offset() + r] = v[system.integrated_rates()[r]];
+  }
+  for (int i = 0; i < system.interfaces(); ++i) {
+    for (int k = 0; k < 3; ++k) {
+      size[system.impulse_offset(i) + k] = interfaces[i].angular_impulse();
+      size[system.impulse_offset(i) + 3 + k] = interfaces[i].impulse();
+    }
+    size[system.loss_offset(i)] = energy;
+  }
+  for (int h = system.held_offset(0); h < system.work_offset(); ++h) size[h] = impulse;
+  size[system.work_offset()] = energy;
+}
+
+}  // namespace
+
+CompliantScales compliant_scales(const Model& model, const State& state, const CompliantSystem& system,
+                                 std::span<const CompliantContact> contacts, std::span<const CompliantGrip> grips) {
+  CompliantScales scales;
+  const Kinematics k = forward_kinematics(model, state);
+  const Eigen::MatrixXd M = mass_matrix(model, state);
+  const Eigen::LLT<Eigen::MatrixXd> held_out = [&] {
+    Eigen::MatrixXd free = M;
+    for (int v = 0; v < model.velocities(); ++v) {
+      if (system.is_held(v)) free.row(v).setZero(), free.col(v).setZero(), free(v, v) = 1;
+    }
+    return Eigen::LLT<Eigen::MatrixXd>(free);
+  }();
+  for (const InterfaceLoad& load : system.loads()) scales.speed = std::max(scales.speed, norm(load.u.linear));
+  std::vector<Interface> interfaces;
+  const auto add = [&](int robot, int target, const Vector3d& p_WC, auto&& estimate) {
+    const Eigen::MatrixXd J = relative_jacobian(model, k, system, robot, target, p_WC);
+    const Eigen::MatrixXd response = held_out.solve(J.transpose());
+    Interface floors;
+    // Reached only where nothing free is pushed at: a free target alone gives way more.
+    floors.mobility = 1 / model.mass();
+    floors.angular_mobility = 1 / std::max(M.trace(), model.mass());
+    Interface i = estimate(Eigen::MatrixXd(J * response), floors);
+    i.response = response;
+    i.half = held_out.matrixL().solve(J.transpose());
+    interfaces.push_back(std::move(i));
+  };
+  for (std::size_t c = 0; c < contacts.size(); ++c) {
+    add(contacts[c].robot_body, contacts[c].target_body, contacts[c].p_WC, [&](const auto& W, const Interface& floors) {
+      return contact_interface(contacts[c], W, system.loads()[c].u, scales.speed, floors);
+    });
+    scales.longest_contact_time = std::max(scales.longest_contact_time, interfaces.back().time);
+  }
+  for (std::size_t g = 0; g < grips.size(); ++g) {
+    const Grasp& grasp = grips[g].grasp;
+    add(grasp.robot_body, grasp.target_body, grasp.p_WC, [&](const auto& W, const Interface& floors) {
+      return grip_interface(grips[g], W, system.loads()[contacts.size() + g].u, floors);
+    });
+    scales.longest_grip_time =
+        std::max({scales.longest_grip_time, interfaces.back().time, interfaces.back().angular_time});
+  }
+  scales.shortest_time = std::numeric_limits<double>::infinity();
+  for (const Interface& i : interfaces) {
+    scales.speed = std::max(scales.speed, i.speed);
+    scales.shortest_time = std::min(scales.shortest_time, i.time);
+    if (i.angular_time > 0) scales.shortest_time = std::min(scales.shortest_time, i.angular_time);
+  }
+  scales.grip_inertia = relative_inertia(grips, std::span(interfaces).subspan(contacts.size()));
+  fill_sizes(model, system, interfaces, scales);
+  return scales;
+}
+
+std::vector<double> absolute_tolerances(const Model& model, const CompliantScales& scales, double relative) {
+  std::vector<double> tolerance(scales.of_y);
+  for (double& x : tolerance) x = x > 0 ? x * relative : relative;  // zero: nothing can change it
+  for (int q = 0; q < model.coordinates(); ++q) tolerance[q] = std::max(tolerance[q], 1e-19);
+  const auto floor = [&](int q, int count) {
+    for (int k = 0; k < count; ++k) tolerance[q + k] = std::max(tolerance[q + k], kAngleRounding);
+  };
+  for (int offset : model.quaternions()) floor(offset, 4);
+  for (int joint : model.joints()) floor(model.bodies()[joint].q, 1);
+  return tolerance;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,121 @@
+#pragma once
+
+/// @file
+/// The differential equations of a compliant impact (docs/theory.md, section 12). Thread safety: an object serves one
+/// thread.
+
+#include <limits>
+
+#include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/dynamics/root_velocity.hpp"
+#include "grapnel/impact/compliant_displacement.hpp"
+#include "grapnel/impact/contact_force.hpp"
+
+namespace grapnel {
+
+/// apart: no deformation. pressing: the force law holds. relaxing: the surface is dented, nothing touches it.
+enum class ContactPhase { apart, pressing, relaxing };
+
+/// What one contact or grip does at an instant, in W, on the robot's body at `point`.
+struct InterfaceLoad {
+  Vector3d point = Vector3d::zero();  // on the robot's body: action and reaction are taken here
+  Wrenchd F = Wrenchd::zero();        // about `point`
+  Twistd u = Twistd::zero();          // of the robot's body against the target's, at `point`
+  double deformation = 0;             // [m]
+  double rate = 0;                    // of it, for contacts [m/s]
+  double signed_force = 0;            // what the law of a contact would give if it could pull [N]
+  double angle = 0;                   // of a grip's rotational spring [rad]
+  double energy = 0;                  // of springs [J]
+  double loss = 0;                    // power of dampers and friction, >= 0 [W]
+};
+
+/// Integrated numbers y: how coordinates differ from the start (StartPose), of free uniform motion for trees moved by
+/// their centres of mass; how the velocities differ that are neither held nor follow from momentum; per interface
+/// (contacts, then grips) the impulse about its point at the start; per interface the energy lost; per held velocity
+/// its impulse; the work of held velocities. All zero at the start.
+class CompliantSystem {
+ public:
+  CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
+                  std::span<const CompliantGrip> grips, std::span<const int> held);
+
+  int size() const { return work_at_ + 1; }
+  int interfaces() const { return contact_count() + grip_count(); }
+  int contact_count() const { return static_cast<int>(contacts_.size()); }
+  int grip_count() const { return static_cast<int>(grips_.size()); }
+
+  /// Offsets in y.
+  int rate_offset() const { return rate_at_; }
+  int impulse_offset(int interface) const { return impulse_at_ + 6 * interface; }
+  int loss_offset(int interface) const { return loss_at_ + interface; }
+  int held_offset(int held) const { return held_at_ + held; }
+  int work_offset() const { return work_at_; }
+  /// Velocities (indices into State::v) that y holds, in order.
+  std::span<const int> integrated_rates() const { return rates_; }
+  bool is_held(int velocity) const { return prescribed_[velocity] != 0; }
+  /// Whether a free root (index: body) follows from its tree's momentum.
+  bool by_momentum(int body) const { return by_momentum_[body] != 0; }
+
+  /// Takes the state out of y and evaluates all interfaces; now() and loads() then have them.
+  void load(double t, std::span<const double> y);
+  const State& now() const { return now_; }
+  std::span<const InterfaceLoad> loads() const { return loads_; }
+  double kinetic_energy_now() const;
+  /// Rates of all velocities under the present loads, per State::v; held ones zero.
+  const std::vector<double>& accelerations_now();
+  /// A grip's relative twist in the axes that its target had at the start.
+  Twistd in_target_axes(int grip) const;
+
+  /// Right-hand side. Never throws.
+  void rates(double t, std::span<const double> y, std::span<double> dydt);
+
+  /// Two event functions per contact, whose meaning depends on its phase, and their directions of interest (-1, 1).
+  int events() const { return 2 * contact_count(); }
+  void event_values(double t, std::span<const double> y, std::span<double> g);
+  void event_directions(std::span<int> directions) const;
+  /// What a contact does after event function `which` (0 or 1) has crossed zero; load() must be current.
+  ContactPhase phase_after(int contact, int which) const;
+
+  std::vector<ContactPhase> phase;  // per contact; the caller's to change, between steps
+
+ private:
+  void recover_roots_at(double t, std::span<const double> y);
+  void load_contact(std::size_t index);
+  void load_grip(std::size_t index);
+  Vector3d apart_by(int robot_body, int target_body, const Vector3d& arm) const;
+  Twistd relative_twist(int robot_body, int target_body, const Vector3d& point) const;
+  int body_of(int interface, bool robot) const;
+  void coordinate_changes(std::span<const double> y, std::span<double> dydt) const;
+
+  const Model& model_;
+  std::vector<CompliantContact> contacts_;
+  std::vector<CompliantGrip> grips_;
+  std::vector<int> held_;
+  State start_, now_;
+  std::vector<std::uint8_t> prescribed_, by_momentum_;
+  std::vector<int> rates_;
+  int rate_at_, impulse_at_, loss_at_, held_at_, work_at_;
+
+  // Of all free trees, in the order of their links.
+  struct FreeTree {
+    int body;
+    int link_q, link_v;
+    Momentumd h;   // about its centre of mass, at the start
+    Vector3d com;  // in W, at the start
+    double mass;
+  };
+  std::vector<FreeTree> trees_;
+  Vector3d drift_ = Vector3d::zero();  // velocity common to all, which displacements leave out
+  StartPose pose_;
+  std::vector<double> change_;  // coordinates against the start, as `pose_` wants them
+  std::vector<Displacement> displacement_;
+  std::vector<RootMomentum<double>> momenta_;
+  std::vector<Vector3d> point_;  // per interface, at the start
+  double elapsed_ = 0;
+
+  Workspace workspace_;
+  std::vector<InterfaceLoad> loads_;
+  std::vector<ExternalWrench> wrenches_;
+  std::vector<double> zero_, vdot_, qdot_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,251 @@
+#include "grapnel/impact/contact_impact.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "grapnel/constraint/impulsive_constraint.hpp"
+#include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/impact/bilateral_rows.hpp"
+#include "grapnel/impact/contact_path.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr double kOtherOrder = 100;       // factor on a stiffness that stands for another order of the contacts
+constexpr double kOtherTolerance = 1e-9;  // what the spread needs
+constexpr int kOtherSteps = 5000;
+constexpr double kUnique = 1e-6;          // spread below which the shares are said to be unique
+constexpr double kCreated = 1e-9;         // fraction of the work turned over that counts as energy created
+constexpr double kNothingYields = 1e-12;  // of the mobility that a contact would have without grips and held rates
+
+void check(std::span<const ContactPoint> contacts) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const ContactPoint& c = contacts[i];
+    const auto refuse = [&](const char* what, double value, const char* range) {
+      throw std::invalid_argument(
+          fmt::format("contact_impact: {} {} of contact {} is not {}", what, value, i + 1, range));
+    };
+    if (!(c.restitution >= 0 && c.restitution <= 1)) refuse("restitution", c.restitution, "within 0 to 1");
+    if (!(c.friction >= 0 && std::isfinite(c.friction))) refuse("friction", c.friction, "zero or positive");
+    if (!(c.relative_stiffness > 0 && std::isfinite(c.relative_stiffness))) {
+      refuse("relative stiffness", c.relative_stiffness, "positive");
+    }
+    const double length = norm(c.n_W);
+    if (!(std::abs(length - 1) <= 1e-9)) refuse("normal's length", length, "1");
+  }
+}
+
+Eigen::Vector3d eigen(const Vector3d& a) { return {a[0], a[1], a[2]}; }
+Vector3d vector(const Eigen::Vector3d& a) { return {a[0], a[1], a[2]}; }
+
+// What the contacts are to the model: axes (rows normal, tangent, tangent, in W) and the Jacobian of their relative
+// velocities along these.
+struct ContactRows {
+  std::vector<Eigen::Matrix3d> axes;
+  Eigen::MatrixXd J;  // 3 n x velocities
+};
+
+ContactRows contact_rows(const Model& model, const Kinematics& kinematics, std::span<const ContactPoint> contacts) {
+  ContactRows rows{{}, Eigen::MatrixXd(3 * static_cast<Eigen::Index>(contacts.size()), model.velocities())};
+  Eigen::MatrixXd J_robot(6, model.velocities()), J_target(6, model.velocities());
+  for (const ContactPoint& c : contacts) {
+    const Rotationd R = rotation_between({0, 0, 1}, c.n_W);
+    Eigen::Matrix3d axes;
+    axes << eigen((1 / norm(c.n_W)) * c.n_W).transpose(), eigen(R.column(0)).transpose(),
+        eigen(R.column(1)).transpose();
+    point_jacobian(model, kinematics, c.robot_body, c.p_WC, J_robot);
+    point_jacobian(model, kinematics, c.target_body, c.p_WC, J_target);
+    rows.J.middleRows<3>(3 * static_cast<Eigen::Index>(rows.axes.size())) = axes * (J_robot - J_target).bottomRows<3>();
+    rows.axes.push_back(axes);
+  }
+  return rows;
+}
+
+// The system as the contacts feel it: their inverse inertia with grips and held rates kept, and the velocities once
+// these are reached.
+struct Felt {
+  Eigen::MatrixXd W;
+  Eigen::VectorXd velocity;  // of the model
+  Eigen::VectorXd u;         // of the contacts
+};
+
+Felt felt(const Eigen::MatrixXd& M, const Eigen::LLT<Eigen::MatrixXd>& mass, const Eigen::MatrixXd& J,
+          const BilateralRows& rows, const Eigen::VectorXd& v) {
+  Felt f;
+  if (rows.J.rows() == 0) {
+    const Eigen::MatrixXd Y = mass.matrixL().solve(J.transpose());
+    f.W = Y.transpose() * Y;
+    f.velocity = v;
+  } else {
+    // The response to an impulse, M^-1 J^T, projected onto the motions that grips and held rates leave.
+    Eigen::MatrixXd response = mass.solve(J.transpose());
+    const Eigen::VectorXd free = response.cwiseProduct(J.transpose()).colwise().sum();
+    for (Eigen::Index i = 0; i < response.cols(); ++i) {
+      response.col(i) = solve_impulsive_constraint(M, rows.J, response.col(i), rows.D).velocity;
+    }
+    f.W = response.transpose() * M * response;
+    for (Eigen::Index i = 0; i < f.W.rows(); ++i) {
+      if (f.W(i, i) < kNothingYields * free[i]) f.W.row(i).setZero(), f.W.col(i).setZero();
+    }
+    f.velocity = solve_impulsive_constraint(M, rows.J, v, rows.D, rows.held_after).velocity;
+  }
+  f.u = J * f.velocity;
+  return f;
+}
+
+ContactPathProblem path_problem(const Felt& f, std::span<const ContactPoint> contacts, const Eigen::MatrixXd& J,
+                                RestitutionHypothesis hypothesis) {
+  ContactPathProblem problem;
+  problem.W = f.W;
+  problem.u = f.u;
+  problem.hypothesis = hypothesis;
+  if (J.rows() > 0) problem.rounding = 1e-16 * (J.cwiseAbs() * f.velocity.cwiseAbs()).maxCoeff();
+  for (const ContactPoint& c : contacts) {
+    problem.contacts.push_back({c.restitution, c.friction, c.relative_stiffness});
+  }
+  return problem;
+}
+
+// Names a contact that is pressed together and cannot give way; empty if there is none.
+std::string unyielding(const ContactPathProblem& problem) {
+  for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(problem.contacts.size()); ++i) {
+    if (problem.W(3 * i, 3 * i) > 0 || problem.u[3 * i] >= -1e4 * problem.rounding) continue;
+    return fmt::format("contact {}: held rates and grips press it together at {:.3g} m/s and nothing can yield", i + 1,
+                       -problem.u[3 * i]);
+  }
+  return {};
+}
+
+// Other stiffness ratios stand for other orders in which the contacts take their shares.
+void vary_order(const ContactPathProblem& problem, const ContactPath& path, ContactImpactSolution& solution) {
+  const std::size_t n = problem.contacts.size();
+  if (n < 2) return;
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, path.impulse[3 * static_cast<Eigen::Index>(i)]);
+  if (largest == 0) return;
+  ContactPathProblem other = problem;
+  other.tolerance = kOtherTolerance;
+  other.most_steps = kOtherSteps;
+  for (std::size_t k = 0; k < 2 * n; ++k) {
+    other.contacts = problem.contacts;
+    other.contacts[k / 2].stiffness *= k % 2 == 0 ? kOtherOrder : 1 / kOtherOrder;
+    const ContactPath varied = follow_contacts(other);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto at = 3 * static_cast<Eigen::Index>(i);
+      const double difference = varied.failure.empty() ? std::abs(varied.impulse[at] - path.impulse[at]) / largest
+                                                       : std::numeric_limits<double>::infinity();
+      solution.contacts[i].spread = std::max(solution.contacts[i].spread, difference);
+    }
+  }
+  for (const ContactPointImpulse& c : solution.contacts) solution.unique = solution.unique && c.spread < kUnique;
+}
+
+void fill_contacts(const ContactPath& path, const ContactRows& rows, std::span<const ContactPoint> contacts,
+                   const Eigen::VectorXd& before, const Eigen::VectorXd& after, ContactImpactSolution& solution) {
+  double largest = 1e-300, turned_over = 0, gained = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const auto at = 3 * static_cast<Eigen::Index>(i);
+    const Eigen::Vector3d P = path.impulse.segment<3>(at);
+    const Eigen::Matrix3d out = rows.axes[i].transpose();
+    ContactPointImpulse c;
+    c.P_WC = {Vector3d::zero(), vector(out * P)};
+    c.normal = P[0];
+    c.tangential = vector(out.rightCols<2>() * P.tail<2>());
+    c.compression = path.compression[i];
+    c.compression_work = path.compression_work[i];
+    c.normal_work = path.normal_work[i];
+    c.friction_work = path.friction_work[i];
+    c.modes = path.modes[i];
+    c.velocity_before = vector(out * (rows.J.middleRows<3>(at) * before));
+    c.velocity_after = vector(out * (rows.J.middleRows<3>(at) * after));
+    solution.contacts.push_back(std::move(c));
+    largest = std::max(largest, P[0]);
+    solution.cone_residual = std::max(solution.cone_residual, P.tail<2>().norm() - contacts[i].friction * P[0]);
+    turned_over += std::abs(path.compression_work[i]) + std::abs(path.friction_work[i]);
+    gained += path.normal_work[i] + path.friction_work[i];
+  }
+  solution.cone_residual /= largest;
+  solution.energy_created = gained > kCreated * turned_over;
+}
+
+// The impact's books over all rows: contacts, grips, held rates.
+void fill_books(const Eigen::MatrixXd& M, const Eigen::LLT<Eigen::MatrixXd>& mass, const Eigen::VectorXd& before,
+                const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, ContactImpactSolution& solution) {
+  const double T = solution.kinetic_energy_before = 0.5 * before.dot(M * before);
+  solution.kinetic_energy_after = 0.5 * after.dot(M * after);
+  if (!(T > 0)) return;
+  const double work = 0.5 * impulse.dot(before + after);
+  solution.energy_identity_residual = std::abs(solution.kinetic_energy_after - T - work) / T;
+  const Eigen::VectorXd residual = M * (after - before) - impulse;
+  solution.generalized_momentum_residual = std::sqrt(std::abs(residual.dot(mass.solve(residual))) / (2 * T));
+}
+
+// What grips give in all, as a generalized impulse.
+Eigen::VectorXd generalized_impulse(const BilateralRows& rows, std::span<const Grasp> closed,
+                                    const ImpactSolution& kept) {
+  Eigen::VectorXd P(rows.J.rows());
+  Eigen::Index row = 0;
+  for (std::size_t i = 0; i < closed.size(); ++i) {
+    const Impulsed& F = kept.contacts[i].P_WC;
+    Eigen::VectorXd six(6);
+    six << eigen(F.angular), eigen(F.linear);
+    P.segment(row, row_count(closed[i].model)) = constrained_directions(closed[i]) * six;
+    row += row_count(closed[i].model);
+  }
+  for (double held : kept.held_impulses) P[row++] = held;
+  return rows.J.transpose() * P;
+}
+
+}  // namespace
+
+ContactImpactSolution contact_impact(const Model& model, const State& state, std::span<const ContactPoint> contacts,
+                                     RestitutionHypothesis hypothesis, std::span<const Grasp> closed,
+                                     std::span<const HeldRate> held) {
+  check(contacts);
+  const Kinematics kinematics = forward_kinematics(model, state);
+  const Eigen::MatrixXd M = mass_matrix(model, state);
+  const Eigen::LLT<Eigen::MatrixXd> mass(M);
+  const BilateralRows bilateral = bilateral_rows(model, kinematics, M, closed, held);
+  const ContactRows rows = contact_rows(model, kinematics, contacts);
+  const Eigen::VectorXd before =
+      Eigen::Map<const Eigen::VectorXd>(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
+
+  ContactPathProblem problem = path_problem(felt(M, mass, rows.J, bilateral, before), contacts, rows.J, hypothesis);
+  ContactImpactSolution solution;
+  solution.message = unyielding(problem);
+  if (!solution.message.empty()) {
+    // Nothing is done to the contacts: no finite impulse would do.
+    for (auto& c : problem.contacts) c.stiffness = 1;
+    problem.u.setZero();
+  }
+  const ContactPath path = follow_contacts(problem);
+  if (solution.message.empty()) solution.message = path.failure;
+  if (solution.message.empty()) solution.status = ContactImpactSolution::Status::solved;
+  solution.steps = path.steps;
+
+  // Grips and held rates take what the contacts bring and what they needed themselves, in one.
+  State pushed = state;
+  const Eigen::VectorXd brought = rows.J.transpose() * path.impulse;
+  Eigen::Map<Eigen::VectorXd>(pushed.v.data(), before.size()) += mass.solve(brought);
+  Eigen::VectorXd impulse = brought;
+  solution.velocity = pushed.v;
+  if (bilateral.J.rows() > 0) {
+    ImpactSolution kept = solve_rows(M, bilateral, pushed, bilateral.held_after, closed, held);
+    impulse += generalized_impulse(bilateral, closed, kept);
+    solution.velocity = std::move(kept.velocity);
+    solution.grips = std::move(kept.contacts);
+    solution.held_impulses = std::move(kept.held_impulses);
+  }
+  const Eigen::Map<const Eigen::VectorXd> after(solution.velocity.data(), before.size());
+  fill_books(M, mass, before, after, impulse, solution);
+  fill_contacts(path, rows, contacts, before, after, solution);
+  if (solution.status == ContactImpactSolution::Status::solved) vary_order(problem, path, solution);
+  return solution;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,47 @@
+#pragma once
+
+/// @file
+/// The path of simultaneous contacts through the space of impulses, at one configuration (docs/theory.md, section 11).
+///
+/// In an inner time every contact has a linear normal spring of infinitesimal size and Coulomb friction on a rigid
+/// tangent plane; the hypothesis of restitution decides how the spring unloads. For one contact the result does not
+/// depend on its stiffness: it is Routh's construction. Integrated with DOP853 to `tolerance`; the instants at which a
+/// spring turns, lets go or begins to act, and at which a contact begins or ceases to slide, are located. Thread
+/// safety: pure functions.
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "grapnel/impact/contact_impact.hpp"
+
+namespace grapnel {
+
+struct PathContact {
+  double restitution, friction, stiffness;  // as of ContactPoint
+};
+
+struct ContactPathProblem {
+  Eigen::MatrixXd W;  // 3 n x 3 n, contact by contact: normal, then two orthonormal tangents
+  Eigen::VectorXd u;  // 3 n: velocities before [m/s]
+  std::vector<PathContact> contacts;
+  RestitutionHypothesis hypothesis = RestitutionHypothesis::stronge;
+  double rounding = 0;  // of u [m/s]
+  double tolerance = 1e-13;
+  int most_steps = 100000;  // then it fails
+};
+
+struct ContactPath {
+  std::string failure;                          // empty if it came to its end
+  Eigen::VectorXd impulse;                      // 3 n [N s]
+  std::vector<double> compression;              // normal impulse while approaching, n [N s]
+  std::vector<double> compression_work;         // normal work while approaching, n, <= 0 [J]
+  std::vector<double> normal_work;              // n [J]
+  std::vector<double> friction_work;            // n [J]
+  std::vector<std::vector<ContactMode>> modes;  // n
+  int steps = 0;
+};
+
+ContactPath follow_contacts(const ContactPathProblem& problem);
+
+}  // namespace grapnel

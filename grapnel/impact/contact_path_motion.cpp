@@ -1,0 +1,335 @@
+#include "grapnel/impact/contact_path_motion.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace grapnel {
+namespace {
+
+constexpr double kRedundant = 1e-11;  // eigenvalues below this fraction of the largest are zero
+
+// Eigenvalues and vectors of A with its rows scaled to unit diagonal, so that heavy and light bodies count alike.
+struct Scaled {
+  Eigen::VectorXd size;
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen;
+  explicit Scaled(const Eigen::MatrixXd& A) : size(A.diagonal().cwiseMax(1e-300).cwiseSqrt()) {
+    const Eigen::VectorXd inverse = size.cwiseInverse();
+    eigen.compute(inverse.asDiagonal() * A * inverse.asDiagonal());
+  }
+  bool redundant() const { return eigen.eigenvalues().minCoeff() < kRedundant * eigen.eigenvalues().maxCoeff(); }
+  Eigen::MatrixXd inverse() const {
+    const Eigen::VectorXd& w = eigen.eigenvalues();
+    Eigen::VectorXd reciprocal = Eigen::VectorXd::Zero(w.size());
+    for (Eigen::Index i = 0; i < w.size(); ++i) {
+      if (w[i] >= kRedundant * w.maxCoeff()) reciprocal[i] = 1 / w[i];
+    }
+    const Eigen::MatrixXd V = size.cwiseInverse().asDiagonal() * eigen.eigenvectors();
+    return V * reciprocal.asDiagonal() * V.transpose();
+  }
+};
+
+constexpr double kSmallCone = 1e-4;  // cones below this fraction of the largest are measured against that
+
+}  // namespace
+
+PathMotion::PathMotion(const ContactPathProblem& problem)
+    : problem_(problem), count_(static_cast<int>(problem.contacts.size())), springs_(problem.contacts.size()) {
+  const Eigen::Index n = count_;
+  stiffness_.resize(n);
+  double fastest = 0, largest = 0;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    stiffness_[i] = problem.contacts[static_cast<std::size_t>(i)].stiffness;
+    fastest = std::max(fastest, -problem.u[3 * i]);
+    largest = std::max(largest, problem.W(3 * i, 3 * i));
+  }
+  if (n > 0) stiffness_ /= stiffness_.maxCoeff();
+  if (fastest > 0) speed_ = fastest;
+  if (largest > 0) mobility_ = largest;
+  rounding_ = problem.rounding / speed_;
+  W_ = problem.W / mobility_;
+  before_ = problem.u / speed_;
+  if (problem.hypothesis == RestitutionHypothesis::newton) {
+    for (int i = 0; i < count_; ++i) contact(i).released = std::max(0.0, -restitution(i) * before_[3 * i]);
+  }
+  y_ = end_ = stage_state_ = difference_ = Eigen::VectorXd::Zero(8 * n);
+  stages_ = Eigen::MatrixXd::Zero(8 * n, dop853::kStages);
+  end_rate_ = Eigen::VectorXd::Zero(3 * n);
+}
+
+bool PathMotion::any_touching() const {
+  return std::any_of(springs_.begin(), springs_.end(),
+                     [](const PathSpring& s) { return s.phase != NormalPhase::open; });
+}
+
+bool PathMotion::worn_out(double small) const {
+  for (int i = 0; i < count_; ++i) {
+    if (!touches(i)) continue;
+    // The velocity to which the spring could throw back.
+    const double stored = std::abs(y_[i]) * std::sqrt(W_(3 * i, 3 * i) / stiffness(i));
+    if (stored > small || std::abs(normal_velocity(y_, i) - contact(i).released) > small) return false;
+  }
+  return true;
+}
+
+double PathMotion::normal_velocity(const PathState& y, int i) const {
+  return before_[3 * i] + W_.row(3 * i).dot(y.segment(count_, 3 * count_));
+}
+
+Eigen::Vector2d PathMotion::slip(const PathState& y, int i) const {
+  return before_.segment<2>(3 * i + 1) + W_.middleRows<2>(3 * i + 1) * y.segment(count_, 3 * count_) -
+         contact(i).offset;
+}
+
+double PathMotion::frequency_squared(int i) const {
+  if (!touches(i)) return 0;
+  double k = stiffness(i) * W_(3 * i, 3 * i);
+  if (contact(i).phase != NormalPhase::unloading) return k;
+  if (problem_.hypothesis == RestitutionHypothesis::stronge) k /= restitution(i) * restitution(i);
+  if (problem_.hypothesis == RestitutionHypothesis::poisson) k += std::pow(contact(i).slope / contact(i).top, 2);
+  return k;
+}
+
+// The law of the spring (docs/theory.md, section 11).
+double PathMotion::force_rate(int i, double normal_velocity) const {
+  const PathSpring& c = contact(i);
+  if (c.phase == NormalPhase::open) return 0;
+  if (problem_.hypothesis == RestitutionHypothesis::newton) return -stiffness(i) * (normal_velocity - c.released);
+  if (c.phase == NormalPhase::loading) return -stiffness(i) * normal_velocity;
+  if (problem_.hypothesis == RestitutionHypothesis::poisson) return c.slope;
+  return -stiffness(i) / (restitution(i) * restitution(i)) * normal_velocity;
+}
+
+// Velocities, and the forces [normal, tangential] of all contacts.
+void PathMotion::forces(const PathState& y, Eigen::VectorXd& u, Eigen::VectorXd& force) const {
+  u = before_;
+  u.noalias() += W_ * y.segment(count_, 3 * count_);
+  force.setZero(3 * count_);
+  for (int i = 0; i < count_; ++i) {
+    const PathSpring& c = contact(i);
+    if (c.phase == NormalPhase::open) continue;
+    force[3 * i] = y[i];
+    const double radius = friction(i) * y[i];
+    if (radius == 0) continue;
+    if (c.hold == Hold::sticks) {
+      force.segment<2>(3 * i + 1) = radius * c.share;
+      continue;
+    }
+    const Eigen::Vector2d s = u.segment<2>(3 * i + 1) - c.offset;
+    const double speed = s.norm();
+    // The first moments of sliding have no direction of their own yet.
+    const Eigen::Vector2d along =
+        speed > 1e-13 || c.direction.isZero() ? Eigen::Vector2d(s / std::max(speed, 1e-300)) : c.direction;
+    force.segment<2>(3 * i + 1) = -radius * along;
+  }
+  if (sticking_.empty()) return;
+  // Sticking: what all others do to the tangential velocities is undone.
+  Eigen::VectorXd b(2 * static_cast<Eigen::Index>(sticking_.size()));
+  for (std::size_t k = 0; k < sticking_.size(); ++k) {
+    b.segment<2>(2 * static_cast<Eigen::Index>(k)) = W_.middleRows<2>(3 * sticking_[k] + 1) * force;
+  }
+  const Eigen::VectorXd undo = inverse_ * b;
+  for (std::size_t k = 0; k < sticking_.size(); ++k) {
+    force.segment<2>(3 * sticking_[k] + 1) -= undo.segment<2>(2 * static_cast<Eigen::Index>(k));
+  }
+}
+
+void PathMotion::derivative(const PathState& y, Eigen::Ref<Eigen::VectorXd> rate) {
+  const int n = count_;
+  forces(y, u_, force_);
+  rate.segment(n, 3 * n) = force_;
+  for (int i = 0; i < n; ++i) {
+    const double u_n = u_[3 * i], power = force_[3 * i] * u_n;
+    const bool loading = contact(i).phase == NormalPhase::loading;
+    rate[i] = force_rate(i, u_n);
+    rate[4 * n + i] = loading ? force_[3 * i] : 0.0;
+    rate[5 * n + i] = loading ? power : 0.0;
+    rate[6 * n + i] = power;
+    rate[7 * n + i] = force_.segment<2>(3 * i + 1).dot(u_.segment<2>(3 * i + 1));
+  }
+}
+
+void PathMotion::prepare() {
+  sticking_.clear();
+  for (int i = 0; i < count_; ++i) {
+    if (touches(i) && contact(i).hold == Hold::sticks) sticking_.push_back(i);
+  }
+  if (sticking_.empty()) return;
+  const Eigen::Index m = static_cast<Eigen::Index>(sticking_.size());
+  Eigen::MatrixXd A(2 * m, 2 * m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    for (Eigen::Index j = 0; j < m; ++j) {
+      A.block<2, 2>(2 * i, 2 * j) = W_.block<2, 2>(3 * sticking_[static_cast<std::size_t>(i)] + 1,
+                                                   3 * sticking_[static_cast<std::size_t>(j)] + 1);
+    }
+  }
+  inverse_ = Scaled(A).inverse();
+}
+
+RestProblem PathMotion::at_rest(const std::vector<int>& rest) const {
+  // At the very beginning forces are zero and only what they grow with is known: it has the same directions.
+  Eigen::VectorXd normal = Eigen::VectorXd::Zero(count_);
+  for (int i = 0; i < count_; ++i) {
+    if (touches(i)) normal[i] = std::max(0.0, y_[i]);
+  }
+  if (normal.isZero()) {
+    for (int i = 0; i < count_; ++i) normal[i] = std::max(0.0, force_rate(i, normal_velocity(y_, i)));
+  }
+  const Eigen::Index m = static_cast<Eigen::Index>(rest.size());
+  RestProblem r{Eigen::MatrixXd(2 * m, 2 * m), Eigen::VectorXd(2 * m), Eigen::VectorXd(m)};
+  Eigen::VectorXd force = Eigen::VectorXd::Zero(3 * count_);
+  for (int i = 0; i < count_; ++i) {
+    if (!touches(i)) continue;
+    force[3 * i] = normal[i];
+    const bool resting = std::find(rest.begin(), rest.end(), i) != rest.end();
+    if (!resting && friction(i) > 0) force.segment<2>(3 * i + 1) = -friction(i) * normal[i] * contact(i).direction;
+  }
+  for (Eigen::Index i = 0; i < m; ++i) {
+    const int a = rest[static_cast<std::size_t>(i)];
+    r.b.segment<2>(2 * i) = W_.middleRows<2>(3 * a + 1) * force;
+    r.radius[i] = friction(a) * normal[a];
+    for (Eigen::Index j = 0; j < m; ++j) {
+      r.A.block<2, 2>(2 * i, 2 * j) = W_.block<2, 2>(3 * a + 1, 3 * rest[static_cast<std::size_t>(j)] + 1);
+    }
+  }
+  if (m > 0) r.redundant = Scaled(r.A).redundant();
+  return r;
+}
+
+bool PathMotion::watches(int i, Watch watch) const {
+  switch (watch) {
+    case Watch::velocity:
+      return true;
+    case Watch::release:
+      return contact(i).phase == NormalPhase::unloading;
+    default:
+      return touches(i) && contact(i).hold == Hold::sticks && friction(i) > 0;
+  }
+}
+
+double PathMotion::gap(const PathState& y, int i, Watch watch) const {
+  const PathSpring& c = contact(i);
+  if (watch == Watch::velocity) {
+    const double u_n = normal_velocity(y, i);
+    return c.phase == NormalPhase::loading ? -u_n : c.phase == NormalPhase::unloading ? u_n : u_n - c.released;
+  }
+  if (watch == Watch::release) {
+    if (problem_.hypothesis == RestitutionHypothesis::newton) return c.released - normal_velocity(y, i);
+    return y[i] / c.top;
+  }
+  // Where the normal force goes to zero the cone does, and what sticking takes need not.
+  const double radius = friction(i) * std::max(0.0, y[i]), largest = friction(i) * y.head(count_).maxCoeff();
+  if (largest <= 0) return 1;
+  forces(y, u_, force_);
+  return (radius - force_.segment<2>(3 * i + 1).norm()) / std::max(radius, kSmallCone * largest);
+}
+
+double PathMotion::gap_rate(int i, Watch watch) const {
+  const PathSpring& c = contact(i);
+  if (watch == Watch::cone) return 0;
+  const double acceleration = W_.row(3 * i).dot(stages_.col(0).segment(count_, 3 * count_));
+  if (watch == Watch::velocity) return c.phase == NormalPhase::loading ? -acceleration : acceleration;
+  return problem_.hypothesis == RestitutionHypothesis::newton ? -acceleration : stages_(i, 0) / c.top;
+}
+
+void PathMotion::open(int i) {
+  PathSpring& c = contact(i);
+  c.phase = NormalPhase::open;
+  c.hold = Hold::slides;
+  c.offset.setZero();
+  c.direction.setZero();
+  c.share.setZero();
+  y_[i] = 0;
+}
+
+// A turning point: the normal velocity has come up to zero.
+void PathMotion::turn(int i, double velocity) {
+  PathSpring& c = contact(i);
+  c.phase = NormalPhase::unloading;
+  c.top = y_[i];
+  switch (problem_.hypothesis) {
+    case RestitutionHypothesis::newton:
+      if (c.released <= std::max(0.0, velocity)) open(i);
+      return;
+    case RestitutionHypothesis::poisson: {
+      // Left to give: e times the impulse of compression, less what is given already. It ends with f = 0.
+      const double left = (1 + restitution(i)) * y_[4 * count_ + i] - y_[count_ + 3 * i];
+      if (left <= 1e-13 * y_[4 * count_ + i] || c.top <= 0) return open(i);
+      c.slope = -c.top * c.top / (2 * left);
+      return;
+    }
+    default:
+      if (restitution(i) < 1e-7 || c.top <= 0) open(i);
+  }
+}
+
+void PathMotion::pass(int i, Watch watch) {
+  PathSpring& c = contact(i);
+  if (watch == Watch::cone) return;
+  if (watch == Watch::release) return open(i);
+  const double velocity = normal_velocity(y_, i);
+  if (c.phase == NormalPhase::loading) return turn(i, velocity);
+  // Pressed again, or for the first time.
+  const bool restoring = c.phase == NormalPhase::open && c.released > 0 && velocity > 0;
+  c.phase = restoring ? NormalPhase::unloading : NormalPhase::loading;
+}
+
+template <std::size_t N>
+void PathMotion::stage(const std::array<dop853::Term, N>& row, int number, double h) {
+  stage_state_ = y_;
+  for (const dop853::Term& t : row) stage_state_.noalias() += (h * t.weight) * stages_.col(t.stage - 1);
+  derivative(stage_state_, stages_.col(number - 1));
+}
+
+void PathMotion::begin_step() { derivative(y_, stages_.col(0)); }
+
+Eigen::Vector2d PathMotion::slip_rate(int i) const {
+  return W_.middleRows<2>(3 * i + 1) * stages_.col(0).segment(count_, 3 * count_);
+}
+
+double PathMotion::try_step(double h) {
+  stage(dop853::kStage2, 2, h);
+  stage(dop853::kStage3, 3, h);
+  stage(dop853::kStage4, 4, h);
+  stage(dop853::kStage5, 5, h);
+  stage(dop853::kStage6, 6, h);
+  stage(dop853::kStage7, 7, h);
+  stage(dop853::kStage8, 8, h);
+  stage(dop853::kStage9, 9, h);
+  stage(dop853::kStage10, 10, h);
+  stage(dop853::kStage11, 11, h);
+  stage(dop853::kStage12, 12, h);
+  end_ = y_;
+  for (const dop853::Term& t : dop853::kSolution) end_.noalias() += (h * t.weight) * stages_.col(t.stage - 1);
+  // The combination of both estimates is Hairer's (II.10).
+  difference_.setZero();
+  for (const dop853::Term& t : dop853::kError5) difference_ += (h * t.weight) * stages_.col(t.stage - 1);
+  const double e5 = error_size(difference_);
+  difference_ = end_ - y_;
+  for (const dop853::Term& t : dop853::kThirdOrder) difference_ -= (h * t.weight) * stages_.col(t.stage - 1);
+  const double e3 = error_size(difference_);
+  return e5 == 0 ? 0.0 : e5 * e5 / std::sqrt(e5 * e5 + 0.01 * e3 * e3);
+}
+
+// Errors of forces, of impulses as the velocities feel them, and of the books, over the tolerance.
+double PathMotion::error_size(const PathState& error) const {
+  double largest = error.head(count_).lpNorm<Eigen::Infinity>();
+  for (Eigen::Index i = 0; i < 3 * count_; ++i) {
+    largest = std::max(largest, std::abs(error[count_ + i]) * std::sqrt(W_(i, i)));
+  }
+  return std::max(largest, error.tail(4 * count_).lpNorm<Eigen::Infinity>()) / problem_.tolerance;
+}
+
+void PathMotion::fill(ContactPath& path) const {
+  const int n = count_;
+  const double impulse = speed_ / mobility_, energy = speed_ * impulse;
+  path.impulse = impulse * y_.segment(n, 3 * n);
+  for (int i = 0; i < n; ++i) {
+    path.compression.push_back(impulse * y_[4 * n + i]);
+    path.compression_work.push_back(energy * y_[5 * n + i]);
+    path.normal_work.push_back(energy * y_[6 * n + i]);
+    path.friction_work.push_back(energy * y_[7 * n + i]);
+  }
+}
+
+}  // namespace grapnel

@@ -1,0 +1,57 @@
+#pragma once
+
+/// @file
+/// Plastic impact of all grips at once in O(n): the fast route, for studies that solve very many.
+///
+/// The same equations as plastic_impact(), W P = -u- (docs/theory.md, equation (7.3)), with W = Y^T Y from unit
+/// wrenches carried through the articulated tree (8.7), over robot and targets as separate trees: no mass matrix, no
+/// Jacobian, no singular values, no memory from the heap. plastic_impact() is the careful route: it decides the rank by
+/// singular values and says which components are determined. Where nothing is redundant both give the same numbers to
+/// rounding; where rows are redundant they choose the same of all solutions. Limitations: those of plastic_impact(),
+/// and whole joints only are held. Thread safety: a solver serves one thread at a time.
+
+#include <memory>
+#include <span>
+
+#include "grapnel/impact/plastic_impact.hpp"
+
+namespace grapnel {
+
+/// Solves impacts of one model with the same bodies gripping, at any states and contact points.
+class ImpactSolver {
+ public:
+  /// Of `grips` the bodies and kinds are read. The model must outlive the solver.
+  /// @throws std::invalid_argument if a grip names no two bodies, or two that no joint parts.
+  ImpactSolver(const Model& model, std::span<const Grasp> grips);
+  ~ImpactSolver();
+  ImpactSolver(ImpactSolver&&) noexcept;
+  ImpactSolver& operator=(ImpactSolver&&) noexcept;
+
+  /// Solves the impact at coordinates q and velocities v. `grips`: those of the constructor, now with their contact
+  /// points and hinge axes in W. `held`: as of plastic_impact(), but all velocities of a free root or of a spherical
+  /// joint, or none. Allocates nothing.
+  /// @throws std::invalid_argument for another model's sizes, other grips, or a joint held in part.
+  void solve(std::span<const double> q, std::span<const double> v, std::span<const Grasp> grips,
+             std::span<const HeldRate> held = {});
+
+  /// Of the last solve() (before the first: zero). Velocities v+ of the whole model.
+  std::span<const double> velocity() const;
+  /// Per grip, on the robot at the contact point, in W [N m s; N s]. Where rows are redundant those with the least sum
+  /// of P^T (J_t M_t^-1 J_t^T) P, as of plastic_impact().
+  std::span<const Impulsed> impulses() const;
+  /// Per velocity: the impulse that a held one takes, zero at the others [N m s or N s].
+  std::span<const double> held_impulses() const;
+  /// Independent rows of the grips, given what is held, and all rows of the grips. plastic_impact() counts held rates
+  /// in both.
+  int rank() const;
+  int rows() const;
+  /// What is left of the relative velocities in the constrained directions, over the velocities of the two sides (both
+  /// in units in which the free target's mobility is 1).
+  double constraint_residual() const;
+
+ private:
+  struct Implementation;
+  std::unique_ptr<Implementation> implementation_;
+};
+
+}  // namespace grapnel

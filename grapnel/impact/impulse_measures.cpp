@@ -1,0 +1,248 @@
+#include "grapnel/impact/impulse_measures.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/dynamics/momentum.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+// Singular values below this fraction of the largest are zero: of Y as in solve_impulsive_constraint(), whose squares
+// are W's, and of the base's response.
+constexpr double kRankTolerance = 1e-6;
+constexpr double kBaseTolerance = 1e-10;
+// Nothing yields where an inverse inertia is below this fraction of its largest entry: rounding leaves some 1e-16.
+constexpr double kRigid = 1e-13;
+
+// Velocities that impulses can change, all but the held ones, and the mass matrix over them.
+class Response {
+ public:
+  Response(const Eigen::MatrixXd& M, std::span<const HeldRate> held) : velocities_(M.rows()) {
+    std::vector<bool> is_held(static_cast<std::size_t>(M.rows()), false);
+    for (const HeldRate& h : held) is_held.at(h.velocity) = true;
+    for (int i = 0; i < M.rows(); ++i) {
+      if (!is_held[i]) free_.push_back(i);
+    }
+    const Eigen::MatrixXd M_free = M(free_, free_);
+    if (!free_.empty()) factor_.compute(M_free);
+  }
+  // M^-1 times the columns of F, zero for held velocities: what generalized impulses do.
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& F) const {
+    Eigen::MatrixXd change = Eigen::MatrixXd::Zero(velocities_, F.cols());
+    if (free_.empty()) return change;
+    const Eigen::MatrixXd F_free = F(free_, Eigen::all);
+    const Eigen::MatrixXd change_free = factor_.solve(F_free);
+    change(free_, Eigen::all) = change_free;
+    return change;
+  }
+
+  // L^-1 times the rows of F that are free, M = L L^T there: its columns' inner products are F^T M^-1 F.
+  Eigen::MatrixXd half(const Eigen::MatrixXd& F) const {
+    const Eigen::MatrixXd F_free = F(free_, Eigen::all);
+    return free_.empty() ? F_free : Eigen::MatrixXd(factor_.matrixL().solve(F_free));
+  }
+
+ private:
+  Eigen::Index velocities_;
+  std::vector<int> free_;
+  Eigen::LLT<Eigen::MatrixXd> factor_;
+};
+
+// Velocities once the held rates have the values they are to have, before any grip acts.
+Eigen::VectorXd velocity_with_held(const Eigen::MatrixXd& M, const State& state, std::span<const HeldRate> held,
+                                   const Response& response) {
+  const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXd>(state.v.data(), M.rows());
+  Eigen::VectorXd jump = Eigen::VectorXd::Zero(v.size());
+  for (const HeldRate& h : held) jump[h.velocity] = h.after - v[h.velocity];
+  return v + jump - response(M * jump);
+}
+
+ImpulseEllipsoid ellipsoid(const Eigen::Matrix3d& inverse_inertia) {
+  // Ascending eigenvalues, hence descending impulses.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inverse_inertia);
+  ImpulseEllipsoid e{eigen.eigenvectors(), {}};
+  if (e.axes.determinant() < 0) e.axes.col(2) = -e.axes.col(2);
+  const double largest = eigen.eigenvalues()[2];
+  for (int k = 0; k < 3; ++k) {
+    const double yields = eigen.eigenvalues()[k];
+    e.semi_axes[k] = yields > kRigid * largest ? 1 / yields : kInfinity;
+  }
+  return e;
+}
+
+Grasp as_rigid(Grasp grasp) {
+  grasp.model = GraspModel::rigid;
+  return grasp;
+}
+
+EndEffectorMeasures measure_end_effector(const Model& model, const Kinematics& kinematics, const Grasp& grasp,
+                                         const Response& response, const Eigen::VectorXd& velocity) {
+  Eigen::MatrixXd J_E(6, model.velocities());
+  point_jacobian(model, kinematics, grasp.robot_body, grasp.p_WC, J_E);
+  const Grasp rigid = as_rigid(grasp);
+  const Eigen::MatrixXd J = grasp_jacobian(model, kinematics, {&rigid, 1});
+
+  EndEffectorMeasures m;
+  m.inverse_inertia = J_E * response(J_E.transpose());   // (13.1)
+  m.pair_inverse_inertia = J * response(J.transpose());  // (13.2)
+  m.angular = ellipsoid(m.pair_inverse_inertia.topLeftCorner<3, 3>());
+  const Eigen::Matrix3d W = m.pair_inverse_inertia.bottomRightCorner<3, 3>();
+  m.linear = ellipsoid(W);
+  m.relative_velocity = (J * velocity).tail<3>();
+  const double speed = m.relative_velocity.norm();
+  if (speed == 0) return m;
+  m.impulse_index = W.llt().solve(m.relative_velocity).norm() / speed;  // (13.4)
+  const Vector3d u{m.relative_velocity[0], m.relative_velocity[1], m.relative_velocity[2]};
+  m.robot_effective_mass = effective_mass(m.inverse_inertia, u);
+  m.pair_effective_mass = effective_mass(m.pair_inverse_inertia, u);
+  return m;
+}
+
+// D of (7.8) over all grips, block by block.
+Eigen::MatrixXd grip_metric(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps,
+                            Eigen::Index rows) {
+  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(rows, rows);
+  for (Eigen::Index row = 0; const Grasp& g : grasps) {
+    D.block(row, row, row_count(g.model), row_count(g.model)) = target_mobility(model, kinematics, g);
+    row += row_count(g.model);
+  }
+  return D;
+}
+
+// Singular values of W^+ in the targets' metric and the index of the present motion: (13.5), (13.6). From Y of (7.5),
+// whose singular values are the roots of W's: W itself has lost half of the small ones' digits.
+void measure_coupled(const Eigen::MatrixXd& half, const Eigen::VectorXd& u, const Eigen::LLT<Eigen::MatrixXd>& metric,
+                     ImpulseMeasures& m) {
+  if (half.rows() == 0) return;  // everything is held: no impulse moves anything
+  const auto G = metric.matrixL();
+  const Eigen::MatrixXd Y = G.solve(half.transpose()).transpose();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Y, Eigen::ComputeThinV);
+  const Eigen::VectorXd& sigma = svd.singularValues();
+  while (m.rank < sigma.size() && sigma[m.rank] > kRankTolerance * sigma[0]) ++m.rank;
+  if (m.rank == 0) return;
+  const Eigen::VectorXd yields = sigma.head(m.rank).cwiseAbs2();
+  m.smallest_impulse = 1 / yields[0];
+  m.largest_impulse = 1 / yields[m.rank - 1];
+  const Eigen::VectorXd motion = G.solve(u);
+  if (motion.norm() == 0) return;
+  const Eigen::VectorXd along = svd.matrixV().leftCols(m.rank).transpose() * motion;
+  m.coupled_index = along.cwiseQuotient(yields).norm() / motion.norm();
+}
+
+// Null space of a response to impulses, D-orthonormal (13.9). `response` has rows that may be compared.
+Eigen::MatrixXd without_effect(const Eigen::MatrixXd& response, const Eigen::LLT<Eigen::MatrixXd>& metric) {
+  // B N = 0 with N = G^-T Z: Z the null space of B G^-T.
+  const Eigen::MatrixXd scaled = metric.matrixL().solve(response.transpose()).transpose();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeFullV);
+  const Eigen::VectorXd& sigma = svd.singularValues();
+  Eigen::Index rank = 0;
+  while (rank < sigma.size() && sigma[rank] > kBaseTolerance * sigma[0]) ++rank;
+  return metric.matrixU().solve(svd.matrixV().rightCols(response.cols() - rank));
+}
+
+// The base's answer to impulses in the rows of J, of which the robot's side is J_robot.
+void measure_base(const Model& model, const Kinematics& kinematics, int root, const Eigen::MatrixXd& M,
+                  const Eigen::MatrixXd& change, const Eigen::LLT<Eigen::MatrixXd>& metric, ImpulseMeasures& m) {
+  const Eigen::Index rows = change.cols();
+  m.base_response = Eigen::MatrixXd::Zero(6, rows);
+  Eigen::MatrixXd comparable = Eigen::MatrixXd::Zero(6, rows);
+  if (model.has_free_root(root)) {
+    const int v = model.bodies()[root].v;
+    const Rotationd& R = kinematics.X_WB[root].R;
+    for (Eigen::Index column = 0; column < rows; ++column) {
+      for (int part = 0; part < 6; part += 3) {
+        const auto x = change.col(column).segment<3>(v + part);
+        const Vector3d in_W = R * Vector3d{x[0], x[1], x[2]};
+        for (int k = 0; k < 3; ++k) m.base_response(part + k, column) = in_W[k];
+      }
+    }
+    // Rows in the metric of the base inertia, so that turning and travelling compare by their energy.
+    const Eigen::LLT<Matrix6d> I_b(M.block<6, 6>(v, v));
+    comparable = I_b.matrixU() * change.middleRows<6>(v);
+  }
+  m.zero_disturbance = without_effect(comparable, metric);
+  m.zero_turning = without_effect(m.base_response.topRows<3>(), metric);
+}
+
+// (13.7) for all grips and their resultant, against the robot's and the systems' centres of mass.
+void measure_lines(const Model& model, const Kinematics& kinematics, int root, std::span<const Grasp> grasps,
+                   std::span<const Impulsed> impulses, ImpulseMeasures& m) {
+  const Vector3d robot = center_of_mass(model, kinematics, {&root, 1});
+  std::vector<int> all{root};
+  Impulsed resultant = Impulsed::zero();  // about the world's origin
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    const Grasp& g = grasps[i];
+    const int target = model.bodies()[g.target_body].root;
+    const int pair[] = {root, target};
+    // A target that hangs on the robot already is part of it.
+    const Vector3d both = target == root ? robot : center_of_mass(model, kinematics, pair);
+    m.robot_line.push_back(impulse_line(impulses[i], g.p_WC, robot));
+    m.system_line.push_back(impulse_line(impulses[i], g.p_WC, both));
+    if (std::find(all.begin(), all.end(), target) == all.end()) all.push_back(target);
+    resultant = resultant + shift(impulses[i], -g.p_WC);
+  }
+  if (grasps.empty()) return;
+  m.robot_line.push_back(impulse_line(resultant, Vector3d::zero(), robot));
+  m.system_line.push_back(impulse_line(resultant, Vector3d::zero(), center_of_mass(model, kinematics, all)));
+}
+
+}  // namespace
+
+double effective_mass(const Matrix6d& inverse_inertia, const Vector3d& n_W) {
+  const Eigen::Vector3d n(n_W[0], n_W[1], n_W[2]);
+  const Eigen::Matrix3d L = inverse_inertia.bottomRightCorner<3, 3>();
+  const double yields = n.dot(L * n) / n.squaredNorm();
+  return yields > kRigid * L.cwiseAbs().maxCoeff() ? 1 / yields : kInfinity;
+}
+
+ImpulseLine impulse_line(const Impulsed& P_WC, const Vector3d& p_WC, const Vector3d& p_W) {
+  ImpulseLine line;
+  line.angular_impulse = shift(P_WC, p_W - p_WC).angular;
+  const double size = norm(P_WC.linear);
+  if (size == 0) {
+    line.miss = norm(line.angular_impulse) > 0 ? kInfinity : 0;
+    return line;
+  }
+  // The part of the angular impulse that is normal to the linear one is what the axis's distance makes (13.7).
+  const Vector3d along = (1 / size) * P_WC.linear;
+  line.couple = dot(along, line.angular_impulse);
+  line.miss = norm(cross(along, line.angular_impulse)) / size;
+  return line;
+}
+
+ImpulseMeasures impulse_measures(const Model& model, const State& state, int root, std::span<const Grasp> grasps,
+                                 std::span<const Impulsed> impulses, std::span<const HeldRate> held) {
+  if (!impulses.empty() && impulses.size() != grasps.size())
+    throw std::invalid_argument("impulse_measures: one impulse per grip is needed, or none");
+  const Kinematics kinematics = forward_kinematics(model, state);
+  const Eigen::MatrixXd M = mass_matrix(model, state);
+  const Response response(M, held);
+  const Eigen::VectorXd velocity = velocity_with_held(M, state, held, response);
+
+  ImpulseMeasures m;
+  for (const Grasp& g : grasps)
+    m.end_effectors.push_back(measure_end_effector(model, kinematics, g, response, velocity));
+  const Eigen::MatrixXd J = grasp_jacobian(model, kinematics, grasps);
+  const Eigen::MatrixXd change = response(J.transpose());
+  m.contact_inertia = J * change;
+  if (J.rows() > 0) {
+    const Eigen::LLT<Eigen::MatrixXd> metric(grip_metric(model, kinematics, grasps, J.rows()));
+    measure_coupled(response.half(J.transpose()), J * velocity, metric, m);
+    measure_base(model, kinematics, root, M, change, metric, m);
+  } else {
+    m.base_response = m.zero_disturbance = m.zero_turning = Eigen::MatrixXd(6, 0);
+  }
+  if (!impulses.empty()) measure_lines(model, kinematics, root, grasps, impulses, m);
+  return m;
+}
+
+}  // namespace grapnel

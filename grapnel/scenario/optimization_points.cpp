@@ -1,0 +1,198 @@
+#include "grapnel/scenario/optimization_points.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "grapnel/scenario/overrides.hpp"
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/reader.hpp"
+#include "grapnel/scenario/write_back.hpp"
+#include "grapnel/scenario/write_yaml.hpp"
+
+namespace grapnel {
+namespace {
+
+using Kind = SearchedVariable::Kind;
+
+Change number_change(const SearchedVariable& variable, double value, const Mark& mark) {
+  Change change{variable.path, variable.path_mark, {}, fmt::format("{}", value)};
+  change.value.kind = Node::Kind::scalar;
+  change.value.mark = mark;
+  change.value.text = change.text;
+  return change;
+}
+
+bool is_inside_robot(const Change& change) {
+  return change.path.starts_with("robot.") || change.path.starts_with("robot[");
+}
+
+// A file that the scenario names, as another place has to name it.
+void move_path(const std::filesystem::path& scenario, const std::filesystem::path& place, Node* named) {
+  if (!named || !is_text(*named) || named->text.empty()) return;
+  const std::filesystem::path file = std::filesystem::absolute(path_beside(scenario, named->text));
+  named->text = std::filesystem::proximate(file, std::filesystem::absolute(place).parent_path()).generic_string();
+}
+
+// A grasp point that was turned away from the surface's normal says where that is.
+void keep_normals(const CaptureProblem& before, StudyCase& point) {
+  for (std::size_t g = 0; g < point.problem.grasps.size(); ++g) {
+    const GraspSetup& grasp = point.problem.grasps[g];
+    if (grasp.grasp_point == before.grasps[g].grasp_point) continue;
+    for (TargetSetup& target : point.problem.targets) {
+      if (target.name != grasp.target) continue;
+      for (GraspPoint& one : target.grasp_points) {
+        if (one.name == grasp.grasp_point && !one.normal) one.normal = -point.inward_normals[g];
+      }
+    }
+  }
+}
+
+}  // namespace
+
+void OptimizationPoints::check(const SearchedVariable& variable, double value, const CaptureProblem& base) const {
+  CaptureProblem copy = base;
+  switch (variable.kind) {
+    case Kind::path: {
+      std::vector<Change> all = set;
+      all.push_back(number_change(variable, value, value == variable.from ? variable.from_mark : variable.to_mark));
+      load_scenario(scenario, all, files);
+      return;
+    }
+    case Kind::quantity: {
+      const QuantityValue one{variable.quantity, variable.in_si(value)};
+      apply_quantities({&one, 1}, copy);
+      return;
+    }
+    case Kind::patch:
+      if (!variable.patch.point.empty())
+        move_on_patch(variable.patch, variable.patch.half_width_u, variable.patch.half_width_v, copy);
+      return;
+    case Kind::posture:
+      if (!base.approach || !base.approach->plan)
+        throw std::invalid_argument("a posture needs approach.plan: the final configuration is given");
+  }
+}
+
+void OptimizationPoints::finish(const CaptureProblem& base, FaultList& faults) {
+  base_ = std::make_shared<const CaptureProblem>(base);
+  for (const SearchedVariable& variable : variables) {
+    if (variable.kind != Kind::posture) continue;
+    try {
+      posture = posture_space(base);
+      if (posture.directions.empty())
+        faults.add(variable.mark,
+                   fmt::format("{}: the grasps leave the joints no freedom, so there is no other posture "
+                               "near the present one",
+                               variable.place));
+    } catch (const std::exception& error) {
+      faults.add(variable.mark, fmt::format("{}: {}", variable.place, error.what()));
+    }
+  }
+}
+
+std::vector<OptimizationVariable> OptimizationPoints::shown(const SearchedVariable& variable) const {
+  const auto ranged = [&](const std::string& name, double half_width) {
+    return OptimizationVariable{name, variable.unit, -half_width, half_width, 0};
+  };
+  std::vector<OptimizationVariable> all;
+  switch (variable.kind) {
+    case Kind::patch:
+      return {ranged(variable.name + "/u", variable.patch.half_width_u),
+              ranged(variable.name + "/v", variable.patch.half_width_v)};
+    case Kind::posture:
+      for (std::size_t k = 0; k < posture.directions.size(); ++k)
+        all.push_back({fmt::format("posture/{}", k + 1), variable.unit, variable.from, variable.to, 0});
+      return all;
+    case Kind::path: {
+      const auto present = value_at(tree(set), variable.path);
+      const double middle = (variable.from + variable.to) / 2;
+      return {{variable.name, variable.unit, variable.from, variable.to,
+               present ? number_of(*present).value_or(middle) : middle}};
+    }
+    case Kind::quantity:
+      break;
+  }
+  const bool is_turn = variable.quantity.kind == QuantityKind::approach_angle ||
+                       variable.quantity.kind == QuantityKind::relative_direction;
+  return {{variable.name, variable.unit, variable.from, variable.to, is_turn ? 0 : (variable.from + variable.to) / 2}};
+}
+
+std::vector<Change> OptimizationPoints::changes(std::span<const double> values) const {
+  std::vector<Change> all = set;
+  std::size_t at = 0;
+  for (const SearchedVariable& variable : variables) {
+    if (variable.kind == Kind::path) all.push_back(number_change(variable, values[at], variable.mark));
+    at += variable.kind == Kind::patch ? 2 : variable.kind == Kind::posture ? posture.directions.size() : 1;
+  }
+  return all;
+}
+
+CaptureProblem OptimizationPoints::before_moves(std::span<const double> values) const {
+  const std::vector<Change> all = changes(values);
+  return all.size() == set.size() ? *base_ : load_scenario(scenario, all, files);
+}
+
+StudyCase OptimizationPoints::moved(const CaptureProblem& before, std::span<const double> values) const {
+  StudyCase point{before, {}};
+  std::vector<QuantityValue> quantities;
+  std::size_t at = 0;
+  for (const SearchedVariable& variable : variables) {
+    switch (variable.kind) {
+      case Kind::path:
+        ++at;
+        break;
+      case Kind::quantity:
+        quantities.push_back({variable.quantity, variable.in_si(values[at++])});
+        break;
+      case Kind::patch:
+        move_on_patch(variable.patch, values[at], values[at + 1], point.problem);
+        at += 2;
+        break;
+      case Kind::posture: {
+        const auto mine = values.subspan(at, posture.directions.size());
+        set_posture(posture, {mine.begin(), mine.end()}, point.problem);
+        at += mine.size();
+      }
+    }
+  }
+  point.inward_normals = inward_normals(point.problem);
+  apply_quantities(quantities, point.problem);
+  keep_normals(before, point);
+  return point;
+}
+
+StudyCase OptimizationPoints::point(std::span<const double> values) const {
+  return moved(before_moves(values), values);
+}
+
+// The scenario file's tree with changes; the robot's in place of its path where one reaches into it.
+Node OptimizationPoints::tree(const std::vector<Change>& changes) const {
+  Node root = files.find(scenario)->tree;
+  FaultList unexpected;  // the changes have been applied before
+  for (const Change& change : changes) {
+    Node* robot = root.find("robot");
+    if (is_inside_robot(change) && robot && is_text(*robot)) {
+      if (const auto file = files.find(path_beside(scenario, robot->text))) *robot = file->tree;
+    }
+    apply_change(root, change, unexpected);
+  }
+  return root;
+}
+
+std::string OptimizationPoints::scenario_text(std::span<const double> values, const std::filesystem::path& place,
+                                              const std::string& comment) const {
+  Node root = tree(changes(values));
+  const CaptureProblem before = before_moves(values);
+  write_back(before, moved(before, values).problem, root);
+  move_path(scenario, place, root.find("robot"));
+  if (Node* approach = root.find("approach")) move_path(scenario, place, approach->find("trajectory"));
+  if (Node* name = root.find("name")) {
+    name->text += ", optimized";
+    name->plain = name->plain && is_text(*name);
+  }
+  return yaml_text(root, comment);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,165 @@
+#include "grapnel/scenario/read_optimization.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <stdexcept>
+
+#include "grapnel/scenario/optimization_points.hpp"
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/read_optimization_terms.hpp"
+#include "grapnel/scenario/reader.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/sha256.hpp"
+#include "grapnel/scenario/source_text.hpp"
+#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/scenario/yaml_document.hpp"
+
+namespace grapnel {
+namespace {
+
+class OptimizationReader {
+ public:
+  explicit OptimizationReader(const std::filesystem::path& path)
+      : path_(path), points_(std::make_shared<OptimizationPoints>()) {}
+
+  Optimization read() {
+    read_text();
+    points_->named = text_at(root_, "scenario");
+    points_->scenario = path_beside(path_, points_->named);
+    points_->set = read_changes(part(root_, "set"));
+    result_.name = text_at(root_, "name");
+    result_.file = path_.string();
+    result_.mode = text_at(root_, "simulate") == "impact" ? StudyMode::impact : StudyMode::run;
+    result_.feasible = boolean_at(root_, "feasible");
+    read_search();
+    const auto base = read_base();
+    read_variables(base.get());
+    if (base && structure_is_sound_) check_ends(*base);
+    read_measures();
+    faults_.throw_if_any();
+    points_->finish(*base, faults_);
+    finish_variables();
+    faults_.throw_if_any();
+    result_.sha256 = sha256(result_.text + base->sha256);
+    result_.before = {*base, inward_normals(*base)};
+    result_.point = [points = points_](std::span<const double> values) { return points->point(values); };
+    result_.scenario_text = [points = points_](std::span<const double> values, const std::filesystem::path& place,
+                                               const std::string& comment) {
+      return points->scenario_text(values, place, comment);
+    };
+    return std::move(result_);
+  }
+
+ private:
+  void read_text() {
+    const auto source = std::make_shared<const std::string>(path_.string());
+    const auto bytes = read_file(path_, {source, 0, 0}, faults_);
+    if (!bytes) faults_.throw_if_any();
+    result_.text = *bytes;
+    const auto text = checked_text(*bytes, source, faults_);
+    auto tree = text ? parse_document(*text, source, faults_) : std::nullopt;
+    if (!tree) faults_.throw_if_any();
+    root_ = std::move(*tree);
+    if (root_.kind == Node::Kind::null) faults_.add({source, 1, 1}, "the file is empty");
+    const Node* schema = root_.find("schema");
+    for (const char* other : {"scenario", "robot", "study"}) {
+      if (schema && schema->is_scalar() && schema->text.starts_with(std::string("grapnel-") + other + "/"))
+        faults_.add(schema->mark, fmt::format("this is a {} file where an optimization is expected", other));
+    }
+    faults_.throw_if_any();
+    check_structure(root_, optimization_schema_document(), "the optimization", faults_);
+    structure_is_sound_ = faults_.empty();
+    fill_defaults(root_, optimization_schema_document());
+  }
+
+  void read_search() {
+    const Node& node = part(root_, "search");
+    result_.search.evaluations = whole_number_at(node, "evaluations", 1'000'000);
+    result_.search.seed = whole_number_at(node, "seed", std::uint64_t{1} << 53);
+    result_.search.refine = whole_number_at(node, "refine", 100);
+  }
+
+  // The scenario as it is, with "set".
+  std::shared_ptr<const CaptureProblem> read_base() {
+    if (points_->named.empty()) return nullptr;
+    const std::size_t before = faults_.size();
+    read_file(points_->scenario, part(root_, "scenario").mark, faults_, kLargestFile, points_->named);
+    if (faults_.size() != before) return nullptr;
+    try {
+      auto base =
+          std::make_shared<const CaptureProblem>(load_scenario(points_->scenario, points_->set, points_->files));
+      result_.columns = standard_columns(*base, result_.mode == StudyMode::run);
+      if (result_.mode == StudyMode::impact && !base->impact)
+        faults_.add(part(root_, "simulate").mark,
+                    fmt::format("simulate: impact needs a scenario with 'impact', {} has none", in_quotes(base->name)));
+      return base;
+    } catch (const ScenarioError& error) {
+      for (const Fault& fault : error.faults()) faults_.add(fault);
+    }
+    return nullptr;
+  }
+
+  void read_variables(const CaptureProblem* base) {
+    const Node& list = part(root_, "variables");
+    for (std::size_t i = 0; i < list.items.size(); ++i) {
+      SearchedVariable variable = read_searched_variable(list.items[i], item("variables", i), base, faults_);
+      for (const SearchedVariable& other : points_->variables) {
+        if (other.name == variable.name && !variable.name.empty())
+          faults_.add(variable.mark,
+                      fmt::format("{} varies {}, as {} does", variable.place, in_quotes(variable.name), other.place));
+      }
+      points_->variables.push_back(std::move(variable));
+    }
+  }
+
+  // Each variable at both ends, the others not applied.
+  void check_ends(const CaptureProblem& base) {
+    for (const SearchedVariable& variable : points_->variables) {
+      for (const double end : {variable.from, variable.to}) {
+        const std::size_t before = faults_.size();
+        try {
+          points_->check(variable, end, base);
+        } catch (const ScenarioError& error) {
+          for (const Fault& fault : error.faults()) faults_.add(fault);
+        } catch (const std::exception& error) {
+          faults_.add(variable.mark,
+                      fmt::format("{}: {} (scenario {})", variable.place, error.what(), in_quotes(base.name)));
+        }
+        if (faults_.size() != before) break;
+      }
+    }
+  }
+
+  void read_measures() {
+    const bool maximize = root_.find("maximize") != nullptr;
+    const char* key = maximize ? "maximize" : "minimize";
+    result_.maximize = maximize;
+    result_.objective = read_objective(part(root_, key), key, maximize, result_.columns, faults_);
+    result_.limits = read_limits(part(root_, "limits"), result_.columns, faults_);
+    result_.columns.push_back(feasibility_column());
+  }
+
+  void finish_variables() {
+    for (const SearchedVariable& variable : points_->variables) {
+      for (OptimizationVariable& shown : points_->shown(variable)) result_.variables.push_back(std::move(shown));
+    }
+  }
+
+  std::filesystem::path path_;
+  std::shared_ptr<OptimizationPoints> points_;
+  Node root_;
+  FaultList faults_;
+  Optimization result_;
+  bool structure_is_sound_ = false;
+};
+
+}  // namespace
+
+Optimization load_optimization(const std::filesystem::path& path) { return OptimizationReader(path).read(); }
+
+}  // namespace grapnel

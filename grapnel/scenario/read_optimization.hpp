@@ -1,0 +1,17 @@
+#pragma once
+
+/// @file
+/// Optimization files: YAML text to an Optimization. docs/formats/optimization.md describes the format. Thread safety:
+/// a free function.
+
+#include <filesystem>
+
+#include "grapnel/study/optimization.hpp"
+
+namespace grapnel {
+
+/// Reads an optimization and the scenario it names, once: its points are made from the trees. Checked are the file, the
+/// scenario as it is, and each variable at both ends, the others as they are. @throws ScenarioError with all faults.
+Optimization load_optimization(const std::filesystem::path& path);
+
+}  // namespace grapnel

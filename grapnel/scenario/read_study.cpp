@@ -1,0 +1,312 @@
+#include "grapnel/scenario/read_study.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+
+#include "grapnel/scenario/read_study_axis.hpp"
+#include "grapnel/scenario/reader.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/sha256.hpp"
+#include "grapnel/scenario/source_text.hpp"
+#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/study/grid.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr std::size_t kMostPoints = 10'000'000;
+// Of one axis; more values are checked when their points are run.
+constexpr std::size_t kMostChecked = 1000;
+
+using Position = std::vector<std::size_t>;
+
+// The points of a study, from trees. Thread safety: problem() from any thread, once the files have been read.
+class Points {
+ public:
+  std::filesystem::path file;  // of the study
+  std::string scenario;        // as the study says it; may be empty
+  std::vector<Change> set;
+  std::vector<ReadAxis> axes;
+
+  /// The scenario at a position before any quantity is applied. @throws ScenarioError
+  std::shared_ptr<const CaptureProblem> problem(std::span<const std::size_t> at) {
+    Position key;
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      if (!axes[a].quantity) key.push_back(at[a]);
+    }
+    if (auto kept = find(key)) return kept;
+    std::vector<Change> changes = set;
+    std::string named = scenario;
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      const ReadAxisValue& value = axes[a].values[at[a]];
+      changes.insert(changes.end(), value.changes.begin(), value.changes.end());
+      if (!value.scenario.empty()) named = value.scenario;
+    }
+    auto made = std::make_shared<const CaptureProblem>(load_scenario(path_beside(file, named), changes, files_));
+    keep(key, made);
+    return made;
+  }
+
+  StudyCase point(std::span<const std::size_t> at) {
+    const auto base = problem(at);
+    StudyCase result{*base, inward_normals(*base)};
+    std::vector<QuantityValue> quantities;
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      if (axes[a].quantity) quantities.push_back({*axes[a].quantity, axes[a].values[at[a]].quantity});
+    }
+    apply_quantities(quantities, result.problem);
+    return result;
+  }
+
+ private:
+  // Neighbours on the grid often differ in quantities only.
+  static constexpr std::size_t kKept = 64;
+
+  std::shared_ptr<const CaptureProblem> find(const Position& key) {
+    const std::lock_guard lock(mutex_);
+    const auto it = kept_.find(key);
+    return it == kept_.end() ? nullptr : it->second;
+  }
+  void keep(const Position& key, std::shared_ptr<const CaptureProblem> made) {
+    const std::lock_guard lock(mutex_);
+    if (!kept_.emplace(key, std::move(made)).second) return;
+    order_.push_back(key);
+    if (order_.size() <= kKept) return;
+    kept_.erase(order_.front());
+    order_.pop_front();
+  }
+
+  ScenarioFiles files_;
+  std::mutex mutex_;
+  std::map<Position, std::shared_ptr<const CaptureProblem>> kept_;  // guarded by mutex_, as order_
+  std::deque<Position> order_;
+};
+
+class StudyReader {
+ public:
+  explicit StudyReader(const std::filesystem::path& path) : path_(path), points_(std::make_shared<Points>()) {}
+
+  Study read() {
+    read_text();
+    points_->file = path_;
+    points_->scenario = text_at(root_, "scenario");
+    points_->set = read_changes(part(root_, "set"));
+    study_.name = text_at(root_, "name");
+    study_.file = path_.string();
+    study_.mode = text_at(root_, "simulate") == "impact" ? StudyMode::impact : StudyMode::run;
+    read_axes();
+    check_scenarios_named();
+    if (can_make_points()) check_points();
+    choose_columns();
+    faults_.throw_if_any();
+    study_.sha256 = sha256(study_.text + shas_);
+    study_.point = [points = points_](std::span<const std::size_t> at) { return points->point(at); };
+    return std::move(study_);
+  }
+
+ private:
+  void read_text() {
+    const auto source = std::make_shared<const std::string>(path_.string());
+    const auto bytes = read_file(path_, {source, 0, 0}, faults_);
+    if (!bytes) faults_.throw_if_any();
+    study_.text = *bytes;
+    const auto text = checked_text(*bytes, source, faults_);
+    auto tree = text ? parse_document(*text, source, faults_) : std::nullopt;
+    if (!tree) faults_.throw_if_any();
+    root_ = std::move(*tree);
+    if (root_.kind == Node::Kind::null) faults_.add({source, 1, 1}, "the file is empty");
+    const Node* schema = root_.find("schema");
+    for (const char* other : {"scenario", "robot"}) {
+      if (schema && schema->is_scalar() && schema->text.starts_with(std::string("grapnel-") + other + "/"))
+        faults_.add(schema->mark, fmt::format("this is a {} file where a study is expected", other));
+    }
+    faults_.throw_if_any();
+    check_structure(root_, study_schema_document(), "the study", faults_);
+    structure_is_sound_ = faults_.empty();
+    fill_defaults(root_, study_schema_document());
+  }
+
+  void read_axes() {
+    const Node& list = part(root_, "axes");
+    double points = 1;
+    for (std::size_t i = 0; i < list.items.size(); ++i) {
+      ReadAxis axis = read_study_axis(list.items[i], item("axes", i), faults_);
+      for (const ReadAxis& other : points_->axes) {
+        if (other.shown.name == axis.shown.name && !axis.shown.name.empty())
+          faults_.add(axis.mark,
+                      fmt::format("{} varies {}, as {} does", axis.place, in_quotes(axis.shown.name), other.place));
+      }
+      points *= static_cast<double>(axis.shown.values.size());
+      study_.axes.push_back(axis.shown);
+      points_->axes.push_back(std::move(axis));
+    }
+    if (points > static_cast<double>(kMostPoints))
+      faults_.add(list.mark, fmt::format("the axes make {:.6g} points, at most {} are possible", points, kMostPoints));
+  }
+
+  // That every point has a scenario, and one only, and that the files can be read.
+  void check_scenarios_named() {
+    const ReadAxis* naming = nullptr;
+    bool always = !points_->scenario.empty();
+    if (always) expect_file(points_->scenario, part(root_, "scenario").mark);
+    for (const ReadAxis& axis : points_->axes) {
+      std::size_t named = 0;
+      for (const ReadAxisValue& value : axis.values) {
+        if (value.scenario.empty()) continue;
+        ++named;
+        expect_file(value.scenario, value.scenario_mark);
+        if (naming && naming != &axis) {
+          faults_.add(value.scenario_mark, fmt::format("{} names scenarios, as {} does", axis.place, naming->place));
+          break;
+        }
+        naming = &axis;
+      }
+      always = always || (named > 0 && named == axis.values.size());
+    }
+    if (!always && root_.is_mapping())
+      faults_.add(root_.mark, "missing key 'scenario' in the study: not every point has one by its axes");
+  }
+
+  void expect_file(const std::string& named, const Mark& mark) {
+    const std::size_t before = faults_.size();
+    read_file(path_beside(path_, named), mark, faults_, kLargestFile, named);
+    files_are_there_ = files_are_there_ && faults_.size() == before;
+  }
+
+  bool can_make_points() const {
+    const auto has_values = [](const ReadAxis& axis) { return !axis.values.empty(); };
+    return files_are_there_ && structure_is_sound_ && (!points_->scenario.empty() || faults_.empty()) &&
+           std::all_of(points_->axes.begin(), points_->axes.end(), has_values);
+  }
+
+  // Each axis by itself, the others at their first values.
+  void check_points() {
+    Position at(points_->axes.size(), 0);
+    const auto base = check_problem(at);
+    if (base) check_quantities(*base, true);
+    for (std::size_t a = 0; a < at.size(); ++a) {
+      const ReadAxis& axis = points_->axes[a];
+      if (axis.quantity) continue;
+      for (const std::size_t value : checked_values(axis)) {
+        at[a] = value;
+        if (value == 0 || faults_.full()) continue;
+        if (const auto problem = check_problem(at)) check_quantities(*problem, false);
+      }
+      at[a] = 0;
+    }
+  }
+
+  static std::vector<std::size_t> checked_values(const ReadAxis& axis) {
+    if (axis.is_range) return {0, axis.values.size() - 1};
+    std::vector<std::size_t> all(std::min(axis.values.size(), kMostChecked));
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = i;
+    return all;
+  }
+
+  void add_once(Fault fault) {
+    const auto& all = faults_.all();
+    if (std::find(all.begin(), all.end(), fault) == all.end()) faults_.add(std::move(fault));
+  }
+  void add_once(const Mark& mark, std::string message) {
+    add_once(Fault{mark.source ? *mark.source : std::string(), mark.line, mark.column, std::move(message)});
+  }
+
+  std::shared_ptr<const CaptureProblem> check_problem(const Position& at) {
+    try {
+      auto problem = points_->problem(at);
+      merge_columns(columns_, standard_columns(*problem, study_.mode == StudyMode::run));
+      shas_ += problem->sha256;
+      if (study_.mode == StudyMode::impact && !problem->impact)
+        add_once(part(root_, "simulate").mark,
+                 fmt::format("simulate: impact needs a scenario with 'impact', {} has none", in_quotes(problem->name)));
+      return problem;
+    } catch (const ScenarioError& error) {
+      for (const Fault& fault : error.faults()) add_once(fault);
+    }
+    return nullptr;
+  }
+
+  // Quantities one by one, with all their checked values or the first only.
+  void check_quantities(const CaptureProblem& problem, bool all) {
+    for (const ReadAxis& axis : points_->axes) {
+      if (!axis.quantity || !expect_name(axis, problem)) continue;
+      for (const std::size_t value : checked_values(axis)) {
+        if (value > 0 && !all) break;
+        CaptureProblem copy = problem;
+        const QuantityValue set{*axis.quantity, axis.values[value].quantity};
+        try {
+          apply_quantities({&set, 1}, copy);
+        } catch (const std::exception& error) {
+          add_once(axis.values[value].mark,
+                   fmt::format("{}: {} (scenario {})", axis.place, error.what(), in_quotes(problem.name)));
+          break;
+        }
+      }
+    }
+  }
+
+  bool expect_name(const ReadAxis& axis, const CaptureProblem& problem) {
+    if (axis.quantity->of.empty()) return true;
+    std::vector<std::string> names;
+    const bool of_grasp = info(axis.quantity->kind).of_grasp;
+    if (of_grasp) {
+      for (const GraspSetup& grasp : problem.grasps) names.push_back(grasp.end_effector);
+    } else {
+      for (const TargetSetup& target : problem.targets) names.push_back(target.name);
+    }
+    if (std::find(names.begin(), names.end(), axis.quantity->of) != names.end()) return true;
+    add_once(axis.of_mark,
+             fmt::format("unknown {} {} in {}{}", of_grasp ? "grasp" : "target", in_quotes(axis.quantity->of),
+                         axis.place, suggestion(axis.quantity->of, names, of_grasp ? "end-effectors" : "targets")));
+    return false;
+  }
+
+  void choose_columns() {
+    const Node& list = part(root_, "columns");
+    if (!list.is_sequence()) {
+      study_.columns = std::move(columns_);
+      return;
+    }
+    std::vector<std::string> names;
+    for (const Column& column : columns_) names.push_back(column.name);
+    std::vector<bool> chosen(columns_.size(), false);
+    for (const Node& pattern : list.items) {
+      bool any = false;
+      for (std::size_t c = 0; c < columns_.size(); ++c) {
+        if (!column_matches(pattern.text, names[c])) continue;
+        chosen[c] = any = true;
+      }
+      if (any || columns_.empty() || pattern.text.empty()) continue;
+      const std::string near = nearest(pattern.text, names);
+      faults_.add(pattern.mark, fmt::format("no column {}{}", in_quotes(pattern.text),
+                                            near.empty() ? "; without 'columns' the table has them all"
+                                                         : "; did you mean " + in_quotes(near) + "?"));
+    }
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      if (chosen[c]) study_.columns.push_back(std::move(columns_[c]));
+    }
+  }
+
+  std::filesystem::path path_;
+  std::shared_ptr<Points> points_;
+  Node root_;
+  FaultList faults_;
+  Study study_;
+  std::vector<Column> columns_;
+  std::string shas_;  // of the problems that were checked
+  bool structure_is_sound_ = false, files_are_there_ = true;
+};
+
+}  // namespace
+
+Study load_study(const std::filesystem::path& path) { return StudyReader(path).read(); }
+
+}  // namespace grapnel

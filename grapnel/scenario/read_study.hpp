@@ -1,0 +1,18 @@
+#pragma once
+
+/// @file
+/// Study files: YAML text to a Study. docs/formats/study.md describes the format. Thread safety: a free function.
+
+#include <filesystem>
+
+#include "grapnel/study/study.hpp"
+
+namespace grapnel {
+
+/// Reads a study and the scenarios it names, once: its points are made from the trees. Checked are the study itself,
+/// the scenario with the first value of every axis, and with every listed value of each axis (the ends of a range), the
+/// other axes at their first. What only a combination gets wrong is that point's reason. @throws ScenarioError with all
+/// faults.
+Study load_study(const std::filesystem::path& path);
+
+}  // namespace grapnel

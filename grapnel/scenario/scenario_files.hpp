@@ -1,0 +1,53 @@
+#pragma once
+
+/// @file
+/// Scenarios from files that are read once: a study sees the same bytes for all its points, whatever happens on disk
+/// meanwhile.
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/scenario/node.hpp"
+
+namespace grapnel {
+
+/// What a change of a value puts in its place. The mark is where it was asked for; `text` is the value as "--set
+/// path=text" would say it.
+struct Change {
+  std::string path;
+  Mark mark;
+  Node value;
+  std::string text;
+};
+
+/// Files by path, with their trees. Only what could be read and parsed is kept. Thread safety: any number of threads.
+class ScenarioFiles {
+ public:
+  struct File {
+    std::string bytes;
+    std::string text;  // checked_text() of a file that is no YAML
+    Node tree;
+  };
+  /// Null if it has not been kept.
+  std::shared_ptr<const File> find(const std::filesystem::path& path) const;
+  void keep(const std::filesystem::path& path, File file);
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<const File>> files_;  // guarded by mutex_
+};
+
+/// load_scenario() with changes as trees. @throws ScenarioError with all faults.
+CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files);
+
+/// The path of a file that another one names, as a person would write it: relative to that file's folder, with ".."
+/// resolved where that names the same file (with symbolic links it may not).
+std::filesystem::path path_beside(const std::filesystem::path& file, const std::string& named);
+
+}  // namespace grapnel

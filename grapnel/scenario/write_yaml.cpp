@@ -1,0 +1,135 @@
+#include "grapnel/scenario/write_yaml.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string_view>
+
+namespace grapnel {
+namespace {
+
+constexpr std::size_t kLineLength = 120;
+
+// Texts that the parser takes for nothing, so that they need quotes.
+bool looks_empty(std::string_view text) {
+  return text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL";
+}
+
+// Whether a text means itself without quotes, at any place. Conservative: quotes never harm.
+bool is_simple(std::string_view text) {
+  if (looks_empty(text) || text == "=" || text == "<<") return false;
+  const auto plain = [](unsigned char c) {
+    return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || c == '.' ||
+           c == '+' || c == '-' || c == '/' || c == '(' || c == ')' || c == '^' || c == ' ' || c >= 0x80;
+  };
+  if (!std::all_of(text.begin(), text.end(), plain)) return false;
+  if (text.front() == ' ' || text.back() == ' ') return false;
+  // "- ", "--- " and "..." have meanings of their own.
+  return !(text.starts_with("-") && (text.size() == 1 || text[1] == ' ' || text[1] == '-')) && !text.starts_with("...");
+}
+
+std::string quoted(std::string_view text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (c == '"' || c == '\\')
+      out += {'\\', c};
+    else if (c == '\n')
+      out += "\\n";
+    else if (c == '\t')
+      out += "\\t";
+    else if (byte < 0x20 || byte == 0x7f)
+      out += fmt::format("\\x{:02x}", byte);
+    else
+      out += c;
+  }
+  return out + "\"";
+}
+
+std::string scalar(const Node& node) { return node.plain && is_simple(node.text) ? node.text : quoted(node.text); }
+std::string key_text(const std::string& key) { return is_simple(key) ? key : quoted(key); }
+
+std::string flow(const Node& node) {
+  std::string out;
+  switch (node.kind) {
+    case Node::Kind::null:
+      return "null";
+    case Node::Kind::scalar:
+      return scalar(node);
+    case Node::Kind::sequence:
+      for (const Node& item : node.items) out += (out.empty() ? "" : ", ") + flow(item);
+      return "[" + out + "]";
+    case Node::Kind::mapping:
+      for (const NodeEntry& e : node.entries) out += (out.empty() ? "" : ", ") + key_text(e.key) + ": " + flow(e.value);
+      break;
+  }
+  return "{" + out + "}";
+}
+
+bool is_leaf(const Node& node) { return node.items.empty() && node.entries.empty(); }
+
+// Lists and mappings that hold more than scalars and short lists read better in lines of their own.
+bool is_flat(const Node& node) {
+  const auto flat = [](const Node& below) {
+    return is_leaf(below) || (below.is_sequence() && std::all_of(below.items.begin(), below.items.end(), is_leaf));
+  };
+  return std::all_of(node.items.begin(), node.items.end(), flat) &&
+         std::all_of(node.entries.begin(), node.entries.end(), [&](const NodeEntry& e) { return flat(e.value); });
+}
+
+class Writer {
+ public:
+  std::string out;
+
+  // A list or mapping with something in it, each item in lines of its own. The first goes where the text ends.
+  void block(const Node& node, std::size_t indent) {
+    bool first = true;
+    const auto begin_line = [&] {
+      if (!first) out.append(indent, ' ');
+      first = false;
+    };
+    for (const Node& item : node.items) {
+      begin_line();
+      out += "- ";
+      if (fits(item, indent + 2))
+        out += flow(item) + "\n";
+      else
+        block(item, indent + 2);
+    }
+    for (const NodeEntry& e : node.entries) {
+      begin_line();
+      const std::string key = key_text(e.key) + ":";
+      out += key;
+      if (fits(e.value, indent + key.size() + 1)) {
+        out += " " + flow(e.value) + "\n";
+        continue;
+      }
+      out += "\n";
+      out.append(indent + 2, ' ');
+      block(e.value, indent + 2);
+    }
+  }
+
+ private:
+  static bool fits(const Node& node, std::size_t column) {
+    return is_leaf(node) || (is_flat(node) && column + flow(node).size() <= kLineLength);
+  }
+};
+
+}  // namespace
+
+std::string yaml_text(const Node& tree, const std::string& comment) {
+  Writer writer;
+  for (std::size_t at = 0; at < comment.size();) {
+    const std::size_t end = std::min(comment.find('\n', at), comment.size());
+    writer.out += end == at ? "#\n" : "# " + comment.substr(at, end - at) + "\n";
+    at = end + 1;
+  }
+  if (is_leaf(tree))
+    writer.out += flow(tree) + "\n";
+  else
+    writer.block(tree, 0);
+  return writer.out;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,315 @@
+#include "grapnel/study/column.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+namespace grapnel {
+namespace {
+
+using Getter = std::function<double(const StudyCase&, const CaptureResult&)>;
+using GraspNumber = std::function<double(const GraspImpulse&)>;
+using GraspVector = std::function<Vector3d(const GraspImpulse&)>;
+
+constexpr const char* kComponents[3] = {"x", "y", "z"};
+
+// The impulse of an end-effector's grip or contact, in whichever impact it came, and that impact.
+struct FoundGrasp {
+  const ImpactReport* impact = nullptr;
+  const GraspImpulse* grasp = nullptr;
+};
+FoundGrasp find_grasp(const CaptureResult& result, const std::string& end_effector) {
+  const auto in = [&](const ImpactReport& impact) -> const GraspImpulse* {
+    for (const GraspImpulse& g : impact.grasps) {
+      if (g.end_effector == end_effector) return &g;
+    }
+    return nullptr;
+  };
+  if (!result.impact) return {};
+  if (const GraspImpulse* g = in(*result.impact)) return {&*result.impact, g};
+  for (const ImpactReport& later : result.later_impacts) {
+    if (const GraspImpulse* g = in(later)) return {&later, g};
+  }
+  return {};
+}
+
+// Outward normal in W of the surface that an end-effector meets, at its impact; zero if there is none.
+Vector3d outward_normal(const StudyCase& point, const FoundGrasp& found, const std::string& end_effector) {
+  const auto& grasps = point.problem.grasps;
+  for (std::size_t i = 0; i < grasps.size(); ++i) {
+    if (grasps[i].end_effector != end_effector) continue;
+    for (const BodyMotion& target : found.impact->targets_before) {
+      if (target.name == grasps[i].target) return -(rotation_matrix(target.quaternion_wxyz) * point.inward_normals[i]);
+    }
+  }
+  return Vector3d::zero();
+}
+
+class Builder {
+ public:
+  explicit Builder(const CaptureProblem& problem) : problem_(problem) {}
+
+  void outcome() {
+    add("captured", "1", "whether all grips closed", [](const StudyCase&, const CaptureResult& r) {
+      return r.grips.empty() ? NAN : static_cast<double>(r.captured());
+    });
+  }
+
+  void grasps() {
+    for (const GraspSetup& grasp : problem_.grasps) grasp_columns(grasp.end_effector);
+  }
+
+  void impact() {
+    vector("base/velocity_change", "m/s", "of the base's origin, in the impact, in W",
+           [](const ImpactReport& i) { return i.base_velocity_change; });
+    vector("base/angular_velocity_change", "rad/s", "of the base, in the impact, in W",
+           [](const ImpactReport& i) { return i.base_angular_velocity_change; });
+    number("kinetic_energy_before", "J", "of robot and targets, just before the impact",
+           [](const ImpactReport& i) { return i.kinetic_energy_before; });
+    number("kinetic_energy_after", "J", "just after it", [](const ImpactReport& i) { return i.kinetic_energy_after; });
+    number("rows", "1", "conditions that the grips pose", [](const ImpactReport& i) { return double(i.rows); });
+    number("rank", "1", "independent ones among them", [](const ImpactReport& i) { return double(i.rank); });
+  }
+
+  void joints() {
+    for (const BodyDescription& body : problem_.robot.bodies) {
+      const JointDescription& joint = body.joint;
+      const bool slides = joint.type == JointType::prismatic;
+      if (!slides && joint.type != JointType::revolute && joint.type != JointType::continuous) continue;
+      joint_columns(joint.name, slides);
+    }
+  }
+
+  void books() {
+    add("ledger/pass", "1", "whether momentum and energy were kept within their bounds",
+        [](const StudyCase&, const CaptureResult& r) {
+          return r.status == CaptureStatus::completed ? double(r.ledger.pass()) : NAN;
+        });
+    add("ledger/feasible", "1", "whether joints stayed within their limits and bodies clear of each other",
+        [](const StudyCase&, const CaptureResult& r) {
+          return r.status == CaptureStatus::completed ? double(r.ledger.feasible()) : NAN;
+        });
+  }
+
+  void ratings() {
+    for (const auto& [joint, rating] : problem_.robot.ratings) margin_columns(joint, rating);
+    bool any = !problem_.robot.ratings.empty();
+    for (const EndEffectorSetup& e : problem_.robot.end_effectors) {
+      margin_columns(e.name, e.rating);
+      any = any || is_rated(e.rating);
+    }
+    if (!any) return;
+    for (const GraspSetup& grasp : problem_.grasps) {
+      speed_column(grasp.end_effector, "speed_factor", "1",
+                   "by which relative velocities may grow until a rating of "
+                   "the arm is reached",
+                   &SpeedLimit::factor);
+      speed_column(grasp.end_effector, "largest_speed", "m/s", "relative speed at which a rating of the arm is reached",
+                   &SpeedLimit::largest_speed);
+    }
+  }
+
+  void motion_afterwards() {
+    const auto end = [](const CaptureResult& r, Vector3d BodyMotion::*field, int k) {
+      return r.post_impact_end ? (r.post_impact_end->base.*field)[k] : NAN;
+    };
+    for (int k = 0; k < 3; ++k) {
+      add(std::string("end/base/velocity/") + kComponents[k], "m/s", "of the base at the end, in W",
+          [end, k](const StudyCase&, const CaptureResult& r) { return end(r, &BodyMotion::velocity, k); });
+    }
+    for (int k = 0; k < 3; ++k) {
+      add(std::string("end/base/angular_velocity/") + kComponents[k], "rad/s", "of the base at the end, in W",
+          [end, k](const StudyCase&, const CaptureResult& r) { return end(r, &BodyMotion::angular_velocity, k); });
+    }
+    add("clearance/least", "m", "least distance of bodies that are watched; negative: depth of overlap",
+        [](const StudyCase&, const CaptureResult& r) {
+          double least = NAN;
+          for (const LeastClearance& one : r.clearance) least = std::fmin(least, one.distance);
+          return least;
+        });
+  }
+
+  std::vector<Column> take() { return std::move(columns_); }
+
+ private:
+  void add(std::string name, std::string unit, std::string description, Getter value) {
+    columns_.push_back({std::move(name), std::move(unit), std::move(description), std::move(value)});
+  }
+
+  // Of the first impact.
+  void number(const std::string& name, const char* unit, const char* description, double (*get)(const ImpactReport&)) {
+    add(name, unit, description,
+        [get](const StudyCase&, const CaptureResult& r) { return r.impact ? get(*r.impact) : NAN; });
+  }
+  void vector(const std::string& name, const char* unit, const char* description,
+              Vector3d (*get)(const ImpactReport&)) {
+    for (int k = 0; k < 3; ++k) {
+      add(name + "/" + kComponents[k], unit, description,
+          [get, k](const StudyCase&, const CaptureResult& r) { return r.impact ? get(*r.impact)[k] : NAN; });
+    }
+  }
+
+  void grasp_number(const std::string& e, const std::string& name, const char* unit, const char* description,
+                    GraspNumber get) {
+    add("grasps/" + e + "/" + name, unit, description,
+        [e, get = std::move(get)](const StudyCase&, const CaptureResult& r) {
+          const FoundGrasp found = find_grasp(r, e);
+          return found.grasp ? get(*found.grasp) : NAN;
+        });
+  }
+  void grasp_vector(const std::string& e, const std::string& name, const char* unit, const char* description,
+                    const GraspVector& get) {
+    for (int k = 0; k < 3; ++k) {
+      grasp_number(e, name + "/" + kComponents[k], unit, description,
+                   [get, k](const GraspImpulse& g) { return get(g)[k]; });
+    }
+  }
+
+  void grasp_columns(const std::string& e) {
+    grasp_vector(e, "impulse", "N s", "on the robot at the contact point, in W",
+                 [](const GraspImpulse& g) { return g.impulse; });
+    grasp_number(e, "impulse_magnitude", "N s", "of the impulse",
+                 [](const GraspImpulse& g) { return g.impulse_magnitude; });
+    normal_and_tangential(e);
+    grasp_vector(e, "angular_impulse", "N m s", "on the robot about the contact point, in W",
+                 [](const GraspImpulse& g) { return g.angular_impulse; });
+    grasp_number(e, "angular_impulse_magnitude", "N m s", "of the angular impulse",
+                 [](const GraspImpulse& g) { return norm(g.angular_impulse); });
+    grasp_number(e, "mean_force", "N", "impulse over impact.duration",
+                 [](const GraspImpulse& g) { return g.mean_force; });
+    grasp_number(e, "determined", "1", "whether every component is unique, none a matter of self-stress",
+                 [](const GraspImpulse& g) {
+                   return double(std::all_of(g.determined.begin(), g.determined.end(), [](bool b) { return b; }));
+                 });
+    grasp_vector(e, "relative_velocity", "m/s", "end-effector minus target at the contact point, before, in W",
+                 [](const GraspImpulse& g) { return g.relative_velocity_before; });
+    grasp_number(e, "relative_speed", "m/s", "its magnitude",
+                 [](const GraspImpulse& g) { return norm(g.relative_velocity_before); });
+    grasp_vector(e, "relative_angular_velocity", "rad/s", "end-effector minus target, before, in W",
+                 [](const GraspImpulse& g) { return g.relative_angular_velocity_before; });
+    if (problem_.impact && problem_.impact->law == ImpactSetup::Law::compliant) {
+      grasp_number(e, "peak_force", "N", "largest force in the impact",
+                   [](const GraspImpulse& g) { return g.profile ? g.profile->peak_force : NAN; });
+    }
+  }
+
+  void normal_and_tangential(const std::string& e) {
+    add("grasps/" + e + "/impulse_normal", "N s",
+        "part of the impulse along the outward normal of the grasp point: positive pushes the robot away",
+        [e](const StudyCase& point, const CaptureResult& r) {
+          const FoundGrasp found = find_grasp(r, e);
+          if (!found.grasp) return double(NAN);
+          const Vector3d n = outward_normal(point, found, e);
+          return norm(n) > 0 ? dot(n, found.grasp->impulse) : NAN;
+        });
+    add("grasps/" + e + "/impulse_tangential", "N s", "magnitude of the rest of the impulse",
+        [e](const StudyCase& point, const CaptureResult& r) {
+          const FoundGrasp found = find_grasp(r, e);
+          if (!found.grasp) return double(NAN);
+          const Vector3d n = outward_normal(point, found, e);
+          return norm(n) > 0 ? norm(found.grasp->impulse - dot(n, found.grasp->impulse) * n) : NAN;
+        });
+  }
+
+  void joint_columns(const std::string& joint, bool slides) {
+    add("joints/" + joint + "/position", slides ? "m" : "rad", "at the capture, by plan or as given",
+        [joint](const StudyCase&, const CaptureResult& r) {
+          if (!r.plan) return double(NAN);
+          const auto at = std::find(r.plan->joints.begin(), r.plan->joints.end(), joint) - r.plan->joints.begin();
+          return at < std::ssize(r.plan->final_position) ? r.plan->final_position[at] : NAN;
+        });
+    add("joints/" + joint + "/velocity_change", slides ? "m/s" : "rad/s", "of the joint, in the impact",
+        [joint](const StudyCase&, const CaptureResult& r) {
+          if (!r.impact) return double(NAN);
+          const auto& names = r.impact->joint_names;
+          const auto at = std::find(names.begin(), names.end(), joint) - names.begin();
+          return at < std::ssize(r.impact->joint_velocity_change) ? r.impact->joint_velocity_change[at] : NAN;
+        });
+    add("joints/" + joint + "/driving_impulse", slides ? "N s" : "N m s", "that the joint passes on along its axis",
+        [joint](const StudyCase&, const CaptureResult& r) {
+          if (!r.impact) return double(NAN);
+          for (const JointImpulse& one : r.impact->joints) {
+            if (one.joint == joint) return one.along_axis;
+          }
+          return double(NAN);
+        });
+  }
+
+  static bool is_rated(const LoadRating& r) {
+    const double least = std::min({r.force, r.moment, r.impulse, r.angular_impulse, r.driving, r.driving_impulse});
+    return std::isfinite(least);
+  }
+
+  void margin_columns(const std::string& of, const LoadRating& limits) {
+    const std::pair<const char*, double> rated[] = {
+        {"force", limits.force},     {"moment", limits.moment},
+        {"impulse", limits.impulse}, {"angular_impulse", limits.angular_impulse},
+        {"driving", limits.driving}, {"driving_impulse", limits.driving_impulse}};
+    for (const auto& [quantity, rating] : rated) {
+      if (!std::isfinite(rating)) continue;
+      add("margins/" + of + "/" + quantity, "1", "1 - load over rating, the worst of all impacts",
+          [of, name = std::string(quantity)](const StudyCase&, const CaptureResult& r) {
+            double worst = NAN;
+            const auto look = [&](const ImpactReport& impact) {
+              for (const LoadMargin& m : impact.margins) {
+                if (m.of == of && m.quantity == name) worst = std::fmin(worst, m.margin());
+              }
+            };
+            if (r.impact) look(*r.impact);
+            for (const ImpactReport& later : r.later_impacts) look(later);
+            return worst;
+          });
+    }
+  }
+
+  void speed_column(const std::string& e, const std::string& name, const char* unit, const char* description,
+                    double SpeedLimit::*field) {
+    add("grasps/" + e + "/" + name, unit, description, [e, field](const StudyCase&, const CaptureResult& r) {
+      const FoundGrasp found = find_grasp(r, e);
+      if (!found.impact) return double(NAN);
+      for (const SpeedLimit& limit : found.impact->speed_limits) {
+        if (limit.end_effector == e) return limit.*field;
+      }
+      return double(NAN);
+    });
+  }
+
+  const CaptureProblem& problem_;
+  std::vector<Column> columns_;
+};
+
+}  // namespace
+
+std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_motion_afterwards) {
+  Builder build(problem);
+  build.outcome();
+  build.grasps();
+  build.impact();
+  build.joints();
+  build.ratings();
+  build.books();
+  if (with_motion_afterwards) build.motion_afterwards();
+  return build.take();
+}
+
+void merge_columns(std::vector<Column>& columns, const std::vector<Column>& more) {
+  std::set<std::string> known;
+  for (const Column& column : columns) known.insert(column.name);
+  for (const Column& column : more) {
+    if (known.insert(column.name).second) columns.push_back(column);
+  }
+}
+
+bool column_matches(std::string_view pattern, std::string_view name) {
+  while (true) {
+    const std::size_t wanted = std::min(pattern.find('/'), pattern.size()),
+                      given = std::min(name.find('/'), name.size());
+    if (pattern.substr(0, wanted) != "*" && pattern.substr(0, wanted) != name.substr(0, given)) return false;
+    if (wanted == pattern.size()) return true;
+    if (given == name.size()) return false;
+    pattern.remove_prefix(wanted + 1), name.remove_prefix(given + 1);
+  }
+}
+
+}  // namespace grapnel

@@ -1,0 +1,104 @@
+#pragma once
+
+/// @file
+/// An optimization: captures that differ in some numbers, and which of them is best. Plain data and two functions;
+/// scenario/read_optimization.hpp makes it from a file. Thread safety: plain values; `point` may be called from any
+/// thread.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "grapnel/study/run_case.hpp"
+#include "grapnel/study/study.hpp"
+
+namespace grapnel {
+
+/// A number that is varied, between two bounds.
+struct OptimizationVariable {
+  std::string name;
+  std::string unit;  // of the numbers here; empty: unknown
+  double from = 0, to = 0;
+  double start = 0;  // where the scenario is, as far as that is a number; else the middle
+};
+
+/// What several columns make together.
+enum class Combine { largest, least, largest_magnitude, sum, norm };
+
+/// "largest", ...
+const char* name_of(Combine combine);
+
+/// Columns taken together.
+struct Measured {
+  std::string name;                  // as the file says it
+  std::string unit;                  // of the columns; empty if they differ
+  std::vector<std::size_t> columns;  // in Optimization::columns
+  Combine combine = Combine::largest;
+};
+
+struct ObjectiveTerm {
+  Measured measured;
+  double weight = 1;
+};
+
+struct OptimizationLimit {
+  Measured measured;
+  bool at_most = true;  // else at least
+  double bound = 0;
+  std::string text() const;  // "margins at least 0.2"
+};
+
+struct SearchSetup {
+  std::size_t evaluations = 200;  // at most
+  std::uint64_t seed = 0;         // of the sample
+  std::size_t refine = 3;         // best points of the sample from which the search goes on locally; 0: none
+};
+
+struct Optimization {
+  std::string name;
+  std::string file;    // as the user named it
+  std::string text;    // its bytes
+  std::string sha256;  // of those and of the scenario with what it includes
+  StudyMode mode = StudyMode::run;
+  std::vector<OptimizationVariable> variables;
+  std::vector<Column> columns;  // the last is feasibility_column()
+  bool maximize = false;
+  std::vector<ObjectiveTerm> objective;  // the weighted sum
+  std::vector<OptimizationLimit> limits;
+  bool feasible = true;  // joints within their limits and bodies clear of each other, as far as that is watched
+  SearchSetup search;
+  StudyCase before;  // the scenario as it is
+  /// The capture at values of the variables. @throws std::exception where there is none; it becomes the point's reason.
+  std::function<StudyCase(std::span<const double>)> point;
+  /// The same as a scenario file, for a place on disk.
+  std::function<std::string(std::span<const double>, const std::filesystem::path& place, const std::string& comment)>
+      scenario_text;
+};
+
+/// By how much joints and clearances are beyond what they must keep, the sum of the ledger's rows of feasibility; 0 if
+/// all hold, NaN if the capture was not completed.
+Column feasibility_column();
+
+/// The value of columns taken together; NaN if one of them is.
+double value_of(const Measured& measured, std::span<const double> row);
+
+/// How good a point is. Points compare by comes_before().
+struct Score {
+  bool reached = false;         // it could be simulated
+  double objective = 0;         // NaN if it does not exist
+  std::vector<double> limits;   // per limit: the measured value
+  double violation = 0;         // sum of what is beyond limits, relative to them; 0 if none; then it may be chosen
+  std::size_t worst_limit = 0;  // contributes most to it; limits.size(): feasibility; + 1: the objective is no number
+  bool acceptable() const { return reached && violation == 0; }
+};
+Score score_of(const Optimization& optimization, const CaseRow& row);
+
+/// Acceptable points before others, the better objective first; then by violation; those that cannot be reached last
+/// (Deb's rules, 2000).
+bool comes_before(const Optimization& optimization, const Score& a, const Score& b);
+
+}  // namespace grapnel

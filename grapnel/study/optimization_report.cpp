@@ -1,0 +1,221 @@
+#include "grapnel/study/optimization_report.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "grapnel/result/csv_text.hpp"
+#include "grapnel/result/text_table.hpp"
+
+namespace grapnel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Smaller numbers are not shown on the terminal: of a mechanism in a plane, say, what is across it.
+constexpr double kRounding = 1e-12;
+
+std::string with_unit(const std::string& name, const std::string& unit) {
+  return unit.empty() ? name : name + " [" + unit + "]";
+}
+
+std::string search_name(std::size_t search) { return search == 0 ? "sample" : fmt::format("local {}", search); }
+
+// The unit of the weighted sum, if it has one.
+std::string objective_unit(const Optimization& optimization) {
+  const std::string unit = optimization.objective.front().measured.unit;
+  for (const ObjectiveTerm& term : optimization.objective) {
+    if (term.measured.unit != unit) return {};
+  }
+  return unit;
+}
+
+// JSON has no NaN.
+Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+
+Json before_after(const std::string& name, const std::string& unit, double before, double after, bool has_after) {
+  Json entry{{"name", name}, {"unit", unit}, {"before", number(before)}};
+  if (has_after) entry["after"] = number(after);
+  return entry;
+}
+
+// Columns that the table on the terminal shows.
+bool is_looked_for(const std::string& name) {
+  for (const char* pattern :
+       {"grasps/*/impulse_magnitude", "grasps/*/angular_impulse_magnitude", "grasps/*/peak_force",
+        "grasps/*/relative_speed", "grasps/*/largest_speed", "margins", "base/angular_velocity_change",
+        "base/velocity_change", "kinetic_energy_before", "kinetic_energy_after", "joints/*/position",
+        "joints/*/driving_impulse", "clearance/least", "ledger/feasible"}) {
+    if (column_matches(pattern, name)) return true;
+  }
+  return false;
+}
+
+std::string shown(double value) { return std::isnan(value) ? "-" : fmt::format("{:.6g}", value); }
+
+// Of numbers that are positive by nature; relative to what may be of either sign, or zero, a change says little.
+void comparison_row(const std::string& name, double before, double after, TextTable& table) {
+  const bool relates = before > 0 && after > 0;
+  table.row({name, shown(before), shown(after), relates ? fmt::format("{:+.1f} %", 100 * (after / before - 1)) : ""});
+}
+
+// Rounding, or nothing.
+bool says_nothing(double value) { return !(std::abs(value) > kRounding); }
+
+std::string comparison_rows(const Optimization& optimization, const Evaluation& before, const Evaluation& after) {
+  TextTable table;
+  table.row({"", "before", "after", "change"});
+  comparison_row(with_unit("objective", objective_unit(optimization)), before.score.objective, after.score.objective,
+                 table);
+  for (std::size_t i = 0; i < optimization.limits.size(); ++i) {
+    const double was = before.score.limits.empty() ? NAN : before.score.limits[i];
+    comparison_row(optimization.limits[i].text(), was, after.score.limits[i], table);
+  }
+  for (std::size_t c = 0; c < optimization.columns.size(); ++c) {
+    const Column& column = optimization.columns[c];
+    const double was = before.row.values[c], is = after.row.values[c];
+    if (!is_looked_for(column.name) || (says_nothing(was) && says_nothing(is))) continue;
+    comparison_row(with_unit(column.name, column.unit), was, is, table);
+  }
+  return table.text();
+}
+
+std::string most_frequent_reason(const OptimizationOutcome& outcome) {
+  std::map<std::string, std::size_t> counts;
+  for (const Evaluation& one : outcome.evaluations) {
+    if (!one.row.reason.empty()) ++counts[one.row.reason];
+  }
+  const auto most =
+      std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most == counts.end() ? "" : most->first;
+}
+
+}  // namespace
+
+std::string objective_text(const Optimization& optimization) {
+  std::string text;
+  for (const ObjectiveTerm& term : optimization.objective) {
+    text += text.empty() ? "" : " + ";
+    if (term.weight != 1) text += fmt::format("{} × ", term.weight);
+    text += term.measured.name;
+  }
+  return (optimization.maximize ? "maximize " : "minimize ") + text;
+}
+
+std::string evaluations_csv(const Optimization& optimization, const OptimizationOutcome& outcome) {
+  std::string out = "point,search";
+  for (const OptimizationVariable& v : optimization.variables) out += "," + csv_quoted(with_unit(v.name, v.unit));
+  out += ",status,reason,acceptable," + csv_quoted(with_unit("objective", objective_unit(optimization))) + ",violation";
+  for (const OptimizationLimit& limit : optimization.limits) out += "," + csv_quoted(limit.text());
+  for (const Column& column : optimization.columns) out += "," + csv_quoted(with_unit(column.name, column.unit));
+  out += "\n";
+  const auto add = [&](double value) {
+    out += ",";
+    append_csv_number(value, out);
+  };
+  for (const Evaluation& one : outcome.evaluations) {
+    out += std::to_string(one.row.index) + "," + search_name(one.search);
+    for (const double value : one.values) add(value);
+    out += std::string(",") + name_of(one.row.status) + "," + csv_quoted(one.row.reason) + "," +
+           (one.score.acceptable() ? "1" : "0");
+    add(one.score.objective);
+    add(one.score.reached ? one.score.violation : NAN);
+    for (const double value : one.score.limits) add(value);
+    for (const double value : one.row.values) add(value);
+    out += "\n";
+  }
+  return out;
+}
+
+std::string comparison_json(const Optimization& optimization, const OptimizationOutcome& outcome,
+                            const Evaluation* after, const std::string& version) {
+  const Evaluation& before = outcome.before;
+  const bool has = after != nullptr;
+  Json json{{"schema", "grapnel-optimization-result/1"},
+            {"version", version},
+            {"optimization",
+             {{"name", optimization.name},
+              {"sha256", optimization.sha256},
+              {"simulate", optimization.mode == StudyMode::impact ? "impact" : "run"}}},
+            {"evaluations", outcome.evaluations.size()}};
+  for (const CaseStatus status : {CaseStatus::ok, CaseStatus::failed, CaseStatus::unreachable})
+    json[name_of(status)] = outcome.count(status);
+  json["beyond_limits"] = outcome.beyond_limits();
+  json["best"] = outcome.best ? Json(*outcome.best) : Json(nullptr);
+  if (!outcome.best) json["why"] = why_nothing_is_best(optimization, outcome);
+  json["before_acceptable"] = before.score.acceptable();
+  if (!before.row.reason.empty()) json["before_reason"] = before.row.reason;
+  json["variables"] = Json::array();
+  for (std::size_t k = 0; k < optimization.variables.size(); ++k) {
+    const OptimizationVariable& v = optimization.variables[k];
+    Json entry{{"name", v.name}, {"unit", v.unit}, {"from", v.from}, {"to", v.to}};
+    if (outcome.best) entry["best"] = outcome.evaluations[*outcome.best].values[k];
+    json["variables"].push_back(std::move(entry));
+  }
+  json["objective"] = before_after(objective_text(optimization), objective_unit(optimization), before.score.objective,
+                                   has ? after->score.objective : NAN, has);
+  json["limits"] = Json::array();
+  for (std::size_t i = 0; i < optimization.limits.size(); ++i) {
+    const OptimizationLimit& limit = optimization.limits[i];
+    json["limits"].push_back(before_after(limit.text(), limit.measured.unit, before.score.limits[i],
+                                          has ? after->score.limits[i] : NAN, has));
+  }
+  json["columns"] = Json::array();
+  for (std::size_t c = 0; c < optimization.columns.size(); ++c) {
+    const Column& column = optimization.columns[c];
+    json["columns"].push_back(
+        before_after(column.name, column.unit, before.row.values[c], has ? after->row.values[c] : NAN, has));
+  }
+  json["text"] = optimization.text;
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string comparison_text(const Optimization& optimization, const OptimizationOutcome& outcome,
+                            const Evaluation* after) {
+  std::string text = fmt::format("{}: {}\n{} evaluations, {} ok", optimization.name, objective_text(optimization),
+                                 outcome.evaluations.size(), outcome.count(CaseStatus::ok));
+  for (const CaseStatus status : {CaseStatus::failed, CaseStatus::unreachable}) {
+    if (outcome.count(status) > 0) text += fmt::format(", {} {}", outcome.count(status), name_of(status));
+  }
+  if (outcome.beyond_limits() > 0)
+    text += fmt::format("; {} of the ok ones are beyond limits", outcome.beyond_limits());
+  text += "\n";
+  if (!outcome.before.score.reached)
+    text += paragraph("before: " + outcome.before.row.reason, "");
+  else if (!outcome.before.score.acceptable())
+    text += "before: beyond limits\n";
+  if (!after || !outcome.best) return text;
+  const Evaluation& best = outcome.evaluations[*outcome.best];
+  text += fmt::format("\nbest: point {} ({})\n", best.row.index, search_name(best.search));
+  TextTable values;
+  for (std::size_t k = 0; k < optimization.variables.size(); ++k) {
+    const OptimizationVariable& v = optimization.variables[k];
+    const bool at_end = best.values[k] == v.from || best.values[k] == v.to;
+    values.row({v.name, fmt::format("{:.6g}{}", best.values[k], v.unit.empty() ? "" : " " + v.unit),
+                fmt::format("of {:.6g} … {:.6g}", v.from, v.to), at_end ? "at the end of its range" : ""});
+  }
+  text += values.text() + "\n" + comparison_rows(optimization, outcome.before, *after);
+  if (outcome.before.score.acceptable() && comes_before(optimization, outcome.before.score, after->score))
+    text += "\nthe scenario as it is is better than any point found\n";
+  return text;
+}
+
+std::string why_nothing_is_best(const Optimization& optimization, const OptimizationOutcome& outcome) {
+  if (!outcome.nearest) {
+    const std::string reason = most_frequent_reason(outcome);
+    return "no point could be reached" + (reason.empty() ? "" : ", most often because of this: " + reason);
+  }
+  const Evaluation& nearest = outcome.evaluations[*outcome.nearest];
+  const std::size_t worst = nearest.score.worst_limit, count = optimization.limits.size();
+  std::string which = worst < count    ? fmt::format("the limit '{}' is passed, with {:.6g}",
+                                                     optimization.limits[worst].text(), nearest.score.limits[worst])
+                      : worst == count ? fmt::format("joints or clearances are beyond their limits, by {:.6g} in all",
+                                                     nearest.row.values.back())
+                                       : "the objective has no value";
+  return fmt::format("no point holds all limits; the nearest is point {}, where {}", nearest.row.index, which);
+}
+
+}  // namespace grapnel

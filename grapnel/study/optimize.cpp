@@ -1,0 +1,223 @@
+#include "grapnel/study/optimize.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <mutex>
+#include <nlopt.hpp>
+
+#include "grapnel/study/case_pool.hpp"
+
+namespace grapnel {
+namespace {
+
+// Local searches end when their steps are smaller than this part of the variables' ranges.
+constexpr double kFinest = 1e-7;
+// What the local search sees of points that are not acceptable, larger than any objective.
+constexpr double kBeyondLimits = 1e30, kOutOfReach = 1e100;
+
+CaseRow run_at(const Optimization& optimization, std::span<const double> values) {
+  try {
+    return run_case(optimization.point(values), optimization.mode, optimization.columns);
+  } catch (const std::exception& error) {
+    return {0, CaseStatus::failed, error.what(), std::vector<double>(optimization.columns.size(), NAN)};
+  }
+}
+
+Evaluation evaluate_at(const Optimization& optimization, std::vector<double> values, std::size_t search) {
+  Evaluation one{std::move(values), search, {}, {}};
+  one.row = run_at(optimization, one.values);
+  one.score = score_of(optimization, one.row);
+  return one;
+}
+
+// Shift of the sample in one dimension, in 0 ... 1 (Steele, Lea and Flood's splitmix64).
+double seeded_shift(std::uint64_t seed, std::size_t dimension) {
+  std::uint64_t z = seed * 0x9e3779b97f4a7c15u + (dimension + 1) * 0xd1b54a32d192ed03u;
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+  z ^= z >> 31;
+  return static_cast<double>(z >> 11) * 0x1p-53;
+}
+
+// Points that fill the unit cube: shift + i alpha modulo 1 with alpha_k = phi^-k, phi the root of
+// phi^(d + 1) = phi + 1 above 1.
+class Sample {
+ public:
+  Sample(std::size_t dimensions, std::uint64_t seed) {
+    double phi = 1.5;
+    for (int i = 0; i < 100; ++i) phi = std::pow(1 + phi, 1 / (static_cast<double>(dimensions) + 1));
+    for (std::size_t k = 0; k < dimensions; ++k) {
+      alpha_.push_back(std::pow(phi, -static_cast<double>(k + 1)));
+      shift_.push_back(seeded_shift(seed, k));
+    }
+  }
+  double at(std::size_t point, std::size_t dimension) const {
+    const double x = shift_[dimension] + static_cast<double>(point) * alpha_[dimension];
+    return x - std::floor(x);
+  }
+
+ private:
+  std::vector<double> alpha_, shift_;
+};
+
+double in_range(const OptimizationVariable& variable, double part) {
+  return part >= 1 ? variable.to : variable.from + part * (variable.to - variable.from);
+}
+
+std::vector<double> sample_point(const Optimization& optimization, const Sample& sample, std::size_t index) {
+  std::vector<double> values;
+  for (std::size_t k = 0; k < optimization.variables.size(); ++k) {
+    const OptimizationVariable& variable = optimization.variables[k];
+    values.push_back(index == 0 ? std::clamp(variable.start, variable.from, variable.to)
+                                : in_range(variable, sample.at(index, k)));
+  }
+  return values;
+}
+
+double merit(const Optimization& optimization, const Score& score) {
+  if (!score.reached) return kOutOfReach;
+  if (!score.acceptable()) return kBeyondLimits * (1 + score.violation);
+  return optimization.maximize ? -score.objective : score.objective;
+}
+
+// One local search, in variables scaled to their ranges. `done` is told of every point.
+std::vector<Evaluation> search_from(const Optimization& optimization, const Evaluation& start, std::size_t number,
+                                    std::size_t evaluations, double step,
+                                    const std::function<bool(const Evaluation&)>& done) {
+  std::vector<Evaluation> path;
+  if (evaluations == 0) return path;
+  const auto& variables = optimization.variables;
+  std::vector<double> x;
+  for (std::size_t k = 0; k < variables.size(); ++k)
+    x.push_back((start.values[k] - variables[k].from) / (variables[k].to - variables[k].from));
+  nlopt::opt search(nlopt::LN_SBPLX, static_cast<unsigned>(x.size()));
+  auto objective = [&](const std::vector<double>& at) {
+    if (path.size() == evaluations) throw nlopt::forced_stop();
+    std::vector<double> values;
+    for (std::size_t k = 0; k < at.size(); ++k) values.push_back(in_range(variables[k], at[k]));
+    path.push_back(evaluate_at(optimization, std::move(values), number));
+    if (!done(path.back())) throw nlopt::forced_stop();
+    return merit(optimization, path.back().score);
+  };
+  using Objective = decltype(objective);
+  search.set_min_objective([](const std::vector<double>& at, std::vector<double>&,
+                              void* data) { return (*static_cast<Objective*>(data))(at); },
+                           &objective);
+  search.set_lower_bounds(0.0);
+  search.set_upper_bounds(1.0);
+  search.set_initial_step(step);
+  search.set_xtol_abs(kFinest);
+  search.set_maxeval(static_cast<int>(evaluations));
+  double best = 0;
+  try {
+    search.optimize(x, best);
+  } catch (const nlopt::forced_stop&) {  // all evaluations used, or asked to stop
+  } catch (const nlopt::roundoff_limited&) {
+  }
+  return path;
+}
+
+// Counts points as they end.
+class Counter {
+ public:
+  Counter(std::size_t total, const StudyOptions& options) : options_(options) { progress_.total = total; }
+  void count(const CaseRow& row) {
+    const std::lock_guard lock(mutex_);
+    ++progress_.done;
+    if (row.status != CaseStatus::ok) ++progress_.not_ok;
+    if (options_.progress) options_.progress(progress_);
+  }
+
+ private:
+  const StudyOptions& options_;
+  std::mutex mutex_;  // guards what follows
+  StudyProgress progress_;
+};
+
+// The best reached ones, the first of equals first.
+std::vector<Evaluation> best_of(const Optimization& optimization, const std::vector<Evaluation>& all) {
+  std::vector<Evaluation> sorted;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(sorted), [](const Evaluation& e) { return e.score.reached; });
+  std::stable_sort(sorted.begin(), sorted.end(), [&](const Evaluation& a, const Evaluation& b) {
+    return comes_before(optimization, a.score, b.score);
+  });
+  if (sorted.size() > optimization.search.refine) sorted.resize(optimization.search.refine);
+  return sorted;
+}
+
+void choose(const Optimization& optimization, OptimizationOutcome& outcome) {
+  std::optional<std::size_t> first;
+  for (std::size_t i = 0; i < outcome.evaluations.size(); ++i) {
+    Evaluation& one = outcome.evaluations[i];
+    one.row.index = i;
+    if (!first || comes_before(optimization, one.score, outcome.evaluations[*first].score)) first = i;
+  }
+  if (!first || !outcome.evaluations[*first].score.reached) return;
+  (outcome.evaluations[*first].score.acceptable() ? outcome.best : outcome.nearest) = first;
+}
+
+}  // namespace
+
+std::size_t OptimizationOutcome::count(CaseStatus status) const {
+  return static_cast<std::size_t>(std::count_if(evaluations.begin(), evaluations.end(),
+                                                [&](const Evaluation& one) { return one.row.status == status; }));
+}
+
+std::size_t OptimizationOutcome::beyond_limits() const {
+  return static_cast<std::size_t>(std::count_if(evaluations.begin(), evaluations.end(), [](const Evaluation& one) {
+    return one.score.reached && !one.score.acceptable();
+  }));
+}
+
+Evaluation evaluate(const Optimization& optimization, const StudyCase& point) {
+  Evaluation one;
+  one.row = run_case(point, optimization.mode, optimization.columns);
+  one.score = score_of(optimization, one.row);
+  return one;
+}
+
+OptimizationOutcome optimize(const Optimization& optimization, const StudyOptions& options) {
+  const SearchSetup& setup = optimization.search;
+  OptimizationOutcome outcome;
+  outcome.before = evaluate(optimization, optimization.before);
+  const std::size_t samples = setup.refine == 0 ? setup.evaluations : (setup.evaluations + 1) / 2;
+  Counter counter(setup.evaluations, options);
+  const Sample sample(optimization.variables.size(), setup.seed);
+  std::vector<Evaluation> sampled(samples);
+  const auto sampling = [&](std::size_t i) {
+    sampled[i] = evaluate_at(optimization, sample_point(optimization, sample, i), 0);
+    counter.count(sampled[i].row);
+    return CaseRow{};
+  };
+  const auto ignore = [](CaseRow&&) {};
+  run_cases(0, samples, options.threads, sampling, ignore, {}, options.stop);
+
+  const std::vector<Evaluation> starts = best_of(optimization, sampled);
+  std::vector<std::vector<Evaluation>> paths(starts.size());
+  const std::size_t left = setup.evaluations - samples;
+  // The first ones get what does not divide.
+  const auto share = [&](std::size_t i) { return left / starts.size() + (i < left % starts.size() ? 1 : 0); };
+  // The distance of neighbours in the sample.
+  const double step =
+      std::min(0.25, std::pow(static_cast<double>(samples), -1 / static_cast<double>(optimization.variables.size())));
+  const auto searching = [&](std::size_t i) {
+    paths[i] = search_from(optimization, starts[i], i + 1, share(i), step, [&](const Evaluation& one) {
+      counter.count(one.row);
+      return !options.stop.stop_requested();
+    });
+    return CaseRow{};
+  };
+  if (left > 0) run_cases(0, starts.size(), options.threads, searching, ignore, {}, options.stop);
+
+  outcome.evaluations = std::move(sampled);
+  for (std::vector<Evaluation>& path : paths)
+    outcome.evaluations.insert(outcome.evaluations.end(), std::make_move_iterator(path.begin()),
+                               std::make_move_iterator(path.end()));
+  std::erase_if(outcome.evaluations, [](const Evaluation& one) { return one.values.empty(); });  // after a stop
+  choose(optimization, outcome);
+  return outcome;
+}
+
+}  // namespace grapnel

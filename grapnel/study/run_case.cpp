@@ -1,0 +1,68 @@
+#include "grapnel/study/run_case.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/study/grid.hpp"
+
+namespace grapnel {
+namespace {
+
+// Tables have one line a point.
+std::string one_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos;) text.replace(at, 1, "; ");
+  std::replace(text.begin(), text.end(), '\r', ' ');
+  return text;
+}
+
+CaseRow failed(std::string reason, std::size_t columns) {
+  return {0, CaseStatus::failed, one_line(std::move(reason)), std::vector<double>(columns, NAN)};
+}
+
+}  // namespace
+
+const char* name_of(CaseStatus status) {
+  switch (status) {
+    case CaseStatus::ok:
+      return "ok";
+    case CaseStatus::failed:
+      return "failed";
+    case CaseStatus::unreachable:
+      break;
+  }
+  return "unreachable";
+}
+
+CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column> columns) {
+  try {
+    const CaptureResult result =
+        mode == StudyMode::impact ? simulate_impact_only(point.problem) : simulate_capture(point.problem);
+    CaseRow row;
+    if (result.status == CaptureStatus::completed) {
+      row.status = CaseStatus::ok;
+    } else {
+      const bool unplanned = result.plan && result.plan->searched && !result.plan->found;
+      row.status = unplanned ? CaseStatus::unreachable : CaseStatus::failed;
+      row.reason = one_line(result.failure);
+    }
+    for (const Column& column : columns) row.values.push_back(column.value(point, result));
+    return row;
+  } catch (const std::exception& error) {
+    return failed(error.what(), columns.size());
+  }
+}
+
+CaseRow run_point(const Study& study, std::size_t index) {
+  CaseRow row;
+  try {
+    row = run_case(study.point(grid_position(study.axis_sizes(), index)), study.mode, study.columns);
+  } catch (const std::exception& error) {
+    row = failed(error.what(), study.columns.size());
+  }
+  row.index = index;
+  return row;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,101 @@
+#include "grapnel/study/study_summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "grapnel/result/text_table.hpp"
+#include "grapnel/study/column.hpp"
+#include "grapnel/study/grid.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr std::size_t kMostReasons = 5;
+
+std::string shown(const StudyAxis& axis, std::size_t at) {
+  if (!axis.is_numeric) return axis.values[at].label;
+  return fmt::format("{:.6g}{}", axis.values[at].number, axis.unit.empty() || axis.unit == "1" ? "" : " " + axis.unit);
+}
+
+std::string axes_text(const StudyTable& table) {
+  TextTable text(3);
+  for (const StudyAxis& axis : table.axes) {
+    const std::size_t last = axis.values.size() - 1;
+    text.row({axis.name, fmt::format("{} values", axis.values.size()),
+              last == 0 ? shown(axis, 0) : fmt::format("{} … {}", shown(axis, 0), shown(axis, last))});
+  }
+  return text.text();
+}
+
+// Least and greatest of a column, and at which points.
+void extremes_row(const StudyTable& table, std::size_t column, TextTable& text) {
+  const CaseRow *least = nullptr, *greatest = nullptr;
+  for (const CaseRow& row : table.rows) {
+    const double value = row.values[column];
+    if (std::isnan(value)) continue;
+    if (!least || value < least->values[column]) least = &row;
+    if (!greatest || value > greatest->values[column]) greatest = &row;
+  }
+  if (!least) return;
+  const StudyTable::Head& head = table.columns[column];
+  text.row({fmt::format("{} [{}]", head.name, head.unit), fmt::format("{:.6g}", least->values[column]),
+            fmt::format("{}", least->index), fmt::format("{:.6g}", greatest->values[column]),
+            fmt::format("{}", greatest->index)});
+}
+
+std::string extremes_text(const StudyTable& table) {
+  TextTable text;
+  text.row({"", "least", "at point", "greatest", "at point"});
+  bool any = false;
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    const std::string& name = table.columns[c].name;
+    const bool wanted = column_matches("grasps/*/impulse_magnitude", name) || column_matches("margins", name) ||
+                        column_matches("grasps/*/largest_speed", name);
+    if (!wanted) continue;
+    any = true;
+    extremes_row(table, c, text);
+  }
+  return any ? "\n" + text.text() : "";
+}
+
+std::string reasons_text(const StudyTable& table) {
+  std::map<std::string, std::size_t> counts;
+  for (const CaseRow& row : table.rows) {
+    if (row.status != CaseStatus::ok) ++counts[std::string(name_of(row.status)) + ": " + row.reason];
+  }
+  std::vector<std::pair<std::string, std::size_t>> sorted(counts.begin(), counts.end());
+  std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::string text = sorted.empty() ? "" : "\nnot ok:\n";
+  for (std::size_t i = 0; i < std::min(sorted.size(), kMostReasons); ++i)
+    text += paragraph(fmt::format("{} × {}", sorted[i].second, sorted[i].first), "  ");
+  if (sorted.size() > kMostReasons) text += fmt::format("  and {} more, see table.csv\n", sorted.size() - kMostReasons);
+  return text;
+}
+
+std::size_t books_that_fail(const StudyTable& table) {
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    if (table.columns[c].name != "ledger/pass") continue;
+    return static_cast<std::size_t>(
+        std::count_if(table.rows.begin(), table.rows.end(), [&](const CaseRow& row) { return row.values[c] == 0; }));
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::string study_summary(const StudyTable& table) {
+  std::string text =
+      fmt::format("{}: {} points, {} ok", table.study_name, table.rows.size(), table.count(CaseStatus::ok));
+  for (const CaseStatus status : {CaseStatus::failed, CaseStatus::unreachable}) {
+    if (table.count(status) > 0) text += fmt::format(", {} {}", table.count(status), name_of(status));
+  }
+  text += "\n" + axes_text(table) + extremes_text(table) + reasons_text(table);
+  if (const std::size_t bad = books_that_fail(table); bad > 0)
+    text += fmt::format("\nthe ledger fails at {} points, see column ledger/pass\n", bad);
+  return text;
+}
+
+}  // namespace grapnel

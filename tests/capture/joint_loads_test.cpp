@@ -1,0 +1,73 @@
+/// What joints pass on: at an instant against inverse dynamics, over an impact against its impulses.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "capture/impact_case.hpp"
+#include "grapnel/capture/joint_loads.hpp"
+#include "grapnel/dynamics/forward_dynamics.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+TEST(JointWrenches, DriveAsInverseDynamicsSays) {
+  Worst driving("driving component"), root("free root");
+  for (int i = 0; i < 30; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Random random(i);
+    RobotOptions options;
+    options.most_bodies = 14;
+    const Model model = random_model(options, random);
+    const State state = random_state(model, random);
+    Forces forces = random_forces(model, state, random);
+    std::vector<double> vdot(state.v.size());
+    for (double& a : vdot) a = random.uniform(-2, 2);
+    // Inverse dynamics with gravity and joint friction of its own would not compare.
+    forces.gravity = Vector3d::zero();
+    const std::vector<Wrenchd> through = joint_wrenches(model, state, vdot, forces.external);
+    const std::vector<double> tau = inverse_dynamics(model, state, vdot, forces);
+    const Kinematics k = forward_kinematics(model, state);
+    double scale = 0;
+    for (double t : tau) scale = std::max(scale, std::abs(t));
+    for (int body : model.joints()) {
+      const Body& b = model.bodies()[body];
+      if (velocity_count(b.description.joint.type) != 1) continue;
+      const Vector3d axis = k.X_WB[body].R * b.description.joint.axis;
+      const Wrenchd& F = through[body];
+      const bool slides = b.description.joint.type == JointType::prismatic;
+      // The rotor is beyond the joint's wrench, on the drive's side.
+      const double rotor = b.description.joint.reflected_inertia() * vdot[b.v];
+      EXPECT_LT(driving.note(std::abs(dot(axis, slides ? F.linear : F.angular) + rotor - tau[b.v]) / scale, i), 1e-12);
+    }
+  }
+}
+
+// The shorter the impact, the nearer what joints passed on is to what an impact without duration has.
+TEST(JointWrenches, OfAShortImpactAreThoseOfItsImpulses) {
+  double previous = 0;
+  for (double stiffness : {1e7, 1e9}) {
+    CaptureProblem p = yielding_case(stiffness, 1);
+    const CaptureResult r = simulate_impact_only(p);
+    ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+    // Peaks bound means; the impulse over the duration is a mean.
+    for (const JointImpulse& j : r.impact->joints) {
+      EXPECT_GE(j.peak_force * r.impact->duration, norm(j.impulse));
+      EXPECT_GT(j.peak_moment, 0);
+    }
+    double axis = 0, size = 0;
+    for (const JointImpulse& j : r.impact->joints)
+      axis = std::max(axis, std::abs(j.along_axis)), size = std::max(size, norm(j.angular_impulse));
+    // Free joints pass nothing on along their axes, but for what the axes turn meanwhile.
+    std::printf("[ measured ] along the axes %.3g of %.3g N m s\n", axis, size);
+    EXPECT_LT(axis, 2e-2 * size);
+    if (previous > 0) {
+      EXPECT_LT(axis, 0.2 * previous);
+    }
+    previous = axis;
+  }
+}
+
+}  // namespace
+}  // namespace grapnel::testing

@@ -1,0 +1,94 @@
+/// Restitution at grips that hold both ways: u+ = -E u-.
+
+#include "grapnel/impact/bilateral_restitution.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+
+#include "impact/impact_case.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+// Coefficients for every row: one number, or any.
+std::vector<std::vector<double>> coefficients(const ImpactCase& c, Random& random, double all = -1) {
+  std::vector<std::vector<double>> E;
+  for (const Grasp& g : c.grasps) {
+    E.emplace_back();
+    for (int r = 0; r < row_count(g.model); ++r) E.back().push_back(all >= 0 ? all : random.uniform(0, 1));
+  }
+  return E;
+}
+
+// Equal coefficients are always consistent, redundant rows or not; different ones where nothing is redundant.
+TEST(BilateralRestitution, ThrowsBackAndKeepsTheEnergyIdentity) {
+  Worst law("|u+ + E u-| over |u-|"), energy("energy identity over T-");
+  int redundant = 0;
+  for (int i = 0; i < kImpacts; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const ImpactCase c = random_impact(i);
+    Random random(50000 + i);
+    const bool deficient =
+        plastic_impact(c.model, c.state, c.grasps).rank < plastic_impact(c.model, c.state, c.grasps).rows;
+    redundant += deficient;
+    const auto E = coefficients(c, random, deficient ? random.uniform(0, 1) : -1);
+    const BilateralRestitution b = bilateral_restitution(c.model, c.state, c.grasps, E);
+    EXPECT_EQ(b.inconsistent, "");
+    const Eigen::MatrixXd M = mass_matrix(c.model, c.state);
+    const Eigen::MatrixXd J = grasp_jacobian(c.model, forward_kinematics(c.model, c.state), c.grasps);
+    const Eigen::VectorXd u = J * eigen(c.state.v);
+    Eigen::VectorXd e(u.size());
+    for (Eigen::Index row = 0; const auto& grip : E) {
+      for (double x : grip) e[row++] = x;
+    }
+    const Eigen::VectorXd thrown = e.cwiseProduct(u);
+    EXPECT_LT(law.note((J * eigen(b.solution.velocity) + thrown).norm() / u.norm(), i), 1e-10);
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> pseudo_inverse;
+    pseudo_inverse.setThreshold(1e-11);
+    const Eigen::MatrixXd W = J * M.llt().solve(J.transpose());
+    const double lost = 0.5 * (u + thrown).dot(pseudo_inverse.compute(W).solve(u - thrown));
+    const double change = b.solution.kinetic_energy_after - b.solution.kinetic_energy_before;
+    EXPECT_LT(energy.note(std::abs(change + lost) / b.solution.kinetic_energy_before, i), 1e-10);
+  }
+  EXPECT_GT(redundant, 20);
+}
+
+TEST(BilateralRestitution, IsThePlasticImpactForZero) {
+  for (int i = 0; i < 100; ++i) {
+    const ImpactCase c = random_impact(i);
+    Random random(i);
+    const BilateralRestitution b = bilateral_restitution(c.model, c.state, c.grasps, coefficients(c, random, 0));
+    EXPECT_EQ(b.solution.velocity, plastic_impact(c.model, c.state, c.grasps).velocity);
+  }
+}
+
+TEST(BilateralRestitution, NamesRowsThatContradictEachOther) {
+  int named = 0;
+  for (int i = 0; i < kImpacts; ++i) {
+    const ImpactCase c = random_impact(i);
+    const ImpactSolution plastic = plastic_impact(c.model, c.state, c.grasps);
+    if (plastic.rank == plastic.rows) continue;
+    Random random(50000 + i);
+    const BilateralRestitution b = bilateral_restitution(c.model, c.state, c.grasps, coefficients(c, random));
+    named += b.inconsistent.find("grip ") != std::string::npos;
+  }
+  EXPECT_GT(named, 20);
+}
+
+TEST(BilateralRestitution, RefusesCoefficientsThatDoNotFit) {
+  const ImpactCase c = random_impact(7);
+  Random random(7);
+  auto E = coefficients(c, random);
+  E[0][0] = 1.5;
+  EXPECT_THROW(bilateral_restitution(c.model, c.state, c.grasps, E), std::invalid_argument);
+  E[0].pop_back();
+  EXPECT_THROW(bilateral_restitution(c.model, c.state, c.grasps, E), std::invalid_argument);
+  E.clear();
+  EXPECT_THROW(bilateral_restitution(c.model, c.state, c.grasps, E), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace grapnel::testing

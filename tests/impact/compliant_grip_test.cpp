@@ -1,0 +1,220 @@
+// Grips that yield: against the plastic impact they become as they stiffen.
+#include <gtest/gtest.h>
+
+#include "impact/compliant_case.hpp"
+#include "impact/impact_case.hpp"
+#include "impact/thesis_robot.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+using Status = CompliantOutcome::Status;
+
+std::vector<CompliantGrip> yielding(const std::vector<Grasp>& grasps, double stiffness, double damping_ratio = 0.7) {
+  const double c = 2 * damping_ratio * std::sqrt(stiffness * 5);  // targets are of some 10 kg
+  std::vector<CompliantGrip> grips;
+  for (const Grasp& g : grasps) grips.push_back({g, stiffness, c, 0.2 * stiffness, 0.2 * c});
+  return grips;
+}
+
+// Both arms of the thesis robot on one target, 1 m apart on its sides; it turns and moves against them, in the plane.
+ImpactCase shared_target(GraspModel model) {
+  ModelBuilder builder;
+  for (const BodyDescription& b : thesis_robot()) builder.add(b);
+  for (const FrameDescription& f : thesis_tips(0.5)) builder.add(f);
+  builder.add(thesis_target("target"));
+  ImpactCase c{builder.build(), {}, {}};
+  c.state = zero_state(c.model);
+  const double angles[] = {0.360186, 1.523012, 1.164168, 2.504549, -1.390707, -1.208070};
+  const double rates[] = {0.02, -0.05, 0.08, -0.03, 0.04, 0.06};
+  for (int j = 0; j < 6; ++j) {
+    const Body& body = c.model.bodies()[c.model.joints()[j]];
+    c.state.q[body.q] = angles[j], c.state.v[body.v] = rates[j];
+  }
+  const int base = c.model.body_index("base"), target = c.model.body_index("target");
+  set_root_pose(c.model, base, {rotation_about({0, 0, 1}, 0.094227), {-0.000786, -0.054439, 0}}, c.state);
+  set_root_pose(c.model, target, {rotation_about({0, 0, 1}, 0.3), {0, 1.35, 0}}, c.state);
+  set_root_twist(c.model, target, {{0, 0, 0.2}, {0.02, -0.03, 0}}, c.state);
+  const Kinematics k = forward_kinematics(c.model, c.state);
+  for (const char* tip : {"tip-1", "tip-2"}) {
+    const int frame = c.model.frame_index(tip);
+    c.grasps.push_back({c.model.frames()[frame].body, target, model, frame_pose(c.model, k, frame).p, {0, 0, 1}});
+  }
+  return c;
+}
+
+// Velocities after, against those of the plastic impact, over the largest change.
+double velocity_error(const CompliantOutcome& o, const State& before, const ImpactSolution& rigid) {
+  double error = 0, change = 0;
+  for (std::size_t i = 0; i < before.v.size(); ++i) {
+    error = std::max(error, std::abs(o.after.v[i] - rigid.velocity[i]));
+    change = std::max(change, std::abs(rigid.velocity[i] - before.v[i]));
+  }
+  return error / change;
+}
+
+void expect_balanced(const Model& model, const State& state, const CompliantOutcome& o, Worst& energy, Worst& momentum,
+                     int where) {
+  EXPECT_LT(energy.note(o.energy_residual, where), 1e-8);                         // measured 1.3e-9
+  EXPECT_LT(momentum.note(momentum_error(model, state, o.after), where), 1e-12);  // measured 6e-16
+}
+
+// The springs act for a time that falls with k^(-1/2), and what moves meanwhile with it.
+void expect_convergence(const Model& model, const State& state, const std::vector<Grasp>& grasps, bool unique,
+                        double settled) {
+  const ImpactSolution rigid = plastic_impact(model, state, grasps);
+  Worst energy("energy residual"), momentum("momentum error");
+  double last_velocity = 0, last_impulse = 0;
+  for (const double k : {1e6, 1e8, 1e10}) {
+    const CompliantOutcome o =
+        compliant_impact(model, state, {}, yielding(grasps, k), {.longest = 2, .settled = settled});
+    ASSERT_EQ(o.status, Status::settled) << o.message;
+    expect_balanced(model, state, o, energy, momentum, static_cast<int>(std::log10(k)));
+    double impulse = 0, size = 0;
+    for (std::size_t g = 0; g < grasps.size(); ++g) {
+      impulse = std::max(impulse, norm(o.grips[g].impulse.linear - rigid.contacts[g].P_WC.linear));
+      impulse = std::max(impulse, norm(o.grips[g].impulse.angular - rigid.contacts[g].P_WC.angular));
+      size = std::max(size, norm(rigid.contacts[g].P_WC.linear));
+    }
+    const double velocity = velocity_error(o, state, rigid);
+    std::printf("[ measured ] k = %.0e: velocities off by %.3g, impulses by %.3g; duration %.3g s, %ld steps\n", k,
+                velocity, impulse / size, o.duration, o.steps);
+    if (last_velocity > 0) {
+      const double rate = std::log10(last_velocity / velocity) / 2;
+      std::printf("[ measured ] rate %.3f", rate);
+      EXPECT_NEAR(rate, 0.5, 0.02);  // measured 0.498 to 0.501
+      if (unique) {
+        const double impulse_rate = std::log10(last_impulse / impulse) / 2;
+        std::printf(", of impulses %.3f", impulse_rate);
+        EXPECT_NEAR(impulse_rate, 0.5, 0.02);  // measured 0.499 to 0.503
+      }
+      std::printf("\n");
+    }
+    last_velocity = velocity, last_impulse = impulse;
+  }
+  EXPECT_LT(last_velocity, 2e-3);  // measured 4.5e-4
+}
+
+TEST(CompliantGrips, BecomePlasticOnTwoTargets) {
+  for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
+    SCOPED_TRACE(row_count(model));
+    const ReferenceImpact r = reference_impact(model, 0.5);
+    expect_convergence(r.model, r.state, r.grasps, true, 1e-8);
+  }
+}
+
+TEST(CompliantGrips, BecomePlasticOnASharedTarget) {
+  for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
+    SCOPED_TRACE(row_count(model));
+    const ImpactCase c = shared_target(model);
+    expect_convergence(c.model, c.state, c.grasps, false, 1e-14);
+  }
+}
+
+// All grips, joints, roots, in three dimensions; lightly damped and over too short a time for any rest.
+TEST(CompliantGrips, KeepMomentumAndEnergyWhateverTheRobot) {
+  Worst energy("energy residual"), momentum("momentum error"), impulse("impulse against the integral of samples");
+  int free_roots = 0;
+  for (int i = 0; i < 24; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const ImpactCase c = random_impact(i);
+    const CompliantOutcome o =
+        compliant_impact(c.model, c.state, {}, yielding(c.grasps, 1e4, 0.05), {.longest = 0.05, .samples = 4000});
+    ASSERT_EQ(o.status, Status::time_over) << o.message;
+    EXPECT_LT(energy.note(o.energy_residual, i), 1e-8);  // measured 1.6e-10
+    EXPECT_EQ(o.duration, 0.05);
+    if (c.model.has_free_root(c.model.body_index("b0"))) {
+      ++free_roots;
+      EXPECT_LT(momentum.note(momentum_error(c.model, c.state, o.after), i), 1e-12);  // measured 5.5e-15
+    }
+    for (const ForceHistory& h : o.grips) {
+      const Vector3d sampled = integral(o.times, h.force);
+      double largest = 0, furthest = 0;
+      for (std::size_t s = 0; s < o.times.size(); ++s) {
+        largest = std::max(largest, norm(h.force[s]));
+        furthest = std::max(furthest, h.deformation[s]);
+      }
+      EXPECT_LT(impulse.note(norm(sampled - h.impulse.linear) / (largest * o.duration), i), 1e-5);  // measured 2.4e-7
+      EXPECT_GE(h.peak_force, largest * (1 - 1e-9));
+      EXPECT_LT(h.peak_force, 1.001 * largest);
+      EXPECT_GE(h.largest_deformation, furthest * (1 - 1e-9));
+      EXPECT_GT(h.energy_lost, 0);
+    }
+  }
+  EXPECT_GT(free_roots, 12);
+}
+
+TEST(CompliantGrips, HeldJointsKeepTheirRates) {
+  const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
+  std::vector<int> held;
+  std::vector<HeldRate> rates;
+  for (const char* name : {"arm-1-link-2", "arm-2-link-1", "arm-2-link-3"}) {
+    const int v = r.model.bodies()[r.model.body_index(name)].v;
+    held.push_back(v), rates.push_back({v, r.state.v[v]});
+    ASSERT_GT(std::abs(r.state.v[v]), 1e-3);
+  }
+  const ImpactSolution rigid = plastic_impact(r.model, r.state, r.grasps, rates);
+  Worst energy("energy residual"), momentum("momentum error");
+  double last = 0;
+  for (const double k : {1e6, 1e8, 1e10}) {
+    const CompliantOutcome o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, k), {.longest = 2}, held);
+    ASSERT_EQ(o.status, Status::settled) << o.message;
+    expect_balanced(r.model, r.state, o, energy, momentum, static_cast<int>(std::log10(k)));
+    ASSERT_EQ(o.held_impulses.size(), held.size());
+    double error = velocity_error(o, r.state, rigid);
+    for (std::size_t i = 0; i < held.size(); ++i) {
+      EXPECT_EQ(o.after.v[held[i]], r.state.v[held[i]]);
+      error = std::max(error, std::abs(o.held_impulses[i] - rigid.held_impulses[i]));
+    }
+    EXPECT_NE(o.held_work, 0);
+    std::printf("[ measured ] k = %.0e: velocities and held impulses off by %.3g\n", k, error);
+    if (last > 0) {
+      EXPECT_NEAR(std::log10(last / error) / 2, 0.5, 0.05);
+    }
+    last = error;
+  }
+  EXPECT_LT(last, 5e-3);  // measured 1.2e-3
+}
+
+// A base that is held takes momentum from outside and turns on as it did.
+TEST(CompliantGrips, HeldBaseStaysOnItsCourse) {
+  ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
+  const int base = r.model.body_index("base");
+  set_root_twist(r.model, base, {{0.1, -0.2, 0.3}, {0.02, 0.01, -0.03}}, r.state);
+  std::vector<int> held;
+  for (int k = 0; k < 6; ++k) held.push_back(r.model.bodies()[base].v + k);
+  const CompliantOutcome o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, 1e5), {.longest = 0.3}, held);
+  ASSERT_NE(o.status, Status::failed) << o.message;
+  for (int v : held) EXPECT_EQ(o.after.v[v], r.state.v[v]);
+  EXPECT_LT(o.energy_residual, 1e-8);
+  EXPECT_GT(momentum_error(r.model, r.state, o.after), 1e-3);
+  // v in B stays: B's origin runs on a helix, which a fine Euler step of the pose shows.
+  const Twistd V = root_twist(r.model, r.state, base);
+  const Posed X0 = root_pose(r.model, r.state, base), X1 = root_pose(r.model, o.after, base);
+  const double turn = norm(V.angular) * o.duration;
+  EXPECT_LT(std::abs(rotation_angle(transpose(X0.R) * X1.R) - turn), 1e-10);
+  const Vector3d axis = (1 / norm(V.angular)) * V.angular;
+  EXPECT_LT(std::abs(dot(axis, X1.p - X0.p) - dot(axis, V.linear) * o.duration), 1e-10);
+}
+
+TEST(CompliantGrips, UndampedGripsNeverRest) {
+  const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
+  const CompliantOutcome o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, 1e6, 0), {.longest = 0.1});
+  EXPECT_EQ(o.status, Status::time_over);
+  EXPECT_EQ(o.grips[0].energy_lost, 0);
+  EXPECT_GT(o.elastic_energy_after, 0);
+  EXPECT_LT(o.energy_residual, 1e-8);
+}
+
+// At a spring constant so low that a grip turns through, which springs do not know.
+TEST(CompliantGrips, HalfATurnIsAFailureThatSaysSo) {
+  ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
+  std::vector<CompliantGrip> grips = yielding(r.grasps, 1e-3, 0);
+  const CompliantOutcome o = compliant_impact(r.model, r.state, {}, grips, {.longest = 1000});
+  EXPECT_EQ(o.status, Status::failed);
+  EXPECT_NE(o.message.find("a grip has turned by"), std::string::npos) << o.message;
+}
+
+}  // namespace
+}  // namespace grapnel::testing

@@ -1,0 +1,13 @@
+/// The promise on ten thousand random impacts.
+
+#include <gtest/gtest.h>
+
+#include "impact/contact_case.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+TEST(ContactThousands, StrongeNeverGainsEnergyAndKeepsTheCone) { check_stronge(10000, 1); }
+
+}  // namespace
+}  // namespace grapnel::testing

@@ -1,0 +1,184 @@
+#include "grapnel/study/run_study.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/scenario/read_study.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "grapnel/study/quantity.hpp"
+#include "study/study_case.hpp"
+
+namespace grapnel {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+std::string thesis(const std::string& name) { return test::shipped("scenarios/thesis/" + name); }
+
+// Two scenarios, three angles of which one cannot be reached, two speeds. Two beginnings of the search are enough here.
+std::string mixed_study() {
+  return "name: mixed\nsimulate: impact\nset: {approach.plan.starts: 2}\naxes:\n"
+         "  - name: case\n    values:\n"
+         "      - {label: 'one, two', scenario: " +
+         thesis("open-loop-case-1-planned.yaml") + "}\n" +
+         "      - {label: three, scenario: " + thesis("open-loop-case-3-planned.yaml") + "}\n" +
+         "  - {quantity: approach_angle, values: [0, 90, 20], unit: deg}\n"
+         "  - {quantity: relative_speed, values: [0, 0.1]}\n";
+}
+
+std::size_t column(const StudyTable& table, const std::string& name) {
+  for (std::size_t c = 0; c < table.columns.size(); ++c) {
+    if (table.columns[c].name == name) return c;
+  }
+  ADD_FAILURE() << "no column " << name;
+  return 0;
+}
+
+TEST(RunStudy, TheSameBitsForAnyNumberOfThreads) {
+  const test::Folder folder;
+  const Study study = load_study(folder.write("study.yaml", mixed_study()));
+  std::string csv, hdf5;
+  for (const int threads : {1, 2, 4}) {
+    StudyOptions options;
+    options.threads = threads;
+    const StudyTable table = run_study(study, options);
+    ASSERT_EQ(table.rows.size(), 12u);
+    write_study_csv(table, folder.path() / "t.csv");
+    write_study_hdf5(table, "1", folder.path() / "t.h5");
+    const std::string now_csv = test::read_bytes(folder.path() / "t.csv");
+    const std::string now_hdf5 = test::read_bytes(folder.path() / "t.h5");
+    if (threads == 1) csv = now_csv, hdf5 = now_hdf5;
+    EXPECT_EQ(csv, now_csv) << threads;
+    EXPECT_EQ(hdf5, now_hdf5) << threads;
+  }
+  EXPECT_THAT(csv, StartsWith("point,case,approach_angle [deg],relative_speed [m/s],status,reason,captured [1],"));
+  EXPECT_THAT(csv, HasSubstr("\n0,\"one, two\",0,0,ok,,1,"));
+  EXPECT_THAT(csv, HasSubstr("\n11,three,20,0.1,ok,,1,"));
+  EXPECT_THAT(csv, HasSubstr("\n2,\"one, two\",90,0,unreachable,"));
+}
+
+TEST(RunStudy, APointThatFailsHasItsReasonAndTheOthersGoOn) {
+  const test::Folder folder;
+  const Study study = load_study(folder.write("study.yaml", mixed_study()));
+  const StudyTable table = run_study(study, {});
+  EXPECT_EQ(table.count(CaseStatus::ok), 8u);
+  EXPECT_EQ(table.count(CaseStatus::unreachable), 4u);
+  const std::size_t magnitude = column(table, "grasps/tip-1/impulse_magnitude");
+  for (const CaseRow& row : table.rows) {
+    const bool ok = row.status == CaseStatus::ok;
+    EXPECT_EQ(row.reason.empty(), ok);
+    EXPECT_EQ(std::isnan(row.values[magnitude]), !ok);
+    EXPECT_EQ(row.reason.find("planning the approach") != std::string::npos, !ok) << row.reason;
+    EXPECT_EQ(row.reason.find('\n'), std::string::npos);
+  }
+}
+
+TEST(RunStudy, APointIsTheScenarioWithItsValues) {
+  const test::Folder folder;
+  const Study study = load_study(folder.write(
+      "study.yaml", "name: masses\nscenario: " + thesis("open-loop-case-1-planned.yaml") +
+                        "\nset: {approach.duration: 10, post_impact.duration: 1}\naxes:\n"
+                        "  - {path: targets.target-1.mass, values: [10, 20]}\n"
+                        "  - {path: targets.target-2.state.angular_velocity, values: [[0, 0, 0.1], [0, 0, -0.2]]}\n"));
+  const StudyTable table = run_study(study, {});
+  const std::vector<Override> point_3{{"approach.duration", "10"},
+                                      {"post_impact.duration", "1"},
+                                      {"targets.target-1.mass", "20"},
+                                      {"targets.target-2.state.angular_velocity", "[0, 0, -0.2]"}};
+  const CaptureResult r = simulate_capture(load_scenario(thesis("open-loop-case-1-planned.yaml"), point_3));
+  ASSERT_EQ(table.rows.size(), 4u);
+  const CaseRow& row = table.rows[3];
+  ASSERT_EQ(row.status, CaseStatus::ok) << row.reason;
+  EXPECT_EQ(row.values[column(table, "grasps/tip-2/angular_impulse/z")], r.impact->grasps[1].angular_impulse[2]);
+  EXPECT_EQ(row.values[column(table, "grasps/tip-1/impulse/x")], r.impact->grasps[0].impulse[0]);
+  EXPECT_EQ(row.values[column(table, "end/base/angular_velocity/z")], r.post_impact_end->base.angular_velocity[2]);
+  EXPECT_EQ(row.values[column(table, "ledger/pass")], 1);
+  const double P = row.values[column(table, "grasps/tip-1/impulse_magnitude")];
+  EXPECT_NEAR(std::hypot(row.values[column(table, "grasps/tip-1/impulse_normal")],
+                         row.values[column(table, "grasps/tip-1/impulse_tangential")]),
+              P, 1e-15 * std::max(P, 1.0));
+  EXPECT_FALSE(table.axes[1].is_numeric);
+  EXPECT_EQ(table.axes[1].values[1].label, "[0, 0, -0.2]");
+}
+
+TEST(RunStudy, ColumnsMayBeChosen) {
+  const test::Folder folder;
+  const Study study = load_study(folder.write(
+      "study.yaml", mixed_study() + "columns: [grasps/*/impulse_magnitude, base/velocity_change, captured]\n"));
+  std::vector<std::string> names;
+  for (const Column& c : study.columns) names.push_back(c.name);
+  EXPECT_THAT(names,
+              testing::ElementsAre("captured", "grasps/tip-1/impulse_magnitude", "grasps/tip-2/impulse_magnitude",
+                                   "base/velocity_change/x", "base/velocity_change/y", "base/velocity_change/z"));
+}
+
+// --- What must hold at a fixed configuration ---
+
+using Impulses = std::vector<double>;  // [angular; linear] of each grip, then the base's change
+
+Impulses impulses(const CaptureProblem& problem) {
+  const CaptureResult r = simulate_impact_only(problem);
+  EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  Impulses all;
+  for (const GraspImpulse& g : r.impact->grasps) {
+    for (int k = 0; k < 3; ++k) all.push_back(g.angular_impulse[k]);
+    for (int k = 0; k < 3; ++k) all.push_back(g.impulse[k]);
+  }
+  for (int k = 0; k < 3; ++k) all.push_back(r.impact->base_angular_velocity_change[k]);
+  return all;
+}
+
+double size(const Impulses& a) {
+  double largest = 0;
+  for (const double x : a) largest = std::max(largest, std::abs(x));
+  return largest;
+}
+
+CaptureProblem at_once() {
+  const test::Folder folder;
+  return load_scenario(folder.write("at-once.yaml", test::impact_at_once()));
+}
+
+// u- is changed by the target's motion, which leaves W as it is: six components per target.
+TEST(RunStudy, TheImpulseIsAffineInEveryComponentOfTheRelativeVelocity) {
+  for (std::size_t target = 0; target < 2; ++target) {
+    for (int k = 0; k < 6; ++k) {
+      const auto at = [&](double change) {
+        CaptureProblem problem = at_once();
+        Twistd& V = problem.targets[target].V_WT;
+        (k < 3 ? V.angular[k] : V.linear[k - 3]) += change;
+        return impulses(problem);
+      };
+      const Impulses p0 = at(0), p1 = at(0.1), p2 = at(0.25), p3 = at(-0.4);
+      double worst = 0;
+      for (std::size_t i = 0; i < p0.size(); ++i) {
+        const double slope = (p1[i] - p0[i]) / 0.1;
+        worst = std::max({worst, std::abs(p0[i] + 0.25 * slope - p2[i]), std::abs(p0[i] - 0.4 * slope - p3[i])});
+      }
+      EXPECT_GT(size(p1) - size(p0) == 0 ? 0 : size(p1), 0.1);
+      EXPECT_LT(worst / size(p3), 1e-12) << target << " " << k;
+    }
+  }
+}
+
+TEST(RunStudy, TheImpulseIsProportionalToAllOfTheRelativeVelocity) {
+  CaptureProblem problem = at_once();
+  const auto scaled = [&](double s) {
+    CaptureProblem p = problem;
+    for (double& rate : p.joint_rate) rate *= s;
+    p.V_WB = s * *p.V_WB;
+    for (TargetSetup& t : p.targets) t.V_WT = s * t.V_WT;
+    return impulses(p);
+  };
+  const Impulses one = scaled(1), three = scaled(3);
+  ASSERT_GT(size(one), 0.1);
+  for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LT(std::abs(three[i] - 3 * one[i]) / size(three), 1e-12);
+}
+
+}  // namespace
+}  // namespace grapnel

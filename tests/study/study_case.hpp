@@ -1,0 +1,34 @@
+#pragma once
+
+/// @file
+/// Studies and scenarios for tests, in a folder of their own.
+
+#include <filesystem>
+#include <string>
+
+#include "grapnel/capture/capture_problem.hpp"
+
+namespace grapnel::test {
+
+/// A folder that is deleted with the object.
+class Folder {
+ public:
+  Folder();
+  ~Folder();
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::filesystem::path write(const std::string& name, const std::string& text) const;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+std::string read_bytes(const std::filesystem::path& path);
+std::string shipped(const std::string& name);  // a file below the repository's root
+
+/// Two 7-joint arms at two tumbling boxes, in three dimensions, without an approach: the impact at a stated
+/// configuration. YAML text.
+std::string impact_at_once();
+
+}  // namespace grapnel::test
