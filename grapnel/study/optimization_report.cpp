@@ -44,11 +44,10 @@ Json before_after(const std::string& name, const std::string& unit, double befor
 
 // Columns that the table on the terminal shows.
 bool is_looked_for(const std::string& name) {
-  for (const char* pattern :
-       {"grasps/*/impulse_magnitude", "grasps/*/angular_impulse_magnitude", "grasps/*/peak_force",
-        "grasps/*/relative_speed", "grasps/*/largest_speed", "margins", "base/angular_velocity_change",
-        "base/velocity_change", "kinetic_energy_before", "kinetic_energy_after", "joints/*/position",
-        "joints/*/driving_impulse", "clearance/least", "ledger/feasible"}) {
+  for (const char* pattern : {"grasps/*/impulse_magnitude", "grasps/*/angular_impulse_magnitude", "grasps/*/peak_force",
+                              "grasps/*/relative_speed", "grasps/*/largest_speed", "base/angular_velocity_change",
+                              "base/velocity_change", "kinetic_energy_before", "kinetic_energy_after",
+                              "joints/*/position", "joints/*/driving_impulse", "clearance/least", "ledger/feasible"}) {
     if (column_matches(pattern, name)) return true;
   }
   return false;
@@ -57,13 +56,22 @@ bool is_looked_for(const std::string& name) {
 std::string shown(double value) { return std::isnan(value) ? "-" : fmt::format("{:.6g}", value); }
 
 // Of numbers that are positive by nature; relative to what may be of either sign, or zero, a change says little.
-void comparison_row(const std::string& name, double before, double after, TextTable& table) {
-  const bool relates = before > 0 && after > 0;
+void comparison_row(const std::string& name, double before, double after, TextTable& table, bool positive = true) {
+  if (std::isnan(before) && std::isnan(after)) return;
+  const bool relates = positive && before > 0 && after > 0;
   table.row({name, shown(before), shown(after), relates ? fmt::format("{:+.1f} %", 100 * (after / before - 1)) : ""});
 }
 
 // Rounding, or nothing.
 bool says_nothing(double value) { return !(std::abs(value) > kRounding); }
+
+Measured least_margin(const Optimization& optimization) {
+  Measured margins{"", "1", {}, Combine::least};
+  for (std::size_t c = 0; c < optimization.columns.size(); ++c) {
+    if (column_matches("margins", optimization.columns[c].name)) margins.columns.push_back(c);
+  }
+  return margins;
+}
 
 std::string comparison_rows(const Optimization& optimization, const Evaluation& before, const Evaluation& after) {
   TextTable table;
@@ -74,11 +82,15 @@ std::string comparison_rows(const Optimization& optimization, const Evaluation& 
     const double was = before.score.limits.empty() ? NAN : before.score.limits[i];
     comparison_row(optimization.limits[i].text(), was, after.score.limits[i], table);
   }
+  const Measured margins = least_margin(optimization);
+  comparison_row("least margin to a rating [1]", value_of(margins, before.row.values),
+                 value_of(margins, after.row.values), table);
   for (std::size_t c = 0; c < optimization.columns.size(); ++c) {
     const Column& column = optimization.columns[c];
     const double was = before.row.values[c], is = after.row.values[c];
     if (!is_looked_for(column.name) || (says_nothing(was) && says_nothing(is))) continue;
-    comparison_row(with_unit(column.name, column.unit), was, is, table);
+    const bool positive = !column_matches("joints", column.name) && !column_matches("base", column.name);
+    comparison_row(with_unit(column.name, column.unit), was, is, table, positive);
   }
   return table.text();
 }

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <mutex>
 #include <nlopt.hpp>
+#include <stdexcept>
 
 #include "grapnel/study/case_pool.hpp"
 
@@ -14,6 +15,8 @@ namespace {
 
 // Local searches end when their steps are smaller than this part of the variables' ranges.
 constexpr double kFinest = 1e-7;
+// First step along limits, in parts of the ranges.
+constexpr double kAlongLimits = 0.05;
 // What the local search sees of points that are not acceptable, larger than any objective.
 constexpr double kBeyondLimits = 1e30, kOutOfReach = 1e100;
 
@@ -82,41 +85,114 @@ double merit(const Optimization& optimization, const Score& score) {
   return optimization.maximize ? -score.objective : score.objective;
 }
 
-// One local search, in variables scaled to their ranges. `done` is told of every point.
+// One local search, in variables scaled to their ranges. `done` is told of every point, and whether to go on.
+class LocalSearch {
+ public:
+  LocalSearch(const Optimization& optimization, std::size_t number, const std::function<bool(const Evaluation&)>& done)
+      : optimization_(optimization), number_(number), done_(done) {}
+
+  std::vector<Evaluation> path;
+
+  // Steps that only compare points.
+  void subplex(const Evaluation& start, double step, std::size_t evaluations) {
+    nlopt::opt search(nlopt::LN_SBPLX, static_cast<unsigned>(optimization_.variables.size()));
+    search.set_min_objective(
+        [](const std::vector<double>& x, std::vector<double>&, void* self) {
+          return merit(static_cast<LocalSearch*>(self)->optimization_, static_cast<LocalSearch*>(self)->at(x).score);
+        },
+        this);
+    go(search, start, step, evaluations);
+  }
+
+  // Along limits: linear models of objective and limits (Powell's COBYLA).
+  void along_limits(const Evaluation& start, double step, std::size_t evaluations) {
+    if (!start.score.reached || std::isnan(start.score.objective)) return;
+    fallback_ = start.score.objective;
+    scale_ = std::max(std::abs(fallback_), 1e-300);
+    nlopt::opt search(nlopt::LN_COBYLA, static_cast<unsigned>(optimization_.variables.size()));
+    search.set_min_objective([](const std::vector<double>& x, std::vector<double>&,
+                                void* self) { return static_cast<LocalSearch*>(self)->objective(x); },
+                             this);
+    search.add_inequality_mconstraint(
+        [](unsigned count, double* result, unsigned n, const double* x, double*, void* self) {
+          const Score& score = static_cast<LocalSearch*>(self)->at({x, x + n}).score;
+          for (unsigned i = 0; i < count; ++i) result[i] = static_cast<LocalSearch*>(self)->excess(score, i);
+        },
+        this, std::vector<double>(optimization_.limits.size() + 1, 0.0));
+    go(search, start, step, evaluations);
+  }
+
+ private:
+  void go(nlopt::opt& search, const Evaluation& start, double step, std::size_t evaluations) {
+    if (evaluations == 0 || stopped_) return;
+    most_ = path.size() + evaluations;
+    const auto& variables = optimization_.variables;
+    std::vector<double> x;
+    for (std::size_t k = 0; k < variables.size(); ++k)
+      x.push_back((start.values[k] - variables[k].from) / (variables[k].to - variables[k].from));
+    search.set_lower_bounds(0.0);
+    search.set_upper_bounds(1.0);
+    search.set_initial_step(step);
+    search.set_xtol_abs(kFinest);
+    double best = 0;
+    try {
+      search.optimize(x, best);
+    } catch (const nlopt::forced_stop&) {  // all evaluations used, or asked to stop
+    } catch (const nlopt::roundoff_limited&) {
+    } catch (const std::runtime_error&) {  // the models of COBYLA may degenerate where points cannot be reached
+    }
+  }
+
+  // The point at x, simulated once when asked for twice in a row.
+  const Evaluation& at(const std::vector<double>& x) {
+    if (x == last_ && !path.empty()) return path.back();
+    if (path.size() == most_ || stopped_) throw nlopt::forced_stop();
+    std::vector<double> values;
+    for (std::size_t k = 0; k < x.size(); ++k) values.push_back(in_range(optimization_.variables[k], x[k]));
+    last_ = x;
+    path.push_back(evaluate_at(optimization_, std::move(values), number_));
+    stopped_ = !done_(path.back());
+    return path.back();
+  }
+
+  // Scaled to its value at the start, as limits are to their bounds.
+  double objective(const std::vector<double>& x) {
+    const Score& score = at(x).score;
+    const double value = score.reached && !std::isnan(score.objective) ? score.objective : fallback_;
+    return (optimization_.maximize ? -value : value) / scale_;
+  }
+  double excess(const Score& score, std::size_t limit) const {
+    if (!score.reached) return 1;
+    if (limit == optimization_.limits.size()) return score.violation > 0 && score.worst_limit >= limit ? 1 : -1;
+    const OptimizationLimit& one = optimization_.limits[limit];
+    const double beyond = (one.at_most ? 1 : -1) * (score.limits[limit] - one.bound);
+    return std::isnan(beyond) ? 1 : beyond / (one.bound != 0 ? std::abs(one.bound) : 1);
+  }
+
+  const Optimization& optimization_;
+  std::size_t number_;
+  const std::function<bool(const Evaluation&)>& done_;
+  std::vector<double> last_;
+  std::size_t most_ = 0;
+  bool stopped_ = false;
+  double fallback_ = 0, scale_ = 1;
+};
+
+// With limits, one half of the evaluations follows them: steps that only compare points get stuck at a limit that is
+// oblique to the variables.
 std::vector<Evaluation> search_from(const Optimization& optimization, const Evaluation& start, std::size_t number,
                                     std::size_t evaluations, double step,
                                     const std::function<bool(const Evaluation&)>& done) {
-  std::vector<Evaluation> path;
-  if (evaluations == 0) return path;
-  const auto& variables = optimization.variables;
-  std::vector<double> x;
-  for (std::size_t k = 0; k < variables.size(); ++k)
-    x.push_back((start.values[k] - variables[k].from) / (variables[k].to - variables[k].from));
-  nlopt::opt search(nlopt::LN_SBPLX, static_cast<unsigned>(x.size()));
-  auto objective = [&](const std::vector<double>& at) {
-    if (path.size() == evaluations) throw nlopt::forced_stop();
-    std::vector<double> values;
-    for (std::size_t k = 0; k < at.size(); ++k) values.push_back(in_range(variables[k], at[k]));
-    path.push_back(evaluate_at(optimization, std::move(values), number));
-    if (!done(path.back())) throw nlopt::forced_stop();
-    return merit(optimization, path.back().score);
-  };
-  using Objective = decltype(objective);
-  search.set_min_objective([](const std::vector<double>& at, std::vector<double>&,
-                              void* data) { return (*static_cast<Objective*>(data))(at); },
-                           &objective);
-  search.set_lower_bounds(0.0);
-  search.set_upper_bounds(1.0);
-  search.set_initial_step(step);
-  search.set_xtol_abs(kFinest);
-  search.set_maxeval(static_cast<int>(evaluations));
-  double best = 0;
-  try {
-    search.optimize(x, best);
-  } catch (const nlopt::forced_stop&) {  // all evaluations used, or asked to stop
-  } catch (const nlopt::roundoff_limited&) {
+  LocalSearch search(optimization, number, done);
+  const std::size_t along = optimization.limits.empty() ? 0 : evaluations / 2;
+  search.subplex(start, step, evaluations - along);
+  const Evaluation* best = &start;
+  for (const Evaluation& one : search.path) {
+    if (comes_before(optimization, one.score, best->score)) best = &one;
   }
-  return path;
+  const Evaluation from = *best;
+  search.along_limits(from, kAlongLimits, along);
+  return std::move(search.path);
 }
 
 // Counts points as they end.

@@ -46,7 +46,8 @@ TEST(CompliantGrips, AreRecordedInTimeAndHoldAfterwards) {
   Worst integral("integral of the force"), peak("peak");
   for (int i = 0; i < 3; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const CaptureProblem p = yielding_case(1e7, i);
+    CaptureProblem p = yielding_case(1e7, i);
+    p.impact->compliant.samples = 20000;  // the dampers take the light hands along within 0.1 ms
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
     ASSERT_TRUE(r.impact && r.impact->compliant);
@@ -66,7 +67,7 @@ TEST(CompliantGrips, AreRecordedInTimeAndHoldAfterwards) {
       const GraspImpulse& g = r.impact->grasps[k];
       ASSERT_TRUE(g.profile);
       const Vector3d P = impulse_of(r, g.end_effector, "contact");
-      EXPECT_LT(integral.note(norm(P - g.impulse) / norm(g.impulse), i), 2e-3);
+      EXPECT_LT(integral.note(norm(P - g.impulse) / norm(g.impulse), i), 2e-3);  // 7e-5
       const double most = largest_force(r, g.end_effector);
       EXPECT_LE(most, g.profile->peak_force * (1 + 1e-12));
       EXPECT_LT(peak.note(1 - most / g.profile->peak_force, i), 2e-3);
@@ -114,7 +115,8 @@ TEST(CompliantContacts, PartAndTheTargetIsFree) {
       EXPECT_FALSE(r.grips[k].captured);
       EXPECT_GT(g.profile->energy_lost, 0);
       EXPECT_GE(g.profile->touches, 1);
-      EXPECT_LT(integral.note(norm(impulse_of(r, g.end_effector, "contact") - g.impulse) / norm(g.impulse), i), 2e-2);
+      EXPECT_LT(integral.note(norm(impulse_of(r, g.end_effector, "contact") - g.impulse) / norm(g.impulse), i),
+                2e-2);  // 1e-4
       for (std::size_t s = last + 1; s < r.series.time.size(); ++s)
         EXPECT_EQ(norm(vector_at(r, "grasps/" + g.end_effector + "/force", s)), 0);
     }
@@ -196,7 +198,7 @@ TEST(CompliantImpact, WithBrakedJointsConvergesToThePlasticOneWithThem) {
       most = std::max(most, std::abs(plastic.impact->held_joints[j].impulse));
     }
     std::printf("[ measured ] brakes and drives: off by %.3g of %.3g N m s\n", off, most);
-    EXPECT_LT(off, 1e-2 * most);
+    EXPECT_LT(off, 1e-2 * most);  // measured 6e-4, 1e-3
     EXPECT_LT(norm(r.impact->grasps[0].impulse - plastic.impact->grasps[0].impulse),
               1e-2 * norm(plastic.impact->grasps[0].impulse));
   }
@@ -209,6 +211,7 @@ TEST(CompliantImpact, WhileAnotherArmHoldsATarget) {
     p.impact->grip = yielding_case(1e7, 3).impact->grip;
     p.grasps[0].contact = false;
     p.grasps[1].closes = GraspSetup::Closes::at_time, p.grasps[1].closes_at = 0.5;
+    p.impact->compliant.samples = 20000;
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
     ASSERT_EQ(r.later_impacts.size(), 1u);
@@ -225,7 +228,8 @@ TEST(CompliantImpact, WhileAnotherArmHoldsATarget) {
     const Vector3d gained = vector_at(r, "targets/target0/linear_momentum", last - 1) -
                             vector_at(r, "targets/target0/linear_momentum", first);
     ASSERT_GT(norm(gained), 1e-3);
-    EXPECT_LT(norm(gained + passed), 1e-2 * norm(gained));
+    EXPECT_LT(norm(gained + passed), 1e-3 * norm(gained));  // measured 4e-6
+    std::printf("[ measured ] held target: %.3g of %.3g N s\n", norm(gained + passed), norm(gained));
     EXPECT_LT(opening(p, r, 0, first, r.series.time.size() - 1).position, 1e-11);
   }
 }

@@ -56,7 +56,7 @@ TEST_P(ImpactOnly, IsTheImpactOfTheWholeRun) {
   ASSERT_TRUE(alone.impact) << alone.failure;
   EXPECT_EQ(alone.impact->time, whole.impact->time);
   const double off = difference(*whole.impact, *alone.impact);
-  EXPECT_LT(off, 1e-9);
+  EXPECT_LT(off, 1e-9);  // measured 3e-15
   std::printf("[ measured ] %s: off by %.3g\n", GetParam().name, off);
   EXPECT_EQ(alone.series.phases, std::vector<std::string>{"contact"});
   EXPECT_TRUE(alone.ledger.pass());

@@ -1,0 +1,79 @@
+// What is written reads back as the same tree.
+#include "grapnel/scenario/write_yaml.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/source_text.hpp"
+#include "grapnel/scenario/yaml_document.hpp"
+#include "study/study_case.hpp"
+
+namespace grapnel {
+namespace {
+
+namespace fs = std::filesystem;
+
+Node parsed(const std::string& text) {
+  FaultList faults;
+  const auto source = std::make_shared<const std::string>("test");
+  const auto clean = checked_text(text, source, faults);
+  auto tree = clean ? parse_document(*clean, source, faults) : std::nullopt;
+  faults.throw_if_any();
+  return std::move(*tree);
+}
+
+// Kinds, texts, keys and their order, and what a scalar is.
+void expect_same(const Node& a, const Node& b, const std::string& where) {
+  ASSERT_EQ(a.kind, b.kind) << where;
+  EXPECT_EQ(a.text, b.text) << where;
+  EXPECT_EQ(is_text(a), is_text(b)) << where;
+  EXPECT_EQ(boolean_of(a), boolean_of(b)) << where;
+  EXPECT_EQ(number_of(a).has_value(), number_of(b).has_value()) << where;
+  ASSERT_EQ(a.items.size(), b.items.size()) << where;
+  ASSERT_EQ(a.entries.size(), b.entries.size()) << where;
+  for (std::size_t i = 0; i < a.items.size(); ++i)
+    expect_same(a.items[i], b.items[i], where + "[" + std::to_string(i) + "]");
+  for (std::size_t i = 0; i < a.entries.size(); ++i) {
+    EXPECT_EQ(a.entries[i].key, b.entries[i].key) << where;
+    expect_same(a.entries[i].value, b.entries[i].value, where + "." + a.entries[i].key);
+  }
+}
+
+TEST(WriteYaml, EveryShippedFileReadsBack) {
+  int files = 0;
+  for (const char* folder : {"scenarios", "robots", "studies"}) {
+    for (const auto& entry : fs::recursive_directory_iterator(test::shipped(folder))) {
+      if (entry.path().extension() != ".yaml") continue;
+      ++files;
+      const Node tree = parsed(test::read_bytes(entry.path()));
+      const std::string text = yaml_text(tree, "from a file\n\nwith a note");
+      expect_same(tree, parsed(text), entry.path().filename().string());
+      EXPECT_EQ(yaml_text(parsed(text), "from a file\n\nwith a note"), text);
+    }
+  }
+  EXPECT_GT(files, 30);
+}
+
+TEST(WriteYaml, AwkwardTextsReadBack) {
+  const Node tree = parsed(
+      "a: \"1\"\nb: 'true'\nc: \"\"\nd: null\ne: []\nf: {}\ng: \"null\"\nh: \"- x\"\ni: \"a: b # c\"\nj: '\"\\'\n"
+      "k: \"two\\nlines\\tand \\x07\"\nl: \" blank \"\n\"m: n\": [[1, [2, {x: [3]}]], {y: {z: [ {w: 1} ]}}]\n"
+      "n: \"...\"\no: ---x\np: Grüße\nq: -.inf\n\"1\": \"~\"\n\"\": 5\ns: \"0x10\"\n");
+  const std::string text = yaml_text(tree);
+  expect_same(tree, parsed(text), "");
+}
+
+TEST(WriteYaml, ReadsWell) {
+  EXPECT_EQ(yaml_text(parsed("{name: x, joints: [1, 2.50], targets: [{name: t, state: {position: [1, 2, 3]}}]}"), "c"),
+            "# c\n"
+            "name: x\n"
+            "joints: [1, 2.50]\n"
+            "targets:\n"
+            "  - name: t\n"
+            "    state: {position: [1, 2, 3]}\n");
+}
+
+}  // namespace
+}  // namespace grapnel
