@@ -4,7 +4,9 @@
 /// What the program's subcommands do. Each returns the exit code: 0 done, 1 the simulation failed, 2 bad input, 3 some
 /// points of a study failed.
 
+#include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,14 +22,17 @@ struct RunOptions {
   std::filesystem::path output;        // empty: named after the scenario, below out/
   std::vector<std::string> overrides;  // path=value
   bool quiet = false;
+  bool no_report = false;
 };
 int run(const RunOptions& options);
 
 struct SweepOptions {
   std::filesystem::path study;
-  std::filesystem::path output;  // empty: named after the study, below out/
-  int threads = 0;               // 0: one per processor
+  std::filesystem::path output;     // empty: named after the study, below out/
+  int threads = 0;                  // 0: one per processor
+  std::optional<std::size_t> only;  // this point alone, as a complete run
   bool quiet = false;
+  bool no_report = false;
 };
 int sweep(const SweepOptions& options);
 
@@ -36,12 +41,38 @@ struct OptimizeOptions {
   std::filesystem::path output;  // empty: named after the study, below out/
   int threads = 0;               // 0: one per processor
   bool quiet = false;
+  bool no_report = false;
 };
 int optimize(const OptimizeOptions& options);
 
+struct ReportOptions {
+  std::filesystem::path folder;
+  std::filesystem::path second;  // a run to compare with; empty: none
+  std::filesystem::path output;  // empty: in the folder
+};
+int report(const ReportOptions& options);
+
+struct FigureOptions {
+  std::filesystem::path folder;
+  std::string what;              // empty: see list
+  bool list = false;             // what the folder offers
+  std::filesystem::path output;  // empty: figures/WHAT.pdf in the folder
+  double width = 0, height = 0;  // [cm]; 0: by the figure
+  std::vector<std::string> phases;
+  std::optional<double> from, to;  // [s]
+  int instants = 0;
+  std::vector<double> times;  // [s]
+  std::string view = "iso";
+  std::vector<std::string> columns;
+  std::string x_axis, lines_axis;
+  bool heat_map = false;
+  std::string command;  // as it was typed
+};
+int figure(const FigureOptions& options);
+
 int check(const std::filesystem::path& scenario, const std::vector<std::string>& overrides);
 int print_schema(const std::string& which);
-int export_result(const std::filesystem::path& folder, bool csv, bool mat);
+int export_result(const std::filesystem::path& folder, bool csv, bool mat, bool glb);
 int info(const std::filesystem::path& robot);
 
 }  // namespace grapnel::app

@@ -2,8 +2,33 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <string>
 
 #include "commands.hpp"
+
+namespace {
+
+// What was typed, so that a shell takes it again.
+std::string command_line(int argc, char** argv) {
+  std::string line = "grapnel";
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    const bool plain = !argument.empty() && argument.find_first_not_of(
+                                                "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                                "_-+./,:=@%") == std::string::npos;
+    line += ' ';
+    if (plain) {
+      line += argument;
+      continue;
+    }
+    line += '\'';
+    for (const char c : argument) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    line += '\'';
+  }
+  return line;
+}
+
+}  // namespace
 
 // Argument parsing only; what the subcommands do is in commands.hpp.
 int main(int argc, char** argv) {
@@ -15,11 +40,12 @@ int main(int argc, char** argv) {
   int code = kDone;
 
   RunOptions run_options;
-  CLI::App* run_command = app.add_subcommand("run", "Simulate one capture; writes summary.json and timeseries.h5");
+  CLI::App* run_command = app.add_subcommand("run", "Simulate one capture; writes its results and report.html");
   run_command->add_option("scenario", run_options.scenario, "Scenario file (YAML)")->required();
   run_command->add_option("-o,--output", run_options.output, "Result folder (default: out/NAME-OF-THE-SCENARIO)");
   run_command->add_option("--set", run_options.overrides, "Replace a value: path=value, e.g. approach.duration=10")
       ->allow_extra_args(false);
+  run_command->add_flag("--no-report", run_options.no_report, "Write no report.html");
   run_command->add_flag("--quiet", run_options.quiet, "Print errors and warnings only");
   run_command->callback([&] { code = run(run_options); });
 
@@ -30,6 +56,9 @@ int main(int argc, char** argv) {
   sweep_command->add_option("-o,--output", sweep_options.output, "Result folder (default: out/NAME-OF-THE-STUDY)");
   sweep_command->add_option("-j,--jobs", sweep_options.threads, "Threads (default: one per processor)")
       ->check(CLI::Range(1, 4096));
+  sweep_command->add_option("--only", sweep_options.only,
+                            "Simulate this point alone, as a complete run with report.html");
+  sweep_command->add_flag("--no-report", sweep_options.no_report, "Write no report.html");
   sweep_command->add_flag("--quiet", sweep_options.quiet, "Print errors and warnings only");
   sweep_command->callback([&] { code = sweep(sweep_options); });
 
@@ -37,11 +66,51 @@ int main(int argc, char** argv) {
   CLI::App* optimize_command = app.add_subcommand(
       "optimize", "Look for the best of many captures; writes best.yaml, comparison.json and evaluations.csv");
   optimize_command->add_option("study", optimize_options.study, "Optimization file (YAML)")->required();
-  optimize_command->add_option("-o,--output", optimize_options.output, "Result folder (default: out/NAME-OF-THE-STUDY)");
+  optimize_command->add_option("-o,--output", optimize_options.output,
+                               "Result folder (default: out/NAME-OF-THE-STUDY)");
   optimize_command->add_option("-j,--jobs", optimize_options.threads, "Threads (default: one per processor)")
       ->check(CLI::Range(1, 4096));
+  optimize_command->add_flag("--no-report", optimize_options.no_report, "Write no report.html");
   optimize_command->add_flag("--quiet", optimize_options.quiet, "Print errors and warnings only");
   optimize_command->callback([&] { code = optimize(optimize_options); });
+
+  ReportOptions report_options;
+  CLI::App* report_command = app.add_subcommand("report", "Write report.html from results; of two runs a comparison");
+  report_command->add_option("folder", report_options.folder, "Result folder of run, sweep or optimize")->required();
+  report_command->add_option("second", report_options.second, "Result folder of a run to compare with");
+  report_command->add_option("-o,--output", report_options.output, "File (default: report.html in the folder)");
+  report_command->callback([&] { code = report(report_options); });
+
+  FigureOptions figure_options;
+  CLI::App* figure_command =
+      app.add_subcommand("figure", "Draw a figure for a paper, with its data and gnuplot script");
+  figure_command->add_option("folder", figure_options.folder, "Result folder of run or sweep")->required();
+  auto* what = figure_command->add_option("--what", figure_options.what, "Which figure, e.g. joints, momentum, strobe");
+  figure_command->add_flag("--list", figure_options.list, "Print which figures the folder offers")->excludes(what);
+  figure_command->add_option("-o,--output", figure_options.output,
+                             "File: .pdf, .svg or .png (default: figures/WHAT.pdf in the folder)");
+  figure_command->add_option("--width", figure_options.width, "Width [cm]")->check(CLI::Range(3.0, 100.0));
+  figure_command->add_option("--height", figure_options.height, "Height [cm]")->check(CLI::Range(2.0, 100.0));
+  figure_command->add_option("--phase", figure_options.phases, "Only this phase; may be repeated")
+      ->allow_extra_args(false);
+  figure_command->add_option("--from", figure_options.from, "Only from this time on [s]");
+  figure_command->add_option("--to", figure_options.to, "Only up to this time [s]");
+  figure_command->add_option("--instants", figure_options.instants, "strobe: how many per panel (default: 6)")
+      ->check(CLI::Range(1, 100));
+  figure_command->add_option("--times", figure_options.times, "strobe: which instants, e.g. 0,10,20 [s]")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  figure_command->add_option("--view", figure_options.view, "strobe: direction in space (default: iso)")
+      ->check(CLI::IsMember({"x", "y", "z", "iso"}));
+  figure_command->add_option("--column", figure_options.columns, "impulse-map: column of the table; may be repeated")
+      ->allow_extra_args(false);
+  figure_command->add_option("--x", figure_options.x_axis, "impulse-map: axis that goes to the right");
+  figure_command->add_option("--lines", figure_options.lines_axis, "impulse-map: axis with a line per value");
+  figure_command->add_flag("--heat-map", figure_options.heat_map, "impulse-map: two axes and colours instead of lines");
+  figure_command->callback([&] {
+    figure_options.command = command_line(argc, argv);
+    code = figure(figure_options);
+  });
 
   std::string scenario;
   std::vector<std::string> overrides;
@@ -57,14 +126,15 @@ int main(int argc, char** argv) {
   schema_command->callback([&] { code = print_schema(which); });
 
   std::string folder;
-  bool csv = false, mat = false;
-  CLI::App* export_command = app.add_subcommand("export", "Write a result folder's time series in another format");
+  bool csv = false, mat = false, glb = false;
+  CLI::App* export_command = app.add_subcommand("export", "Write a result folder's time series in other formats");
   export_command->add_option("folder", folder, "Result folder of grapnel run")->required();
   auto* formats = export_command->add_option_group("formats");
   formats->add_flag("--csv", csv, "timeseries.csv");
   formats->add_flag("--mat", mat, "timeseries.mat for MATLAB");
-  formats->require_option(1, 2);
-  export_command->callback([&] { code = export_result(folder, csv, mat); });
+  formats->add_flag("--glb", glb, "capture.glb: an animated scene (glTF 2.0) for Blender and other viewers");
+  formats->require_option(1, 3);
+  export_command->callback([&] { code = export_result(folder, csv, mat, glb); });
 
   std::string robot;
   CLI::App* info_command = app.add_subcommand("info", "Mass, centre of mass, composite inertia and reach of a robot");

@@ -13,6 +13,7 @@
 #include "grapnel/study/quantity.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
+#include "report_file.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -67,9 +68,10 @@ int search_and_write(const Optimization& optimization, const OptimizeOptions& op
   if (outcome.best) after = write_best(optimization, outcome, folder / "best.yaml");
   const Evaluation* shown = after ? &*after : nullptr;
   write_file_atomically(folder / "comparison.json", comparison_json(optimization, outcome, shown, GRAPNEL_VERSION));
+  const std::string report = write_folder_report(folder, ResultKind::optimization, options.no_report);
   if (!options.quiet) {
-    fmt::print("{}\nresults in {}: {}comparison.json, evaluations.csv\n", comparison_text(optimization, outcome, shown),
-               folder.string(), shown ? "best.yaml, " : "");
+    fmt::print("{}\nresults in {}: {}comparison.json, evaluations.csv\n{}",
+               comparison_text(optimization, outcome, shown), folder.string(), shown ? "best.yaml, " : "", report);
   }
   if (shown) return kDone;
   fmt::print(stderr, "{}: error: {}\n", options.study.string(), why_nothing_is_best(optimization, outcome));
@@ -86,11 +88,9 @@ int optimize(const OptimizeOptions& options) {
     for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
     return kBadInput;
   }
-  const fs::path folder = options.output.empty() ? fs::path("out") / options.study.stem() : options.output;
-  if (const std::string why = cannot_write_to(folder); !why.empty()) {
-    fmt::print(stderr, "grapnel: error: cannot write results to '{}': {}\n", folder.string(), why);
-    return kBadInput;
-  }
+  const std::optional<fs::path> made = results_folder(options.output, options.study);
+  if (!made) return kBadInput;
+  const fs::path& folder = *made;
   if (!options.quiet) {
     fmt::print("grapnel {}, optimization {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
                optimization.sha256.substr(0, 12));

@@ -4,11 +4,14 @@
 /// Where results go.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace grapnel::app {
 
-/// Makes the folder. Why nothing can be written there, before a long simulation finds out; empty if it can.
-std::string cannot_write_to(const std::filesystem::path& folder);
+/// The folder for a file's results, made: `asked`, or out/ and the file's name. Empty where nothing can be written,
+/// which is said on stderr.
+std::optional<std::filesystem::path> results_folder(const std::filesystem::path& asked,
+                                                    const std::filesystem::path& file);
 
 }  // namespace grapnel::app

@@ -13,6 +13,8 @@
 #include "grapnel/study/study_table.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
+#include "report_file.hpp"
+#include "sweep_point.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -69,11 +71,10 @@ int sweep(const SweepOptions& options) {
     for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
     return kBadInput;
   }
-  const fs::path folder = options.output.empty() ? fs::path("out") / options.study.stem() : options.output;
-  if (const std::string why = cannot_write_to(folder); !why.empty()) {
-    fmt::print(stderr, "grapnel: error: cannot write results to '{}': {}\n", folder.string(), why);
-    return kBadInput;
-  }
+  if (options.only) return sweep_point(study, *options.only, points, options);
+  const std::optional<fs::path> made = results_folder(options.output, options.study);
+  if (!made) return kBadInput;
+  const fs::path& folder = *made;
   if (!options.quiet) {
     fmt::print("grapnel {}, study {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
                study.sha256.substr(0, 12));
@@ -81,6 +82,7 @@ int sweep(const SweepOptions& options) {
   }
   PartialTable partial(folder / "table.partial.csv", study);
   StudyTable table;
+  std::string report;
   try {
     Progress progress(options.quiet);
     StudyOptions run;
@@ -89,13 +91,14 @@ int sweep(const SweepOptions& options) {
     run.row = [&](const CaseRow& row) { partial.add(row); };
     table = run_study(study, run);
     write_table(table, folder);
+    report = write_folder_report(folder, ResultKind::sweep, options.no_report);
   } catch (const std::exception& error) {
     fmt::print(stderr, "grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
   partial.remove();
   if (!options.quiet)
-    fmt::print("{}\nresults in {}: table.csv, table.h5, study.json\n", study_summary(table), folder.string());
+    fmt::print("{}\nresults in {}: table.csv, table.h5, study.json\n{}", study_summary(table), folder.string(), report);
   const std::size_t ok = table.count(CaseStatus::ok);
   if (ok == points) return kDone;
   fmt::print(stderr, "{}: warning: {} of {} points are not ok, see status and reason in table.csv\n",

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "grapnel/capture/approach_plan.hpp"
+#include "grapnel/capture/problem_scene.hpp"
 #include "grapnel/capture/run_impacts.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
@@ -253,7 +254,8 @@ CaptureResult simulate(const CaptureProblem& problem, const CaptureProgress& pro
   result.scenario_name = problem.name;
   result.scenario_sha256 = problem.sha256;
   result.status = CaptureStatus::failed;
-  Run run(problem, progress, result);
+  Run run(problem, progress, result);                  // checks the problem
+  if (!impact_only) result.scene = scene_of(problem);  // studies run thousands of impacts and draw none
   try {
     run.simulate(impact_only);
     result.status = CaptureStatus::completed;

@@ -25,6 +25,8 @@ bool has_valid_size(const Geometry& geometry) {
       return positive(s[0]) && s[1] >= 0 && std::isfinite(s[1]);
     case Geometry::Shape::sphere:
       return positive(s[0]);
+    case Geometry::Shape::mesh:
+      return geometry.mesh && !geometry.mesh->hull.is_empty() && positive(s[0]) && positive(s[1]) && positive(s[2]);
     case Geometry::Shape::none:
       break;
   }
@@ -40,7 +42,9 @@ void check(const Model& model, const std::vector<BodyShape>& shapes, std::span<c
     }
     if (!has_valid_size(s.geometry)) {
       throw std::invalid_argument("ClearanceModel: the shape of body '" + model.bodies()[s.body].description.name +
-                                  "' has a size that is not positive and finite");
+                                  (s.geometry.shape == Geometry::Shape::mesh
+                                       ? "' has no mesh with a hull, or a scale that is not positive and finite"
+                                       : "' has a size that is not positive and finite"));
     }
   }
   for (const auto& [a, b] : ignored) {
@@ -120,7 +124,7 @@ ClearanceModel::Bounds ClearanceModel::bounds_of(const Geometry& geometry) {
   Vector3d across = core.half;
   across[longest] = 0;
   const double slenderness = core.round ? core.half[0] : norm(across);
-  return {geometry.X_BG.p, core.reach() + core.rounding, core.half[longest] * geometry.X_BG.R.column(longest),
+  return {core_pose(geometry).p, core.reach() + core.rounding, core.half[longest] * geometry.X_BG.R.column(longest),
           slenderness + core.rounding};
 }
 

@@ -13,7 +13,7 @@
 
 namespace grapnel {
 
-/// A primitive shape on a body; a body may have several.
+/// A shape on a body; a body may have several. Meshes count as their convex hulls.
 struct BodyShape {
   int body;
   Geometry geometry;
@@ -55,7 +55,7 @@ class ClearanceModel {
  public:
   ClearanceModel() = default;
   /// Shapes `none` are dropped. @throws std::invalid_argument naming the body if a size is not positive and finite (the
-  /// length of a capsule may be zero), or if an index is not a body's.
+  /// length of a capsule may be zero), if a mesh has no hull (make_triangle_mesh), or if an index is not a body's.
   ClearanceModel(const Model& model, std::vector<BodyShape> shapes,
                  std::span<const std::pair<int, int>> ignored_pairs = {}, std::span<const int> held = {});
 

@@ -2,8 +2,8 @@
 
 /// @file
 /// Shapes as a core and a rounding radius: a sphere is a point, a capsule a segment, both with a radius; boxes and
-/// cylinders are their own cores. Points and segments are boxes with edges of length zero. Inside this module only.
-/// Thread safety: plain values, pure functions.
+/// cylinders are their own cores, and of a mesh it is the convex hull. Points and segments are boxes with edges of
+/// length zero. Inside this module only. Thread safety: plain values, pure functions.
 
 #include <algorithm>
 #include <cmath>
@@ -12,16 +12,25 @@
 
 namespace grapnel {
 
-/// A convex set centred on its frame: a box or, if round, a cylinder along z with radius half[0].
+/// A convex set in its frame: a box or, if round, a cylinder along z with radius half[0], or a hull in such a box; box
+/// and cylinder are centred on the frame's origin, and so is the hull's bounding box.
 struct ConvexCore {
   Vector3d half = Vector3d::zero();  // half extents along the frame's axes [m]
   bool round = false;
-  double rounding = 0;  // of the shape around the core [m]
+  double rounding = 0;                // of the shape around the core [m]
+  const ConvexHull* hull = nullptr;   // in the mesh's unit
+  Vector3d scale = Vector3d::zero();  // of the hull, into m
 
   bool is_segment() const { return !round && half[0] == 0 && half[1] == 0; }
   bool is_point() const { return is_segment() && half[2] == 0; }
   /// Radius of the core's bounding sphere [m].
   double reach() const { return round ? std::hypot(half[0], half[2]) : norm(half); }
+  /// A vector of the hull's mesh, such as an edge, in the core's frame.
+  Vector3d scaled(const Vector3d& v) const { return {scale[0] * v[0], scale[1] * v[1], scale[2] * v[2]}; }
+  /// Direction of a normal of the hull, not of length 1.
+  Vector3d scaled_normal(const Vector3d& n) const { return {n[0] / scale[0], n[1] / scale[1], n[2] / scale[2]}; }
+  /// A point of the core.
+  Vector3d any_point() const { return hull ? scaled(hull->vertices[0] - hull->center) : Vector3d::zero(); }
 };
 
 inline ConvexCore core_of(const Geometry& geometry) {
@@ -35,14 +44,37 @@ inline ConvexCore core_of(const Geometry& geometry) {
       return {{0, 0, 0.5 * s[1]}, false, s[0]};
     case Geometry::Shape::sphere:
       return {{0, 0, 0}, false, s[0]};
+    case Geometry::Shape::mesh: {
+      const ConvexHull& hull = geometry.mesh->hull;
+      return {{s[0] * hull.half[0], s[1] * hull.half[1], s[2] * hull.half[2]}, false, 0, &hull, s};
+    }
     case Geometry::Shape::none:
       break;
   }
   return {};
 }
 
+/// Where a shape's core is on its body.
+inline Posed core_pose(const Geometry& geometry) {
+  if (geometry.shape != Geometry::Shape::mesh) return geometry.X_BG;
+  return {geometry.X_BG.R, geometry.X_BG * core_of(geometry).scaled(geometry.mesh->hull.center)};
+}
+
+/// The hull's point farthest along a direction in the core's frame.
+inline Vector3d hull_support(const ConvexCore& core, const Vector3d& direction) {
+  const Vector3d d = core.scaled(direction);  // n . (S v) = (S n) . v
+  const std::vector<Vector3d>& vertices = core.hull->vertices;
+  std::size_t best = 0;
+  double most = dot(d, vertices[0]);
+  for (std::size_t i = 1; i < vertices.size(); ++i) {
+    if (const double along = dot(d, vertices[i]); along > most) most = along, best = i;
+  }
+  return core.scaled(vertices[best] - core.hull->center);
+}
+
 /// The core's point farthest along `direction` (of any length; both in the core's frame).
 inline Vector3d support(const ConvexCore& core, const Vector3d& direction) {
+  if (core.hull) return hull_support(core, direction);
   const double z = std::copysign(core.half[2], direction[2]);
   if (!core.round) {
     return {std::copysign(core.half[0], direction[0]), std::copysign(core.half[1], direction[1]), z};

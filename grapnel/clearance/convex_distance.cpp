@@ -134,9 +134,15 @@ ConvexDistance convex_distance(const CorePair& pair) {
   const double scale = pair.scale();
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * scale;
 
-  // The centres are points of the cores, so their difference is one of the Minkowski difference.
+  // The centres are points of the cores (of hulls they need not be), so their difference is one of the Minkowski
+  // difference.
   Simplex simplex;
-  simplex.add({-pair.X_AB.p, Vector3d::zero(), pair.X_AB.p}, 1);
+  if (pair.a.hull || pair.b.hull) {
+    const Vector3d a = pair.a.any_point(), b = pair.X_AB * pair.b.any_point();
+    simplex.add({a - b, a, b}, 1);
+  } else {
+    simplex.add({-pair.X_AB.p, Vector3d::zero(), pair.X_AB.p}, 1);
+  }
   Vector3d v = simplex.point(&Vertex::w);
   double square = dot(v, v);
   double bound = 0;  // below the distance

@@ -3,6 +3,7 @@
 #include <array>
 #include <limits>
 #include <numbers>
+#include <vector>
 
 #include "grapnel/clearance/convex_distance.hpp"
 #include "grapnel/clearance/scalar_search.hpp"
@@ -109,10 +110,56 @@ void search_sphere(LeastDepth& least) {
   for (const Start& s : starts) descend(s.n, 0.5 * kSpacing, least);
 }
 
-}  // namespace
+// Normals of the faces of a core and directions of its edges, in the first core's frame for R = R_AB; of cylinders
+// those that are straight.
+struct Directions {
+  std::vector<Vector3d> normals, edges;
+};
+Directions directions_of(const ConvexCore& core, const Rotationd& R) {
+  Directions d;
+  if (core.hull) {
+    for (const Vector3d& n : core.hull->normals) {
+      const Vector3d v = R * core.scaled_normal(n);
+      d.normals.push_back((1 / norm(v)) * v);
+    }
+    for (const Vector3d& e : core.hull->edges) {
+      const Vector3d v = R * core.scaled(e);
+      d.edges.push_back((1 / norm(v)) * v);
+    }
+    return d;
+  }
+  for (int k = core.round ? 2 : 0; k < 3; ++k) d.edges.push_back(R.column(k));
+  d.normals = d.edges;
+  return d;
+}
 
-Penetration penetration(const CorePair& pair) {
-  LeastDepth least{pair};
+// Pairs with the hull of a mesh: all normals of faces of the Minkowski difference, as long as they are few enough.
+// Else, and for what is round, searches.
+void offer_hulls(const CorePair& pair, LeastDepth& least) {
+  constexpr std::size_t kMostNormals = 4000;
+  const Directions a = directions_of(pair.a, Rotationd::identity()), b = directions_of(pair.b, pair.X_AB.R);
+  const bool many = a.edges.empty() || b.edges.empty() || a.normals.size() + b.normals.size() > kMostNormals;
+  least.offer_line(pair.X_AB.p);
+  if (many) search_sphere(least);
+  for (const std::vector<Vector3d>* normals : {&a.normals, &b.normals}) {
+    if (normals->size() > kMostNormals) continue;
+    for (const Vector3d& n : *normals) least.offer_line(n);
+  }
+  for (const Vector3d& d : a.edges) {
+    for (const Vector3d& e : b.edges) least.offer_line(cross(d, e));
+  }
+  if (pair.a.round) {
+    for (const Vector3d& e : b.edges) search_circle(e, least);
+    search_circle({0, 0, 1}, least);
+  }
+  if (pair.b.round) {
+    for (const Vector3d& d : a.edges) search_circle(d, least);
+    search_circle(pair.X_AB.R.column(2), least);
+  }
+}
+
+// Pairs of boxes, cylinders, segments and points.
+void offer_primitives(const CorePair& pair, LeastDepth& least) {
   const Rotationd& R = pair.X_AB.R;
   least.offer_line(pair.X_AB.p);
   for (int i = 0; i < 3; ++i) {
@@ -125,6 +172,16 @@ Penetration penetration(const CorePair& pair) {
     for (int i = pair.b.round ? 2 : 0; i < 3; ++i) search_circle(R.column(i), least);
   }
   if (pair.a.round && pair.b.round) search_sphere(least);
+}
+
+}  // namespace
+
+Penetration penetration(const CorePair& pair) {
+  LeastDepth least{pair};
+  if (pair.a.hull || pair.b.hull)
+    offer_hulls(pair, least);
+  else
+    offer_primitives(pair, least);
 
   // Where they would touch: the nearest points once they are moved apart by a little more than the depth. If the normal
   // was not the best one, these points give a better one.

@@ -19,8 +19,10 @@ struct Penetration {
 /// segments and points: exact, by the normals of its faces. A cylinder with one of those: every smooth part of the
 /// difference's surface has a normal perpendicular to a box's edge or to the cylinder's axis, or is a face, so the
 /// least is found by one-dimensional searches of those circles of directions. Two cylinders: those, and a search of the
-/// whole sphere for touching rims. Searches find a local minimum, so that the depth of cylinders is an upper bound.
-/// Throws nothing, allocates nothing.
+/// whole sphere for touching rims. Hulls of meshes as boxes while their faces and edges have few enough directions
+/// (4000 and 64), else by a search of the whole sphere. Searches find a local minimum, so that the depth of cylinders
+/// and of hulls with many faces is an upper bound. Throws nothing but what memory for hulls may; allocates for hulls
+/// only.
 Penetration penetration(const CorePair& pair);
 
 }  // namespace grapnel

@@ -35,8 +35,26 @@ CoreDistance segments(const CorePair& pair) {
   return {distance, found.point_a, found.point_b, normal};
 }
 
+// A hull and a point in its frame, which may be inside it.
+CoreDistance hull_and_point(const ConvexCore& core, const Vector3d& point) {
+  const ConvexCore one{};
+  const ConvexDistance found = convex_distance({core, one, {Rotationd::identity(), point}});
+  const double distance = norm(found.difference);
+  if (found.separated && distance > 1e-9 * core.reach())
+    return {distance, found.point_a, point, (-1 / distance) * found.difference};
+  double least = std::numeric_limits<double>::infinity();
+  Vector3d normal{1, 0, 0};
+  for (const Vector3d& face : core.hull->normals) {
+    const Vector3d v = core.scaled_normal(face), n = (1 / norm(v)) * v;
+    const double depth = dot(n, support(core, n) - point);
+    if (depth < least) least = depth, normal = n;
+  }
+  return {-least, point + least * normal, point, normal};
+}
+
 // A core and a point in its frame, which may be inside it.
 CoreDistance core_and_point(const ConvexCore& core, const Vector3d& point) {
+  if (core.hull) return hull_and_point(core, point);
   // In cylindrical coordinates a cylinder is a rectangle; in each coordinate, the excess over the half extent.
   const double radius = std::hypot(point[0], point[1]);
   Vector3d outward[3], excess{-1, -1, -1};
@@ -116,9 +134,9 @@ ShapeDistance shape_distance(const Geometry& a, const Posed& X_WA, const Geometr
   if (a.shape == Geometry::Shape::none || b.shape == Geometry::Shape::none) {
     return {std::numeric_limits<double>::infinity(), X_WA.p, X_WB.p, {1, 0, 0}};
   }
-  const Posed X_WG = X_WA * a.X_BG;
+  const Posed X_WG = X_WA * core_pose(a);
   const ConvexCore core_a = core_of(a), core_b = core_of(b);
-  const CoreDistance d = core_distance({core_a, core_b, inverse(X_WG) * (X_WB * b.X_BG)});
+  const CoreDistance d = core_distance({core_a, core_b, inverse(X_WG) * (X_WB * core_pose(b))});
   return {d.distance - core_a.rounding - core_b.rounding, X_WG * (d.point_a + core_a.rounding * d.normal),
           X_WG * (d.point_b - core_b.rounding * d.normal), X_WG.R * d.normal};
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Signed distance of two primitive shapes. Thread safety: pure functions.
+/// Signed distance of two shapes. Thread safety: pure functions.
 
 #include "grapnel/model/geometry.hpp"
 
@@ -24,8 +24,10 @@ struct ShapeDistance {
 /// that parts them, and in all tests the least one, but that it is the least is not proved.
 /// The sign is right where the shapes are not within 1e-8 of their size of touching. Centres that coincide and other
 /// ambiguous cases give one of the equally good normals.
+/// A mesh counts as its convex hull: never farther than the mesh itself. Its depth is exact as a box's while the hull's
+/// faces and edges have few directions (4000 and 64), else an upper bound as a cylinder's.
 /// A shape `none` is infinitely far. Poses that are not finite give a distance that is not finite. Throws nothing,
-/// allocates nothing.
+/// allocates nothing, but for meshes that overlap something.
 ShapeDistance shape_distance(const Geometry& a, const Posed& X_WA, const Geometry& b, const Posed& X_WB);
 
 }  // namespace grapnel

@@ -14,6 +14,7 @@
 #include "grapnel/clearance/clearance_result.hpp"
 #include "grapnel/result/ledger.hpp"
 #include "grapnel/result/plan_report.hpp"
+#include "grapnel/result/scene.hpp"
 #include "grapnel/result/time_series.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
 
@@ -374,6 +375,7 @@ struct CaptureResult {
   std::vector<LimitEvent> limit_events;
   Ledger ledger;
   std::vector<PhaseCost> cost;
+  Scene scene;  // the bodies; `series` moves them
   TimeSeries series;
 };
 

@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "grapnel/scenario/changed_scenario.hpp"
 #include "grapnel/scenario/overrides.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/scenario/write_back.hpp"
-#include "grapnel/scenario/write_yaml.hpp"
 
 namespace grapnel {
 namespace {
@@ -22,31 +21,6 @@ Change number_change(const SearchedVariable& variable, double value, const Mark&
   change.value.mark = mark;
   change.value.text = change.text;
   return change;
-}
-
-bool is_inside_robot(const Change& change) {
-  return change.path.starts_with("robot.") || change.path.starts_with("robot[");
-}
-
-// A file that the scenario names, as another place has to name it.
-void move_path(const std::filesystem::path& scenario, const std::filesystem::path& place, Node* named) {
-  if (!named || !is_text(*named) || named->text.empty()) return;
-  const std::filesystem::path file = std::filesystem::absolute(path_beside(scenario, named->text));
-  named->text = std::filesystem::proximate(file, std::filesystem::absolute(place).parent_path()).generic_string();
-}
-
-// A grasp point that was turned away from the surface's normal says where that is.
-void keep_normals(const CaptureProblem& before, StudyCase& point) {
-  for (std::size_t g = 0; g < point.problem.grasps.size(); ++g) {
-    const GraspSetup& grasp = point.problem.grasps[g];
-    if (grasp.grasp_point == before.grasps[g].grasp_point) continue;
-    for (TargetSetup& target : point.problem.targets) {
-      if (target.name != grasp.target) continue;
-      for (GraspPoint& one : target.grasp_points) {
-        if (one.name == grasp.grasp_point && !one.normal) one.normal = -point.inward_normals[g];
-      }
-    }
-  }
 }
 
 }  // namespace
@@ -167,32 +141,15 @@ StudyCase OptimizationPoints::point(std::span<const double> values) const {
   return moved(before_moves(values), values);
 }
 
-// The scenario file's tree with changes; the robot's in place of its path where one reaches into it.
 Node OptimizationPoints::tree(const std::vector<Change>& changes) const {
-  Node root = files.find(scenario)->tree;
-  FaultList unexpected;  // the changes have been applied before
-  for (const Change& change : changes) {
-    Node* robot = root.find("robot");
-    if (is_inside_robot(change) && robot && is_text(*robot)) {
-      if (const auto file = files.find(path_beside(scenario, robot->text))) *robot = file->tree;
-    }
-    apply_change(root, change, unexpected);
-  }
-  return root;
+  return changed_tree(scenario, changes, files);
 }
 
 std::string OptimizationPoints::scenario_text(std::span<const double> values, const std::filesystem::path& place,
                                               const std::string& comment) const {
-  Node root = tree(changes(values));
   const CaptureProblem before = before_moves(values);
-  write_back(before, moved(before, values).problem, root);
-  move_path(scenario, place, root.find("robot"));
-  if (Node* approach = root.find("approach")) move_path(scenario, place, approach->find("trajectory"));
-  if (Node* name = root.find("name")) {
-    name->text += ", optimized";
-    name->plain = name->plain && is_text(*name);
-  }
-  return yaml_text(root, comment);
+  return changed_scenario_text(scenario, tree(changes(values)), before, moved(before, values).problem, place,
+                               ", optimized", comment);
 }
 
 }  // namespace grapnel

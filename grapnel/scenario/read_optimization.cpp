@@ -17,7 +17,7 @@
 #include "grapnel/scenario/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
 #include "grapnel/scenario/spelling.hpp"
-#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/scenario/study_document.hpp"
 
 namespace grapnel {
 namespace {
@@ -57,24 +57,11 @@ class OptimizationReader {
 
  private:
   void read_text() {
-    const auto source = std::make_shared<const std::string>(path_.string());
-    const auto bytes = read_file(path_, {source, 0, 0}, faults_);
-    if (!bytes) faults_.throw_if_any();
-    result_.text = *bytes;
-    const auto text = checked_text(*bytes, source, faults_);
-    auto tree = text ? parse_document(*text, source, faults_) : std::nullopt;
-    if (!tree) faults_.throw_if_any();
-    root_ = std::move(*tree);
-    if (root_.kind == Node::Kind::null) faults_.add({source, 1, 1}, "the file is empty");
-    const Node* schema = root_.find("schema");
-    for (const char* other : {"scenario", "robot", "study"}) {
-      if (schema && schema->is_scalar() && schema->text.starts_with(std::string("grapnel-") + other + "/"))
-        faults_.add(schema->mark, fmt::format("this is a {} file where an optimization is expected", other));
-    }
-    faults_.throw_if_any();
-    check_structure(root_, optimization_schema_document(), "the optimization", faults_);
-    structure_is_sound_ = faults_.empty();
-    fill_defaults(root_, optimization_schema_document());
+    StudyDocument document =
+        read_study_document(path_, "optimization", "an optimization", optimization_schema_document(), faults_);
+    result_.text = std::move(document.bytes);
+    root_ = std::move(document.root);
+    structure_is_sound_ = document.sound;
   }
 
   void read_search() {

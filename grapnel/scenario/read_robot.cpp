@@ -57,15 +57,16 @@ JointDescription read_joint(const Node& node, const std::string& path, FaultList
 }
 
 // Mass, centre of mass, inertia and shape, the same for base and links.
-void read_body(const Node& node, const std::string& path, BodyDescription& body, RobotSetup& setup, FaultList& faults) {
+void read_body(const Node& node, const std::string& path, const Meshes& meshes, BodyDescription& body,
+               RobotSetup& setup, FaultList& faults) {
   body.mass = number_at(node, "mass").value_or(1);
   body.com = vector_at(node, "com").value_or(Vector3d::zero());
   body.inertia = inertia_at(node, path, faults);
-  const Geometry geometry = geometry_at(node, path, faults);
+  const Geometry geometry = geometry_at(node, path, meshes, faults);
   if (geometry.shape != Geometry::Shape::none) setup.geometry.emplace_back(body.name, geometry);
 }
 
-void read_base(const Node& node, const std::string& path, ReadRobot& robot, FaultList& faults) {
+void read_base(const Node& node, const std::string& path, const Meshes& meshes, ReadRobot& robot, FaultList& faults) {
   robot.links.add_from(node, path, faults);
   RobotSetup& setup = robot.setup;
   setup.base = text_at(node, "name");
@@ -76,11 +77,11 @@ void read_base(const Node& node, const std::string& path, ReadRobot& robot, Faul
   BodyDescription base;
   base.name = setup.base;
   base.joint.type = mode == "fixed" ? JointType::fixed : JointType::free;
-  read_body(node, path, base, setup, faults);
+  read_body(node, path, meshes, base, setup, faults);
   setup.bodies.push_back(std::move(base));
 }
 
-void read_link(const Node& node, const std::string& path, ReadRobot& robot, FaultList& faults) {
+void read_link(const Node& node, const std::string& path, const Meshes& meshes, ReadRobot& robot, FaultList& faults) {
   robot.links.add_from(node, path, faults);
   const Node& joint = part(node, "joint");
   const std::string joint_path = below(path, "joint");
@@ -90,11 +91,12 @@ void read_link(const Node& node, const std::string& path, ReadRobot& robot, Faul
   link.parent = text_at(node, "parent");
   link.joint = read_joint(joint, joint_path, faults);
   link.X_PF = pose_of(part(joint, "origin"), below(joint_path, "origin"), faults);
-  read_body(node, path, link, robot.setup, faults);
+  read_body(node, path, meshes, link, robot.setup, faults);
   const auto type = joint_type(joint);
   if (!type) robot.types_known = false;
   if (type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
-  if (const Node* rating = joint.find("rating")) robot.setup.ratings.emplace_back(link.joint.name, read_rating(*rating));
+  if (const Node* rating = joint.find("rating"))
+    robot.setup.ratings.emplace_back(link.joint.name, read_rating(*rating));
   robot.setup.bodies.push_back(std::move(link));
 }
 
@@ -201,18 +203,18 @@ Model build_model(const RobotSetup& setup) {
   return builder.build();
 }
 
-ReadRobot read_robot(const Node& node, const std::string& path, FaultList& faults) {
+ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& meshes, FaultList& faults) {
   ReadRobot robot;
   robot.setup.name = text_at(node, "name");
   const Node& links = part(node, "links");
   // The structural check has run on the same list of faults: any of its findings makes the model doubtful.
   const bool sound_structure = faults.empty();
-  read_base(part(node, "base"), below(path, "base"), robot, faults);
+  read_base(part(node, "base"), below(path, "base"), meshes, robot, faults);
   if (!links.is_sequence()) {
     for (NameTable* table : {&robot.links, &robot.joint_names}) table->make_incomplete();
   }
   for (std::size_t i = 0; i < links.items.size(); ++i)
-    read_link(links.items[i], item(below(path, "links"), i), robot, faults);
+    read_link(links.items[i], item(below(path, "links"), i), meshes, robot, faults);
   check_parents(links, below(path, "links"), robot, faults);
   read_end_effectors(part(node, "end_effectors"), below(path, "end_effectors"), robot, faults);
   order_joints(robot, sound_structure && faults.empty(), node.mark, faults);

@@ -29,8 +29,8 @@ struct ReadRobot {
   bool count_known() const { return joint_names.complete() && types_known; }
 };
 
-/// `path` is "robot" for an inline robot and empty for a file.
-ReadRobot read_robot(const Node& node, const std::string& path, FaultList& faults);
+/// `path` is "robot" for an inline robot and empty for a file; `meshes` are those that its geometry names.
+ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& meshes, FaultList& faults);
 
 /// Model of the robot as it is described. @throws ModelError
 Model build_model(const RobotSetup& setup);

@@ -21,8 +21,9 @@ constexpr double kMostSamples = 1e7;
 
 class ScenarioReader {
  public:
-  ScenarioReader(const Node& root, ReadRobot robot, const TrajectoryFile* trajectory, FaultList& faults)
-      : reading_(root, std::move(robot), faults), trajectory_(trajectory) {}
+  ScenarioReader(const Node& root, ReadRobot robot, const TrajectoryFile* trajectory, const Meshes& meshes,
+                 FaultList& faults)
+      : reading_(root, std::move(robot), meshes, faults), trajectory_(trajectory) {}
 
   CaptureProblem read() {
     problem_.name = text_at(root_, "name");
@@ -180,8 +181,9 @@ class ScenarioReader {
 
 }  // namespace
 
-CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory, FaultList& faults) {
-  return ScenarioReader(node, std::move(robot), trajectory, faults).read();
+CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory, const Meshes& meshes,
+                             FaultList& faults) {
+  return ScenarioReader(node, std::move(robot), trajectory, meshes, faults).read();
 }
 
 }  // namespace grapnel

@@ -9,6 +9,7 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "grapnel/scenario/changed_scenario.hpp"
 #include "grapnel/scenario/read_study_axis.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/scenario.hpp"
@@ -16,7 +17,7 @@
 #include "grapnel/scenario/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
 #include "grapnel/scenario/spelling.hpp"
-#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/scenario/study_document.hpp"
 #include "grapnel/study/grid.hpp"
 
 namespace grapnel {
@@ -43,14 +44,8 @@ class Points {
       if (!axes[a].quantity) key.push_back(at[a]);
     }
     if (auto kept = find(key)) return kept;
-    std::vector<Change> changes = set;
-    std::string named = scenario;
-    for (std::size_t a = 0; a < axes.size(); ++a) {
-      const ReadAxisValue& value = axes[a].values[at[a]];
-      changes.insert(changes.end(), value.changes.begin(), value.changes.end());
-      if (!value.scenario.empty()) named = value.scenario;
-    }
-    auto made = std::make_shared<const CaptureProblem>(load_scenario(path_beside(file, named), changes, files_));
+    const Changed changed = changes(at);
+    auto made = std::make_shared<const CaptureProblem>(load_scenario(changed.scenario, changed.changes, files_));
     keep(key, made);
     return made;
   }
@@ -66,7 +61,41 @@ class Points {
     return result;
   }
 
+  std::string scenario_text(std::span<const std::size_t> at, const std::filesystem::path& place,
+                            const std::string& comment) {
+    const auto before = problem(at);
+    StudyCase after = point(at);
+    keep_normals(*before, after);
+    const Changed changed = changes(at);
+    std::string suffix;
+    for (std::size_t a = 0; a < axes.size(); ++a) suffix += ", " + shown(axes[a].shown, at[a]);
+    return changed_scenario_text(changed.scenario, changed_tree(changed.scenario, changed.changes, files_), *before,
+                                 after.problem, place, suffix, comment);
+  }
+
  private:
+  struct Changed {
+    std::filesystem::path scenario;
+    std::vector<Change> changes;
+  };
+  Changed changes(std::span<const std::size_t> at) const {
+    std::vector<Change> all = set;
+    std::string named = scenario;
+    for (std::size_t a = 0; a < axes.size(); ++a) {
+      const ReadAxisValue& value = axes[a].values[at[a]];
+      all.insert(all.end(), value.changes.begin(), value.changes.end());
+      if (!value.scenario.empty()) named = value.scenario;
+    }
+    return {path_beside(file, named), std::move(all)};
+  }
+
+  // "relative_speed 0.1 m/s"
+  static std::string shown(const StudyAxis& axis, std::size_t at) {
+    if (!axis.is_numeric) return axis.values[at].label;
+    return fmt::format("{} {:.9g}{}", axis.name, axis.values[at].number,
+                       axis.unit.empty() || axis.unit == "1" ? "" : " " + axis.unit);
+  }
+
   // Neighbours on the grid often differ in quantities only.
   static constexpr std::size_t kKept = 64;
 
@@ -109,29 +138,19 @@ class StudyReader {
     faults_.throw_if_any();
     study_.sha256 = sha256(study_.text + shas_);
     study_.point = [points = points_](std::span<const std::size_t> at) { return points->point(at); };
+    study_.scenario_text = [points = points_](std::span<const std::size_t> at, const std::filesystem::path& place,
+                                              const std::string& comment) {
+      return points->scenario_text(at, place, comment);
+    };
     return std::move(study_);
   }
 
  private:
   void read_text() {
-    const auto source = std::make_shared<const std::string>(path_.string());
-    const auto bytes = read_file(path_, {source, 0, 0}, faults_);
-    if (!bytes) faults_.throw_if_any();
-    study_.text = *bytes;
-    const auto text = checked_text(*bytes, source, faults_);
-    auto tree = text ? parse_document(*text, source, faults_) : std::nullopt;
-    if (!tree) faults_.throw_if_any();
-    root_ = std::move(*tree);
-    if (root_.kind == Node::Kind::null) faults_.add({source, 1, 1}, "the file is empty");
-    const Node* schema = root_.find("schema");
-    for (const char* other : {"scenario", "robot"}) {
-      if (schema && schema->is_scalar() && schema->text.starts_with(std::string("grapnel-") + other + "/"))
-        faults_.add(schema->mark, fmt::format("this is a {} file where a study is expected", other));
-    }
-    faults_.throw_if_any();
-    check_structure(root_, study_schema_document(), "the study", faults_);
-    structure_is_sound_ = faults_.empty();
-    fill_defaults(root_, study_schema_document());
+    StudyDocument document = read_study_document(path_, "study", "a study", study_schema_document(), faults_);
+    study_.text = std::move(document.bytes);
+    root_ = std::move(document.root);
+    structure_is_sound_ = document.sound;
   }
 
   void read_axes() {

@@ -24,7 +24,7 @@ void read_target(const Node& node, const std::string& path, Reading& reading) {
   target.mass = number_at(node, "mass").value_or(1);
   target.com = vector_at(node, "com").value_or(Vector3d::zero());
   target.inertia = inertia_at(node, path, faults);
-  target.geometry = geometry_at(node, path, faults);
+  target.geometry = geometry_at(node, path, reading.meshes, faults);
   const Node& state = part(node, "state");
   target.given_at = text_at(state, "at") == "start" ? TargetSetup::Instant::start : TargetSetup::Instant::capture;
   target.X_WT = pose_of(state, below(path, "state"), faults);

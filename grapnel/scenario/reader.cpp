@@ -116,7 +116,7 @@ Symmetric3d inertia_at(const Node& mapping, const std::string& path, FaultList& 
   return neutral;
 }
 
-Geometry geometry_at(const Node& mapping, const std::string& path, FaultList& faults) {
+Geometry geometry_at(const Node& mapping, const std::string& path, const Meshes& meshes, FaultList& faults) {
   const Node& node = part(mapping, "geometry");
   Geometry geometry;
   if (!node.is_mapping()) return geometry;
@@ -131,6 +131,13 @@ Geometry geometry_at(const Node& mapping, const std::string& path, FaultList& fa
   } else if (shape == "sphere") {
     geometry.shape = Geometry::Shape::sphere;
     geometry.size = {radius, 0, 0};
+  } else if (shape == "mesh") {
+    const auto mesh = meshes.find(text_at(node, "file"));
+    if (mesh == meshes.end() || !mesh->second) return geometry;
+    const double scale = number_at(node, "scale").value_or(1);
+    geometry.shape = Geometry::Shape::mesh;
+    geometry.size = {scale, scale, scale};
+    geometry.mesh = mesh->second;
   }
   geometry.X_BG = pose_of(node, below(path, "geometry"), faults);
   return geometry;

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -35,8 +36,11 @@ Posed pose_of(const Node& mapping, const std::string& path, FaultList& faults);
 Vector3d unit_vector_at(const Node& mapping, std::string_view key, const std::string& path, FaultList& faults);
 /// A tensor that a body can have.
 Symmetric3d inertia_at(const Node& mapping, const std::string& path, FaultList& faults);
+/// Meshes by what geometry.file says; null for one that could not be read, which has been reported.
+using Meshes = std::map<std::string, std::shared_ptr<const TriangleMesh>, std::less<>>;
+
 /// The shape under "geometry", if any.
-Geometry geometry_at(const Node& mapping, const std::string& path, FaultList& faults);
+Geometry geometry_at(const Node& mapping, const std::string& path, const Meshes& meshes, FaultList& faults);
 
 /// Names of one kind of thing and where they were given.
 class NameTable {

@@ -17,11 +17,12 @@ namespace grapnel {
 /// A scenario while it is read. Parts are read in the order of the members of CaptureProblem; later parts look up what
 /// earlier ones have named.
 struct Reading {
-  Reading(const Node& tree, ReadRobot read_robot, FaultList& list)
-      : root(tree), robot(std::move(read_robot)), faults(list) {}
+  Reading(const Node& tree, ReadRobot read_robot, const Meshes& target_meshes, FaultList& list)
+      : root(tree), robot(std::move(read_robot)), meshes(target_meshes), faults(list) {}
 
   const Node& root;
   ReadRobot robot;
+  const Meshes& meshes;  // of targets
   FaultList& faults;
   CaptureProblem problem;
   NameTable targets{"target"};

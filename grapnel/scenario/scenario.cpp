@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/overrides.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_robot.hpp"
@@ -22,14 +23,15 @@ enum class FileKind { scenario, robot };
 bool is_of_kind(const Node& tree, FileKind kind, FaultList& faults) {
   const Node* schema = tree.find("schema");
   if (!schema || !schema->is_scalar()) return true;
-  const std::string is = schema->text.starts_with("grapnel-robot/")      ? "robot"
-                         : schema->text.starts_with("grapnel-scenario/") ? "scenario"
-                         : schema->text.starts_with("grapnel-study/")    ? "study"
+  const std::string is = schema->text.starts_with("grapnel-robot/")          ? "robot"
+                         : schema->text.starts_with("grapnel-scenario/")     ? "scenario"
+                         : schema->text.starts_with("grapnel-study/")        ? "study"
                          : schema->text.starts_with("grapnel-optimization/") ? "optimization"
-                                                                         : "";
+                                                                             : "";
   const std::string wanted = kind == FileKind::scenario ? "scenario" : "robot";
   if (is.empty() || is == wanted) return true;
-  faults.add(schema->mark, fmt::format("this is {} {} file where a {} is expected", is == "optimization" ? "an" : "a", is, wanted));
+  faults.add(schema->mark,
+             fmt::format("this is {} {} file where a {} is expected", is == "optimization" ? "an" : "a", is, wanted));
   return false;
 }
 
@@ -87,10 +89,12 @@ class Loader {
     const auto& schema = scenario_schema_document();
     check_structure(*scenario, schema, "the scenario", faults_);
     fill_defaults(*scenario, schema);
-    CaptureProblem problem = read_scenario(*scenario, std::move(robot), trajectory ? &*trajectory : nullptr, faults_);
+    const Meshes meshes = read_mesh_files(*scenario, path_, files_, bytes_of_meshes_, faults_);
+    CaptureProblem problem =
+        read_scenario(*scenario, std::move(robot), trajectory ? &*trajectory : nullptr, meshes, faults_);
     for (const Fault& fault : robot_faults_.all()) faults_.add(fault);
     faults_.throw_if_any();
-    problem.sha256 = sha256(bytes + robot_bytes + trajectory_bytes + bytes_of_overrides_);
+    problem.sha256 = sha256(bytes + robot_bytes + trajectory_bytes + bytes_of_meshes_ + bytes_of_overrides_);
     return problem;
   }
 
@@ -100,8 +104,8 @@ class Loader {
     Node* named = scenario.find("robot");
     if (!named || !is_text(*named) || named->text.empty() || robot_unreadable_) return;
     const std::size_t before = faults_.size();
-    auto tree = read_tree(path_beside(path_, named->text), FileKind::robot, named->mark, robot_bytes, files_, faults_,
-                          named->text);
+    robot_path_ = path_beside(path_, named->text);
+    auto tree = read_tree(robot_path_, FileKind::robot, named->mark, robot_bytes, files_, faults_, named->text);
     robot_unreadable_ = !tree;
     if (!tree) {
       if (faults_.size() == before) faults_.add(named->mark, "the robot file cannot be read");
@@ -125,7 +129,8 @@ class Loader {
     const std::string prefix = by_itself ? "" : "robot";
     check_structure(tree, robot_schema_document(), by_itself ? "the robot" : "robot", robot_faults_, prefix);
     fill_defaults(tree, robot_schema_document());
-    return read_robot(tree, prefix, robot_faults_);
+    const Meshes meshes = read_mesh_files(tree, included_ ? robot_path_ : path_, files_, bytes_of_meshes_, faults_);
+    return read_robot(tree, prefix, meshes, robot_faults_);
   }
 
   // The file that approach.trajectory names, if it does and it can be read.
@@ -153,10 +158,10 @@ class Loader {
     return robot;
   }
 
-  std::filesystem::path path_;
+  std::filesystem::path path_, robot_path_;  // of the scenario, and of the robot if it is a file
   ScenarioFiles& files_;
   FaultList faults_, robot_faults_;
-  std::string bytes_of_overrides_;
+  std::string bytes_of_meshes_, bytes_of_overrides_;
   bool included_ = false, set_inside_robot_ = false;
   bool robot_unreadable_ = false;
 };
@@ -217,7 +222,8 @@ RobotSetup load_robot(const std::filesystem::path& path) {
   if (!tree) faults.throw_if_any();
   check_structure(*tree, robot_schema_document(), "the robot", faults);
   fill_defaults(*tree, robot_schema_document());
-  ReadRobot robot = read_robot(*tree, {}, faults);
+  const Meshes meshes = read_mesh_files(*tree, path, files, bytes, faults);
+  ReadRobot robot = read_robot(*tree, {}, meshes, faults);
   faults.throw_if_any();
   return std::move(robot.setup);
 }

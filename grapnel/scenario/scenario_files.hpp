@@ -33,6 +33,7 @@ class ScenarioFiles {
     std::string bytes;
     std::string text;  // checked_text() of a file that is no YAML
     Node tree;
+    std::shared_ptr<const TriangleMesh> mesh = {};  // of a mesh file, whose `bytes` are but a digest
   };
   /// Null if it has not been kept.
   std::shared_ptr<const File> find(const std::filesystem::path& path) const;

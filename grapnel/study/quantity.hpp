@@ -64,8 +64,8 @@ struct QuantityValue {
 void apply_quantities(std::span<const QuantityValue> values, CaptureProblem& problem);
 
 /// Unit, in the target's frame, per grasp: against the grasp point's normal, else its approach direction, else from the
-/// point to the target's centre of mass; zero where neither is there. Read it before quantities are applied: approach_angle turns the
-/// approach direction, not the surface.
+/// point to the target's centre of mass; zero where neither is there. Read it before quantities are applied:
+/// approach_angle turns the approach direction, not the surface.
 std::vector<Vector3d> inward_normals(const CaptureProblem& problem);
 
 }  // namespace grapnel

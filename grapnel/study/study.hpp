@@ -6,6 +6,7 @@
 /// be called from any thread.
 
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <span>
 #include <string>
@@ -44,6 +45,10 @@ struct Study {
   /// The problem at a position of the axes (grid_position()), a function of the position alone.
   /// @throws std::exception where there is none; it becomes the point's reason.
   std::function<StudyCase(std::span<const std::size_t>)> point;
+  /// The same as a complete scenario file, for a place on disk. @throws as `point` does.
+  std::function<std::string(std::span<const std::size_t>, const std::filesystem::path& place,
+                            const std::string& comment)>
+      scenario_text;
 
   std::vector<std::size_t> axis_sizes() const {
     std::vector<std::size_t> sizes;

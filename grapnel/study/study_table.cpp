@@ -32,7 +32,7 @@ std::size_t StudyTable::count(CaseStatus status) const {
 const char* name_of(StudyMode mode) { return mode == StudyMode::impact ? "impact" : "run"; }
 
 StudyTable empty_table(const Study& study) {
-  StudyTable table{study.name, study.text, study.sha256, study.mode, study.axes, {}, {}};
+  StudyTable table{study.name, study.text, study.sha256, study.mode, study.axes, {}, {}, study.file};
   for (const Column& column : study.columns) table.columns.push_back({column.name, column.unit, column.description});
   return table;
 }
@@ -81,7 +81,11 @@ std::string study_settings_json(const StudyTable& table, const std::string& vers
   using Json = nlohmann::ordered_json;
   Json json{{"schema", "grapnel-study-table/1"},
             {"version", version},
-            {"study", {{"name", table.study_name}, {"sha256", table.sha256}, {"simulate", name_of(table.mode)}}},
+            {"study",
+             {{"name", table.study_name},
+              {"file", table.study_file},
+              {"sha256", table.sha256},
+              {"simulate", name_of(table.mode)}}},
             {"points", table.rows.size()}};
   for (const CaseStatus status : {CaseStatus::ok, CaseStatus::failed, CaseStatus::unreachable})
     json[name_of(status)] = table.count(status);

@@ -24,6 +24,7 @@ struct StudyTable {
   std::vector<StudyAxis> axes;
   std::vector<Head> columns;
   std::vector<CaseRow> rows;  // in the study's order
+  std::string study_file;     // as the user named it
 
   std::size_t count(CaseStatus status) const;
 };

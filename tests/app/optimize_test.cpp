@@ -1,50 +1,26 @@
 // grapnel optimize as its users meet it: exit codes, files, messages; the scenario it writes runs.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "program_run.hpp"
+
+namespace grapnel {
 namespace {
 
 namespace fs = std::filesystem;
+using test::Outcome;
+using test::read_text;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-std::string read(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
-// A folder of its own for each test.
-class Optimize : public testing::Test {
+class Optimize : public test::ProgramRun {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("grapnel-" + std::string(info->name()) + "-" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  Outcome run(const std::string& arguments) const {
-    const fs::path out = folder_ / "stdout", err = folder_ / "stderr";
-    const std::string command = "cd '" + folder_.string() + "' && '" GRAPNEL_PROGRAM "' " + arguments + " >'" +
-                                out.string() + "' 2>'" + err.string() + "' </dev/null";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read(out), read(err)};
-  }
   void study(const std::string& simulate, const std::string& more) const {
     std::ofstream(folder_ / "study.yaml")
         << "name: angle\nscenario: " GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1-planned.yaml\n"
@@ -54,8 +30,6 @@ class Optimize : public testing::Test {
         << "variables: [{quantity: approach_angle, grasp: tip-1, from: -10, to: 30, unit: deg}]\n"
         << more;
   }
-
-  fs::path folder_;
 };
 
 // Impact only and the whole run, with ideal tracking, meet the same impact.
@@ -65,12 +39,12 @@ TEST_F(Optimize, TheBestScenarioRunsAndGivesItsMeasure) {
     const Outcome o = run("optimize study.yaml -o r -j 2");
     ASSERT_EQ(o.code, 0) << o.err;
     EXPECT_THAT(o.out, HasSubstr("minimize grasps/tip-1/impulse_magnitude"));
-    EXPECT_THAT(read(folder_ / "r" / "best.yaml"), StartsWith("# Made by grapnel "));
-    const auto comparison = nlohmann::json::parse(read(folder_ / "r" / "comparison.json"));
+    EXPECT_THAT(read_text(folder_ / "r" / "best.yaml"), StartsWith("# Made by grapnel "));
+    const auto comparison = nlohmann::json::parse(read_text(folder_ / "r" / "comparison.json"));
     const double after = comparison["objective"]["after"], before = comparison["objective"]["before"];
     EXPECT_LT(after, 0.9 * before);
     ASSERT_EQ(run("run r/best.yaml --quiet -o again").code, 0);
-    const auto summary = nlohmann::json::parse(read(folder_ / "again" / "summary.json"));
+    const auto summary = nlohmann::json::parse(read_text(folder_ / "again" / "summary.json"));
     EXPECT_NEAR(summary["impact"]["grasps"][0]["impulse_magnitude"], after, 1e-9) << simulate;
     EXPECT_EQ(run("check r/best.yaml").code, 0);
   }
@@ -81,7 +55,7 @@ TEST_F(Optimize, TheSameBytesForAnyNumberOfThreads) {
   for (const char* j : {"1", "3"})
     ASSERT_EQ(run(std::string("optimize study.yaml --quiet -j ") + j + " -o r" + j).code, 0);
   for (const char* file : {"best.yaml", "comparison.json", "evaluations.csv"})
-    EXPECT_EQ(read(folder_ / "r1" / file), read(folder_ / "r3" / file)) << file;
+    EXPECT_EQ(read_text(folder_ / "r1" / file), read_text(folder_ / "r3" / file)) << file;
 }
 
 TEST_F(Optimize, NothingAcceptableIsExitCode1AndSaysWhich) {
@@ -109,3 +83,4 @@ TEST_F(Optimize, BadInputIsFoundBeforeAnythingRuns) {
 }
 
 }  // namespace
+}  // namespace grapnel

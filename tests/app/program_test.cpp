@@ -7,55 +7,23 @@
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 
+#include "program_run.hpp"
+
+namespace grapnel {
 namespace {
 
 namespace fs = std::filesystem;
+using test::Outcome;
+using test::read_text;
 using testing::HasSubstr;
 
-std::string read(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
-// A folder of its own for each test.
-class Program : public testing::Test {
- protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("grapnel-" + std::string(info->name()) + "-" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  Outcome run(const std::string& arguments) const {
-    const fs::path out = folder_ / "stdout", err = folder_ / "stderr";
-    const std::string command = "cd '" + folder_.string() + "' && '" GRAPNEL_PROGRAM "' " + arguments + " >'" +
-                                out.string() + "' 2>'" + err.string() + "' </dev/null";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read(out), read(err)};
-  }
-  static std::string scenario(const std::string& name) { return GRAPNEL_SOURCE_DIR "/scenarios/" + name; }
-  fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
-  }
-
-  fs::path folder_;
-};
+class Program : public test::ProgramRun {};
 
 const std::string kCase1 = "thesis/open-loop-case-1.yaml";
 // Short phases: what is tested here does not need long ones.
@@ -69,7 +37,7 @@ TEST_F(Program, RunWritesTheContractsFiles) {
   EXPECT_THAT(o.out, HasSubstr("sha256"));
   EXPECT_THAT(o.out, HasSubstr("ledger"));
   EXPECT_TRUE(fs::exists(folder_ / "result" / "timeseries.h5"));
-  const auto summary = nlohmann::json::parse(read(folder_ / "result" / "summary.json"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "result" / "summary.json"));
   EXPECT_EQ(summary["scenario"]["name"], "open-loop case 1");
   EXPECT_EQ(summary["scenario"]["sha256"].get<std::string>().size(), 64u);
   EXPECT_EQ(summary["approach"]["end"]["time"], 2.0);
@@ -89,8 +57,8 @@ TEST_F(Program, RunWritesTheContractsFiles) {
 
 TEST_F(Program, TheSameInputGivesTheSameBytes) {
   for (const char* name : {"a", "b"}) ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet -o " + name).code, 0);
-  EXPECT_EQ(read(folder_ / "a" / "summary.json"), read(folder_ / "b" / "summary.json"));
-  EXPECT_EQ(read(folder_ / "a" / "timeseries.h5"), read(folder_ / "b" / "timeseries.h5"));
+  EXPECT_EQ(read_text(folder_ / "a" / "summary.json"), read_text(folder_ / "b" / "summary.json"));
+  EXPECT_EQ(read_text(folder_ / "a" / "timeseries.h5"), read_text(folder_ / "b" / "timeseries.h5"));
 }
 
 TEST_F(Program, QuietPrintsNothing) {
@@ -105,7 +73,7 @@ TEST_F(Program, OutputDefaultsToTheScenariosName) {
 }
 
 TEST_F(Program, AbsentPhasesAreAbsentFromTheSummary) {
-  std::string text = read(scenario(kCase1));
+  std::string text = read_text(scenario(kCase1));
   const auto cut = [&](const std::string& from, const std::string& to) {
     const std::size_t a = text.find(from), b = text.find(to);
     text.erase(a, b - a);
@@ -115,14 +83,14 @@ TEST_F(Program, AbsentPhasesAreAbsentFromTheSummary) {
   const fs::path file = write("approach-only.yaml", text);
   const Outcome o = run("run " + file.string() + " --set approach.duration=2 -o r");
   ASSERT_EQ(o.code, 0) << o.err;
-  const auto summary = nlohmann::json::parse(read(folder_ / "r" / "summary.json"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"));
   EXPECT_TRUE(summary.contains("approach"));
   EXPECT_FALSE(summary.contains("impact"));
   EXPECT_FALSE(summary.contains("post_impact"));
 }
 
 TEST_F(Program, CheckReportsAllFaultsWithTheirPlaces) {
-  std::string text = read(scenario(kCase1));
+  std::string text = read_text(scenario(kCase1));
   text.replace(text.find("../../robots"), 12, GRAPNEL_SOURCE_DIR "/robots");
   text.replace(text.find("model: rigid"), 12, "model: rigd");
   text.replace(text.find("  duration: 20"), 14, "  durtion: 20");
@@ -164,7 +132,7 @@ TEST_F(Program, AFailedSimulationKeepsWhatWasComputed) {
   EXPECT_EQ(o.code, 1);
   EXPECT_THAT(o.err, HasSubstr("the simulation failed"));
   EXPECT_THAT(o.err, HasSubstr("t = "));
-  const auto summary = nlohmann::json::parse(read(folder_ / "r" / "summary.json"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"));
   EXPECT_EQ(summary["status"], "failed");
   EXPECT_FALSE(summary["failure"].get<std::string>().empty());
 }
@@ -173,7 +141,7 @@ TEST_F(Program, ARefusedContactSaysWhoMissesByHowMuch) {
   const Outcome o = run("run " + scenario(kCase1) + " --set 'contact={gap: refuse, limit: 0.05}' -o r");
   EXPECT_EQ(o.code, 1);
   EXPECT_THAT(o.err, HasSubstr("contact refused: end-effector 'tip-1' misses grasp point 'grip' of target 'target-1'"));
-  const auto summary = nlohmann::json::parse(read(folder_ / "r" / "summary.json"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"));
   EXPECT_TRUE(summary.contains("approach"));
   EXPECT_FALSE(summary.contains("impact"));
 }
@@ -183,7 +151,7 @@ TEST_F(Program, UnwritableFolderIsNamed) {
   const Outcome o = run("run " + scenario(kCase1) + kShort + "-o occupied");
   EXPECT_EQ(o.code, 2);
   EXPECT_THAT(o.err, HasSubstr("cannot write results to 'occupied'"));
-  EXPECT_EQ(read(file), "a file where the folder should be");
+  EXPECT_EQ(read_text(file), "a file where the folder should be");
 }
 
 TEST_F(Program, FullStandardOutputIsNoSuccess) {
@@ -191,14 +159,14 @@ TEST_F(Program, FullStandardOutputIsNoSuccess) {
   const int status = std::system(
       ("'" GRAPNEL_PROGRAM "' check '" + scenario(kCase1) + "' > /dev/full 2>'" + err + "' </dev/null").c_str());
   EXPECT_EQ(WEXITSTATUS(status), 1);
-  EXPECT_THAT(read(err), HasSubstr("cannot write to standard output"));
+  EXPECT_THAT(read_text(err), HasSubstr("cannot write to standard output"));
 }
 
 TEST_F(Program, ThePlanThatCannotBeSaysWhatStopsIt) {
   const std::string first = scenario("first-plan.yaml");
   ASSERT_EQ(run("run " + first + " --quiet -o p --set post_impact.duration=0.1").code, 0);
   EXPECT_TRUE(fs::exists(folder_ / "p" / "timeseries.h5"));
-  const auto summary = nlohmann::json::parse(read(folder_ / "p" / "summary.json"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "p" / "summary.json"));
   EXPECT_EQ(summary["capture"]["captured"], true);
   EXPECT_LT(summary["approach"]["end"]["end_effectors"][0]["miss_distance"], 1e-9);  // measured 7e-13
 
@@ -206,7 +174,7 @@ TEST_F(Program, ThePlanThatCannotBeSaysWhatStopsIt) {
   EXPECT_EQ(o.code, 1);
   EXPECT_THAT(o.err, HasSubstr("end-effector 'tip-1' comes no closer than 1.787 m: the grasp point is 4.787 m from "
                                "joint 'arm-1-joint-1' and the arm is at most 3 m long"));
-  const auto failed = nlohmann::json::parse(read(folder_ / "p" / "summary.json"));
+  const auto failed = nlohmann::json::parse(read_text(folder_ / "p" / "summary.json"));
   EXPECT_EQ(failed["status"], "failed");
   EXPECT_NEAR(failed["approach"]["plan"]["miss"][0]["distance"], 1.787, 1e-3);
   EXPECT_FALSE(fs::exists(folder_ / "p" / "timeseries.h5"));  // the earlier run's does not belong to this summary
@@ -216,7 +184,7 @@ TEST_F(Program, ExportWritesCsvAndMat) {
   ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet -o r").code, 0);
   const Outcome o = run("export r --csv --mat");
   EXPECT_EQ(o.code, 0) << o.err;
-  EXPECT_THAT(read(folder_ / "r" / "timeseries.csv"), HasSubstr("base/position/x [m]"));
+  EXPECT_THAT(read_text(folder_ / "r" / "timeseries.csv"), HasSubstr("base/position/x [m]"));
   EXPECT_GT(fs::file_size(folder_ / "r" / "timeseries.mat"), 1000u);
   const Outcome none = run("export empty --csv");
   EXPECT_EQ(none.code, 2);
@@ -255,9 +223,10 @@ TEST_F(Program, AKilledRunLeavesReadableFiles) {
     kill(child, SIGKILL);
     int status = 0;
     waitpid(child, &status, 0);
-    EXPECT_TRUE(nlohmann::json::accept(read(folder_ / "r" / "summary.json"))) << milliseconds;
+    EXPECT_TRUE(nlohmann::json::accept(read_text(folder_ / "r" / "summary.json"))) << milliseconds;
     EXPECT_EQ(run("export r --csv").code, 0) << milliseconds;
   }
 }
 
 }  // namespace
+}  // namespace grapnel

@@ -2,57 +2,29 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <thread>
 
+#include "program_run.hpp"
+
+namespace grapnel {
 namespace {
 
 namespace fs = std::filesystem;
+using test::Outcome;
+using test::read_text;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-std::string read(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-struct Outcome {
-  int code;
-  std::string out, err;
-};
-
-// A folder of its own for each test.
-class Sweep : public testing::Test {
+class Sweep : public test::ProgramRun {
  protected:
-  void SetUp() override {
-    const auto* info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("grapnel-" + std::string(info->name()) + "-" + std::to_string(getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  Outcome run(const std::string& arguments) const {
-    const fs::path out = folder_ / "stdout", err = folder_ / "stderr";
-    const std::string command = "cd '" + folder_.string() + "' && '" GRAPNEL_PROGRAM "' " + arguments + " >'" +
-                                out.string() + "' 2>'" + err.string() + "' </dev/null";
-    const int status = std::system(command.c_str());
-    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, read(out), read(err)};
-  }
-  fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(folder_ / name) << text;
-    return folder_ / name;
-  }
   // Impacts of the open loop, at stated angles of approach.
   fs::path angles(const std::string& values) const {
     return write(
@@ -62,8 +34,6 @@ class Sweep : public testing::Test {
         "simulate: impact\nset: {approach.plan.starts: 2}\naxes:\n  - {quantity: approach_angle, unit: deg, values: [" +
             values + "]}\n  - {quantity: relative_speed, values: [0, 0.1]}\n");
   }
-
-  fs::path folder_;
 };
 
 TEST_F(Sweep, WritesItsTable) {
@@ -74,13 +44,14 @@ TEST_F(Sweep, WritesItsTable) {
   EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0, study study.yaml (sha256 "));
   EXPECT_THAT(o.out, HasSubstr("angles: 4 points, 4 ok"));
   EXPECT_THAT(o.out, HasSubstr("grasps/tip-1/impulse_magnitude [N s]"));
-  EXPECT_THAT(read(folder_ / "r" / "table.csv"), StartsWith("point,approach_angle [deg],relative_speed [m/s],status,"));
+  EXPECT_THAT(read_text(folder_ / "r" / "table.csv"),
+              StartsWith("point,approach_angle [deg],relative_speed [m/s],status,"));
   EXPECT_GT(fs::file_size(folder_ / "r" / "table.h5"), 10000u);
-  const auto settings = nlohmann::json::parse(read(folder_ / "r" / "study.json"));
+  const auto settings = nlohmann::json::parse(read_text(folder_ / "r" / "study.json"));
   EXPECT_EQ(settings["schema"], "grapnel-study-table/1");
   EXPECT_EQ(settings["points"], 4);
   EXPECT_EQ(settings["axes"][0]["values"][1], 10.0);
-  EXPECT_EQ(settings["text"], read(folder_ / "study.yaml"));
+  EXPECT_EQ(settings["text"], read_text(folder_ / "study.yaml"));
   EXPECT_FALSE(fs::exists(folder_ / "r" / "table.partial.csv"));
 }
 
@@ -89,8 +60,8 @@ TEST_F(Sweep, TheSameBytesForAnyNumberOfThreads) {
   for (const char* j : {"1", "2", "4"})
     ASSERT_EQ(run(std::string("sweep study.yaml --quiet -j ") + j + " -o r" + j).code, 0);
   for (const char* file : {"table.csv", "table.h5", "study.json"}) {
-    EXPECT_EQ(read(folder_ / "r1" / file), read(folder_ / "r2" / file)) << file;
-    EXPECT_EQ(read(folder_ / "r1" / file), read(folder_ / "r4" / file)) << file;
+    EXPECT_EQ(read_text(folder_ / "r1" / file), read_text(folder_ / "r2" / file)) << file;
+    EXPECT_EQ(read_text(folder_ / "r1" / file), read_text(folder_ / "r4" / file)) << file;
   }
 }
 
@@ -101,7 +72,7 @@ TEST_F(Sweep, PointsThatCannotBeReachedAreMarkedAndTheProgramEndsWith3) {
   EXPECT_THAT(o.err, HasSubstr("study.yaml: warning: 2 of 4 points are not ok"));
   EXPECT_THAT(o.out, HasSubstr("4 points, 2 ok, 2 unreachable"));
   EXPECT_THAT(o.out, HasSubstr("1 × unreachable: planning the approach"));
-  EXPECT_THAT(read(folder_ / "r" / "table.csv"), HasSubstr("\n2,90,0,unreachable,"));
+  EXPECT_THAT(read_text(folder_ / "r" / "table.csv"), HasSubstr("\n2,90,0,unreachable,"));
 }
 
 TEST_F(Sweep, BadInputIsFoundBeforeAnythingRuns) {
@@ -136,7 +107,7 @@ TEST_F(Sweep, QuietPrintsNothingAndTheFolderHasTheStudysName) {
 TEST_F(Sweep, AKilledSweepLeavesReadableTables) {
   angles("0");
   ASSERT_EQ(run("sweep study.yaml --quiet -o r").code, 0);
-  const std::string before = read(folder_ / "r" / "table.csv");
+  const std::string before = read_text(folder_ / "r" / "table.csv");
   write("long.yaml", "name: long\nscenario: " GRAPNEL_SOURCE_DIR
                      "/scenarios/thesis/closed-loop.yaml\n"
                      "simulate: impact\naxes:\n  - {quantity: relative_speed, from: 0, to: 1, count: 100000}\n");
@@ -153,8 +124,8 @@ TEST_F(Sweep, AKilledSweepLeavesReadableTables) {
   kill(child, SIGKILL);
   int status = 0;
   waitpid(child, &status, 0);
-  EXPECT_EQ(read(folder_ / "r" / "table.csv"), before);
-  EXPECT_THAT(read(partial), HasSubstr("\n0,0,ok,,"));
+  EXPECT_EQ(read_text(folder_ / "r" / "table.csv"), before);
+  EXPECT_THAT(read_text(partial), HasSubstr("\n0,0,ok,,"));
 }
 
 TEST_F(Sweep, ItsSchemaIsJson) {
@@ -164,3 +135,4 @@ TEST_F(Sweep, ItsSchemaIsJson) {
 }
 
 }  // namespace
+}  // namespace grapnel

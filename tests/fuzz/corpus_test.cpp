@@ -63,7 +63,13 @@ TEST(FuzzCorpus, ShippedScenariosWithTheirRobotsMakeASystem) {
     const std::string robot = bytes_of(file.parent_path() / scenario.substr(at, end - at));
     ASSERT_FALSE(robot.empty());
     scenario.replace(at, end - at, "robot.yaml");
-    EXPECT_EQ(try_input(scenario + "\n=== robot.yaml\n" + robot), Outcome::built);
+    std::string mesh;
+    if (const std::size_t file_at = scenario.find(", file: "); file_at != std::string::npos) {
+      const std::size_t from = file_at + 8, to = scenario.find_first_of("},\n", from);
+      mesh = "\n=== mesh.obj\n" + bytes_of(file.parent_path() / scenario.substr(from, to - from));
+      scenario.replace(from, to - from, "mesh.obj");
+    }
+    EXPECT_EQ(try_input(scenario + "\n=== robot.yaml\n" + robot + mesh), Outcome::built);
   }
 }
 

@@ -1,10 +1,12 @@
 /// @file
 /// One input of the fuzzer: a scenario, and with it whatever else the command line could bring.
 ///
-/// The bytes are a scenario file. Three lines, each at most once and in this order, end a part and begin the next:
+/// The bytes are a scenario file. Five lines, each at most once and in this order, end a part and begin the next:
 ///
 ///     === robot.yaml       what follows is a file of that name beside the scenario
 ///     === motion.csv       likewise
+///     === mesh.obj         likewise
+///     === mesh.stl         likewise
 ///     === set              what follows are overrides, one path=value a line
 ///
 /// Whatever the bytes are, the input is refused with a ScenarioError that has faults, or accepted; what was accepted
@@ -123,6 +125,8 @@ Outcome load_and_build(const fs::path& scenario, const std::vector<std::string>&
 Outcome try_input(std::string_view bytes) {
   static const Folder folder;
   const auto set = cut(bytes, "=== set");
+  place(folder, "mesh.stl", cut(bytes, "=== mesh.stl"));
+  place(folder, "mesh.obj", cut(bytes, "=== mesh.obj"));
   place(folder, "motion.csv", cut(bytes, "=== motion.csv"));
   const bool robot = place(folder, "robot.yaml", cut(bytes, "=== robot.yaml"));
   if (robot) {

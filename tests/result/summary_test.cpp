@@ -87,9 +87,10 @@ TEST(Summary, HasEveryKeyOfTheContract) {
                "relative_velocity_before", "relative_angular_velocity_before", "relative_velocity_after",
                "relative_angular_velocity_after", "rebound", "profile"},
               "impact.grasps[]");
-  expect_keys(impact["joints"][0],
-              {"joint", "body", "impulse", "angular_impulse", "along_axis", "peak_force", "peak_moment", "peak_driving"},
-              "impact.joints[]");
+  expect_keys(
+      impact["joints"][0],
+      {"joint", "body", "impulse", "angular_impulse", "along_axis", "peak_force", "peak_moment", "peak_driving"},
+      "impact.joints[]");
   expect_keys(impact["base_reaction"], {"impulse", "angular_impulse"}, "impact.base_reaction");
   expect_keys(impact["targets_before"][0], kBody, "impact.targets_before[]");
   expect_keys(impact["brake"],

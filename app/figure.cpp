@@ -1,0 +1,70 @@
+#include <fmt/format.h>
+
+#include "commands.hpp"
+#include "grapnel/report/figure_files.hpp"
+#include "output_folder.hpp"
+
+namespace grapnel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+int print_offers(const fs::path& folder) {
+  for (const FigureOffer& offer : figure_offers(folder)) fmt::print("{:<12} {}\n", offer.what, offer.about);
+  return kDone;
+}
+
+FigureRequest request_of(const FigureOptions& options) {
+  FigureRequest request;
+  request.folder = options.folder;
+  request.what = options.what;
+  request.width = options.width, request.height = options.height;
+  request.phases = options.phases;
+  if (options.from) request.from = *options.from;
+  if (options.to) request.to = *options.to;
+  request.instants = options.instants;
+  request.times = options.times;
+  request.view = options.view;
+  request.columns = options.columns;
+  request.x_axis = options.x_axis, request.lines_axis = options.lines_axis;
+  request.heat_map = options.heat_map;
+  request.command = options.command;
+  return request;
+}
+
+int draw(const FigureOptions& options) {
+  const fs::path image = options.output.empty() ? options.folder / "figures" / (options.what + ".pdf") : options.output;
+  const Figure figure = make_figure(request_of(options));
+  const fs::path folder = image.has_parent_path() ? image.parent_path() : fs::path(".");
+  if (!results_folder(folder, image)) return kBadInput;
+  const FigureFiles files = write_figure(figure, image);
+  if (!files.drawn) {
+    fmt::print("{}\n{}\n", files.data.string(), files.script.string());
+    fmt::print(
+        stderr,
+        "grapnel: error: gnuplot is missing (on Debian the package gnuplot-nox), so that {} is not drawn; its data "
+        "and script are written\n",
+        files.image.string());
+    return kBadInput;
+  }
+  fmt::print("{}\n{}\n{}\n", files.image.string(), files.data.string(), files.script.string());
+  return kDone;
+}
+
+}  // namespace
+
+int figure(const FigureOptions& options) {
+  try {
+    if (options.list) return print_offers(options.folder);
+    if (options.what.empty()) {
+      fmt::print(stderr, "grapnel: error: figure needs --what; --list says what the folder offers\n");
+      return kBadInput;
+    }
+    return draw(options);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    return kBadInput;
+  }
+}
+
+}  // namespace grapnel::app

@@ -1,0 +1,25 @@
+#pragma once
+
+/// @file
+/// The report beside results.
+
+#include <filesystem>
+#include <string>
+
+#include "grapnel/report/report_data.hpp"
+
+namespace grapnel::app {
+
+/// Why there are no reports in this program, and what helps; empty if there are.
+std::string why_no_reports();
+
+/// Writes FOLDER/report.html from results that have just been written there, or removes an earlier one with
+/// `no_report` or where there can be none. Returns a line for the list of outputs, with its end; empty with
+/// `no_report`. Results too large for a page are a warning on stderr. @throws std::runtime_error if it cannot be
+/// written.
+std::string write_folder_report(const std::filesystem::path& folder, ResultKind kind, bool no_report);
+
+/// Writes a report, and warns on stderr where it is large. @throws std::runtime_error if it cannot be written.
+void write_report_file(const ReportData& data, const std::filesystem::path& file);
+
+}  // namespace grapnel::app

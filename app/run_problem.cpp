@@ -1,0 +1,91 @@
+#include "run_problem.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "commands.hpp"
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/hdf5_writer.hpp"
+#include "grapnel/result/result_table.hpp"
+#include "grapnel/result/scene.hpp"
+#include "grapnel/result/summary.hpp"
+#include "progress.hpp"
+#include "report_file.hpp"
+
+namespace grapnel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// One line of stderr for each line of the message.
+int bad_input(const fs::path& file, const std::exception& error) {
+  std::string text = error.what();
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    fmt::print(stderr, "{}: error: {}\n", file.string(), text.substr(at, end - at));
+    at = end + 1;
+  }
+  return kBadInput;
+}
+
+// Writes what there is, also of a run that failed: what was computed before the failure is not lost.
+void write_results(const CaptureResult& result, const fs::path& folder) {
+  if (result.series.time.empty()) {
+    fs::remove(folder / "timeseries.h5");  // of an earlier run: it does not belong to this summary
+  } else {
+    write_timeseries_hdf5(result.series, {GRAPNEL_VERSION, result.scenario_name, result.scenario_sha256},
+                          folder / "timeseries.h5");
+  }
+  write_file_atomically(folder / "scene.json",
+                        scene_json(result.scene, result.scenario_name, result.scenario_sha256, GRAPNEL_VERSION));
+  write_file_atomically(folder / "summary.json", summary_json(result, GRAPNEL_VERSION));
+}
+
+void warn(const CaptureResult& result, const fs::path& file) {
+  for (const std::string& warning : result.warnings) fmt::print(stderr, "{}: warning: {}\n", file.string(), warning);
+  for (const GripOutcome& grip : result.grips) {
+    if (grip.captured) continue;
+    fmt::print(stderr, "{}: warning: {} does not capture {}: {}\n", file.string(), grip.end_effector, grip.target,
+               grip.reason);
+  }
+  if (!result.ledger.feasible())
+    fmt::print(stderr, "{}: warning: not feasible, see clearance and limits in summary.json\n", file.string());
+  if (!result.ledger.pass())
+    fmt::print(stderr, "{}: warning: the ledger fails, see its rows in summary.json; a smaller tolerance may mend it\n",
+               file.string());
+}
+
+}  // namespace
+
+int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::path& folder,
+                const RunSwitches& switches) {
+  CaptureResult result;
+  try {
+    Progress progress(switches.quiet);
+    result = simulate_capture(
+        problem, [&](const std::string& phase, double at, double end) { progress.report(phase, at, end); });
+  } catch (const std::invalid_argument& error) {
+    return bad_input(file, error);
+  }
+  std::string report;
+  try {
+    write_results(result, folder);
+    report = write_folder_report(folder, ResultKind::run, switches.no_report);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    return kSimulationFailed;
+  }
+  if (!switches.quiet) {
+    fmt::print("{}\nresults in {}: summary.json{}, scene.json\n{}", result_table(result), folder.string(),
+               result.series.time.empty() ? "" : ", timeseries.h5", report);
+  }
+  warn(result, file);
+  if (result.status == CaptureStatus::completed) return kDone;
+  fmt::print(stderr, "{}: error: the simulation failed: {}\n", file.string(), result.failure);
+  return kSimulationFailed;
+}
+
+}  // namespace grapnel::app

@@ -1,0 +1,22 @@
+#pragma once
+
+/// @file
+/// One capture, simulated, written and said.
+
+#include <filesystem>
+
+#include "grapnel/capture/capture_problem.hpp"
+
+namespace grapnel::app {
+
+struct RunSwitches {
+  bool quiet = false;      // errors and warnings only
+  bool no_report = false;  // no report.html
+};
+
+/// Simulates, writes summary.json, timeseries.h5, scene.json and report.html into `folder`, prints what came out, and
+/// warns naming `file`. Returns the exit code.
+int run_problem(const CaptureProblem& problem, const std::filesystem::path& file, const std::filesystem::path& folder,
+                const RunSwitches& switches);
+
+}  // namespace grapnel::app

@@ -1,0 +1,67 @@
+#include "sweep_point.hpp"
+
+#include <fmt/format.h>
+
+#include <optional>
+
+#include "grapnel/result/atomic_file.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "grapnel/study/grid.hpp"
+#include "output_folder.hpp"
+#include "run_problem.hpp"
+
+namespace grapnel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string comment_of(const Study& study, const std::vector<std::size_t>& position, std::size_t point,
+                       std::size_t points) {
+  std::string text = fmt::format("Made by grapnel {} sweep from {} (sha256 {}): point {} of {}.\n", GRAPNEL_VERSION,
+                                 study.file, study.sha256.substr(0, 12), point, points);
+  for (std::size_t a = 0; a < study.axes.size(); ++a) {
+    const StudyAxis& axis = study.axes[a];
+    const AxisValue& value = axis.values[position[a]];
+    text += axis.is_numeric
+                ? fmt::format("  {}: {}{}\n", axis.name, value.number, axis.unit.empty() ? "" : " " + axis.unit)
+                : fmt::format("  {}: {}\n", axis.name, value.label);
+  }
+  return text;
+}
+
+}  // namespace
+
+int sweep_point(const Study& study, std::size_t point, std::size_t points, const SweepOptions& options) {
+  if (point >= points) {
+    fmt::print(stderr, "{}: error: there is no point {}: the study has points 0 to {}\n", options.study.string(), point,
+               points - 1);
+    return kBadInput;
+  }
+  const fs::path asked = options.output.empty()
+                             ? fs::path("out") / fmt::format("{}-point-{}", options.study.stem().string(), point)
+                             : options.output;
+  const std::optional<fs::path> folder = results_folder(asked, options.study);
+  if (!folder) return kBadInput;
+  const fs::path file = *folder / "scenario.yaml";
+  const std::vector<std::size_t> position = grid_position(study.axis_sizes(), point);
+  CaptureProblem problem;
+  try {
+    write_file_atomically(file, study.scenario_text(position, file, comment_of(study, position, point, points)));
+    // What was written is what is simulated: grapnel run gives the same.
+    problem = load_scenario(file);
+  } catch (const ScenarioError& error) {
+    for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
+    return kBadInput;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}: error: point {}: {}\n", options.study.string(), point, error.what());
+    return kBadInput;
+  }
+  if (!options.quiet) {
+    fmt::print("grapnel {}, point {} of study {} as scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, point,
+               options.study.string(), file.string(), problem.sha256.substr(0, 12));
+    std::fflush(stdout);
+  }
+  return run_problem(problem, file, *folder, {options.quiet, options.no_report});
+}
+
+}  // namespace grapnel::app

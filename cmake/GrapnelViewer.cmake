@@ -1,0 +1,100 @@
+# The report's viewer: TypeScript in web/, bundled by esbuild from npm and embedded into the program.
+#
+# GRAPNEL_WEB says whether: ON must, OFF must not, AUTO does where it can. "Can" is settled here, when the build is
+# configured: Node.js 18 or later and npm are there, and `npm ci` could get the packages of web/package-lock.json. They
+# go to the build tree (web/ there); the source tree stays as it is. Without a viewer everything but reports works.
+# What is wrong with web/src itself fails the build in AUTO too.
+set(GRAPNEL_WEB "AUTO" CACHE STRING "Embed the report's viewer (needs Node.js and npm): AUTO, ON, OFF")
+set_property(CACHE GRAPNEL_WEB PROPERTY STRINGS AUTO ON OFF)
+
+set(grapnel_web_source ${CMAKE_CURRENT_LIST_DIR}/../web)
+cmake_path(NORMAL_PATH grapnel_web_source)
+set(grapnel_web ${CMAKE_BINARY_DIR}/web)
+
+# Sets <reason> to why there are no packages in the build tree, or to "" where they are.
+function(grapnel_install_viewer_packages reason)
+  find_program(GRAPNEL_NODE NAMES node nodejs DOC "Node.js, for the report's viewer")
+  find_program(GRAPNEL_NPM NAMES npm DOC "npm, for the report's viewer")
+  mark_as_advanced(GRAPNEL_NODE GRAPNEL_NPM)
+  if(NOT GRAPNEL_NODE OR NOT GRAPNEL_NPM)
+    set(${reason} "Node.js and npm were not found" PARENT_SCOPE)
+    return()
+  endif()
+  execute_process(COMMAND ${GRAPNEL_NODE} --version OUTPUT_VARIABLE version OUTPUT_STRIP_TRAILING_WHITESPACE
+                  ERROR_QUIET RESULT_VARIABLE failed)
+  string(REGEX REPLACE "^v" "" version "${version}")
+  if(failed OR version VERSION_LESS 18)
+    set(${reason} "Node.js 18 or later is needed, ${GRAPNEL_NODE} is '${version}'" PARENT_SCOPE)
+    return()
+  endif()
+
+  set(all)
+  foreach(file package.json package-lock.json .npmrc build.mjs)
+    configure_file(${grapnel_web_source}/${file} ${grapnel_web}/${file} COPYONLY)
+    if(NOT file STREQUAL build.mjs)
+      file(READ ${grapnel_web_source}/${file} text)
+      string(APPEND all "${text}")
+    endif()
+  endforeach()
+  string(SHA256 wanted "${all}")
+  set(stamp ${grapnel_web}/packages.sha256)
+  set(installed)
+  if(EXISTS ${stamp})
+    file(READ ${stamp} installed)
+  endif()
+  if(NOT installed STREQUAL wanted)
+    message(STATUS "Report viewer: installing its packages (npm ci)")
+    file(REMOVE ${stamp})
+    # No scripts of packages are run: none of them needs one. Tries are few, so that a machine without network goes on.
+    execute_process(COMMAND ${GRAPNEL_NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline
+                            --fetch-retries=1 --fetch-retry-mintimeout=1000 --fetch-timeout=60000
+                    WORKING_DIRECTORY ${grapnel_web} TIMEOUT 300
+                    OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE failed)
+    if(failed)
+      string(REGEX MATCH "npm (ERR!|error)[^\n]*\n[^\n]*\n?[^\n]*" said "${output}")
+      string(REGEX REPLACE "[\n]+" "; " said "${said}")
+      set(${reason} "npm ci failed (${failed}): ${said}" PARENT_SCOPE)
+      return()
+    endif()
+    file(WRITE ${stamp} ${wanted})
+  endif()
+  set(${reason} "" PARENT_SCOPE)
+endfunction()
+
+set(GRAPNEL_HAS_VIEWER OFF)
+if(GRAPNEL_WEB STREQUAL "AUTO" OR GRAPNEL_WEB)
+  grapnel_install_viewer_packages(reason)
+  if(reason STREQUAL "")
+    set(GRAPNEL_HAS_VIEWER ON)
+    enable_language(ASM)  # .incbin
+    message(STATUS "Report viewer: bundled with ${GRAPNEL_NODE}")
+  elseif(GRAPNEL_WEB STREQUAL "AUTO")
+    message(WARNING "Grapnel is built without its report viewer: ${reason}.\n"
+                    "Everything else works. For reports, mend that and configure again; -DGRAPNEL_WEB=OFF does without.")
+  else()
+    message(FATAL_ERROR "GRAPNEL_WEB is ${GRAPNEL_WEB}, but: ${reason}")
+  endif()
+endif()
+
+# Adds the viewer to a target of this directory; viewer.cpp there gives it to the others.
+function(grapnel_embed_viewer target)
+  if(NOT GRAPNEL_HAS_VIEWER)
+    return()
+  endif()
+  set(out ${grapnel_web}/dist)
+  set(GRAPNEL_VIEWER_SCRIPT ${out}/viewer.js)
+  set(GRAPNEL_VIEWER_STYLE ${out}/viewer.css)
+  add_custom_command(
+    OUTPUT ${GRAPNEL_VIEWER_SCRIPT} ${GRAPNEL_VIEWER_STYLE}
+    COMMAND ${GRAPNEL_NODE} ${grapnel_web}/build.mjs ${out} --source ${grapnel_web_source} --depfile ${out}/viewer.d
+    DEPENDS ${grapnel_web}/build.mjs ${grapnel_web}/packages.sha256 ${grapnel_web_source}/src/main.ts
+            ${grapnel_web_source}/tsconfig.json
+    DEPFILE ${out}/viewer.d
+    COMMENT "Bundling the report's viewer"
+    VERBATIM)
+  set(assembly ${CMAKE_CURRENT_BINARY_DIR}/viewer.S)
+  configure_file(${CMAKE_CURRENT_SOURCE_DIR}/viewer.S.in ${assembly} @ONLY)
+  set_source_files_properties(${assembly} PROPERTIES OBJECT_DEPENDS "${GRAPNEL_VIEWER_SCRIPT};${GRAPNEL_VIEWER_STYLE}")
+  target_sources(${target} PRIVATE ${assembly})
+  set_source_files_properties(viewer.cpp PROPERTIES COMPILE_DEFINITIONS GRAPNEL_HAS_VIEWER)
+endfunction()

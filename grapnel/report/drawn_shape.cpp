@@ -1,0 +1,203 @@
+#include "grapnel/report/drawn_shape.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace grapnel {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+constexpr double kRodRadius = 0.035;  // of a rod's length
+constexpr double kLeastRod = 1e-6;    // [m]
+constexpr double kPointMass = 0.05;   // [m] radius of what has mass and no inertia
+constexpr double kThinnest = 0.02;    // of a box's longest edge, so that it can be seen
+
+// A capsule from a to b in the body's frame.
+SceneShape rod(const Vector3d& a, const Vector3d& b) {
+  const Vector3d way = b - a;
+  const double length = norm(way);
+  SceneShape shape;
+  shape.shape = "capsule";
+  shape.size = {kRodRadius * length, length, 0};
+  shape.X_BG = {rotation_between(Vector3d::unit(2), (1 / length) * way), 0.5 * (a + b)};
+  return shape;
+}
+
+std::vector<SceneShape> rods_of(const Scene& scene, const SceneBody& body) {
+  std::vector<SceneShape> rods;
+  const auto lead_to = [&](const Vector3d& p) {
+    if (norm(p) > kLeastRod) rods.push_back(rod(Vector3d::zero(), p));
+  };
+  for (const SceneBody& other : scene.bodies) {
+    if (other.kind == "link" && other.parent == body.name && other.joint) lead_to(other.joint->X_PF.p);
+  }
+  for (const SceneFrame& end_effector : scene.end_effectors) {
+    if (end_effector.body == body.name) lead_to(end_effector.X_BE.p);
+  }
+  return rods;
+}
+
+class MeshBuilder {
+ public:
+  explicit MeshBuilder(const Posed& X_BG) : X_(X_BG) {}
+  int add(const Vector3d& point, const Vector3d& normal) {
+    mesh_.points.push_back(X_ * point);
+    mesh_.normals.push_back(X_.R * normal);
+    return static_cast<int>(mesh_.points.size()) - 1;
+  }
+  void triangle(int a, int b, int c) { mesh_.triangles.push_back({a, b, c}); }
+  void quad(int a, int b, int c, int d) { triangle(a, b, c), triangle(a, c, d); }
+  DrawnMesh take() { return std::move(mesh_); }
+
+ private:
+  Posed X_;
+  DrawnMesh mesh_;
+};
+
+void add_box(MeshBuilder& out, const Vector3d& edges) {
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double side : {-1.0, 1.0}) {
+      const Vector3d n = side * Vector3d::unit(axis);
+      const Vector3d u = Vector3d::unit((axis + 1) % 3), v = cross(n, u);
+      const auto corner = [&](double a, double b) {
+        const Vector3d p = n + a * u + b * v;
+        return out.add({0.5 * edges[0] * p[0], 0.5 * edges[1] * p[1], 0.5 * edges[2] * p[2]}, n);
+      };
+      const int a = corner(-1, -1), b = corner(1, -1), c = corner(1, 1), d = corner(-1, 1);
+      out.quad(a, b, c, d);
+    }
+  }
+}
+
+// A surface of revolution about z: rings of (radius, z, normal's radial and z part), joined in turn.
+struct Ring {
+  double radius, z, normal_out, normal_up;
+};
+
+void add_rings(MeshBuilder& out, const std::vector<Ring>& rings, int facets) {
+  std::vector<int> before, now;
+  for (std::size_t r = 0; r < rings.size(); ++r) {
+    now.clear();
+    for (int k = 0; k <= facets; ++k) {
+      const double angle = 2 * kPi * (k % facets) / facets, c = std::cos(angle), s = std::sin(angle);
+      const Ring& ring = rings[r];
+      now.push_back(out.add({ring.radius * c, ring.radius * s, ring.z},
+                            {ring.normal_out * c, ring.normal_out * s, ring.normal_up}));
+    }
+    for (std::size_t k = 0; r > 0 && k < static_cast<std::size_t>(facets); ++k) {
+      if (rings[r - 1].radius > 0) out.triangle(before[k], before[k + 1], now[k + 1]);
+      if (rings[r].radius > 0) out.triangle(before[k], now[k + 1], now[k]);
+    }
+    before = now;
+  }
+}
+
+void add_cylinder(MeshBuilder& out, double radius, double length, int facets) {
+  const double h = length / 2;
+  add_rings(out, {{0, -h, 0, -1}, {radius, -h, 0, -1}}, facets);
+  add_rings(out, {{radius, -h, 1, 0}, {radius, h, 1, 0}}, facets);
+  add_rings(out, {{radius, h, 0, 1}, {0, h, 0, 1}}, facets);
+}
+
+// A sphere, or a capsule whose halves are `length` apart.
+void add_capsule(MeshBuilder& out, double radius, double length, int facets) {
+  std::vector<Ring> rings;
+  const int half = std::max(facets / 4, 2);
+  for (int k = 0; k <= 2 * half; ++k) {
+    const double latitude = kPi / 2 * (k - half) / half;
+    const bool pole = k == 0 || k == 2 * half;
+    const double c = pole ? 0 : std::cos(latitude), s = k == 0 ? -1 : pole ? 1 : std::sin(latitude);
+    if (k == half && length > 0) rings.push_back({radius, -length / 2, 1, 0});
+    rings.push_back({radius * c, radius * s + (k < half ? -length / 2 : length / 2), c, s});
+  }
+  add_rings(out, rings, facets);
+}
+
+Vector3d scaled(const Vector3d& p, const Vector3d& s) { return {p[0] * s[0], p[1] * s[1], p[2] * s[2]}; }
+
+void add_mesh(MeshBuilder& out, const SceneMesh& mesh, const Vector3d& scales) {
+  const bool mirrored = scales[0] * scales[1] * scales[2] < 0;
+  const auto point = [&](int index) {
+    const std::size_t at = 3 * static_cast<std::size_t>(index);
+    return scaled({mesh.vertices[at], mesh.vertices[at + 1], mesh.vertices[at + 2]}, scales);
+  };
+  for (std::size_t t = 0; t + 2 < mesh.triangles.size(); t += 3) {
+    const Vector3d a = point(mesh.triangles[t]);
+    Vector3d b = point(mesh.triangles[t + 1]), c = point(mesh.triangles[t + 2]);
+    if (mirrored) std::swap(b, c);
+    const Vector3d n = cross(b - a, c - a);
+    const double length = norm(n);
+    if (!(length > 0)) continue;  // without area
+    const Vector3d unit = (1 / length) * n;
+    const int first = out.add(a, unit);
+    out.add(b, unit), out.add(c, unit);
+    out.triangle(first, first + 1, first + 2);
+  }
+}
+
+}  // namespace
+
+SceneShape box_of_inertia(const SceneBody& body) {
+  SceneShape shape;
+  shape.X_BG = {Rotationd::identity(), body.com};
+  const Symmetric3d& I = body.inertia;
+  Eigen::Matrix3d matrix;
+  matrix << I.xx, I.xy, I.xz, I.xy, I.yy, I.yz, I.xz, I.yz, I.zz;
+  const bool diagonal = I.xy == 0 && I.xz == 0 && I.yz == 0;
+  Eigen::Vector3d principal(I.xx, I.yy, I.zz);
+  if (!diagonal) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(matrix);
+    Eigen::Matrix3d axes = solver.eigenvectors();
+    if (axes.determinant() < 0) axes.col(2) = -axes.col(2);
+    principal = solver.eigenvalues();
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) shape.X_BG.R(i, j) = axes(i, j);
+    }
+  }
+  if (!(body.mass > 0) || !(principal.maxCoeff() > 0)) {
+    shape.shape = "sphere";
+    shape.size = {kPointMass, 0, 0};
+    return shape;
+  }
+  // I_x = m (b^2 + c^2) / 12, so that a^2 = 6 (I_y + I_z - I_x) / m.
+  shape.shape = "box";
+  double longest = 0;
+  for (int k = 0; k < 3; ++k) {
+    shape.size[k] = std::sqrt(std::max(6 * (principal.sum() - 2 * principal[k]) / body.mass, 0.0));
+    longest = std::max(longest, shape.size[k]);
+  }
+  for (int k = 0; k < 3; ++k) shape.size[k] = std::max(shape.size[k], kThinnest * longest);
+  return shape;
+}
+
+std::vector<SceneShape> drawn_shapes(const Scene& scene, std::size_t body) {
+  const SceneBody& it = scene.bodies[body];
+  if (it.shape) return {*it.shape};
+  if (it.kind == "link") {
+    std::vector<SceneShape> rods = rods_of(scene, it);
+    if (!rods.empty()) return rods;
+  }
+  return {box_of_inertia(it)};
+}
+
+DrawnMesh triangles_of(const Scene& scene, const SceneShape& shape, int facets) {
+  MeshBuilder out(shape.X_BG);
+  if (shape.shape == "box") {
+    add_box(out, shape.size);
+  } else if (shape.shape == "cylinder") {
+    add_cylinder(out, shape.size[0], shape.size[1], facets);
+  } else if (shape.shape == "capsule") {
+    add_capsule(out, shape.size[0], shape.size[1], facets);
+  } else if (shape.shape == "sphere") {
+    add_capsule(out, shape.size[0], 0, facets);
+  } else if (shape.shape == "mesh" && shape.mesh >= 0 && static_cast<std::size_t>(shape.mesh) < scene.meshes.size()) {
+    add_mesh(out, scene.meshes[static_cast<std::size_t>(shape.mesh)], shape.size);
+  } else {
+    throw std::runtime_error("a body's shape '" + shape.shape + "' cannot be drawn");
+  }
+  return out.take();
+}
+
+}  // namespace grapnel

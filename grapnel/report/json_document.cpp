@@ -1,0 +1,64 @@
+#include "grapnel/report/json_document.hpp"
+
+#include <cerrno>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+
+namespace grapnel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Our files nest ten deep. What nests without end would exhaust the stack when it is written again.
+constexpr int kDeepest = 64;
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& fault) {
+  throw std::runtime_error(path.string() + ": " + fault);
+}
+
+Json parsed(const std::string& text, const std::filesystem::path& path) {
+  const Json::parser_callback_t check_depth = [&](int depth, Json::parse_event_t, Json&) {
+    if (depth > kDeepest) fail(path, "damaged: nested deeper than " + std::to_string(kDeepest) + " levels");
+    return true;
+  };
+  try {
+    return Json::parse(text, check_depth);
+  } catch (const Json::exception& error) {
+    const std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line 3, column 7: ..."
+    const std::size_t at = what.find("] ");
+    fail(path, "not JSON: " + (at == std::string::npos ? what : what.substr(at + 2)));
+  }
+}
+
+}  // namespace
+
+std::string file_bytes(const std::filesystem::path& path) {
+  errno = 0;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) fail(path, std::generic_category().message(errno));
+  if (!std::filesystem::is_regular_file(path)) fail(path, "not a file");
+  std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+  if (stream.bad()) fail(path, "reading failed");
+  return bytes;
+}
+
+Json read_json_document(const std::filesystem::path& path, const std::string& schema) {
+  Json document = parsed(file_bytes(path), path);
+  if (!document.is_object()) fail(path, "not a JSON object");
+  const auto found = document.find("schema");
+  if (found == document.end() || !found->is_string()) fail(path, "key 'schema' is missing; it should be " + schema);
+  const std::string is = found->get<std::string>();
+  if (is != schema) fail(path, "schema is '" + is + "', not " + schema);
+  return document;
+}
+
+std::string required_text(const Json& document, const std::string& pointer, const std::filesystem::path& path) {
+  const Json::json_pointer at(pointer);
+  if (!document.contains(at)) fail(path, "key '" + pointer.substr(1) + "' is missing");
+  const Json& value = document.at(at);
+  if (!value.is_string()) fail(path, "key '" + pointer.substr(1) + "' is no text");
+  return value.get<std::string>();
+}
+
+}  // namespace grapnel

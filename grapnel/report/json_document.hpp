@@ -1,0 +1,23 @@
+#pragma once
+
+/// @file
+/// JSON files of a result folder, read back. Inside this module only. Thread safety: free functions.
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+namespace grapnel {
+
+/// The bytes of a file. @throws std::runtime_error naming the path and the system's reason.
+std::string file_bytes(const std::filesystem::path& path);
+
+/// An object whose key `schema` is `schema`, keys in the file's order. @throws std::runtime_error naming the path and
+/// the fault: missing, no JSON, nested without end, another kind of file.
+nlohmann::ordered_json read_json_document(const std::filesystem::path& path, const std::string& schema);
+
+/// The text at a JSON pointer such as "/scenario/name". @throws std::runtime_error naming path and key.
+std::string required_text(const nlohmann::ordered_json& document, const std::string& pointer,
+                          const std::filesystem::path& path);
+
+}  // namespace grapnel

@@ -1,0 +1,25 @@
+#pragma once
+
+/// @file
+/// A report: one HTML file with the data and the viewer, which asks no network for anything. The same results give the
+/// same bytes. Thread safety: free functions.
+
+#include <filesystem>
+#include <string>
+
+#include "grapnel/report/report_data.hpp"
+#include "grapnel/report/viewer.hpp"
+
+namespace grapnel {
+
+/// Reports above this are slow to open; programs that write them warn.
+inline constexpr std::size_t kLargeReport = 20'000'000;  // [bytes]
+
+/// The page. Whatever names and texts the data hold, they stay data.
+std::string report_html(const ReportData& data, const Viewer& viewer);
+
+/// Writes the page with the embedded viewer, in one step (write_file_atomically). Returns its size in bytes. @throws
+/// std::runtime_error naming the path and the reason; also where there is no viewer.
+std::size_t write_report(const ReportData& data, const std::filesystem::path& path);
+
+}  // namespace grapnel

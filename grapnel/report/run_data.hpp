@@ -1,0 +1,24 @@
+#pragma once
+
+/// @file
+/// A run's result folder as a report holds it. Inside this module only. Thread safety: free functions.
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "grapnel/result/time_series.hpp"
+
+namespace grapnel {
+
+/// RunData of web/src/data.ts. What is odd about scene.json or timeseries.h5 becomes a note. @throws std::runtime_error
+/// naming path and fault where there is no summary to go by.
+nlohmann::ordered_json run_data(const std::filesystem::path& folder, const std::string& label);
+
+/// PackedSeries of web/src/data.ts: as many samples as fit into about 1.5 MB, see decimate().
+nlohmann::ordered_json packed_series(const TimeSeries& series);
+
+/// The last part of a folder's path, also where that ends with "/" or "..".
+std::string folder_name(const std::filesystem::path& folder);
+
+}  // namespace grapnel

@@ -1,0 +1,18 @@
+#pragma once
+
+/// @file
+/// Result folders of studies as a report holds them. Inside this module only. Thread safety: free functions. Both throw
+/// std::runtime_error naming path and fault; TooLarge where a page could not show so much.
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+namespace grapnel {
+
+/// SweepData of web/src/data.ts from study.json and table.csv.
+nlohmann::ordered_json sweep_data(const std::filesystem::path& folder);
+
+/// OptimizationData of web/src/data.ts from comparison.json and evaluations.csv.
+nlohmann::ordered_json optimization_data(const std::filesystem::path& folder);
+
+}  // namespace grapnel

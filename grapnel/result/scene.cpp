@@ -1,0 +1,320 @@
+#include "grapnel/result/scene.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <iterator>
+#include <set>
+#include <stdexcept>
+
+#include "grapnel/result/json_text.hpp"
+
+namespace grapnel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kSchema = "grapnel-scene/1";
+
+// --- Writing ---
+
+Json to_json(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+Json to_json(const Symmetric3d& m) { return {m.xx, m.yy, m.zz, m.xy, m.xz, m.yz}; }
+Json to_json(const Rotationd& R) {
+  const Quaterniond q = quaternion_from(R);
+  return {q.w, q.x, q.y, q.z};
+}
+
+template <class T, class Write>
+Json list(const std::vector<T>& items, Write write) {
+  Json array = Json::array();
+  for (const T& item : items) array.push_back(write(item));
+  return array;
+}
+
+Json shape_json(const SceneShape& shape) {
+  Json json = {{"shape", shape.shape},
+               {"size", to_json(shape.size)},
+               {"position", to_json(shape.X_BG.p)},
+               {"quaternion_wxyz", to_json(shape.X_BG.R)}};
+  if (shape.shape == "mesh") json["mesh"] = shape.mesh;
+  return json;
+}
+
+Json joint_json(const SceneJoint& joint) {
+  return {{"name", joint.name},
+          {"type", joint.type},
+          {"axis", to_json(joint.axis)},
+          {"position", to_json(joint.X_PF.p)},
+          {"quaternion_wxyz", to_json(joint.X_PF.R)}};
+}
+
+Json body_json(const SceneBody& body) {
+  return {{"name", body.name},
+          {"kind", body.kind},
+          {"parent", body.parent.empty() ? Json() : Json(body.parent)},
+          {"joint", body.joint ? joint_json(*body.joint) : Json()},
+          {"series", body.series},
+          {"mass", body.mass},
+          {"com", to_json(body.com)},
+          {"inertia", to_json(body.inertia)},
+          {"geometry", body.shape ? shape_json(*body.shape) : Json()}};
+}
+
+Json end_effector_json(const SceneFrame& frame) {
+  return {{"name", frame.name},
+          {"body", frame.body},
+          {"position", to_json(frame.X_BE.p)},
+          {"quaternion_wxyz", to_json(frame.X_BE.R)}};
+}
+
+Json grasp_point_json(const SceneGraspPoint& point) {
+  return {{"target", point.target},
+          {"name", point.name},
+          {"position", to_json(point.position)},
+          {"approach_direction", point.approach_direction ? to_json(*point.approach_direction) : Json()}};
+}
+
+Json grasp_json(const SceneGrasp& grasp) {
+  return {{"end_effector", grasp.end_effector},
+          {"target", grasp.target},
+          {"grasp_point", grasp.grasp_point},
+          {"model", grasp.model}};
+}
+
+Json mesh_json(const SceneMesh& mesh) {
+  return {{"name", mesh.name}, {"vertices", mesh.vertices}, {"triangles", mesh.triangles}};
+}
+
+// --- Reading ---
+
+// A value of the document and where it is: "bodies[2].joint".
+class Entry {
+ public:
+  Entry(const std::filesystem::path& file, const Json& json, std::string where)
+      : file_(file), json_(json), where_(std::move(where)) {}
+
+  [[noreturn]] void fail(const std::string& fault) const {
+    throw std::runtime_error(fmt::format("{}: {}{}{}", file_.string(), where_, where_.empty() ? "" : ": ", fault));
+  }
+
+  Entry operator[](const char* key) const {
+    if (!json_.is_object()) fail("not an object");
+    const auto found = json_.find(key);
+    if (found == json_.end()) fail(fmt::format("'{}' is missing", key));
+    return {file_, *found, where_.empty() ? key : where_ + "." + key};
+  }
+  std::vector<Entry> items() const {
+    if (!json_.is_array()) fail("not a list");
+    std::vector<Entry> entries;
+    for (std::size_t i = 0; i < json_.size(); ++i) {
+      entries.emplace_back(file_, json_[i], fmt::format("{}[{}]", where_, i));
+    }
+    return entries;
+  }
+  bool is_null() const { return json_.is_null(); }
+
+  bool flag() const {
+    if (!json_.is_boolean()) fail("not true or false");
+    return json_.get<bool>();
+  }
+  std::string text() const {
+    if (!json_.is_string()) fail("not a text");
+    return json_.get<std::string>();
+  }
+  std::string one_of(std::initializer_list<const char*> words) const {
+    const std::string is = text();
+    if (std::find(words.begin(), words.end(), is) == words.end()) {
+      fail(fmt::format("'{}' is none of {}", is, fmt::join(words, ", ")));
+    }
+    return is;
+  }
+  double number() const {
+    if (!json_.is_number()) fail("not a number");
+    const double x = json_.get<double>();
+    if (!std::isfinite(x)) fail("not a finite number");
+    return x;
+  }
+  // A whole number from 0 to below `end`.
+  int index(std::size_t end) const {
+    if (!json_.is_number_unsigned()) fail("not a whole number from 0");
+    const auto i = json_.get<std::uint64_t>();
+    if (i >= end) fail(fmt::format("{} is out of range: there are {}", i, end));
+    return static_cast<int>(i);
+  }
+  // `count` numbers; any number of them if it is 0.
+  std::vector<double> numbers(std::size_t count) const {
+    const std::vector<Entry> entries = items();
+    if (count > 0 && entries.size() != count) fail(fmt::format("{} numbers instead of {}", entries.size(), count));
+    std::vector<double> values;
+    for (const Entry& e : entries) values.push_back(e.number());
+    return values;
+  }
+  Vector3d vector() const {
+    const std::vector<double> v = numbers(3);
+    return {v[0], v[1], v[2]};
+  }
+  Vector3d direction() const {
+    const Vector3d v = vector();
+    if (!(std::abs(norm(v) - 1) < 1e-6)) fail("not a unit vector");
+    return v;
+  }
+  Rotationd rotation() const {
+    const std::vector<double> q = numbers(4);
+    const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    if (!(std::abs(length - 1) < 1e-6)) fail("not a unit quaternion");
+    return rotation_matrix(Quaterniond{q[0] / length, q[1] / length, q[2] / length, q[3] / length});
+  }
+  Posed pose() const { return {(*this)["quaternion_wxyz"].rotation(), (*this)["position"].vector()}; }
+
+ private:
+  const std::filesystem::path& file_;
+  const Json& json_;
+  std::string where_;
+};
+
+// The document of a file that says it is a scene.
+Json parsed(const std::filesystem::path& path) {
+  std::error_code ignored;
+  std::ifstream stream(path, std::ios::binary);
+  if (!stream) throw std::runtime_error(path.string() + ": cannot be opened");
+  if (std::filesystem::is_directory(path, ignored)) throw std::runtime_error(path.string() + ": is a folder");
+  const std::string text((std::istreambuf_iterator<char>(stream)), {});
+  if (stream.bad()) throw std::runtime_error(path.string() + ": cannot be read");
+  Json json;
+  try {
+    json = Json::parse(text);
+  } catch (const Json::exception& error) {
+    const std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line 3, column 7: ..."
+    const std::size_t at = what.find("] ");
+    throw std::runtime_error(path.string() + ": not JSON: " + (at == std::string::npos ? what : what.substr(at + 2)));
+  }
+  const Entry document(path, json, "");
+  if (document["schema"].text() != kSchema) {
+    document["schema"].fail(fmt::format("'{}' instead of {}", document["schema"].text(), kSchema));
+  }
+  return json;
+}
+
+SceneMesh read_mesh(const Entry& entry) {
+  SceneMesh mesh;
+  mesh.name = entry["name"].text();
+  mesh.vertices = entry["vertices"].numbers(0);
+  if (mesh.vertices.size() % 3 != 0) entry["vertices"].fail("not three numbers per vertex");
+  for (const Entry& e : entry["triangles"].items()) mesh.triangles.push_back(e.index(mesh.vertices.size() / 3));
+  if (mesh.triangles.size() % 3 != 0) entry["triangles"].fail("not three vertices per triangle");
+  return mesh;
+}
+
+SceneShape read_shape(const Entry& entry, std::size_t meshes) {
+  SceneShape shape;
+  shape.shape = entry["shape"].one_of({"box", "cylinder", "capsule", "sphere", "mesh"});
+  shape.size = entry["size"].vector();
+  shape.X_BG = entry.pose();
+  if (shape.shape == "mesh") shape.mesh = entry["mesh"].index(meshes);
+  return shape;
+}
+
+// Names of what has been read so far: base and links, and targets.
+struct Names {
+  std::set<std::string> robot, targets;
+};
+
+SceneJoint read_joint(const Entry& entry) {
+  SceneJoint joint;
+  joint.name = entry["name"].text();
+  joint.type = entry["type"].one_of({"revolute", "continuous", "prismatic", "fixed"});
+  joint.axis = entry["axis"].direction();
+  joint.X_PF = entry.pose();
+  return joint;
+}
+
+SceneBody read_body(const Entry& entry, std::size_t meshes, Names& names) {
+  SceneBody body;
+  body.name = entry["name"].text();
+  body.kind = entry["kind"].one_of({"base", "link", "target"});
+  if ((body.kind == "base") != names.robot.empty()) entry["kind"].fail("the first body is the base, and no other is");
+  if (body.kind == "link") {
+    if (!names.targets.empty()) entry["kind"].fail("a link after a target");
+    body.parent = entry["parent"].text();
+    if (!names.robot.contains(body.parent)) {
+      entry["parent"].fail(fmt::format("no body '{}' before this one", body.parent));
+    }
+    body.joint = read_joint(entry["joint"]);
+  }
+  if (!(body.kind == "target" ? names.targets : names.robot).insert(body.name).second) {
+    entry["name"].fail(fmt::format("a second body '{}'", body.name));
+  }
+  body.series = entry["series"].text();
+  body.mass = entry["mass"].number();
+  body.com = entry["com"].vector();
+  const std::vector<double> I = entry["inertia"].numbers(6);
+  body.inertia = {I[0], I[1], I[2], I[3], I[4], I[5]};
+  if (const Entry geometry = entry["geometry"]; !geometry.is_null()) body.shape = read_shape(geometry, meshes);
+  return body;
+}
+
+// A name that must be one of those already read.
+std::string known(const Entry& entry, const std::set<std::string>& names) {
+  std::string name = entry.text();
+  if (!names.contains(name)) entry.fail(fmt::format("there is no '{}'", name));
+  return name;
+}
+
+}  // namespace
+
+std::string scene_json(const Scene& scene, std::string_view scenario_name, std::string_view scenario_sha256,
+                       std::string_view version) {
+  return json_text(Json{{"schema", kSchema},
+                        {"version", version},
+                        {"scenario", {{"name", scenario_name}, {"sha256", scenario_sha256}}},
+                        {"planar", scene.planar},
+                        {"bodies", list(scene.bodies, body_json)},
+                        {"end_effectors", list(scene.end_effectors, end_effector_json)},
+                        {"grasp_points", list(scene.grasp_points, grasp_point_json)},
+                        {"grasps", list(scene.grasps, grasp_json)},
+                        {"meshes", list(scene.meshes, mesh_json)}});
+}
+
+Scene read_scene(const std::filesystem::path& path) {
+  const Json json = parsed(path);
+  const Entry document(path, json, "");
+  Scene scene;
+  scene.planar = document["planar"].flag();
+  for (const Entry& e : document["meshes"].items()) scene.meshes.push_back(read_mesh(e));
+  Names names;
+  for (const Entry& e : document["bodies"].items()) {
+    scene.bodies.push_back(read_body(e, scene.meshes.size(), names));
+  }
+  if (scene.bodies.empty()) document["bodies"].fail("there are none");
+  std::set<std::string> end_effectors, grasp_points;
+  for (const Entry& e : document["end_effectors"].items()) {
+    scene.end_effectors.push_back({e["name"].text(), known(e["body"], names.robot), e.pose()});
+    end_effectors.insert(scene.end_effectors.back().name);
+  }
+  for (const Entry& e : document["grasp_points"].items()) {
+    SceneGraspPoint point{known(e["target"], names.targets), e["name"].text(), e["position"].vector(), {}};
+    if (const Entry d = e["approach_direction"]; !d.is_null()) point.approach_direction = d.direction();
+    grasp_points.insert(point.target + "\n" + point.name);
+    scene.grasp_points.push_back(std::move(point));
+  }
+  for (const Entry& e : document["grasps"].items()) {
+    SceneGrasp grasp{known(e["end_effector"], end_effectors), known(e["target"], names.targets),
+                     e["grasp_point"].text(), e["model"].one_of({"rigid", "hinge", "point", "contact"})};
+    if (!grasp_points.contains(grasp.target + "\n" + grasp.grasp_point)) {
+      e["grasp_point"].fail(fmt::format("'{}' has no grasp point '{}'", grasp.target, grasp.grasp_point));
+    }
+    scene.grasps.push_back(std::move(grasp));
+  }
+  return scene;
+}
+
+TimeSeriesMetadata read_scene_metadata(const std::filesystem::path& path) {
+  const Json json = parsed(path);
+  const Entry document(path, json, "");
+  return {document["version"].text(), document["scenario"]["name"].text(), document["scenario"]["sha256"].text()};
+}
+
+}  // namespace grapnel

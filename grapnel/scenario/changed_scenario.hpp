@@ -1,0 +1,32 @@
+#pragma once
+
+/// @file
+/// A scenario that a study or an optimization changed, as a complete scenario file again. Thread safety: free
+/// functions.
+
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "grapnel/scenario/node.hpp"
+#include "grapnel/scenario/scenario_files.hpp"
+#include "grapnel/study/column.hpp"
+
+namespace grapnel {
+
+/// The scenario file's tree with changes; the robot's in place of its path where one reaches into it. The file has been
+/// read, and the changes have been applied to it before.
+Node changed_tree(const std::filesystem::path& scenario, std::span<const Change> changes, const ScenarioFiles& files);
+
+/// A grasp point that quantities turned away from the surface's normal says where that is: `point` is `before` with
+/// quantities applied, and its inward normals are those of before.
+void keep_normals(const CaptureProblem& before, StudyCase& point);
+
+/// Text of the scenario file `scenario` for `place`: `tree`, from which `before` was read, so that `after` is read from
+/// it. Robot and trajectory are named as seen from there. `suffix` is added to the scenario's name, `comment` comes
+/// first.
+std::string changed_scenario_text(const std::filesystem::path& scenario, Node tree, const CaptureProblem& before,
+                                  const CaptureProblem& after, const std::filesystem::path& place,
+                                  const std::string& suffix, const std::string& comment);
+
+}  // namespace grapnel

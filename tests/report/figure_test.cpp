@@ -1,0 +1,254 @@
+// Figures: what stands in data and script, what gnuplot makes of them, and that no name is ever executed.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
+#include "grapnel/report/figure_files.hpp"
+#include "grapnel/report/figure_script.hpp"
+#include "grapnel/report/gnuplot_process.hpp"
+#include "grapnel/report/gnuplot_text.hpp"
+#include "grapnel/report/outline.hpp"
+#include "grapnel/report/strobe.hpp"
+#include "report/sample_run.hpp"
+#include "result/sample_result.hpp"
+
+namespace grapnel {
+namespace {
+
+namespace fs = std::filesystem;
+using test::sample_run;
+using test::TemporaryFolder;
+
+FigureRequest request_for(const std::string& what) {
+  FigureRequest request;
+  request.folder = "made-up", request.what = what, request.command = "grapnel figure";
+  return request;
+}
+
+// Rows of numbers of a data file; of which index.
+std::vector<std::vector<double>> rows_of(const std::string& data) {
+  std::vector<std::vector<double>> rows;
+  std::istringstream lines(data);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty() || line[0] == '#') continue;
+    std::istringstream fields(line);
+    std::vector<double> row;
+    for (double v; fields >> v;) row.push_back(v);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+bool has_gnuplot() { return run_gnuplot(fs::temp_directory_path(), "grapnel-no-such-script.gp").found; }
+
+TEST(GnuplotText, QuotesWhatCouldBeExecuted) {
+  EXPECT_EQ(gnuplot_quoted("it's `id` \\n @x\n\"%d\""), "'it''s `id` \\n @x \"%d\"'");
+  EXPECT_EQ(gnuplot_quoted("\xff\xc3\xa4\xe2\x82"), "'?\xc3\xa4?\?'");
+  EXPECT_EQ(gnuplot_tic_label("50 %g"), "'50 %%g'");
+  EXPECT_EQ(gnuplot_file("fig.dat"), "'fig.dat'");
+  EXPECT_EQ(gnuplot_file("|rm -r x"), "'./|rm -r x'");
+  EXPECT_EQ(gnuplot_file("<id"), "'./<id'");
+  EXPECT_EQ(gnuplot_file("-"), "'./-'");
+  EXPECT_EQ(gnuplot_file("~/it's"), "'./~/it''s'");
+  EXPECT_THROW(gnuplot_file("a\nb"), std::invalid_argument);
+}
+
+TEST(Figure, DataSayWhereTheyComeFromAndAreTheRecordedOnes) {
+  const RunSource run = sample_run(true);
+  const Figure figure = series_figure(run, request_for("joints"));
+  const std::string data = figure_data(figure);
+  for (const char* text : {"# joints of scenario made up", "Grapnel 1.2.3", "sha256 of the scenario 0123456789abcdef",
+                           "# made by: grapnel figure", "# column 1: time [s]",
+                           "# column 3: joint angle, joint-1 [rad]", "# column 6: joint rate, joint-2 [rad/s]"})
+    EXPECT_NE(data.find(text), std::string::npos) << text << "\n" << data.substr(0, 600);
+  const std::vector<std::vector<double>> rows = rows_of(data);
+  ASSERT_EQ(rows.size(), run.series.time.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    ASSERT_EQ(rows[i].size(), 6u);
+    EXPECT_NEAR(rows[i][0], run.series.time[i], 1e-9);
+    EXPECT_NEAR(rows[i][2], std::sin(0.3 * run.series.time[i]), 1e-9);
+    EXPECT_NEAR(rows[i][4], run.series.phase[i] == 0 ? 0.1 : 0.25, 1e-9);
+  }
+}
+
+TEST(Figure, RelativeVelocityIsThatOfTheGraspPoint) {
+  const RunSource run = sample_run(true);
+  const std::vector<std::vector<double>> rows = rows_of(figure_data(series_figure(run, request_for("relative"))));
+  // The point at (-0.5, 0) of a ball that turns by 1.7 rad/s: v = (-0.03, 0) + w x r.
+  for (const std::size_t i : {0u, 37u, 150u}) {
+    const double angle = 1.7 * run.series.time[i];
+    const double vx = -0.03 + 1.7 * 0.5 * std::sin(angle), vy = -1.7 * 0.5 * std::cos(angle);
+    EXPECT_NEAR(rows[i][2], 0 - vx, 1e-9);
+    EXPECT_NEAR(rows[i][3], 0.05 - vy, 1e-9);
+    EXPECT_NEAR(rows[i][4], 0.2 - 1.7, 1e-9);
+  }
+}
+
+TEST(Figure, PhasesAndTimesSelectSamples) {
+  const RunSource run = sample_run(true);
+  FigureRequest request = request_for("joints");
+  request.phases = {"post_impact"};
+  request.from = 12;
+  EXPECT_EQ(rows_of(figure_data(series_figure(run, request))).size(), 81u);
+  request.phases = {"landing"};
+  try {
+    series_figure(run, request);
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "there is no phase 'landing'; there are: approach, contact, post_impact");
+  }
+}
+
+TEST(Figure, ShortSpansAreInMilliseconds) {
+  FigureRequest request = request_for("joints");
+  request.from = 4, request.to = 5;
+  const std::string data = figure_data(series_figure(sample_run(true), request));
+  EXPECT_NE(data.find("# column 1: time after 4 s [ms]"), std::string::npos);
+  EXPECT_NEAR(rows_of(data).back()[0], 1000, 1e-6);
+}
+
+TEST(Figure, StrobeShowsTheBodiesWhereTheyWere) {
+  const RunSource run = sample_run(true);
+  FigureRequest request = request_for("strobe");
+  request.phases = {"approach"};
+  request.times = {0, 10};
+  const Figure figure = strobe_figure(run, request);
+  // The ball's outline: 36 corners half a metre around its centre, at both instants.
+  int outlines = 0;
+  for (const FigureBlock& block : figure.blocks) {
+    for (const double time : {0.0, 10.0}) {
+      bool all = block.rows.size() == 38;  // one polygon, closed, and its end
+      for (const std::vector<double>& row : block.rows)
+        all = all && (row.empty() || std::abs(std::hypot(row[0] - 3 + 0.03 * time, row[1] - 1) - 0.5) < 1e-9);
+      outlines += all ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(outlines, 2);
+  EXPECT_TRUE(figure.equal_axes);
+}
+
+TEST(Figure, StrobeSeesInSpaceAlongEveryView) {
+  const RunSource run = sample_run(false);
+  for (const char* view : {"x", "y", "z", "iso"}) {
+    FigureRequest request = request_for("strobe");
+    request.view = view;
+    const Figure figure = strobe_figure(run, request);
+    EXPECT_EQ(figure.panels.size(), 2u) << view;
+    EXPECT_EQ(figure.panels[0].bare, std::string(view) == "iso");
+  }
+  const View iso = view_along("iso");
+  EXPECT_NEAR(dot(cross(iso.right, iso.up), iso.towards), 1, 1e-15);
+  EXPECT_NEAR(norm(iso.towards - (1 / std::sqrt(3.0)) * Vector3d{1, 1, 1}), 0, 1e-15);
+}
+
+TEST(Outline, HullIsConvexAndComplete) {
+  const std::vector<Point2> hull = convex_hull({{0, 0}, {1, 0}, {0.5, 0.5}, {1, 1}, {0, 1}, {0.5, 0}, {1, 0}});
+  EXPECT_EQ(hull, (std::vector<Point2>{{0, 0}, {1, 0}, {1, 1}, {0, 1}}));
+}
+
+TEST(Figure, GnuplotDrawsEveryKindAndAgainByHand) {
+  if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
+  TemporaryFolder folder;
+  for (const char* what : {"joints", "velocities", "base"}) {
+    for (const char* ending : {".pdf", ".svg", ".png"}) {
+      const FigureFiles files =
+          write_figure(series_figure(sample_run(false), request_for(what)), folder / (std::string(what) + ending));
+      EXPECT_TRUE(files.drawn);
+      EXPECT_GT(fs::file_size(files.image), 1000u) << files.image;
+    }
+  }
+  const FigureFiles files =
+      write_figure(strobe_figure(sample_run(false), request_for("strobe")), folder / "strobe.svg");
+  const std::string first = test::bytes_of(files.image);
+  EXPECT_GT(first.size(), 5000u);
+  fs::remove(files.image);
+  EXPECT_EQ(run_gnuplot(folder.path(), "strobe.gp").status, 0);
+  EXPECT_EQ(test::bytes_of(files.image), first);
+}
+
+TEST(Figure, HostileNamesAreOnlyNames) {
+  if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
+  TemporaryFolder folder;
+  const std::string trap = (folder / "trap").string();
+  const std::string odd = "'`touch " + trap + "`\"; system('touch " + trap + "'); @x $(touch " + trap +
+                          ") {/:Bold a_b^c} %d\\n\n<b>&amp;\xff";
+  for (const char* ending : {".pdf", ".svg", ".png"}) {
+    const FigureFiles drawn = write_figure(series_figure(sample_run(true, odd), request_for("joints")),
+                                           folder / ("f'`touch trap`" + std::string(ending)));
+    EXPECT_TRUE(fs::exists(drawn.image)) << drawn.image;
+    const FigureFiles pipe = write_figure(strobe_figure(sample_run(true, odd), request_for("strobe")),
+                                          folder / ("|touch trap" + std::string(ending)));
+    EXPECT_TRUE(fs::exists(pipe.image)) << pipe.image;
+  }
+  EXPECT_FALSE(fs::exists(trap));
+  const std::string svg = test::bytes_of(folder / "f'`touch trap`.svg");
+  EXPECT_NE(svg.find("a_b^c"), std::string::npos);  // as text, not as index and power
+  EXPECT_EQ(svg.find("<b>"), std::string::npos);
+  EXPECT_EQ(svg.find('\xff'), std::string::npos);
+}
+
+TEST(Figure, WithoutGnuplotDataAndScriptAreThere) {
+  TemporaryFolder folder;
+  const std::string path = std::getenv("PATH");
+  ASSERT_EQ(::setenv("PATH", folder.path().c_str(), 1), 0);
+  const FigureFiles files = write_figure(series_figure(sample_run(true), request_for("joints")), folder / "joints.pdf");
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_FALSE(files.drawn);
+  EXPECT_FALSE(fs::exists(files.image));
+  EXPECT_TRUE(fs::exists(files.data));
+  EXPECT_TRUE(fs::exists(files.script));
+}
+
+TEST(Figure, UnknownEndingIsRefused) {
+  TemporaryFolder folder;
+  const Figure figure = series_figure(sample_run(true), request_for("joints"));
+  EXPECT_EQ(test::message_of([&] { write_figure(figure, folder / "joints.jpg"); }),
+            "'joints.jpg': a figure's file ends in .pdf, .svg or .png");
+  EXPECT_EQ(folder.files(), 0);
+}
+
+const char* kStudy =
+    R"({"schema": "grapnel-study-table/1", "version": "1", "study": {"name": "s", "sha256": "0", "simulate": "impact"},
+ "axes": [{"name": "speed", "unit": "m/s", "description": "", "values": [0.1, 0.2]},
+          {"name": "spin", "unit": "1", "description": "", "values": ["it's 50 %", "at rest"]}],
+ "columns": [{"name": "grasps/tip/impulse_magnitude", "unit": "N s", "description": ""}, {"name": "rank", "unit": "1", "description": ""}]})";
+const char* kTable =
+    "point,speed [m/s],spin,status,reason,grasps/tip/impulse_magnitude [N s],rank [1]\n"
+    "0,0.1,it's 50 %,ok,,1,6\n1,0.1,at rest,ok,,2,6\n2,0.2,it's 50 %,failed,\"a, b\",NaN,NaN\n3,0.2,at rest,ok,,4,6\n";
+
+TEST(StudyFigure, HasALinePerValueOfTheSecondAxis) {
+  TemporaryFolder folder;
+  test::put_bytes(folder / "study.json", kStudy);
+  test::put_bytes(folder / "table.csv", kTable);
+  FigureRequest request = request_for("impulse-map");
+  request.folder = folder.path();
+  Figure figure = make_figure(request);
+  ASSERT_EQ(figure.blocks.size(), 2u);
+  EXPECT_EQ(figure.blocks[1].about, "spin = at rest");
+  EXPECT_EQ(figure.blocks[1].rows, (std::vector<std::vector<double>>{{0.1, 2}, {0.2, 4}}));
+  EXPECT_TRUE(std::isnan(figure.blocks[0].rows[1][1]));
+  request.x_axis = "spin", request.columns = {"rank"};
+  figure = make_figure(request);
+  EXPECT_EQ(figure.blocks.size(), 2u);  // one per speed
+  if (has_gnuplot()) {
+    EXPECT_TRUE(write_figure(figure, folder / "map.svg").drawn);
+  }
+  request.heat_map = true;
+  EXPECT_EQ(test::message_of([&] { make_figure(request); }),
+            "a heat map needs two axes of numbers with several values each");
+  request.columns = {"nothing"};
+  EXPECT_EQ(test::message_of([&] { make_figure(request); }),
+            "the study has no column 'nothing'; it has: grasps/tip/impulse_magnitude, rank");
+  request = request_for("strobe");
+  request.folder = folder.path();
+  EXPECT_NE(test::message_of([&] { make_figure(request); }).find("has no figure 'strobe'; it has: impulse-map"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace grapnel

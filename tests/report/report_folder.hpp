@@ -1,0 +1,34 @@
+#pragma once
+
+/// @file
+/// Result folders made up for the report's tests.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "grapnel/result/scene.hpp"
+#include "grapnel/result/time_series.hpp"
+
+namespace grapnel::test {
+
+/// A base that slides and one target, over two phases with an impact between: `samples` of them in each.
+TimeSeries sliding_series(std::size_t samples);
+/// Its bodies.
+Scene sliding_scene();
+
+/// summary.json (sample_result() with this name), timeseries.h5 and scene.json.
+void write_run(const std::filesystem::path& folder, const std::string& name = "sample",
+               const std::string& sha256 = "0123456789abcdef", const TimeSeries& series = sliding_series(50));
+
+/// The bytes that base64 stands for.
+std::string from_base64(const std::string& text);
+template <class T>
+std::vector<T> numbers_from_base64(const std::string& text) {
+  const std::string bytes = from_base64(text);
+  std::vector<T> values(bytes.size() / sizeof(T));
+  std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(values.data()));
+  return values;
+}
+
+}  // namespace grapnel::test

@@ -1,0 +1,15 @@
+#pragma once
+
+/// @file
+/// A made-up run with every kind of shape, for the tests of figures and of glTF.
+
+#include "grapnel/report/run_source.hpp"
+
+namespace grapnel::test {
+
+/// A base, two links (one without a shape), a target that turns by `spin` [rad/s] about a tilted axis; 101 samples
+/// before an impact, two at it, 101 after it. `odd` stands in the names of bodies and joints. Planar: nothing leaves z
+/// = 0.
+RunSource sample_run(bool planar, const std::string& odd = "", double spin = 1.7);
+
+}  // namespace grapnel::test

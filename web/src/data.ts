@@ -1,0 +1,114 @@
+// What a report holds: written by the C++ module `report` into <script id="grapnel-data" type="application/json">, read
+// here and nowhere else. SI units and radians; vectors in the world frame W; quaternions w, x, y, z. The C++ side is
+// grapnel/report/report_data.hpp; both change together.
+
+export type Vec3 = [number, number, number];
+export type Quat = [number, number, number, number]; // w, x, y, z
+
+export interface ReportData {
+  schema: "grapnel-report/1";
+  version: string; // of Grapnel
+  kind: "run" | "comparison" | "sweep" | "optimization";
+  title: string; // scenario's or study's name
+  runs: RunData[]; // run: 1, comparison: 2, else 0
+  sweep?: SweepData;
+  optimization?: OptimizationData;
+}
+
+// ---- One run ----
+
+export interface RunData {
+  label: string; // "A", "B" of a comparison; else ""
+  folder: string; // name of the result folder
+  summary: any; // summary.json as it is (docs/formats/summary.md)
+  scene: Scene | null; // scene.json as it is; null: the folder has none
+  series: PackedSeries | null; // timeseries.h5, decimated; null: the folder has none
+  notes: string[]; // what is odd: files of different runs, a file missing
+}
+
+export interface Scene {
+  schema: "grapnel-scene/1";
+  version: string;
+  scenario: { name: string; sha256: string };
+  planar: boolean; // everything moves along the plane z = 0
+  bodies: SceneBody[]; // base first, then links (parents before children), then targets
+  end_effectors: { name: string; body: string; position: Vec3; quaternion_wxyz: Quat }[]; // in the body's frame
+  grasp_points: {
+    target: string;
+    name: string;
+    position: Vec3; // in the target's frame
+    approach_direction: Vec3 | null; // unit, in the target's frame
+  }[];
+  grasps: { end_effector: string; target: string; grasp_point: string; model: string }[];
+  meshes: { name: string; vertices: number[]; triangles: number[] }[]; // x, y, z in turn, in the file's unit (a geometry's size makes it m); three indices in turn
+}
+
+export interface SceneBody {
+  name: string;
+  kind: "base" | "link" | "target";
+  parent: string | null; // of links
+  joint: {
+    // of links
+    name: string;
+    type: "revolute" | "continuous" | "prismatic" | "fixed";
+    axis: Vec3; // unit, in the joint's frame
+    position: Vec3; // of the joint in the parent's frame
+    quaternion_wxyz: Quat;
+  } | null;
+  series: string; // its motion: series `${series}/position` and `${series}/quaternion_wxyz`
+  mass: number; // [kg]
+  com: Vec3; // in the body's frame [m]
+  inertia: [number, number, number, number, number, number]; // xx, yy, zz, xy, xz, yz about com, body axes [kg m^2]
+  geometry: Geometry | null;
+}
+
+export interface Geometry {
+  shape: "box" | "cylinder" | "capsule" | "sphere" | "mesh";
+  // box: edge lengths; cylinder and capsule: radius, length along z (of a capsule without its caps), 0; sphere: radius, 0, 0;
+  // mesh: scales.
+  size: Vec3;
+  position: Vec3; // of the shape's centre in the body's frame
+  quaternion_wxyz: Quat;
+  mesh?: number; // index into meshes
+}
+
+// Samples at common times; between samples values go linearly. At impacts several samples have the same time.
+export interface PackedSeries {
+  samples: number; // kept
+  of: number; // recorded
+  bound: number; // largest deviation of what was left out, relative to each series' range
+  time: string; // base64, float64 little endian [s]
+  phase: string; // base64, uint8: index into phases
+  phases: string[]; // "approach", "contact", "post_impact", ...
+  series: { path: string; unit: string; description: string; components: string[]; data: string }[];
+  // data: base64, float32 little endian, samples x components. A scalar has one component, "" or its own name.
+}
+
+// ---- Studies ----
+
+export interface TableColumn {
+  name: string;
+  unit: string; // "1" or "": none
+  description: string;
+}
+
+export interface SweepData {
+  settings: any; // study.json as it is (docs/formats/study.md)
+  command: string; // "grapnel sweep STUDY.yaml --only {K} -o out/point-{K}": replays a point; "" if not known
+  axes: (TableColumn & { labels?: string[] })[]; // with labels: values count from 0 into them
+  axis_values: number[][]; // per axis, per point
+  status: string[]; // per point: ok, failed, unreachable
+  reason: string[];
+  columns: TableColumn[];
+  values: (number | null)[][]; // per column, per point
+}
+
+export interface OptimizationData {
+  comparison: any; // comparison.json as it is (docs/formats/optimization.md)
+  command: string; // "grapnel run out/x/best.yaml"
+  columns: TableColumn[]; // of evaluations.csv, the texts `search`, `status`, `reason` left out
+  values: (number | null)[][]; // per column, per evaluation
+  search: string[]; // per evaluation: sample, local 1, ...
+  status: string[];
+  reason: string[];
+}

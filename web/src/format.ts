@@ -1,0 +1,39 @@
+// Numbers with sensible digits, and units.
+
+// Four significant digits; powers of ten beyond 10^5 and below 10^-3. Rounding noise stays visible as such.
+export function number(value: number | null | undefined, digits = 4): string {
+  if (value === null || value === undefined || !Number.isFinite(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  if (size >= 1e5 || size < 1e-3) {
+    const [mantissa, exponent] = value.toExponential(digits - 1).split("e");
+    const power = `10${superscript(exponent)}`;
+    return (trim(mantissa) === "1" ? power : `${trim(mantissa)}·${power}`).replace("-", "−");
+  }
+  // toPrecision writes 10000 as 1.000e+4.
+  return (size >= 10 ** digits ? String(Math.round(value)) : trim(value.toPrecision(digits))).replace("-", "−");
+}
+
+export function withUnit(value: number | null | undefined, unit: string, digits = 4): string {
+  const shown = number(value, digits);
+  return unit === "" || unit === "1" || shown === "–" ? shown : `${shown} ${unit}`;
+}
+
+// "base rate [rad/s]"
+export function label(name: string, unit: string): string {
+  return unit === "" || unit === "1" ? name : `${name} [${unit}]`;
+}
+
+export function magnitude(v: number[] | null | undefined): number {
+  return v ? Math.hypot(...v) : NaN;
+}
+
+function trim(text: string): string {
+  return text.includes(".") ? text.replace(/\.?0+$/, "") : text;
+}
+
+const kSuperscripts = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+function superscript(exponent: string): string {
+  const sign = exponent.startsWith("-") ? "⁻" : "";
+  return sign + exponent.replace(/^[+-]/, "").replace(/\d/g, (d) => kSuperscripts[Number(d)]);
+}

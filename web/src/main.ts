@@ -1,0 +1,46 @@
+// Where a report begins: reads its data, and builds the page that its kind asks for. Whatever goes wrong is said on the page.
+import "./style.css";
+import type { ReportData } from "./data";
+import { element } from "./dom";
+import { buildRunPage } from "./page/run_page";
+import { buildStudyPage } from "./study/study_page";
+
+function read(): ReportData {
+  const text = document.getElementById("grapnel-data")?.textContent ?? "";
+  if (text.trim() === "") throw new Error("the report holds no data");
+  let data: ReportData;
+  try {
+    data = JSON.parse(text);
+  } catch (error) {
+    throw new Error(`the report's data are damaged: ${(error as Error).message}`);
+  }
+  if (data.schema !== "grapnel-report/1") throw new Error(`the report's data are of another kind: ${String(data.schema)}`);
+  return data;
+}
+
+function build(host: HTMLElement): void {
+  const data = read();
+  document.title = `${data.title} – Grapnel`;
+  if (data.kind === "run" || data.kind === "comparison") buildRunPage(host, data);
+  else buildStudyPage(host, data);
+}
+
+function start(): void {
+  const host = document.getElementById("report") ?? document.body.appendChild(element("main", { id: "report" }));
+  try {
+    build(host);
+  } catch (error) {
+    console.warn(error);
+    host.replaceChildren(
+      element(
+        "section",
+        { class: "fault", role: "alert" },
+        element("h1", {}, "This report cannot be shown"),
+        element("p", {}, (error as Error).message),
+        element("p", {}, "Make it again from its results: grapnel report DIR"),
+      ),
+    );
+  }
+}
+
+start();

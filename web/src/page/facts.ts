@@ -1,0 +1,208 @@
+// The numbers that sum up a capture, from its summary; the same for one run, and for two side by side.
+import { number } from "../format";
+import type { Run } from "../run";
+import { list, num, size, text, withUnit, words } from "./read";
+
+export interface Fact {
+  key: string; // the same quantity in two runs has the same key
+  name: string;
+  value: number | null; // null: not known or not defined
+  unit: string;
+  detail: string;
+  tone?: "bad" | "warn";
+  word?: string; // what the tone means
+  percent?: boolean; // shown as a percentage
+}
+
+export function keyFacts(run: Run): Fact[] {
+  const s = run.summary ?? {};
+  return [...graspFacts(s), ...energyFacts(s), ...baseFacts(run), marginFact(s), clearanceFact(s)];
+}
+
+function graspFacts(s: any): Fact[] {
+  const impacts = [s.impact, ...list(s.later_impacts)].filter(Boolean);
+  return impacts.flatMap((impact, k) =>
+    list(impact.grasps).flatMap((grasp): Fact[] => {
+      const who = text(grasp.end_effector);
+      const key = `${who}${k > 0 ? `#${k}` : ""}`;
+      const time = k > 0 ? `, at ${withUnit(num(impact.time), "s")}` : "";
+      const impulse: Fact = {
+        key: `impulse ${key}`,
+        name: `Impulse, ${who}`,
+        value: num(grasp.impulse_magnitude) ?? size(grasp.impulse),
+        unit: "N s",
+        detail: `on ${text(grasp.target)}${time}; angular ${withUnit(size(grasp.angular_impulse), "N m s")}`,
+      };
+      return [impulse, ...forceFacts(impact, grasp, who, key)];
+    }),
+  );
+}
+
+// The peak where the impact was resolved in time; and the mean.
+function forceFacts(impact: any, grasp: any, who: string, key: string): Fact[] {
+  const duration = num(grasp.profile?.duration) ?? num(impact.duration);
+  const mean: Fact = {
+    key: `mean force ${key}`,
+    name: `Mean force, ${who}`,
+    value: num(grasp.mean_force),
+    unit: "N",
+    detail: `over ${withUnit(duration, "s")}`,
+  };
+  const peak = num(grasp.profile?.peak_force);
+  if (peak === null) return [mean];
+  const detail = `mean ${withUnit(mean.value, "N")} over ${withUnit(duration, "s")}; peak moment ${withUnit(num(grasp.profile.peak_moment), "N m")}`;
+  return [{ key: `peak force ${key}`, name: `Peak force, ${who}`, value: peak, unit: "N", detail }, mean];
+}
+
+function energyFacts(s: any): Fact[] {
+  if (!s.impact) return [];
+  const before = num(s.impact.kinetic_energy_before);
+  const after = num(s.impact.kinetic_energy_after);
+  if (before === null || after === null) return [];
+  const part = before > 0 ? ` (${number((100 * (before - after)) / before, 3)} %)` : "";
+  const detail = `of ${withUnit(before, "J")} before it${part}`;
+  return [
+    {
+      key: "energy",
+      name: "Energy lost in the impact",
+      value: before - after,
+      unit: "J",
+      detail,
+      ...(after > before * (1 + 1e-9) ? { tone: "bad", word: "gained" } : {}),
+    },
+  ];
+}
+
+function baseFacts(run: Run): Fact[] {
+  const s = run.summary ?? {};
+  const end = size(s.post_impact?.end?.base?.angular_velocity);
+  const after = baseRateAfter(run);
+  const change = size(s.impact?.base_angular_velocity_change);
+  const facts: Fact[] = [];
+  if (s.impact && (after !== null || change !== null)) {
+    const detail = `changed by ${withUnit(change, "rad/s")}${end !== null ? `; ${withUnit(end, "rad/s")} at the end` : ""}`;
+    facts.push({ key: "base rate", name: "Base rate after the impact", value: after, unit: "rad/s", detail });
+  } else if (end !== null) {
+    facts.push({ key: "base rate", name: "Base rate at the end", value: end, unit: "rad/s", detail: "" });
+  }
+  return facts;
+}
+
+// Before the impact plus its change (and the brake's); where another moment lies between, from the time series.
+export function baseRateAfter(run: Run): number | null {
+  const s = run.summary ?? {};
+  const before = s.approach?.end;
+  const change = s.impact?.base_angular_velocity_change;
+  if (
+    Array.isArray(before?.base?.angular_velocity) &&
+    Array.isArray(change) &&
+    before.time === s.impact.time &&
+    s.impact.law !== "compliant"
+  ) {
+    const brake = list(s.impact.brake?.base_angular_velocity_change);
+    return size(change.map((d, i) => d + before.base.angular_velocity[i] + (brake[i] ?? 0)));
+  }
+  const series = run.series("base/angular_velocity");
+  const contact = run.phases.findIndex((phase) => phase.name === "contact");
+  const next = contact >= 0 ? run.phases[contact + 1] : undefined;
+  if (!series || !next) return null;
+  return Math.hypot(...[0, 1, 2].map((c) => series.data[next.first * series.width + c]));
+}
+
+export function worstMargin(s: any): any | null {
+  const impacts = [s.impact, ...list(s.later_impacts)].filter(Boolean);
+  const margins = impacts.flatMap((impact) => list(impact.margins)).filter((one) => num(one.margin) !== null);
+  return margins.reduce((worst, one) => (worst === null || one.margin < worst.margin ? one : worst), null);
+}
+
+function marginFact(s: any): Fact {
+  const worst = worstMargin(s);
+  const fact: Fact = {
+    key: "margin",
+    name: "Worst margin to ratings",
+    value: null,
+    unit: "%",
+    percent: true,
+    detail: "the robot has no ratings",
+  };
+  if (!s.impact) return { ...fact, detail: "no impact" };
+  if (!worst) return fact;
+  const unit = ratingUnit(worst.quantity);
+  return {
+    ...fact,
+    value: 100 * worst.margin,
+    detail: `${text(worst.of)}: ${words(worst.quantity)} ${number(num(worst.load))} of ${withUnit(num(worst.rating), unit)}`,
+    ...(worst.margin < 0
+      ? { tone: "bad", word: "exceeded:" }
+      : worst.margin < 0.1
+        ? { tone: "warn", word: "close:" }
+        : {}),
+  };
+}
+
+function clearanceFact(s: any): Fact {
+  const least = s.clearance?.least;
+  const fact: Fact = {
+    key: "clearance",
+    name: "Least clearance",
+    value: null,
+    unit: "m",
+    detail: s.status === "completed" ? "no two bodies have shapes" : "not known",
+  };
+  if (!least) return fact;
+  const value = num(least.distance);
+  const detail = `${list(least.bodies).join(" – ")} at ${withUnit(num(least.time), "s")}`;
+  if (list(s.clearance.events).length === 0) return { ...fact, value, detail };
+  return { ...fact, value, detail, tone: "bad", word: value !== null && value < 0 ? "overlap:" : "too near:" };
+}
+
+export function ratingUnit(quantity: any): string {
+  const units: Record<string, string> = {
+    force: "N",
+    moment: "N m",
+    impulse: "N s",
+    angular_impulse: "N m s",
+    driving: "N m",
+    driving_impulse: "N m s",
+  };
+  return units[quantity] ?? "";
+}
+
+// ---- The ledger ----
+
+export interface LedgerRow {
+  key: string;
+  value: number | null;
+  bound: number | null;
+  pass: boolean;
+  applies: boolean;
+  unit: string;
+  note: string;
+  kind: string;
+}
+
+export function ledgerRows(s: any): LedgerRow[] {
+  return Object.entries<any>(s?.ledger ?? {})
+    .filter(([key, row]) => key !== "scale" && row !== null && typeof row === "object")
+    .map(([key, row]) => ({
+      key,
+      value: num(row.value),
+      bound: num(row.bound),
+      pass: row.pass === true,
+      applies: row.applies !== false,
+      unit: text(row.unit, ""),
+      note: text(row.note, ""),
+      kind: text(row.kind, "conservation"),
+    }));
+}
+
+// Of checks that apply, how far the value has used its bound up: the largest.
+export function tightest(rows: LedgerRow[]): { row: LedgerRow; part: number } | null {
+  let found: { row: LedgerRow; part: number } | null = null;
+  for (const row of rows) {
+    if (!row.applies || row.value === null || row.bound === null || row.bound <= 0) continue;
+    const part = row.value / row.bound;
+    if (!found || part > found.part) found = { row, part };
+  }
+  return found;
+}

@@ -1,0 +1,210 @@
+// Could the robot do this: clearance between bodies, limits of joints; and loads on grips afterwards, closed loops, cost.
+import { element } from "../dom";
+import { number } from "../format";
+import { determined } from "./grasp_tables";
+import { list, num, text, withUnit, words } from "./read";
+import { absent, fold, table, vectorCell, type Cell, type Column } from "./table";
+
+const kFewEvents = 8;
+
+export function feasibilitySection(s: any): HTMLElement[] {
+  return [element("h3", {}, "Clearance"), ...clearance(s), element("h3", {}, "Joint limits"), ...limits(s)];
+}
+
+function clearance(s: any): HTMLElement[] {
+  if (!s.clearance)
+    return [absent("The summary holds no clearance: no two bodies have shapes, or the run ended early.")];
+  const phases = list(s.clearance.phases).map((one): Cell[] => [
+    words(one.phase),
+    number(num(one.distance)),
+    list(one.bodies).join(" – "),
+    number(num(one.time)),
+    ...list(one.points).slice(0, 2).map(vectorCell),
+  ]);
+  const columns: Column[] = [
+    { head: "Phase" },
+    { head: "Least distance", unit: "m", numeric: true, title: "negative: a depth of overlap" },
+    { head: "Bodies" },
+    { head: "Time", unit: "s", numeric: true },
+    { head: "Nearest points", unit: "m" },
+    { head: "" },
+  ];
+  const result: HTMLElement[] =
+    phases.length > 0 ? [table("Least clearance per phase (negative: depth of overlap)", columns, phases)] : [];
+  const events = [...list(s.clearance.events)].sort(
+    (a, b) => (num(a.least_distance) ?? 0) - (num(b.least_distance) ?? 0),
+  );
+  if (events.length === 0) result.push(element("p", {}, "No two watched bodies came nearer than required."));
+  else {
+    const heads: Column[] = [
+      { head: "Bodies" },
+      { head: "Phase" },
+      { head: "From", unit: "s", numeric: true },
+      { head: "to", unit: "s", numeric: true },
+      { head: "Required", unit: "m", numeric: true },
+      { head: "Least", unit: "m", numeric: true },
+      { head: "at", unit: "s", numeric: true },
+    ];
+    const rows = events.map((one): Cell[] => [
+      list(one.bodies).join(" – "),
+      words(one.phase),
+      number(num(one.begin)),
+      number(num(one.end)),
+      number(num(one.required)),
+      number(num(one.least_distance)),
+      number(num(one.least_time)),
+    ]);
+    result.push(table(`Too near: ${events.length} events, deepest first`, heads, rows.slice(0, kFewEvents)));
+    if (rows.length > kFewEvents)
+      result.push(fold(`${rows.length - kFewEvents} more events`, table("More events", heads, rows.slice(kFewEvents))));
+  }
+  const unwatched = list(s.clearance.unwatched).map((pair) => list(pair).join(" – "));
+  if (unwatched.length > 0)
+    result.push(
+      fold(
+        `${unwatched.length} pairs not watched`,
+        element("p", {}, `${unwatched.join("; ")}. Neighbours along an arm are not watched either.`),
+      ),
+    );
+  return result;
+}
+
+function limits(s: any): HTMLElement[] {
+  const events = list(s.limits?.events);
+  if (!s.limits) return [absent("The summary does not say whether joints kept their limits.")];
+  if (events.length === 0) return [element("p", {}, "No joint was beyond a limit that the robot file gives.")];
+  const columns: Column[] = [
+    { head: "Joint" },
+    { head: "What" },
+    { head: "Phase" },
+    { head: "From", unit: "s", numeric: true },
+    { head: "to", unit: "s", numeric: true },
+    { head: "Limit", numeric: true },
+    { head: "Worst", numeric: true },
+    { head: "at", unit: "s", numeric: true },
+  ];
+  const kinds: Record<string, string> = { effort_saturated: "motor at its limit (no violation)" };
+  const rows = events.map((one): Cell[] => [
+    text(one.joint),
+    kinds[one.kind] ?? words(one.kind),
+    words(one.phase),
+    number(num(one.begin)),
+    number(num(one.end)),
+    number(num(one.limit)),
+    number(num(one.worst_value)),
+    number(num(one.worst_time)),
+  ]);
+  return [
+    table("Beyond limits", columns, rows.slice(0, 30)),
+    ...(rows.length > 30 ? [fold(`${rows.length - 30} more`, table("More", columns, rows.slice(30)))] : []),
+  ];
+}
+
+export function afterSection(s: any): HTMLElement[] {
+  const result = [...gripLoads(s), ...loops(s), ...endState(s)];
+  return result.length > 0 ? result : [absent("Nothing is known of the motion after the impact.")];
+}
+
+function gripLoads(s: any): HTMLElement[] {
+  const rows = list(s.post_impact?.grip_loads).map((one): Cell[] => [
+    text(one.end_effector),
+    text(one.target),
+    words(one.phase),
+    number(num(one.largest_force)),
+    number(num(one.force_time)),
+    number(num(one.largest_moment)),
+    number(num(one.moment_time)),
+    determined(one.determined),
+  ]);
+  if (rows.length === 0) return [];
+  const columns: Column[] = [
+    { head: "End-effector" },
+    { head: "Target" },
+    { head: "Phase" },
+    { head: "Largest force", unit: "N", numeric: true },
+    { head: "at", unit: "s", numeric: true },
+    { head: "Largest moment", unit: "N m", numeric: true },
+    { head: "at", unit: "s", numeric: true },
+    { head: "Determined" },
+  ];
+  return [table("Loads on grips while they hold", columns, rows)];
+}
+
+function loops(s: any): HTMLElement[] {
+  const rows = list(s.post_impact?.loops).map((one): Cell[] => [
+    words(one.phase),
+    list(one.closures).join("; "),
+    `${number(num(one.rank))} of ${number(num(one.rows))}`,
+    number(num(one.unprojected_position), 3),
+    number(num(one.unprojected_angle), 3),
+    number(num(one.correction_total), 3),
+    number(num(one.integration_error), 3),
+  ]);
+  if (rows.length === 0) return [];
+  const columns: Column[] = [
+    { head: "Phase" },
+    { head: "Closures" },
+    { head: "Rank of rows" },
+    { head: "Defect before projection", unit: "m", numeric: true },
+    { head: "Angle", unit: "rad", numeric: true },
+    { head: "Sum of corrections", numeric: true },
+    { head: "Integration error", numeric: true },
+  ];
+  return [table("Closed loops", columns, rows)];
+}
+
+function endState(s: any): HTMLElement[] {
+  const end = s.post_impact?.end ?? s.approach?.end;
+  if (!end) return [];
+  const bodies = [end.base, ...list(end.targets)].filter(Boolean);
+  const rows = bodies.map((body): Cell[] => [
+    text(body.name),
+    vectorCell(body.position),
+    vectorCell(body.quaternion_wxyz),
+    vectorCell(body.velocity),
+    vectorCell(body.angular_velocity),
+  ]);
+  const columns: Column[] = [
+    { head: "Body" },
+    { head: "Position", unit: "m" },
+    { head: "Quaternion w, x, y, z" },
+    { head: "Velocity", unit: "m/s" },
+    { head: "Angular velocity", unit: "rad/s" },
+  ];
+  const joints = list(end.joints?.names).map((name, i): Cell[] => [
+    text(name),
+    number(num(list(end.joints.position)[i])),
+    number(num(list(end.joints.velocity)[i])),
+  ]);
+  const heads: Column[] = [
+    { head: "Joint" },
+    { head: "Position", unit: "rad; m", numeric: true },
+    { head: "Rate", unit: "rad/s; m/s", numeric: true },
+  ];
+  return [
+    fold(
+      `State at the end, ${withUnit(num(end.time), "s")}`,
+      table("Bodies at the end", columns, rows),
+      joints.length > 0 ? table("Joints at the end", heads, joints) : null,
+    ),
+  ];
+}
+
+export function costSection(s: any, samples: string): HTMLElement[] {
+  const rows = list(s.cost).map((one): Cell[] => [
+    words(one.phase),
+    number(num(one.rhs_evaluations), 9),
+    number(num(one.steps), 9),
+    number(num(one.rejected), 9),
+  ]);
+  const columns: Column[] = [
+    { head: "Phase" },
+    { head: "Evaluations", numeric: true },
+    { head: "Steps", numeric: true },
+    { head: "Rejected", numeric: true },
+  ];
+  return [
+    rows.length > 0 ? table("Cost of integration", columns, rows) : absent("No cost is noted."),
+    element("p", { class: "small" }, samples),
+  ];
+}

@@ -1,0 +1,126 @@
+// The impact: what each grip received, what the arms passed on, what became of the motion.
+import { element } from "../dom";
+import { number } from "../format";
+import { list, num, text, withUnit, words } from "./read";
+import { graspTables, profiles, rebounds } from "./grasp_tables";
+import { marginsPart } from "./margins";
+import { measuresPart } from "./measures";
+import { brake, jointPart } from "./passed_on";
+import { sensitivitiesPart } from "./sensitivities";
+import { absent, changeText, fold, mark, pairs, table, vectorCell, type Cell, type Column } from "./table";
+
+export function impactSection(s: any): HTMLElement[] {
+  if (!s.impact) return [absent("There was no impact in this run, or its summary does not hold one.")];
+  const later = list(s.later_impacts).map((impact, i) =>
+    fold(
+      `Impact ${i + 2}, at ${withUnit(num(impact.time), "s")}: ${list(impact.grasps)
+        .map((grasp) => text(grasp.end_effector))
+        .join(", ")}`,
+      ...oneImpact(impact),
+    ),
+  );
+  return [...oneImpact(s.impact), ...later, ...releases(s)];
+}
+
+function oneImpact(impact: any): HTMLElement[] {
+  return [
+    overview(impact),
+    ...notes(impact),
+    ...graspTables(impact),
+    ...rebounds(impact),
+    ...profiles(impact),
+    ...marginsPart(impact),
+    ...jointPart(impact),
+    ...brake(impact),
+    ...loops(impact),
+    ...measuresPart(impact),
+    ...sensitivitiesPart(impact),
+  ];
+}
+
+function overview(impact: any): HTMLElement {
+  const compliant = impact.compliant ?? {};
+  const before = num(impact.kinetic_energy_before);
+  const after = num(impact.kinetic_energy_after);
+  return pairs([
+    ["law", words(impact.law)],
+    ["time", withUnit(num(impact.time), "s")],
+    [impact.law === "compliant" ? "duration" : "duration for mean forces", withUnit(num(impact.duration), "s")],
+    ["joints during it", text(impact.joints_during, "")],
+    ["kinetic energy", before === null || after === null ? "" : `${number(before)} → ${withUnit(after, "J")}`],
+    ["base: change of rate", changeText(impact.base_angular_velocity_change, "rad/s")],
+    ["base: change of velocity", changeText(impact.base_velocity_change, "m/s")],
+    ["rank of the contact inertia", impact.rows ? `${impact.rank} of ${impact.rows} rows` : ""],
+    ["hypothesis of restitution", text(impact.hypothesis, "")],
+    [
+      "it ended",
+      compliant.end
+        ? `${words(compliant.end)}; ${withUnit(num(compliant.energy_lost), "J")} lost, ${withUnit(num(compliant.elastic_energy_after), "J")} left in springs`
+        : "",
+    ],
+    ["left to take out at the end", compliant.end ? withUnit(num(compliant.residual_impulse), "N s") : ""],
+  ]);
+}
+
+function notes(impact: any): HTMLElement[] {
+  const said: string[] = [];
+  if (num(impact.rank) !== null && num(impact.rows) !== null && impact.rank < impact.rows) {
+    said.push(
+      `${impact.rows - impact.rank} of ${impact.rows} impulse components are not determined: closed loops can carry self-stresses. Of all impulses that fit, the least are given.`,
+    );
+  }
+  if (impact.unique === false) said.push("Simultaneous contacts could share the impulse in other ways than this one.");
+  if (impact.energy_created === true)
+    said.push("The result has more energy than there was; it is what the hypothesis chosen gives.");
+  if (impact.inconsistent) said.push(`No motion has the restitution asked for: ${text(impact.inconsistent)}.`);
+  const result: HTMLElement[] = said.map((one) => element("p", { class: "remark" }, mark("warn", one)));
+  const stresses = list(impact.null_space);
+  if (stresses.length > 0) {
+    const rows = stresses.flatMap((stress, i) =>
+      list(stress.grasps).map((grasp): Cell[] => [
+        `${i + 1}`,
+        text(grasp.end_effector),
+        vectorCell(grasp.impulse),
+        vectorCell(grasp.angular_impulse),
+      ]),
+    );
+    const columns: Column[] = [
+      { head: "Self-stress" },
+      { head: "End-effector" },
+      { head: "Impulse", unit: "N s" },
+      { head: "Angular impulse", unit: "N m s" },
+    ];
+    result.push(fold("Self-stresses: impulses that change no velocity", table("Self-stresses", columns, rows)));
+  }
+  return result;
+}
+
+function loops(impact: any): HTMLElement[] {
+  const rows = list(impact.loops).map((loop): Cell[] => [
+    text(loop.target),
+    list(loop.end_effectors).join(" – "),
+    number(num(loop.end_effector_distance)),
+    number(num(loop.grasp_point_distance)),
+    number(num(loop.gap)),
+  ]);
+  if (rows.length === 0) return [];
+  const columns: Column[] = [
+    { head: "Target" },
+    { head: "End-effectors" },
+    { head: "Their distance", unit: "m", numeric: true },
+    { head: "Grasp points' distance", unit: "m", numeric: true },
+    { head: "Gap that remains", unit: "m", numeric: true },
+  ];
+  return [table("Grips that close loops", columns, rows)];
+}
+
+function releases(s: any): HTMLElement[] {
+  const rows = list(s.releases).map((one): Cell[] => [
+    withUnit(num(one.time), "s"),
+    list(one.end_effectors).join(", "),
+    list(one.targets).flat().join(", "),
+  ]);
+  return rows.length > 0
+    ? [table("Releases", [{ head: "Time" }, { head: "End-effectors" }, { head: "Targets" }], rows)]
+    : [];
+}

@@ -1,0 +1,120 @@
+// The proof: every check of the ledger, largest value beside its bound.
+import { element } from "../dom";
+import { number } from "../format";
+import { ledgerRows, type LedgerRow } from "./facts";
+import { num, withUnit, words } from "./read";
+import { absent, fold, mark, pairs, table, type Cell, type Column } from "./table";
+
+const kColumns: Column[] = [
+  { head: "Quantity" },
+  { head: "Largest value", numeric: true },
+  { head: "Bound", numeric: true },
+  { head: "Unit" },
+  { head: "Result" },
+  { head: "What is compared" },
+];
+
+export function ledgerSection(s: any): HTMLElement[] {
+  const rows = ledgerRows(s);
+  if (rows.length === 0) return [absent("This result has no ledger: nothing shows that its numbers can be trusted.")];
+  const part = (kind: string, applies: boolean) =>
+    rows.filter((row) => (row.kind === "feasibility") === (kind === "feasibility") && row.applies === applies);
+  const idle = rows.filter((row) => !row.applies);
+  const result = [
+    element(
+      "p",
+      { class: "lead" },
+      "Momentum and energy are summed anew, body by body, from the recorded motion, and compared with what physics demands. A failure here means: do not trust the numbers.",
+    ),
+    table("Conservation", kColumns, part("conservation", true).map(cells)),
+  ];
+  if (part("feasibility", true).length > 0)
+    result.push(table("Feasibility", kColumns, part("feasibility", true).map(cells)));
+  if (idle.length > 0) {
+    const listed = table(
+      "Nothing to check in this run",
+      [{ head: "Quantity" }, { head: "Why" }],
+      idle.map((row) => [name(row.key), row.note]),
+    );
+    result.push(fold(`${idle.length} checks with nothing to check in this run`, listed));
+  }
+  const scales = scalesOf(s);
+  if (scales) result.push(scales);
+  return result;
+}
+
+function cells(row: LedgerRow): Cell[] {
+  return [
+    name(row.key),
+    row.value === null ? "not a number" : number(row.value, 3),
+    number(row.bound, 3),
+    row.unit === "1" ? "relative" : row.unit,
+    row.pass ? mark("good", "pass") : mark("bad", "fail"),
+    element("span", { class: "note" }, row.note),
+  ];
+}
+
+// Readable, and as the summary has it.
+export function name(key: string): HTMLElement {
+  const readable = words(key);
+  return element(
+    "span",
+    { class: "quantity" },
+    readable.charAt(0).toUpperCase() + readable.slice(1),
+    element("code", {}, key),
+  );
+}
+
+function scalesOf(s: any): HTMLElement | null {
+  const scale = s.ledger?.scale;
+  if (!scale) return null;
+  return element(
+    "div",
+    { class: "scales" },
+    element("p", {}, "Relative values are relative to these scales, which cannot vanish:"),
+    pairs([
+      ["linear momentum", withUnit(num(scale.linear_momentum), "N s")],
+      ["angular momentum", withUnit(num(scale.angular_momentum), "N m s")],
+      ["energy", withUnit(num(scale.energy), "J")],
+    ]),
+  );
+}
+
+// Two ledgers side by side.
+export function ledgerOfBoth(a: any, b: any): HTMLElement[] {
+  const [rowsA, rowsB] = [ledgerRows(a), ledgerRows(b)];
+  const keys = [...new Set([...rowsA, ...rowsB].map((row) => row.key))];
+  if (keys.length === 0) return [absent("Neither result has a ledger.")];
+  const columns: Column[] = [
+    { head: "Quantity" },
+    { head: "A", numeric: true },
+    { head: "Result of A" },
+    { head: "B", numeric: true },
+    { head: "Result of B" },
+    { head: "Bound", numeric: true },
+    { head: "Unit" },
+  ];
+  const result = (row: LedgerRow | undefined) =>
+    !row
+      ? "absent"
+      : !row.applies
+        ? mark("none", "nothing to check")
+        : row.pass
+          ? mark("good", "pass")
+          : mark("bad", "fail");
+  const rows = keys.map((key) => {
+    const [x, y] = [rowsA.find((row) => row.key === key), rowsB.find((row) => row.key === key)];
+    const unit = (x ?? y)!.unit;
+    const bounds = [x, y].filter((row) => row !== undefined).map((row) => number(row.bound, 3));
+    return [
+      name(key),
+      number(x?.applies ? x.value : null, 3),
+      result(x),
+      number(y?.applies ? y.value : null, 3),
+      result(y),
+      [...new Set(bounds)].join(" / "),
+      unit === "1" ? "relative" : unit,
+    ];
+  });
+  return [table("Ledgers of A and B", columns, rows)];
+}

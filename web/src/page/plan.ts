@@ -1,0 +1,108 @@
+// Where the joints were to go, and how that was found.
+import { element } from "../dom";
+import { number } from "../format";
+import { list, num, text, withUnit, words } from "./read";
+import { absent, fold, mark, pairs, table, type Cell, type Column } from "./table";
+
+export function planSection(s: any): HTMLElement[] {
+  const plan = s.approach?.plan;
+  if (!plan) return [absent("This run has no plan of an approach.")];
+  const looked = plan.found !== undefined;
+  return [
+    looked
+      ? element(
+          "p",
+          {},
+          plan.found === true
+            ? mark("good", "final joint values found")
+            : mark("bad", "no solution found; the closest attempt is given"),
+        )
+      : element("p", { class: "lead" }, "The scenario gives the final joint values; they were not looked for."),
+    pairs([
+      ["made least", plan.measure ? `${words(plan.measure)}: ${number(num(plan.measure_value))}` : ""],
+      ["motion demanded that no joint rates give", num(plan.unmet_rate) === null ? "" : number(num(plan.unmet_rate))],
+      [
+        "beginnings tried",
+        looked
+          ? `${number(num(plan.starts))}, of which ${number(num(plan.solutions))} led to a solution in ${number(num(plan.iterations))} Newton steps`
+          : "",
+      ],
+      ["smallest singular value of the goals", looked ? withUnit(num(plan.smallest_singular_value), "m/rad") : ""],
+      ["evaluations of the base's motion", number(num(plan.rhs_evaluations), 6)],
+    ]),
+    ...finalValues(s, plan),
+    ...misses(plan),
+    ...straightIn(plan),
+  ];
+}
+
+function finalValues(s: any, plan: any): HTMLElement[] {
+  const columns: Column[] = [
+    { head: "Joint" },
+    { head: "Planned position", unit: "rad; m", numeric: true },
+    { head: "reached", unit: "rad; m", numeric: true },
+    { head: "Planned rate", unit: "rad/s; m/s", numeric: true },
+    { head: "reached", unit: "rad/s; m/s", numeric: true },
+  ];
+  const reached = s.approach?.end?.joints ?? {};
+  const at = (name: string, values: any) => num(list(values)[list(reached.names).indexOf(name)]);
+  const rows = list(plan.joints).map((joint, i): Cell[] => [
+    text(joint),
+    number(num(list(plan.final_position)[i])),
+    number(at(joint, reached.position)),
+    number(num(list(plan.final_rates)[i])),
+    number(at(joint, reached.velocity)),
+  ]);
+  return rows.length > 0
+    ? [fold(`Final joint values (${rows.length})`, table("Final joint values", columns, rows))]
+    : [];
+}
+
+function misses(plan: any): HTMLElement[] {
+  const rows = list(plan.miss).map((one): Cell[] => [
+    text(one.end_effector),
+    number(num(one.distance), 3),
+    number(num(one.angle), 3),
+  ]);
+  if (rows.length === 0) return [];
+  return [
+    table(
+      "Miss when the plan is followed exactly",
+      [
+        { head: "End-effector" },
+        { head: "Distance", unit: "m", numeric: true },
+        { head: "Angle", unit: "rad", numeric: true },
+      ],
+      rows,
+    ),
+  ];
+}
+
+function straightIn(plan: any): HTMLElement[] {
+  const one = plan.straight_in;
+  if (!one) return [];
+  return [
+    element("h3", {}, "Straight in"),
+    pairs([
+      ["begins at", withUnit(num(one.begin), "s")],
+      ["stand-off", withUnit(num(one.stand_off), "m")],
+      ["final speed", withUnit(num(one.final_speed), "m/s")],
+      ["smallest singular value", number(num(one.smallest_singular_value))],
+      [
+        "damped",
+        one.damped === true
+          ? list(one.damped_interval)
+              .map((t) => number(num(t)))
+              .join(" to ") + " s"
+          : one.damped === false
+            ? "no"
+            : "",
+      ],
+      [
+        "motion missed",
+        num(one.unmet) === null ? "" : `${number(num(one.unmet), 3)} at ${withUnit(num(one.unmet_time), "s")}`,
+      ],
+      ["error of the fit", num(one.fit_error) === null ? "" : `${number(num(one.fit_error), 3)} rad or m`],
+    ]),
+  ];
+}

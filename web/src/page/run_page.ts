@@ -1,0 +1,244 @@
+// The page of one run, or of two compared.
+import type { ReportData, RunData } from "../data";
+import { Clock } from "../clock";
+import { element } from "../dom";
+import { number } from "../format";
+import { buildPlots, type PlotHandle } from "../plots/plots_panel";
+import { createReplay } from "../replay/replay";
+import { Run } from "../run";
+import { answers, differingScenarios, keyNumbers } from "./compare";
+import { afterSection, costSection, feasibilitySection } from "./feasibility";
+import { header } from "./header";
+import { impactSection } from "./impact";
+import { ledgerOfBoth, ledgerSection } from "./ledger";
+import { planSection } from "./plan";
+import { publishedSection } from "./published";
+import { list, text } from "./read";
+import { absent, mark } from "./table";
+import { verdict } from "./verdict";
+
+interface Section {
+  id: string;
+  title: string;
+  short: string; // in the list of sections
+  build: () => HTMLElement[];
+}
+
+// For tests, and for the curious in a browser's console.
+export interface Handles {
+  clock: Clock;
+  replay: unknown;
+  runs: Run[];
+  plots: PlotHandle[];
+}
+
+export function buildRunPage(host: HTMLElement, data: ReportData): void {
+  const runs = list(data.runs).map(decoded);
+  if (runs.length === 0) throw new Error("the report holds no run");
+  const moving = runs.filter((run) => run.samples > 1);
+  const clock = new Clock(least(moving.map((run) => run.begin)), Math.max(0, ...moving.map((run) => run.end)));
+  followAddress(clock);
+  const handles: Handles = { clock, replay: null, runs, plots: [] };
+  (window as unknown as { __grapnel: Handles }).__grapnel = handles;
+
+  const sections = runs.length > 1 ? comparisonSections(runs) : runSections(runs[0]);
+  const replay: Section = {
+    id: "replay",
+    title: "Replay",
+    short: "Replay",
+    build: () => replayPart(runs, clock, handles),
+  };
+  const plots: Section = {
+    id: "plots",
+    title: "Plots",
+    short: "Plots",
+    build: () => plotsPart(runs, clock, handles, data.title),
+  };
+  sections.splice(1, 0, replay, plots);
+  const made = sections.map(sectionElement);
+  const workspace = element("div", { class: "workspace" }, ...made.slice(0, 3).map((one) => one.root));
+  host.replaceChildren(
+    header(data, runs),
+    navigation(sections),
+    ...notices(runs),
+    workspace,
+    ...made.slice(3).map((one) => one.root),
+    footer(data),
+  );
+  for (const one of made) one.fill(); // in place: replay and plots need their sizes
+}
+
+// report.html#t=20 opens at that instant [s]: for links to what is worth seeing.
+function followAddress(clock: Clock): void {
+  const go = (): void => {
+    const asked = /^#t=([-+.\deE]+)$/.exec(location.hash);
+    if (asked) clock.time = Number(asked[1]);
+  };
+  go();
+  window.addEventListener("hashchange", go);
+}
+
+function least(values: number[]): number {
+  return values.length > 0 ? Math.min(...values) : 0;
+}
+
+// Damaged series do not hide the rest.
+function decoded(data: RunData): Run {
+  const whole = { ...data, notes: list(data.notes), summary: data.summary ?? {} };
+  try {
+    return new Run(whole);
+  } catch (error) {
+    return new Run({
+      ...whole,
+      series: null,
+      notes: [...whole.notes, `The time series is damaged and not shown: ${(error as Error).message}`],
+    });
+  }
+}
+
+// ---- Sections ----
+
+function runSections(run: Run): Section[] {
+  const s = run.summary;
+  return [
+    { id: "verdict", title: "Verdict", short: "Verdict", build: () => verdict(run) },
+    { id: "ledger", title: "Ledger", short: "Ledger", build: () => ledgerSection(s) },
+    {
+      id: "published",
+      title: "As published beside consistent",
+      short: "As published",
+      build: () => publishedSection(s),
+    },
+    { id: "impact", title: "Impact", short: "Impact", build: () => impactSection(s) },
+    { id: "after", title: "After the impact", short: "After", build: () => afterSection(s) },
+    {
+      id: "feasibility",
+      title: "Clearance and limits",
+      short: "Clearance and limits",
+      build: () => feasibilitySection(s),
+    },
+    { id: "plan", title: "Plan", short: "Plan", build: () => planSection(s) },
+    { id: "cost", title: "Cost and samples", short: "Cost", build: () => costSection(s, samplesText(run)) },
+  ];
+}
+
+function comparisonSections(runs: Run[]): Section[] {
+  const [a, b] = runs;
+  const numbers = () => [answers(runs), keyNumbers(runs), differingScenarios(runs)];
+  const details = runs.map((run, i): Section => {
+    const label = run.data.label || "AB"[i];
+    return {
+      id: `run-${label}`,
+      title: `Details of ${label}: ${text(run.summary.scenario?.name)}`,
+      short: `Details of ${label}`,
+      build: () => detailsOf(run),
+    };
+  });
+  return [
+    { id: "verdict", title: "A beside B", short: "A beside B", build: numbers },
+    { id: "ledger", title: "Ledgers", short: "Ledgers", build: () => ledgerOfBoth(a.summary, b.summary) },
+    ...details,
+  ];
+}
+
+function detailsOf(run: Run): HTMLElement[] {
+  return runSections(run)
+    .filter((section) => section.id !== "ledger")
+    .map((section) => element("details", {}, element("summary", {}, section.title), ...guarded(section)));
+}
+
+// A section that fails says so; the others stay.
+function guarded(section: Section): HTMLElement[] {
+  try {
+    return section.build();
+  } catch (error) {
+    console.warn(section.id, error);
+    return [
+      absent(
+        `This part cannot be shown; the result may be damaged or from another version: ${(error as Error).message}`,
+      ),
+    ];
+  }
+}
+
+function sectionElement(section: Section): { root: HTMLElement; fill: () => void } {
+  const root = element(
+    "section",
+    { id: section.id, "aria-labelledby": `${section.id}-title`, class: "part" },
+    element("h2", { id: `${section.id}-title` }, section.title),
+  );
+  return { root, fill: () => root.append(...guarded(section)) };
+}
+
+function navigation(sections: Section[]): HTMLElement {
+  const links = sections.map((section) => element("a", { href: `#${section.id}` }, section.short));
+  return element("nav", { class: "page-nav", "aria-label": "Sections" }, ...links);
+}
+
+// ---- Replay and plots ----
+
+function replayPart(runs: Run[], clock: Clock, handles: Handles): HTMLElement[] {
+  if (!runs.some((run) => run.scene && run.samples > 0)) {
+    return [absent("There is no replay: this result has no scene.json or no time series.")];
+  }
+  return filledLater("The replay", (stage) => (handles.replay = createReplay(stage, runs, clock)));
+}
+
+function plotsPart(runs: Run[], clock: Clock, handles: Handles, title: string): HTMLElement[] {
+  return filledLater("The plots", (panel) => (handles.plots = buildPlots(panel, runs, clock, title)));
+}
+
+// What wants to know its size is filled once it is on the page.
+function filledLater(what: string, build: (host: HTMLElement) => void): HTMLElement[] {
+  const host = element("div", { class: "filled" });
+  queueMicrotask(() => {
+    try {
+      build(host);
+    } catch (error) {
+      console.warn(what, error);
+      host.replaceChildren(absent(`${what} cannot be shown: ${(error as Error).message}`));
+    }
+  });
+  return [host];
+}
+
+// ---- What is odd, and where this comes from ----
+
+function notices(runs: Run[]): HTMLElement[] {
+  const said = runs.flatMap((run) => {
+    const who = run.data.label ? `${run.data.label}: ` : "";
+    const failure =
+      run.summary.status === "failed"
+        ? [{ tone: "bad" as const, text: `${who}the run failed: ${text(run.summary.failure, "no reason is given")}` }]
+        : [];
+    const warnings = [...list(run.summary.warnings), ...run.data.notes].map((one) => ({
+      tone: "warn" as const,
+      text: `${who}${String(one)}`,
+    }));
+    return [...failure, ...warnings];
+  });
+  if (said.length === 0) return [];
+  return [
+    element(
+      "section",
+      { class: "notices", "aria-label": "Warnings" },
+      element("ul", {}, ...said.map((one) => element("li", {}, mark(one.tone, one.text)))),
+    ),
+  ];
+}
+
+function samplesText(run: Run): string {
+  const packed = run.data.series;
+  if (!packed) return "No time series.";
+  if (packed.samples === packed.of)
+    return `All ${packed.of} samples of the time series are in this page, in single precision.`;
+  return `${packed.samples} of ${packed.of} samples of the time series are in this page, in single precision; what was left out deviates from the lines by at most ${number(packed.bound, 2)} of each series' range. All are in timeseries.h5.`;
+}
+
+function footer(data: ReportData): HTMLElement {
+  return element(
+    "footer",
+    { class: "page-foot" },
+    `Made by Grapnel ${data.version || "of unknown version"} from the result's own files; this page loads nothing. SI units and radians; vectors in the world frame W.`,
+  );
+}

@@ -1,0 +1,100 @@
+// Tables that scroll inside their own box on small screens, and what else sections are made of.
+import { element } from "../dom";
+import { number } from "../format";
+import { size, vector, withUnit } from "./read";
+
+export type Cell = string | Node | null | undefined;
+
+export interface Column {
+  head: string;
+  unit?: string;
+  numeric?: boolean; // aligned right
+  title?: string;
+}
+
+export function table(caption: string, columns: Column[], rows: Cell[][]): HTMLElement {
+  const head = element("tr", {}, ...columns.map((column) => headCell(column)));
+  const body = rows.map((row) => tableRow(columns, row));
+  return tableBox(
+    caption,
+    element("table", {}, element("caption", {}, caption), element("thead", {}, head), element("tbody", {}, ...body)),
+  );
+}
+
+// Only what scrolls is a stop for the keyboard.
+const scrolling = new ResizeObserver((entries) => {
+  for (const { target } of entries) {
+    if (target.scrollWidth > target.clientWidth) target.setAttribute("tabindex", "0");
+    else target.removeAttribute("tabindex");
+  }
+});
+
+export function tableBox(name: string, content: HTMLTableElement): HTMLElement {
+  const box = element("div", { class: "table-box", role: "group", "aria-label": name }, content);
+  scrolling.observe(box);
+  return box;
+}
+
+export function headCell(column: Column): HTMLTableCellElement {
+  const cell = element("th", { scope: "col", ...(column.numeric ? { class: "numeric" } : {}) }, column.head);
+  if (column.unit) cell.append(element("span", { class: "unit" }, ` [${column.unit}]`));
+  if (column.title) cell.title = column.title;
+  return cell;
+}
+
+export function tableRow(columns: Column[], row: Cell[]): HTMLTableRowElement {
+  return element(
+    "tr",
+    {},
+    ...row.map((cell, i) => {
+      const attributes: Record<string, string> = columns[i]?.numeric ? { class: "numeric" } : {};
+      return i === 0
+        ? element("th", { scope: "row", ...attributes }, cell || "–")
+        : element("td", attributes, cell || "–");
+    }),
+  );
+}
+
+// "(0.04086, −0.1118, 0)"; components that are rounding beside the largest are "≈0"; all digits on hover.
+export function vectorCell(value: any): Cell {
+  const v = vector(value);
+  if (!v) return null;
+  const largest = Math.max(...v.map(Math.abs));
+  const shown = v.map((c) => (c !== 0 && Math.abs(c) < 1e-12 * largest ? "≈0" : number(c)));
+  return element("span", { class: "vector", title: v.map(String).join(", ") }, `(${shown.join(", ")})`);
+}
+
+export function fold(title: string, ...content: Cell[]): HTMLElement {
+  return element("details", {}, element("summary", {}, title), ...content.map((one) => one ?? null));
+}
+
+// A verdict by sign and word, not by colour alone.
+export function mark(kind: "good" | "bad" | "warn" | "none", word: string): HTMLElement {
+  const sign = { good: "✓", bad: "✗", warn: "!", none: "–" }[kind];
+  return element(
+    "span",
+    { class: `mark ${kind}` },
+    element("span", { class: "sign", "aria-hidden": "true" }, sign),
+    word,
+  );
+}
+
+export function absent(sentence: string): HTMLElement {
+  return element("p", { class: "empty" }, sentence);
+}
+
+// Names and values in two columns.
+export function pairs(entries: [string, Cell][]): HTMLElement {
+  const shown = entries.filter(([, value]) => value !== null && value !== undefined && value !== "");
+  return element(
+    "dl",
+    { class: "pairs" },
+    ...shown.flatMap(([name, value]) => [element("dt", {}, name), element("dd", {}, value || "–")]),
+  );
+}
+
+// "0.0002 rad/s (0, 0, −0.0002)"
+export function changeText(value: any, unit: string): Cell {
+  const length = size(value);
+  return length === null ? null : element("span", {}, `${withUnit(length, unit)} `, vectorCell(value));
+}

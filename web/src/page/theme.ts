@@ -1,0 +1,42 @@
+// Light, dark, or as the system has it. What was chosen is kept where the browser allows it.
+import { element } from "../dom";
+
+type Theme = "auto" | "light" | "dark";
+const kKey = "grapnel-theme";
+const kThemes: Theme[] = ["auto", "light", "dark"];
+
+function stored(): Theme {
+  try {
+    const found = localStorage.getItem(kKey) as Theme | null;
+    return found && kThemes.includes(found) ? found : "auto";
+  } catch {
+    return "auto"; // a browser that keeps nothing for files
+  }
+}
+
+function apply(theme: Theme): void {
+  const root = document.documentElement;
+  if (theme === "auto") delete root.dataset.theme;
+  else root.dataset.theme = theme;
+  window.dispatchEvent(new Event("grapnel-theme"));
+}
+
+export function themeToggle(): HTMLElement {
+  let now = stored();
+  apply(now);
+  const buttons = kThemes.map((theme) => {
+    const button = element("button", { type: "button", "aria-pressed": String(theme === now) }, theme);
+    button.addEventListener("click", () => {
+      now = theme;
+      try {
+        localStorage.setItem(kKey, theme);
+      } catch {
+        // not kept: fine
+      }
+      buttons.forEach((one, i) => one.setAttribute("aria-pressed", String(kThemes[i] === now)));
+      apply(theme);
+    });
+    return button;
+  });
+  return element("div", { class: "theme", role: "group", "aria-label": "Colours of the page" }, ...buttons);
+}

@@ -1,0 +1,265 @@
+// The first answer: was it captured, can the numbers be trusted, could the robot do it; and the numbers themselves.
+import { element } from "../dom";
+import { number } from "../format";
+import type { Run } from "../run";
+import { keyFacts, ledgerRows, tightest, type Fact, type LedgerRow } from "./facts";
+import { list, num, text, withUnit, words } from "./read";
+import { mark } from "./table";
+
+export function verdict(run: Run): HTMLElement[] {
+  const s = run.summary ?? {};
+  return [
+    element("div", { class: "verdicts" }, captureCard(s), ledgerCard(s), feasibleCard(s)),
+    element("div", { class: "tiles" }, ...tiles(keyFacts(run))),
+  ];
+}
+
+// The three answers in a word each, for two runs side by side.
+export function shortVerdicts(s: any): { question: string; tone: Tone; word: string; said: string }[] {
+  return [captureAnswer(s), ledgerAnswer(s), feasibleAnswer(s)].map(({ question, tone, word, said }) => ({
+    question,
+    tone,
+    word,
+    said,
+  }));
+}
+
+interface Answer {
+  question: string;
+  tone: Tone;
+  word: string;
+  said: string;
+}
+
+export type Tone = "good" | "bad" | "warn" | "none";
+
+function card({ question, tone, word, said }: Answer, ...content: (HTMLElement | null)[]): HTMLElement {
+  const head = element("div", {}, element("h3", {}, question), element("p", { class: "word" }, mark(tone, word)));
+  return element("div", { class: `verdict ${tone}` }, head, element("div", {}, element("p", {}, said), ...content));
+}
+
+// ---- Captured? ----
+
+function captureAnswer(s: any): Answer {
+  const question = "Capture";
+  if (s.status === "failed")
+    return { question, tone: "bad", word: "Run failed", said: text(s.failure, "no reason is given") };
+  if (s.status !== undefined && s.status !== "completed")
+    return { question, tone: "warn", word: "Not run", said: `status: ${text(s.status)}` };
+  if (s.status === undefined && !s.capture)
+    return { question, tone: "warn", word: "Not known", said: "The summary does not say what happened." };
+  if (!s.capture)
+    return {
+      question,
+      tone: "none",
+      word: "Nothing to grip",
+      said: "This run has no grasps, or its summary does not say.",
+    };
+  const captured = s.capture.captured === true;
+  return {
+    question,
+    tone: captured ? "good" : "bad",
+    word: captured ? "Captured" : "Not captured",
+    said: captureSentence(s),
+  };
+}
+
+function captureCard(s: any): HTMLElement {
+  const before = s.capture ? captureSentence(s) : "It ended before a capture was judged.";
+  return card(captureAnswer(s), s.status === "failed" ? element("p", { class: "small" }, before) : null, gripList(s));
+}
+
+export function captureSentence(s: any): string {
+  const grasps = list(s.capture?.grasps);
+  const closed = grasps.filter((grasp) => grasp.captured === true).length;
+  const when = num(s.capture?.time) !== null ? ` at ${withUnit(num(s.capture.time), "s")}` : "";
+  const strongest = list(s.impact?.grasps).reduce(
+    (best, one) => ((num(one.impulse_magnitude) ?? -1) > (num(best?.impulse_magnitude) ?? -1) ? one : best),
+    null,
+  );
+  const impulse = strongest
+    ? `, impulse up to ${withUnit(num(strongest.impulse_magnitude), "N s")} (${text(strongest.end_effector)})`
+    : "";
+  return `${closed} of ${grasps.length} grips closed${when}${impulse}.`;
+}
+
+function gripList(s: any): HTMLElement | null {
+  const grasps = list(s.capture?.grasps);
+  if (grasps.length === 0) return null;
+  const rows = grasps.map((grasp) => {
+    const good = grasp.captured === true;
+    const released = num(grasp.released) !== null ? `; let go at ${withUnit(num(grasp.released), "s")}` : "";
+    return element(
+      "li",
+      {},
+      mark(good ? "good" : "bad", `${text(grasp.end_effector)} → ${text(grasp.target)}`),
+      element("span", { class: "reason" }, `${text(grasp.reason, "no reason is given")}${released}`),
+    );
+  });
+  return element("ul", { class: "grips" }, ...rows);
+}
+
+// ---- To be trusted? ----
+
+function checked(s: any): LedgerRow[] {
+  return ledgerRows(s).filter((row) => row.kind !== "feasibility" && row.applies);
+}
+
+function ledgerAnswer(s: any): Answer {
+  const question = "Ledger";
+  const rows = checked(s);
+  if (rows.length === 0)
+    return { question, tone: "warn", word: "No ledger", said: "The summary has no checks of conservation." };
+  const passed = rows.filter((row) => row.pass).length;
+  const good = s.ledger.pass === true && passed === rows.length;
+  return {
+    question,
+    tone: good ? "good" : "bad",
+    word: good ? "Passes" : "Fails",
+    said: `${passed} of ${rows.length} conservation checks within their bounds.`,
+  };
+}
+
+function ledgerCard(s: any): HTMLElement {
+  const rows = checked(s);
+  const worst = tightest(rows);
+  const failing = rows.filter((row) => !row.pass);
+  const unit = worst && worst.row.unit !== "1" ? `\u00a0${worst.row.unit}` : "";
+  return card(
+    ledgerAnswer(s),
+    failing.length > 0
+      ? element(
+          "ul",
+          { class: "events" },
+          ...failing.map((row) =>
+            element(
+              "li",
+              {},
+              `${words(row.key)}: ${row.value === null ? "not a number" : `${number(row.value)} > ${number(row.bound)}`}`,
+            ),
+          ),
+        )
+      : worst &&
+          element(
+            "p",
+            { class: "small" },
+            `Closest to its bound: ${words(worst.row.key)}, ${number(worst.row.value, 3)} of ${number(worst.row.bound, 3)}${unit}.`,
+          ),
+    rows.length > 0 ? element("p", { class: "more" }, element("a", { href: "#ledger" }, "All checks")) : null,
+  );
+}
+
+// ---- Possible for the robot? ----
+
+export interface Trouble {
+  text: string;
+  size: number; // for order: how bad
+}
+
+function feasibleAnswer(s: any): Answer {
+  const question = "Feasibility";
+  const rows = ledgerRows(s).filter((row) => row.kind === "feasibility");
+  if (rows.length === 0)
+    return { question, tone: "none", word: "Not checked", said: "The summary has no checks of clearance and limits." };
+  if (s.ledger.feasible === true)
+    return { question, tone: "good", word: "Feasible", said: "Clearance and joint limits are kept." };
+  return {
+    question,
+    tone: "bad",
+    word: "Not feasible",
+    said: "Clearance or joint limits are not kept; the motion computed does not feel them.",
+  };
+}
+
+function feasibleCard(s: any): HTMLElement {
+  const idle = ledgerRows(s).filter((row) => row.kind === "feasibility" && !row.applies);
+  const unchecked = idle.map((row) => words(row.key).replace(/ violation$/, ""));
+  const troubles = [...clearanceTroubles(s), ...limitTroubles(s)];
+  const worst = troubles.slice(0, 3).map((one) => element("li", {}, one.text));
+  if (troubles.length > 3) worst.push(element("li", {}, `and ${troubles.length - 3} more`));
+  return card(
+    feasibleAnswer(s),
+    worst.length > 0 ? element("ul", { class: "events" }, ...worst) : null,
+    unchecked.length > 0 ? element("p", { class: "small" }, `Nothing to check: ${unchecked.join(", ")}.`) : null,
+    s.clearance || s.limits
+      ? element("p", { class: "more" }, element("a", { href: "#feasibility" }, "All events and limits"))
+      : null,
+  );
+}
+
+// One line per pair of bodies, the deepest first.
+function clearanceTroubles(s: any): Trouble[] {
+  const byPair = new Map<string, any>();
+  for (const event of list(s.clearance?.events)) {
+    const pair = list(event.bodies).join(" – ");
+    const known = byPair.get(pair);
+    if (!known || num(event.least_distance)! < num(known.least_distance)!) byPair.set(pair, event);
+  }
+  return [...byPair]
+    .map(([pair, event]) => {
+      const distance = num(event.least_distance) ?? 0;
+      const how =
+        distance < 0
+          ? `overlap by ${withUnit(-distance, "m", 3)}`
+          : `${withUnit(distance, "m", 3)} apart, ${withUnit(num(event.required), "m", 3)} required`;
+      return { text: `${pair}: ${how} at ${withUnit(num(event.least_time), "s")}`, size: -distance };
+    })
+    .sort((a, b) => b.size - a.size);
+}
+
+function limitTroubles(s: any): Trouble[] {
+  return list(s.limits?.events)
+    .filter((event) => event.kind !== "effort_saturated")
+    .map((event) => ({
+      text: `${text(event.joint)}: ${words(event.kind)} ${number(num(event.worst_value))} beyond ${number(num(event.limit))} at ${withUnit(num(event.worst_time), "s")}`,
+      size: Math.abs((num(event.worst_value) ?? 0) - (num(event.limit) ?? 0)),
+    }))
+    .sort((a, b) => b.size - a.size);
+}
+
+// ---- Numbers ----
+
+export function factText(fact: Fact): string {
+  return number(fact.value, fact.percent ? 3 : 4);
+}
+
+// A force stands in the tile of the impulse that it belongs to: the peak if there is one.
+function tiles(facts: Fact[]): HTMLElement[] {
+  const byKey = new Map(facts.map((fact) => [fact.key, fact]));
+  return facts
+    .filter((fact) => !/^(mean|peak) force /.test(fact.key))
+    .map((fact) => {
+      const grip = fact.key.replace(/^impulse /, "");
+      return tile(
+        fact,
+        grip === fact.key ? undefined : (byKey.get(`peak force ${grip}`) ?? byKey.get(`mean force ${grip}`)),
+      );
+    });
+}
+
+function tile(fact: Fact, force?: Fact): HTMLElement {
+  const peak = force?.key.startsWith("peak") ?? false; // has more to say, below
+  const sign = fact.tone ? mark(fact.tone, fact.word ?? "") : null;
+  const details = [peak ? force!.detail : "", fact.detail].filter(Boolean).join("; ");
+  return element(
+    "div",
+    { class: `tile ${fact.tone ?? ""}` },
+    element("p", { class: "name" }, fact.name),
+    valueLine(fact, "value"),
+    force &&
+      element(
+        "p",
+        { class: "second" },
+        `${force.name.split(",")[0].toLowerCase()} `,
+        valueLine(force, ""),
+        peak ? null : element("span", { class: "detail" }, ` ${force.detail}`),
+      ),
+    element("p", { class: "detail" }, sign, sign && " ", details),
+  );
+}
+
+function valueLine(fact: Fact, name: string): HTMLElement {
+  const line = element(name ? "p" : "strong", name ? { class: name } : {}, factText(fact));
+  if (fact.value !== null) line.append(element("span", { class: "unit" }, ` ${fact.unit}`));
+  return line;
+}

@@ -1,0 +1,247 @@
+// Which plots a run has, from the series it has. Nothing here is drawn or computed yet.
+import { lineStyle } from "../colors";
+import type { Run } from "../run";
+import { label } from "../format";
+import { armPlots } from "./catalog_joints";
+import { contactPlots, endEffectorPlots, loopPlots } from "./catalog_grips";
+import { rotationVectors } from "./kinematics";
+import {
+  column,
+  componentLine,
+  components,
+  derivedLine,
+  isZero,
+  kAxes,
+  take,
+  vectorLines,
+  type Context,
+} from "./lines";
+import { lazily, type PlotSpec } from "./spec";
+
+// In the order in which a capture is read: how it moved, what it met, what became of it.
+const kGroups = [
+  "Joints",
+  "End-effectors",
+  "Grip loads",
+  "Momentum",
+  "Base",
+  "Energy",
+  "Torques",
+  "Loops",
+  "Targets",
+  "Other",
+];
+
+export function plotsOf(run: Run, index: number): PlotSpec[] {
+  const context: Context = { run, index, planar: run.scene?.planar ?? false, used: new Set() };
+  const plots = [
+    ...armPlots(context),
+    ...endEffectorPlots(context),
+    ...contactPlots(context),
+    ...momentumPlots(context),
+    ...basePlots(context),
+    ...targetPlots(context),
+    ...energyPlots(context),
+    ...loopPlots(context),
+  ];
+  const all = [...plots, ...otherPlots(context)].filter((plot) => plot.lines.length > 0);
+  return kGroups.flatMap((group) => all.filter((plot) => plot.group === group));
+}
+
+export function targetNames(run: Run): string[] {
+  const names = run.all().map((series) => /^targets\/(.+)\/position$/.exec(series.path)?.[1]);
+  return names.filter((name) => name !== undefined);
+}
+
+function momentumPlots(context: Context): PlotSpec[] {
+  const result: PlotSpec[] = [];
+  for (const [kind, rotation, unit] of [
+    ["linear", false, "N s"],
+    ["angular", true, "N m s"],
+  ] as const) {
+    const total = take(context, `system/${kind}_momentum`);
+    const bodies = [
+      { name: "robot", series: take(context, `robot/${kind}_momentum`) },
+      ...targetNames(context.run).map((name) => ({ name, series: take(context, `targets/${name}/${kind}_momentum`) })),
+    ];
+    for (const c of components(context, rotation)) {
+      const lines = bodies.flatMap(({ name, series }, i) =>
+        series ? [componentLine(context, series, c, { label: name, ...lineStyle(i) })] : [],
+      );
+      if (total)
+        lines.push(componentLine(context, total, c, { label: "total", color: "ink", width: 2.2, dash: [7, 3] }));
+      result.push({
+        id: `momentum-${kind}-${kAxes[c]}`,
+        group: "Momentum",
+        title: `${kind === "linear" ? "Linear" : "Angular"} momentum, ${kAxes[c]}`,
+        axis: label(`${kind} momentum ${kAxes[c]}`, unit),
+        unit,
+        lines,
+        note: rotation ? "About the system's centre of mass, in W." : undefined,
+      });
+    }
+  }
+  return result;
+}
+
+function basePlots(context: Context): PlotSpec[] {
+  const attitude = take(context, "base/quaternion_wxyz");
+  const plots: PlotSpec[] = [];
+  if (attitude) {
+    const vectors = lazily(() => rotationVectors(attitude.data));
+    const lines = components(context, true).map((c) =>
+      derivedLine(
+        context,
+        `base/rotation_vector/${kAxes[c]}`,
+        "rad",
+        { label: context.planar ? "angle" : kAxes[c], ...lineStyle(c) },
+        () => column(vectors(), 3, c),
+      ),
+    );
+    plots.push({
+      id: "base-attitude",
+      group: "Base",
+      title: context.planar ? "Base angle" : "Base attitude",
+      axis: label(context.planar ? "angle about z" : "rotation vector", "rad"),
+      unit: "rad",
+      lines,
+      note: context.planar
+        ? undefined
+        : "Rotation vector from W to the base: unit axis times angle, in W; full turns are counted on.",
+    });
+  }
+  const vectorPlot = (path: string, title: string, axis: string, rotation: boolean): void => {
+    const series = take(context, path);
+    if (!series) return;
+    const lines = vectorLines(context, series, rotation);
+    plots.push({
+      id: path.replace(/\//g, "-"),
+      group: "Base",
+      title,
+      axis: label(axis, series.unit),
+      unit: series.unit,
+      lines,
+    });
+  };
+  vectorPlot("base/angular_velocity", "Base rate", "base rate", true);
+  vectorPlot("base/position", "Base position", "base position", false);
+  vectorPlot("base/velocity", "Base velocity", "base velocity", false);
+  return plots;
+}
+
+function targetPlots(context: Context): PlotSpec[] {
+  const names = targetNames(context.run);
+  const plot = (name: string, path: string, title: string, rotation: boolean): PlotSpec[] => {
+    const series = take(context, `targets/${name}/${path}`);
+    if (!series) return [];
+    const id = `target-${name}-${path}`;
+    const axis = label(title.toLowerCase(), series.unit);
+    return [
+      {
+        id,
+        group: "Targets",
+        title: `${title}, ${name}`,
+        axis,
+        unit: series.unit,
+        lines: vectorLines(context, series, rotation),
+      },
+    ];
+  };
+  return names.flatMap((name) => {
+    context.used.add(`targets/${name}/position`).add(`targets/${name}/quaternion_wxyz`);
+    return [
+      ...plot(name, "angular_velocity", "Target rate", true),
+      ...plot(name, "velocity", "Target velocity", false),
+    ];
+  });
+}
+
+function energyPlots(context: Context): PlotSpec[] {
+  const wanted: [string, string][] = [
+    ["system/kinetic_energy", "kinetic energy"],
+    ["system/motor_work", "work of the motors"],
+    ["system/friction_work", "work of joint friction"],
+    ["system/external_work", "external work"],
+  ];
+  const lines = wanted.flatMap(([path, name], i) => {
+    const series = take(context, path);
+    if (!series || (i > 1 && isZero(series))) return [];
+    return [
+      componentLine(
+        context,
+        series,
+        0,
+        i === 0 ? { label: name, color: "ink", width: 2 } : { label: name, ...lineStyle(i - 1) },
+      ),
+    ];
+  });
+  const zero = wanted.slice(2).filter(([path]) => isZero(context.run.series(path)) && context.run.series(path));
+  const note = `Work: since the start.${zero.length > 0 ? ` Zero throughout: ${zero.map(([, name]) => name).join(", ")}.` : ""}`;
+  const kinetic = lines
+    .filter((line) => line.key === "system/kinetic_energy")
+    .map((line) => ({ ...line, label: "kinetic energy" }));
+  const plots: PlotSpec[] = [
+    {
+      id: "kinetic-energy",
+      group: "Energy",
+      title: "Kinetic energy",
+      axis: label("kinetic energy", "J"),
+      unit: "J",
+      lines: kinetic,
+      note: "Of everything, rotors included.",
+    },
+    {
+      id: "energy",
+      group: "Energy",
+      title: "Energy and work",
+      axis: label("energy, work", "J"),
+      unit: "J",
+      lines,
+      note,
+    },
+  ];
+  return [...plots, ...externalPlots(context)];
+}
+
+// Impulses from outside, where there are any.
+function externalPlots(context: Context): PlotSpec[] {
+  const plots: PlotSpec[] = [];
+  for (const [path, title, rotation] of [
+    ["system/external_impulse", "External impulse", false],
+    ["system/external_angular_impulse", "External angular impulse", true],
+  ] as const) {
+    const series = take(context, path);
+    if (!series || isZero(series)) continue;
+    const axis = label(title.toLowerCase(), series.unit);
+    plots.push({
+      id: path.replace(/\//g, "-"),
+      group: "Energy",
+      title,
+      axis,
+      unit: series.unit,
+      lines: vectorLines(context, series, rotation),
+    });
+  }
+  return plots;
+}
+
+// Series that this viewer does not know: newer than it, or of another kind of run.
+function otherPlots(context: Context): PlotSpec[] {
+  context.used.add("system/center_of_mass");
+  const unknown = context.run
+    .all()
+    .filter((series) => !context.used.has(series.path) && !/^links\/|quaternion_wxyz$/.test(series.path));
+  return unknown
+    .filter((series) => !isZero(series))
+    .map((series) => ({
+      id: `other-${series.path}`,
+      group: "Other",
+      title: series.path,
+      axis: label(series.path.split("/").pop()!.replace(/_/g, " "), series.unit),
+      unit: series.unit,
+      lines: series.components.map((name, c) =>
+        componentLine(context, series, c, { label: name || series.path, ...lineStyle(c) }),
+      ),
+      note: series.description,
+    }));
+}

@@ -1,0 +1,121 @@
+// Plots of joints, arm by arm: angles, rates, how far they are from what they follow, motor torques, friction.
+import { lineStyle } from "../colors";
+import { label } from "../format";
+import type { Series } from "../run";
+import { arms, shortJoint, type Arm } from "./arms";
+import { column, componentLine, derivedLine, isZero, take, type Context } from "./lines";
+import type { PlotSpec } from "./spec";
+
+interface Quantity {
+  path: string;
+  group: string;
+  turning: { title: string; axis: string; unit: string };
+  sliding: { title: string; axis: string; unit: string };
+}
+
+const kQuantities: Quantity[] = [
+  {
+    path: "joints/position",
+    group: "Joints",
+    turning: { title: "Joint angles", axis: "joint angle", unit: "rad" },
+    sliding: { title: "Joint positions", axis: "joint position", unit: "m" },
+  },
+  {
+    path: "joints/velocity",
+    group: "Joints",
+    turning: { title: "Joint rates", axis: "joint rate", unit: "rad/s" },
+    sliding: { title: "Joint speeds", axis: "joint speed", unit: "m/s" },
+  },
+  {
+    path: "joints/effort",
+    group: "Torques",
+    turning: { title: "Joint torques", axis: "motor torque", unit: "N m" },
+    sliding: { title: "Joint forces", axis: "motor force", unit: "N" },
+  },
+  {
+    path: "joints/friction",
+    group: "Torques",
+    turning: { title: "Joint friction", axis: "friction torque", unit: "N m" },
+    sliding: { title: "Joint friction", axis: "friction force", unit: "N" },
+  },
+];
+
+export function armPlots(context: Context): PlotSpec[] {
+  const positions = context.run.series("joints/position") ?? context.run.series("joints/velocity");
+  if (!positions) return [];
+  const all = arms(positions.components, context.run.scene);
+  const motion = kQuantities.filter((quantity) => quantity.group === "Joints");
+  const torques = kQuantities.filter((quantity) => quantity.group === "Torques");
+  const of = (quantities: Quantity[]) =>
+    all.flatMap((arm) => quantities.flatMap((quantity) => quantityPlots(context, arm, quantity)));
+  return [...of(motion), ...trackingPlots(context, all), ...of(torques)];
+}
+
+function quantityPlots(context: Context, arm: Arm, quantity: Quantity): PlotSpec[] {
+  const series = take(context, quantity.path);
+  if (!series || (quantity.path === "joints/friction" && isZero(series))) return [];
+  return [false, true].flatMap((sliding) => {
+    const joints = arm.joints.filter((joint) => joint.sliding === sliding && joint.index < series.width);
+    const words = sliding ? quantity.sliding : quantity.turning;
+    if (joints.length === 0) return [];
+    const lines = joints.map((joint, i) => {
+      const line = componentLine(context, series, joint.index, { label: shortJoint(joint.name, arm), ...lineStyle(i) });
+      return { ...line, unit: words.unit, column: label(line.key, words.unit) };
+    });
+    const id = `${quantity.path.replace("/", "-")}-${arm.name}${sliding ? "-sliding" : ""}`;
+    return [
+      {
+        id,
+        group: quantity.group,
+        title: `${words.title}, ${arm.name}`,
+        axis: label(words.axis, words.unit),
+        unit: words.unit,
+        lines,
+      },
+    ];
+  });
+}
+
+// What the joints' angles lack to the reference; nothing where they follow none.
+function trackingPlots(context: Context, all: Arm[]): PlotSpec[] {
+  const position = context.run.series("joints/position");
+  const reference = take(context, "joints/reference_position");
+  take(context, "joints/reference_velocity");
+  if (!position || !reference || reference.width !== position.width) return [];
+  return all.flatMap((arm) => {
+    const joints = arm.joints.filter((joint) => !joint.sliding && follows(reference, joint.index));
+    if (joints.length === 0) return [];
+    const lines = joints.map((joint, i) =>
+      derivedLine(
+        context,
+        `joints/tracking_error/${joint.name}`,
+        "rad",
+        { label: shortJoint(joint.name, arm), ...lineStyle(i) },
+        () => {
+          const is = column(position.data, position.width, joint.index);
+          const wanted = column(reference.data, reference.width, joint.index);
+          return is.map((value, k) => value - wanted[k]);
+        },
+      ),
+    );
+    const note =
+      "Joint angle minus the reference that the controller follows; no line where it follows none. Series are stored in single precision.";
+    return [
+      {
+        id: `joints-tracking-${arm.name}`,
+        group: "Joints",
+        title: `Tracking error, ${arm.name}`,
+        axis: label("angle − reference", "rad"),
+        unit: "rad",
+        lines,
+        note,
+      },
+    ];
+  });
+}
+
+function follows(reference: Series, joint: number): boolean {
+  for (let i = joint; i < reference.data.length; i += reference.width)
+    if (Number.isFinite(reference.data[i])) return true;
+  return false;
+}

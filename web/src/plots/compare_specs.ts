@@ -1,0 +1,64 @@
+// Plots of two runs in one: A solid, B dashed; or their difference.
+import type { Run } from "../run";
+import { difference } from "./jumps";
+import { lazily, type Line, type PlotSpec } from "./spec";
+
+export function overlay(a: PlotSpec[], b: PlotSpec[]): PlotSpec[] {
+  const others = new Map(b.map((plot) => [plot.id, plot]));
+  const result = a.map((plot) => {
+    const other = others.get(plot.id);
+    others.delete(plot.id);
+    if (!other) return { ...plot, lines: marked(plot.lines, "A"), note: joined(plot.note, "Only in A.") };
+    const window: [number, number] | undefined =
+      plot.window && other.window
+        ? [Math.min(plot.window[0], other.window[0]), Math.max(plot.window[1], other.window[1])]
+        : plot.window;
+    return { ...plot, window, lines: interleaved(plot.lines, other.lines) };
+  });
+  const onlyB = [...others.values()].map((plot) => ({
+    ...plot,
+    lines: marked(plot.lines, "B"),
+    note: joined(plot.note, "Only in B."),
+  }));
+  return [...result, ...onlyB];
+}
+
+function joined(...notes: (string | undefined)[]): string {
+  return notes.filter(Boolean).join(" ");
+}
+
+function marked(lines: Line[], run: "A" | "B"): Line[] {
+  return lines.map((line) =>
+    run === "A" ? { ...line, label: `${line.label} A` } : { ...line, label: `${line.label} B`, ...dashedLike(line) },
+  );
+}
+
+// Lines that are dashed already get finer dashes in B.
+function dashedLike(line: Line): { dash: number[]; width: number } {
+  return { dash: line.dash.length > 0 ? [2, 2] : [6, 3], width: line.width };
+}
+
+function interleaved(a: Line[], b: Line[]): Line[] {
+  const others = new Map(b.map((line) => [line.key, line]));
+  const result: Line[] = [];
+  for (const line of a) {
+    result.push(...marked([line], "A"));
+    const other = others.get(line.key);
+    if (other) result.push(...marked([{ ...other, color: line.color, hidden: line.hidden }], "B"));
+    others.delete(line.key);
+  }
+  return [...result, ...marked([...others.values()], "B")];
+}
+
+// B minus A of what both have, at A's samples.
+export function differences(plot: PlotSpec, runs: Run[]): Line[] {
+  return plot.lines
+    .filter((line) => line.run === 0)
+    .flatMap((line) => {
+      const other = plot.lines.find((one) => one.run === 1 && one.key === line.key);
+      if (!other) return [];
+      const values = lazily(() => difference(runs[0].time, line.values(), runs[1].time, other.values()));
+      const name = line.label.replace(/ A$/, "");
+      return [{ ...line, label: name, column: line.column.replace(/( \[|$)/, " B-A$1"), values }];
+    });
+}

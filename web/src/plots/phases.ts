@@ -1,0 +1,21 @@
+// What plots shade: the phases of the first run; of a second one when its contacts begin, where the first's do not.
+import type { Run } from "../run";
+
+export interface Shade {
+  name: string;
+  begin: number; // [s]
+  end: number;
+}
+
+export function shades(runs: Run[]): Shade[] {
+  const first: Shade[] = runs[0]?.phases ?? [];
+  const begins = new Set(first.map((phase) => phase.begin));
+  const others = runs
+    .slice(1)
+    .flatMap((run) =>
+      run.phases
+        .filter((phase) => phase.name.startsWith("contact") && !begins.has(phase.begin))
+        .map((phase) => ({ name: `${phase.name} ${run.data.label}`, begin: phase.begin, end: phase.begin })),
+    );
+  return [...first, ...others];
+}

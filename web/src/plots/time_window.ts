@@ -1,0 +1,41 @@
+// The part of time that plots show: one for all of them. A plot leaves it when it is zoomed by itself.
+import { kSmallestWindow } from "./jumps";
+
+export class TimeWindow {
+  min: number;
+  max: number;
+  linked = false; // zooming one plot zooms all
+  private readonly listeners = new Set<() => void>();
+
+  constructor(
+    readonly begin: number,
+    readonly end: number,
+  ) {
+    this.min = begin;
+    this.max = end > begin ? end : begin + 1;
+  }
+
+  set(min: number, max: number): void {
+    [this.min, this.max] = this.allowed(min, max);
+    for (const listener of this.listeners) listener();
+  }
+  reset(): void {
+    this.set(this.begin, this.end);
+  }
+  listen(listener: () => void): void {
+    this.listeners.add(listener);
+  }
+
+  // Within the run, and not smaller than what plots can resolve.
+  allowed(min: number, max: number): [number, number] {
+    const span = this.end > this.begin ? this.end - this.begin : 1;
+    const least = span * kSmallestWindow;
+    const middle = (min + max) / 2;
+    if (!(max - min >= least)) [min, max] = [middle - least / 2, middle + least / 2];
+    min = Math.max(min, this.begin);
+    max = Math.min(max, this.begin + span);
+    return max - min >= least * 0.999
+      ? [min, max]
+      : [Math.max(this.begin, max - least), Math.max(this.begin, max - least) + least];
+  }
+}

@@ -1,0 +1,147 @@
+// One run's bodies as a tree of solids, moved to where the run has them at an instant.
+import { BoxGeometry, Group, Vector3 } from "three";
+import type { Scene, SceneBody } from "../data";
+import type { Instant, Run } from "../run";
+import { inertiaBox } from "./inertia";
+import type { Paints } from "./palette";
+import { poseAt, type PoseTrack, poseTrack } from "./poses";
+import { geometrySolid, handSolid, jointSolid, type Look, rod, solid } from "./shapes";
+
+export type Style = "solid" | "ghost" | "second";
+
+export interface BodyView {
+  body: SceneBody;
+  object: Group;
+  track: PoseTrack | undefined;
+  radius: number; // about the frame's origin, of what is drawn [m]
+}
+
+// Roles of bodies and end-effectors: "base", "arm 0", "target 1". An arm is what hangs on one link of the base.
+export function rolesOf(scene: Scene): Map<string, string> {
+  const roles = new Map<string, string>();
+  let arms = 0;
+  let targets = 0;
+  for (const body of scene.bodies) {
+    if (body.kind === "base") roles.set(body.name, "base");
+    else if (body.kind === "target") roles.set(body.name, `target ${targets++}`);
+    else {
+      const parent = roles.get(body.parent ?? "");
+      roles.set(body.name, parent?.startsWith("arm") ? parent : `arm ${arms++}`);
+    }
+  }
+  return roles;
+}
+
+export function buildBodies(run: Run, scene: Scene, paints: Paints, style: Style): BodyView[] {
+  const roles = rolesOf(scene);
+  const rodRadius = rodRadiusOf(scene);
+  return scene.bodies.map((body) => {
+    const look = lookOf(roles.get(body.name) ?? "base", style);
+    const object = new Group();
+    object.name = body.name;
+    const own = body.geometry ? geometrySolid(body.geometry, scene, look, paints) : undefined;
+    for (const part of own ? [own] : defaultSolids(body, scene, rodRadius, look, paints)) object.add(part);
+    if (body.kind === "link") addJointAndHands(object, body, scene, rodRadius, look, paints);
+    const track = poseTrack(run, body.series);
+    object.visible = track !== undefined; // a body whose motion is not known is not shown anywhere
+    return { body, object, track, radius: reach(body, scene) };
+  });
+}
+
+export function poseBodies(views: BodyView[], instant: Instant): void {
+  for (const view of views) if (view.track) poseAt(view.track, instant, view.object.position, view.object.quaternion);
+}
+
+function lookOf(role: string, style: Style): Look {
+  if (style === "ghost") return { role: "ghost", jointRole: "ghost", edgeRole: "ghost", opacity: 0.16 };
+  if (style === "second") return { role: "second", jointRole: "second", edgeRole: "second", opacity: 0.3 };
+  return { role, jointRole: "joint", edgeRole: "edge", opacity: 1 };
+}
+
+// Links: rods from joint to joint or end-effector. Others: the box of the same inertia.
+function defaultSolids(body: SceneBody, scene: Scene, radius: number, look: Look, paints: Paints): Group[] {
+  if (body.kind === "link") {
+    const origin = new Vector3();
+    return linkEnds(body, scene)
+      .map((end) => rod(origin, end, radius, 0.72, look, paints))
+      .filter((made) => made !== undefined);
+  }
+  const box = inertiaBox(body.mass, body.inertia);
+  const size = box?.size ?? new Vector3(1, 1, 1).multiplyScalar(0.4 * typicalLink(scene));
+  const made = solid(new BoxGeometry(size.x, size.y, size.z), look, paints, "edges");
+  made.position.set(...body.com);
+  if (box) made.quaternion.copy(box.quaternion);
+  return [made];
+}
+
+// Where a link leads to, in its frame: its children's joints, else its end-effectors, else twice the way to its centre of mass.
+function linkEnds(body: SceneBody, scene: Scene): Vector3[] {
+  const ends = scene.bodies.filter((b) => b.parent === body.name && b.joint).map((b) => new Vector3(...b.joint!.position));
+  for (const e of scene.end_effectors) if (e.body === body.name) ends.push(new Vector3(...e.position));
+  if (ends.length === 0) ends.push(new Vector3(...body.com).multiplyScalar(2));
+  return ends;
+}
+
+function addJointAndHands(object: Group, body: SceneBody, scene: Scene, rodRadius: number, look: Look, paints: Paints): void {
+  const g = body.geometry;
+  const girth = g && (g.shape === "cylinder" || g.shape === "capsule") && g.size[0] > 0 ? g.size[0] : rodRadius;
+  if (body.joint && g?.shape !== "mesh") {
+    // In the joint's frame the axis is that of the child's frame too: turning about it moves neither.
+    const made = jointSolid(body.joint.type, new Vector3(...body.joint.axis), 1.3 * girth, look, paints);
+    if (made) object.add(made);
+  }
+  for (const e of scene.end_effectors) {
+    if (e.body !== body.name) continue;
+    const point = new Vector3(...e.position);
+    const outwards = point.lengthSq() > 1e-12 ? point : new Vector3(0, 0, 1);
+    const hand = handSolid(outwards, 1.8 * girth, look, paints);
+    hand.position.copy(point);
+    object.add(hand);
+  }
+}
+
+// Distances between joints of chains, in order.
+function linkLengths(scene: Scene): number[] {
+  const links = scene.bodies.filter((body) => body.kind === "link");
+  const lengths = links.flatMap((body) => linkEnds(body, scene).map((end) => end.length()));
+  return lengths.filter((length) => length > 1e-6).sort((a, b) => a - b);
+}
+
+function rodRadiusOf(scene: Scene): number {
+  return 0.02 * (typicalLink(scene) + (linkLengths(scene).at(-1) ?? 0));
+}
+
+// The median distance between joints of a chain, or the base's size: what sizes are chosen by.
+export function typicalLink(scene: Scene): number {
+  const lengths = linkLengths(scene);
+  const median = lengths[lengths.length >> 1];
+  if (median > 0) return median;
+  return Math.max(...scene.bodies.map((b) => inertiaBox(b.mass, b.inertia)?.size.length() ?? 0), 0.1);
+}
+
+// Radius about the frame's origin of all that is drawn of a body.
+function reach(body: SceneBody, scene: Scene): number {
+  const g = body.geometry;
+  let radius = 0;
+  if (g) {
+    const offset = Math.hypot(...g.position);
+    const [a, b, c] = g.size;
+    if (g.shape === "box") radius = offset + 0.5 * Math.hypot(a, b, c);
+    else if (g.shape === "cylinder") radius = offset + Math.hypot(a, b / 2);
+    else if (g.shape === "capsule") radius = offset + a + b / 2;
+    else if (g.shape === "sphere") radius = offset + a;
+    else radius = offset + meshReach(scene, g.mesh ?? -1, g.size);
+  } else if (body.kind !== "link") {
+    radius = Math.hypot(...body.com) + 0.5 * (inertiaBox(body.mass, body.inertia)?.size.length() ?? 0.4);
+  }
+  if (body.kind === "link") for (const end of linkEnds(body, scene)) radius = Math.max(radius, end.length());
+  return radius;
+}
+
+function meshReach(scene: Scene, index: number, scale: readonly number[]): number {
+  const vertices = scene.meshes[index]?.vertices ?? [];
+  let most = 0;
+  for (let i = 0; i + 2 < vertices.length; i += 3)
+    most = Math.max(most, Math.hypot(vertices[i] * (scale[0] || 1), vertices[i + 1] * (scale[1] || 1), vertices[i + 2] * (scale[2] || 1)));
+  return most;
+}

@@ -1,0 +1,198 @@
+// The ways to look: inertial, following base or a target, from above without perspective. Following moves the world, not the camera, so that
+// every view keeps its own orbit.
+import { Box3, type Group, Matrix4, MOUSE, OrthographicCamera, PerspectiveCamera, Quaternion, TOUCH, Vector3 } from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import type { BodyView } from "./bodies";
+
+export interface Ball {
+  centre: Vector3;
+  radius: number;
+}
+
+export interface ViewSpec {
+  id: string; // "inertial", "follow base", "follow target-1", "top"
+  label: string;
+  follow: BodyView | null;
+  top: boolean;
+}
+
+interface View extends ViewSpec {
+  camera: PerspectiveCamera | OrthographicCamera;
+  controls: OrbitControls;
+  touched: boolean; // the user has turned it: a new size of the window leaves it alone
+  fitted: boolean;
+}
+
+const kFieldOfView = 27; // [deg], upright: little distortion
+const kMargin = 1.06;
+
+export class CameraRig {
+  turnWithBody = false;
+  private readonly views: View[];
+  private current: View;
+  private width = 16;
+  private height = 9;
+
+  // `extent`: what a view must show, relative to the body it follows.
+  constructor(
+    specs: ViewSpec[],
+    first: number,
+    private readonly canvas: HTMLElement,
+    private readonly extent: (follow: BodyView | null) => Ball[],
+    private readonly direction: Vector3, // from the scene to the camera, of the views with perspective
+    private readonly changed: () => void,
+  ) {
+    this.views = specs.map((spec) => this.make(spec));
+    this.current = this.views[first];
+    this.current.controls.connect(this.canvas);
+    this.canvas.style.touchAction = "pan-y"; // a finger that goes up or down scrolls the page
+  }
+
+  get list(): readonly ViewSpec[] {
+    return this.views;
+  }
+  get active(): ViewSpec {
+    return this.current;
+  }
+  get camera(): PerspectiveCamera | OrthographicCamera {
+    return this.current.camera;
+  }
+
+  select(index: number): void {
+    const view = this.views[index];
+    if (!view || view === this.current) return;
+    this.current.controls.disconnect();
+    this.current = view;
+    view.controls.connect(this.canvas);
+    this.canvas.style.touchAction = "pan-y";
+    if (!view.touched || !view.fitted) this.fit(view);
+    else this.shape(view);
+    this.changed();
+  }
+
+  reset(): void {
+    this.current.touched = false;
+    this.fit(this.current);
+    this.changed();
+  }
+
+  zoom(factor: number): void {
+    const view = this.current;
+    view.touched = true;
+    if (view.camera instanceof OrthographicCamera) view.camera.zoom *= factor;
+    else view.camera.position.sub(view.controls.target).divideScalar(factor).add(view.controls.target);
+    view.camera.updateProjectionMatrix();
+    view.controls.update();
+    this.changed();
+  }
+
+  resize(width: number, height: number): void {
+    this.width = Math.max(1, width);
+    this.height = Math.max(1, height);
+    if (this.current.touched) this.shape(this.current);
+    else this.fit(this.current);
+    for (const view of this.views) if (view !== this.current) view.fitted = view.touched;
+  }
+
+  // Draws with another aspect, for a picture to print.
+  as(width: number, height: number, draw: () => void): void {
+    const before: [number, number] = [this.width, this.height];
+    this.resize(width, height);
+    draw();
+    this.resize(...before);
+  }
+
+  // Puts the world where the view wants it: the followed body at the origin.
+  frame(world: Group): void {
+    const body = this.current.follow?.object;
+    world.position.set(0, 0, 0);
+    world.quaternion.identity();
+    if (!body) return;
+    if (this.turnWithBody) world.quaternion.copy(body.quaternion).invert();
+    world.position.copy(body.position).negate().applyQuaternion(world.quaternion);
+  }
+
+  unitsPerPixel(point: Vector3): number {
+    const camera = this.current.camera;
+    if (camera instanceof OrthographicCamera) return (camera.top - camera.bottom) / camera.zoom / this.height;
+    const depth = point.clone().applyMatrix4(camera.matrixWorldInverse).z;
+    return (2 * Math.tan((kFieldOfView * Math.PI) / 360) * Math.abs(depth)) / this.height;
+  }
+
+  dispose(): void {
+    this.current.controls.disconnect(); // the others never are connected
+  }
+
+  private make(spec: ViewSpec): View {
+    const camera = spec.top ? new OrthographicCamera() : new PerspectiveCamera(kFieldOfView, 16 / 9);
+    camera.up.set(0, spec.top ? 1 : 0, spec.top ? 0 : 1);
+    const controls = new OrbitControls(camera, null);
+    controls.zoomSpeed = 0.9;
+    if (spec.top) {
+      controls.enableRotate = false;
+      controls.mouseButtons = { LEFT: MOUSE.PAN, MIDDLE: MOUSE.DOLLY, RIGHT: MOUSE.PAN };
+      controls.touches = { ONE: TOUCH.PAN, TWO: TOUCH.DOLLY_PAN };
+    }
+    const view: View = { ...spec, camera, controls, touched: false, fitted: false };
+    controls.addEventListener("start", () => (view.touched = true));
+    controls.addEventListener("change", this.changed);
+    return view;
+  }
+
+  // Where the camera sees all balls as large as possible.
+  private fit(view: View): void {
+    const balls = this.extent(view.follow);
+    const towards = view.top ? new Vector3(0, 0, 1) : this.direction;
+    const turn = new Quaternion().setFromRotationMatrix(new Matrix4().lookAt(towards, new Vector3(), view.camera.up));
+    const into = turn.clone().invert();
+    const seen = balls.map((ball) => ({ centre: ball.centre.clone().applyQuaternion(into), radius: ball.radius }));
+    const box = new Box3();
+    for (const { centre, radius } of seen) {
+      box.expandByPoint(centre.clone().addScalar(radius)).expandByPoint(centre.clone().addScalar(-radius));
+    }
+    const middle = box.isEmpty() ? new Vector3() : box.getCenter(new Vector3());
+    const size = box.isEmpty() ? new Vector3(1, 1, 1) : box.getSize(new Vector3());
+    view.controls.target.copy(middle).applyQuaternion(turn);
+    view.camera.position.copy(view.controls.target).addScaledVector(towards, this.distance(view, seen, middle, size));
+    view.fitted = true;
+    this.shape(view);
+    view.controls.update();
+  }
+
+  private distance(view: View, seen: Ball[], middle: Vector3, size: Vector3): number {
+    const aspect = this.width / this.height;
+    if (view.camera instanceof OrthographicCamera) {
+      const half = 0.5 * kMargin * Math.max(size.y, size.x / aspect, 1e-3);
+      view.camera.userData.half = half;
+      view.camera.zoom = 1;
+      return size.z + 2 * half;
+    }
+    const up = Math.tan((kFieldOfView * Math.PI) / 360);
+    let distance = 1e-3;
+    for (const { centre, radius } of seen) {
+      const p = centre.clone().sub(middle);
+      for (const [offset, slope] of [
+        [Math.abs(p.x), up * aspect],
+        [Math.abs(p.y), up],
+      ])
+        distance = Math.max(distance, p.z + (offset + radius * Math.hypot(1, slope)) / slope);
+    }
+    return kMargin * distance;
+  }
+
+  // The aspect and the range of depths.
+  private shape(view: View): void {
+    const camera = view.camera;
+    const far = camera.position.distanceTo(view.controls.target);
+    if (camera instanceof OrthographicCamera) {
+      const half = camera.userData.half ?? 1;
+      const aspect = this.width / this.height;
+      Object.assign(camera, { left: -half * aspect, right: half * aspect, top: half, bottom: -half, near: 0.01 * far, far: 20 * far });
+    } else {
+      camera.aspect = this.width / this.height;
+      camera.near = 0.01 * far;
+      camera.far = 30 * far;
+    }
+    camera.updateProjectionMatrix();
+  }
+}

@@ -1,0 +1,60 @@
+// Keys of the replay. They act when the replay, or nothing else on the page, has the focus.
+import type { Clock } from "../clock";
+import type { Transport } from "./transport";
+
+export interface KeyTargets {
+  clock: Clock;
+  transport: Transport;
+  camera(index: number): void;
+  reset(): void;
+  zoom(factor: number): void;
+}
+
+// Returns what ends it.
+export function listenKeys(host: HTMLElement, targets: KeyTargets): () => void {
+  const pressed = (event: KeyboardEvent): void => {
+    if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || !concerns(host, event)) return;
+    const act = action(event, targets);
+    if (!act) return;
+    event.preventDefault();
+    act();
+  };
+  document.addEventListener("keydown", pressed);
+  return () => document.removeEventListener("keydown", pressed);
+}
+
+function concerns(host: HTMLElement, event: KeyboardEvent): boolean {
+  const focused = document.activeElement;
+  if (!focused || focused === document.body || focused === document.documentElement) return true;
+  if (!host.contains(focused)) return false;
+  const kind = focused.tagName;
+  if (kind === "SELECT") return event.key === "[" || event.key === "]"; // the rest it needs itself
+  if (kind === "BUTTON" || (kind === "INPUT" && (focused as HTMLInputElement).type === "checkbox")) return event.key !== " " && event.key !== "Enter";
+  return true;
+}
+
+function action(event: KeyboardEvent, { clock, transport, camera, reset, zoom }: KeyTargets): (() => void) | undefined {
+  switch (event.key) {
+    case " ":
+      return () => clock.toggle();
+    case "ArrowLeft":
+      return () => (event.shiftKey ? transport.shift(-1) : transport.step(-1));
+    case "ArrowRight":
+      return () => (event.shiftKey ? transport.shift(1) : transport.step(1));
+    case "Home":
+      return () => (clock.time = clock.begin);
+    case "End":
+      return () => (clock.time = clock.end);
+    case "[":
+      return () => transport.toPhase(-1);
+    case "]":
+      return () => transport.toPhase(1);
+    case "+":
+      return () => zoom(1.2);
+    case "-":
+      return () => zoom(1 / 1.2);
+    case "0":
+      return reset;
+  }
+  return /^[1-9]$/.test(event.key) ? () => camera(Number(event.key) - 1) : undefined;
+}

@@ -1,0 +1,100 @@
+// The 3D replay of one run or of two: a picture of the bodies at the clock's instant, what plays it, and what is shown.
+import "./replay.css";
+import type { Clock } from "../clock";
+import { element } from "../dom";
+import type { Run } from "../run";
+import { impactsOf } from "./impacts";
+import { listenKeys } from "./keyboard";
+import { makeStill } from "./print";
+import { webgl } from "./stage";
+import { Toolbar } from "./toolbar";
+import { Transport } from "./transport";
+import { messageInstead, type Pose, Viewport } from "./viewport";
+
+export interface Replay {
+  bodyPose(name: string, run?: number): Pose | null; // as drawn, in W; null: not drawn
+  cameraName(): string; // "inertial", "follow base", "follow NAME", "top"; "": no picture
+  renderCount(): number; // pictures drawn so far
+  dispose(): void;
+}
+
+export function createReplay(host: HTMLElement, runs: Run[], clock: Clock): Replay {
+  const root = element("section", { class: "replay", "aria-label": "3D replay" });
+  host.append(root);
+  const first = runs.find((run) => run.samples > 0) ?? runs[0];
+  const transport = new Transport(clock, first, impactsOf(first));
+  const picture = element("div", { class: "replay-viewport" });
+  const viewport = makeViewport(picture, runs, clock);
+  const camera = (index: number): void => {
+    if (!viewport || !viewport.rig.list[index]) return;
+    viewport.setCamera(index);
+    toolbar?.select(index, viewport.rig.active.follow !== null);
+  };
+  const toolbar = viewport ? makeToolbar(viewport, camera) : undefined;
+  if (toolbar) {
+    root.append(toolbar.host);
+    picture.append(toolbar.turn);
+  }
+  root.append(picture);
+  if (clock.end > clock.begin) root.append(transport.host);
+  const ends = [
+    clock.listen(() => {
+      transport.update();
+      viewport?.invalidate();
+    }),
+    listenKeys(root, {
+      clock,
+      transport,
+      camera,
+      reset: () => viewport?.rig.reset(),
+      zoom: (factor) => viewport?.rig.zoom(factor),
+    }),
+  ];
+  if (viewport) ends.push(makeStill(root, viewport, clock, impactsOf(first)));
+  return {
+    bodyPose: (name, run) => viewport?.bodyPose(name, run) ?? null,
+    cameraName: () => viewport?.rig.active.id ?? "",
+    renderCount: () => viewport?.stage.count ?? 0,
+    dispose: () => {
+      clock.pause();
+      for (const end of ends) end();
+      viewport?.dispose();
+      root.remove();
+    },
+  };
+}
+
+// Undefined: there is nothing to draw, or nothing to draw with; a message says so in its place.
+function makeViewport(picture: HTMLElement, runs: Run[], clock: Clock): Viewport | undefined {
+  const drawn = runs.filter((run) => run.scene && run.scene.bodies.length > 0 && run.samples > 0);
+  if (drawn.length === 0) {
+    const still = runs.every((run) => run.samples === 0);
+    const what = still ? "timeseries.h5, which says how bodies move" : "scene.json, which says what bodies look like";
+    messageInstead(picture, "No replay", `The result folder has no ${what}.`);
+    return undefined;
+  }
+  const canvas = element("canvas", { class: "replay-canvas", tabindex: "0", role: "img" });
+  canvas.setAttribute("aria-label", "Motion of base, arms and targets. Drag to turn; space plays; left and right step.");
+  const context = webgl(canvas);
+  if (!context) {
+    messageInstead(picture, "No 3D picture", "This browser offers no WebGL 2, which the picture needs. Time, plots and tables still work.");
+    return undefined;
+  }
+  picture.append(canvas);
+  return new Viewport(picture, canvas, context, drawn, clock);
+}
+
+function makeToolbar(viewport: Viewport, camera: (index: number) => void): Toolbar {
+  const toolbar = new Toolbar(viewport.rig.list, viewport.shown, (what) => viewport.views[0].offers(what), {
+    camera,
+    reset: () => viewport.rig.reset(),
+    turn: (on) => {
+      viewport.rig.turnWithBody = on;
+      viewport.invalidate();
+    },
+    changed: () => viewport.refresh(),
+  });
+  const active = viewport.rig.list.indexOf(viewport.rig.active);
+  toolbar.select(active, viewport.rig.active.follow !== null);
+  return toolbar;
+}

@@ -1,0 +1,139 @@
+// Solids for bodies: their own geometry, or sensible default shapes. Everything is in the body's frame.
+import {
+  BoxGeometry,
+  BufferAttribute,
+  BufferGeometry,
+  CapsuleGeometry,
+  CylinderGeometry,
+  EdgesGeometry,
+  Group,
+  LineSegments,
+  Mesh,
+  Quaternion,
+  SphereGeometry,
+  Vector3,
+} from "three";
+import type { Geometry, Quat, Scene } from "../data";
+import type { Paints } from "./palette";
+
+// How the solids of a body are painted.
+export interface Look {
+  role: string;
+  jointRole: string;
+  edgeRole: string;
+  opacity: number;
+}
+
+const kY = new Vector3(0, 1, 0);
+const kMostForEdges = 120000; // vertices: finding the edges of larger meshes takes seconds
+const kZ = new Vector3(0, 0, 1);
+
+export function quaternion(q: Quat): Quaternion {
+  return new Quaternion(q[1], q[2], q[3], q[0]).normalize();
+}
+
+// What outlines a solid: its edges, a rim where it has none, or both (cylinders).
+type Outline = "edges" | "rim" | "both";
+
+export function solid(geometry: BufferGeometry, look: Look, paints: Paints, outline: Outline, role = look.role): Group {
+  const group = new Group();
+  const mesh = new Mesh(geometry, paints.surface(role, look.opacity));
+  group.add(mesh);
+  const lineOpacity = look.opacity < 1 ? 0.55 * look.opacity + 0.1 : 0.55;
+  if (outline !== "rim" && geometry.getAttribute("position").count <= kMostForEdges) {
+    const edges = new EdgesGeometry(geometry, 32);
+    if (edges.getAttribute("position").count > 0) group.add(new LineSegments(edges, paints.line(look.edgeRole, lineOpacity)));
+  }
+  if (outline !== "edges" && look.opacity === 1) group.add(new Mesh(geometry, paints.rim(look.edgeRole)));
+  return group;
+}
+
+// Cylinders and capsules of scene.json lie along z, those of three along y.
+export function geometrySolid(geometry: Geometry, scene: Scene, look: Look, paints: Paints): Group | undefined {
+  const [a, b, c] = geometry.size;
+  const group = new Group();
+  let made: Group | undefined;
+  if (geometry.shape === "box" && a > 0 && b > 0 && c > 0) made = solid(new BoxGeometry(a, b, c), look, paints, "edges");
+  if (geometry.shape === "sphere" && a > 0) made = sphere(a, look, paints);
+  if (geometry.shape === "cylinder" && a > 0 && b > 0) made = along(solid(new CylinderGeometry(a, a, b, 40), look, paints, "both"), kZ);
+  if (geometry.shape === "capsule" && a > 0) made = along(solid(new CapsuleGeometry(a, Math.max(b, 0), 8, 28), look, paints, "rim"), kZ);
+  if (geometry.shape === "mesh") {
+    const mesh = meshGeometry(scene, geometry.mesh ?? -1);
+    if (mesh) {
+      made = solid(mesh, look, paints, "edges");
+      made.scale.set(a || 1, b || 1, c || 1);
+    }
+  }
+  if (!made) return undefined;
+  group.add(made);
+  group.position.set(...geometry.position);
+  group.quaternion.copy(quaternion(geometry.quaternion_wxyz));
+  return group;
+}
+
+// A sphere shows its turning by two great circles.
+function sphere(radius: number, look: Look, paints: Paints): Group {
+  const group = solid(new SphereGeometry(radius, 48, 32), look, paints, "rim");
+  const points: Vector3[] = [];
+  const circle = (at: (angle: number) => Vector3) => {
+    for (let i = 0; i < 96; ++i) for (const k of [i, i + 1]) points.push(at((k / 96) * 2 * Math.PI).multiplyScalar(1.002 * radius));
+  };
+  circle((t) => new Vector3(Math.cos(t), Math.sin(t), 0));
+  circle((t) => new Vector3(Math.cos(t), 0, Math.sin(t)));
+  circle((t) => new Vector3(0, Math.cos(t), Math.sin(t)));
+  group.add(new LineSegments(new BufferGeometry().setFromPoints(points), paints.line(look.edgeRole, 0.28 * look.opacity)));
+  return group;
+}
+
+function meshGeometry(scene: Scene, index: number): BufferGeometry | undefined {
+  const mesh = scene.meshes[index];
+  if (!mesh || mesh.triangles.length === 0) return undefined;
+  const indexed = new BufferGeometry();
+  indexed.setAttribute("position", new BufferAttribute(new Float32Array(mesh.vertices), 3));
+  indexed.setIndex(mesh.triangles.slice());
+  const flat = indexed.toNonIndexed(); // faces stay flat, as those of a CAD model
+  flat.computeVertexNormals();
+  return flat;
+}
+
+// Turns what lies along three's y to lie along `axis`.
+export function along(group: Group, axis: Vector3): Group {
+  const outer = new Group();
+  group.quaternion.setFromUnitVectors(kY, axis.clone().normalize());
+  outer.add(group);
+  return outer;
+}
+
+// A rod from one point to another, thinner at its end.
+export function rod(from: Vector3, to: Vector3, radius: number, taper: number, look: Look, paints: Paints): Group | undefined {
+  const span = to.clone().sub(from);
+  const length = span.length();
+  if (length < 1e-9) return undefined;
+  const made = along(solid(new CylinderGeometry(radius * taper, radius, length, 24), look, paints, "both"), span);
+  made.position.copy(from).addScaledVector(span, 0.5);
+  return made;
+}
+
+// A joint in its body's frame: a short cylinder along the axis it turns about, a bar along the one it slides on.
+export function jointSolid(type: string, axis: Vector3, radius: number, look: Look, paints: Paints): Group | undefined {
+  if (type === "fixed" || axis.length() < 1e-9) return undefined;
+  const geometry =
+    type === "prismatic" ? new BoxGeometry(1.6 * radius, 5 * radius, 1.6 * radius) : new CylinderGeometry(radius, radius, 2.3 * radius, 32);
+  return along(solid(geometry, look, paints, type === "prismatic" ? "edges" : "both", look.jointRole), axis);
+}
+
+// A hand that reaches from behind the end-effector's point up to it: a palm and three fingers.
+export function handSolid(direction: Vector3, size: number, look: Look, paints: Paints): Group {
+  const hand = new Group();
+  const palm = solid(new CylinderGeometry(0.95 * size, 0.7 * size, 0.7 * size, 28), look, paints, "both", look.jointRole);
+  palm.position.y = -1.35 * size;
+  hand.add(palm);
+  for (let k = 0; k < 3; ++k) {
+    const angle = (k * 2 * Math.PI) / 3;
+    const finger = solid(new BoxGeometry(0.3 * size, 1.2 * size, 0.3 * size), look, paints, "edges", look.jointRole);
+    finger.position.set(0.72 * size * Math.cos(angle), -0.45 * size, 0.72 * size * Math.sin(angle));
+    finger.rotation.y = -angle;
+    hand.add(finger);
+  }
+  return along(hand, direction);
+}

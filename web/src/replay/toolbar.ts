@@ -1,0 +1,107 @@
+// What is looked at and from where: the cameras, and what is shown.
+import { element } from "../dom";
+import type { ViewSpec } from "./cameras";
+import type { Shown } from "./run_view";
+
+const kNames: [keyof Shown, string, string][] = [
+  ["trails", "Trails", "Ways of end-effectors and of the targets' centres of mass"],
+  ["points", "Grips", "Grasp points and contact points"],
+  ["impulses", "Impulses", "Impulses on the robot at the impact [N s]"],
+  ["forces", "Grip forces", "Forces of the grips on the robot [N]"],
+  ["momentum", "Momentum", "Linear momentum of robot, targets and all together [N s]"],
+  ["mass", "Centre of mass", "Centre of mass of the whole system"],
+  ["axes", "Axes", "Axes of base, targets and end-effectors: x red, y green, z blue"],
+  ["initial", "Initial pose", "Where everything was at the beginning"],
+  ["names", "Names", "Names of bodies and end-effectors"],
+];
+
+export class Toolbar {
+  readonly host = element("div", { class: "replay-toolbar" });
+  private readonly cameras = element("select", { "aria-label": "Camera", class: "replay-camera", title: "Camera (keys 1, 2, …)" });
+  readonly turn = chip("Turn with body", "The view turns with the body that it follows");
+
+  constructor(
+    views: readonly ViewSpec[],
+    shown: Shown,
+    offers: (what: keyof Shown) => boolean,
+    acts: { camera(index: number): void; reset(): void; turn(on: boolean): void; changed(): void },
+  ) {
+    views.forEach((view, i) => this.cameras.append(element("option", { value: String(i) }, `${i + 1}  ${view.label}`)));
+    this.cameras.addEventListener("change", () => acts.camera(Number(this.cameras.value)));
+    const reset = element("button", { type: "button", class: "replay-chip", title: "See everything again (0)" }, "Reset view");
+    reset.addEventListener("click", () => acts.reset());
+    this.turn.classList.add("replay-turn"); // goes over the picture: bars keep their size when it comes and goes
+    this.turn.addEventListener("click", () => acts.turn(flip(this.turn)));
+    const chips = element("div", { class: "replay-chips", role: "group", "aria-label": "Show" });
+    for (const [what, label, title] of kNames) {
+      if (!offers(what)) continue;
+      const made = chip(label, title, shown[what]);
+      made.addEventListener("click", () => {
+        shown[what] = flip(made);
+        acts.changed();
+      });
+      chips.append(made);
+    }
+    this.host.append(element("div", { class: "replay-group" }, this.cameras, reset), chips);
+  }
+
+  select(index: number, follows: boolean): void {
+    this.cameras.value = String(index);
+    this.turn.hidden = !follows;
+  }
+}
+
+function chip(label: string, title: string, on = false): HTMLButtonElement {
+  return element("button", { type: "button", class: "replay-chip", title, "aria-pressed": String(on) }, label);
+}
+
+function flip(made: HTMLButtonElement): boolean {
+  const on = made.getAttribute("aria-pressed") !== "true";
+  made.setAttribute("aria-pressed", String(on));
+  return on;
+}
+
+// Which colour is which: rows of a swatch and a name.
+export interface LegendRow {
+  role: string;
+  text: string;
+  faint?: boolean;
+}
+
+export class Legend {
+  readonly host = element("ul", { class: "replay-legend", "aria-label": "Colours" });
+
+  private rows: LegendRow[] = [];
+
+  show(rows: LegendRow[], color: (role: string) => string): void {
+    this.rows = rows;
+    this.host.replaceChildren(
+      ...rows.map((row) => {
+        const swatch = element("i", { class: row.faint ? "faint" : "", "aria-hidden": "true" });
+        swatch.style.background = color(row.role);
+        swatch.style.borderColor = color(row.role);
+        return element("li", {}, swatch, element("span", {}, row.text));
+      }),
+    );
+  }
+
+  // The same along the lower edge of a picture for print.
+  draw(context: CanvasRenderingContext2D, height: number, color: (role: string) => string): void {
+    context.save();
+    context.font = "12px system-ui, sans-serif";
+    context.textBaseline = "middle";
+    let x = 12;
+    const y = height - 14;
+    for (const row of this.rows) {
+      if (row.role === "grid") continue;
+      context.globalAlpha = row.faint ? 0.5 : 1;
+      context.fillStyle = color(row.role);
+      context.fillRect(x, y - 5, 10, 10);
+      context.globalAlpha = 1;
+      context.fillStyle = "#333";
+      context.fillText(row.text, x + 15, y);
+      x += 15 + context.measureText(row.text).width + 16;
+    }
+    context.restore();
+  }
+}

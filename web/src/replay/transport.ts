@@ -1,0 +1,198 @@
+// Playing and scrubbing: buttons, speed, and a track that shows phases and impacts.
+import type { Clock } from "../clock";
+import { phaseTint } from "../colors";
+import { element, svgElement } from "../dom";
+import { number } from "../format";
+import type { PhaseSpan, Run } from "../run";
+import type { Impact } from "./impacts";
+
+const kSpeeds = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+const kIcons = {
+  play: "M4 2.5v11l9.5-5.5z",
+  pause: "M3.5 2.5h3v11h-3zM9.5 2.5h3v11h-3z",
+  previous: "M3 3h2v10H3zM13 3v10L5.5 8z",
+  next: "M11 3h2v10h-2zM3 3v10l7.5-5z",
+  impact: "M8 1l1.3 4.2L13.5 3 11 6.9 15 8l-4 1.1 2.5 3.9-4.2-2.2L8 15l-1.3-4.2L2.5 13 5 9.1 1 8l4-1.1L2.5 3l4.2 2.2z",
+};
+
+export function phaseName(name: string): string {
+  return name === "post_impact" ? "post-impact" : name.replace(/_/g, " ");
+}
+
+export class Transport {
+  readonly host = element("div", { class: "replay-transport", role: "group", "aria-label": "Playback" });
+  private readonly play = button("Play (space)", kIcons.play, "replay-play");
+  private readonly range = element("input", { type: "range", step: "any", "aria-label": "Time", class: "replay-range" });
+  private readonly time = element("output", { class: "replay-time" });
+  private readonly phase = element("span", { class: "replay-phase" });
+  private readonly elapsed = element("div", { class: "replay-elapsed" });
+  private readonly speed = element("select", { "aria-label": "Speed", class: "replay-speed", title: "Seconds of simulation per second" });
+  private readonly slow = element("input", { type: "checkbox" });
+  private readonly boundaries: number[]; // beginnings of phases, and the end [s]
+  private readonly samples: number[]; // the run's instants, each once [s]
+
+  constructor(
+    private readonly clock: Clock,
+    private readonly run: Run,
+    private readonly impacts: Impact[],
+  ) {
+    this.boundaries = distinct([...run.phases.map((p) => p.begin), clock.begin, clock.end]);
+    this.samples = distinct([...run.time]);
+    this.build();
+    this.setSpeed(defaultSpeed(clock.end - clock.begin));
+    this.update();
+  }
+
+  update(): void {
+    const { clock } = this;
+    const icon = clock.playing ? kIcons.pause : kIcons.play;
+    const path = this.play.querySelector("path")!;
+    if (path.getAttribute("d") !== icon) {
+      path.setAttribute("d", icon);
+      const label = clock.playing ? "Pause (space)" : "Play (space)";
+      this.play.setAttribute("aria-label", label);
+      this.play.title = label;
+    }
+    const phase = this.phaseAt(clock.time);
+    const text = `${clock.time.toFixed(3)} s`;
+    this.range.value = String(clock.time);
+    this.range.setAttribute("aria-valuetext", `${text}, ${phase}`);
+    this.time.textContent = text;
+    this.phase.textContent = this.slowed() ? `${phase}, at ${number(this.rate(), 2)}×` : phase;
+    const part = clock.end > clock.begin ? (clock.time - clock.begin) / (clock.end - clock.begin) : 0;
+    this.elapsed.style.width = `${(100 * part).toFixed(3)}%`;
+  }
+
+  // ---- What keys do ----
+  step(samples: number): void {
+    this.clock.pause();
+    const now = this.clock.time;
+    const list = this.samples;
+    if (samples > 0) this.clock.time = list.find((t) => t > now + 1e-12) ?? this.clock.end;
+    else this.clock.time = lastBefore(list, now - 1e-12) ?? this.clock.begin;
+  }
+  shift(seconds: number): void {
+    this.clock.time += seconds;
+  }
+  toPhase(direction: number): void {
+    const now = this.clock.time;
+    if (direction > 0) this.clock.time = this.boundaries.find((t) => t > now + 1e-9) ?? this.clock.end;
+    else this.clock.time = lastBefore(this.boundaries, now - 1e-9) ?? this.clock.begin;
+  }
+  toImpact(): void {
+    if (this.impacts.length === 0) return;
+    this.clock.pause();
+    const next = this.impacts.find((i) => i.time > this.clock.time + 1e-9) ?? this.impacts[0];
+    this.clock.time = next.time;
+  }
+
+  // Seconds of simulation per second, here and now.
+  private rate(): number {
+    const { clock } = this;
+    const slow = clock.slowAround.find((s) => clock.time > s.time - s.before && clock.time < s.time + s.after);
+    return clock.speed * (slow?.factor ?? 1);
+  }
+  private slowed(): boolean {
+    return this.clock.playing && this.rate() < this.clock.speed;
+  }
+
+  private phaseAt(time: number): string {
+    const index = this.run.locate(time).index;
+    const span = this.run.phases.find((p) => p.first <= index && index <= p.last);
+    return span ? phaseName(span.name) : "";
+  }
+
+  private build(): void {
+    const { clock } = this;
+    const previous = button("Previous phase ([)", kIcons.previous);
+    const next = button("Next phase (])", kIcons.next);
+    const impact = button("Go to the impact", kIcons.impact);
+    previous.addEventListener("click", () => this.toPhase(-1));
+    next.addEventListener("click", () => this.toPhase(1));
+    impact.addEventListener("click", () => this.toImpact());
+    impact.append(element("span", { class: "replay-word" }, "Impact"));
+    impact.hidden = this.impacts.length === 0;
+    this.play.addEventListener("click", () => clock.toggle());
+    for (const s of kSpeeds) this.speed.append(element("option", { value: String(s) }, `${s}×`));
+    this.speed.addEventListener("change", () => this.setSpeed(Number(this.speed.value)));
+    this.slow.checked = true;
+    this.slow.addEventListener("change", () => this.setSpeed(clock.speed));
+    const slow = element("label", { class: "replay-check", title: "Slow motion around the impact" }, this.slow, "Slow at impact");
+    slow.hidden = this.impacts.length === 0;
+    const left = element("div", { class: "replay-group" }, previous, this.play, next, impact);
+    const middle = element("div", { class: "replay-now" }, this.time, this.phase);
+    const right = element("div", { class: "replay-group" }, slow, this.speed);
+    this.host.append(this.buildTrack(), element("div", { class: "replay-buttons" }, left, middle, right));
+  }
+
+  private buildTrack(): HTMLElement {
+    const { clock } = this;
+    const track = element("div", { class: "replay-track", "aria-hidden": "true" });
+    const span = Math.max(1e-12, clock.end - clock.begin);
+    const percent = (t: number) => `${((100 * (t - clock.begin)) / span).toFixed(3)}%`;
+    for (const phase of this.run.phases) {
+      const part = element("div", { class: "replay-segment", title: phaseTitle(phase) });
+      part.style.left = percent(phase.begin);
+      part.style.width = percent(clock.begin + phase.end - phase.begin);
+      part.style.background = strong(phaseTint(phase.name));
+      if ((phase.end - phase.begin) / span > 0.14) part.append(element("span", {}, phaseName(phase.name)));
+      track.append(part);
+    }
+    track.append(this.elapsed);
+    for (const impact of this.impacts) {
+      const tick = element("div", { class: "replay-tick" });
+      tick.style.left = percent(impact.time);
+      track.append(tick);
+    }
+    this.range.min = String(clock.begin);
+    this.range.max = String(clock.end);
+    this.range.addEventListener("input", () => {
+      clock.pause();
+      clock.time = Number(this.range.value);
+    });
+    return element("div", { class: "replay-scrub" }, track, this.range);
+  }
+
+  // Also how slowly impacts go by: those without duration at a fifth of real time, those in time within about eight seconds.
+  private setSpeed(speed: number): void {
+    this.clock.speed = speed;
+    this.speed.value = String(speed);
+    this.clock.slowAround = !this.slow.checked
+      ? []
+      : this.impacts.map(({ time, duration }) => {
+          const rate = duration > 0 ? Math.min(0.2, duration / 8) : 0.2;
+          const before = duration > 0 ? 0.1 * duration : 0.3;
+          return { time, before, after: duration + (duration > 0 ? 0.1 * duration : 0.8), factor: Math.min(1, rate / speed) };
+        });
+  }
+}
+
+// The quickest of the offered speeds, but twice at most, that lets the whole be watched for twenty seconds.
+function defaultSpeed(span: number): number {
+  return [2, 1, 0.5, 0.25].find((s) => span / s >= 20) ?? 0.1;
+}
+
+function button(label: string, icon: string, kind = ""): HTMLButtonElement {
+  const made = element("button", { type: "button", class: `replay-button ${kind}`, "aria-label": label, title: label });
+  made.append(svgElement("svg", { viewBox: "0 0 16 16", "aria-hidden": "true" }, svgElement("path", { d: icon })));
+  return made;
+}
+
+function phaseTitle(phase: PhaseSpan): string {
+  return `${phaseName(phase.name)}: ${phase.begin.toFixed(2)} to ${phase.end.toFixed(2)} s`;
+}
+
+// The hue of a phase, as strong as a track needs it.
+function strong(tint: string): string {
+  return tint.replace(/[\d.]+\)$/, "0.42)");
+}
+
+function lastBefore(times: number[], limit: number): number | undefined {
+  for (let i = times.length - 1; i >= 0; --i) if (times[i] < limit) return times[i];
+  return undefined;
+}
+
+function distinct(times: number[]): number[] {
+  return [...new Set(times)].sort((a, b) => a - b);
+}

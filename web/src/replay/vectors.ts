@@ -1,0 +1,172 @@
+// Vectors of a run as arrows: impulses about the impacts, contact forces while an impact is resolved in time, linear momentum.
+import { Group, Quaternion, Vector3 } from "three";
+import { number } from "../format";
+import type { Instant, Run, Series } from "../run";
+import { Arrow } from "./arrows";
+import type { BodyView } from "./bodies";
+import type { Impact, ImpactGrasp } from "./impacts";
+import type { Label, Labels } from "./labels";
+import { contactPoint } from "./markers";
+import type { Paints } from "./palette";
+import { poseAt, type PoseTrack, poseTrack, vectorAt } from "./poses";
+
+const kBefore = 0.3; // an impulse is shown from so long before its impact [s of simulation]
+const kAfter = 1.5; // until so long after its end
+
+interface ImpulseArrow {
+  arrow: Arrow;
+  label: Label;
+  impact: Impact;
+  grasp: ImpactGrasp;
+  hand: PoseTrack | undefined;
+  inHand: Vector3; // the contact point in the end-effector's frame
+  marker: Group;
+  holds: Series | undefined;
+}
+
+// Impulses act on the robot at the contact point; arrow and point stay with the hand as it moves on.
+export class Impulses {
+  readonly arrows = new Group();
+  readonly points = new Group();
+  private readonly made: ImpulseArrow[] = [];
+  private readonly largest: number;
+
+  constructor(
+    private readonly run: Run,
+    impacts: Impact[],
+    paints: Paints,
+    labels: Labels,
+    private readonly span: number,
+    role: string,
+    prefix: string,
+  ) {
+    this.largest = Math.max(0, ...impacts.flatMap((i) => i.grasps.map((g) => Math.hypot(...g.impulse))));
+    for (const impact of impacts) {
+      for (const grasp of impact.grasps) {
+        const arrow = new Arrow(paints, role, 0.0065 * span);
+        const marker = contactPoint(0.014 * span, paints);
+        const hand = poseTrack(run, `end_effectors/${grasp.endEffector}`);
+        const label = labels.add(role, `${prefix}${number(Math.hypot(...grasp.impulse))} N s`);
+        this.arrows.add(arrow.object);
+        this.points.add(marker);
+        const holds = run.series(`grasps/${grasp.endEffector}/holds`);
+        this.made.push({ arrow, label, impact, grasp, hand, inHand: inFrame(hand, impact.time, grasp.point), marker, holds });
+      }
+    }
+  }
+
+  // Where arrows end at their impacts.
+  tips(): Vector3[] {
+    return this.made.map(({ grasp }) => new Vector3(...grasp.point).addScaledVector(new Vector3(...grasp.impulse), this.scale));
+  }
+  private get scale(): number {
+    return this.largest > 0 ? (0.34 * this.span) / this.largest : 0; // [m per N s]
+  }
+
+  update(time: number, instant: Instant, shown: { impulses: boolean; points: boolean }): void {
+    for (const one of this.made) {
+      const { begin, end } = { begin: one.impact.time - kBefore, end: one.impact.time + one.impact.duration + kAfter };
+      const near = time >= begin && time <= end;
+      const held = time >= one.impact.time && one.holds !== undefined && this.run.at(one.holds, { ...instant, fraction: 0 })[0] > 0.5;
+      const point = time > one.impact.time ? inWorld(one.hand, instant, one.inHand, one.grasp.point) : new Vector3(...one.grasp.point);
+      one.marker.visible = shown.points && (near || held);
+      one.marker.position.copy(point);
+      if (near && shown.impulses && this.largest > 0) {
+        const impulse = new Vector3(...one.grasp.impulse);
+        one.arrow.set(point, impulse, this.scale * impulse.length());
+        one.label.anchor.copy(one.arrow.tip);
+      } else one.arrow.hide();
+      one.label.visible = one.arrow.object.visible;
+    }
+  }
+}
+
+function inFrame(hand: PoseTrack | undefined, time: number, point: [number, number, number]): Vector3 {
+  if (!hand) return new Vector3();
+  const position = new Vector3();
+  const turn = new Quaternion();
+  poseAt(hand, hand.run.locate(time), position, turn);
+  return new Vector3(...point).sub(position).applyQuaternion(turn.invert());
+}
+
+function inWorld(hand: PoseTrack | undefined, instant: Instant, inHand: Vector3, still: [number, number, number]): Vector3 {
+  if (!hand) return new Vector3(...still);
+  const position = new Vector3();
+  const turn = new Quaternion();
+  poseAt(hand, instant, position, turn);
+  return inHand.clone().applyQuaternion(turn).add(position);
+}
+
+// One arrow per vector series, all to one scale: the largest over the run has a given length.
+class SeriesArrows {
+  readonly object = new Group();
+  private readonly made: { series: Series; arrow: Arrow; label: Label; name: string; origin: (instant: Instant) => Vector3 }[] = [];
+  private largest = 0;
+
+  constructor(
+    private readonly run: Run,
+    private readonly length: number,
+    private readonly unit: string,
+  ) {}
+
+  add(series: Series | undefined, name: string, arrow: Arrow, label: Label, origin: (instant: Instant) => Vector3): void {
+    if (!series || series.width !== 3) return;
+    for (let i = 0; i < this.run.samples; ++i) {
+      const size = Math.hypot(series.data[3 * i], series.data[3 * i + 1], series.data[3 * i + 2]);
+      if (size > this.largest) this.largest = size;
+    }
+    this.object.add(arrow.object);
+    this.made.push({ series, arrow, label, name, origin });
+  }
+
+  get empty(): boolean {
+    return this.made.length === 0 || this.largest === 0;
+  }
+
+  update(instant: Instant, shown: boolean): void {
+    for (const one of this.made) {
+      one.arrow.hide();
+      if (shown && this.largest > 0) {
+        const value = vectorAt(this.run, one.series, instant);
+        one.arrow.set(one.origin(instant), value, (this.length * value.length()) / this.largest);
+        one.label.anchor.copy(one.arrow.tip);
+        one.label.text = `${one.name} ${number(value.length(), 3)} ${this.unit}`;
+      }
+      one.label.visible = one.arrow.object.visible;
+    }
+  }
+}
+
+export function momentumArrows(run: Run, bodies: BodyView[], paints: Paints, labels: Labels, span: number, roles: Map<string, string>): SeriesArrows {
+  const made = new SeriesArrows(run, 0.55 * span, "N s");
+  const arrow = (role: string) => new Arrow(paints, role, 0.0055 * span);
+  const base = bodies.find((b) => b.body.kind === "base");
+  for (const view of bodies) {
+    if (view.body.kind !== "target") continue;
+    const role = roles.get(view.body.name) ?? "robot";
+    const series = run.series(`${view.body.series}/linear_momentum`);
+    made.add(series, view.body.name, arrow(role), labels.add("system"), () => centreOf(view));
+  }
+  if (base) made.add(run.series("robot/linear_momentum"), "robot", arrow("robot"), labels.add("robot"), () => centreOf(base));
+  const centre = run.series("system/center_of_mass");
+  if (centre) made.add(run.series("system/linear_momentum"), "total", arrow("system"), labels.add("system"), (at) => vectorAt(run, centre, at));
+  return made;
+}
+
+// While an impact is resolved in time the grips' forces are worth seeing; later they are shown to the same scale.
+export function forceArrows(run: Run, names: string[], paints: Paints, labels: Labels, span: number): SeriesArrows {
+  const made = new SeriesArrows(run, 0.34 * span, "N");
+  for (const name of names) {
+    const hand = poseTrack(run, `end_effectors/${name}`);
+    if (!hand) continue;
+    const origin = (instant: Instant) => inWorld(hand, instant, new Vector3(), [0, 0, 0]);
+    made.add(run.series(`grasps/${name}/force`), "", new Arrow(paints, "force", 0.0055 * span), labels.add("force"), origin);
+  }
+  return made;
+}
+
+// Centre of mass of a body as drawn.
+export function centreOf(view: BodyView): Vector3 {
+  return new Vector3(...view.body.com).applyQuaternion(view.object.quaternion).add(view.object.position);
+}
+export type { SeriesArrows };

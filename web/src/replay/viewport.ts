@@ -1,0 +1,285 @@
+// The picture: runs drawn on a stage, seen by a camera, with labels over it.
+import { type LineSegments, Quaternion, Vector3 } from "three";
+import type { Clock } from "../clock";
+import type { Quat, Vec3 } from "../data";
+import { element } from "../dom";
+import { number } from "../format";
+import type { Run } from "../run";
+import { type BodyView } from "./bodies";
+import { type Ball, CameraRig, type ViewSpec } from "./cameras";
+import { Labels } from "./labels";
+import { goodDirection } from "./outlook";
+import { currentTheme, listenTheme, Paints, roleColor, type Theme } from "./palette";
+import { RunView, type Shown } from "./run_view";
+import { grid, Stage } from "./stage";
+import { Legend, type LegendRow } from "./toolbar";
+
+export interface Pose {
+  position: Vec3;
+  quaternion_wxyz: Quat;
+}
+
+const kSamples = 80; // instants at which the extent of the motion is looked at
+
+export class Viewport {
+  readonly views: RunView[];
+  readonly rig: CameraRig;
+  readonly stage: Stage;
+  readonly shown: Shown;
+  private readonly paints = new Paints();
+  private readonly labels = new Labels();
+  private readonly legend = new Legend();
+  private readonly ends: (() => void)[] = [];
+  private readonly grid: { object: LineSegments; step: number };
+  private readonly planar: boolean;
+  private readonly extents = new Map<BodyView | null, Ball[]>();
+  private width = 0;
+  private height = 0;
+
+  constructor(
+    readonly host: HTMLElement,
+    canvas: HTMLCanvasElement,
+    context: WebGL2RenderingContext,
+    runs: Run[],
+    private readonly clock: Clock,
+  ) {
+    this.stage = new Stage(canvas, context);
+    this.paints.theme = currentTheme();
+    this.views = runs.map((run, i) => new RunView(run, run.scene!, this.paints, this.labels, i > 0));
+    for (const view of this.views) this.stage.world.add(view.object);
+    const first = this.views[0];
+    this.planar = first.scene.planar;
+    this.shown = defaultShown(first);
+    this.rig = this.makeRig(canvas, first);
+    this.grid = this.makeGrid();
+    this.stage.world.add(this.grid.object);
+    host.append(this.labels.host, this.legend.host);
+    this.stage.onDraw(() => this.draw());
+    this.ends.push(listenTheme(() => this.retheme()));
+    this.watchSize();
+    this.watchWheel(canvas);
+    canvas.addEventListener("webglcontextrestored", this.stage.invalidate);
+    this.retheme();
+  }
+
+  // ---- What others ask for ----
+  invalidate(): void {
+    this.stage.invalidate();
+  }
+  setCamera(index: number): void {
+    this.rig.select(index);
+    this.refreshLegend();
+    this.invalidate();
+  }
+  bodyPose(name: string, run = 0): Pose | null {
+    const view = this.views[run]?.bodies.find((b) => b.body.name === name);
+    if (!view?.track) return null;
+    this.pose(this.clock.time);
+    this.stage.world.updateMatrixWorld(true);
+    const matrix = this.stage.world.matrixWorld.clone().invert().multiply(view.object.matrixWorld);
+    const [position, turn, scale] = [new Vector3(), new Quaternion(), new Vector3()];
+    matrix.decompose(position, turn, scale);
+    return { position: [position.x, position.y, position.z], quaternion_wxyz: [turn.w, turn.x, turn.y, turn.z] };
+  }
+  // Draws an instant in light colours onto a canvas, for print.
+  still(time: number, target: HTMLCanvasElement): void {
+    const [width, height] = [1400, 760];
+    target.width = width;
+    target.height = height;
+    const context = target.getContext("2d");
+    if (!context || this.width === 0) return;
+    this.paints.apply("light");
+    this.pose(time);
+    this.stage.resize(width, height, 1);
+    this.paints.resize(width, height, 1.4);
+    this.rig.as(width, height, () => {
+      this.render();
+      context.fillStyle = "#ffffff";
+      context.fillRect(0, 0, width, height);
+      context.drawImage(this.stage.canvas, 0, 0);
+      context.scale(1.6, 1.6);
+      const color = (role: string) => roleColor(role, "light");
+      this.labels.draw(context, this.stage.world, this.rig.camera, width / 1.6, height / 1.6, color);
+      this.legend.draw(context, height / 1.6, color);
+    });
+    this.paints.apply(currentTheme());
+    this.resize(this.width, this.height);
+    this.draw();
+  }
+  dispose(): void {
+    for (const end of this.ends) end();
+    this.rig.dispose();
+    this.paints.dispose();
+    this.stage.dispose();
+  }
+
+  // ---- Drawing ----
+  private draw(): void {
+    if (this.width === 0) return;
+    this.pose(this.clock.time);
+    this.render();
+    this.labels.layout(this.stage.world, this.rig.camera, this.width, this.height, (role) => roleColor(role, this.paints.theme));
+  }
+  private pose(time: number): void {
+    for (const view of this.views) view.update(time, this.shown);
+    this.rig.frame(this.stage.world);
+  }
+  private render(): void {
+    this.grid.object.visible = this.planar || this.rig.active.top;
+    this.stage.world.updateMatrixWorld(true);
+    this.rig.camera.updateMatrixWorld();
+    for (const { mass } of this.views) {
+      const size = 22 * this.rig.unitsPerPixel(mass.position.clone().applyMatrix4(this.stage.world.matrixWorld));
+      mass.scale.set(size, size, 1);
+    }
+    this.stage.render(this.rig.camera);
+  }
+
+  private retheme(): void {
+    const theme: Theme = currentTheme();
+    this.paints.apply(theme);
+    this.host.dataset.theme = theme;
+    this.refreshLegend();
+    this.invalidate();
+  }
+  private refreshLegend(): void {
+    const { scene, roles, run } = this.views[0];
+    const rows: LegendRow[] = [];
+    const arms = new Set<string>();
+    for (const end of scene.end_effectors) {
+      const role = roles.get(end.body) ?? "base";
+      if (!arms.has(role)) rows.push({ role, text: end.name });
+      arms.add(role);
+    }
+    for (const body of scene.bodies) if (body.kind === "target") rows.push({ role: roles.get(body.name)!, text: body.name });
+    const other = this.views[1];
+    if (other) {
+      rows.unshift({ role: "base", text: `${run.data.label || "A"}: solid` });
+      rows.push({ role: "second", text: `${other.run.data.label || "B"}: translucent`, faint: true });
+    }
+    if (this.shown.initial) rows.push({ role: "ghost", text: "initial pose", faint: true });
+    if (this.planar || this.rig.active.top) rows.push({ role: "grid", text: `grid ${number(this.grid.step)} m`, faint: true });
+    this.legend.show(rows, (role) => roleColor(role, this.paints.theme));
+  }
+  refresh(): void {
+    this.refreshLegend();
+    this.invalidate();
+  }
+
+  // ---- Making ----
+  private makeRig(canvas: HTMLElement, first: RunView): CameraRig {
+    const follow = (kind: string) => first.bodies.filter((b) => b.body.kind === kind && b.track);
+    const specs: ViewSpec[] = [
+      { id: "inertial", label: "Inertial", follow: null, top: false },
+      ...follow("base").map((b) => ({ id: "follow base", label: "Follow base", follow: b, top: false })),
+      ...follow("target").map((b) => ({ id: `follow ${b.body.name}`, label: `Follow ${b.body.name}`, follow: b, top: false })),
+      { id: "top", label: "From above, orthographic", follow: null, top: true },
+    ];
+    const direction = this.outlook(first);
+    const extent = (body: BodyView | null) => this.extent(body);
+    let start = this.planar ? specs.length - 1 : 0;
+    const base = specs[1]?.follow;
+    if (base && radiusOf(extent(null)) > 2.5 * radiusOf(extent(base))) start = 1; // all drifts far
+    return new CameraRig(specs, start, canvas, extent, direction, () => this.invalidate());
+  }
+
+  private outlook(first: RunView): Vector3 {
+    const impact = first.impacts[0];
+    first.pose(impact?.time ?? 0.5 * (first.run.begin + first.run.end));
+    this.stage.world.updateMatrixWorld(true);
+    const ends = first.endPoints();
+    const bodies = first.bodies.filter((b) => b.track);
+    const seen = impact && impact.grasps.length > 0 ? impact.grasps.map((g) => new Vector3(...g.point)) : ends;
+    const apart = [...ends, ...bodies.filter((b) => b.body.kind !== "link").map((b) => b.object.position.clone())];
+    return goodDirection({ apart, seen, bodies: bodies.map((b) => b.object), span: first.span }, this.planar);
+  }
+
+  // What a view must show, relative to where the followed body is: of a target its surroundings, else all bodies at all times.
+  private extent(follow: BodyView | null): Ball[] {
+    const known = this.extents.get(follow);
+    if (known) return known;
+    const balls = follow?.body.kind === "target" ? [{ centre: new Vector3(), radius: 2.1 * follow.radius }] : this.sweep(follow);
+    const sound = balls.filter((ball) => Number.isFinite(ball.centre.lengthSq() + ball.radius)); // a failed run may end in NaN
+    this.extents.set(follow, sound);
+    return sound;
+  }
+  private sweep(follow: BodyView | null): Ball[] {
+    const balls: Ball[] = [];
+    for (const view of this.views) {
+      const { begin, end } = view.run;
+      for (let k = 0; k <= kSamples; ++k) {
+        for (const each of this.views) each.pose(begin + ((end - begin) * k) / kSamples);
+        const origin = follow?.object.position ?? new Vector3();
+        for (const { body, object, track, radius } of view.bodies) {
+          if (!track) continue;
+          balls.push({ centre: object.position.clone().sub(origin), radius: body.kind === "link" ? 0.06 * radius : 0.85 * radius });
+        }
+        for (const point of view.endPoints()) balls.push({ centre: point.sub(origin), radius: 0.02 * view.span });
+      }
+      if (!follow) for (const tip of view.impulses.tips()) balls.push({ centre: tip, radius: 0.03 * view.span });
+    }
+    return balls;
+  }
+
+  private makeGrid(): { object: LineSegments; step: number } {
+    const balls = this.extent(null);
+    const centre = middleOf(balls);
+    const radius = radiusOf(balls);
+    const lowest = Math.min(0, ...balls.map((b) => b.centre.z - b.radius));
+    return grid(centre, radius, lowest - 0.01 * radius, this.paints);
+  }
+
+  private watchSize(): void {
+    const observer = new ResizeObserver(() => {
+      const { width, height } = this.host.getBoundingClientRect();
+      if (width > 0 && height > 0) this.resize(width, height);
+    });
+    observer.observe(this.host);
+    this.ends.push(() => observer.disconnect());
+  }
+  private resize(width: number, height: number): void {
+    const ratio = Math.min(2, devicePixelRatio || 1);
+    this.width = width;
+    this.height = height;
+    this.stage.resize(width, height, ratio);
+    this.paints.resize(width * ratio, height * ratio, ratio);
+    this.rig.resize(width, height);
+    this.invalidate();
+  }
+
+  // The wheel scrolls the page until the replay has been clicked; with Ctrl it always zooms.
+  private watchWheel(canvas: HTMLCanvasElement): void {
+    const hold = (event: WheelEvent): void => {
+      if (!event.ctrlKey && document.activeElement !== canvas) event.stopImmediatePropagation();
+    };
+    this.host.addEventListener("wheel", hold, { capture: true, passive: true });
+    canvas.addEventListener("pointerdown", () => canvas.focus({ preventScroll: true }));
+    this.ends.push(() => this.host.removeEventListener("wheel", hold, { capture: true }));
+  }
+}
+
+function middleOf(balls: Ball[]): Vector3 {
+  return balls.reduce((sum, b) => sum.add(b.centre), new Vector3()).divideScalar(Math.max(1, balls.length));
+}
+function radiusOf(balls: Ball[]): number {
+  const centre = middleOf(balls);
+  return Math.max(0.1, ...balls.map((b) => b.centre.distanceTo(centre) + b.radius));
+}
+
+function defaultShown(view: RunView): Shown {
+  return {
+    axes: false,
+    trails: true,
+    points: true,
+    impulses: true,
+    forces: view.impacts.some((i) => i.duration > 0),
+    momentum: false,
+    initial: false,
+    mass: true,
+    names: false,
+  };
+}
+
+export function messageInstead(host: HTMLElement, title: string, text: string): void {
+  host.append(element("div", { class: "replay-message", role: "status" }, element("strong", {}, title), element("p", {}, text)));
+}

@@ -1,0 +1,25 @@
+// Tables as text. Numbers are written so that they read back to the same double. No DOM.
+import type { Field, StudyTable } from "./field";
+import { label } from "../format";
+
+function quoted(text: string, separator: string): string {
+  const flat = separator === "\t" ? text.replace(/[\t\r\n]+/g, " ") : text;
+  return /[",\r\n]/.test(flat) && separator === "," ? `"${flat.replace(/"/g, '""')}"` : flat;
+}
+
+export function rowsToText(rows: (string | number)[][], separator = ","): string {
+  return rows.map((row) => row.map((v) => (typeof v === "number" ? String(v) : quoted(v, separator))).join(separator)).join("\n") + "\n";
+}
+
+// Chosen points with chosen columns, as table.csv has them.
+export function pointsToText(table: StudyTable, points: Iterable<number>, fields: Field[], separator = ","): string {
+  const columns = fields.filter((f) => f.role !== "axis");
+  const axes = fields.filter((f) => f.role === "axis");
+  const head = ["point", ...axes.map((a) => label(a.name, a.unit)), "status", "reason", ...columns.map((c) => label(c.name, c.unit))];
+  const rows: (string | number)[][] = [head];
+  for (const k of points) {
+    const axisCells = axes.map((a) => a.labelOf(a.values[k]) ?? a.values[k]);
+    rows.push([k, ...axisCells, table.status[k], table.reason[k] ?? "", ...columns.map((c) => c.values[k])]);
+  }
+  return rowsToText(rows, separator);
+}

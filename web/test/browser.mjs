@@ -1,0 +1,84 @@
+// Reports in a headless browser: what the tests share. A page counts every console error and every request it makes:
+// a report that is one file has none of either.
+import { execFileSync } from "node:child_process";
+import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { createRequire } from "node:module";
+import os from "node:os";
+import path from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+
+// Packages lie where the build put them, not beside this file.
+const modules = process.env.GRAPNEL_WEB_MODULES ?? path.join(path.dirname(fileURLToPath(import.meta.url)), "..");
+const { chromium } = createRequire(path.join(modules, "package.json"))("playwright-core");
+
+export const program = process.env.GRAPNEL_PROGRAM ?? "build/release/bin/grapnel";
+export const source = process.env.GRAPNEL_SOURCE_DIR ?? path.resolve(modules, "..");
+export const chromiumPath = process.env.CHROMIUM ?? "/usr/bin/chromium";
+
+const kArguments = [
+  "--no-sandbox", // containers run as root
+  "--disable-quic",
+  "--no-first-run",
+  "--disable-background-networking",
+  "--disable-component-update",
+  "--disable-sync",
+  "--use-angle=swiftshader", // WebGL without a graphics card
+  "--enable-unsafe-swiftshader",
+  "--ignore-gpu-blocklist",
+];
+
+export async function launch(more = []) {
+  if (!existsSync(chromiumPath)) throw new Error(`no browser at ${chromiumPath}: scripts/setup test installs it`);
+  return chromium.launch({ executablePath: chromiumPath, args: [...kArguments, ...more] });
+}
+
+// A folder that goes away with the process.
+export function scratch() {
+  const folder = mkdtempSync(path.join(os.tmpdir(), "grapnel-report-"));
+  process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
+  return folder;
+}
+
+// Runs the program; throws with its messages unless it ends with one of `codes`.
+export function grapnel(args, codes = [0]) {
+  try {
+    return execFileSync(program, args, { encoding: "utf8", stdio: ["ignore", "pipe", "pipe"], maxBuffer: 1 << 28 });
+  } catch (error) {
+    if (codes.includes(error.status)) return error.stdout;
+    throw new Error(`grapnel ${args.join(" ")}: exit ${error.status}\n${error.stderr}`);
+  }
+}
+
+export function scenario(name) {
+  return path.join(source, "scenarios", name);
+}
+
+// Opens a file as a person would. `faults`: console errors, exceptions and requests, which a test expects to be none.
+export async function open(browser, file, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, acceptDownloads: true, ...options });
+  const page = await context.newPage();
+  const faults = [];
+  page.on("console", (message) => {
+    if (message.type() === "error") faults.push(`console: ${message.text()}`);
+  });
+  page.on("pageerror", (error) => faults.push(`exception: ${error.message}`));
+  const url = pathToFileURL(path.resolve(file)).href;
+  page.on("request", (request) => {
+    const asked = request.url();
+    if (asked !== url && !asked.startsWith("blob:") && !asked.startsWith("data:")) faults.push(`request: ${asked}`);
+  });
+  await page.goto(url);
+  await page.waitForFunction(() => window.__grapnel || document.querySelector(".fault"));
+  return { page, context, faults };
+}
+
+// Scrolls through the page, so that what is built when it comes into view is built.
+export async function scrollThrough(page) {
+  await page.evaluate(async () => {
+    for (let y = 0; y <= document.body.scrollHeight; y += 500) {
+      window.scrollTo(0, y);
+      await new Promise((done) => setTimeout(done, 30));
+    }
+    window.scrollTo(0, 0);
+  });
+}

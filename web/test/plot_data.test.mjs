@@ -1,0 +1,131 @@
+// What plots and numbers are made of, without a browser: attitude, velocities of grasp points, jumps, ticks, files.
+import assert from "node:assert/strict";
+import { before, test } from "node:test";
+import { bundle } from "./bundle.mjs";
+
+let v;
+before(async () => {
+  v = await bundle(["plots/kinematics", "plots/jumps", "plots/axes", "plots/svg", "plots/csv", "format", "run", "clock"]);
+});
+
+const near = (a, b, bound) => assert.ok(Math.abs(a - b) < bound, `${a} is not ${b}`);
+
+test("the rotation vector of three turns goes to three turns, whatever the quaternion's sign", () => {
+  const n = 400;
+  const q = new Float64Array(4 * n);
+  for (let i = 0; i < n; ++i) {
+    const half = (3 * Math.PI * i) / (n - 1);
+    q[4 * i] = Math.cos(half);
+    q[4 * i + 3] = Math.sin(half);
+  }
+  near(v.rotationVectors(q)[3 * (n - 1) + 2], 6 * Math.PI, 1e-9);
+  near(v.rotationVectors(q.map((x) => -x))[3 * (n - 1) + 2], 6 * Math.PI, 1e-9);
+});
+
+test("a point of a turned body that spins moves by w x R p", () => {
+  // Turned by 90 degrees about z: (1, 0, 0) stands at (0, 1, 0), and w = 2 z moves it to -x.
+  const moving = v.pointVelocity([0.5, 0, 0], [0, 0, 2], [Math.SQRT1_2, 0, 0, Math.SQRT1_2], [1, 0, 0]);
+  [-1.5, 0, 0].forEach((expected, i) => near(moving[i], expected, 1e-12));
+});
+
+test("at samples of one time a value is that before or that after", () => {
+  const time = [0, 1, 1, 1, 2];
+  const values = [0, 1, 1, 5, 6];
+  assert.equal(v.valueAt(time, values, 1), 5);
+  assert.equal(v.valueAt(time, values, 1, true), 1);
+  assert.equal(v.valueAt(time, values, 1.5), 5.5);
+  assert.ok(Number.isNaN(v.valueAt(time, values, 3)));
+  const apart = v.setApart([0, 0, 1, 1, 1, 1, 2], 2);
+  for (let i = 1; i < apart.length; ++i) assert.ok(apart[i] > apart[i - 1]);
+});
+
+test("differences of two runs keep the jumps of both", () => {
+  assert.deepEqual([...v.difference([0, 1, 1, 1, 2], [0, 1, 1, 5, 6], [0, 1, 1, 2], [1, 2, 7, 8])], [1, 1, 1, 2, 2]);
+});
+
+test("ticks have the digits that tell them apart", () => {
+  assert.deepEqual(v.tickTexts(v.ticks({ min: -0.13, max: 0.21 }, 5)), ["−0.1", "0.0", "0.1", "0.2"]);
+  assert.deepEqual(v.tickTexts([0, 2e-5, 4e-5]), ["0", "2e−5", "4e−5"]);
+});
+
+test("numbers for people", () => {
+  assert.equal(v.number(0.1281402), "0.1281");
+  assert.equal(v.number(10000), "10000");
+  assert.equal(v.number(-70), "−70");
+  assert.equal(v.number(1e-10), "10⁻¹⁰");
+  assert.equal(v.number(-6.42e-12), "−6.42·10⁻¹²");
+  assert.equal(v.number(null), "–");
+  assert.equal(v.number(NaN), "–");
+});
+
+test("CSV numbers read back to the same single, fields are quoted", () => {
+  assert.equal(v.numberText(Math.fround(0.1)), "0.1");
+  assert.equal(v.field('a"b,c'), '"a""b,c"');
+});
+
+test("an exported SVG holds no markup of names and no number that is none", () => {
+  const svg = v.svgPlot({
+    id: "a b",
+    title: '<x>"&',
+    xTitle: "t",
+    yTitle: "</svg>",
+    window: { min: 0, max: 2 },
+    log: false,
+    width: 400,
+    height: 250,
+    phases: [{ name: "a<b", begin: 0, end: 1, tint: "rgba(0,114,178,0.07)" }],
+    lines: [{ label: "<script>", color: "#000", dash: [2], width: 1, time: [0, 1, 1, 1, 2], values: [0, NaN, 2, 3, 1e30] }],
+  });
+  assert.doesNotMatch(svg, /<script>|<x>|NaN|Infinity/);
+});
+
+const base64 = (array) => Buffer.from(array.buffer).toString("base64");
+function run() {
+  const time = Float64Array.of(0, 1, 1, 3);
+  return new v.Run({
+    label: "",
+    folder: "x",
+    summary: {},
+    scene: null,
+    notes: [],
+    series: {
+      samples: 4,
+      of: 4,
+      bound: 0,
+      time: base64(time),
+      phase: base64(Uint8Array.of(0, 0, 1, 1)),
+      phases: ["approach", "post_impact"],
+      series: [{ path: "a", unit: "m", description: "", components: ["x", "y"], data: base64(Float32Array.of(0, 1, 2, 3, 5, 5, 9, 7)) }],
+    },
+  });
+}
+
+test("a run is sampled between its samples, and after an impact at the impact", () => {
+  const one = run();
+  const a = one.series("a");
+  assert.deepEqual(one.at(a, one.locate(0.5)), [1, 2]);
+  assert.deepEqual(one.at(a, one.locate(1)), [5, 5]);
+  assert.deepEqual(one.at(a, one.locate(2)), [7, 6]);
+  assert.deepEqual(one.at(a, one.locate(99)), [9, 7]);
+  assert.deepEqual(one.at(a, one.locate(-1)), [0, 1]);
+  assert.deepEqual(one.phases.map((p) => [p.name, p.begin, p.end]), [["approach", 0, 1], ["post_impact", 1, 3]]);
+});
+
+test("series of the wrong length are refused", () => {
+  const data = run().data;
+  data.series.series[0].data = base64(Float32Array.of(1, 2, 3));
+  assert.throws(() => new v.Run(data), /a: damaged data/);
+});
+
+test("a clock keeps to its run", () => {
+  const clock = new v.Clock(0, 10);
+  let told = 0;
+  const end = clock.listen(() => ++told);
+  clock.time = 99;
+  assert.equal(clock.time, 10);
+  clock.time = NaN;
+  assert.equal(clock.time, 0);
+  end();
+  clock.time = 5;
+  assert.equal(told, 2);
+});

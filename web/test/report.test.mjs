@@ -1,0 +1,363 @@
+// Reports as people open them: every kind opens without an error and without a request, the replay moves, plots and
+// replay share one instant, and what is drawn is what summary.json says.
+import assert from "node:assert/strict";
+import { readFileSync, statSync, writeFileSync } from "node:fs";
+import path from "node:path";
+import { after, before, describe, test } from "node:test";
+import { grapnel, launch, open, scenario, scratch, scrollThrough, source } from "./browser.mjs";
+
+const folder = scratch();
+let browser;
+before(async () => {
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+});
+
+const made = new Map();
+// Result folders, each made once: name -> folder.
+function result(name, args, codes) {
+  if (!made.has(name)) {
+    const out = path.join(folder, name);
+    grapnel([...args, "-o", out, "--quiet"], codes);
+    made.set(name, out);
+  }
+  return made.get(name);
+}
+const openLoop = () => result("open-loop", ["run", scenario("thesis/open-loop-case-1.yaml")]);
+// The first open-loop case without impact and what follows.
+function approachAlone() {
+  const file = path.join(folder, "approach.yaml");
+  const text = readFileSync(scenario("thesis/open-loop-case-1.yaml"), "utf8")
+    .replace(/\.\.\/\.\.\/robots/g, path.join(source, "robots"))
+    .replace(/^(impact|post_impact):.*\n(?:[ #].*\n)*/gm, "");
+  writeFileSync(file, text);
+  return file;
+}
+const kinds = {
+  "open loop": openLoop,
+  "closed loop": () => result("closed-loop", ["run", scenario("thesis/closed-loop.yaml")]),
+  "a loop in space": () => result("handles", ["run", scenario("dual-arm-satellite-handles.yaml")]),
+  "two targets in space": () => result("targets", ["run", scenario("dual-arm-tumbling-targets.yaml")]),
+  "an impact in time": () => result("compliant", ["run", scenario("compliant-grip.yaml")]),
+  "a rebound": () => result("rebound", ["run", scenario("contact-rebound.yaml")]),
+  "an approach alone": () => result("approach", ["run", approachAlone()]),
+  "a run that failed": () =>
+    result("failed", ["run", scenario("thesis/open-loop-case-1-planned.yaml"), "--set", "targets[0].state.position=[9, 0, 0]"], [1]),
+};
+const sweepStudy = () => {
+  const file = path.join(folder, "sweep.yaml");
+  writeFileSync(
+    file,
+    `name: angles\nscenario: ${scenario("thesis/open-loop-case-1-planned.yaml")}\nsimulate: impact\nset: {approach.plan.starts: 1}\naxes:\n` +
+      "  - {quantity: approach_angle, unit: deg, values: [-20, 0, 20, 170]}\n  - {quantity: relative_speed, values: [0, 0.05, 0.1]}\n",
+  );
+  return file;
+};
+const sweep = () => result("sweep", ["sweep", sweepStudy()], [0, 3]);
+const optimization = () => {
+  const file = path.join(folder, "optimize.yaml");
+  writeFileSync(
+    file,
+    `name: angle\nscenario: ${scenario("thesis/open-loop-case-1-planned.yaml")}\nsimulate: impact\nset: {approach.plan.starts: 1, 'grasps.tip-1.relative_velocity': [0, -0.1, 0]}\n` +
+      "minimize: grasps/tip-1/impulse_magnitude\nvariables: [{quantity: approach_angle, grasp: tip-1, from: -10, to: 30, unit: deg}]\nsearch: {evaluations: 20}\n",
+  );
+  return result("optimization", ["optimize", file]);
+};
+const comparison = () => {
+  const file = path.join(folder, "comparison.html");
+  grapnel(["report", openLoop(), kinds["closed loop"](), "-o", file]);
+  return file;
+};
+const reportOf = (out) => path.join(out, "report.html");
+
+describe("every kind of report opens, with no error and no request", () => {
+  const files = Object.fromEntries(Object.entries(kinds).map(([name, make]) => [name, () => reportOf(make())]));
+  files["a sweep"] = () => reportOf(sweep());
+  files["an optimization"] = () => reportOf(optimization());
+  files["a comparison"] = comparison;
+  for (const [name, make] of Object.entries(files)) {
+    test(name, async () => {
+      const file = make();
+      assert.ok(statSync(file).size < 3.5e6, `${statSync(file).size} bytes`);
+      const { page, context, faults } = await open(browser, file);
+      await scrollThrough(page);
+      assert.deepEqual(faults, []);
+      assert.equal(await page.locator(".fault").count(), 0);
+      // No section gave up.
+      assert.equal(await page.getByText("cannot be shown").count(), 0);
+      await context.close();
+    });
+  }
+});
+
+describe("what is shown is what was computed", () => {
+  for (const name of ["open loop", "closed loop", "a loop in space", "two targets in space", "an impact in time", "a rebound"]) {
+    test(`the last pose of ${name}`, async () => {
+      const out = kinds[name]();
+      const summary = JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8"));
+      const { page, context } = await open(browser, reportOf(out));
+      await page.evaluate(() => (window.__grapnel.clock.time = window.__grapnel.clock.end));
+      const end = (summary.post_impact ?? summary.approach).end;
+      const bodies = [end.base, ...end.targets];
+      assert.ok(bodies.length >= 2);
+      const worst = { position: 0, quaternion: 0, moved: 0 };
+      for (const body of bodies) {
+        const shown = await page.evaluate((name) => window.__grapnel.replay.bodyPose(name), body.name);
+        const q = body.quaternion_wxyz;
+        const sign = Math.sign(q.reduce((sum, value, i) => sum + value * shown.quaternion_wxyz[i], 0));
+        worst.position = Math.max(worst.position, ...body.position.map((value, i) => Math.abs(value - shown.position[i])));
+        worst.quaternion = Math.max(worst.quaternion, ...q.map((value, i) => Math.abs(value - sign * shown.quaternion_wxyz[i])));
+        const start = summary.approach.start;
+        const was = [start.base, ...start.targets].find((one) => one.name === body.name);
+        worst.moved = Math.max(worst.moved, ...body.position.map((value, i) => Math.abs(value - was.position[i])));
+      }
+      assert.ok(worst.moved > 1e-3, "something must have moved");
+      assert.ok(worst.position < 2e-6, `${worst.position} m`); // single precision of metres
+      assert.ok(worst.quaternion < 1e-6, `${worst.quaternion}`);
+      await context.close();
+    });
+  }
+
+  test("the verdict has the impulses of summary.json", async () => {
+    const out = openLoop();
+    const { page, context } = await open(browser, reportOf(out));
+    const text = await page.locator("body").innerText();
+    for (const grasp of JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).impact.grasps)
+      assert.ok(text.includes(String(Number(grasp.impulse_magnitude.toPrecision(4)))), grasp.impulse_magnitude);
+    await context.close();
+  });
+});
+
+describe("replay and plots share an instant", () => {
+  test("playing moves the bodies and the clock", async () => {
+    const { page, context, faults } = await open(browser, reportOf(openLoop()));
+    const before = await page.evaluate(() => [window.__grapnel.clock.time, window.__grapnel.replay.bodyPose("target-1")]);
+    await page.evaluate(() => {
+      window.__grapnel.clock.speed = 10;
+      window.__grapnel.clock.play();
+    });
+    await page.waitForFunction((time) => window.__grapnel.clock.time > time + 1, before[0]);
+    await page.evaluate(() => window.__grapnel.clock.pause());
+    const now = await page.evaluate(() => [window.__grapnel.clock.time, window.__grapnel.replay.bodyPose("target-1")]);
+    assert.ok(now[0] > before[0] + 1);
+    assert.notDeepEqual(now[1], before[1]);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+
+  test("the keyboard plays, steps and jumps to the impact", async () => {
+    const { page, context } = await open(browser, reportOf(openLoop()));
+    const time = () => page.evaluate(() => window.__grapnel.clock.time);
+    await page.keyboard.press("End");
+    assert.equal(await time(), 70);
+    await page.keyboard.press("Home");
+    assert.equal(await time(), 0);
+    await page.keyboard.press("ArrowRight");
+    const step = await time();
+    assert.ok(step > 0 && step < 2, `${step}`);
+    await page.keyboard.press("ArrowLeft");
+    assert.equal(await time(), 0);
+    await page.keyboard.press("]");
+    assert.equal(await time(), 20);
+    await page.keyboard.press(" ");
+    assert.equal(await page.evaluate(() => window.__grapnel.clock.playing), true);
+    await context.close();
+  });
+
+  test("scrubbing the slider moves bodies and the plots' cursor", async () => {
+    const { page, context } = await open(browser, reportOf(openLoop()));
+    await scrollThrough(page);
+    const slider = page.locator("input[type=range]").first();
+    await slider.evaluate((input) => {
+      input.value = String(Number(input.min) + 0.5 * (Number(input.max) - Number(input.min)));
+      input.dispatchEvent(new Event("input", { bubbles: true }));
+    });
+    const time = await page.evaluate(() => window.__grapnel.clock.time);
+    assert.ok(Math.abs(time - 35) < 0.5, `${time}`);
+    await scrollThrough(page); // plots out of sight follow when they come into view
+    const cursors = await page.evaluate(() => window.__grapnel.plots.map((plot) => plot.cursorTime()).filter((t) => t !== null));
+    assert.ok(cursors.length > 10, `${cursors.length} plots`);
+    for (const cursor of cursors) assert.ok(Math.abs(cursor - time) < 0.5, `${cursor} at ${time}`);
+    await context.close();
+  });
+
+  test("a click on a plot sets the instant", async () => {
+    const { page, context } = await open(browser, reportOf(openLoop()));
+    await scrollThrough(page);
+    const over = page.locator(".u-over").first();
+    await over.scrollIntoViewIfNeeded();
+    const box = await over.boundingBox();
+    await page.mouse.click(box.x + 0.75 * box.width, box.y + 0.5 * box.height);
+    const time = await page.evaluate(() => window.__grapnel.clock.time);
+    assert.ok(Math.abs(time - 52.5) < 4, `${time}`);
+    await context.close();
+  });
+});
+
+describe("plots show the series", () => {
+  test("each group of figures that the scenario has", async () => {
+    const { page, context } = await open(browser, reportOf(kinds["closed loop"]()));
+    const ids = await page.evaluate(() => window.__grapnel.plots.map((plot) => plot.id));
+    for (const expected of [
+      "joints-position-arm-1", "joints-velocity-arm-2", "joints-effort-arm-1", "end-effector-velocity-tip-1", "relative-speed",
+      "momentum-linear-x", "momentum-angular-z", "base-attitude", "base-angular_velocity", "energy", "loop-position_defect",
+      "loop-angle_defect", "grip-force", "grip-moment",
+    ])
+      assert.ok(ids.includes(expected), `${expected} is not among ${ids.join(", ")}`);
+    const momentum = await page.evaluate(() => window.__grapnel.plots.find((plot) => plot.id === "momentum-linear-x").series);
+    assert.deepEqual(momentum, ["robot", "sphere", "total"]);
+    await context.close();
+  });
+});
+
+describe("pages fit where they are read", () => {
+  for (const [name, options] of [
+    ["a phone", { viewport: { width: 390, height: 844 }, isMobile: true, hasTouch: true, deviceScaleFactor: 2 }],
+    ["a dark screen", { colorScheme: "dark" }],
+    ["reduced motion", { reducedMotion: "reduce" }],
+  ]) {
+    test(name, async () => {
+      for (const file of [reportOf(openLoop()), reportOf(sweep())]) {
+        const { page, context, faults } = await open(browser, file, options);
+        await scrollThrough(page);
+        const [wide, window_] = await page.evaluate(() => [document.documentElement.scrollWidth, document.documentElement.clientWidth]);
+        assert.ok(wide <= window_ + 1, `${wide} of ${window_} pixels`);
+        assert.deepEqual(faults, []);
+        await context.close();
+      }
+    });
+  }
+
+  test("paper", async () => {
+    const { page, context, faults } = await open(browser, reportOf(openLoop()));
+    const pdf = await page.pdf({ format: "A4" });
+    assert.ok(pdf.length > 50_000 && pdf.length < 20e6, `${pdf.length} bytes`);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+});
+
+describe("without WebGL", () => {
+  test("everything but the drawing is there", async () => {
+    const plain = await launch(["--disable-3d-apis"]);
+    const { page, context } = await open(plain, reportOf(openLoop()));
+    assert.ok((await page.locator("body").innerText()).match(/WebGL/));
+    assert.ok((await page.evaluate(() => window.__grapnel.plots.length)) > 0);
+    await context.close();
+    await plain.close();
+  });
+});
+
+// ---- Damage ----
+
+function damaged(name, change) {
+  const text = readFileSync(reportOf(openLoop()), "utf8");
+  const begin = text.indexOf('<script type="application/json" id="grapnel-data">');
+  const first = text.indexOf(">", begin) + 1;
+  const last = text.indexOf("</script>", first);
+  const file = path.join(folder, `${name}.html`);
+  writeFileSync(file, text.slice(0, first) + change(text.slice(first, last)) + text.slice(last));
+  return file;
+}
+
+describe("damage is said, never a blank page", () => {
+  const changes = {
+    "no data": () => "",
+    "half the data": (text) => text.slice(0, text.length / 2),
+    "another schema": (text) => text.replace("grapnel-report/1", "grapnel-report/9"),
+    "no runs": () => '{"schema":"grapnel-report/1","kind":"run","version":"1","title":"x","runs":[]}',
+  };
+  for (const [name, change] of Object.entries(changes)) {
+    test(name, async () => {
+      const { page, context } = await open(browser, damaged(name, change));
+      assert.match(await page.locator(".fault").innerText(), /cannot be shown/);
+      await context.close();
+    });
+  }
+
+  test("damaged series leave the numbers", async () => {
+    const file = damaged("series", (text) => {
+      const data = JSON.parse(text);
+      data.runs[0].series.series[3].data = data.runs[0].series.series[3].data.slice(0, 400);
+      return JSON.stringify(data).replaceAll("<", "\\u003c");
+    });
+    const { page, context } = await open(browser, file);
+    const text = await page.locator("body").innerText();
+    assert.match(text, /time series is damaged and not shown/);
+    assert.match(text, /ledger/i);
+    await context.close();
+  });
+
+  test("a summary without anything in it", async () => {
+    const file = damaged("summary", (text) => {
+      const data = JSON.parse(text);
+      data.runs[0].summary = { schema: "grapnel-summary/1" };
+      return JSON.stringify(data).replaceAll("<", "\\u003c");
+    });
+    const { page, context } = await open(browser, file);
+    assert.ok((await page.locator("body").innerText()).length > 200);
+    await context.close();
+  });
+
+  test("keys of the summary missing one by one", async () => {
+    const plain = JSON.parse(readFileSync(path.join(openLoop(), "summary.json"), "utf8"));
+    const paths = [];
+    const walk = (value, at) => {
+      if (at.length > 0 && at.length <= 3) paths.push(at);
+      if (value && typeof value === "object" && !Array.isArray(value))
+        for (const key of Object.keys(value)) walk(value[key], [...at, key]);
+      else if (Array.isArray(value) && value.length > 0 && typeof value[0] === "object") walk(value[0], [...at, 0]);
+    };
+    walk(plain, []);
+    // One page, built again for every missing key.
+    const { page, context, faults } = await open(browser, reportOf(openLoop()));
+    const blank = await page.evaluate(async (all) => {
+      const script = document.getElementById("grapnel-data");
+      const whole = JSON.parse(script.textContent);
+      whole.runs[0].series = null;
+      const viewer = [...document.scripts].at(-1).textContent;
+      const bad = [];
+      for (const at of all) {
+        for (const put of [undefined, null, "text"]) {
+          const data = structuredClone(whole);
+          let where = data.runs[0].summary;
+          for (const key of at.slice(0, -1)) where = where?.[key];
+          if (!where) continue;
+          if (put === undefined) delete where[at.at(-1)];
+          else where[at.at(-1)] = put;
+          script.textContent = JSON.stringify(data);
+          const again = document.createElement("script");
+          again.textContent = viewer;
+          document.body.append(again);
+          again.remove();
+          const text = document.getElementById("report").innerText;
+          if (text.length < 300 || document.querySelector(".fault")) bad.push(`${at.join(".")} = ${put}: ${text.slice(0, 200)}`);
+        }
+      }
+      return bad;
+    }, paths);
+    assert.ok(paths.length > 100, `${paths.length} keys`);
+    assert.deepEqual(blank, []);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+
+  test("hostile names are texts", async () => {
+    const hostile = `<img src=x onerror="window.hacked=1"></script><script>window.hacked=1</script>'"&\\u2028{{}}`;
+    const file = path.join(folder, "hostile.yaml");
+    const text = readFileSync(scenario("thesis/open-loop-case-1.yaml"), "utf8")
+      .replace(/^name: .*$/m, `name: ${JSON.stringify(hostile)}`)
+      .replace(/\.\.\/\.\.\/robots/g, path.join(source, "robots"))
+      .replaceAll("target-1", "t<b>1</b>");
+    writeFileSync(file, text);
+    const out = result("hostile", ["run", file]);
+    const { page, context, faults } = await open(browser, reportOf(out));
+    await scrollThrough(page);
+    assert.equal(await page.evaluate(() => window.hacked), undefined);
+    assert.ok((await page.locator("body").innerText()).includes("<img src=x"));
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+});
