@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What the program's subcommands do. Each returns the exit code: 0 done, 1 the simulation failed, 2 bad input, 3 some
-/// points of a study failed.
+/// What the program's subcommands do. Each returns the exit code: 0 done, 1 the simulation failed or something could
+/// not be written, 2 bad input, 3 some points of a study failed.
 
 #include <cstddef>
 #include <filesystem>

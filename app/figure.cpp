@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <stdexcept>
+
 #include "commands.hpp"
 #include "grapnel/report/figure_files.hpp"
 #include "output_folder.hpp"
@@ -37,7 +39,15 @@ int draw(const FigureOptions& options) {
   const Figure figure = make_figure(request_of(options));
   const fs::path folder = image.has_parent_path() ? image.parent_path() : fs::path(".");
   if (!results_folder(folder, image)) return kBadInput;
-  const FigureFiles files = write_figure(figure, image);
+  FigureFiles files;
+  try {
+    files = write_figure(figure, image);
+  } catch (const std::invalid_argument&) {  // of the request
+    throw;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    return kSimulationFailed;
+  }
   if (!files.drawn) {
     fmt::print("{}\n{}\n", files.data.string(), files.script.string());
     fmt::print(
@@ -45,7 +55,7 @@ int draw(const FigureOptions& options) {
         "grapnel: error: gnuplot is missing (on Debian the package gnuplot-nox), so that {} is not drawn; its data "
         "and script are written\n",
         files.image.string());
-    return kBadInput;
+    return kSimulationFailed;
   }
   fmt::print("{}\n{}\n{}\n", files.image.string(), files.data.string(), files.script.string());
   return kDone;

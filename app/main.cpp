@@ -5,26 +5,14 @@
 #include <string>
 
 #include "commands.hpp"
+#include "grapnel/report/shell_word.hpp"
 
 namespace {
 
 // What was typed, so that a shell takes it again.
 std::string command_line(int argc, char** argv) {
   std::string line = "grapnel";
-  for (int i = 1; i < argc; ++i) {
-    const std::string argument = argv[i];
-    const bool plain = !argument.empty() && argument.find_first_not_of(
-                                                "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
-                                                "_-+./,:=@%") == std::string::npos;
-    line += ' ';
-    if (plain) {
-      line += argument;
-      continue;
-    }
-    line += '\'';
-    for (const char c : argument) line += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    line += '\'';
-  }
+  for (int i = 1; i < argc; ++i) line += " " + grapnel::shell_word(argv[i]);
   return line;
 }
 
@@ -51,7 +39,7 @@ int main(int argc, char** argv) {
 
   SweepOptions sweep_options;
   CLI::App* sweep_command =
-      app.add_subcommand("sweep", "Simulate a grid of captures; writes table.csv, table.h5 and study.json");
+      app.add_subcommand("sweep", "Simulate a grid of captures; writes table.csv, table.h5, study.json and report.html");
   sweep_command->add_option("study", sweep_options.study, "Study file (YAML)")->required();
   sweep_command->add_option("-o,--output", sweep_options.output, "Result folder (default: out/NAME-OF-THE-STUDY)");
   sweep_command->add_option("-j,--jobs", sweep_options.threads, "Threads (default: one per processor)")
@@ -64,7 +52,7 @@ int main(int argc, char** argv) {
 
   OptimizeOptions optimize_options;
   CLI::App* optimize_command = app.add_subcommand(
-      "optimize", "Look for the best of many captures; writes best.yaml, comparison.json and evaluations.csv");
+      "optimize", "Look for the best of many captures; writes best.yaml, comparison.json, evaluations.csv, report.html");
   optimize_command->add_option("study", optimize_options.study, "Optimization file (YAML)")->required();
   optimize_command->add_option("-o,--output", optimize_options.output,
                                "Result folder (default: out/NAME-OF-THE-STUDY)");

@@ -68,12 +68,12 @@ int search_and_write(const Optimization& optimization, const OptimizeOptions& op
   if (outcome.best) after = write_best(optimization, outcome, folder / "best.yaml");
   const Evaluation* shown = after ? &*after : nullptr;
   write_file_atomically(folder / "comparison.json", comparison_json(optimization, outcome, shown, GRAPNEL_VERSION));
-  const std::string report = write_folder_report(folder, ResultKind::optimization, options.no_report);
+  const FolderReport report = write_folder_report(folder, ResultKind::optimization, options.no_report);
   if (!options.quiet) {
     fmt::print("{}\nresults in {}: {}comparison.json, evaluations.csv\n{}",
-               comparison_text(optimization, outcome, shown), folder.string(), shown ? "best.yaml, " : "", report);
+               comparison_text(optimization, outcome, shown), folder.string(), shown ? "best.yaml, " : "", report.line);
   }
-  if (shown) return kDone;
+  if (shown) return report.failed ? kSimulationFailed : kDone;
   fmt::print(stderr, "{}: error: {}\n", options.study.string(), why_nothing_is_best(optimization, outcome));
   return kSimulationFailed;
 }
@@ -91,6 +91,7 @@ int optimize(const OptimizeOptions& options) {
   const std::optional<fs::path> made = results_folder(options.output, options.study);
   if (!made) return kBadInput;
   const fs::path& folder = *made;
+  if (!may_replace(folder / "best.yaml")) return kBadInput;
   if (!options.quiet) {
     fmt::print("grapnel {}, optimization {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
                optimization.sha256.substr(0, 12));

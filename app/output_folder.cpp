@@ -5,6 +5,8 @@
 
 #include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <string_view>
 #include <system_error>
 
 namespace grapnel::app {
@@ -27,6 +29,21 @@ std::optional<std::filesystem::path> results_folder(const std::filesystem::path&
   if (why.empty()) return folder;
   fmt::print(stderr, "grapnel: error: cannot write results to '{}': {}\n", folder.string(), why);
   return std::nullopt;
+}
+
+bool may_replace(const std::filesystem::path& file) {
+  constexpr std::string_view kMade = "# Made by grapnel";
+  std::error_code error;
+  if (!std::filesystem::exists(file, error)) return true;
+  std::string first;
+  if (std::filesystem::is_regular_file(file, error)) {
+    std::ifstream stream(file, std::ios::binary);
+    std::getline(stream, first);
+  }
+  if (first.starts_with(kMade)) return true;
+  fmt::print(stderr, "{}: error: is there already, and grapnel did not make it; choose another folder with -o\n",
+             file.string());
+  return false;
 }
 
 }  // namespace grapnel::app

@@ -14,4 +14,8 @@ namespace grapnel::app {
 std::optional<std::filesystem::path> results_folder(const std::filesystem::path& asked,
                                                     const std::filesystem::path& file);
 
+/// Whether a scenario can be written as `file` without loss: nothing is there, or something that says in its first
+/// line that Grapnel made it. If not, that is said on stderr.
+bool may_replace(const std::filesystem::path& file);
+
 }  // namespace grapnel::app

@@ -21,21 +21,26 @@ void write_report_file(const ReportData& data, const fs::path& file) {
              static_cast<double>(bytes) / 1e6);
 }
 
-std::string write_folder_report(const fs::path& folder, ResultKind kind, bool no_report) {
+FolderReport write_folder_report(const fs::path& folder, ResultKind kind, bool no_report) {
   const fs::path file = folder / "report.html";
-  const std::string why_none = why_no_reports();
-  if (no_report || !why_none.empty()) {
-    fs::remove(file);  // of earlier results: it does not belong to these
-    return no_report ? "" : fmt::format("no report: {}\n", why_none);
-  }
+  std::error_code ignored;
   try {
+    const std::string why_none = why_no_reports();
+    if (no_report || !why_none.empty()) {
+      fs::remove(file);  // of earlier results
+      return {no_report ? "" : fmt::format("no report: {}\n", why_none)};
+    }
     write_report_file(report_data(folder, GRAPNEL_VERSION, kind), file);
+    return {fmt::format("report: {}\n", file.string())};
   } catch (const TooLarge& error) {
-    fs::remove(file);
+    fs::remove(file, ignored);
     fmt::print(stderr, "grapnel: warning: no report: {}\n", error.what());
     return {};
+  } catch (const std::exception& error) {
+    fs::remove(file, ignored);
+    fmt::print(stderr, "grapnel: error: no report: {}\n", error.what());
+    return {"", true};
   }
-  return fmt::format("report: {}\n", file.string());
 }
 
 }  // namespace grapnel::app

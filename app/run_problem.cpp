@@ -70,20 +70,19 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   } catch (const std::invalid_argument& error) {
     return bad_input(file, error);
   }
-  std::string report;
   try {
     write_results(result, folder);
-    report = write_folder_report(folder, ResultKind::run, switches.no_report);
   } catch (const std::exception& error) {
     fmt::print(stderr, "grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
+  const FolderReport report = write_folder_report(folder, ResultKind::run, switches.no_report);
   if (!switches.quiet) {
     fmt::print("{}\nresults in {}: summary.json{}, scene.json\n{}", result_table(result), folder.string(),
-               result.series.time.empty() ? "" : ", timeseries.h5", report);
+               result.series.time.empty() ? "" : ", timeseries.h5", report.line);
   }
   warn(result, file);
-  if (result.status == CaptureStatus::completed) return kDone;
+  if (result.status == CaptureStatus::completed) return report.failed ? kSimulationFailed : kDone;
   fmt::print(stderr, "{}: error: the simulation failed: {}\n", file.string(), result.failure);
   return kSimulationFailed;
 }

@@ -82,7 +82,6 @@ int sweep(const SweepOptions& options) {
   }
   PartialTable partial(folder / "table.partial.csv", study);
   StudyTable table;
-  std::string report;
   try {
     Progress progress(options.quiet);
     StudyOptions run;
@@ -91,19 +90,20 @@ int sweep(const SweepOptions& options) {
     run.row = [&](const CaseRow& row) { partial.add(row); };
     table = run_study(study, run);
     write_table(table, folder);
-    report = write_folder_report(folder, ResultKind::sweep, options.no_report);
   } catch (const std::exception& error) {
     fmt::print(stderr, "grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
   partial.remove();
+  const FolderReport report = write_folder_report(folder, ResultKind::sweep, options.no_report);
   if (!options.quiet)
-    fmt::print("{}\nresults in {}: table.csv, table.h5, study.json\n{}", study_summary(table), folder.string(), report);
+    fmt::print("{}\nresults in {}: table.csv, table.h5, study.json\n{}", study_summary(table), folder.string(),
+               report.line);
   const std::size_t ok = table.count(CaseStatus::ok);
-  if (ok == points) return kDone;
+  if (ok == points) return report.failed ? kSimulationFailed : kDone;
   fmt::print(stderr, "{}: warning: {} of {} points are not ok, see status and reason in table.csv\n",
              options.study.string(), points - ok, points);
-  return kSomeFailed;
+  return report.failed ? kSimulationFailed : kSomeFailed;
 }
 
 }  // namespace grapnel::app

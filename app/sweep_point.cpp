@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <optional>
 
 #include "grapnel/result/atomic_file.hpp"
@@ -43,6 +44,7 @@ int sweep_point(const Study& study, std::size_t point, std::size_t points, const
   const std::optional<fs::path> folder = results_folder(asked, options.study);
   if (!folder) return kBadInput;
   const fs::path file = *folder / "scenario.yaml";
+  if (!may_replace(file)) return kBadInput;
   const std::vector<std::size_t> position = grid_position(study.axis_sizes(), point);
   CaptureProblem problem;
   try {

@@ -9,7 +9,7 @@ set_property(CACHE GRAPNEL_WEB PROPERTY STRINGS AUTO ON OFF)
 
 set(grapnel_web_source ${CMAKE_CURRENT_LIST_DIR}/../web)
 cmake_path(NORMAL_PATH grapnel_web_source)
-set(grapnel_web ${CMAKE_BINARY_DIR}/web)
+set(grapnel_web ${PROJECT_BINARY_DIR}/web)
 
 # Sets <reason> to why there are no packages in the build tree, or to "" where they are.
 function(grapnel_install_viewer_packages reason)
@@ -46,10 +46,18 @@ function(grapnel_install_viewer_packages reason)
     message(STATUS "Report viewer: installing its packages (npm ci)")
     file(REMOVE ${stamp})
     # No scripts of packages are run: none of them needs one. Tries are few, so that a machine without network goes on.
-    execute_process(COMMAND ${GRAPNEL_NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline
-                            --fetch-retries=1 --fetch-retry-mintimeout=1000 --fetch-timeout=60000
-                    WORKING_DIRECTORY ${grapnel_web} TIMEOUT 300
-                    OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE failed)
+    set(cache)
+    foreach(attempt 1 2)
+      execute_process(COMMAND ${GRAPNEL_NPM} ci --ignore-scripts --no-audit --no-fund --prefer-offline
+                              --fetch-retries=1 --fetch-retry-mintimeout=1000 --fetch-timeout=60000 ${cache}
+                      WORKING_DIRECTORY ${grapnel_web} TIMEOUT 300
+                      OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE failed)
+      if(NOT failed OR NOT output MATCHES "EACCES|EPERM|EROFS")
+        break()
+      endif()
+      # npm's own cache cannot be written, as where there is no home folder.
+      set(cache --cache ${grapnel_web}/npm-cache)
+    endforeach()
     if(failed)
       string(REGEX MATCH "npm (ERR!|error)[^\n]*\n[^\n]*\n?[^\n]*" said "${output}")
       string(REGEX REPLACE "[\n]+" "; " said "${said}")

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/watches.hpp"
 
 namespace grapnel {
 namespace {
@@ -140,6 +141,11 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, T
   add("system/external_impulse", "N s",
       "impulse since the start of these and of the ground, in W; without what enters at the impact", xyz);
   add("system/external_angular_impulse", "N m s", "the same about the world's origin", xyz);
+  watches_clearance_ = !make_clearance_model(problem, system).pairs().empty();
+  if (watches_clearance_) {
+    add("clearance/least", "m",
+        "least distance of all watched bodies, by their shapes; negative: how deep they overlap", {"least"});
+  }
 }
 
 void Recorder::add(std::string path, std::string unit, std::string description, std::vector<std::string> components) {
@@ -200,7 +206,7 @@ void Recorder::put_grips(const std::vector<GraspGap>& gaps, std::span<const Grip
 }
 
 void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books, const PhaseSample& s,
-                      std::span<const GripSample> grips) {
+                      std::span<const GripSample> grips, double clearance) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
@@ -246,6 +252,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   const Momentumd impulse = finished_.external_impulse + s.integrals.external_impulse;
   put(impulse.linear);
   put(impulse.angular);
+  if (watches_clearance_) put(clearance);
 }
 
 void Recorder::end_phase(const PhaseIntegrals& integrals) {

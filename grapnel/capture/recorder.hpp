@@ -22,9 +22,9 @@ class Recorder {
   Recorder(const CaptureProblem& problem, const CaptureSystem& system, TimeSeries& series);
   /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
-  /// `grips`: per grasp of the problem; empty: none holds.
+  /// `grips`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
   void sample(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books,
-              const PhaseSample& sample, std::span<const GripSample> grips = {});
+              const PhaseSample& sample, std::span<const GripSample> grips, double clearance);
   /// The work done in the phase that ends is carried into the next.
   void end_phase(const PhaseIntegrals& integrals);
 
@@ -42,6 +42,7 @@ class Recorder {
   std::vector<Quaterniond> previous_;  // for quaternions without jumps of sign
   std::span<const JointTrajectory> reference_;
   PhaseIntegrals finished_;  // sums over finished phases
+  bool watches_clearance_ = false;
 };
 
 }  // namespace grapnel

@@ -86,7 +86,8 @@ void RunImpacts::sample_instant(double time, const State& state, std::span<const
   const SystemBooks books = system_books(run_.system.model, kinematics, state);
   const PhaseIntegrals none;
   run_.bookkeeper.instant(books);
-  run_.recorder.sample(run_.system, kinematics, books, {time, state, none, zeros, zeros}, grips);
+  run_.recorder.sample(run_.system, kinematics, books, {time, state, none, zeros, zeros}, grips,
+                       run_.watches.instant(run_.system, kinematics));
 }
 
 // An instant of an impact in time; `closing`: the grasps of the problem that the sample has wrenches of.

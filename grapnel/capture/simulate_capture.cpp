@@ -134,9 +134,9 @@ class Run {
       std::copy(sample.motor.begin(), sample.motor.end(), motor.begin());
       const std::vector<GripSample> grips = run_.loops.sample(sample, kinematics, motor);
       sample.motor = motor;
-      run_.watches.sample(sample);
+      const double clearance = run_.watches.sample(sample);
       if (look++ % looks == 0 || sample.time == end)
-        run_.recorder.sample(run_.system, kinematics, books, sample, grips);
+        run_.recorder.sample(run_.system, kinematics, books, sample, grips, clearance);
       if (progress_) progress_(name, sample.time, end);
     };
     // Joints that follow a reference exactly are on it from the first instant on.

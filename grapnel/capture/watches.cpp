@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "grapnel/capture/problem_lookup.hpp"
 
@@ -68,9 +69,15 @@ void Watches::begin_phase(const std::string& name, const CaptureSystem& system, 
   }
 }
 
-void Watches::sample(const PhaseSample& s) {
-  if (!model_.pairs().empty()) clearance_.sample(s.time, s.state);
+double Watches::sample(const PhaseSample& s) {
   if (any_limit_) limits_->sample(s.time, s.state, s.motor);
+  if (model_.pairs().empty()) return std::numeric_limits<double>::quiet_NaN();
+  return clearance_.sample(s.time, s.state).distance;
+}
+
+double Watches::instant(const CaptureSystem& system, const Kinematics& kinematics) const {
+  const ClearanceModel model = make_clearance_model(problem_, system);
+  return model.pairs().empty() ? std::numeric_limits<double>::quiet_NaN() : model.minimum(kinematics).distance;
 }
 
 void Watches::end_phase() {

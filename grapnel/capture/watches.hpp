@@ -21,7 +21,10 @@ class Watches {
   explicit Watches(const CaptureProblem& problem);
   /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits.
   void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut);
-  void sample(const PhaseSample& sample);
+  /// Returns the least clearance of all pairs at the sample [m]; NaN where nothing is watched.
+  double sample(const PhaseSample& sample);
+  /// The same at an instant outside any phase, as at an impact.
+  double instant(const CaptureSystem& system, const Kinematics& kinematics) const;
   void end_phase();
   /// Least clearances, events, and the rows of the ledger. Ends a phase that a failure has left open.
   void write(CaptureResult& result);

@@ -44,10 +44,11 @@ CoreDistance hull_and_point(const ConvexCore& core, const Vector3d& point) {
     return {distance, found.point_a, point, (-1 / distance) * found.difference};
   double least = std::numeric_limits<double>::infinity();
   Vector3d normal{1, 0, 0};
-  for (const Vector3d& face : core.hull->normals) {
-    const Vector3d v = core.scaled_normal(face), n = (1 / norm(v)) * v;
-    const double depth = dot(n, support(core, n) - point);
-    if (depth < least) least = depth, normal = n;
+  // Scaled, a plane n . x = o is (n / s) . x = o.
+  for (std::size_t k = 0; k < core.hull->normals.size(); ++k) {
+    const Vector3d n = core.scaled_normal(core.hull->normals[k]);
+    const double length = norm(n), depth = (core.hull->offsets[k] - dot(n, point)) / length;
+    if (depth < least) least = depth, normal = (1 / length) * n;
   }
   return {-least, point + least * normal, point, normal};
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <unordered_map>
 
 namespace grapnel {
@@ -280,6 +281,11 @@ ConvexHull convex_hull(std::span<const Vector3d> points) {
   const std::vector<int> plane = planes_of(faces, alive, hull.normals);
   hull.edges = edge_directions(faces, alive, plane, points);
   hull.center = center, hull.half = half;
+  hull.offsets.assign(hull.normals.size(), -std::numeric_limits<double>::infinity());
+  for (const int f : alive) {
+    double& offset = hull.offsets[plane[f]];
+    for (const int v : faces[f].vertex) offset = std::max(offset, dot(hull.normals[plane[f]], points[v] - center));
+  }
   return hull;
 }
 

@@ -16,6 +16,7 @@ struct ConvexHull {
 
   std::vector<Vector3d> vertices;  // of the given points those that span it; perhaps a few more on its surface
   std::vector<Vector3d> normals;   // unit, outward; of triangles in one plane once
+  std::vector<double> offsets;     // per normal: how far its plane is from the center, along it
   std::vector<Vector3d> edges;  // unit, along its edges; of parallel ones once; empty if there are more than kMostEdges
   Vector3d center = Vector3d::zero();  // of the box along the axes that bounds it
   Vector3d half = Vector3d::zero();    // half of that box's edges

@@ -6,7 +6,7 @@
 #include <charconv>
 #include <stdexcept>
 
-#include "grapnel/report/json_document.hpp"
+#include "grapnel/result/json_document.hpp"
 
 namespace grapnel {
 

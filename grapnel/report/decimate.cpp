@@ -205,7 +205,7 @@ std::optional<std::vector<std::size_t>> kept_samples(const TimeSeries& series, d
   std::vector<std::size_t> kept{fixed.front()};
   for (std::size_t k = 1; k < fixed.size(); ++k) {
     while (kept.back() < fixed[k]) {
-      if (kept.size() == at_most) return std::nullopt;
+      if (kept.size() >= at_most) return std::nullopt;
       kept.push_back(lines.reach(kept.back(), fixed[k]));
     }
   }

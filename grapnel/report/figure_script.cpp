@@ -22,6 +22,8 @@ constexpr double kStrip = 0.3, kTitle = 0.42, kLegendLine = 0.33, kLetter = 0.16
 constexpr double kSample = 0.55, kSampleGap = 0.1, kEntryGap = 0.3;  // of a legend's entry
 constexpr double kBareMargin = 0.15;
 constexpr double kTallest = 22.5;  // [cm] of a figure whose height follows from its aspect
+// The cairo terminals set letters through Pango, which takes 96 dots for an inch, also where 72 units are one.
+constexpr double kPangoPoint = 72.0 / 96;
 
 struct Place {
   double left, right, bottom, top;  // of the axes [cm from the figure's lower left corner]
@@ -145,8 +147,8 @@ std::string terminal_of(const std::string& image, double width, double height) {
   if (ending == ".pdf") {
     return fmt::format(
         "set terminal pdfcairo enhanced color rounded size {:.2f}cm,{:.2f}cm font 'Helvetica,{:g}' "
-        "fontscale 1 linewidth 0.8 dashlength 1.5",
-        width, height, kFont);
+        "fontscale {:g} linewidth 0.8 dashlength 1.5",
+        width, height, kFont, kPangoPoint);
   }
   if (ending == ".svg") {
     const double pixels = 96 / 2.54;
@@ -160,7 +162,7 @@ std::string terminal_of(const std::string& image, double width, double height) {
     return fmt::format(
         "set terminal pngcairo enhanced color rounded size {:.0f},{:.0f} font 'Helvetica,{:g}' "
         "fontscale {:.3f} linewidth {:.3f} pointscale {:.3f} dashlength 1.6",
-        width * pixels, height * pixels, kFont, scale, 0.8 * scale, scale * 0.6);
+        width * pixels, height * pixels, kFont, kPangoPoint * scale, 0.8 * scale, scale * 0.6);
   }
   throw std::invalid_argument("'" + plain_line(image) + "': a figure's file ends in .pdf, .svg or .png");
 }
@@ -310,6 +312,7 @@ std::string figure_script(const Figure& figure, const std::string& image, const 
   std::string text = "# gnuplot draws the figure anew from this file and its data: gnuplot " +
                      plain_line(std::filesystem::path(image).stem().string()) + ".gp\n";
   for (const std::string& head : figure.heads) text += "# " + plain_line(head) + "\n";
+  text += "#\n";  // a head that ends with a backslash takes the next line into its comment
   text += "set encoding utf8\n";
   text += terminal_of(image, figure.width, layout.height()) + "\n";
   text += "set output " + gnuplot_file(image) + "\n";

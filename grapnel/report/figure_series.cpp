@@ -20,7 +20,10 @@ struct Drawing {
   int columns = 1;
 };
 
+// One value per sample. Throws if a damaged file has given the series another width.
 std::vector<double> component(const Series& series, std::size_t index) {
+  if (index >= series.components.size())
+    throw std::runtime_error(fmt::format("the time series '{}' have {} components", series.path, series.width()));
   std::vector<double> values;
   for (std::size_t i = index; i < series.data.size(); i += series.components.size()) values.push_back(series.data[i]);
   return values;
@@ -168,6 +171,7 @@ GraspPointMotion grasp_point_motion(const RunSource& run, const std::string& end
 Drawing velocities(const RunSource& run) {
   std::vector<Vectors> linear, angular;
   const std::vector<std::string> names = names_in(run.series, "end_effectors", "velocity");
+  if (names.empty()) throw std::runtime_error("the run has not recorded the velocity of any end-effector");
   for (std::size_t e = 0; e < names.size(); ++e) {
     const std::string path = "end_effectors/" + names[e];
     linear.push_back(vectors_of(wanted(run, path + "/velocity"), names[e], color_of(e)));
@@ -235,7 +239,12 @@ std::array<double, 3> roll_pitch_yaw(const Quaterniond& q) {
 // Angles without jumps by whole turns.
 void unwrap(std::vector<double>& angles) {
   constexpr double kTurn = 2 * 3.14159265358979323846;
-  for (std::size_t i = 1; i < angles.size(); ++i) angles[i] -= kTurn * std::round((angles[i] - angles[i - 1]) / kTurn);
+  double before = std::nan("");
+  for (double& angle : angles) {
+    if (!std::isfinite(angle)) continue;
+    if (std::isfinite(before)) angle -= kTurn * std::round((angle - before) / kTurn);
+    before = angle;
+  }
 }
 
 Drawing base(const RunSource& run) {

@@ -269,6 +269,11 @@ void heat_panels(const StudySource& study, const Choice& choice, const std::vect
 Figure study_figure(const StudySource& study, const FigureRequest& request) {
   if (study.points == 0 || study.axes.empty())
     throw std::runtime_error(study.folder.string() + ": the study has no points");
+  for (const StudyColumn& axis : study.axes) {
+    if (!std::all_of(axis.values.begin(), axis.values.end(), [](double v) { return std::isfinite(v); }))
+      throw std::runtime_error(fmt::format("{}: axis '{}' has a value that is no finite number",
+                                           (study.folder / "table.csv").string(), axis.name));
+  }
   Figure figure;
   figure.what = request.what;
   figure.heads = figure_heads(study.metadata, request);

@@ -24,10 +24,15 @@ constexpr double kLeastMark = 0.01;   // [m]
 
 // --- Motion ---
 
+// glTF's numbers are floats, and none of them may be infinite or NaN.
+bool is_finite_float(double x) { return std::abs(x) <= static_cast<double>(std::numeric_limits<float>::max()); }
+
 // Poses of all bodies with unit quaternions that do not change sign from sample to sample.
 TimeSeries body_motion(const RunSource& run) {
   TimeSeries motion;
   motion.time = run.series.time, motion.phase = run.series.phase, motion.phases = run.series.phases;
+  if (!std::all_of(motion.time.begin(), motion.time.end(), is_finite_float))
+    throw std::runtime_error((run.folder / "timeseries.h5").string() + ": a time is not finite");
   for (const SceneBody& body : run.scene->bodies) {
     const RecordedPose pose(run.series, body.series);
     Series position{body.series + "/position", "m", "", {"x", "y", "z"}, {}};
@@ -36,8 +41,8 @@ TimeSeries body_motion(const RunSource& run) {
     for (std::size_t i = 0; i < motion.time.size(); ++i) {
       const Vector3d p = pose.position(i);
       Quaterniond q = pose.quaternion(i);
-      const bool finite = std::isfinite(p[0] + p[1] + p[2] + q.w + q.x + q.y + q.z);
-      if (!finite)
+      if (!(is_finite_float(p[0]) && is_finite_float(p[1]) && is_finite_float(p[2]) &&
+            std::isfinite(q.w + q.x + q.y + q.z)))
         throw std::runtime_error((run.folder / "timeseries.h5").string() + ": the pose of " + body.name +
                                  " is not finite");
       if (i > 0 && before.w * q.w + before.x * q.x + before.y * q.y + before.z * q.z < 0) q = {-q.w, -q.x, -q.y, -q.z};

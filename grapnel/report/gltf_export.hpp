@@ -10,7 +10,7 @@
 
 namespace grapnel {
 
-/// At most so many keyframes.
+/// At most so many keyframes, where decimate() can leave out the others.
 inline constexpr std::size_t kMostKeyframes = 2000;
 
 /// A binary glTF 2.0 file: below a root node that turns z-up into glTF's y-up a node per body (base, links, targets),

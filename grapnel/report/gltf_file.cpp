@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
+#include <stdexcept>
 
 namespace grapnel {
 namespace {
@@ -84,6 +86,8 @@ std::string GltfFile::bytes() const {
   // Names of bodies come from outside: bytes that are no UTF-8 are replaced.
   std::string text = document.dump(-1, ' ', false, Json::error_handler_t::replace);
   pad(text, ' ');
+  if (12 + 8 + text.size() + 8 + buffer_.size() > std::numeric_limits<std::uint32_t>::max())
+    throw std::runtime_error("more than 4 GB, which a .glb file cannot hold");
   std::string file;
   append(kMagic, file);
   append(kVersion, file);

@@ -24,7 +24,7 @@ class GltfFile {
   int add(const char* array, nlohmann::ordered_json entry);
   nlohmann::ordered_json& document() { return document_; }
 
-  /// The file's bytes, the same on every machine.
+  /// The file's bytes, the same on every machine. @throws std::runtime_error above 4 GB.
   std::string bytes() const;
 
  private:

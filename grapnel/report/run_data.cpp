@@ -9,8 +9,8 @@
 
 #include "grapnel/report/base64.hpp"
 #include "grapnel/report/decimate.hpp"
-#include "grapnel/report/json_document.hpp"
 #include "grapnel/result/hdf5_reader.hpp"
+#include "grapnel/result/json_document.hpp"
 #include "grapnel/result/scene.hpp"
 
 namespace grapnel {
@@ -19,7 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t kSeriesBytes = 1'500'000;  // in the report
+constexpr std::size_t kSeriesBytes = 1'500'000;  // in the report, where the bound allows it
 constexpr std::size_t kMostPhases = 256;
 
 // The capture that a file belongs to.
@@ -106,11 +106,14 @@ std::vector<To> gathered(const std::vector<From>& values, const std::vector<std:
 
 }  // namespace
 
-Json packed_series(const TimeSeries& series) {
+Json packed_series(const TimeSeries& series, std::size_t most_bytes) {
   std::size_t width = 0;
   for (const Series& one : series.series) width += static_cast<std::size_t>(one.width());
   const std::size_t sample_bytes = sizeof(double) + sizeof(std::uint8_t) + sizeof(float) * width;
   const Decimation d = decimate(series, kSeriesBytes * 3 / 4 / sample_bytes);
+  if (d.kept.size() > most_bytes / sample_bytes)
+    throw std::runtime_error(fmt::format(
+        "{} samples of {} numbers are too much for a page, and more cannot be left out", d.kept.size(), width));
   const auto base64 = [](const auto& values) { return base64_of(std::span(values)); };
 
   Json list = Json::array();

@@ -15,8 +15,12 @@ namespace grapnel {
 /// naming path and fault where there is no summary to go by.
 nlohmann::ordered_json run_data(const std::filesystem::path& folder, const std::string& label);
 
-/// PackedSeries of web/src/data.ts: as many samples as fit into about 1.5 MB, see decimate().
-nlohmann::ordered_json packed_series(const TimeSeries& series);
+/// What a browser still opens of a time series.
+inline constexpr std::size_t kMostSeriesBytes = 100'000'000;
+
+/// PackedSeries of web/src/data.ts: as many samples as fit into about 1.5 MB, or more where decimate() leaves out no
+/// more. @throws std::runtime_error where that are more than `most_bytes`.
+nlohmann::ordered_json packed_series(const TimeSeries& series, std::size_t most_bytes = kMostSeriesBytes);
 
 /// The last part of a folder's path, also where that ends with "/" or "..".
 std::string folder_name(const std::filesystem::path& folder);

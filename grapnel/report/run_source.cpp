@@ -7,8 +7,8 @@
 #include <map>
 #include <stdexcept>
 
-#include "grapnel/report/json_document.hpp"
 #include "grapnel/result/hdf5_reader.hpp"
+#include "grapnel/result/json_document.hpp"
 
 namespace grapnel {
 namespace {
@@ -66,7 +66,7 @@ Vector3d RecordedPose::position(std::size_t sample) const {
 Quaterniond RecordedPose::quaternion(std::size_t sample) const {
   const double* q = &quaternion_->data[at(sample, *quaternion_)];
   const double length = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  if (!(length > 1e-6)) return Quaterniond::identity();
+  if (length <= 1e-6) return Quaterniond::identity();
   return {q[0] / length, q[1] / length, q[2] / length, q[3] / length};
 }
 

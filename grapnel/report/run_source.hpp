@@ -37,7 +37,7 @@ class RecordedPose {
  public:
   RecordedPose(const TimeSeries& series, const std::string& path);
   Vector3d position(std::size_t sample) const;
-  Quaterniond quaternion(std::size_t sample) const;  // of unit length
+  Quaterniond quaternion(std::size_t sample) const;  // of unit length, or NaN as recorded
   Posed operator()(std::size_t sample) const;
 
  private:

@@ -119,6 +119,32 @@ void mark_phases(FigurePanel& panel, const TimeSeries& series, const std::vector
   }
 }
 
+// The axes of the panel `index`; what is drawn in them comes later.
+FigurePanel axes_of(const std::vector<SeriesPanel>& panels, std::size_t index, int columns,
+                    const std::vector<std::size_t>& samples, const Clock& clock) {
+  const SeriesPanel& panel = panels[index];
+  double group = 0;
+  for (const SeriesPanel& other : panels) {
+    if (other.group == panel.group && !panel.group.empty())
+      group = std::max(group, span_of(other, samples).magnitude());
+  }
+  FigurePanel out;
+  out.marked_up = !panel.symbol.empty();
+  out.y_label = fmt::format("{} [{}]", out.marked_up ? panel.symbol : panel.quantity, panel.unit);
+  out.x_label = clock.label;
+  if (clock(clock.end) > clock(clock.begin)) out.x_range = {clock(clock.begin), clock(clock.end)};
+  out.legend = panel.legend;
+  out.shares_x = index + static_cast<std::size_t>(columns) < panels.size();
+  out.strip = index < static_cast<std::size_t>(columns);
+  const Span span = span_of(panel, samples);
+  if (panel.logarithmic) {
+    decimal_range(out, panel, span);
+  } else {
+    out.y_range = linear_range(span, group);
+  }
+  return out;
+}
+
 std::string column_name(const SeriesPanel& panel, const SeriesCurve& curve) {
   return fmt::format("{}, {} [{}]", panel.quantity, curve.title, panel.unit);
 }
@@ -171,25 +197,7 @@ Figure assemble(const RunSource& run, const FigureRequest& request, const std::v
   block.columns = {clock.column, "phase (" + fmt::format("{}", fmt::join(series.phases, ", ")) + "; from 0)"};
   for (std::size_t p = 0; p < panels.size(); ++p) {
     const SeriesPanel& panel = panels[p];
-    double group = 0;
-    for (const SeriesPanel& other : panels) {
-      if (other.group == panel.group && !panel.group.empty())
-        group = std::max(group, span_of(other, samples).magnitude());
-    }
-    FigurePanel out;
-    out.marked_up = !panel.symbol.empty();
-    out.y_label = fmt::format("{} [{}]", out.marked_up ? panel.symbol : panel.quantity, panel.unit);
-    out.x_label = clock.label;
-    if (clock(clock.end) > clock(clock.begin)) out.x_range = {clock(clock.begin), clock(clock.end)};
-    out.legend = panel.legend;
-    out.shares_x = p + static_cast<std::size_t>(figure.columns) < panels.size();
-    out.strip = p < static_cast<std::size_t>(figure.columns);
-    const Span span = span_of(panel, samples);
-    if (panel.logarithmic) {
-      decimal_range(out, panel, span);
-    } else {
-      out.y_range = linear_range(span, group);
-    }
+    FigurePanel out = axes_of(panels, p, figure.columns, samples, clock);
     mark_phases(out, series, samples, clock, out.strip, letters);
     for (const SeriesCurve& curve : panel.curves) {
       block.columns.push_back(column_name(panel, curve));

@@ -167,11 +167,9 @@ void draw_instant(Stage& stage, const std::vector<Actor>& actors, std::size_t sa
   }
 }
 
-// Points of a path that straight lines between those kept miss by less than `bound` (Douglas and Peucker's way).
-void keep_corners(const std::vector<Point2>& path, std::size_t first, std::size_t last, double bound,
-                  std::vector<bool>& kept) {
-  kept[first] = kept[last] = true;
-  if (last - first < 2) return;
+// Of the points between two, the one that the straight line between these misses most, if by more than `bound`; else
+// the first of the two.
+std::size_t worst_missed(const std::vector<Point2>& path, std::size_t first, std::size_t last, double bound) {
   const double dx = path[last][0] - path[first][0], dy = path[last][1] - path[first][1], length = std::hypot(dx, dy);
   std::size_t worst = first;
   double most = bound;
@@ -183,9 +181,24 @@ void keep_corners(const std::vector<Point2>& path, std::size_t first, std::size_
     const double miss = along < 0 || along > length ? std::min(std::hypot(x, y), std::hypot(x - dx, y - dy)) : aside;
     if (miss > most) most = miss, worst = i;
   }
-  if (worst == first) return;
-  keep_corners(path, first, worst, bound, kept);
-  keep_corners(path, worst, last, bound, kept);
+  return worst;
+}
+
+// Points of a path that straight lines between those kept miss by less than `bound` (Douglas and Peucker's way, with a
+// list in place of the recursion, which a long path could make too deep).
+std::vector<bool> corners_of(const std::vector<Point2>& path, double bound) {
+  std::vector<bool> kept(path.size(), false);
+  kept.front() = kept.back() = true;
+  std::vector<std::pair<std::size_t, std::size_t>> open{{0, path.size() - 1}};
+  while (!open.empty()) {
+    const auto [first, last] = open.back();
+    open.pop_back();
+    const std::size_t worst = worst_missed(path, first, last, bound);
+    if (worst == first) continue;
+    kept[worst] = true;
+    open.push_back({first, worst}), open.push_back({worst, last});
+  }
+  return kept;
 }
 
 // The path of a point over the samples, without those that cannot be told from a straight line.
@@ -197,9 +210,8 @@ void draw_path(Stage& stage, const std::vector<std::size_t>& samples, const Reco
     path.push_back(stage.view()(pose.position(i)));
     around.add(path.back());
   }
-  std::vector<bool> kept(path.size(), false);
   const double bound = kPathBound * std::max({around.size(0), around.size(1), 1e-2});
-  keep_corners(path, 0, path.size() - 1, bound, kept);
+  const std::vector<bool> kept = corners_of(path, bound);
   stage.begin(fmt::format("{}, to {:.2g} m", about, bound),
               fmt::format("using 1:2 with lines lc rgb '{}' dt (5,3) lw 0.8", color));
   for (std::size_t i = 0; i < path.size(); ++i) {

@@ -1,73 +1,103 @@
 #include "grapnel/report/study_source.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <stdexcept>
 
-#include "grapnel/report/csv_table.hpp"
-#include "grapnel/report/json_document.hpp"
+#include "grapnel/result/json_document.hpp"
 
 namespace grapnel {
 namespace {
 
+namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-std::vector<StudyColumn> columns_of(const Json& document, const char* key, const std::filesystem::path& path) {
-  std::vector<StudyColumn> columns;
-  if (!document.contains(key) || !document[key].is_array())
-    throw std::runtime_error(path.string() + ": key '" + key + "' is missing");
-  for (std::size_t i = 0; i < document[key].size(); ++i) {
-    const std::string at = "/" + std::string(key) + "/" + std::to_string(i);
-    StudyColumn column{required_text(document, at + "/name", path),
-                       required_text(document, at + "/unit", path),
-                       required_text(document, at + "/description", path),
-                       {},
-                       {}};
-    const Json& entry = document[key][i];
-    if (entry.contains("values") && entry["values"].is_array()) {
-      for (const Json& value : entry["values"]) {
-        if (value.is_string()) column.labels.push_back(value.get<std::string>());
-      }
-    }
-    columns.push_back(std::move(column));
+// Gives an axis its labels, if its values are not numbers (which JSON has as null where they are infinite). Returns how
+// many values it has.
+std::size_t read_axis(const Json& entry, const fs::path& path, StudyColumn& axis) {
+  const Json& values = list_of(entry, "values", path);
+  if (values.empty()) throw std::runtime_error(fmt::format("{}: axis '{}' has no values", path.string(), axis.name));
+  const bool is_numeric =
+      std::all_of(values.begin(), values.end(), [](const Json& value) { return value.is_number() || value.is_null(); });
+  for (const Json& value : values) {
+    if (!is_numeric) axis.labels.push_back(value.is_string() ? value.get<std::string>() : value.dump());
   }
-  return columns;
+  return values.size();
+}
+
+std::size_t points_of(const Json& settings, double expected, const fs::path& path) {
+  const auto found = settings.find("points");
+  if (found == settings.end() || !found->is_number_unsigned())
+    throw std::runtime_error(path.string() + ": number 'points' is missing");
+  const std::size_t points = found->get<std::size_t>();
+  if (static_cast<double>(points) != expected)
+    throw std::runtime_error(fmt::format("{}: {} points where the axes make {}", path.string(), points, expected));
+  return points;
+}
+
+std::vector<std::string> heads_of(const StudySource& study) {
+  std::vector<std::string> heads{"point"};
+  for (const StudyColumn& axis : study.axes) heads.push_back(table_head(axis));
+  heads.insert(heads.end(), {"status", "reason"});
+  for (const StudyColumn& column : study.columns) heads.push_back(table_head(column));
+  return heads;
+}
+
+// What the table says of an axis in a row; `label`: which one is there in a grid.
+double axis_value(const StudyColumn& axis, std::size_t label, const CsvTable& table,
+                  const std::vector<std::string>& fields, std::size_t column) {
+  if (axis.labels.empty()) return table.number(fields, column);
+  if (fields[column] != axis.labels[label])
+    table.fail(
+        fmt::format("axis '{}' is '{}' where study.json has '{}'", axis.name, fields[column], axis.labels[label]));
+  return static_cast<double>(label);
+}
+
+// `sizes`: how many values each axis has. The first axis varies slowest.
+void read_table(StudySource& study, const std::vector<std::size_t>& sizes) {
+  CsvTable table(study.folder / "table.csv");
+  expect_heads(table, heads_of(study), "study.json");
+  const std::size_t status_at = 1 + study.axes.size(), first = status_at + 2;
+  std::vector<std::string> fields;
+  for (std::size_t row = 0; table.next(fields); ++row) {
+    if (fields[0] != std::to_string(row)) table.fail(fmt::format("point '{}' where {} was expected", fields[0], row));
+    if (row == study.points) table.fail(fmt::format("more points than the {} of study.json", study.points));
+    for (std::size_t a = study.axes.size(), rest = row; a-- > 0; rest /= sizes[a])
+      study.axes[a].values.push_back(axis_value(study.axes[a], rest % sizes[a], table, fields, a + 1));
+    study.status.push_back(fields[status_at]);
+    study.reason.push_back(fields[status_at + 1]);
+    for (std::size_t c = 0; c < study.columns.size(); ++c)
+      study.columns[c].values.push_back(table.number(fields, first + c));
+  }
+  if (study.status.size() != study.points)
+    table.fail(fmt::format("{} points where study.json has {}", study.status.size(), study.points));
 }
 
 }  // namespace
 
-StudySource read_study_source(const std::filesystem::path& folder) {
+StudySource read_study_source(const fs::path& folder, std::size_t most_numbers) {
+  const fs::path path = folder / "study.json";
   StudySource study;
   study.folder = folder;
-  const std::filesystem::path settings = folder / "study.json";
-  const Json document = read_json_document(settings, "grapnel-study-table/1");
-  study.metadata = {required_text(document, "/version", settings), required_text(document, "/study/name", settings),
-                    required_text(document, "/study/sha256", settings)};
-  study.axes = columns_of(document, "axes", settings);
-  study.columns = columns_of(document, "columns", settings);
-
-  CsvTable table(folder / "table.csv");
-  // point, the axes, status, reason, the columns
-  const std::size_t first = study.axes.size() + 3;
-  if (table.heads().size() != first + study.columns.size()) table.fail("the columns are not those of study.json");
-  for (std::vector<std::string> fields; table.next(fields); ++study.points) {
-    for (std::size_t a = 0; a < study.axes.size(); ++a) {
-      StudyColumn& axis = study.axes[a];
-      if (axis.labels.empty()) {
-        axis.values.push_back(table.number(fields, a + 1));
-        continue;
-      }
-      const auto found = std::find(axis.labels.begin(), axis.labels.end(), fields[a + 1]);
-      if (found == axis.labels.end()) table.fail("'" + fields[a + 1] + "' is no value of axis '" + axis.name + "'");
-      axis.values.push_back(static_cast<double>(found - axis.labels.begin()));
-    }
-    for (std::size_t c = 0; c < study.columns.size(); ++c)
-      study.columns[c].values.push_back(table.number(fields, first + c));
+  study.settings = read_json_document(path, "grapnel-study-table/1");
+  const Json& settings = study.settings;
+  study.metadata = {required_text(settings, "/version", path), required_text(settings, "/study/name", path),
+                    required_text(settings, "/study/sha256", path)};
+  study.axes = described_columns(settings, "axes", path);
+  std::vector<std::size_t> sizes;
+  double points = 1;
+  for (std::size_t a = 0; a < study.axes.size(); ++a) {
+    sizes.push_back(read_axis(settings["axes"][a], path, study.axes[a]));
+    points *= static_cast<double>(sizes.back());
   }
+  study.columns = described_columns(settings, "columns", path);
+  study.points = points_of(settings, points, path);
+  expect_size(study.points, study.axes.size() + study.columns.size() + 1, most_numbers, folder / "table.csv");
+  read_table(study, sizes);
   return study;
 }
 
-std::string column_label(const StudyColumn& column) {
-  return column.unit.empty() || column.unit == "1" ? column.name : column.name + " [" + column.unit + "]";
-}
+std::string column_label(const StudyColumn& column) { return column.unit == "1" ? column.name : table_head(column); }
 
 }  // namespace grapnel

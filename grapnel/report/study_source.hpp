@@ -1,34 +1,34 @@
 #pragma once
 
 /// @file
-/// A sweep's result folder as figures need it. Thread safety: plain values; reading is reentrant.
+/// A sweep's result folder as reports and figures need it. Thread safety: plain values; reading is reentrant.
 
 #include <filesystem>
+#include <limits>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
+#include "grapnel/report/study_files.hpp"
 #include "grapnel/result/time_series.hpp"
 
 namespace grapnel {
 
-/// A column of table.csv, or an axis of the study.
-struct StudyColumn {
-  std::string name, unit, description;
-  std::vector<double> values;       // per point; NaN where there is nothing
-  std::vector<std::string> labels;  // of an axis of labels: values count from 0 into them
-};
-
 struct StudySource {
   std::filesystem::path folder;
-  TimeSeriesMetadata metadata;  // the study's name and hash
+  nlohmann::ordered_json settings;  // study.json
+  TimeSeriesMetadata metadata;      // the study's name and hash
   std::vector<StudyColumn> axes, columns;
   std::size_t points = 0;
+  std::vector<std::string> status, reason;  // per point
 };
 
-/// Reads study.json and table.csv. Throws std::runtime_error naming file and fault.
-StudySource read_study_source(const std::filesystem::path& folder);
+/// Reads study.json and table.csv, which must be of one study. @throws std::runtime_error naming file and fault,
+/// TooLarge before more than `most_numbers` would be read.
+StudySource read_study_source(const std::filesystem::path& folder,
+                              std::size_t most_numbers = std::numeric_limits<std::size_t>::max());
 
-/// "name [unit]", without a unit where there is none.
+/// "name [unit]" for readers: without a unit where it is 1.
 std::string column_label(const StudyColumn& column);
 
 }  // namespace grapnel

@@ -23,9 +23,9 @@ struct Ordered {
   Series series;
 };
 
-/// An open file: its bytes and HDF5's view of them.
+/// An open file, which HDF5 holds in memory.
 struct Source {
-  std::string bytes;
+  std::size_t bytes;  // its size
   Handle file;
 };
 
@@ -55,7 +55,7 @@ Source open(const std::filesystem::path& path) {
   const Handle root(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, "damaged: no root group");
   const std::string schema = hdf5::read_string_attribute(root, "schema");
   if (schema != kSchema) throw std::runtime_error("schema is '" + schema + "', not " + kSchema);
-  return {std::move(bytes), std::move(file)};
+  return {bytes.size(), std::move(file)};
 }
 
 std::vector<hsize_t> extent_of(const Handle& dataset, const std::string& name) {
@@ -73,7 +73,7 @@ std::vector<T> numbers(const Source& source, const Handle& dataset, hid_t memory
   const std::vector<hsize_t> extent = extent_of(dataset, name);
   // Deflate gains a factor of 1032 at most: larger claims are damage, and must not exhaust the memory.
   const double claimed = static_cast<double>(extent[0]) * (extent.size() > 1 ? static_cast<double>(extent[1]) : 1);
-  if (claimed * sizeof(T) > 1100.0 * static_cast<double>(source.bytes.size())) {
+  if (claimed * sizeof(T) > 1100.0 * static_cast<double>(source.bytes)) {
     throw std::runtime_error("damaged: '" + name + "' claims more numbers than the file can hold");
   }
   std::vector<T> values(static_cast<std::size_t>(extent[0] * (extent.size() > 1 ? extent[1] : 1)));

@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <stdexcept>
 
+#include "grapnel/result/json_document.hpp"
 #include "grapnel/result/json_text.hpp"
 
 namespace grapnel {
@@ -106,12 +105,14 @@ class Entry {
     if (found == json_.end()) fail(fmt::format("'{}' is missing", key));
     return {file_, *found, where_.empty() ? key : where_ + "." + key};
   }
-  std::vector<Entry> items() const {
+  std::size_t size() const {
     if (!json_.is_array()) fail("not a list");
+    return json_.size();
+  }
+  Entry item(std::size_t i) const { return {file_, json_[i], fmt::format("{}[{}]", where_, i)}; }
+  std::vector<Entry> items() const {
     std::vector<Entry> entries;
-    for (std::size_t i = 0; i < json_.size(); ++i) {
-      entries.emplace_back(file_, json_[i], fmt::format("{}[{}]", where_, i));
-    }
+    for (std::size_t i = 0; i < size(); ++i) entries.push_back(item(i));
     return entries;
   }
   bool is_null() const { return json_.is_null(); }
@@ -144,12 +145,24 @@ class Entry {
     if (i >= end) fail(fmt::format("{} is out of range: there are {}", i, end));
     return static_cast<int>(i);
   }
-  // `count` numbers; any number of them if it is 0.
+  // `count` numbers; any number of them if it is 0. Lists of meshes are long: where an item is, is only said of a
+  // fault.
   std::vector<double> numbers(std::size_t count) const {
-    const std::vector<Entry> entries = items();
-    if (count > 0 && entries.size() != count) fail(fmt::format("{} numbers instead of {}", entries.size(), count));
+    if (count > 0 && size() != count) fail(fmt::format("{} numbers instead of {}", size(), count));
     std::vector<double> values;
-    for (const Entry& e : entries) values.push_back(e.number());
+    values.reserve(size());
+    for (std::size_t i = 0; i < json_.size(); ++i) {
+      values.push_back(json_[i].is_number_float() ? json_[i].get<double>() : item(i).number());
+    }
+    return values;
+  }
+  std::vector<int> indices(std::size_t end) const {
+    std::vector<int> values;
+    values.reserve(size());
+    for (std::size_t i = 0; i < json_.size(); ++i) {
+      const bool fits = json_[i].is_number_unsigned() && json_[i].get<std::uint64_t>() < end;
+      values.push_back(fits ? json_[i].get<int>() : item(i).index(end));
+    }
     return values;
   }
   Vector3d vector() const {
@@ -175,35 +188,12 @@ class Entry {
   std::string where_;
 };
 
-// The document of a file that says it is a scene.
-Json parsed(const std::filesystem::path& path) {
-  std::error_code ignored;
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw std::runtime_error(path.string() + ": cannot be opened");
-  if (std::filesystem::is_directory(path, ignored)) throw std::runtime_error(path.string() + ": is a folder");
-  const std::string text((std::istreambuf_iterator<char>(stream)), {});
-  if (stream.bad()) throw std::runtime_error(path.string() + ": cannot be read");
-  Json json;
-  try {
-    json = Json::parse(text);
-  } catch (const Json::exception& error) {
-    const std::string what = error.what();  // "[json.exception.parse_error.101] parse error at line 3, column 7: ..."
-    const std::size_t at = what.find("] ");
-    throw std::runtime_error(path.string() + ": not JSON: " + (at == std::string::npos ? what : what.substr(at + 2)));
-  }
-  const Entry document(path, json, "");
-  if (document["schema"].text() != kSchema) {
-    document["schema"].fail(fmt::format("'{}' instead of {}", document["schema"].text(), kSchema));
-  }
-  return json;
-}
-
 SceneMesh read_mesh(const Entry& entry) {
   SceneMesh mesh;
   mesh.name = entry["name"].text();
   mesh.vertices = entry["vertices"].numbers(0);
   if (mesh.vertices.size() % 3 != 0) entry["vertices"].fail("not three numbers per vertex");
-  for (const Entry& e : entry["triangles"].items()) mesh.triangles.push_back(e.index(mesh.vertices.size() / 3));
+  mesh.triangles = entry["triangles"].indices(mesh.vertices.size() / 3);
   if (mesh.triangles.size() % 3 != 0) entry["triangles"].fail("not three vertices per triangle");
   return mesh;
 }
@@ -279,7 +269,7 @@ std::string scene_json(const Scene& scene, std::string_view scenario_name, std::
 }
 
 Scene read_scene(const std::filesystem::path& path) {
-  const Json json = parsed(path);
+  const Json json = read_json_document(path, kSchema);
   const Entry document(path, json, "");
   Scene scene;
   scene.planar = document["planar"].flag();
@@ -309,12 +299,6 @@ Scene read_scene(const std::filesystem::path& path) {
     scene.grasps.push_back(std::move(grasp));
   }
   return scene;
-}
-
-TimeSeriesMetadata read_scene_metadata(const std::filesystem::path& path) {
-  const Json json = parsed(path);
-  const Entry document(path, json, "");
-  return {document["version"].text(), document["scenario"]["name"].text(), document["scenario"]["sha256"].text()};
 }
 
 }  // namespace grapnel

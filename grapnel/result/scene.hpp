@@ -10,7 +10,6 @@
 #include <string_view>
 #include <vector>
 
-#include "grapnel/result/time_series.hpp"
 #include "grapnel/spatial/inertia.hpp"
 #include "grapnel/spatial/pose.hpp"
 
@@ -85,8 +84,5 @@ std::string scene_json(const Scene& scene, std::string_view scenario_name, std::
 /// The scene of a result folder's scene.json: parents come before their links, and every name and index leads
 /// somewhere. Throws std::runtime_error naming path and fault: missing, not JSON, not ours, what is damaged and where.
 Scene read_scene(const std::filesystem::path& path);
-
-/// What it says about where it comes from. Throws likewise.
-TimeSeriesMetadata read_scene_metadata(const std::filesystem::path& path);
 
 }  // namespace grapnel

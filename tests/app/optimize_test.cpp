@@ -50,6 +50,16 @@ TEST_F(Optimize, TheBestScenarioRunsAndGivesItsMeasure) {
   }
 }
 
+TEST_F(Optimize, OverwritesNoScenarioOfItsUser) {
+  study("impact", "search: {evaluations: 4, refine: 0}\n");
+  write("best.yaml", "name: mine\n");
+  const Outcome o = run("optimize study.yaml -o .");
+  EXPECT_EQ(o.code, 2);
+  EXPECT_EQ(o.err,
+            "./best.yaml: error: is there already, and grapnel did not make it; choose another folder with -o\n");
+  EXPECT_EQ(read_text(folder_ / "best.yaml"), "name: mine\n");
+}
+
 TEST_F(Optimize, TheSameBytesForAnyNumberOfThreads) {
   study("impact", "search: {evaluations: 12, refine: 3}\n");
   for (const char* j : {"1", "3"})

@@ -130,6 +130,24 @@ TEST_F(Report, WhereItCannotBeWrittenThatIsSaid) {
   EXPECT_THAT(o.err, HasSubstr("occupied"));
 }
 
+// The results are there and are said; that the page is not there is an error of its own.
+TEST_F(Report, WhatCannotBeWrittenTakesNoResultsWithIt) {
+  fs::create_directories(folder_ / "r" / "report.html" / "in the way");
+  const std::string error = "grapnel: error: no report: cannot write r/report.html: Is a directory\n";
+  Outcome o = run("run " + scenario("thesis/open-loop-case-1.yaml ") + kQuick + "-o r");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_THAT(o.out, EndsWith("results in r: summary.json, timeseries.h5, scene.json\n"));
+  EXPECT_THAT(o.err, HasSubstr(error));
+  EXPECT_TRUE(fs::exists(folder_ / "r" / "summary.json"));
+
+  angles();
+  o = run("sweep study.yaml -o r");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_THAT(o.out, EndsWith("results in r: table.csv, table.h5, study.json\n"));
+  EXPECT_THAT(o.err, HasSubstr(error));
+  EXPECT_FALSE(fs::exists(folder_ / "r" / "table.partial.csv"));
+}
+
 TEST_F(Report, AHostileNameStaysAName) {
   const std::string name = "</script><img src=x onerror=alert(1)>";
   run_case("r", "--quiet --set 'name=\"" + name + "\"'");
@@ -211,6 +229,19 @@ TEST_F(Report, OnePointOfAStudyIsACompleteRun) {
   EXPECT_EQ(read_text(folder_ / "again" / "summary.json"), read_text(folder_ / "p" / "summary.json"));
   EXPECT_EQ(run("sweep study.yaml --only 1 --no-report --quiet").code, 0);
   EXPECT_TRUE(fs::exists(folder_ / "out" / "study-point-1" / "summary.json"));
+}
+
+TEST_F(Report, APointOverwritesNoScenarioOfItsUser) {
+  angles();
+  const std::string own = "name: mine\n";
+  write("scenario.yaml", own);
+  const Outcome o = run("sweep study.yaml --only 1 -o .");
+  EXPECT_EQ(o.code, 2);
+  EXPECT_EQ(o.err,
+            "./scenario.yaml: error: is there already, and grapnel did not make it; choose another folder with -o\n");
+  EXPECT_EQ(read_text(folder_ / "scenario.yaml"), own);
+  ASSERT_EQ(run("sweep study.yaml --only 1 --no-report --quiet -o p").code, 0);
+  EXPECT_EQ(run("sweep study.yaml --only 2 --no-report --quiet -o p").code, 0);  // its own is replaced
 }
 
 TEST_F(Report, APointThatIsNotThereIsBadInput) {

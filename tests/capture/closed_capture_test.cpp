@@ -405,6 +405,7 @@ TEST(OneGripMissed, IsTheOpenChainOfTheOthers) {
   ASSERT_EQ(cut.series.time.size(), open.series.time.size());
   int compared = 0;
   for (const Series& s : open.series.series) {
+    if (s.path == "clearance/least") continue;  // a hand that is to grip a target may touch it, one that is not may not
     const Series& other = series(cut, s.path);
     EXPECT_EQ(std::memcmp(s.data.data(), other.data.data(), s.data.size() * sizeof(double)), 0) << s.path;
     ++compared;

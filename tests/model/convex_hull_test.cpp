@@ -37,7 +37,11 @@ void expect_hull_of(const Points& points, const ConvexHull& hull, double size) {
     n *= 1 / norm(n);
     EXPECT_LT(farthest(points, n) - farthest(hull.vertices, n), 1e-11 * size);  // measured 6e-13
   }
-  for (const Vector3d& n : hull.normals) EXPECT_NEAR(norm(n), 1, 1e-14);
+  ASSERT_EQ(hull.offsets.size(), hull.normals.size());
+  for (std::size_t k = 0; k < hull.normals.size(); ++k) {
+    EXPECT_NEAR(norm(hull.normals[k]), 1, 1e-14);
+    EXPECT_NEAR(hull.offsets[k], farthest(points, hull.normals[k]) - dot(hull.normals[k], hull.center), 1e-11 * size);
+  }
   for (const Vector3d& e : hull.edges) EXPECT_NEAR(norm(e), 1, 1e-14);
 }
 

@@ -192,6 +192,49 @@ TEST(Figure, HostileNamesAreOnlyNames) {
   EXPECT_EQ(svg.find('\xff'), std::string::npos);
 }
 
+TEST(Figure, ABackslashAtTheEndOfAHeadTakesNothingWithIt) {
+  if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
+  TemporaryFolder folder;
+  Figure figure = series_figure(sample_run(true), request_for("joints"));
+  figure.heads.push_back("odd\\");
+  const FigureFiles files = write_figure(figure, folder / "joints.svg");
+  const std::string script = test::bytes_of(files.script);
+  test::put_bytes(folder / "show.gp", script + "show encoding\n");
+  EXPECT_NE(run_gnuplot(folder.path(), "show.gp").message.find("encoding is utf8"), std::string::npos);
+}
+
+// What a damaged file may say.
+TEST(Figure, SeriesOfAnotherWidthAreFaults) {
+  RunSource run = sample_run(true);
+  for (Series& s : run.series.series) {
+    if (s.path == "base/angular_velocity") s.components = {"x"}, s.data.resize(run.series.time.size());
+  }
+  EXPECT_EQ(test::message_of([&] { series_figure(run, request_for("base")); }),
+            "the time series 'base/angular_velocity' have 1 components");
+  run.series.series.push_back({"grasps/tip/distance", "m", "", {}, {}});
+  EXPECT_EQ(test::message_of([&] { series_figure(run, request_for("distance")); }),
+            "the time series 'grasps/tip/distance' have 0 components");
+}
+
+TEST(Figure, ARunWithoutEndEffectorsHasNoVelocities) {
+  RunSource run = sample_run(true);
+  std::erase_if(run.series.series, [](const Series& s) { return s.path.starts_with("end_effectors/"); });
+  EXPECT_EQ(test::message_of([&] { series_figure(run, request_for("velocities")); }),
+            "the run has not recorded the velocity of any end-effector");
+}
+
+TEST(Figure, OneAttitudeThatIsNoNumberSpoilsNoOther) {
+  RunSource run = sample_run(true);
+  for (Series& s : run.series.series) {
+    if (s.path == "base/quaternion_wxyz") s.data[4 * 7] = std::nan("");
+  }
+  const std::vector<std::vector<double>> rows = series_figure(run, request_for("base")).blocks[0].rows;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].empty()) continue;
+    EXPECT_EQ(std::isnan(rows[i][2]), i == 7) << i;
+  }
+}
+
 TEST(Figure, WithoutGnuplotDataAndScriptAreThere) {
   TemporaryFolder folder;
   const std::string path = std::getenv("PATH");
@@ -213,9 +256,9 @@ TEST(Figure, UnknownEndingIsRefused) {
 }
 
 const char* kStudy =
-    R"({"schema": "grapnel-study-table/1", "version": "1", "study": {"name": "s", "sha256": "0", "simulate": "impact"},
+    R"({"schema": "grapnel-study-table/1", "version": "1", "study": {"name": "s", "sha256": "0", "simulate": "impact"}, "points": 4,
  "axes": [{"name": "speed", "unit": "m/s", "description": "", "values": [0.1, 0.2]},
-          {"name": "spin", "unit": "1", "description": "", "values": ["it's 50 %", "at rest"]}],
+          {"name": "spin", "unit": "", "description": "", "values": ["it's 50 %", "at rest"]}],
  "columns": [{"name": "grasps/tip/impulse_magnitude", "unit": "N s", "description": ""}, {"name": "rank", "unit": "1", "description": ""}]})";
 const char* kTable =
     "point,speed [m/s],spin,status,reason,grasps/tip/impulse_magnitude [N s],rank [1]\n"
@@ -244,6 +287,13 @@ TEST(StudyFigure, HasALinePerValueOfTheSecondAxis) {
   request.columns = {"nothing"};
   EXPECT_EQ(test::message_of([&] { make_figure(request); }),
             "the study has no column 'nothing'; it has: grasps/tip/impulse_magnitude, rank");
+  std::string table = kTable;
+  test::put_bytes(folder / "table.csv", table.replace(table.find("2,0.2,"), 6, "2,NaN,"));
+  EXPECT_EQ(test::message_of([&] { make_figure(request); }),
+            (folder / "table.csv").string() + ": axis 'speed' has a value that is no finite number");
+  test::put_bytes(folder / "table.csv", table.replace(table.find("rank [1]"), 8, "spin [1]"));
+  EXPECT_NE(test::message_of([&] { make_figure(request); }).find("'spin [1]' where study.json has 'rank [1]'"),
+            std::string::npos);
   request = request_for("strobe");
   request.folder = folder.path();
   EXPECT_NE(test::message_of([&] { make_figure(request); }).find("has no figure 'strobe'; it has: impulse-map"),

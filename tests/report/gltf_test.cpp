@@ -11,6 +11,7 @@
 
 #include "grapnel/report/drawn_shape.hpp"
 #include "report/sample_run.hpp"
+#include "result/sample_result.hpp"
 
 namespace grapnel {
 namespace {
@@ -244,6 +245,23 @@ TEST(Gltf, WithoutSceneSaysSo) {
   } catch (const std::runtime_error& error) {
     EXPECT_NE(std::string(error.what()).find("scene.json: missing"), std::string::npos) << error.what();
   }
+}
+
+TEST(Gltf, NumbersThatItCannotHoldAreNamed) {
+  const auto fault = [](auto change) {
+    RunSource run = test::sample_run(true);
+    change(run.series);
+    return test::message_of([&] { glb_bytes(run, "1"); });
+  };
+  const auto set = [](TimeSeries& s, const char* path, double value) {
+    for (Series& one : s.series) {
+      if (one.path == path) one.data[8] = value;
+    }
+  };
+  EXPECT_EQ(fault([](TimeSeries& s) { s.time[5] = INFINITY; }), "made-up/timeseries.h5: a time is not finite");
+  const std::string pose = "made-up/timeseries.h5: the pose of ball is not finite";
+  EXPECT_EQ(fault([&](TimeSeries& s) { set(s, "targets/ball/quaternion_wxyz", NAN); }), pose);
+  EXPECT_EQ(fault([&](TimeSeries& s) { set(s, "targets/ball/position", 1e300); }), pose);  // infinite as a float
 }
 
 // Outward triangles close the shape: their signed volume is the shape's.

@@ -1,6 +1,7 @@
 // From result folders to the page's data.
 
 #include "grapnel/report/report_data.hpp"
+#include "grapnel/report/run_data.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -112,6 +113,15 @@ TEST_F(ReportDataOf, NoNumbersSurviveThePacking) {
   const auto values = test::numbers_from_base64<float>(run()["series"]["series"][4]["data"].get<std::string>());
   EXPECT_EQ(std::count_if(values.begin(), values.end(), [](float x) { return std::isnan(x); }), 1);
   EXPECT_EQ(std::count(values.begin(), values.end(), -std::numeric_limits<float>::infinity()), 1);
+}
+
+// Equal times all stay: 10 samples of 9 + 4 * 15 bytes.
+TEST_F(ReportDataOf, SeriesThatStayTooLargeForAPageAreRefused) {
+  TimeSeries s = test::sliding_series(5);
+  std::fill(s.time.begin(), s.time.end(), 1.0);
+  EXPECT_EQ(packed_series(s, 690)["samples"], 10);
+  EXPECT_EQ(test::message_of([&] { packed_series(s, 689); }),
+            "10 samples of 15 numbers are too much for a page, and more cannot be left out");
 }
 
 TEST_F(ReportDataOf, TheSameResultsGiveTheSameBytes) {

@@ -1,7 +1,7 @@
 // The numbers that sum up a capture, from its summary; the same for one run, and for two side by side.
 import { number } from "../format";
 import type { Run } from "../run";
-import { list, num, size, text, withUnit, words } from "./read";
+import { list, num, size, text, vector, withUnit, words } from "./read";
 
 export interface Fact {
   key: string; // the same quantity in two runs has the same key
@@ -31,11 +31,17 @@ function graspFacts(s: any): Fact[] {
         name: `Impulse, ${who}`,
         value: num(grasp.impulse_magnitude) ?? size(grasp.impulse),
         unit: "N s",
-        detail: `on ${text(grasp.target)}${time}; angular ${withUnit(size(grasp.angular_impulse), "N m s")}`,
+        detail: `on ${text(grasp.target)}${time}; angular ${withUnit(size(grasp.angular_impulse), "N m s")}${byBrakes(impact, who)}`,
       };
       return [impulse, ...forceFacts(impact, grasp, who, key)];
     }),
   );
+}
+
+// Joints that brake right after the grip pass on an impulse of their own.
+function byBrakes(impact: any, who: string): string {
+  const own = list(impact.brake?.grasps).find((grasp) => grasp.end_effector === who);
+  return own ? `; then ${withUnit(num(own.impulse_magnitude), "N s")} by the brakes` : "";
 }
 
 // The peak where the impact was resolved in time; and the mean.
@@ -59,16 +65,22 @@ function energyFacts(s: any): Fact[] {
   const before = num(s.impact.kinetic_energy_before);
   const after = num(s.impact.kinetic_energy_after);
   if (before === null || after === null) return [];
-  const part = before > 0 ? ` (${number((100 * (before - after)) / before, 3)} %)` : "";
-  const detail = `of ${withUnit(before, "J")} before it${part}`;
+  const share = before > 0 ? (before - after) / before : 0;
+  const part = Math.abs(share) > 1e-12 ? ` (${number(100 * share, 3)} %)` : ""; // not of rounding
+  const brake = num(s.impact.brake?.kinetic_energy_after);
+  const braked = brake !== null ? `; then the brakes take ${withUnit(after - brake, "J")}` : "";
+  const work = list(s.impact.held_joints).reduce((sum, joint) => sum + (num(joint.work) ?? 0), 0);
+  const held = work > 0 ? `; drives that hold the joints put in ${withUnit(work, "J")}` : "";
+  const detail = `of ${withUnit(before, "J")} before it${part}${held}${braked}`;
+  const which = list(s.later_impacts).length > 0 ? "first impact" : "impact";
   return [
     {
       key: "energy",
-      name: "Energy lost in the impact",
+      name: `Energy lost in the ${which}`,
       value: before - after,
       unit: "J",
       detail,
-      ...(after > before * (1 + 1e-9) ? { tone: "bad", word: "gained" } : {}),
+      ...(after - Math.max(0, work) > before * (1 + 1e-9) ? { tone: "bad", word: "gained" } : {}),
     },
   ];
 }
@@ -77,36 +89,43 @@ function baseFacts(run: Run): Fact[] {
   const s = run.summary ?? {};
   const end = size(s.post_impact?.end?.base?.angular_velocity);
   const after = baseRateAfter(run);
-  const change = size(s.impact?.base_angular_velocity_change);
+  const change = size(withBrake(s.impact));
+  const which = list(s.later_impacts).length > 0 ? "first impact" : "impact";
   const facts: Fact[] = [];
   if (s.impact && (after !== null || change !== null)) {
     const detail = `changed by ${withUnit(change, "rad/s")}${end !== null ? `; ${withUnit(end, "rad/s")} at the end` : ""}`;
-    facts.push({ key: "base rate", name: "Base rate after the impact", value: after, unit: "rad/s", detail });
+    facts.push({ key: "base rate", name: `Base rate after the ${which}`, value: after, unit: "rad/s", detail });
   } else if (end !== null) {
     facts.push({ key: "base rate", name: "Base rate at the end", value: end, unit: "rad/s", detail: "" });
   }
   return facts;
 }
 
+// The base's change of rate by an impact, and by the brakes that close after it.
+function withBrake(impact: any): number[] | null {
+  const change = vector(impact?.base_angular_velocity_change);
+  const brake = list(impact?.brake?.base_angular_velocity_change);
+  return change && change.map((d, i) => d + (num(brake[i]) ?? 0));
+}
+
 // Before the impact plus its change (and the brake's); where another moment lies between, from the time series.
 export function baseRateAfter(run: Run): number | null {
   const s = run.summary ?? {};
   const before = s.approach?.end;
-  const change = s.impact?.base_angular_velocity_change;
+  const change = withBrake(s.impact);
   if (
     Array.isArray(before?.base?.angular_velocity) &&
-    Array.isArray(change) &&
+    change &&
     before.time === s.impact.time &&
     s.impact.law !== "compliant"
   ) {
-    const brake = list(s.impact.brake?.base_angular_velocity_change);
-    return size(change.map((d, i) => d + before.base.angular_velocity[i] + (brake[i] ?? 0)));
+    return size(change.map((d, i) => d + before.base.angular_velocity[i]));
   }
   const series = run.series("base/angular_velocity");
   const contact = run.phases.findIndex((phase) => phase.name === "contact");
-  const next = contact >= 0 ? run.phases[contact + 1] : undefined;
-  if (!series || !next) return null;
-  return Math.hypot(...[0, 1, 2].map((c) => series.data[next.first * series.width + c]));
+  if (!series || contact < 0) return null;
+  const sample = run.phases[contact + 1]?.first ?? run.phases[contact].last;
+  return Math.hypot(...[0, 1, 2].map((c) => series.data[sample * series.width + c]));
 }
 
 export function worstMargin(s: any): any | null {
@@ -147,13 +166,22 @@ function clearanceFact(s: any): Fact {
     name: "Least clearance",
     value: null,
     unit: "m",
-    detail: s.status === "completed" ? "no two bodies have shapes" : "not known",
+    detail: s.status === "completed" ? "no two bodies with shapes that move" : "not known",
   };
   if (!least) return fact;
   const value = num(least.distance);
   const detail = `${list(least.bodies).join(" – ")} at ${withUnit(num(least.time), "s")}`;
   if (list(s.clearance.events).length === 0) return { ...fact, value, detail };
   return { ...fact, value, detail, tone: "bad", word: value !== null && value < 0 ? "overlap:" : "too near:" };
+}
+
+// Of an event of `limits.events`.
+export function limitUnit(run: Run, event: any): string {
+  const joint = list(run.scene?.bodies).find((body) => body.joint?.name === event.joint)?.joint;
+  if (!joint) return "";
+  const [position, effort] = joint.type === "prismatic" ? ["m", "N"] : ["rad", "N m"];
+  if (event.kind === "position") return position;
+  return event.kind === "rate" ? `${position}/s` : effort;
 }
 
 export function ratingUnit(quantity: any): string {

@@ -1,19 +1,22 @@
 // Could the robot do this: clearance between bodies, limits of joints; and loads on grips afterwards, closed loops, cost.
 import { element } from "../dom";
 import { number } from "../format";
+import type { Run } from "../run";
+import { limitUnit } from "./facts";
 import { determined } from "./grasp_tables";
 import { list, num, text, withUnit, words } from "./read";
 import { absent, fold, table, vectorCell, type Cell, type Column } from "./table";
 
 const kFewEvents = 8;
 
-export function feasibilitySection(s: any): HTMLElement[] {
-  return [element("h3", {}, "Clearance"), ...clearance(s), element("h3", {}, "Joint limits"), ...limits(s)];
+export function feasibilitySection(run: Run): HTMLElement[] {
+  const s = run.summary ?? {};
+  return [element("h3", {}, "Clearance"), ...clearance(s), element("h3", {}, "Joint limits"), ...limits(run)];
 }
 
 function clearance(s: any): HTMLElement[] {
   if (!s.clearance)
-    return [absent("The summary holds no clearance: no two bodies have shapes, or the run ended early.")];
+    return [absent("The summary holds no clearance: nothing moves, no two bodies have shapes, or the run ended early.")];
   const phases = list(s.clearance.phases).map((one): Cell[] => [
     words(one.phase),
     number(num(one.distance)),
@@ -69,7 +72,8 @@ function clearance(s: any): HTMLElement[] {
   return result;
 }
 
-function limits(s: any): HTMLElement[] {
+function limits(run: Run): HTMLElement[] {
+  const s = run.summary ?? {};
   const events = list(s.limits?.events);
   if (!s.limits) return [absent("The summary does not say whether joints kept their limits.")];
   if (events.length === 0) return [element("p", {}, "No joint was beyond a limit that the robot file gives.")];
@@ -81,6 +85,7 @@ function limits(s: any): HTMLElement[] {
     { head: "to", unit: "s", numeric: true },
     { head: "Limit", numeric: true },
     { head: "Worst", numeric: true },
+    { head: "Unit" },
     { head: "at", unit: "s", numeric: true },
   ];
   const kinds: Record<string, string> = { effort_saturated: "motor at its limit (no violation)" };
@@ -92,6 +97,7 @@ function limits(s: any): HTMLElement[] {
     number(num(one.end)),
     number(num(one.limit)),
     number(num(one.worst_value)),
+    limitUnit(run, one),
     number(num(one.worst_time)),
   ]);
   return [

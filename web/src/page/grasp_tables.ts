@@ -41,7 +41,12 @@ function motionTable(grasps: any[]): HTMLElement {
   const columns: Column[] = [
     { head: "End-effector" },
     { head: "Gap", unit: "m", numeric: true },
-    { head: "Gap angle", unit: "rad", numeric: true },
+    {
+      head: "Angle of frames",
+      unit: "rad",
+      numeric: true,
+      title: "between the frames of end-effector and grasp point, whatever orientation the grasp asks for",
+    },
     ...(moved ? [{ head: "Target moved by", unit: "m", numeric: true, title: "contact.gap: translate_target" }] : []),
     { head: "Relative velocity before", unit: "m/s", numeric: true },
     { head: "after", unit: "m/s", numeric: true },

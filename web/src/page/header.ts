@@ -39,7 +39,7 @@ function hash(full: string): HTMLElement | null {
     type: "button",
     class: "hash",
     title: `SHA-256 of the scenario: ${full}. Click to copy.`,
-    "aria-label": "Copy the scenario's SHA-256",
+    "aria-label": `scenario ${full.slice(0, 12)}: copy its SHA-256`,
   });
   const shown = element("code", {}, full.slice(0, 12));
   const said = element("span", { class: "said", role: "status" });

@@ -36,7 +36,7 @@ export function ledgerSection(s: any): HTMLElement[] {
       [{ head: "Quantity" }, { head: "Why" }],
       idle.map((row) => [name(row.key), row.note]),
     );
-    result.push(fold(`${idle.length} checks with nothing to check in this run`, listed));
+    result.push(fold(`${idle.length} ${idle.length === 1 ? "check" : "checks"} with nothing to check in this run`, listed));
   }
   const scales = scalesOf(s);
   if (scales) result.push(scales);

@@ -19,7 +19,12 @@ export function planSection(s: any): HTMLElement[] {
         )
       : element("p", { class: "lead" }, "The scenario gives the final joint values; they were not looked for."),
     pairs([
-      ["made least", plan.measure ? `${words(plan.measure)}: ${number(num(plan.measure_value))}` : ""],
+      [
+        "made least",
+        plan.measure
+          ? `${words(plan.measure)}: ${withUnit(num(plan.measure_value), plan.measure === "excursion" ? "rad² (m²)" : "")}`
+          : "",
+      ],
       ["motion demanded that no joint rates give", num(plan.unmet_rate) === null ? "" : number(num(plan.unmet_rate))],
       [
         "beginnings tried",

@@ -19,10 +19,10 @@ export function size(value: any): number | null {
   const v = vector(value);
   return v ? Math.hypot(...v) : null;
 }
-// "post_impact" -> "post-impact", "linear_momentum_drift" -> "linear momentum drift"
+// "post_impact_2" -> "post-impact 2", "linear_momentum_drift" -> "linear momentum drift"
 export function words(key: any): string {
   return text(key)
-    .replace(/^post_impact$/, "post-impact")
+    .replace(/^post_impact(?=_|$)/, "post-impact")
     .replace(/_/g, " ");
 }
 

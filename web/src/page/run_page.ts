@@ -115,7 +115,7 @@ function runSections(run: Run): Section[] {
       id: "feasibility",
       title: "Clearance and limits",
       short: "Clearance and limits",
-      build: () => feasibilitySection(s),
+      build: () => feasibilitySection(run),
     },
     { id: "plan", title: "Plan", short: "Plan", build: () => planSection(s) },
     { id: "cost", title: "Cost and samples", short: "Cost", build: () => costSection(s, samplesText(run)) },
@@ -185,6 +185,9 @@ function replayPart(runs: Run[], clock: Clock, handles: Handles): HTMLElement[] 
 }
 
 function plotsPart(runs: Run[], clock: Clock, handles: Handles, title: string): HTMLElement[] {
+  if (!(clock.end > clock.begin) && runs.some((run) => run.samples > 0)) {
+    return [absent("There is nothing to plot over time: the run is a single instant. Before and after stand under Impact.")];
+  }
   return filledLater("The plots", (panel) => (handles.plots = buildPlots(panel, runs, clock, title)));
 }
 

@@ -46,7 +46,7 @@ function row(one: any, grasps: number): Row {
   const slopes = Array.from({ length: grasps }, (_, i) => num(list(one.impulse_magnitude)[i]));
   const base = [size(one.base_angular_velocity_change), size(one.base_velocity_change)];
   return {
-    cells: [text(one.parameter), of, text(one.unit), ...[...slopes, ...base].map((value) => number(value))],
+    cells: [text(one.parameter), of, text(one.unit).replace("^2", "²"), ...[...slopes, ...base].map((value) => number(value))],
     keys: [text(one.parameter), of, text(one.unit), ...[...slopes, ...base].map((value) => Math.abs(value ?? -1))],
   };
 }

@@ -2,14 +2,14 @@
 import { element } from "../dom";
 import { number } from "../format";
 import type { Run } from "../run";
-import { keyFacts, ledgerRows, tightest, type Fact, type LedgerRow } from "./facts";
+import { keyFacts, ledgerRows, limitUnit, tightest, type Fact, type LedgerRow } from "./facts";
 import { list, num, text, withUnit, words } from "./read";
 import { mark } from "./table";
 
 export function verdict(run: Run): HTMLElement[] {
   const s = run.summary ?? {};
   return [
-    element("div", { class: "verdicts" }, captureCard(s), ledgerCard(s), feasibleCard(s)),
+    element("div", { class: "verdicts" }, captureCard(s), ledgerCard(s), feasibleCard(run)),
     element("div", { class: "tiles" }, ...tiles(keyFacts(run))),
   ];
 }
@@ -56,6 +56,10 @@ function captureAnswer(s: any): Answer {
       said: "This run has no grasps, or its summary does not say.",
     };
   const captured = s.capture.captured === true;
+  // Contacts are not meant to hold.
+  const met = list(s.impact?.grasps);
+  if (!captured && met.length > 0 && met.every((grasp) => grasp.model === "contact"))
+    return { question, tone: "none", word: "Contact, no grip", said: captureSentence(s) };
   return {
     question,
     tone: captured ? "good" : "bad",
@@ -71,8 +75,7 @@ function captureCard(s: any): HTMLElement {
 
 export function captureSentence(s: any): string {
   const grasps = list(s.capture?.grasps);
-  const closed = grasps.filter((grasp) => grasp.captured === true).length;
-  const when = num(s.capture?.time) !== null ? ` at ${withUnit(num(s.capture.time), "s")}` : "";
+  const closed = grasps.filter((grasp) => grasp.captured === true);
   const strongest = list(s.impact?.grasps).reduce(
     (best, one) => ((num(one.impulse_magnitude) ?? -1) > (num(best?.impulse_magnitude) ?? -1) ? one : best),
     null,
@@ -80,7 +83,22 @@ export function captureSentence(s: any): string {
   const impulse = strongest
     ? `, impulse up to ${withUnit(num(strongest.impulse_magnitude), "N s")} (${text(strongest.end_effector)})`
     : "";
-  return `${closed} of ${grasps.length} grips closed${when}${impulse}.`;
+  return `${closed.length} of ${grasps.length} grips closed${closingTimes(s, closed)}${impulse}.`;
+}
+
+// Grips may close one after the other.
+function closingTimes(s: any, closed: any[]): string {
+  if (closed.length === 0) return "";
+  const times = closed.map((grasp) => num(grasp.time) ?? num(s.capture?.time)).filter((time) => time !== null);
+  if (times.length === 0) return "";
+  const [first, last] = [Math.min(...times), Math.max(...times)];
+  return first === last
+    ? ` at ${withUnit(first, "s")}`
+    : `, the first at ${withUnit(first, "s")}, the last at ${withUnit(last, "s")}`;
+}
+
+function isContact(s: any, grip: any): boolean {
+  return list(s.impact?.grasps).some((one) => one.end_effector === grip.end_effector && one.model === "contact");
 }
 
 function gripList(s: any): HTMLElement | null {
@@ -92,7 +110,7 @@ function gripList(s: any): HTMLElement | null {
     return element(
       "li",
       {},
-      mark(good ? "good" : "bad", `${text(grasp.end_effector)} → ${text(grasp.target)}`),
+      mark(good ? "good" : isContact(s, grasp) ? "none" : "bad", `${text(grasp.end_effector)} → ${text(grasp.target)}`),
       element("span", { class: "reason" }, `${text(grasp.reason, "no reason is given")}${released}`),
     );
   });
@@ -135,7 +153,7 @@ function ledgerCard(s: any): HTMLElement {
             element(
               "li",
               {},
-              `${words(row.key)}: ${row.value === null ? "not a number" : `${number(row.value)} > ${number(row.bound)}`}`,
+              `${words(row.key)}: ${row.value === null ? "not a number" : `${number(row.value)} > ${withUnit(row.bound, row.unit)}`}`,
             ),
           ),
         )
@@ -161,6 +179,16 @@ function feasibleAnswer(s: any): Answer {
   const rows = ledgerRows(s).filter((row) => row.kind === "feasibility");
   if (rows.length === 0)
     return { question, tone: "none", word: "Not checked", said: "The summary has no checks of clearance and limits." };
+  if (!rows.some((row) => row.applies))
+    return {
+      question,
+      tone: "none",
+      word: "Not checked",
+      said:
+        s.status === "failed"
+          ? "The run ended before clearance and joint limits could be checked."
+          : "Nothing moves, or there are no shapes and limits to check.",
+    };
   if (s.ledger.feasible === true)
     return { question, tone: "good", word: "Feasible", said: "Clearance and joint limits are kept." };
   return {
@@ -171,10 +199,11 @@ function feasibleAnswer(s: any): Answer {
   };
 }
 
-function feasibleCard(s: any): HTMLElement {
+function feasibleCard(run: Run): HTMLElement {
+  const s = run.summary ?? {};
   const idle = ledgerRows(s).filter((row) => row.kind === "feasibility" && !row.applies);
   const unchecked = idle.map((row) => words(row.key).replace(/ violation$/, ""));
-  const troubles = [...clearanceTroubles(s), ...limitTroubles(s)];
+  const troubles = [...clearanceTroubles(s), ...limitTroubles(run)];
   const worst = troubles.slice(0, 3).map((one) => element("li", {}, one.text));
   if (troubles.length > 3) worst.push(element("li", {}, `and ${troubles.length - 3} more`));
   return card(
@@ -207,11 +236,11 @@ function clearanceTroubles(s: any): Trouble[] {
     .sort((a, b) => b.size - a.size);
 }
 
-function limitTroubles(s: any): Trouble[] {
-  return list(s.limits?.events)
+function limitTroubles(run: Run): Trouble[] {
+  return list(run.summary?.limits?.events)
     .filter((event) => event.kind !== "effort_saturated")
     .map((event) => ({
-      text: `${text(event.joint)}: ${words(event.kind)} ${number(num(event.worst_value))} beyond ${number(num(event.limit))} at ${withUnit(num(event.worst_time), "s")}`,
+      text: `${text(event.joint)}: ${words(event.kind)} ${number(num(event.worst_value))} beyond ${withUnit(num(event.limit), limitUnit(run, event))} at ${withUnit(num(event.worst_time), "s")}`,
       size: Math.abs((num(event.worst_value) ?? 0) - (num(event.limit) ?? 0)),
     }))
     .sort((a, b) => b.size - a.size);

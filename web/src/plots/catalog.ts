@@ -28,6 +28,7 @@ const kGroups = [
   "Energy",
   "Torques",
   "Loops",
+  "Clearance",
   "Targets",
   "Other",
 ];
@@ -43,6 +44,7 @@ export function plotsOf(run: Run, index: number): PlotSpec[] {
     ...targetPlots(context),
     ...energyPlots(context),
     ...loopPlots(context),
+    ...clearancePlots(context),
   ];
   const all = [...plots, ...otherPlots(context)].filter((plot) => plot.lines.length > 0);
   return kGroups.flatMap((group) => all.filter((plot) => plot.group === group));
@@ -154,6 +156,22 @@ function targetPlots(context: Context): PlotSpec[] {
       ...plot(name, "velocity", "Target velocity", false),
     ];
   });
+}
+
+function clearancePlots(context: Context): PlotSpec[] {
+  const series = take(context, "clearance/least");
+  if (!series) return [];
+  return [
+    {
+      id: "clearance",
+      group: "Clearance",
+      title: "Least clearance",
+      axis: label("distance", series.unit),
+      unit: series.unit,
+      lines: [componentLine(context, series, 0, { label: "least of all bodies", ...lineStyle(0) })],
+      note: "By the bodies' shapes; below zero they overlap.",
+    },
+  ];
 }
 
 function energyPlots(context: Context): PlotSpec[] {

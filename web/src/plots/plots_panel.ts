@@ -1,6 +1,7 @@
 // All plots of a report: in groups that can be switched off, drawn when scrolled to, led by one clock.
 import type { Clock } from "../clock";
 import { element } from "../dom";
+import { words } from "../page/read";
 import type { Run } from "../run";
 import { plotsOf } from "./catalog";
 import { differences, overlay } from "./compare_specs";
@@ -116,11 +117,11 @@ function rangeChoice(run: Run, window: TimeWindow): HTMLElement {
     if (/^contact/.test(phase.name)) {
       const around = Math.max(phase.end - phase.begin, 0.02 * (window.end - window.begin)) / 2;
       choices.push([
-        phase.name === "contact" ? "around the impact" : `around ${phase.name}`,
+        phase.name === "contact" ? "around the impact" : `around ${words(phase.name)}`,
         phase.begin - around,
         phase.end + around,
       ]);
-    } else if (phase.end > phase.begin) choices.push([phase.name.replace("_", " "), phase.begin, phase.end]);
+    } else if (phase.end > phase.begin) choices.push([words(phase.name), phase.begin, phase.end]);
   }
   const select = element(
     "select",
@@ -189,7 +190,11 @@ function followClock(views: PlotView[], clock: Clock): void {
     if (due !== 0) return;
     due = window.setTimeout(() => {
       due = 0;
-      for (const view of views) if (view.visible && view.built) view.readValues();
+      for (const view of views) {
+        if (!view.built) continue;
+        view.moveCursor(); // also out of sight: it may come into view before its observer says so
+        if (view.visible) view.readValues();
+      }
     }, 60);
   });
 }

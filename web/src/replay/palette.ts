@@ -19,6 +19,8 @@ const kTargets: [string, string][] = [
   ["#b9b3d6", "#aca6cf"],
   ["#a9cfc0", "#9cc7b6"],
   ["#dbb0a4", "#d0a193"],
+  ["#a8c4dd", "#9ab8d4"],
+  ["#c9c9a2", "#bdbd92"],
 ];
 const kFixed: Record<string, [string, string]> = {
   base: ["#a9b3bf", "#8f9baa"],

@@ -3,6 +3,7 @@ import type { Clock } from "../clock";
 import { phaseTint } from "../colors";
 import { element, svgElement } from "../dom";
 import { number } from "../format";
+import { words } from "../page/read";
 import type { PhaseSpan, Run } from "../run";
 import type { Impact } from "./impacts";
 
@@ -15,10 +16,6 @@ const kIcons = {
   next: "M11 3h2v10h-2zM3 3v10l7.5-5z",
   impact: "M8 1l1.3 4.2L13.5 3 11 6.9 15 8l-4 1.1 2.5 3.9-4.2-2.2L8 15l-1.3-4.2L2.5 13 5 9.1 1 8l4-1.1L2.5 3l4.2 2.2z",
 };
-
-export function phaseName(name: string): string {
-  return name === "post_impact" ? "post-impact" : name.replace(/_/g, " ");
-}
 
 export class Transport {
   readonly host = element("div", { class: "replay-transport", role: "group", "aria-label": "Playback" });
@@ -100,7 +97,7 @@ export class Transport {
   private phaseAt(time: number): string {
     const index = this.run.locate(time).index;
     const span = this.run.phases.find((p) => p.first <= index && index <= p.last);
-    return span ? phaseName(span.name) : "";
+    return span ? words(span.name) : "";
   }
 
   private build(): void {
@@ -136,7 +133,7 @@ export class Transport {
       part.style.left = percent(phase.begin);
       part.style.width = percent(clock.begin + phase.end - phase.begin);
       part.style.background = strong(phaseTint(phase.name));
-      if ((phase.end - phase.begin) / span > 0.14) part.append(element("span", {}, phaseName(phase.name)));
+      if ((phase.end - phase.begin) / span > 0.14) part.append(element("span", {}, words(phase.name)));
       track.append(part);
     }
     track.append(this.elapsed);
@@ -180,7 +177,7 @@ function button(label: string, icon: string, kind = ""): HTMLButtonElement {
 }
 
 function phaseTitle(phase: PhaseSpan): string {
-  return `${phaseName(phase.name)}: ${phase.begin.toFixed(2)} to ${phase.end.toFixed(2)} s`;
+  return `${words(phase.name)}: ${phase.begin.toFixed(2)} to ${phase.end.toFixed(2)} s`;
 }
 
 // The hue of a phase, as strong as a track needs it.

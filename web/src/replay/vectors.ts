@@ -12,6 +12,7 @@ import { poseAt, type PoseTrack, poseTrack, vectorAt } from "./poses";
 
 const kBefore = 0.3; // an impulse is shown from so long before its impact [s of simulation]
 const kAfter = 1.5; // until so long after its end
+const kRounding = 1e-12; // impulses below this part of the momentum are rounding
 
 interface ImpulseArrow {
   arrow: Arrow;
@@ -40,7 +41,9 @@ export class Impulses {
     role: string,
     prefix: string,
   ) {
-    this.largest = Math.max(0, ...impacts.flatMap((i) => i.grasps.map((g) => Math.hypot(...g.impulse))));
+    const largest = Math.max(0, ...impacts.flatMap((i) => i.grasps.map((g) => Math.hypot(...g.impulse))));
+    const momentum = Number(run.summary?.ledger?.scale?.linear_momentum) || 0;
+    this.largest = largest > kRounding * momentum ? largest : 0; // grips that meet without a blow get no arrows
     for (const impact of impacts) {
       for (const grasp of impact.grasps) {
         const arrow = new Arrow(paints, role, 0.0065 * span);

@@ -1,7 +1,7 @@
 // The picture: runs drawn on a stage, seen by a camera, with labels over it.
 import { type LineSegments, Quaternion, Vector3 } from "three";
 import type { Clock } from "../clock";
-import type { Quat, Vec3 } from "../data";
+import type { Quat, SceneBody, Vec3 } from "../data";
 import { element } from "../dom";
 import { number } from "../format";
 import type { Run } from "../run";
@@ -212,7 +212,7 @@ export class Viewport {
         const origin = follow?.object.position ?? new Vector3();
         for (const { body, object, track, radius } of view.bodies) {
           if (!track) continue;
-          balls.push({ centre: object.position.clone().sub(origin), radius: body.kind === "link" ? 0.06 * radius : 0.85 * radius });
+          balls.push({ centre: object.position.clone().sub(origin), radius: shownPart(body) * radius });
         }
         for (const point of view.endPoints()) balls.push({ centre: point.sub(origin), radius: 0.02 * view.span });
       }
@@ -256,6 +256,12 @@ export class Viewport {
     canvas.addEventListener("pointerdown", () => canvas.focus({ preventScroll: true }));
     this.ends.push(() => this.host.removeEventListener("wheel", hold, { capture: true }));
   }
+}
+
+// How much of a body's reach a view must show: links are seen by their ends, only of balls the reach is filled.
+function shownPart(body: SceneBody): number {
+  if (body.kind === "link") return 0.06;
+  return body.geometry?.shape === "sphere" ? 1 : 0.85;
 }
 
 function middleOf(balls: Ball[]): Vector3 {

@@ -79,7 +79,7 @@ function sweepHeader(data: ReportData, sweep: SweepData, table: StudyTable): HTM
     tiles: [
       { name: "points", value: counted(table.size), detail: [table.axes.map((a) => a.levels.length).join(" × "), failed + unreachable === 0 ? "none failed or unreachable" : ""].filter(Boolean).join(", ") },
       ...(failed > 0 ? [{ name: "failed", value: counted(failed), tone: "bad" as const }] : []),
-      ...(unreachable > 0 ? [{ name: "unreachable", value: counted(unreachable), tone: "warn" as const, detail: "no configuration within the joints' limits" }] : []),
+      ...(unreachable > 0 ? [{ name: "unreachable", value: counted(unreachable), tone: "warn" as const, detail: "no configuration found that gets there" }] : []),
       ...(main ? extremeTiles(table, main) : []),
     ],
     facts: [

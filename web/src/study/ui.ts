@@ -91,7 +91,10 @@ export function whenSeen(host: HTMLElement, build: () => void): void {
   };
   const observer = new IntersectionObserver((seen) => seen.some((one) => one.isIntersecting) && once(), { rootMargin: "300px" });
   observer.observe(host);
-  window.addEventListener("beforeprint", once);
+  window.addEventListener("beforeprint", () => {
+    once();
+    for (const check of widths) check(); // paper does not wait for the next layout
+  });
 }
 
 // Does at once what is seen, and the rest when it comes into view: 100 000 points are not drawn where nobody looks.
@@ -116,6 +119,8 @@ export function whileSeen(host: HTMLElement, draw: () => void): () => void {
   };
 }
 
+const widths = new Set<() => void>();
+
 // Calls at the first layout and whenever the width has changed.
 export function onWidth(host: HTMLElement, draw: (width: number) => void): void {
   let width = 0;
@@ -128,5 +133,6 @@ export function onWidth(host: HTMLElement, draw: (width: number) => void): void 
     draw(now);
   };
   new ResizeObserver(() => (waiting ||= requestAnimationFrame(check))).observe(host);
+  widths.add(check);
   check();
 }

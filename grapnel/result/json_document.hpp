@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// JSON files of a result folder, read back. Inside this module only. Thread safety: free functions.
+/// JSON files of a result folder, read back. Thread safety: free functions.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

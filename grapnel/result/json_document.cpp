@@ -1,4 +1,4 @@
-#include "grapnel/report/json_document.hpp"
+#include "grapnel/result/json_document.hpp"
 
 #include <cerrno>
 #include <fstream>
@@ -34,13 +34,18 @@ Json parsed(const std::string& text, const std::filesystem::path& path) {
 }  // namespace
 
 std::string file_bytes(const std::filesystem::path& path) {
+  std::error_code error;
+  const std::filesystem::file_status status = std::filesystem::status(path, error);
+  if (!std::filesystem::exists(status)) fail(path, error.message());
+  if (!std::filesystem::is_regular_file(status)) fail(path, "not a file");  // a pipe would be waited for
   errno = 0;
   std::ifstream stream(path, std::ios::binary);
   if (!stream) fail(path, std::generic_category().message(errno));
-  if (!std::filesystem::is_regular_file(path)) fail(path, "not a file");
-  std::string bytes((std::istreambuf_iterator<char>(stream)), {});
-  if (stream.bad()) fail(path, "reading failed");
-  return bytes;
+  try {
+    return {std::istreambuf_iterator<char>(stream), {}};
+  } catch (const std::ios_base::failure&) {
+    fail(path, "reading failed");
+  }
 }
 
 Json read_json_document(const std::filesystem::path& path, const std::string& schema) {
