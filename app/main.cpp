@@ -38,8 +38,8 @@ int main(int argc, char** argv) {
   run_command->callback([&] { code = run(run_options); });
 
   SweepOptions sweep_options;
-  CLI::App* sweep_command =
-      app.add_subcommand("sweep", "Simulate a grid of captures; writes table.csv, table.h5, study.json and report.html");
+  CLI::App* sweep_command = app.add_subcommand(
+      "sweep", "Simulate a grid of captures; writes table.csv, table.h5, study.json and report.html");
   sweep_command->add_option("study", sweep_options.study, "Study file (YAML)")->required();
   sweep_command->add_option("-o,--output", sweep_options.output, "Result folder (default: out/NAME-OF-THE-STUDY)");
   sweep_command->add_option("-j,--jobs", sweep_options.threads, "Threads (default: one per processor)")
@@ -52,7 +52,8 @@ int main(int argc, char** argv) {
 
   OptimizeOptions optimize_options;
   CLI::App* optimize_command = app.add_subcommand(
-      "optimize", "Look for the best of many captures; writes best.yaml, comparison.json, evaluations.csv, report.html");
+      "optimize",
+      "Look for the best of many captures; writes best.yaml, comparison.json, evaluations.csv, report.html");
   optimize_command->add_option("study", optimize_options.study, "Optimization file (YAML)")->required();
   optimize_command->add_option("-o,--output", optimize_options.output,
                                "Result folder (default: out/NAME-OF-THE-STUDY)");
