@@ -1,7 +1,7 @@
 // Reports as people open them: every kind opens without an error and without a request, the replay moves, plots and
 // replay share one instant, and what is drawn is what summary.json says.
 import assert from "node:assert/strict";
-import { readFileSync, statSync, writeFileSync } from "node:fs";
+import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { after, before, describe, test } from "node:test";
 import { grapnel, launch, open, scenario, scratch, scrollThrough, source } from "./browser.mjs";
@@ -248,6 +248,31 @@ describe("without WebGL", () => {
     assert.ok((await page.evaluate(() => window.__grapnel.plots.length)) > 0);
     await context.close();
     await plain.close();
+  });
+});
+
+describe("size", () => {
+  test("a study of 100 000 points opens and answers", async () => {
+    const out = path.join(folder, "large");
+    mkdirSync(out);
+    const axes = [
+      { name: "speed", unit: "m/s", description: "", values: Array.from({ length: 400 }, (_, i) => i / 400) },
+      { name: "angle", unit: "deg", description: "", values: Array.from({ length: 250 }, (_, i) => i) },
+    ];
+    const columns = Array.from({ length: 8 }, (_, i) => ({ name: `column-${i}`, unit: "N s", description: "" }));
+    const settings = { schema: "grapnel-study-table/1", version: "0", study: { name: "large", sha256: "0".repeat(64), simulate: "impact" } };
+    writeFileSync(path.join(out, "study.json"), JSON.stringify({ ...settings, points: 1e5, ok: 1e5, failed: 0, unreachable: 0, axes, columns }));
+    const head = ["point", "speed [m/s]", "angle [deg]", "status", "reason", ...columns.map((c) => `${c.name} [N s]`)];
+    const rows = axes[0].values.flatMap((speed, i) =>
+      axes[1].values.map((angle, j) => [i * 250 + j, speed, angle, "ok", "", ...columns.map((_, k) => speed * Math.cos(angle + k))].join(",")),
+    );
+    writeFileSync(path.join(out, "table.csv"), [head.join(","), ...rows, ""].join("\n"));
+    grapnel(["report", out]);
+    const { page, context, faults } = await open(browser, reportOf(out));
+    await scrollThrough(page);
+    assert.equal(await page.evaluate(() => window.__grapnel.study.points), 1e5);
+    assert.deepEqual(faults, []);
+    await context.close();
   });
 });
 
