@@ -146,6 +146,7 @@ Eigen::MatrixXd without_effect(const Eigen::MatrixXd& response, const Eigen::LLT
   const Eigen::VectorXd& sigma = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < sigma.size() && sigma[rank] > kBaseTolerance * sigma[0]) ++rank;
+  if (rank == response.cols()) return Eigen::MatrixXd(response.cols(), 0);  // Eigen's solve wants a column
   return metric.matrixU().solve(svd.matrixV().rightCols(response.cols() - rank));
 }
 
