@@ -322,7 +322,9 @@ TEST(ImpulseMeasures, CoupledIndexIsThatOfTheImpact) {
       D.block(row, row, block.rows(), block.rows()) = block;
       row += block.rows();
     }
-    const auto index = [&](const Eigen::VectorXd& P, const Eigen::VectorXd& u) {
+    // Impulses of held rates follow those of the grips.
+    const auto index = [&](const Eigen::VectorXd& all_rows, const Eigen::VectorXd& u) {
+      const Eigen::VectorXd P = all_rows.head(D.rows());
       return std::sqrt(P.dot(D * P) / u.dot(D.llt().solve(u)));
     };
     const ImpactSolution s = plastic_impact(c.model, c.state, c.grasps);
