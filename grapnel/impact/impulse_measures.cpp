@@ -38,7 +38,7 @@ class Response {
   // M^-1 times the columns of F, zero for held velocities: what generalized impulses do.
   Eigen::MatrixXd operator()(const Eigen::MatrixXd& F) const {
     Eigen::MatrixXd change = Eigen::MatrixXd::Zero(velocities_, F.cols());
-    if (free_.empty()) return change;
+    if (free_.empty() || F.cols() == 0) return change;
     const Eigen::MatrixXd F_free = F(free_, Eigen::all);
     const Eigen::MatrixXd change_free = factor_.solve(F_free);
     change(free_, Eigen::all) = change_free;
@@ -48,7 +48,7 @@ class Response {
   // L^-1 times the rows of F that are free, M = L L^T there: its columns' inner products are F^T M^-1 F.
   Eigen::MatrixXd half(const Eigen::MatrixXd& F) const {
     const Eigen::MatrixXd F_free = F(free_, Eigen::all);
-    return free_.empty() ? F_free : Eigen::MatrixXd(factor_.matrixL().solve(F_free));
+    return F_free.size() == 0 ? F_free : Eigen::MatrixXd(factor_.matrixL().solve(F_free));
   }
 
  private:
