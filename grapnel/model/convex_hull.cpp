@@ -17,7 +17,6 @@ constexpr double kGrid = 0x1p39;
 constexpr double kThinnest = 1e-9;  // of kGrid: less is no body
 struct Place {
   std::int64_t x, y, z;
-  friend bool operator==(const Place&, const Place&) = default;
 };
 Place operator-(const Place& a, const Place& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 
