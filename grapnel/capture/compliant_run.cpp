@@ -51,8 +51,7 @@ ForceProfile profile_of(const ForceHistory& history) {
 class Yielding {
  public:
   Yielding(const CaptureProblem& problem, const CaptureSystem& free, const Contact& contact,
-           const CaptureSystem& system)
-      : problem_(problem) {
+           const CaptureSystem& system) {
     const ImpactSetup& impact = *problem.impact;
     const Kinematics k = forward_kinematics(free.model, contact.state);
     for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
@@ -93,7 +92,6 @@ class Yielding {
   }
 
  private:
-  const CaptureProblem& problem_;
   std::vector<Place> places_;
   std::vector<CompliantContact> contacts_;
   std::vector<CompliantGrip> grips_;
