@@ -43,15 +43,19 @@ GRAPNEL_INLINE void set_rigid(ArticulatedInertia<S>& I, const RigidBodyInertia<S
   I.M.xx = I.M.yy = I.M.zz = R.mass, I.M.xy = I.M.xz = I.M.yz = S(0);
 }
 
-/// The rigid inertia of a link added to what its first child sends: H is skew, M a multiple of the identity.
+/// The rigid inertia of a link added to what its first child sends, number by number: H is skew, M a multiple of the
+/// identity.
 template <class S>
-GRAPNEL_INLINE ArticulatedInertia<S> operator+(const RigidBodyInertia<S>& R, const ArticulatedInertia<S>& I) {
+GRAPNEL_INLINE void set_sum(ArticulatedInertia<S>& sum, const RigidBodyInertia<S>& R, const ArticulatedInertia<S>& I) {
+  const Symmetric3<S>& J = R.rotational;
   const Vector3<S>& h = R.first_moment;
-  return {R.rotational + I.J,
-          {{I.H[0][0], I.H[0][1] - h[2], I.H[0][2] + h[1]},
-           {I.H[1][0] + h[2], I.H[1][1], I.H[1][2] - h[0]},
-           {I.H[2][0] - h[1], I.H[2][1] + h[0], I.H[2][2]}},
-          {I.M.xx + R.mass, I.M.yy + R.mass, I.M.zz + R.mass, I.M.xy, I.M.xz, I.M.yz}};
+  sum.J.xx = J.xx + I.J.xx, sum.J.yy = J.yy + I.J.yy, sum.J.zz = J.zz + I.J.zz;
+  sum.J.xy = J.xy + I.J.xy, sum.J.xz = J.xz + I.J.xz, sum.J.yz = J.yz + I.J.yz;
+  sum.H[0][0] = I.H[0][0], sum.H[0][1] = I.H[0][1] - h[2], sum.H[0][2] = I.H[0][2] + h[1];
+  sum.H[1][0] = I.H[1][0] + h[2], sum.H[1][1] = I.H[1][1], sum.H[1][2] = I.H[1][2] - h[0];
+  sum.H[2][0] = I.H[2][0] - h[1], sum.H[2][1] = I.H[2][1] + h[0], sum.H[2][2] = I.H[2][2];
+  sum.M.xx = I.M.xx + R.mass, sum.M.yy = I.M.yy + R.mass, sum.M.zz = I.M.zz + R.mass;
+  sum.M.xy = I.M.xy, sum.M.xz = I.M.xz, sum.M.yz = I.M.yz;
 }
 
 /// A copy made number by number. What was stored as single numbers must be loaded as such: a copy of the structure as a

@@ -1,65 +1,6 @@
-#include "grapnel/dynamics/newton_euler.hpp"
-
-#include "grapnel/dynamics/recursion.hpp"
+#include "grapnel/dynamics/newton_euler_kernel.hpp"
 
 namespace grapnel {
-
-using namespace recursion;
-
-template <class S>
-void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorkspace<S>& workspace,
-                  std::span<S> force) {
-  std::vector<LinkScratch<S>>& scratch = workspace.links;
-  const bool moving = !in.acceleration.empty();
-  const std::size_t count = tree.links.size();
-  // Outward: velocities, accelerations, and the wrench each link needs: I A + V x* I V - F.
-  for (std::size_t n = 0; n < count; ++n) {
-    const TreeLink<S>& link = tree.links[n];
-    LinkScratch<S>& w = scratch[n];
-    if (link.parent < 0) {
-      const Vector3<S> g = gravity_in_root(link, in.q, in.gravity);
-      w.V = root_velocity(link, in.v);
-      w.A = {Vector3<S>::zero(), -g};
-      if (moving && link.joint == LinkJoint::root_free) {
-        for (int k = 0; k < 3; ++k) {
-          w.A.angular[k] += in.acceleration[link.v + k];
-          w.A.linear[k] += in.acceleration[link.v + 3 + k];
-        }
-      }
-    } else {
-      const LinkScratch<S>& parent = scratch[link.parent];
-      visit_joint(link, [&](auto joint) {
-        if constexpr (!std::is_same_v<decltype(joint), Root>) {
-          follow(joint, link, in.q, in.v, parent.V, w);
-          w.A = motion_to_link(joint, link, w, parent.A) + joint_bias(joint, link, in.v, w.V);
-          if (moving) add_joint_motion(joint, link, in.acceleration, w.A);
-        }
-      });
-    }
-    w.p = link.inertia * w.A + cross_force(w.V, link.inertia * w.V);
-    if (!in.link_wrench.empty()) w.p -= in.link_wrench[n];
-  }
-  // Inward: what each joint carries, and its component along the joint.
-  for (std::size_t n = count; n-- > 0;) {
-    const TreeLink<S>& link = tree.links[n];
-    LinkScratch<S>& w = scratch[n];
-    visit_joint(link, [&](auto joint) {
-      using Joint = decltype(joint);
-      if constexpr (std::is_same_v<Joint, Root>) {
-        if (link.joint != LinkJoint::root_free) return;
-        for (int k = 0; k < 3; ++k) force[link.v + k] = w.p.angular[k], force[link.v + 3 + k] = w.p.linear[k];
-      } else {
-        if constexpr (std::is_same_v<Joint, Spherical>) {
-          for (int k = 0; k < 3; ++k) force[link.v + k] = w.p.angular[k];
-        } else {
-          force[link.v] = link.sign * along(joint, w.p);
-          if (moving) force[link.v] += link.armature * in.acceleration[link.v];
-        }
-        scratch[link.parent].p += force_to_parent(joint, link, w, w.p);
-      }
-    });
-  }
-}
 
 template void newton_euler<double>(const Tree<double>&, const DynamicsInput<double>&, DynamicsWorkspace<double>&,
                                    std::span<double>);

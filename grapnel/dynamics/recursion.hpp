@@ -149,13 +149,19 @@ GRAPNEL_INLINE void add_joint_motion(Spherical, const TreeLink<S>& link, std::sp
   for (int k = 0; k < 3; ++k) V.angular[k] += v[link.v + k];
 }
 
-/// A link's place and its twist from its parent's: one step of t = N_l N_d v.
+/// The twist of a link that has been placed from its parent's: one step of t = N_l N_d v.
+template <class Joint, class S>
+GRAPNEL_INLINE void move(Joint joint, const TreeLink<S>& link, std::span<const S> v, const Twist<S>& V_parent,
+                         LinkScratch<S>& w) {
+  w.V = motion_to_link(joint, link, w, V_parent);
+  add_joint_motion(joint, link, v, w.V);
+}
+/// A link's place and its twist.
 template <class Joint, class S>
 GRAPNEL_INLINE void follow(Joint joint, const TreeLink<S>& link, std::span<const S> q, std::span<const S> v,
                            const Twist<S>& V_parent, LinkScratch<S>& w) {
   place(joint, link, q, w);
-  w.V = motion_to_link(joint, link, w, V_parent);
-  add_joint_motion(joint, link, v, w.V);
+  move(joint, link, v, V_parent, w);
 }
 
 template <int K, class S>

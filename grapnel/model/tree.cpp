@@ -82,7 +82,7 @@ Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::ve
       const int link = static_cast<int>(tree.links.size());
       const bool rotated = type == JointType::fixed;
       tree.links.push_back({-1, link_joint(type), 2, rotated, q[i], v[i], 1.0,
-                            type == JointType::fixed ? body.X_PF : Posed::identity(), inertia, 0.0});
+                            type == JointType::fixed ? body.X_PF : Posed::identity(), inertia, 0.0, false});
       placements.push_back({link, Posed::identity()});
       continue;
     }
@@ -101,7 +101,7 @@ Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::ve
     const Posed X_LB{orthonormalized(transpose(alignment.R_PL) * X_LF.R), Vector3d::zero()};
     tree.links.push_back({carrier.link, link_joint(type), alignment.axis.axis, alignment.rotated, q[i], v[i],
                           alignment.axis.sign, Posed{alignment.R_PL, X_LF.p}, X_LB * inertia,
-                          body.joint.reflected_inertia()});
+                          body.joint.reflected_inertia(), body.joint.reflected_inertia() != 0});
     placements.push_back({link, X_LB});
   }
   return tree;

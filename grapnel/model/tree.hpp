@@ -30,6 +30,7 @@ struct TreeLink {
   Pose<S> X_PF;                 // joint frame in the parent link's frame
   RigidBodyInertia<S> inertia;  // of all bodies merged into the link, about its origin, in its frame
   S armature;                   // reflected rotor inertia
+  bool has_armature;            // it is not zero
 };
 
 template <class S = double>
@@ -57,7 +58,7 @@ Tree<S> convert_tree(const Tree<double>& tree) {
   result.coordinates = tree.coordinates;
   result.velocities = tree.velocities;
   for (const TreeLink<double>& l : tree.links) {
-    TreeLink<S> t{l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, {}, {}, S(l.armature)};
+    TreeLink<S> t{l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, {}, {}, S(l.armature), l.has_armature};
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) t.X_PF.R.m[i][j] = S(l.X_PF.R.m[i][j]);
       t.X_PF.p[i] = S(l.X_PF.p[i]);

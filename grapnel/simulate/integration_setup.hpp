@@ -24,6 +24,7 @@ struct IntegrationSetup {
   double step = 1e-3;   // for rk4 [s]
   double max_step = 0;  // for adaptive_8; 0: none [s]
   long max_steps = 10'000'000;
+  bool operator==(const IntegrationSetup&) const = default;
 };
 
 }  // namespace grapnel

@@ -79,6 +79,7 @@ class PhaseDynamics {
   PhaseDynamics(const Model& model, PhaseSetup setup);
 
   const Model& model() const { return model_; }
+  const PhaseSetup& setup() const { return setup_; }
   /// Whether anything acts from outside: gravity, loads, attitude control, the ground under a fixed or held root.
   bool is_disturbed() const { return has_external_; }
   int size() const { return model_.coordinates() + model_.velocities() + kIntegrals; }

@@ -39,10 +39,11 @@ template <class Method>
 class PhaseRun {
  public:
   PhaseRun(Method& stepper, PhaseDynamics& dynamics, const Tolerances& tolerances,
-           const std::function<void(const PhaseSample&)>& observe, const StopCondition& stop)
+           const std::function<void(const PhaseSample&)>& observe, const StepWatch& watch, const StopCondition& stop)
       : stepper_(stepper),
         dynamics_(dynamics),
         observe_(observe),
+        watch_(watch),
         stop_(stop),
         locator_(stepper.manifold()),
         norm_(stepper.manifold(), tolerances),
@@ -54,6 +55,7 @@ class PhaseRun {
   PhaseOutcome run(const State& start, double t0, double t1, double interval) {
     direction_ = t1 < t0 ? -1 : 1;
     outputs_ = output_times(t0, t1, interval);
+    next_look_ = t0, between_looks_ = (t1 - t0) / std::max(watch_.looks, 1);
     std::vector<double> y0 = dynamics_.initial(start, t0);
     close_loops(t0, y0, 0);
     std::vector<double> ends = dynamics_.breaks(t0, t1);
@@ -111,6 +113,18 @@ class PhaseRun {
     if (close_loops(stepper_.time(), y_, kNegligible) && usable()) stepper_.set_state(dynamics_, y_);
   }
 
+  void look(double t, std::span<const double> y) {
+    watch_.look(t, dynamics_.state(t, y), dynamics_.integrals(y));
+    while ((next_look_ - t) * direction_ <= 0 && between_looks_ != 0) next_look_ += between_looks_;
+  }
+
+  // Between two steps; the end has its own look.
+  void look_up(double t) {
+    if (watch_.each_step) watch_.each_step(t);
+    if (watch_.look && stepper_.status() == StepStatus::running && (t - next_look_) * direction_ >= 0)
+      look(t, stepper_.state());
+  }
+
   double margin(double t, std::span<const double> y) { return stop_(t, dynamics_.state(t, y)); }
 
   // Steps through the smooth interval that begins at `begin`, with the samples from there on; the one at its end is
@@ -127,6 +141,7 @@ class PhaseRun {
         const auto g = [&](double t, std::span<const double> y) { return margin(t, y); };
         hit = locator_.find(stepper_, dynamics_, g, Crossing::falling);
       }
+      if (!hit) look_up(stepper_.time());
       const double reached = hit ? hit->time : stepper_.time();
       while (next_ < outputs_.size() && (reached - outputs_[next_]) * direction_ > 0) {
         stepper_.interpolate(dynamics_, outputs_[next_], std::span<double>(y_));
@@ -146,6 +161,7 @@ class PhaseRun {
   // The next sample.
   void output(double t, std::span<const double> y) {
     ++next_;
+    if (watch_.look) look(t, y);
     if (!observe_) return;
     dynamics_.efforts(t, y, motor_, friction_);
     const PhaseIntegrals integrals = dynamics_.integrals(y);
@@ -185,6 +201,7 @@ class PhaseRun {
   Method& stepper_;
   PhaseDynamics& dynamics_;
   const std::function<void(const PhaseSample&)>& observe_;
+  const StepWatch& watch_;
   const StopCondition& stop_;
   EventLocator<double> locator_;
   ErrorNorm<double> norm_;
@@ -197,26 +214,38 @@ class PhaseRun {
   std::vector<double> outputs_;
   std::size_t next_ = 0;  // of outputs_
   double direction_ = 1;
+  double next_look_ = 0, between_looks_ = 0;
   std::optional<double> stop_time_;
 };
+
+PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
+                       const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
+                       const StepWatch& watch, const StopCondition& stop) {
+  Tolerances tolerances;
+  tolerances.rtol = integration.relative_tolerance;
+  tolerances.atol = integration.absolute_tolerance;
+  if (integration.method == IntegrationSetup::Method::rk4) {
+    RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
+    return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop).run(start, t0, t1, interval);
+  }
+  StepControl control;
+  if (integration.max_step > 0) control.max_step = integration.max_step;
+  control.max_steps = integration.max_steps;
+  DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
+  return PhaseRun(stepper, dynamics, tolerances, observe, watch, stop).run(start, t0, t1, interval);
+}
 
 }  // namespace
 
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
                             const StopCondition& stop) {
-  Tolerances tolerances;
-  tolerances.rtol = integration.relative_tolerance;
-  tolerances.atol = integration.absolute_tolerance;
-  if (integration.method == IntegrationSetup::Method::rk4) {
-    RungeKutta4<double> stepper(dynamics.manifold(), integration.step);
-    return PhaseRun(stepper, dynamics, tolerances, observe, stop).run(start, t0, t1, interval);
-  }
-  StepControl control;
-  if (integration.max_step > 0) control.max_step = integration.max_step;
-  control.max_steps = integration.max_steps;
-  DormandPrince853<double> stepper(dynamics.manifold(), tolerances, control);
-  return PhaseRun(stepper, dynamics, tolerances, observe, stop).run(start, t0, t1, interval);
+  return run_phase(dynamics, start, t0, t1, interval, integration, observe, {}, stop);
+}
+
+PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
+                            const IntegrationSetup& integration, const StepWatch& watch, const StopCondition& stop) {
+  return run_phase(dynamics, start, t0, t1, 0, integration, {}, watch, stop);
 }
 
 }  // namespace grapnel

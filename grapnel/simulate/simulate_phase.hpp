@@ -21,6 +21,17 @@ struct PhaseSample {
   const PhaseDynamics* dynamics = nullptr;  // as evaluated at this state; null outside an integration
 };
 
+/// Looks at a phase between its steps, where its books may be kept without output in between: no instant is
+/// interpolated and no effort worked out.
+struct StepWatch {
+  /// At the start, at the end, and after steps in between: the first that reaches each of `looks` - 1 evenly spaced
+  /// times. The state as PhaseDynamics::state() has it; both are valid during the call.
+  std::function<void(double t, const State&, const PhaseIntegrals&)> look;
+  int looks = 32;
+  /// After every step, with the time reached: ends the phase by throwing, when its time on the clock is up, say.
+  std::function<void(double t)> each_step;
+};
+
 /// A quantity whose first fall from positive to zero or below ends a phase.
 using StopCondition = std::function<double(double t, const State&)>;
 
@@ -62,6 +73,11 @@ struct PhaseOutcome {
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration,
                             const std::function<void(const PhaseSample&)>& observe = {},
+                            const StopCondition& stop = {});
+
+/// The same with a watch instead of samples. The steps, and so the outcome, are those without.
+PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,
+                            const IntegrationSetup& integration, const StepWatch& watch,
                             const StopCondition& stop = {});
 
 }  // namespace grapnel

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "grapnel/spatial/scalar.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -40,7 +42,8 @@ JointPoint NoiseSignal::at(double t) const {
   JointPoint n;
   for (const Tone& tone : tones_) {
     const double w = tone.angular_frequency, angle = w * t + tone.phase;
-    const double c = amplitude_ * std::cos(angle), s = amplitude_ * std::sin(angle);
+    const auto [sine, cosine] = sine_cosine(angle);
+    const double c = amplitude_ * cosine, s = amplitude_ * sine;
     n.position += c;
     n.rate -= w * s;
     n.acceleration -= w * w * c;

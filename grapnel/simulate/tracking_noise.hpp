@@ -32,10 +32,14 @@ class NoiseSignal {
   /// n, n', n''.
   JointPoint at(double t) const;
 
- private:
   struct Tone {
     double angular_frequency, phase;
   };
+  /// n(t) = amplitude() sum cos(w_k t + phase_k); none where it is silent.
+  double amplitude() const { return amplitude_; }
+  const std::vector<Tone>& tones() const { return tones_; }
+
+ private:
   double amplitude_ = 0;
   std::vector<Tone> tones_;
 };

@@ -34,38 +34,50 @@ inline constexpr double kLimit = 1e5;
 // Adding and taking away 1.5 * 2^52 rounds to an integer, which the sum's lowest bits then hold.
 inline constexpr double kRound = 6755399441055744.0;
 
+/// The same angle as a quarter turn count and the sine and cosine of what remains, for |angle| <= kLimit.
+template <class S>
+struct Quartered {
+  S turns;  // the count in its lowest bits
+  S sine;
+  S cosine;
+};
+
+/// On any scalar: for packs of lanes the grammar of their products decides where a product and a sum are fused.
+template <class S>
+__attribute__((always_inline)) inline Quartered<S> quartered(const S& angle) {
+  // angle = n pi/2 + y + tail with |y| <= pi/4 (1 + epsilon); the tail holds what y cannot.
+  const S shifted = angle * kTwoOverPi + kRound;
+  const S count = shifted - kRound;
+  const S first = angle - count * kPart1;
+  const S second = count * kPart2;
+  const S r = first - second;
+  const S lost = count * kPart3 - ((first - r) - second);
+  const S y = r - lost;
+  const S tail = (r - y) - lost;
+
+  const S z = y * y;
+  // sin(y + tail) = y + (S1 y^3 + ... + S6 y^13) + tail cos(y).
+  const S z2 = z * z;
+  const S s = (8.33333333332248946124e-03 + z * -1.98412698298579493134e-04) +
+              z2 * ((2.75573137070700676789e-06 + z * -2.50507602534068634195e-08) + z2 * 1.58969099521155010221e-10);
+  const S y3 = z * y;
+  const S sine = y - ((z * (0.5 * tail - y3 * s) - tail) - y3 * -1.66666666666666324348e-01);
+  // cos(y + tail) = 1 - y^2/2 + (C1 y^4 + ... + C6 y^14) - y tail.
+  const S c = z * ((4.16666666666666019037e-02 + z * -1.38888888888741095749e-03) +
+                   z2 * ((2.48015872894767294178e-05 + z * -2.75573143513906633035e-07) +
+                         z2 * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)));
+  const S half = 0.5 * z;
+  const S w = 1.0 - half;
+  const S cosine = w + (((1.0 - w) - half) + (z * c - y * tail));
+  return {shifted, sine, cosine};
+}
+
 /// For |angle| <= kLimit.
 __attribute__((always_inline)) inline SineCosine<double> reduced(double angle) {
-  // angle = n pi/2 + y + tail with |y| <= pi/4 (1 + epsilon); the tail holds what y cannot.
-  const double shifted = angle * kTwoOverPi + kRound;
-  const std::uint64_t n = std::bit_cast<std::uint64_t>(shifted);
-  const double count = shifted - kRound;
-  const double first = angle - count * kPart1;
-  const double second = count * kPart2;
-  const double r = first - second;
-  const double lost = count * kPart3 - ((first - r) - second);
-  const double y = r - lost;
-  const double tail = (r - y) - lost;
-
-  const double z = y * y;
-  // sin(y + tail) = y + (S1 y^3 + ... + S6 y^13) + tail cos(y).
-  const double z2 = z * z;
-  const double s =
-      (8.33333333332248946124e-03 + z * -1.98412698298579493134e-04) +
-      z2 * ((2.75573137070700676789e-06 + z * -2.50507602534068634195e-08) + z2 * 1.58969099521155010221e-10);
-  const double y3 = z * y;
-  const double sine = y - ((z * (0.5 * tail - y3 * s) - tail) - y3 * -1.66666666666666324348e-01);
-  // cos(y + tail) = 1 - y^2/2 + (C1 y^4 + ... + C6 y^14) - y tail.
-  const double c = z * ((4.16666666666666019037e-02 + z * -1.38888888888741095749e-03) +
-                        z2 * ((2.48015872894767294178e-05 + z * -2.75573143513906633035e-07) +
-                              z2 * (2.08757232129817482790e-09 + z * -1.13596475577881948265e-11)));
-  const double half = 0.5 * z;
-  const double w = 1.0 - half;
-  const double cosine = w + (((1.0 - w) - half) + (z * c - y * tail));
-
+  const Quartered<double> at = quartered(angle);
   // Quadrant n mod 4: odd ones swap, the sine changes sign in 2 and 3, the cosine in 1 and 2.
-  const std::uint64_t sine_bits = std::bit_cast<std::uint64_t>(sine),
-                      cosine_bits = std::bit_cast<std::uint64_t>(cosine);
+  const std::uint64_t n = std::bit_cast<std::uint64_t>(at.turns), sine_bits = std::bit_cast<std::uint64_t>(at.sine),
+                      cosine_bits = std::bit_cast<std::uint64_t>(at.cosine);
   const std::uint64_t swapped = (sine_bits ^ cosine_bits) & (std::uint64_t{0} - (n & 1));
   return {std::bit_cast<double>(sine_bits ^ swapped ^ ((n & 2) << 62)),
           std::bit_cast<double>(cosine_bits ^ swapped ^ (((n + 1) & 2) << 62))};

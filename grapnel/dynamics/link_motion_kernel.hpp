@@ -1,0 +1,76 @@
+#pragma once
+
+/// @file
+/// The sweep of link_motion.hpp, as a template on the scalar.
+/// Included by the translation units that instantiate it: link_motion.cpp for doubles, grapnel/lanes/ for packs.
+/// Thread safety: as link_motion.hpp says.
+
+#include "grapnel/dynamics/link_motion.hpp"
+
+#include "grapnel/dynamics/recursion.hpp"
+
+namespace grapnel {
+namespace link_motion_steps {
+
+using namespace recursion;
+
+// Orientation of a link against its joint frame.
+template <int K, class S>
+GRAPNEL_INLINE Rotation<S> joint_rotation(Revolute<K>, const LinkScratch<S>& w, const Rotation<S>& R_WF) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  Rotation<S> R;
+  for (int r = 0; r < 3; ++r) {
+    R.m[r][K] = R_WF.m[r][K];
+    R.m[r][i] = w.angle.cosine * R_WF.m[r][i] + w.angle.sine * R_WF.m[r][j];
+    R.m[r][j] = w.angle.cosine * R_WF.m[r][j] - w.angle.sine * R_WF.m[r][i];
+  }
+  return R;
+}
+template <int K, class S>
+GRAPNEL_INLINE Rotation<S> joint_rotation(Prismatic<K>, const LinkScratch<S>&, const Rotation<S>& R_WF) {
+  return R_WF;
+}
+template <class S>
+GRAPNEL_INLINE Rotation<S> joint_rotation(Spherical, const LinkScratch<S>& w, const Rotation<S>& R_WF) {
+  return R_WF * w.R_FL;
+}
+
+template <class S>
+LinkMotion<S> root_motion(const TreeLink<S>& link, std::span<const S> q, std::span<const S> v) {
+  if (link.joint == LinkJoint::root_fixed) return {link.X_PF, Twist<S>::zero()};
+  const Rotation<S> R = rotation_matrix(Quaternion<S>{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]});
+  const Pose<S> X{R, {q[link.q], q[link.q + 1], q[link.q + 2]}};
+  return {X, v.empty() ? Twist<S>::zero() : R * root_velocity(link, v)};
+}
+
+}  // namespace link_motion_steps
+
+template <class S>
+void link_motion(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, std::span<LinkMotion<S>> motion) {
+  using namespace link_motion_steps;
+  for (std::size_t n = 0; n < tree.links.size(); ++n) {
+    const TreeLink<S>& link = tree.links[n];
+    if (link.parent < 0) {
+      motion[n] = root_motion(link, q, v);
+      continue;
+    }
+    const LinkMotion<S>& parent = motion[link.parent];
+    LinkScratch<S> w;
+    visit_joint(link, [&](auto joint) {
+      if constexpr (!std::is_same_v<decltype(joint), Root>) {
+        place(joint, link, q, w);
+        const Rotation<S> R_WF = link.rotated ? parent.X_WL.R * link.X_PF.R : parent.X_WL.R;
+        const Vector3<S> arm = parent.X_WL.R * w.p_PL;
+        motion[n].X_WL = {joint_rotation(joint, w, R_WF), parent.X_WL.p + arm};
+        motion[n].V_WL = shift(parent.V_WL, arm);
+        if (!v.empty()) {
+          Twist<S> own = Twist<S>::zero();
+          add_joint_motion(joint, link, v, own);
+          motion[n].V_WL += motion[n].X_WL.R * own;
+        }
+      }
+    });
+  }
+}
+
+}  // namespace grapnel

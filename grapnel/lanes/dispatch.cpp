@@ -1,0 +1,91 @@
+#include "grapnel/lanes/dispatch.hpp"
+
+#include <cstdlib>
+#include <stdexcept>
+#include <string>
+
+#include "grapnel/lanes/kernel_tables.hpp"
+
+namespace grapnel::lanes {
+namespace {
+
+constexpr InstructionSet kAll[] = {InstructionSet::one_lane, InstructionSet::sse2, InstructionSet::avx2,
+                                   InstructionSet::avx512};
+
+}  // namespace
+
+std::string_view name(InstructionSet set) {
+  switch (set) {
+    case InstructionSet::sse2:
+      return "sse2";
+    case InstructionSet::avx2:
+      return "avx2";
+    case InstructionSet::avx512:
+      return "avx512";
+    default:
+      return "one_lane";
+  }
+}
+
+int lane_count(InstructionSet set) { return 1 << static_cast<int>(set); }
+
+bool is_supported(InstructionSet set) {
+#ifdef GRAPNEL_LANES_X86
+  // What the compiler may use under the sets' flags, see CMakeLists.txt. These ask the operating system as well,
+  // whether it saves the wide registers.
+  switch (set) {
+    case InstructionSet::avx512:
+      return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+             __builtin_cpu_supports("avx512vl") && is_supported(InstructionSet::avx2);
+    case InstructionSet::avx2:
+      return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+    default:
+      return true;
+  }
+#else
+  return set == InstructionSet::one_lane;
+#endif
+}
+
+std::vector<InstructionSet> supported_instruction_sets() {
+  std::vector<InstructionSet> sets;
+  for (const InstructionSet set : kAll) {
+    if (is_supported(set)) sets.push_back(set);
+  }
+  return sets;
+}
+
+std::optional<InstructionSet> best_instruction_set() {
+  const char* wanted = std::getenv("GRAPNEL_LANES");
+  if (wanted == nullptr || *wanted == '\0') {
+    const InstructionSet widest = supported_instruction_sets().back();
+    if (widest == InstructionSet::one_lane) return std::nullopt;
+    return widest;
+  }
+  const std::string text = wanted;
+  if (text == "off") return std::nullopt;
+  std::string here = "off";
+  for (const InstructionSet set : supported_instruction_sets()) {
+    if (text == name(set)) return set;
+    here += ", " + std::string(name(set));
+  }
+  throw std::runtime_error("GRAPNEL_LANES is '" + text + "'; expected one of those that run here: " + here);
+}
+
+const KernelTable& kernels([[maybe_unused]] InstructionSet set) {
+#ifdef GRAPNEL_LANES_X86
+  switch (set) {
+    case InstructionSet::sse2:
+      return kernels_sse2;
+    case InstructionSet::avx2:
+      return kernels_avx2;
+    case InstructionSet::avx512:
+      return kernels_avx512;
+    default:
+      break;
+  }
+#endif
+  return kernels_one_lane;
+}
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,62 @@
+#pragma once
+
+/// @file
+/// The recursive kernels in lanes behind function pointers: plain arrays in and out, no containers, so that portable
+/// code and the instruction sets' translation units share no function. Thread safety: a model serves one thread at a
+/// time.
+///
+/// Arrays are structures of arrays: entry i of lane l is at [i * width + l], the first one aligned to kLaneAlignment.
+
+#include <cstddef>
+#include <cstdint>
+
+#include "grapnel/model/tree.hpp"
+
+namespace grapnel::lanes {
+
+inline constexpr std::size_t kLaneAlignment = 64;
+
+/// Trees of one structure, one per lane: the same parents, joints, axes and offsets; the numbers may differ. A link's
+/// frame counts as rotated, and its joint as having a rotor, where it is so in any lane.
+struct LaneTrees {
+  const TreeLink<double>* const* links;  // per lane
+  int link_count;
+  int coordinates;
+  int velocities;
+};
+
+/// What drives the trees, as DynamicsInput; pointers that may be null mean zero (or nothing prescribed).
+struct LaneInput {
+  const double* q;                 // coordinates
+  const double* v;                 // velocities
+  const double* force;             // generalized forces; not read by inverse dynamics
+  const double* link_wrench;       // per link six entries [moment; force]; may be null
+  const std::uint8_t* prescribed;  // per velocity, the same in all lanes; may be null
+  const double* acceleration;      // may be null
+  const double* gravity;           // three entries, in W; may be null
+};
+
+/// Numbers per root in the arrays of momenta: angular and linear momentum, centre of mass, mass.
+inline constexpr int kRootNumbers = 10;
+
+/// One instruction set's kernels.
+struct KernelTable {
+  int width;
+  /// A model and its workspace; `destroy` frees it.
+  void* (*create)(const LaneTrees& trees);
+  void (*destroy)(void* model);
+  /// articulated_body(): writes vdot and force, one entry per velocity.
+  void (*forward_dynamics)(void* model, const LaneInput& in, double* vdot, double* force);
+  /// newton_euler(): writes force.
+  void (*inverse_dynamics)(void* model, const LaneInput& in, double* force);
+  /// root_momenta(): writes kRootNumbers per free root.
+  void (*root_momenta)(void* model, const double* q, const double* v, double* momenta);
+  /// recover_roots(): `elapsed` has one entry; overwrites the roots' part of q and v.
+  void (*recover_roots)(void* model, const double* momenta, const double* elapsed, double* q, double* v);
+  /// link_motion(): twelve entries per link for the pose in W, R row by row and then p, and six for the twist.
+  void (*link_motion)(void* model, const double* q, const double* v, double* motion);
+  /// `count` entries each.
+  void (*sine_cosine)(const double* angle, double* sine, double* cosine, int count);
+};
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,175 @@
+#include "grapnel/lanes/lane_phase.hpp"
+
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "grapnel/integrate/stepper.hpp"
+#include "grapnel/lanes/lane_phase_units.hpp"
+
+namespace grapnel::lanes {
+namespace {
+
+constexpr int kWidest = 8;
+
+// What the stepper asks for and hands back, as the caller's cases and outcomes.
+class Exchange {
+ public:
+  Exchange(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, const LaneWatch& watch)
+      : structure_(structure), source_(source), sink_(sink), watch_(watch) {
+    outcome_.q.resize(static_cast<std::size_t>(structure.coordinates));
+    outcome_.v.resize(static_cast<std::size_t>(structure.velocities));
+  }
+
+  bool next(int lane, CaseRecord& record) {
+    LaneCase& next = cases_[lane];
+    if (!source_(next)) return false;
+    check(next);
+    record.start_time = next.motion->start_time;
+    record.end_time = next.motion->end_time;
+    record.max_step = next.max_step;
+    record.links = next.links.data();
+    record.q = next.q.data();
+    record.v = next.v.data();
+    record.intervals = next.motion->intervals.data();
+    record.noise = next.noise.data();
+    return true;
+  }
+
+  void done(int lane, const CaseResult& r) {
+    LaneOutcome& o = outcome_;
+    o.id = cases_[lane].id;
+    o.status = r.status;
+    o.time = r.time;
+    o.q.assign(r.q, r.q + structure_.coordinates);
+    o.v.assign(r.v, r.v + structure_.velocities);
+    o.motor_work = r.motor_work, o.friction_work = r.friction_work;
+    o.steps = r.steps, o.rejected = r.rejected, o.evaluations = r.evaluations;
+    o.quaternion_defect = r.quaternion_defect;
+    o.start = r.start, o.end = r.end;
+    o.linear_deviation = r.linear_deviation, o.angular_deviation = r.angular_deviation;
+    o.work_residual = r.work_residual;
+    o.linear_scale = r.linear_scale, o.angular_scale = r.angular_scale, o.largest_energy = r.largest_energy;
+    sink_(cases_[lane], o);
+  }
+
+  void look(int lane, const CaseLook& l) {
+    view_.id = cases_[lane].id;
+    view_.time = l.time;
+    view_.q.assign(l.q, l.q + structure_.coordinates);
+    view_.v.assign(l.v, l.v + structure_.velocities);
+    view_.motor.assign(l.motor, l.motor + structure_.links.size());
+    watch_(view_);
+  }
+
+ private:
+  void check(const LaneCase& c) const {
+    const auto size = [](int n) { return static_cast<std::size_t>(n); };
+    if (c.links.size() != structure_.links.size() * size(kLinkNumbers) ||
+        c.noise.size() != size(structure_.noise_numbers) || c.q.size() != size(structure_.coordinates) ||
+        c.v.size() != size(structure_.velocities)) {
+      throw std::invalid_argument("run_lanes: a case's numbers do not fit the structure");
+    }
+    const std::size_t block = 1 + size(structure_.piece_numbers);
+    if (!c.motion || c.motion->intervals.empty() || c.motion->intervals.size() % block != 0 ||
+        c.motion->intervals[c.motion->intervals.size() - block] != c.motion->end_time ||
+        !(c.motion->end_time >= c.motion->start_time) || !std::isfinite(c.motion->end_time)) {
+      throw std::invalid_argument("run_lanes: a case's motion does not fit the structure, or ends before it starts");
+    }
+    if (!(c.max_step > 0)) throw std::invalid_argument("run_lanes: a case's longest step is not positive");
+  }
+
+  const LaneStructure& structure_;
+  const LaneSource& source_;
+  const LaneSink& sink_;
+  const LaneWatch& watch_;
+  LaneCase cases_[kWidest];  // per lane
+  LaneOutcome outcome_;
+  LaneView view_;
+};
+
+PhaseTables tables_of(const LaneStructure& s) {
+  const auto usable = [](double tolerance) { return tolerance > 0 && std::isfinite(tolerance); };
+  if (!(s.integration.relative_tolerance >= 0) || !usable(s.integration.absolute_tolerance) ||
+      s.integration.max_steps <= 0) {
+    throw std::invalid_argument("run_lanes: tolerances and the limit on steps must be positive");
+  }
+  PhaseTables t{};
+  t.links = s.links.data();
+  t.link_count = static_cast<int>(s.links.size());
+  t.coordinates = s.coordinates;
+  t.velocities = s.velocities;
+  t.quaternions = s.quaternions.data();
+  t.quaternion_count = static_cast<int>(s.quaternions.size());
+  t.piece_numbers = s.piece_numbers;
+  t.noise_numbers = s.noise_numbers;
+  // PhaseDynamics integrates nine integrals; the seven of what acts from outside are zero here, but they count in the
+  // mean, so that steps are the same.
+  constexpr int kIntegrals = 9;
+  t.dimension = s.coordinates - t.quaternion_count + s.velocities + kIntegrals;
+  t.recovers = s.recover_roots;
+  t.relative_tolerance = s.integration.relative_tolerance;
+  t.absolute_tolerance = s.integration.absolute_tolerance;
+  t.max_step = s.integration.max_step > 0 ? s.integration.max_step : std::numeric_limits<double>::infinity();
+  t.max_steps = s.integration.max_steps;
+  return t;
+}
+
+using Unit = void (*)(const PhaseTables&, CaseExchange&);
+Unit unit_of(InstructionSet set) {
+#ifdef GRAPNEL_LANES_X86
+  switch (set) {
+    case InstructionSet::avx512:
+      return run_lane_phase_avx512;
+    case InstructionSet::avx2:
+      return run_lane_phase_avx2;
+    case InstructionSet::sse2:
+      return run_lane_phase_sse2;
+    case InstructionSet::one_lane:
+      break;
+  }
+#endif
+  static_cast<void>(set);
+  return run_lane_phase_one_lane;
+}
+
+}  // namespace
+
+std::string explanation(const LaneOutcome& outcome) {
+  switch (outcome.status) {
+    case LaneStatus::step_too_small:
+      return explain(StepStatus::step_too_small, outcome.time);
+    case LaneStatus::too_many_steps:
+      return explain(StepStatus::too_many_steps, outcome.time);
+    case LaneStatus::non_finite:
+      return explain(StepStatus::non_finite, outcome.time);
+    case LaneStatus::finished:
+      break;
+  }
+  return explain(StepStatus::finished, outcome.time);
+}
+
+void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
+               const LaneWatch& watch) {
+  if (!is_supported(set)) {
+    throw std::invalid_argument("run_lanes: " + std::string(name(set)) + " does not run here");
+  }
+  const PhaseTables tables = tables_of(structure);
+  Exchange exchange(structure, source, sink, watch);
+  CaseExchange calls{};
+  calls.context = &exchange;
+  calls.next = [](void* context, int lane, CaseRecord& record) {
+    return static_cast<Exchange*>(context)->next(lane, record);
+  };
+  calls.done = [](void* context, int lane, const CaseResult& result) {
+    static_cast<Exchange*>(context)->done(lane, result);
+  };
+  if (watch) {
+    calls.look = [](void* context, int lane, const CaseLook& look) {
+      static_cast<Exchange*>(context)->look(lane, look);
+    };
+  }
+  unit_of(set)(tables, calls);
+}
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,100 @@
+#pragma once
+
+/// @file
+/// Many cases of one phase integrated at once, one in every SIMD lane: for campaigns, whose cases have one structure
+/// and differ in their numbers. What simulate_phase() does for one case, where nothing acts from outside and no loop is
+/// closed; lane_phase_setup.hpp makes structures and cases of models and phase setups.
+///
+/// A case's numbers depend on the case alone, bit for bit: not on the cases beside it, their order or number, nor on
+/// the instruction set among those with fused products. Thread safety: run_lanes() is re-entrant; each call has its own
+/// memory, which does not grow with the number of cases.
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grapnel/lanes/dispatch.hpp"
+#include "grapnel/lanes/lane_phase_tables.hpp"
+#include "grapnel/simulate/integration_setup.hpp"
+
+namespace grapnel::lanes {
+
+/// What all cases of a phase share.
+struct LaneStructure {
+  std::vector<LinkTable> links;
+  int coordinates = 0;
+  int velocities = 0;
+  std::vector<int> quaternions;  // offsets among the coordinates
+  int piece_numbers = 0;         // of all driven links' pieces
+  int noise_numbers = 0;
+  bool recover_roots = true;
+  IntegrationSetup integration;  // tolerances, max_step, max_steps; method adaptive_8
+  bool operator==(const LaneStructure&) const = default;
+};
+
+/// The driven joints' trajectories between two times, as the stepper reads them; cases may share one.
+struct LaneMotion {
+  double start_time = 0;
+  double end_time = 0;
+  std::vector<double> intervals;  // blocks of 1 + piece_numbers, see lane_phase_tables.hpp
+};
+
+/// One case.
+struct LaneCase {
+  std::uint64_t id = 0;       // handed on to the outcome
+  std::vector<double> links;  // kLinkNumbers each, in the order of lane_phase_tables.hpp
+  std::vector<double> noise;
+  std::vector<double> q, v;  // the start
+  std::shared_ptr<const LaneMotion> motion;
+  /// The longest step, beside the structure's [s].
+  double max_step = std::numeric_limits<double>::infinity();
+};
+
+/// A case at its start, or where a step of it has ended.
+struct LaneView {
+  std::uint64_t id = 0;
+  double time = 0;  // [s]
+  std::vector<double> q, v;
+  std::vector<double> motor;  // effort per link of the tree [N m or N]; zero where no joint is driven
+};
+
+/// What became of a case. On failure q, v and the rest are those of the last accepted step.
+struct LaneOutcome {
+  std::uint64_t id = 0;
+  LaneStatus status = LaneStatus::finished;
+  double time = 0;           // reached [s]
+  std::vector<double> q, v;  // there
+  double motor_work = 0;     // [J]
+  double friction_work = 0;  // [J]
+  std::int64_t steps = 0, rejected = 0, evaluations = 0;
+  double quaternion_defect = 0;  // largest | |q| - 1 | before renormalization
+  LaneBooks start{}, end{};      // books of the first and the last state
+  // Largest over the start and all accepted steps, as capture/bookkeeper has them:
+  double linear_deviation = 0;   // |p - p(start)| [kg m/s]
+  double angular_deviation = 0;  // the same for angular momentum about the system's centre of mass [kg m^2/s]
+  double work_residual = 0;      // |T - T(start) - work of motors and friction| [J]
+  double linear_scale = 0, angular_scale = 0, largest_energy = 0;
+
+  bool finished() const { return status == LaneStatus::finished; }
+};
+/// One sentence about what happened when, as the scalar stepper says it.
+std::string explanation(const LaneOutcome& outcome);
+
+/// Fills in the next case; false: there is none.
+using LaneSource = std::function<bool(LaneCase&)>;
+/// Takes an outcome with its case, in the order in which cases end, which depends on the set's width.
+using LaneSink = std::function<void(const LaneCase&, const LaneOutcome&)>;
+/// Looks at cases while they move, a case's times in their order: at breaks of trajectories as what follows has it.
+using LaneWatch = std::function<void(const LaneView&)>;
+
+/// Integrates all cases from `source`, each from its motion's start to its end, shows every state on the way to
+/// `watch`, if there is one, and hands what became of them to `sink`. What any of them throws passes through.
+/// @throws std::invalid_argument if a case's sizes do not fit the structure, its end lies before its start, its longest
+/// step is not positive, the structure's tolerances are unusable, or the set is not supported here.
+void run_lanes(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, InstructionSet set,
+               const LaneWatch& watch = {});
+
+}  // namespace grapnel::lanes

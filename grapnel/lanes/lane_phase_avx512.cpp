@@ -1,0 +1,12 @@
+// The lane stepper for AVX-512. Compiled with flags of its own, see CMakeLists.txt.
+
+#include "grapnel/lanes/lane_phase_units.hpp"
+#include "grapnel/lanes/lane_stepper.hpp"
+
+namespace grapnel::lanes {
+
+void run_lane_phase_avx512(const PhaseTables& tables, CaseExchange& exchange) {
+  run_lane_phase<Pack<Avx512>>(tables, exchange);
+}
+
+}  // namespace grapnel::lanes

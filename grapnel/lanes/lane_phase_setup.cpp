@@ -1,0 +1,290 @@
+#include "grapnel/lanes/lane_phase_setup.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+namespace grapnel::lanes {
+namespace {
+
+const JointDrive kFree = {};
+
+constexpr const char* kStandsWithRate =
+    "a prescribed joint has a rate but stays where it is, beyond its trajectory's end";
+// What rounding leaves of a rate of zero [rad/s or m/s].
+constexpr double kRest = 1e-10;
+
+const JointDrive& drive_of(const PhaseSetup& setup, std::size_t joint) {
+  return setup.drives.empty() ? kFree : setup.drives.at(joint);
+}
+
+LaneDrive lane_drive(JointControl control) {
+  switch (control) {
+    case JointControl::pd:
+      return LaneDrive::pd;
+    case JointControl::computed_torque:
+      return LaneDrive::computed_torque;
+    case JointControl::prescribed:
+      return LaneDrive::prescribed;
+    case JointControl::free:
+      break;
+  }
+  return LaneDrive::free;
+}
+
+int coefficients(const JointPiece& piece) {
+  const auto* series = std::get_if<ChebyshevPiece>(&piece.shape);
+  return series != nullptr ? static_cast<int>(series->coefficients.size()) : 6;
+}
+
+bool is_cycloidal(const JointTrajectory& trajectory) {
+  for (const JointPiece& piece : trajectory.pieces) {
+    const auto* path = std::get_if<JointPath>(&piece.shape);
+    if (path != nullptr && path->profile == JointProfile::cycloidal) return true;
+  }
+  return false;
+}
+
+// The fields of a link's entry that a model and its setup determine; offsets of pieces and tones come later.
+std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) {
+  std::vector<LinkTable> tables;
+  for (const TreeLink<double>& link : model.tree().links) {
+    LinkTable t{};
+    t.parent = link.parent, t.joint = link.joint, t.axis = link.axis, t.rotated = link.rotated;
+    t.has_armature = link.armature != 0;
+    t.q = link.q, t.v = link.v, t.sign = link.sign;
+    t.piece = t.tones = -1;
+    tables.push_back(t);
+  }
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
+    const JointDrive& drive = drive_of(setup, j);
+    const JointFriction& friction = body.description.joint.friction;
+    LinkTable& t = tables[static_cast<std::size_t>(body.placement.link)];
+    t.drive = lane_drive(drive.control);
+    t.is_viscous = friction.viscous != 0;
+    t.has_coulomb = friction.coulomb != 0;
+    if (t.drive == LaneDrive::free) continue;
+    t.is_cycloidal = is_cycloidal(drive.trajectory);
+    t.series = 1;
+    for (const JointPiece& piece : drive.trajectory.pieces) t.series = std::max(t.series, coefficients(piece));
+    if (!drive.noise.tones().empty()) t.tones = 0;
+  }
+  return tables;
+}
+
+// --- Trajectories ---------------------------------------------------------------------------------------------------
+
+// See PhaseDynamics::breaks.
+std::vector<double> interval_ends(const Model& model, const PhaseSetup& setup, double t0, double t1) {
+  const double resolution = 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
+  std::vector<double> times;
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    const JointDrive& drive = drive_of(setup, j);
+    if (drive.control == JointControl::free) continue;
+    for (double t : break_times(drive.trajectory)) {
+      if (t > t0 + resolution && t < t1 - resolution) times.push_back(t);
+    }
+  }
+  std::sort(times.begin(), times.end());
+  const auto near = [&](double a, double b) { return b - a <= resolution; };
+  times.erase(std::unique(times.begin(), times.end(), near), times.end());
+  times.push_back(t1);
+  return times;
+}
+
+// The polynomial part of a profile as a series.
+std::vector<double> path_series(const JointPath& path) {
+  JointPath polynomial = path;
+  if (path.profile == JointProfile::cycloidal) {  // its travel is apart
+    polynomial.profile = JointProfile::quintic;
+    polynomial.end = polynomial.start;
+  }
+  std::vector<double> values;
+  for (int k = 0; k <= 5; ++k) values.push_back(evaluate(polynomial, chebyshev_point(0, path.duration, k, 5)).position);
+  return chebyshev_interpolant(values).coefficients;
+}
+
+void write_hold(double position, double rate, double* out) {
+  out[kPieceInverseHalf] = 0;
+  out[kPieceRate] = rate;
+  out[kPieceSeries] = position;
+}
+
+void write_piece(const JointPiece& piece, const LinkTable& table, double* out) {
+  if (coefficients(piece) > table.series) {
+    throw std::invalid_argument("lane_motion: a trajectory has more coefficients than the structure provides for");
+  }
+  double begin = piece.begin, length = piece.end - piece.begin;
+  if (const auto* path = std::get_if<JointPath>(&piece.shape)) {
+    const std::vector<double> series = path_series(*path);
+    std::copy(series.begin(), series.end(), out + kPieceSeries);
+    length = path->duration;
+    if (path->profile == JointProfile::cycloidal) out[kPieceTravel] = path->end - path->start;
+  } else {
+    const std::vector<double>& series = std::get<ChebyshevPiece>(piece.shape).coefficients;
+    std::copy(series.begin(), series.end(), out + kPieceSeries);
+  }
+  out[kPieceMiddle] = begin + 0.5 * length;
+  out[kPieceInverseHalf] = 2 / length;
+}
+
+// What holds at the time `inside`, see evaluate(JointTrajectory, t, inside). `out` is zero before.
+void write_trajectory(const JointTrajectory& trajectory, double inside, const LinkTable& table, double* out) {
+  const std::vector<JointPiece>& pieces = trajectory.pieces;
+  if (pieces.empty()) return;
+  if (inside < pieces.front().begin || inside >= pieces.back().end) {
+    const JointPoint held = evaluate(trajectory, inside, inside);
+    if (table.drive == LaneDrive::prescribed && std::abs(held.rate) > kRest) {
+      throw std::invalid_argument(kStandsWithRate);
+    }
+    return write_hold(held.position, held.rate, out);
+  }
+  const auto next =
+      std::upper_bound(pieces.begin(), pieces.end(), inside, [](double x, const JointPiece& p) { return x < p.begin; });
+  write_piece(*(next - 1), table, out);
+}
+
+// --- Numbers of links -----------------------------------------------------------------------------------------------
+
+void write_link(const TreeLink<double>& link, double* out) {
+  out[kLinkMass] = link.inertia.mass;
+  const Symmetric3d& J = link.inertia.rotational;
+  const double rotational[6] = {J.xx, J.yy, J.zz, J.xy, J.xz, J.yz};
+  std::copy(rotational, rotational + 6, out + kLinkRotational);
+  for (int k = 0; k < 3; ++k) {
+    out[kLinkFirstMoment + k] = link.inertia.first_moment[k];
+    out[kLinkPosition + k] = link.X_PF.p[k];
+    for (int c = 0; c < 3; ++c) out[kLinkRotation + 3 * k + c] = link.X_PF.R(k, c);
+  }
+  out[kLinkArmature] = link.armature;
+}
+
+bool matches(const LinkTable& own, const LinkTable& shared) {
+  const bool same_tree = own.parent == shared.parent && own.joint == shared.joint && own.axis == shared.axis &&
+                         own.q == shared.q && own.v == shared.v && own.sign == shared.sign && own.drive == shared.drive;
+  const auto allowed = [](bool needed, bool provided) { return provided || !needed; };
+  return same_tree && allowed(own.rotated, shared.rotated) && allowed(own.has_armature, shared.has_armature) &&
+         allowed(own.is_viscous, shared.is_viscous) && allowed(own.has_coulomb, shared.has_coulomb) &&
+         allowed(own.tones >= 0, shared.tones >= 0);
+}
+
+}  // namespace
+
+std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
+  if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
+  if (!setup.closures.empty()) return "loops are closed";
+  if (dot(setup.gravity, setup.gravity) > 0) return "there is gravity";
+  if (!setup.loads.empty()) return "there are external loads";
+  if (setup.attitude) return "a base is under attitude control";
+  if (setup.held_root >= 0) return "a base is held";
+  if (!setup.drives.empty() && setup.drives.size() != model.joints().size()) return "drives do not match the joints";
+  for (const TreeLink<double>& link : model.tree().links) {
+    if (link.parent < 0 && link.joint != LinkJoint::root_free) return "a root is not free";
+  }
+  return {};
+}
+
+std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration, double t0,
+                          double t1) {
+  const std::string obstacle = lane_obstacle(model, setup, integration);
+  if (!obstacle.empty()) return obstacle;
+  double begin = t0;
+  for (double end : interval_ends(model, setup, t0, t1)) {
+    const double inside = 0.5 * (begin + end);
+    for (const JointDrive& drive : setup.drives) {
+      const std::vector<JointPiece>& pieces = drive.trajectory.pieces;
+      if (drive.control != JointControl::prescribed || pieces.empty()) continue;
+      const bool beyond = inside < pieces.front().begin || inside >= pieces.back().end;
+      if (beyond && std::abs(evaluate(drive.trajectory, inside, inside).rate) > kRest) return kStandsWithRate;
+    }
+    begin = end;
+  }
+  return {};
+}
+
+LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration,
+                             int least_series) {
+  const std::string obstacle = lane_obstacle(model, setup, integration);
+  if (!obstacle.empty()) throw std::invalid_argument("lane_structure: " + obstacle);
+  LaneStructure s;
+  s.links = link_tables(model, setup);
+  s.coordinates = model.coordinates();
+  s.velocities = model.velocities();
+  s.quaternions = model.quaternions();
+  s.recover_roots = setup.recover_roots;
+  s.integration = integration;
+  for (LinkTable& link : s.links) {
+    if (link.drive == LaneDrive::free) continue;
+    link.series = std::max(link.series, least_series);
+    link.piece = s.piece_numbers;
+    s.piece_numbers += kPieceSeries + link.series;
+    if (link.tones < 0) continue;
+    link.tones = s.noise_numbers;
+    s.noise_numbers += kNoiseNumbers;
+  }
+  return s;
+}
+
+std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, const Model& model,
+                                              const PhaseSetup& setup, double t0, double t1) {
+  if (!(t1 >= t0)) throw std::invalid_argument("lane_motion: the end lies before the start");
+  auto motion = std::make_shared<LaneMotion>();
+  motion->start_time = t0;
+  motion->end_time = t1;
+  const std::size_t block = 1 + static_cast<std::size_t>(structure.piece_numbers);
+  double begin = t0;
+  for (double end : interval_ends(model, setup, t0, t1)) {
+    motion->intervals.resize(motion->intervals.size() + block);
+    double* out = motion->intervals.data() + motion->intervals.size() - block;
+    *out++ = end;
+    for (std::size_t j = 0; j < model.joints().size(); ++j) {
+      const JointDrive& drive = drive_of(setup, j);
+      if (drive.control == JointControl::free) continue;
+      const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
+      const LinkTable& table = structure.links.at(static_cast<std::size_t>(body.placement.link));
+      if (table.piece < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
+        throw std::invalid_argument("lane_motion: a joint is driven otherwise than the structure has it");
+      }
+      write_trajectory(drive.trajectory, 0.5 * (begin + end), table, out + table.piece);
+    }
+    begin = end;
+  }
+  return motion;
+}
+
+void lane_case(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, const State& state,
+               std::shared_ptr<const LaneMotion> motion, LaneCase& result) {
+  const std::vector<LinkTable> own = link_tables(model, setup);
+  bool same = own.size() == structure.links.size() && structure.coordinates == model.coordinates();
+  for (std::size_t n = 0; same && n < own.size(); ++n) same = matches(own[n], structure.links[n]);
+  if (!same) throw std::invalid_argument("lane_case: the model or what drives it has another structure");
+  const auto numbers_of = [&](int link) { return result.links.data() + static_cast<long>(link) * kLinkNumbers; };
+  result.links.assign(own.size() * kLinkNumbers, 0.0);
+  for (std::size_t n = 0; n < own.size(); ++n) write_link(model.tree().links[n], numbers_of(static_cast<int>(n)));
+  result.noise.assign(static_cast<std::size_t>(structure.noise_numbers), 0.0);
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
+    const JointDrive& drive = drive_of(setup, j);
+    const JointDescription& joint = body.description.joint;
+    double* out = numbers_of(body.placement.link);
+    out[kLinkKp] = drive.kp, out[kLinkKd] = drive.kd;
+    out[kLinkEffort] = joint.limits.effort;
+    out[kLinkViscous] = joint.friction.viscous, out[kLinkCoulomb] = joint.friction.coulomb;
+    out[kLinkInverseTransition] = 1 / joint.friction.transition_rate;
+    const std::vector<NoiseSignal::Tone>& tones = drive.noise.tones();
+    if (drive.control == JointControl::free || tones.empty()) continue;
+    double* noise = result.noise.data() + structure.links[static_cast<std::size_t>(body.placement.link)].tones;
+    noise[0] = drive.noise.amplitude();
+    for (int k = 0; k < kTones; ++k) {
+      noise[1 + 2 * k] = tones[static_cast<std::size_t>(k)].angular_frequency;
+      noise[2 + 2 * k] = tones[static_cast<std::size_t>(k)].phase;
+    }
+  }
+  result.q = state.q;
+  result.v = state.v;
+  result.motion = std::move(motion);
+}
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,44 @@
+#pragma once
+
+/// @file
+/// From a model and a phase's setup to what run_lanes() integrates: the structure that cases share, and the numbers of
+/// one. Thread safety: pure functions.
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "grapnel/dynamics/state.hpp"
+#include "grapnel/lanes/lane_phase.hpp"
+#include "grapnel/simulate/phase_dynamics.hpp"
+
+namespace grapnel::lanes {
+
+/// Why run_lanes() cannot integrate such a phase; empty if it can. It knows no forces from outside (gravity, loads,
+/// attitude control, fixed or held roots), no closed loops and no method but adaptive_8.
+std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
+/// The same for the phase from t0 to t1, in which a prescribed joint must not stand still with a rate, as it would
+/// beyond the end of a trajectory that does not end at rest: roots' motion is integrated within steps, and follows from
+/// a motion of the joints only where that is one.
+std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration, double t0,
+                          double t1);
+
+/// The structure of a phase. Cases made for it may differ from this one in all numbers, but for joints whose axes would
+/// turn from one coordinate axis to another. `least_series`: coefficients to provide for in every piece of a
+/// trajectory, where cases' own trajectories may be of higher degree than this one's.
+/// @throws std::invalid_argument with lane_obstacle() if there is one.
+LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration,
+                             int least_series = 6);
+
+/// The driven joints' trajectories from t0 to t1 >= t0, broken where any is not smooth.
+/// @throws std::invalid_argument if t1 < t0, a piece has more coefficients than the structure provides for, or a
+/// prescribed joint would stand still with a rate (see lane_obstacle).
+std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, const Model& model,
+                                              const PhaseSetup& setup, double t0, double t1);
+
+/// A case that starts from `state` and follows `motion`. Reuses what is in `result`.
+/// @throws std::invalid_argument if model or setup have another structure.
+void lane_case(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, const State& state,
+               std::shared_ptr<const LaneMotion> motion, LaneCase& result);
+
+}  // namespace grapnel::lanes

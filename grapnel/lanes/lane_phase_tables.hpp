@@ -1,0 +1,133 @@
+#pragma once
+
+/// @file
+/// What the lane stepper reads and writes: plain tables of numbers, the only thing that passes between portable code
+/// and the translation units of the instruction sets (no containers: what those units compile must not be linked into
+/// portable code). Everything here is filled by run_lanes(); see lane_phase.hpp for what the numbers mean. Thread
+/// safety: plain values.
+
+#include <cstdint>
+
+#include "grapnel/model/tree.hpp"
+
+namespace grapnel::lanes {
+
+enum class LaneDrive : std::uint8_t { free, pd, computed_torque, prescribed };
+
+/// A link of the tree, as all cases have it.
+struct LinkTable {
+  int parent;
+  LinkJoint joint;
+  std::uint8_t axis;
+  bool rotated;
+  bool has_armature;
+  LaneDrive drive;
+  bool is_viscous;
+  bool has_coulomb;
+  bool is_cycloidal;  // some piece of its trajectory is
+  int q;
+  int v;
+  double sign;
+  int piece;   // where its part of an interval's block begins; -1: not driven
+  int series;  // coefficients in it
+  int tones;   // where its part of the noise block begins; -1: silent
+  bool operator==(const LinkTable&) const = default;
+};
+
+/// A link's numbers in a record: mass, first moment (3), rotational inertia xx yy zz xy xz yz, X_PF.p (3), X_PF.R (9,
+/// row by row), armature, kp, kd, effort, viscous, coulomb, 1/transition rate.
+inline constexpr int kLinkMass = 0, kLinkFirstMoment = 1, kLinkRotational = 4, kLinkPosition = 10, kLinkRotation = 13,
+                     kLinkArmature = 22, kLinkKp = 23, kLinkKd = 24, kLinkEffort = 25, kLinkViscous = 26,
+                     kLinkCoulomb = 27, kLinkInverseTransition = 28, kLinkNumbers = 29;
+
+/// An interval's block: its end time, then for every driven link its piece: middle and inverse half length [s, 1/s],
+/// rate beside the series' (beyond a trajectory's ends), travel of a cycloid, then the series' coefficients.
+inline constexpr int kPieceMiddle = 0, kPieceInverseHalf = 1, kPieceRate = 2, kPieceTravel = 3, kPieceSeries = 4;
+
+/// Tones of a joint's noise: amplitude, then pairs of angular frequency and phase.
+inline constexpr int kTones = 24;
+inline constexpr int kNoiseNumbers = 1 + 2 * kTones;
+
+/// What all cases of a run share.
+struct PhaseTables {
+  const LinkTable* links;
+  int link_count;
+  int coordinates;
+  int velocities;
+  const int* quaternions;  // offsets of the coordinates' quaternions
+  int quaternion_count;
+  int piece_numbers;  // of an interval's block, without the end time
+  int noise_numbers;
+  int dimension;  // of the error norm
+  bool recovers;  // roots from conserved momenta
+  double relative_tolerance;
+  double absolute_tolerance;
+  double max_step;
+  std::int64_t max_steps;
+};
+
+/// One case.
+struct CaseRecord {
+  double start_time;
+  double end_time;
+  double max_step;          // beside the tables'
+  const double* links;      // kLinkNumbers each
+  const double* q;          // coordinates
+  const double* v;          // velocities
+  const double* intervals;  // blocks of 1 + piece_numbers
+  const double* noise;
+};
+
+enum class LaneStatus : std::uint8_t { finished, step_too_small, too_many_steps, non_finite };
+
+/// Momentum and energy of a whole system at one instant.
+struct LaneBooks {
+  double linear[3];       // in W
+  double angular[3];      // about the system's centre of mass, in W
+  double com[3];          // in W
+  double kinetic_energy;  // [J]
+  double linear_scale;    // sum |m v|
+  double angular_scale;   // sum (|I w| + |r x m v|), r from the system's centre of mass
+};
+
+/// A case at its start, or after an accepted step.
+struct CaseLook {
+  double time;
+  const double* q;
+  const double* v;
+  const double* motor;  // effort per link [N m or N]; zero where none is driven
+};
+
+/// What became of a case.
+struct CaseResult {
+  LaneStatus status;
+  double time;      // reached
+  const double* q;  // there
+  const double* v;
+  double motor_work;     // [J]
+  double friction_work;  // [J]
+  std::int64_t steps;
+  std::int64_t rejected;
+  std::int64_t evaluations;
+  double quaternion_defect;
+  LaneBooks start;
+  LaneBooks end;
+  double linear_deviation;
+  double angular_deviation;
+  double linear_scale;
+  double angular_scale;
+  double largest_energy;
+  double work_residual;
+};
+
+/// Where cases come from and results go; called from the stepper, in lane order.
+struct CaseExchange {
+  void* context;
+  /// The next case for a lane, valid until the lane's result has been taken; false: there is none.
+  bool (*next)(void* context, int lane, CaseRecord& record);
+  void (*done)(void* context, int lane, const CaseResult& result);
+  /// Shows a lane's case at its start and after every accepted step; null: nobody looks.
+  void (*look)(void* context, int lane, const CaseLook& look);
+};
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,50 @@
+#pragma once
+
+/// @file
+/// Eight cases of one random tree structure with numbers of their own, and the lane kernels run on them. Thread safety:
+/// plain values.
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "grapnel/lanes/dispatch.hpp"
+#include "support/random_robot.hpp"
+
+namespace grapnel::lanes::testing {
+
+inline constexpr int kCases = 8;
+
+/// One case: a tree, its state, and what acts on it.
+struct LaneCase {
+  Tree<double> tree;
+  std::vector<double> q, v, force, acceleration;
+  std::vector<Wrenchd> link_wrench;
+  Vector3d gravity;
+  double elapsed;
+};
+
+/// What the kernels make of a case. Momenta have kRootNumbers entries per root; motion has eighteen per link, as
+/// KernelTable says.
+struct LaneResults {
+  std::vector<double> vdot, force, inverse, momenta, q, v, motion;
+};
+
+/// Robot `index`: branched, spherical and prismatic joints, rotors, up to two targets. Each case has its own masses,
+/// inertias, offsets and rotors, state and forces. About a third of the one-degree-of-freedom joints and spherical ones
+/// are prescribed in the same way in all cases.
+struct CaseSet {
+  std::array<LaneCase, kCases> cases;
+  std::vector<std::uint8_t> prescribed;
+};
+CaseSet random_cases(int index);
+
+/// The double kernels on one case.
+LaneResults double_results(const LaneCase& c, const std::vector<std::uint8_t>& prescribed);
+
+/// The set's kernels on all cases, `order[i]` being the case at place i of packs filled one after the other; results in
+/// the order of the cases.
+std::array<LaneResults, kCases> lane_results(InstructionSet set, const CaseSet& cases,
+                                             const std::array<int, kCases>& order = {0, 1, 2, 3, 4, 5, 6, 7});
+
+}  // namespace grapnel::lanes::testing

@@ -1,0 +1,162 @@
+// Packs against plain doubles with std::fma where the grammar fuses, bit by bit, for every instruction set that runs
+// here. Compiled with -ffp-contract=off.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "grapnel/lanes/dispatch.hpp"
+#include "lanes/pack_checks.hpp"
+
+namespace grapnel::lanes {
+namespace {
+
+using namespace testing;
+
+const PackChecks& checks(InstructionSet set) {
+#ifdef GRAPNEL_LANES_X86
+  if (set == InstructionSet::sse2) return pack_checks_sse2;
+  if (set == InstructionSet::avx2) return pack_checks_avx2;
+  if (set == InstructionSet::avx512) return pack_checks_avx512;
+#endif
+  return pack_checks_one_lane;
+}
+
+// All pairs and triples of these, then random ones whose products and sums cancel.
+struct Triples {
+  std::vector<double> a, b, c;
+  void add(double x, double y, double z) { a.push_back(x), b.push_back(y), c.push_back(z); }
+  int count() const { return static_cast<int>(a.size()); }
+};
+Triples triples() {
+  Triples t;
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  const double special[] = {0.0, -0.0, 1.0, -1.0, 0.1, 3.0, -1e-308, 5e-324, 1e308, -1e308, inf, -inf, nan, 1 + 1e-15};
+  for (const double x : special) {
+    for (const double y : special) {
+      for (const double z : special) t.add(x, y, z);
+    }
+  }
+  std::mt19937_64 generator(3);
+  std::uniform_real_distribution<double> uniform(-2, 2);
+  for (int i = 0; i < 4000; ++i) {
+    const double x = uniform(generator), y = uniform(generator);
+    t.add(x, y, i % 2 == 0 ? -x * y : uniform(generator));
+  }
+  while (t.count() % 8 != 0) t.add(1, 2, 3);
+  return t;
+}
+
+double expected(PackResult k, double a, double b, double c, bool fused) {
+  const auto fma = [fused](double x, double y, double z) { return fused ? std::fma(x, y, z) : x * y + z; };
+  switch (k) {
+    case kSum:
+      return a + b;
+    case kDifference:
+      return a - b;
+    case kProduct:
+      return a * b;
+    case kQuotient:
+      return a / b;
+    case kNegative:
+      return -a;
+    case kRoot:
+      return std::sqrt(a);
+    case kMagnitude:
+      return std::abs(a);
+    case kSmaller:
+      return a < b ? a : b;
+    case kLarger:
+      return a > b ? a : b;
+    case kProductPlus:
+    case kPlusProduct:
+    case kAddedProduct:
+      return fma(a, b, c);
+    case kProductMinus:
+      return fma(a, b, -c);
+    case kMinusProduct:
+    case kTakenProduct:
+    case kNegativeProduct:
+      return fma(-a, b, c);
+    case kTwoProducts:
+      return fma(a, b, b * c);
+    case kProductsApart:
+      return fma(a, b, -(b * c));
+    case kThreeProducts:
+      return fma(-c, a, fma(a, b, b * c));
+    case kMixed:
+      return 2 * fma(-0.5, b, a) / 3;
+    case kSelected:
+      return a * b < c ? a : b;
+    case kEqual:
+      return a == b;
+    case kUnequal:
+      return a != b;
+    case kLess:
+      return a < b;
+    case kLessOrEqual:
+      return a <= b;
+    case kGreater:
+      return a > b;
+    case kGreaterOrEqual:
+      return a >= b;
+    case kBoth:
+      return a < b && b < c;
+    case kEither:
+      return a < b || b < c;
+    case kNeither:
+      return !(a < b || b < c);
+    default:
+      return std::numeric_limits<double>::quiet_NaN();
+  }
+}
+
+bool same(double x, double y) {
+  return (std::isnan(x) && std::isnan(y)) || std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+}
+
+class PackTest : public ::testing::TestWithParam<InstructionSet> {};
+
+TEST_P(PackTest, ArithmeticRoundsAsTheGrammarSays) {
+  const PackChecks& pack = checks(GetParam());
+  const bool fused = GetParam() != InstructionSet::sse2;
+  const Triples t = triples();
+  std::vector<double> out(static_cast<std::size_t>(kPackResults * t.count()));
+  pack.arithmetic(t.a.data(), t.b.data(), t.c.data(), out.data(), t.count());
+  for (int k = 0; k < kPackResults; ++k) {
+    for (int i = 0; i < t.count(); ++i) {
+      const double x = out[static_cast<std::size_t>(k * t.count() + i)];
+      const double y = expected(static_cast<PackResult>(k), t.a[i], t.b[i], t.c[i], fused);
+      ASSERT_TRUE(same(x, y)) << "result " << k << " of " << t.a[i] << ", " << t.b[i] << ", " << t.c[i] << ": " << x
+                              << " instead of " << y;
+    }
+  }
+}
+
+// The test before would not notice a set that never fuses if no case depended on it.
+TEST_P(PackTest, SomeProductsNeedOneRounding) {
+  const Triples t = triples();
+  int different = 0;
+  for (int i = 0; i < t.count(); ++i) {
+    different += !same(expected(kProductPlus, t.a[i], t.b[i], t.c[i], true),
+                       expected(kProductPlus, t.a[i], t.b[i], t.c[i], false));
+  }
+  EXPECT_GT(different, 1000);
+}
+
+TEST_P(PackTest, MasksAndLanesAreReadAndWrittenOneByOne) { EXPECT_EQ(checks(GetParam()).masks(), 0); }
+
+TEST_P(PackTest, WidthIsTheSets) {
+  EXPECT_EQ(checks(GetParam()).width, lane_count(GetParam()));
+  EXPECT_EQ(kernels(GetParam()).width, lane_count(GetParam()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Sets, PackTest, ::testing::ValuesIn(supported_instruction_sets()),
+                         [](const auto& set) { return std::string(name(set.param)); });
+
+}  // namespace
+}  // namespace grapnel::lanes
