@@ -9,6 +9,7 @@
 
 #include "grapnel/capture/capture_goals.hpp"
 #include "grapnel/capture/flown_solution.hpp"
+#include "grapnel/capture/motion_pieces.hpp"
 #include "grapnel/capture/phase_setups.hpp"
 #include "grapnel/capture/problem_lookup.hpp"
 #include "grapnel/plan/reach.hpp"
@@ -28,10 +29,11 @@ struct Unplannable : std::runtime_error {
 // One plan, leg by leg. Joints are those of the servicer alone, which are the robot's in the same order.
 class Planner {
  public:
-  Planner(const CaptureProblem& problem, const TargetPlan& targets, ApproachPlan& plan)
+  Planner(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail, ApproachPlan& plan)
       : problem_(problem),
         approach_(*problem.approach),
         targets_(targets),
+        detail_(detail),
         plan_(plan),
         servicer_(make_servicer(problem)),
         start_state_(initial_servicer_state(problem, servicer_)),
@@ -52,8 +54,8 @@ class Planner {
   }
 
   void run() {
-    if (approach_.sampled) {
-      follow_samples();
+    if (approach_.sampled || !approach_.pieces.empty()) {
+      follow_stated();
     } else {
       for (const Waypoint& w : approach_.waypoints) pass(w);
       const double final_leg_end = approach_.duration - (approach_.straight_in ? approach_.straight_in->duration : 0);
@@ -79,8 +81,12 @@ class Planner {
   // Flies a leg to final values and goes on from there.
   void advance(double end, const std::vector<double>& position, const std::vector<double>& rate) {
     Leg leg(base_, leg_to(end), motion_, 1e-12, 1e-14);
-    const LegEnd at_end = leg.fly(position, rate, false);
-    if (!at_end.finished) throw std::runtime_error("planning the approach: " + at_end.failure);
+    LegEnd at_end;
+    // Where the base then is matters to what follows, and as a check.
+    if (end < approach_.duration || detail_ == CaptureDetail::full) {
+      at_end = leg.fly(position, rate, false);
+      if (!at_end.finished) throw std::runtime_error("planning the approach: " + at_end.failure);
+    }
     for (std::size_t j = 0; j < position.size(); ++j) {
       plan_.joints[j].pieces.push_back({time_, end, leg.path(static_cast<int>(j), position[j], rate[j])});
     }
@@ -437,13 +443,18 @@ class Planner {
     }
   }
 
-  // --- Samples ------------------------------------------------------------------------------------------------------
+  // --- Stated motion ------------------------------------------------------------------------------------------------
 
-  void follow_samples() {
+  JointTrajectory stated(std::size_t joint) const {
+    if (!approach_.sampled) return trajectory_of(approach_.pieces, joint);
     const SampledMotion& s = *approach_.sampled;
+    return interpolate_samples(s.times, s.positions[joint],
+                               s.rates.empty() ? std::span<const double>{} : std::span(s.rates[joint]));
+  }
+
+  void follow_stated() {
     for (std::size_t j = 0; j < plan_.joints.size(); ++j) {
-      plan_.joints[j] = interpolate_samples(s.times, s.positions[j],
-                                            s.rates.empty() ? std::span<const double>{} : std::span(s.rates[j]));
+      plan_.joints[j] = stated(j);
       const JointPoint end = evaluate(plan_.joints[j], approach_.duration);
       position_[j] = end.position, rate_[j] = end.rate;
     }
@@ -452,6 +463,7 @@ class Planner {
   const CaptureProblem& problem_;
   const ApproachSetup& approach_;
   const TargetPlan& targets_;
+  const CaptureDetail detail_;
   ApproachPlan& plan_;
   CaptureSystem servicer_;
   State start_state_;
@@ -464,9 +476,9 @@ class Planner {
 
 }  // namespace
 
-ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets) {
+ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail) {
   ApproachPlan plan;
-  Planner planner(problem, targets, plan);
+  Planner planner(problem, targets, detail, plan);
   try {
     planner.run();
   } catch (const Unplannable& error) {

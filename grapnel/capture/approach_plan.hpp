@@ -4,6 +4,9 @@
 /// The reference that the joints follow in the approach: legs from waypoint to waypoint, final joint values given or
 /// found by planning, the last piece straight in along the approach direction. Thread safety: pure functions.
 
+#include <optional>
+
+#include "grapnel/capture/capture_detail.hpp"
 #include "grapnel/capture/target_motion.hpp"
 #include "grapnel/result/plan_report.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
@@ -18,7 +21,14 @@ struct ApproachPlan {
 };
 
 /// Plans the approach of a problem whose targets move as `targets` says. The plan assumes that the joints follow it
-/// exactly. @throws std::runtime_error if an integration fails.
-ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets);
+/// exactly. With `detail` columns the base's way along the last leg is not looked at, if nothing depends on it.
+/// @throws std::runtime_error if an integration fails.
+ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets,
+                           CaptureDetail detail = CaptureDetail::full);
+
+/// The same where nothing has to be worked out: final joint values and rates are stated, and there is one leg, or the
+/// motion is stated piece by piece. Else nothing. `system`: of the problem, with or without targets. The base's way is
+/// not looked at.
+std::optional<ApproachPlan> stated_approach(const CaptureProblem& problem, const CaptureSystem& system);
 
 }  // namespace grapnel

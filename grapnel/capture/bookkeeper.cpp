@@ -48,16 +48,18 @@ void Bookkeeper::begin_phase(bool controlled) {
   phase_started_ = false;
 }
 
-void Bookkeeper::check_momentum(const SystemBooks& books, const Momentumd& entered) {
+Bookkeeper::Deviation Bookkeeper::check_momentum(const SystemBooks& books, const Momentumd& entered) {
   if (!started_) expected_ = books.about_origin;
   started_ = true;
-  const Momentumd deviation = books.about_origin - (expected_ + entered);
-  raise(linear_, norm(deviation.linear));
+  const Momentumd difference = books.about_origin - (expected_ + entered);
   // The same deviation about the system's centre of mass, where it does not depend on where the origin is.
-  raise(angular_, norm(shift(deviation, books.com).angular));
+  const Deviation deviation{norm(difference.linear), norm(shift(difference, books.com).angular)};
+  raise(linear_, deviation.linear);
+  raise(angular_, deviation.angular);
   scale_.linear_momentum = std::max(scale_.linear_momentum, books.linear_scale);
   scale_.angular_momentum = std::max(scale_.angular_momentum, books.angular_scale);
   scale_.energy = std::max(scale_.energy, books.kinetic_energy);
+  return deviation;
 }
 
 void Bookkeeper::instant(const SystemBooks& books) { check_momentum(books, Momentumd::zero()); }
@@ -68,6 +70,16 @@ void Bookkeeper::sample(const SystemBooks& books, const PhaseIntegrals& integral
   phase_started_ = true;
   const double work = integrals.motor_work + integrals.friction_work + integrals.external_work;
   raise(controlled_ ? work_energy_ : energy_, std::abs(books.kinetic_energy - phase_energy_ - work));
+}
+
+void Bookkeeper::take(const PhaseMeasures& measures) {
+  const Deviation before = check_momentum(measures.start, Momentumd::zero());
+  raise(linear_, before.linear + measures.linear_deviation);
+  raise(angular_, before.angular + measures.angular_deviation);
+  raise(controlled_ ? work_energy_ : energy_, measures.work_energy_residual);
+  scale_.linear_momentum = std::max(scale_.linear_momentum, measures.scale.linear_momentum);
+  scale_.angular_momentum = std::max(scale_.angular_momentum, measures.scale.angular_momentum);
+  scale_.energy = std::max(scale_.energy, measures.scale.energy);
 }
 
 void Bookkeeper::end_phase(const PhaseIntegrals& integrals) { expected_ += integrals.external_impulse; }

@@ -25,6 +25,15 @@ SystemBooks system_books(const Model& model, const Kinematics& kinematics, const
 Momentumd group_momentum(const Model& model, const Kinematics& kinematics, std::span<const int> bodies,
                          const Vector3d& p_W);
 
+/// What the books need of a phase that somebody else has looked at, as closely as it deserves.
+struct PhaseMeasures {
+  SystemBooks start;                // as the phase began
+  double linear_deviation = 0;      // largest |p(t) - p(start) - external impulse| [N s]
+  double angular_deviation = 0;     // the same of the angular momentum, about the system's centre of mass [N m s]
+  double work_energy_residual = 0;  // largest |T(t) - T(start) - work of motors, friction and external forces| [J]
+  LedgerScale scale;                // largest in the phase
+};
+
 class Bookkeeper {
  public:
   /// A phase begins. In a controlled phase motors work and the work-energy balance is kept; in another the energy
@@ -32,6 +41,10 @@ class Bookkeeper {
   void begin_phase(bool controlled);
   /// One sample; the first ever defines what is conserved.
   void sample(const SystemBooks& books, const PhaseIntegrals& integrals);
+  /// Instead of all samples of a phase: its measures. Deviations add to those that there were at its start.
+  void take(const PhaseMeasures& measures);
+  /// Whether there has been any sample.
+  bool started() const { return started_; }
   /// An instant between phases: momentum is checked, energy may jump.
   void instant(const SystemBooks& books);
   /// The phase's last integrals, so that the next phase goes on from there.
@@ -44,7 +57,10 @@ class Bookkeeper {
   void write(Ledger& ledger) const;
 
  private:
-  void check_momentum(const SystemBooks& books, const Momentumd& entered);
+  struct Deviation {
+    double linear, angular;
+  };
+  Deviation check_momentum(const SystemBooks& books, const Momentumd& entered);
 
   bool started_ = false;
   bool controlled_ = false;

@@ -174,13 +174,21 @@ struct SampledMotion {
   std::vector<std::vector<double>> rates;      // likewise; empty: a spline chooses them
 };
 
+/// A piece of joint motion as polynomials. It begins where and when the one before ends, the first at t = 0.
+struct MotionPiece {
+  double until = 0;  // [s], from the start of the approach
+  /// Per joint: coefficients in Chebyshev polynomials of the first kind over the piece's time, as in ChebyshevPiece.
+  std::vector<std::vector<double>> series;
+};
+
 struct ApproachSetup {
   double duration = 0;  // T [s]
   JointProfile profile = JointProfile::quartic;
-  /// Where the joints go: exactly one of these three.
+  /// Where the joints go: exactly one of these four.
   std::vector<double> final_position;  // per joint
   std::optional<PlanSetup> plan;
   std::optional<SampledMotion> sampled;
+  std::vector<MotionPiece> pieces;  // the last until T
 
   std::optional<std::vector<double>> final_rates;  // given; else by `match`; else zero
   std::optional<RateMatch> match;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/capture/motion_pieces.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
@@ -106,12 +107,25 @@ void check_samples(const SampledMotion& s, std::size_t joints, std::vector<std::
         "approach: a sampled motion needs increasing times, at least two, and for every joint a finite value at each");
 }
 
+void check_pieces(const ApproachSetup& approach, std::size_t joints, std::vector<std::string>& faults) {
+  bool good = approach.pieces.back().until == approach.duration;
+  double begin = 0;
+  for (const MotionPiece& piece : approach.pieces) {
+    good = good && piece.until > begin && piece.series.size() == joints;
+    begin = piece.until;
+    for (const std::vector<double>& series : piece.series) good = good && !series.empty() && finite(series);
+  }
+  if (!good)
+    faults.push_back(
+        "approach: pieces need increasing ends, the last the approach's, and for every joint finite coefficients");
+}
+
 // Where the joints go: exactly one way of saying it.
 void check_way(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
   const ApproachSetup& approach = *problem.approach;
-  const int ways = (approach.plan ? 1 : 0) + (approach.sampled ? 1 : 0);
+  const int ways = (approach.plan ? 1 : 0) + (approach.sampled ? 1 : 0) + (approach.pieces.empty() ? 0 : 1);
   if (ways > 1 || (ways == 1 && !approach.final_position.empty()))
-    faults.push_back("approach: give one of final positions, plan and samples");
+    faults.push_back("approach: give one of final positions, plan, samples and pieces");
   if (ways == 0 && approach.final_position.size() != joints) {
     faults.push_back(fmt::format("approach: final joint positions: {} values for {} joints",
                                  approach.final_position.size(), joints));
@@ -125,11 +139,11 @@ void check_way(const CaptureProblem& problem, std::size_t joints, std::vector<st
     if (!guess.empty() && (guess.size() != joints || !finite(guess)))
       faults.push_back(fmt::format("approach: plan: guess: {} values for {} joints", guess.size(), joints));
   }
-  if (approach.sampled) {
-    check_samples(*approach.sampled, joints, faults);
-    if (approach.match || approach.final_rates || !approach.waypoints.empty())
-      faults.push_back("approach: samples say it all: no final rates and no waypoints beside them");
-  }
+  if (approach.sampled) check_samples(*approach.sampled, joints, faults);
+  if (!approach.pieces.empty()) check_pieces(approach, joints, faults);
+  if ((approach.sampled || !approach.pieces.empty()) &&
+      (approach.match || approach.final_rates || !approach.waypoints.empty()))
+    faults.push_back("approach: samples and pieces say it all: no final rates and no waypoints beside them");
   check_waypoints(problem, joints, faults);
   if (approach.straight_in) check_straight_in(problem, faults);
 }
@@ -184,7 +198,7 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
     if (approach->tracking.mode != TrackingSetup::Mode::ideal) {
       check_size(approach->tracking.kp, "approach: kp");
       check_size(approach->tracking.kd, "approach: kd");
-    } else if (approach->profile == JointProfile::quartic && !approach->sampled &&
+    } else if (approach->profile == JointProfile::quartic && !approach->sampled && approach->pieces.empty() &&
                std::any_of(problem.joint_rate.begin(), problem.joint_rate.end(), [](double r) { return r != 0; })) {
       faults.push_back(
           "approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");
@@ -345,12 +359,16 @@ State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem&
     const Body& body = system.model.bodies()[system.model.joints()[system.robot_joints[j]]];
     state.q[body.q] = problem.joint_position[j];
     if (!problem.joint_rate.empty()) state.v[body.v] = problem.joint_rate[j];
-    // Joints that follow samples exactly start as these do.
-    if (problem.approach && problem.approach->sampled &&
-        problem.approach->tracking.mode == TrackingSetup::Mode::ideal) {
-      const SampledMotion& s = *problem.approach->sampled;
+    // Joints that follow a stated motion exactly start as it does.
+    if (!problem.approach || problem.approach->tracking.mode != TrackingSetup::Mode::ideal) continue;
+    const ApproachSetup& approach = *problem.approach;
+    if (approach.sampled) {
+      const SampledMotion& s = *approach.sampled;
       const auto rates = s.rates.empty() ? std::span<const double>{} : std::span<const double>(s.rates[j]);
       const JointPoint first = evaluate(interpolate_samples(s.times, s.positions[j], rates), s.times.front());
+      state.q[body.q] = first.position, state.v[body.v] = first.rate;
+    } else if (!approach.pieces.empty()) {
+      const JointPoint first = evaluate(trajectory_of({approach.pieces.data(), 1}, j), 0);
       state.q[body.q] = first.position, state.v[body.v] = first.rate;
     }
   }

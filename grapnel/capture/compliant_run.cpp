@@ -221,7 +221,7 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
   }
   report.compliant = c;
   describe_held(task, outcome, report);
-  describe_change(task.problem, system, task.met, outcome.after, task.time, external, report);
+  describe_change(task.problem, system, task.met, outcome.after, external, report);
   describe_peaks(system.model, outcome, through, report);
 }
 

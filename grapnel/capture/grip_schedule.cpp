@@ -112,10 +112,10 @@ void GripSchedule::refuse(const std::vector<std::size_t>& grasps, const std::str
 
 void GripSchedule::release(std::size_t grasp, double time) { outcomes_[grasp]->released = time; }
 
-void GripSchedule::write(CaptureResult& result) const {
+void GripSchedule::write(double last_look, CaptureResult& result) const {
   if (!first_time_) return;
   result.capture_time = *first_time_;
-  const double end = result.series.time.empty() ? *first_time_ : result.series.time.back();
+  const double end = std::max(*first_time_, last_look);
   for (std::size_t i = 0; i < outcomes_.size(); ++i) {
     const GraspSetup& g = problem_.grasps[i];
     if (outcomes_[i]) {

@@ -37,8 +37,9 @@ class GripSchedule {
   void refuse(const std::vector<std::size_t>& grasps, const std::string& reason);
   void release(std::size_t grasp, double time);
 
-  /// What became of every grasp; nothing if the run did not come so far.
-  void write(CaptureResult& result) const;
+  /// What became of every grasp, in a run that was last looked at at the time `last_look`; nothing if the run did not
+  /// come so far.
+  void write(double last_look, CaptureResult& result) const;
 
   /// Whether a time is `now` within rounding.
   static bool is_now(double t, double now);

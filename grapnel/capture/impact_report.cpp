@@ -318,8 +318,7 @@ GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& cont
 }
 
 Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& system, const State& before,
-                          const State& after, double time, std::span<const ExternalImpulse> external,
-                          ImpactReport& report) {
+                          const State& after, std::span<const ExternalImpulse> external, ImpactReport& report) {
   const Model& model = system.model;
   const Kinematics k0 = forward_kinematics(model, before), k1 = forward_kinematics(model, after);
   report.body_impulses = body_impulses(model, k0, k1);
@@ -334,8 +333,8 @@ Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& sy
     report.joint_names.push_back(model.bodies()[model.joints()[j]].description.joint.name);
     report.joint_velocity_change.push_back(after.v[v] - before.v[v]);
   }
-  report.targets_before = describe(problem, system, before, time).targets;
-  report.targets_after = describe(problem, system, after, time).targets;
+  report.targets_before = describe_targets(problem, system, k0);
+  report.targets_after = describe_targets(problem, system, k1);
   const std::vector<Impulsed> through = joint_impulses(model, before, after, external);
   describe_reactions(system, k0, through, report);
   return from_ground(system, k0, through);
@@ -375,10 +374,12 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   report.rank = solution.rank;
   report.rows = solution.rows;
   report.loops = loop_gaps(problem, contact);
-  if (!rebounds) report.null_space = describe_impulses(contact.grasps, solution.null_space);
+  const bool full = task.detail == CaptureDetail::full;
+  if (full && !rebounds) report.null_space = describe_impulses(contact.grasps, solution.null_space);
   describe_held(task, solution, report);
-  outcome.from_ground = describe_change(problem, system, contact.state, outcome.after, task.time,
-                                        impulses_at(contact.grasps, solution), report);
+  outcome.from_ground =
+      describe_change(problem, system, contact.state, outcome.after, impulses_at(contact.grasps, solution), report);
+  if (!full) return outcome;
   add_measures(task, report);
   if (task.law == ImpactSetup::Law::plastic) add_sensitivities(task, report);
   if (task.already_closed > 0) {

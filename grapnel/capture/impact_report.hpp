@@ -3,6 +3,7 @@
 /// @file
 /// Solves the impact of a contact and writes its report. Thread safety: pure functions.
 
+#include "grapnel/capture/capture_detail.hpp"
 #include "grapnel/capture/contact.hpp"
 #include "grapnel/impact/impulse_reactions.hpp"
 #include "grapnel/impact/published_impact.hpp"
@@ -35,6 +36,7 @@ struct ImpactTask {
   std::size_t already_closed = 0;                    // grasps that hold already
   std::span<const HeldRate> held = {};               // rates that ideal drives, and brakes, keep or enforce
   ImpactSetup::Law law = ImpactSetup::Law::plastic;  // any but compliant
+  CaptureDetail detail = CaptureDetail::full;
 };
 /// @throws std::invalid_argument where the system is numerically singular; std::runtime_error where a contact law's
 /// solution does not converge.
@@ -43,8 +45,7 @@ ImpactOutcome run_impact(const ImpactTask& task);
 /// What an impact between two states changed, link by link: bodies, base, joints, targets, energies, and what joints
 /// passed on given the impulses from outside. Fills these parts of the report. The momentum that the ground put in.
 Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& system, const State& before,
-                          const State& after, double time, std::span<const ExternalImpulse> external,
-                          ImpactReport& report);
+                          const State& after, std::span<const ExternalImpulse> external, ImpactReport& report);
 
 /// One grasp before anything is known about its impulse.
 GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,

@@ -64,11 +64,18 @@ PhaseEnd describe(const CaptureProblem& problem, const CaptureSystem& system, co
     }
     end.end_effectors.push_back(e);
   }
+  end.targets = describe_targets(problem, system, k);
+  return end;
+}
+
+std::vector<BodyMotion> describe_targets(const CaptureProblem& problem, const CaptureSystem& system,
+                                         const Kinematics& k) {
+  std::vector<BodyMotion> targets;
   for (std::size_t t = 0; t < problem.targets.size(); ++t) {
     const int f = system.target_frames[t];
-    end.targets.push_back(motion(problem.targets[t].name, frame_pose(model, k, f), frame_twist(model, k, f)));
+    targets.push_back(motion(problem.targets[t].name, frame_pose(system.model, k, f), frame_twist(system.model, k, f)));
   }
-  return end;
+  return targets;
 }
 
 Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, TimeSeries& series)

@@ -16,6 +16,10 @@ namespace grapnel {
 /// The system at an instant, before or after the capture.
 PhaseEnd describe(const CaptureProblem& problem, const CaptureSystem& system, const State& state, double time);
 
+/// The targets alone.
+std::vector<BodyMotion> describe_targets(const CaptureProblem& problem, const CaptureSystem& system,
+                                         const Kinematics& kinematics);
+
 /// Collects samples of all phases under the same names.
 class Recorder {
  public:

@@ -81,13 +81,15 @@ std::vector<HeldRate> RunImpacts::rates_in_impact() const {
 // A sample outside any integration: just before and just after the impact.
 void RunImpacts::sample_contact() { sample_instant(run_.time, run_.state, {}); }
 void RunImpacts::sample_instant(double time, const State& state, std::span<const GripSample> grips) {
-  const std::vector<double> zeros(run_.system.model.joints().size(), 0.0);
   const Kinematics kinematics = forward_kinematics(run_.system.model, state);
   const SystemBooks books = system_books(run_.system.model, kinematics, state);
-  const PhaseIntegrals none;
   run_.bookkeeper.instant(books);
-  run_.recorder.sample(run_.system, kinematics, books, {time, state, none, zeros, zeros}, grips,
-                       run_.watches.instant(run_.system, kinematics));
+  run_.last_look = time;
+  if (!run_.recorder) return;
+  const std::vector<double> zeros(run_.system.model.joints().size(), 0.0);
+  const PhaseIntegrals none;
+  run_.recorder->sample(run_.system, kinematics, books, {time, state, none, zeros, zeros}, grips,
+                        run_.watches.instant(run_.system, kinematics));
 }
 
 // An instant of an impact in time; `closing`: the grasps of the problem that the sample has wrenches of.
@@ -109,12 +111,21 @@ Momentumd RunImpacts::momentum_about_origin(const State& state) const {
   return momentum_about(run_.free.model, forward_kinematics(run_.free.model, state), Vector3d::zero());
 }
 
-// The problem with some of its grasps.
-CaptureProblem RunImpacts::with_grasps(const std::vector<std::size_t>& grasps) const {
-  CaptureProblem problem = run_.problem;
-  problem.grasps.clear();
-  for (std::size_t i : grasps) problem.grasps.push_back(run_.problem.grasps[i]);
-  return problem;
+// The problem with some of its grasps. Problems are large: with all of them it is the problem itself.
+const CaptureProblem& RunImpacts::with_grasps(const std::vector<std::size_t>& grasps) {
+  bool all = grasps.size() == run_.problem.grasps.size();
+  for (std::size_t i = 0; all && i < grasps.size(); ++i) all = grasps[i] == i;
+  if (all) return run_.problem;
+  if (!part_) {
+    part_.emplace(run_.problem);
+    part_grasps_.clear();
+    part_->grasps.clear();
+  }
+  if (part_grasps_ == grasps) return *part_;
+  part_grasps_ = grasps;
+  part_->grasps.clear();
+  for (std::size_t i : grasps) part_->grasps.push_back(run_.problem.grasps[i]);
+  return *part_;
 }
 
 // The contact of the grips that close, by the rule for gaps, after those that hold already.
@@ -146,14 +157,14 @@ Contact RunImpacts::contact_of(const std::vector<std::size_t>& closing) {
 
 // Sizes fit by construction, so what the solver refuses are numbers: inertias that span more than doubles resolve.
 ImpactOutcome RunImpacts::solve_impact(const std::vector<std::size_t>& closing, const Contact& contact,
-                                       ImpactSetup::Law law) const {
+                                       ImpactSetup::Law law) {
   std::vector<std::size_t> all;
   for (const HeldGrip& grip : run_.grips) all.push_back(grip.grasp);
   all.insert(all.end(), closing.begin(), closing.end());
-  const CaptureProblem taking_part = with_grasps(all);
+  const CaptureProblem& taking_part = with_grasps(all);
   const std::vector<HeldRate> held = rates_in_impact();
   try {
-    return run_impact({taking_part, run_.free, contact, run_.time, run_.grips.size(), held, law});
+    return run_impact({taking_part, run_.free, contact, run_.time, run_.grips.size(), held, law, run_.detail});
   } catch (const std::invalid_argument& error) {
     throw RunFailure(
         fmt::format("impact at t = {:.6g} s: the system is numerically singular ({})", run_.time, error.what()));
@@ -162,14 +173,15 @@ ImpactOutcome RunImpacts::solve_impact(const std::vector<std::size_t>& closing, 
 
 // The contact of what closes, in the free system, with targets where the rule for gaps puts them.
 Contact RunImpacts::meet(const std::vector<std::size_t>& closing) {
-  run_.recorder.begin_phase(run_.next_name("contact"));
+  const std::string name = run_.next_name("contact");
+  if (run_.recorder) run_.recorder->begin_phase(name);
   if (run_.control.approaching) {
     for (std::size_t i : closing) settle_arm(i);
   }
   run_.to_free();
   Contact contact = contact_of(closing);
   // Before any sample there is nothing yet that a target put elsewhere could break.
-  if (!run_.result.series.time.empty())
+  if (run_.bookkeeper.started())
     run_.bookkeeper.enter(momentum_about_origin(contact.state) - momentum_about_origin(run_.state));
   run_.state = contact.state;
   return contact;
@@ -241,7 +253,7 @@ void RunImpacts::impact(const std::vector<std::size_t>& closing, ImpactSetup::La
 
 // The impact takes its time: grips and contacts yield meanwhile, then grips are rigid.
 void RunImpacts::yield(const std::vector<std::size_t>& closing) {
-  const CaptureProblem meeting = with_grasps(closing);
+  const CaptureProblem meeting = with_grasps(closing);  // a copy: others are asked for meanwhile
   Contact contact = meet(closing);
   const auto held_already = static_cast<std::ptrdiff_t>(run_.grips.size());
   contact.gaps.erase(contact.gaps.begin(), contact.gaps.begin() + held_already);

@@ -32,7 +32,8 @@ class RunImpacts {
   void sample_instant(double time, const State& state, std::span<const GripSample> grips);
   void sample_yielding(const std::vector<std::size_t>& closing, const CompliantSample& sample);
   Momentumd momentum_about_origin(const State& state) const;
-  CaptureProblem with_grasps(const std::vector<std::size_t>& grasps) const;
+  /// Valid until the next call.
+  const CaptureProblem& with_grasps(const std::vector<std::size_t>& grasps);
   Contact contact_of(const std::vector<std::size_t>& closing);
   Contact meet(const std::vector<std::size_t>& closing);
   void keep(ImpactReport report);
@@ -44,10 +45,11 @@ class RunImpacts {
   std::vector<double> brake_at_once(std::span<const HeldRate> held);
   void stiffen(const std::vector<std::size_t>& closing, ImpactReport& report);
   std::optional<BrakeReport> brake();
-  ImpactOutcome solve_impact(const std::vector<std::size_t>& closing, const Contact& contact,
-                             ImpactSetup::Law law) const;
+  ImpactOutcome solve_impact(const std::vector<std::size_t>& closing, const Contact& contact, ImpactSetup::Law law);
 
   RunState& run_;
+  std::optional<CaptureProblem> part_;  // the problem with part_grasps_ alone
+  std::vector<std::size_t> part_grasps_;
   std::size_t released_ = 0;  // of PostImpactSetup::releases
 };
 

@@ -4,14 +4,16 @@
 
 namespace grapnel {
 
-RunState::RunState(const CaptureProblem& the_problem, CaptureResult& the_result)
+RunState::RunState(const CaptureProblem& the_problem, CaptureResult& the_result, CaptureDetail the_detail)
     : problem(the_problem),
       result(the_result),
+      detail(the_detail),
       free(make_capture_system(problem)),
       system(free),
-      recorder(problem, free, result.series),
       watches(problem),
-      schedule(problem) {}
+      schedule(problem) {
+  if (detail == CaptureDetail::full) recorder.emplace(problem, free, result.series);
+}
 
 std::string RunState::next_name(const std::string& phase) {
   const int count = ++pieces[phase];

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "grapnel/capture/bookkeeper.hpp"
+#include "grapnel/capture/capture_detail.hpp"
 #include "grapnel/capture/captured_model.hpp"
 #include "grapnel/capture/grip_schedule.hpp"
 #include "grapnel/capture/impact_book.hpp"
@@ -25,7 +26,7 @@ struct RunFailure : std::runtime_error {
 };
 
 struct RunState {
-  RunState(const CaptureProblem& the_problem, CaptureResult& the_result);
+  RunState(const CaptureProblem& the_problem, CaptureResult& the_result, CaptureDetail the_detail);
 
   /// The first piece of a phase has its plain name.
   std::string next_name(const std::string& phase);
@@ -38,9 +39,10 @@ struct RunState {
 
   const CaptureProblem& problem;
   CaptureResult& result;
-  const CaptureSystem free;  // all targets free
-  CaptureSystem system;      // as it is now
-  Recorder recorder;
+  const CaptureDetail detail;
+  const CaptureSystem free;          // all targets free
+  CaptureSystem system;              // as it is now
+  std::optional<Recorder> recorder;  // of full detail
   Bookkeeper bookkeeper;
   Watches watches;
   LoopBook loops;
@@ -52,6 +54,7 @@ struct RunState {
   std::map<std::string, int> pieces;  // of phases, by name
   State state;
   double time = 0;
+  double last_look = 0;    // time of the last sample or look at a phase
   bool rebounded = false;  // something has been thrown back
 };
 

@@ -3,26 +3,23 @@
 /// @file
 /// A capture from end to end. Thread safety: pure function; different problems may run in parallel.
 
-#include <functional>
-#include <string>
-
 #include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/capture/capture_steps.hpp"
 #include "grapnel/capture/capture_system.hpp"
 #include "grapnel/result/capture_result.hpp"
 
 namespace grapnel {
 
-/// Told where a run is: the phase, the simulated time reached and the phase's end. Called at output instants.
-using CaptureProgress = std::function<void(const std::string& phase, double time, double end)>;
-
 /// Approach, contact, impact and motion afterwards, with time series and ledger. A numerical failure is not thrown: the
 /// result has status `failed`, says what happened where and when, and keeps all that was computed before.
 /// @throws CaptureProblemError or ModelError if the problem contradicts itself.
-CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgress& progress = {});
+CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgress& progress = {},
+                               CaptureDetail detail = CaptureDetail::full);
 
 /// The impact at the end of the approach alone, for studies: the joints follow their plan exactly to the planned final
 /// configuration, of which nothing is recorded, and nothing follows the impact. Tracking errors, envelopes on the way,
 /// and grips that close at other times than the approach's end do not show. @throws as simulate_capture().
-CaptureResult simulate_impact_only(const CaptureProblem& problem);
+CaptureResult simulate_impact_only(const CaptureProblem& problem, CaptureDetail detail = CaptureDetail::full,
+                                   const CaptureProgress& progress = {});
 
 }  // namespace grapnel

@@ -15,7 +15,8 @@ struct TargetMotion {
   Twistd V_WT;
 };
 
-/// A target's motion at time t1 from that at t0, under gravity and the loads that act on it (2.13).
+/// A target's motion at time t1 from that at t0, under gravity and the loads that act on it (2.13). Without loads it is
+/// exact to rounding; with them to the tolerances of `integration`.
 /// @throws std::runtime_error if the integration fails.
 TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
                               const Vector3d& gravity, const IntegrationSetup& integration,

@@ -57,11 +57,10 @@ Watches::Watches(const CaptureProblem& problem) : problem_(problem), clearance_(
 
 void Watches::begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut) {
   open_ = any_phase_ = true;
+  name_ = name, system_ = &system.model, efforts_are_cut_ = efforts_are_cut;
   model_ = make_clearance_model(problem_, system);
   any_pair_ = any_pair_ || !model_.pairs().empty();
-  clearance_.begin_phase(name, system.model, model_);
-  limits_.emplace(efforts_are_cut);
-  limits_->begin_phase(name, system.model);
+  begin();
   for (int body : system.model.joints()) {
     const JointLimits& l = system.model.bodies()[body].description.joint.limits;
     any_limit_ = any_limit_ || std::isfinite(l.lower) || std::isfinite(l.upper) || std::isfinite(l.rate) ||
@@ -69,10 +68,21 @@ void Watches::begin_phase(const std::string& name, const CaptureSystem& system, 
   }
 }
 
-double Watches::sample(const PhaseSample& s) {
-  if (any_limit_) limits_->sample(s.time, s.state, s.motor);
+void Watches::begin() {
+  clearance_.begin_phase(name_, *system_, model_);
+  limits_.emplace(efforts_are_cut_);
+  limits_->begin_phase(name_, *system_);
+}
+
+void Watches::restart_phase() {
+  clearance_.forget_phase();
+  begin();
+}
+
+double Watches::sample(double time, const State& state, std::span<const double> motor) {
+  if (any_limit_) limits_->sample(time, state, motor);
   if (model_.pairs().empty()) return std::numeric_limits<double>::quiet_NaN();
-  return clearance_.sample(s.time, s.state).distance;
+  return clearance_.sample(time, state).distance;
 }
 
 double Watches::instant(const CaptureSystem& system, const Kinematics& kinematics) const {

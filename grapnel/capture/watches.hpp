@@ -21,8 +21,13 @@ class Watches {
   explicit Watches(const CaptureProblem& problem);
   /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits.
   void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut);
-  /// Returns the least clearance of all pairs at the sample [m]; NaN where nothing is watched.
-  double sample(const PhaseSample& sample);
+  /// Whether there is anything to watch in the phase.
+  bool watching() const { return any_limit_ || !model_.pairs().empty(); }
+  /// Forgets what has been seen of the phase under way, for one that is integrated once more.
+  void restart_phase();
+  /// The state at a time, later ones after earlier ones, with the motors' efforts per joint [N m or N]. Returns the
+  /// least clearance of all pairs there [m]; NaN where nothing is watched.
+  double sample(double time, const State& state, std::span<const double> motor);
   /// The same at an instant outside any phase, as at an impact.
   double instant(const CaptureSystem& system, const Kinematics& kinematics) const;
   void end_phase();
@@ -30,7 +35,13 @@ class Watches {
   void write(CaptureResult& result);
 
  private:
+  void begin();
+
   const CaptureProblem& problem_;
+  // The phase under way:
+  std::string name_;
+  const Model* system_ = nullptr;
+  bool efforts_are_cut_ = false;
   ClearanceModel model_;
   ClearanceWatch clearance_;
   std::optional<LimitWatch> limits_;

@@ -33,7 +33,7 @@ void ClearanceWatch::begin_phase(std::string name, const Model& model, const Cle
   const std::size_t pairs = clearance.pairs().size();
   Sample sample{0, zero_state(model), Kinematics(model), std::vector<double>(pairs), std::vector<double>(pairs)};
   phase_.emplace(Phase{name, &model, &clearance, sample, sample, false, MotionSegment(model), zero_state(model),
-                       Kinematics(model), std::vector<int>(pairs, -1)});
+                       Kinematics(model), std::vector<int>(pairs, -1), events_.size()});
   least_.emplace_back().phase = std::move(name);
 }
 
@@ -71,6 +71,13 @@ Clearance ClearanceWatch::sample(double time, const State& state) {
 
 void ClearanceWatch::end_phase() {
   if (!phase_) throw std::logic_error("ClearanceWatch: end_phase outside a phase");
+  phase_.reset();
+}
+
+void ClearanceWatch::forget_phase() {
+  if (!phase_) throw std::logic_error("ClearanceWatch: forget_phase outside a phase");
+  events_.resize(phase_->events_before);
+  least_.pop_back();
   phase_.reset();
 }
 

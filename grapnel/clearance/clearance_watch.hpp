@@ -34,6 +34,8 @@ class ClearanceWatch {
   Clearance sample(double time, const State& state);
   /// Ends the phase and the events in it. @throws std::logic_error outside a phase.
   void end_phase();
+  /// Leaves the phase under way as if it had not begun. @throws std::logic_error outside a phase.
+  void forget_phase();
 
   /// One per phase, in order, the phase under way included.
   const std::vector<LeastClearance>& least() const { return least_; }
@@ -59,6 +61,7 @@ class ClearanceWatch {
     State between;  // scratch of distance_at
     Kinematics between_kinematics;
     std::vector<int> open_event;  // per pair: index of the event under way, or -1
+    std::size_t events_before;    // of other phases
   };
 
   void fill(double time, const State& state, Sample& sample) const;

@@ -4,6 +4,7 @@
 /// A checksum behind a file's last byte. HDF5 can loop without end on a damaged file, so damage has to be found before
 /// HDF5 sees it; HDF5 itself ignores what follows its data, and drops it when somebody changes the file.
 
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -14,5 +15,11 @@ void seal(std::string& bytes);
 
 /// Takes the seal off, if there is one; a file without one passes. Throws std::runtime_error if it does not match.
 void unseal(std::string& bytes);
+
+/// The same for files that are too large for the memory, a block at a time: appends the seal; looks whether there is
+/// one that does not match. Both throw std::runtime_error with the system's reason where the file cannot be read or
+/// written.
+void seal_file(const std::filesystem::path& path);
+void check_file_seal(const std::filesystem::path& path);
 
 }  // namespace grapnel

@@ -9,11 +9,11 @@ constexpr hsize_t kCompressAbove = 16 << 10;  // [bytes]; smaller datasets are s
 constexpr hsize_t kChunk = 256 << 10;         // [bytes]
 constexpr unsigned kDeflateLevel = 4;
 
-Handle dataset_layout(const std::vector<hsize_t>& extent, hsize_t item_size) {
+Handle dataset_layout(const std::vector<hsize_t>& extent, hsize_t item_size, bool may_compress) {
   Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "dataset layout");
   check(H5Pset_obj_track_times(layout.id(), false), "dataset layout");  // the same bytes tomorrow
   const hsize_t row = item_size * (extent.size() > 1 ? extent[1] : 1);
-  if (row * extent[0] <= kCompressAbove) return layout;
+  if (!may_compress || row * extent[0] <= kCompressAbove) return layout;
   std::vector<hsize_t> chunk = extent;
   chunk[0] = std::clamp<hsize_t>(kChunk / row, 1, extent[0]);
   check(H5Pset_chunk(layout.id(), static_cast<int>(chunk.size()), chunk.data()), "chunks");
@@ -42,12 +42,12 @@ std::string image_of(const Handle& file) {
 }
 
 Handle write_dataset(const Handle& file, const std::string& path, hid_t file_type, hid_t memory_type,
-                     const std::vector<hsize_t>& extent, const void* data) {
+                     const std::vector<hsize_t>& extent, const void* data, bool may_compress) {
   const Handle space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose, path);
   const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, path);
   check(H5Pset_create_intermediate_group(links.id(), 1), path);
   check(H5Pset_char_encoding(links.id(), H5T_CSET_UTF8), path);
-  const Handle layout = dataset_layout(extent, H5Tget_size(file_type));
+  const Handle layout = dataset_layout(extent, H5Tget_size(file_type), may_compress);
   Handle dataset(H5Dcreate2(file.id(), path.c_str(), file_type, space.id(), links.id(), layout.id(), H5P_DEFAULT),
                  H5Dclose, path);
   if (extent[0] > 0) check(H5Dwrite(dataset.id(), memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), path);

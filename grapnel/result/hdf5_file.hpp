@@ -16,9 +16,9 @@ Handle create_in_memory(const char* name);
 /// The bytes of the file as they would be on disk.
 std::string image_of(const Handle& file);
 
-/// A dataset with its data, groups on the way made; large ones are compressed.
+/// A dataset with its data, groups on the way made; large ones are compressed, if they may be.
 Handle write_dataset(const Handle& file, const std::string& path, hid_t file_type, hid_t memory_type,
-                     const std::vector<hsize_t>& extent, const void* data);
+                     const std::vector<hsize_t>& extent, const void* data, bool may_compress = true);
 /// A dataset of texts.
 Handle write_strings(const Handle& file, const std::string& path, const std::vector<std::string>& texts);
 

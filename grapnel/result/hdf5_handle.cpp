@@ -23,9 +23,21 @@ struct StringBuffer {
   ~StringBuffer() { H5Dvlen_reclaim(type.id(), space.id(), H5P_DEFAULT, strings.data()); }
 };
 
+// HDF5 reports what the system says among times, addresses and sizes.
+std::string system_reason(const std::string& reason) {
+  const std::string before = "error message = '";
+  const std::size_t begin = reason.find(before);
+  if (begin == std::string::npos) return reason;
+  const std::size_t end = reason.find('\'', begin + before.size());
+  return end == std::string::npos ? reason : reason.substr(begin + before.size(), end - begin - before.size());
+}
+
 }  // namespace
 
 Session::Session() : lock_(library_mutex()) {
+  // Before anything else is asked of the library. A file that could not be written, on a full disk, could not be closed
+  // either: HDF5 would try it once more when the program ends, and crash.
+  [[maybe_unused]] static const herr_t no_second_try = H5dont_atexit();
   H5Eget_auto2(H5E_DEFAULT, &print_, &print_data_);
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
@@ -33,7 +45,7 @@ Session::Session() : lock_(library_mutex()) {
 Session::~Session() { H5Eset_auto2(H5E_DEFAULT, print_, print_data_); }
 
 void fail(const std::string& what) {
-  std::string reason;
+  std::string reason;  // of the innermost failure
   H5Ewalk2(
       H5E_DEFAULT, H5E_WALK_UPWARD,
       [](unsigned n, const H5E_error2_t* error, void* data) -> herr_t {
@@ -41,6 +53,7 @@ void fail(const std::string& what) {
         return 0;
       },
       &reason);
+  reason = system_reason(reason);
   throw std::runtime_error(reason.empty() ? what : what + " (" + reason + ")");
 }
 

@@ -40,7 +40,8 @@ Vector3d outward_normal(const StudyCase& point, const FoundGrasp& found, const s
   for (std::size_t i = 0; i < grasps.size(); ++i) {
     if (grasps[i].end_effector != end_effector) continue;
     for (const BodyMotion& target : found.impact->targets_before) {
-      if (target.name == grasps[i].target) return -(rotation_matrix(target.quaternion_wxyz) * point.inward_normals[i]);
+      if (target.name == grasps[i].target)
+        return -(rotation_matrix(target.quaternion_wxyz) * point.inward_normals.at(i));
     }
   }
   return Vector3d::zero();
@@ -182,6 +183,10 @@ class Builder {
                  [](const GraspImpulse& g) {
                    return double(std::all_of(g.determined.begin(), g.determined.end(), [](bool b) { return b; }));
                  });
+    grasp_number(e, "gap", "m", "distance of end-effector and grasp point when they were joined",
+                 [](const GraspImpulse& g) { return g.gap; });
+    grasp_number(e, "gap_angle", "rad", "angle between their frames when they were joined",
+                 [](const GraspImpulse& g) { return g.gap_angle; });
     grasp_vector(e, "relative_velocity", "m/s", "end-effector minus target at the contact point, before, in W",
                  [](const GraspImpulse& g) { return g.relative_velocity_before; });
     grasp_number(e, "relative_speed", "m/s", "its magnitude",

@@ -87,7 +87,8 @@ void expect_rates_follow(const CaptureProblem& problem, const GraspSetup& grasp,
   const ApproachSetup& approach = *problem.approach;
   if (approach.straight_in)
     refuse(quantity, "approach.straight_in sets the relative velocity; vary approach.straight_in.final_speed");
-  if (approach.sampled) refuse(quantity, "the approach follows a trajectory, which sets the relative velocity");
+  if (approach.sampled || !approach.pieces.empty())
+    refuse(quantity, "the approach follows a trajectory, which sets the relative velocity");
   if (approach.final_rates || (!approach.match && !approach.plan))
     refuse(quantity, "the approach's final rates are given; approach.final_rates needs 'match'");
   if (grasp.closes != GraspSetup::Closes::together)

@@ -17,10 +17,6 @@ std::string one_line(std::string text) {
   return text;
 }
 
-CaseRow failed(std::string reason, std::size_t columns) {
-  return {0, CaseStatus::failed, one_line(std::move(reason)), std::vector<double>(columns, NAN)};
-}
-
 }  // namespace
 
 const char* name_of(CaseStatus status) {
@@ -35,22 +31,33 @@ const char* name_of(CaseStatus status) {
   return "unreachable";
 }
 
-CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column> columns) {
+CaseRow failed_case(std::string reason, std::size_t columns) {
+  return {0, CaseStatus::failed, one_line(std::move(reason)), std::vector<double>(columns, NAN)};
+}
+
+CaseRow case_row(const StudyCase& point, const CaptureResult& result, std::span<const Column> columns) {
+  CaseRow row;
+  if (result.status == CaptureStatus::completed) {
+    row.status = CaseStatus::ok;
+  } else {
+    const bool unplanned = result.plan && result.plan->searched && !result.plan->found;
+    row.status = unplanned ? CaseStatus::unreachable : CaseStatus::failed;
+    row.reason = one_line(result.failure);
+  }
+  row.values.reserve(columns.size());
+  for (const Column& column : columns) row.values.push_back(column.value(point, result));
+  return row;
+}
+
+CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column> columns,
+                 const CaptureProgress& progress) {
   try {
-    const CaptureResult result =
-        mode == StudyMode::impact ? simulate_impact_only(point.problem) : simulate_capture(point.problem);
-    CaseRow row;
-    if (result.status == CaptureStatus::completed) {
-      row.status = CaseStatus::ok;
-    } else {
-      const bool unplanned = result.plan && result.plan->searched && !result.plan->found;
-      row.status = unplanned ? CaseStatus::unreachable : CaseStatus::failed;
-      row.reason = one_line(result.failure);
-    }
-    for (const Column& column : columns) row.values.push_back(column.value(point, result));
-    return row;
+    const CaptureResult result = mode == StudyMode::impact
+                                     ? simulate_impact_only(point.problem, CaptureDetail::columns, progress)
+                                     : simulate_capture(point.problem, progress, CaptureDetail::columns);
+    return case_row(point, result, columns);
   } catch (const std::exception& error) {
-    return failed(error.what(), columns.size());
+    return failed_case(error.what(), columns.size());
   }
 }
 
@@ -59,7 +66,7 @@ CaseRow run_point(const Study& study, std::size_t index) {
   try {
     row = run_case(study.point(grid_position(study.axis_sizes(), index)), study.mode, study.columns);
   } catch (const std::exception& error) {
-    row = failed(error.what(), study.columns.size());
+    row = failed_case(error.what(), study.columns.size());
   }
   row.index = index;
   return row;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/study/study.hpp"
 
 namespace grapnel {
@@ -27,8 +28,15 @@ struct CaseRow {
   std::vector<double> values;  // per column; NaN where there is nothing
 };
 
-/// Simulates a case and takes its columns. Never throws for what is wrong with the case: that is the row's reason.
-CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column> columns);
+/// The row of a result; its index is left to the caller.
+CaseRow case_row(const StudyCase& point, const CaptureResult& result, std::span<const Column> columns);
+/// The row of a case that came to nothing, and why.
+CaseRow failed_case(std::string reason, std::size_t columns);
+
+/// Simulates a case in as much detail as columns need, and takes them. Never throws for what is wrong with the case:
+/// that is the row's reason. What `progress` throws ends the case: a std::exception as its reason.
+CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column> columns,
+                 const CaptureProgress& progress = {});
 
 /// The same of a study's point; a point without a problem is a failed row too.
 CaseRow run_point(const Study& study, std::size_t index);

@@ -150,6 +150,10 @@ TEST(Failure, OfATargetIsSaidByName) {
   p.targets[1].V_WT.angular = {0.3, 0.4, 3};
   p.targets[1].inertia = Symmetric3d::diagonal(1, 1.5, 2);
   p.targets[0].V_WT = Twistd::zero();
+  LoadSetup push;  // a target on which something acts is integrated as the run is
+  push.body = target_body_name(p.targets[1].name);
+  push.amplitude.linear = {1, 0, 0};
+  p.loads.push_back(push);
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, ::testing::StartsWith("propagating target 'target-")) << r.failure;

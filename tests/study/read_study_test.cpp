@@ -154,6 +154,7 @@ TEST(ReadStudy, ShippedStudiesHaveNoFaults) {
   for (const auto& entry : std::filesystem::directory_iterator(test::shipped("studies"))) {
     SCOPED_TRACE(entry.path().string());
     if (entry.path().filename().string().starts_with("optimize-")) continue;  // grapnel-optimization files
+    if (test::read_bytes(entry.path()).find("\nschema: grapnel-campaign/") != std::string::npos) continue;
     EXPECT_GT(point_count(load_study(entry.path())), 1u);
     ++count;
   }

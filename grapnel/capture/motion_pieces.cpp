@@ -1,0 +1,51 @@
+#include "grapnel/capture/motion_pieces.hpp"
+
+#include <stdexcept>
+
+namespace grapnel {
+namespace {
+
+constexpr int kPolynomialDegree = 5;
+// A sine over one period has Bessel functions J_k(pi) as coefficients; the next one is 1e-18, and higher degrees only
+// let rounding grow in the derivatives.
+constexpr int kCycloidalDegree = 21;
+
+std::vector<double> series_of(const JointPiece& piece) {
+  if (const auto* series = std::get_if<ChebyshevPiece>(&piece.shape)) return series->coefficients;
+  const JointPath& path = std::get<JointPath>(piece.shape);
+  const int degree = path.profile == JointProfile::cycloidal ? kCycloidalDegree : kPolynomialDegree;
+  std::vector<double> values;
+  for (int k = 0; k <= degree; ++k)
+    values.push_back(evaluate(path, chebyshev_point(0, path.duration, k, degree)).position);
+  return chebyshev_interpolant(values).coefficients;
+}
+
+}  // namespace
+
+JointTrajectory trajectory_of(std::span<const MotionPiece> pieces, std::size_t joint) {
+  JointTrajectory trajectory;
+  double begin = 0;
+  for (const MotionPiece& piece : pieces) {
+    trajectory.pieces.push_back({begin, piece.until, ChebyshevPiece{piece.series[joint]}});
+    begin = piece.until;
+  }
+  return trajectory;
+}
+
+std::vector<MotionPiece> motion_pieces(std::span<const JointTrajectory> joints) {
+  std::vector<MotionPiece> pieces(joints.empty() ? 0 : joints[0].pieces.size());
+  for (const JointTrajectory& joint : joints) {
+    double begin = 0;
+    if (joint.pieces.size() != pieces.size()) throw std::invalid_argument("motion pieces: joints differ in number");
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      const JointPiece& piece = joint.pieces[i];
+      if (piece.begin != begin || piece.end != joints[0].pieces[i].end)
+        throw std::invalid_argument("motion pieces: joints differ in when pieces begin and end");
+      begin = pieces[i].until = piece.end;
+      pieces[i].series.push_back(series_of(piece));
+    }
+  }
+  return pieces;
+}
+
+}  // namespace grapnel

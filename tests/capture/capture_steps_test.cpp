@@ -1,0 +1,222 @@
+/// A capture whose motion is integrated outside.
+
+#include "grapnel/capture/capture_steps.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "capture/capture_case.hpp"
+#include "grapnel/capture/simulate_capture.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+// As somebody else would do it, with books of their own.
+struct Elsewhere {
+  PhaseOutcome outcome;
+  PhaseMeasures measures;
+};
+Elsewhere integrate(const MotionTask& task) {
+  Elsewhere e;
+  PhaseDynamics dynamics(*task.model, *task.setup);
+  Kinematics k(*task.model);
+  bool first = true;
+  StepWatch watch;
+  watch.looks = 1'000'000;  // after every step
+  watch.look = [&](double, const State& state, const PhaseIntegrals& integrals) {
+    forward_kinematics(*task.model, state, k);
+    const SystemBooks books = system_books(*task.model, k, state);
+    if (first) e.measures.start = books;
+    first = false;
+    PhaseMeasures& m = e.measures;
+    const Momentumd deviation = books.about_origin - m.start.about_origin - integrals.external_impulse;
+    m.linear_deviation = std::max(m.linear_deviation, norm(deviation.linear));
+    m.angular_deviation = std::max(m.angular_deviation, norm(shift(deviation, books.com).angular));
+    const double work = integrals.motor_work + integrals.friction_work + integrals.external_work;
+    m.work_energy_residual =
+        std::max(m.work_energy_residual, std::abs(books.kinetic_energy - m.start.kinetic_energy - work));
+    m.scale.linear_momentum = std::max(m.scale.linear_momentum, books.linear_scale);
+    m.scale.angular_momentum = std::max(m.scale.angular_momentum, books.angular_scale);
+    m.scale.energy = std::max(m.scale.energy, books.kinetic_energy);
+  };
+  e.outcome = simulate_phase(dynamics, task.start, task.begin, task.end, task.integration, watch);
+  return e;
+}
+
+CaptureProblem problem() {
+  CaptureProblem p = thesis_case_pd();
+  p.clearance.enabled = false;
+  p.contact.gap = ContactSetup::Gap::translate_target;
+  p.post_impact = PostImpactSetup{};
+  p.post_impact->duration = 10;
+  return p;
+}
+
+double entry(const CaptureResult& r, const std::string& name) {
+  for (const LedgerEntry& e : r.ledger.entries) {
+    if (e.name == name) return e.value;
+  }
+  ADD_FAILURE() << name;
+  return NAN;
+}
+
+TEST(CaptureSteps, MotionMayBeIntegratedElsewhere) {
+  const CaptureProblem p = problem();
+  CaptureSteps steps(p, CaptureDetail::columns);
+  std::vector<std::string> phases;
+  while (const MotionTask* task = steps.next()) {
+    EXPECT_EQ(task->only_here, "");
+    phases.push_back(task->phase);
+    const Elsewhere e = integrate(*task);
+    steps.moved(e.outcome, e.measures);
+  }
+  const CaptureResult there = steps.finish(), here = simulate_capture(p, {}, CaptureDetail::columns);
+  EXPECT_EQ(phases, (std::vector<std::string>{"approach", "post_impact"}));
+  ASSERT_EQ(there.status, CaptureStatus::completed) << there.failure;
+  EXPECT_TRUE(there.ledger.pass());
+  EXPECT_TRUE(there.captured());
+  ASSERT_TRUE(there.impact && here.impact);
+  for (std::size_t i = 0; i < here.impact->grasps.size(); ++i) {
+    EXPECT_GT(here.impact->grasps[i].impulse_magnitude, 0.01);
+    EXPECT_EQ(norm(here.impact->grasps[i].impulse - there.impact->grasps[i].impulse), 0);
+  }
+  EXPECT_EQ(here.post_impact_end->joints.position, there.post_impact_end->joints.position);
+  EXPECT_EQ(here.post_impact_end->time, there.post_impact_end->time);
+  EXPECT_NEAR(here.ledger.scale.energy, there.ledger.scale.energy, 0.05 * here.ledger.scale.energy);
+  for (const char* row : {"linear_momentum_drift", "angular_momentum_drift", "work_energy_residual", "energy_drift"}) {
+    EXPECT_GT(entry(there, row), 0);
+    std::printf("[ measured ] %s: %.2g here, %.2g there\n", row, entry(here, row), entry(there, row));
+  }
+}
+
+TEST(CaptureSteps, DeviationsThatSomebodyElseMeasuredCount) {
+  const CaptureProblem p = problem();
+  const auto with = [&](double PhaseMeasures::*field, double value) {
+    CaptureSteps steps(p, CaptureDetail::columns);
+    while (const MotionTask* task = steps.next()) {
+      Elsewhere e = integrate(*task);
+      e.measures.*field += value;
+      steps.moved(e.outcome, e.measures);
+    }
+    return steps.finish();
+  };
+  EXPECT_GT(entry(with(&PhaseMeasures::linear_deviation, 1), "linear_momentum_drift"), 1e-3);
+  EXPECT_GT(entry(with(&PhaseMeasures::angular_deviation, 1), "angular_momentum_drift"), 1e-3);
+  const CaptureResult r = with(&PhaseMeasures::work_energy_residual, 1e-3);
+  EXPECT_GT(entry(r, "work_energy_residual"), 1e-5);
+  EXPECT_GT(entry(r, "energy_drift"), 1e-5);
+  EXPECT_FALSE(r.ledger.pass());
+}
+
+TEST(CaptureSteps, WhatFailsElsewhereFailsTheRun) {
+  const CaptureProblem p = problem();
+  CaptureSteps steps(p, CaptureDetail::columns);
+  ASSERT_NE(steps.next(), nullptr);
+  PhaseOutcome outcome;
+  outcome.failure = "too many steps at t = 3";
+  steps.moved(outcome, {});
+  EXPECT_EQ(steps.next(), nullptr);
+  const CaptureResult r = steps.finish();
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  EXPECT_EQ(r.failure, "approach: too many steps at t = 3");
+}
+
+TEST(CaptureSteps, WhatIsRecordedIsIntegratedHere) {
+  const CaptureProblem p = problem();
+  CaptureSteps recorded(p, CaptureDetail::full);
+  const MotionTask* task = recorded.next();
+  ASSERT_NE(task, nullptr);
+  EXPECT_NE(task->only_here, "");
+  EXPECT_THROW(recorded.moved({}, {}), std::logic_error);
+}
+
+// Shows a piece of motion to what watches it, at its longest looks.
+void look_at(const MotionTask& task) {
+  PhaseDynamics dynamics(*task.model, *task.setup);
+  const auto observe = [&](const PhaseSample& s) { task.watch(s.time, s.state, s.motor); };
+  simulate_phase(dynamics, task.start, task.begin, task.end, task.longest_look, task.integration, observe);
+}
+
+// Joint limits that the thesis's capture exceeds, in position, rate and effort.
+CaptureProblem limited_problem() {
+  CaptureProblem p = problem();
+  for (BodyDescription& body : p.robot.bodies) {
+    JointLimits& limits = body.joint.limits;
+    limits.lower = -1, limits.upper = 1, limits.rate = 0.02, limits.effort = 0.2;
+  }
+  p.clearance.enabled = true;
+  p.clearance.required = 5;
+  Geometry ball;
+  ball.shape = Geometry::Shape::sphere, ball.size = {0.2, 0, 0};
+  for (TargetSetup& target : p.targets) target.geometry = ball;
+  p.robot.geometry = {{p.robot.bodies[0].name, ball}};
+  return p;
+}
+
+TEST(CaptureSteps, WhatIsWatchedMayBeIntegratedElsewhere) {
+  const CaptureProblem p = limited_problem();
+  CaptureSteps steps(p, CaptureDetail::columns);
+  bool twice = false;
+  while (const MotionTask* task = steps.next()) {
+    ASSERT_EQ(task->only_here, "");
+    ASSERT_TRUE(task->watch);
+    EXPECT_NEAR(task->longest_look, (task->end - task->begin) / 64, 1e-12);
+    look_at(*task);
+    if (!twice) {
+      twice = true;
+      steps.move();  // after all: what has been seen counts once
+    } else {
+      const Elsewhere e = integrate(*task);
+      steps.moved(e.outcome, e.measures);
+    }
+  }
+  const CaptureResult there = steps.finish(), here = simulate_capture(p, {}, CaptureDetail::columns);
+  ASSERT_EQ(there.status, CaptureStatus::completed) << there.failure;
+  for (const char* row : {"joint_position_violation", "joint_rate_violation", "clearance_violation"}) {
+    EXPECT_GT(entry(here, row), 1e-3) << row;
+    std::printf("[ measured ] %s: %.6g here, %.6g there\n", row, entry(here, row), entry(there, row));
+    EXPECT_NEAR(entry(there, row), entry(here, row), 1e-3 * entry(here, row)) << row;
+  }
+  EXPECT_GT(here.limit_events.size(), 2U);
+  EXPECT_EQ(there.limit_events.size(), here.limit_events.size());
+  EXPECT_EQ(there.clearance_events.size(), here.clearance_events.size());
+  EXPECT_EQ(there.clearance.size(), here.clearance.size());
+}
+
+TEST(CaptureSteps, TheImpactAloneNeedsTheApproachOnly) {
+  const CaptureProblem p = problem();
+  CaptureSteps steps(p, CaptureDetail::columns, {}, CaptureSteps::Part::impact_only);
+  int pieces = 0;
+  while (const MotionTask* task = steps.next()) {
+    ++pieces;
+    steps.moved(integrate(*task).outcome, {});
+  }
+  EXPECT_EQ(pieces, 1);
+  const CaptureResult there = steps.finish(), here = simulate_impact_only(p);
+  ASSERT_TRUE(there.impact && here.impact) << there.failure;
+  EXPECT_EQ(norm(here.impact->grasps[0].impulse - there.impact->grasps[0].impulse), 0);
+  EXPECT_TRUE(there.ledger.pass());
+}
+
+// A free motion's energy keeps its bound, whatever tolerance the driven motion is content with.
+TEST(CaptureSteps, TheLedgerHoldsAtTheTolerancesOfCampaigns) {
+  CaptureProblem p = problem();
+  p.post_impact->duration = 50;
+  p.integration.relative_tolerance = p.integration.absolute_tolerance = 1e-7;
+  const CaptureResult coarse = simulate_capture(p, {}, CaptureDetail::columns);
+  p.integration = {};
+  const CaptureResult fine = simulate_capture(p, {}, CaptureDetail::columns);
+  EXPECT_TRUE(coarse.ledger.pass());
+  EXPECT_LT(entry(coarse, "energy_drift"), 1e-10);
+  double error = 0;
+  for (std::size_t j = 0; j < fine.post_impact_end->joints.position.size(); ++j)
+    error = std::max(error,
+                     std::abs(fine.post_impact_end->joints.position[j] - coarse.post_impact_end->joints.position[j]));
+  EXPECT_LT(error, 1e-8);
+  std::printf("[ measured ] end-state error %.2g at 1e-7 with %ld + %ld right-hand sides; work-energy %.2g\n", error,
+              coarse.cost[0].rhs_evaluations, coarse.cost[1].rhs_evaluations, entry(coarse, "work_energy_residual"));
+}
+
+}  // namespace
+}  // namespace grapnel::testing

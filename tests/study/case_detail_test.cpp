@@ -1,0 +1,110 @@
+/// Cases of studies are simulated in as much detail as their columns need: every column has the same bits as that of a
+/// complete run.
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cstdint>
+
+#include "grapnel/scenario/scenario.hpp"
+#include "grapnel/study/quantity.hpp"
+#include "grapnel/study/run_case.hpp"
+#include "study/study_case.hpp"
+
+namespace grapnel {
+namespace {
+
+struct Detail {
+  const char* name;
+  const char* file;
+  bool clearance;
+};
+void PrintTo(const Detail& d, std::ostream* out) { *out << d.name; }
+
+class CaseDetail : public ::testing::TestWithParam<Detail> {};
+INSTANTIATE_TEST_SUITE_P(Scenarios, CaseDetail,
+                         ::testing::Values(Detail{"thesis", "thesis/open-loop-case-1.yaml", false},
+                                           Detail{"thesis_watched", "thesis/open-loop-case-1.yaml", true},
+                                           Detail{"planned", "thesis/open-loop-case-3-planned.yaml", false},
+                                           Detail{"closed_loop", "thesis/closed-loop.yaml", false},
+                                           Detail{"limits", "seven-joint-dual-capture.yaml", false},
+                                           Detail{"grip_later", "second-grip-later.yaml", false},
+                                           Detail{"envelope", "dual-arm-envelope-capture.yaml", true},
+                                           Detail{"rebound", "contact-rebound.yaml", false},
+                                           Detail{"yielding", "compliant-grip.yaml", false}),
+                         [](const auto& detail) { return std::string(detail.param.name); });
+
+StudyCase shipped_case(const Detail& detail) {
+  StudyCase point;
+  point.problem = load_scenario(test::shipped(std::string("scenarios/") + detail.file));
+  point.problem.clearance.enabled = detail.clearance;
+  point.problem.output_interval = 0.1;
+  // Any plan will do.
+  if (auto& approach = point.problem.approach; approach && approach->plan)
+    approach->plan->measure = PlanSetup::Measure::as_found;
+  if (point.problem.post_impact && point.problem.post_impact->releases.empty())
+    point.problem.post_impact->duration = std::min(point.problem.post_impact->duration, 2.0);
+  point.inward_normals = inward_normals(point.problem);
+  return point;
+}
+
+void expect_same(const StudyCase& point, const CaptureResult& full, StudyMode mode) {
+  const std::vector<Column> columns = standard_columns(point.problem, mode == StudyMode::run);
+  const CaseRow row = run_case(point, mode, columns);
+  int numbers = 0;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const double whole = columns[c].value(point, full);
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(whole), std::bit_cast<std::uint64_t>(row.values[c]))
+        << columns[c].name << ": " << whole << ", " << row.values[c];
+    numbers += whole == whole;
+  }
+  EXPECT_EQ(row.status == CaseStatus::ok, full.status == CaptureStatus::completed) << row.reason << full.failure;
+  EXPECT_GT(numbers, 20);
+  std::printf("[ measured ] %zu columns with %d numbers, the same bits\n", columns.size(), numbers);
+}
+
+TEST_P(CaseDetail, ARunHasTheColumnsOfACompleteOne) {
+  const StudyCase point = shipped_case(GetParam());
+  const CaptureResult full = simulate_capture(point.problem);
+  EXPECT_FALSE(full.series.time.empty());
+  expect_same(point, full, StudyMode::run);
+}
+
+TEST_P(CaseDetail, AnImpactAloneHasTheColumnsOfACompleteOne) {
+  const StudyCase point = shipped_case(GetParam());
+  expect_same(point, simulate_impact_only(point.problem), StudyMode::impact);
+}
+
+TEST(CaseDetail, WhatIsStatedNeedsNoPlanning) {
+  StudyCase point = shipped_case({"", "thesis/open-loop-case-1.yaml", false});
+  const CaptureResult planned = simulate_impact_only(point.problem);
+  point.problem.approach->final_rates = planned.plan->final_rates;
+  point.problem.approach->match.reset();
+  const CaptureResult full = simulate_capture(point.problem);
+  expect_same(point, full, StudyMode::run);
+  const CaptureResult lean = simulate_capture(point.problem, {}, CaptureDetail::columns);
+  EXPECT_EQ(lean.plan->joints, full.plan->joints);
+  EXPECT_EQ(lean.plan->final_position, full.plan->final_position);
+  EXPECT_EQ(lean.plan->rhs_evaluations, 0);
+}
+
+TEST(CaseDetail, ProgressIsToldOfEveryStepAndEndsACase) {
+  StudyCase point = shipped_case({"", "thesis/open-loop-case-1.yaml", false});
+  const std::vector<Column> columns = standard_columns(point.problem, true);
+  long told = 0;
+  const CaseRow row = run_case(point, StudyMode::run, columns, [&](const std::string&, double, double) { ++told; });
+  const CaptureResult full = simulate_capture(point.problem);
+  EXPECT_EQ(row.status, CaseStatus::ok);
+  EXPECT_EQ(told, full.cost.at(0).steps + full.cost.at(1).steps);
+  struct TooLong : std::exception {
+    const char* what() const noexcept override { return "too long"; }
+  };
+  const CaseRow given_up = run_case(point, StudyMode::run, columns, [&](const std::string&, double time, double) {
+    if (time > 5) throw TooLong();
+  });
+  EXPECT_EQ(given_up.status, CaseStatus::failed);
+  EXPECT_EQ(given_up.reason, "too long");
+}
+
+}  // namespace
+}  // namespace grapnel
