@@ -1,0 +1,189 @@
+#include <nlohmann/json.hpp>
+
+#include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/study/study_table.hpp"
+
+namespace grapnel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void add_proportion(Json& json, const Proportion& p) {
+  json["estimate"] = p.estimate;
+  json["lower"] = p.lower;
+  json["upper"] = p.upper;
+}
+
+std::string name_of_number(const Campaign& campaign, std::size_t i) {
+  return i < campaign.columns.size() ? campaign.columns[i].name : campaign.inputs[i - campaign.columns.size()].name;
+}
+
+Json settings_of(const Campaign& campaign) {
+  return {{"name", campaign.name},
+          {"description", campaign.description},
+          {"file", campaign.file},
+          {"sha256", campaign.sha256},
+          {"seed", std::to_string(campaign.seed)},
+          {"sampling", name_of(campaign.sampling)},
+          {"simulate", name_of(campaign.mode)},
+          {"plan", name_of(campaign.plan)},
+          {"cases", campaign.cases},
+          {"total", campaign.total()}};
+}
+
+Json criteria_of(const Campaign& campaign, const CampaignReport& report) {
+  Json list = Json::array();
+  for (std::size_t c = 0; c < campaign.success.size(); ++c) {
+    const Criterion& criterion = campaign.success[c];
+    Json item{{"name", criterion.name()}, {"text", criterion.text()}, {"met", report.criteria[c].met}};
+    add_proportion(item, wilson(report.criteria[c].met, report.rows, campaign.confidence));
+    item["only_this"] = report.criteria[c].only_this;
+    item["reads"] = Json::array();
+    for (const std::size_t i : criterion.reads()) item["reads"].push_back(name_of_number(campaign, i));
+    item["limits"] = Json::array();
+    for (const CriterionLimit& limit : criterion.limits())
+      item["limits"].push_back({{"name", name_of_number(campaign, limit.number)},
+                                {limit.at_most ? "at_most" : "at_least", limit.bound},
+                                {"magnitude", limit.magnitude}});
+    list.push_back(std::move(item));
+  }
+  return list;
+}
+
+Json distribution_of(const CampaignReport::Numbers& numbers) {
+  const Description& d = numbers.description;
+  Json item{{"name", numbers.head.name},
+            {"unit", numbers.head.unit},
+            {"description", numbers.head.description},
+            {"count", d.count},
+            {"missing", d.missing},
+            {"mean", d.mean},
+            {"mean_error", d.mean_error},
+            {"standard_deviation", d.standard_deviation},
+            {"least", d.least},
+            {"largest", d.largest}};
+  item["quantiles"] = Json::array();
+  for (const QuantileEstimate& q : d.quantiles)
+    item["quantiles"].push_back(
+        {{"probability", q.probability}, {"value", q.value}, {"lower", q.lower}, {"upper", q.upper}});
+  const Histogram& h = numbers.histogram;
+  item["histogram"] = {{"begin", h.begin}, {"end", h.end},    {"counts", h.counts}, {"successes", numbers.successes},
+                       {"below", h.below}, {"above", h.above}};
+  return item;
+}
+
+Json inputs_of(const CampaignReport& report) {
+  Json list = Json::array();
+  for (std::size_t i = 0; i < report.inputs.size(); ++i) {
+    Json item = distribution_of(report.inputs[i]);
+    const CampaignReport::SuccessBy& by = report.success_by[i];
+    item["success_by"] = {{"from", by.from}, {"to", by.to}, {"trials", by.trials}, {"successes", by.successes}};
+    list.push_back(std::move(item));
+  }
+  return list;
+}
+
+Json sensitivity_of_all(const CampaignReport& report) {
+  Json names = Json::array(), measures = Json::array();
+  for (const CampaignReport::Numbers& input : report.inputs) names.push_back(input.head.name);
+  for (const CampaignReport::Measure& measure : report.measures) {
+    Json item{{"name", measure.name}, {"unit", measure.unit}, {"count", measure.count}};
+    for (const char* key : {"first_order", "error", "rank_correlation"}) item[key] = Json::array();
+    for (const Sensitivity& s : measure.inputs) {
+      item["first_order"].push_back(s.first_order);
+      item["error"].push_back(s.error);
+      item["rank_correlation"].push_back(s.rank_correlation);
+    }
+    measures.push_back(std::move(item));
+  }
+  return {{"inputs", std::move(names)}, {"measures", std::move(measures)}, {"left_out", report.measures_left_out}};
+}
+
+Json worst_of(const Campaign& campaign, const CampaignReport& report) {
+  Json list = Json::array();
+  for (const CampaignReport::Worst& worst : report.worst) {
+    Json cases = Json::array();
+    for (const CampaignReport::Case& found : worst.cases)
+      cases.push_back({{"index", found.index},
+                       {"value", found.value},
+                       {"success", found.success},
+                       {"inputs", found.inputs},
+                       {"replay", replay_command(campaign, found.index)}});
+    const Column& column = campaign.columns[worst.number];
+    list.push_back({{"by", column.name},
+                    {"unit", column.unit},
+                    {"direction", worst.largest ? "largest" : "least"},
+                    {"magnitude", worst.magnitude},
+                    {"cases", std::move(cases)}});
+  }
+  return list;
+}
+
+Json reasons_of(const Campaign& campaign, const CampaignReport& report) {
+  Json list = Json::array();
+  for (const CampaignReport::Reason& reason : report.reasons) {
+    Json examples = Json::array();
+    for (const auto& [k, text] : reason.examples)
+      examples.push_back({{"index", k}, {"reason", text}, {"replay", replay_command(campaign, k)}});
+    list.push_back({{"status", name_of(reason.status)},
+                    {"reason", reason.text},
+                    {"count", reason.count},
+                    {"examples", std::move(examples)}});
+  }
+  return list;
+}
+
+Json envelope_json(const Campaign& campaign, const CampaignReport& report) {
+  Json axes = Json::array();
+  for (const StudyAxis& axis : campaign.design) {
+    Json values = Json::array();
+    for (const AxisValue& value : axis.values)
+      values.push_back(axis.is_numeric ? Json(value.number) : Json(value.label));
+    axes.push_back({{"name", axis.name},
+                    {"unit", axis.unit},
+                    {"description", axis.description},
+                    {"is_numeric", axis.is_numeric},
+                    {"values", std::move(values)}});
+  }
+  Json json{{"axes", std::move(axes)}, {"confidence", campaign.confidence}};
+  for (const char* key : {"trials", "ok", "successes", "estimate", "lower", "upper"}) json[key] = Json::array();
+  for (const EnvelopePoint& point : report.envelope) {
+    json["trials"].push_back(point.success.trials);
+    json["ok"].push_back(point.ok);
+    json["successes"].push_back(point.success.successes);
+    json["estimate"].push_back(point.success.estimate);
+    json["lower"].push_back(point.success.lower);
+    json["upper"].push_back(point.success.upper);
+  }
+  return json;
+}
+
+}  // namespace
+
+std::string campaign_json(const Campaign& campaign, const CampaignReport& report, const std::string& version) {
+  Json json{{"schema", "grapnel-campaign-report/1"},
+            {"version", version},
+            {"campaign", settings_of(campaign)},
+            {"rows", report.rows}};
+  json["counts"] = Json::object();
+  for (const CaseStatus status : {CaseStatus::ok, CaseStatus::failed, CaseStatus::unreachable})
+    json["counts"][name_of(status)] = report.status[static_cast<std::size_t>(status)];
+  json["counts"]["success"] = report.success;
+  json["success"] = Json::object();
+  add_proportion(json["success"], wilson(report.success, report.rows, campaign.confidence));
+  json["success"]["confidence"] = campaign.confidence;
+  json["criteria"] = criteria_of(campaign, report);
+  json["inputs"] = inputs_of(report);
+  json["columns"] = Json::array();
+  for (const CampaignReport::Numbers& column : report.columns) json["columns"].push_back(distribution_of(column));
+  json["sensitivity"] = sensitivity_of_all(report);
+  json["worst"] = worst_of(campaign, report);
+  json["reasons"] = reasons_of(campaign, report);
+  json["reasons_left_out"] = report.reasons_left_out;
+  if (!campaign.design.empty()) json["envelope"] = envelope_json(campaign, report);
+  json["text"] = campaign.text;
+  // A campaign file is UTF-8 by its check; a program's own need not be.
+  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace grapnel

@@ -1,0 +1,71 @@
+#pragma once
+
+/// @file
+/// A condition on the numbers of a row: "grasps/*/impulse_magnitude < 0.5 and captured". Thread safety: plain values.
+
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace grapnel {
+
+/// What is wrong with an expression, and where in its text.
+struct CriterionError : std::runtime_error {
+  CriterionError(std::string message, std::size_t at) : std::runtime_error(std::move(message)), offset(at) {}
+  std::size_t offset;  // of the first character that is wrong, from 0
+};
+
+/// What a criterion asks of a single number, where it can be said so: "a < 0.5" and "abs(a) <= 0.5", also as parts of
+/// an `and`.
+struct CriterionLimit {
+  std::size_t number = 0;  // index
+  bool at_most = true;     // else at least
+  double bound = 0;
+  bool magnitude = false;  // of the number's magnitude
+};
+
+class Criterion {
+ public:
+  static constexpr std::size_t kLongest = 10000;  // bytes of text
+  static constexpr int kDeepest = 100;            // nested parentheses, functions and signs
+
+  /// Parses `text` over the numbers called `names` (of a campaign: the columns, then the inputs; of equal names the
+  /// first counts). `name`: for results; the text if empty.
+  ///
+  /// Operators, from loosest to tightest: or; and; not; < <= > >= == != (not chained); + -; * /; unary + -. Operands:
+  /// numbers, names, parentheses, abs(x), sqrt(x), min(x, ...), max(x, ...). Numbers have their columns' units.
+  ///
+  /// Names are written as they are: where an operand may stand, the longest known name wins that ends at the text's
+  /// next other character or before a - or a /. So `a/b` is the column a/b if there is one, else a divided by b. Names
+  /// with other characters than letters, digits, _ . - / stand in backquotes.
+  ///
+  /// `*` as a whole part of a name, between slashes, means all names that match. A comparison, or a name by itself,
+  /// must then hold for every one; min and max take them all together. Several such names in one comparison, or in one
+  /// argument of min or max, go through the same parts together: "grasps/*/mean_force < grasps/*/peak_force".
+  ///
+  /// A number as a condition is true unless it is 0 or NaN; a condition as a number is 1 or 0. NaN makes every
+  /// comparison false, != too. min and max of a NaN are NaN.
+  /// @throws CriterionError
+  static Criterion parse(const std::string& text, std::span<const std::string> names, const std::string& name = "");
+
+  /// Whether it holds for numbers in the order of the names.
+  bool holds(std::span<const double> numbers) const;
+  const std::string& text() const { return text_; }
+  const std::string& name() const { return name_; }
+  /// Indices of the numbers it reads, increasing.
+  const std::vector<std::size_t>& reads() const { return reads_; }
+  const std::vector<CriterionLimit>& limits() const { return limits_; }
+
+  struct Expression;
+
+ private:
+  std::string text_, name_;
+  std::vector<std::size_t> reads_;
+  std::vector<CriterionLimit> limits_;
+  std::shared_ptr<const Expression> root_;
+};
+
+}  // namespace grapnel

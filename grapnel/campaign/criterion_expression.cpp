@@ -1,0 +1,162 @@
+#include "grapnel/campaign/criterion_expression.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace grapnel {
+namespace {
+
+using Expression = Criterion::Expression;
+using Kind = Expression::Kind;
+using Relation = Expression::Relation;
+
+bool compare(double a, Relation relation, double b) {
+  if (std::isnan(a) || std::isnan(b)) return false;
+  switch (relation) {
+    case Relation::less:
+      return a < b;
+    case Relation::at_most:
+      return a <= b;
+    case Relation::greater:
+      return a > b;
+    case Relation::at_least:
+      return a >= b;
+    case Relation::equal:
+      return a == b;
+    case Relation::different:
+      break;
+  }
+  return a != b;
+}
+
+bool is_true(double value) { return value != 0 && !std::isnan(value); }
+
+double extreme(const Expression& e, std::span<const double> numbers) {
+  const bool least = e.kind == Kind::min;
+  double best = least ? std::numeric_limits<double>::infinity() : -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < e.operands.size(); ++i) {
+    for (std::size_t pass = 0; pass < e.passes[i]; ++pass) {
+      const double value = value_of(e.operands[i], numbers, pass);
+      if (std::isnan(value)) return value;
+      best = least ? std::min(best, value) : std::max(best, value);
+    }
+  }
+  return best;
+}
+
+double sum(const Expression& e, std::span<const double> numbers, std::size_t pass) {
+  double total = value_of(e.operands[0], numbers, pass);
+  for (std::size_t i = 1; i < e.operands.size(); ++i) {
+    const double value = value_of(e.operands[i], numbers, pass);
+    total = e.inverse[i] ? total - value : total + value;
+  }
+  return total;
+}
+
+double product(const Expression& e, std::span<const double> numbers, std::size_t pass) {
+  double total = value_of(e.operands[0], numbers, pass);
+  for (std::size_t i = 1; i < e.operands.size(); ++i) {
+    const double value = value_of(e.operands[i], numbers, pass);
+    total = e.inverse[i] ? total / value : total * value;
+  }
+  return total;
+}
+
+bool holds_in_all_passes(const Expression& e, std::span<const double> numbers) {
+  for (std::size_t pass = 0; pass < e.passes[0]; ++pass) {
+    const double left = value_of(e.operands[0], numbers, pass);
+    const bool holds =
+        e.kind == Kind::condition ? is_true(left) : compare(left, e.relation, value_of(e.operands[1], numbers, pass));
+    if (!holds) return false;
+  }
+  return true;
+}
+
+Relation mirrored(Relation relation) {
+  switch (relation) {
+    case Relation::less:
+      return Relation::greater;
+    case Relation::at_most:
+      return Relation::at_least;
+    case Relation::greater:
+      return Relation::less;
+    case Relation::at_least:
+      return Relation::at_most;
+    default:
+      return relation;
+  }
+}
+
+// `side` at most or at least `bound`: what that says of each of its numbers.
+void collect_limit(const Expression& side, bool at_most, double bound, std::vector<CriterionLimit>& limits) {
+  if (side.kind == Kind::name) {
+    for (const std::size_t index : side.indices) limits.push_back({index, at_most, bound, false});
+  } else if (side.kind == Kind::abs && side.operands[0].kind == Kind::name) {
+    for (const std::size_t index : side.operands[0].indices) limits.push_back({index, at_most, bound, true});
+  } else if (side.kind == (at_most ? Kind::max : Kind::min)) {
+    for (const Expression& operand : side.operands) collect_limit(operand, at_most, bound, limits);
+  }
+}
+
+}  // namespace
+
+double value_of(const Expression& e, std::span<const double> numbers, std::size_t pass) {
+  switch (e.kind) {
+    case Kind::number:
+      return e.constant;
+    case Kind::name:
+      return numbers[e.indices.size() == 1 ? e.indices[0] : e.indices[pass]];
+    case Kind::sum:
+      return sum(e, numbers, pass);
+    case Kind::product:
+      return product(e, numbers, pass);
+    case Kind::negative:
+      return -value_of(e.operands[0], numbers, pass);
+    case Kind::abs:
+      return std::abs(value_of(e.operands[0], numbers, pass));
+    case Kind::sqrt:
+      return std::sqrt(value_of(e.operands[0], numbers, pass));
+    case Kind::min:
+    case Kind::max:
+      return extreme(e, numbers);
+    case Kind::comparison:
+    case Kind::condition:
+      return holds_in_all_passes(e, numbers) ? 1 : 0;
+    case Kind::all_of:
+      return std::all_of(e.operands.begin(), e.operands.end(),
+                         [&](const Expression& part) { return is_true(value_of(part, numbers, pass)); });
+    case Kind::any_of:
+      return std::any_of(e.operands.begin(), e.operands.end(),
+                         [&](const Expression& part) { return is_true(value_of(part, numbers, pass)); });
+    case Kind::none_of:
+      break;
+  }
+  return is_true(value_of(e.operands[0], numbers, pass)) ? 0 : 1;
+}
+
+void collect_reads(const Expression& e, std::vector<std::size_t>& reads) {
+  reads.insert(reads.end(), e.indices.begin(), e.indices.end());
+  for (const Expression& operand : e.operands) collect_reads(operand, reads);
+}
+
+void collect_limits(const Expression& e, std::vector<CriterionLimit>& limits) {
+  if (e.kind == Kind::all_of) {
+    for (const Expression& part : e.operands) collect_limits(part, limits);
+    return;
+  }
+  if (e.kind != Kind::comparison) return;
+  for (const std::size_t side : {0, 1}) {
+    std::vector<std::size_t> reads;
+    collect_reads(e.operands[1 - side], reads);
+    if (!reads.empty()) continue;
+    const Relation relation = side == 0 ? e.relation : mirrored(e.relation);
+    const double bound = value_of(e.operands[1 - side], {}, 0);
+    if (relation == Relation::less || relation == Relation::at_most)
+      collect_limit(e.operands[side], true, bound, limits);
+    else if (relation == Relation::greater || relation == Relation::at_least)
+      collect_limit(e.operands[side], false, bound, limits);
+  }
+}
+
+}  // namespace grapnel

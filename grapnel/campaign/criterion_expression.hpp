@@ -1,0 +1,54 @@
+#pragma once
+
+/// @file
+/// The tree of a criterion; for criterion*.cpp. Thread safety: plain values; evaluation is pure.
+
+#include <cstddef>
+#include <span>
+#include <vector>
+
+#include "grapnel/campaign/criterion.hpp"
+
+namespace grapnel {
+
+/// A node: what it computes from its operands.
+struct Criterion::Expression {
+  enum class Kind {
+    number,      // `constant`
+    name,        // the number at `indices[pass]`, or at `indices[0]` if there is only one
+    sum,         // operands, those with `inverse` subtracted
+    product,     // operands, those with `inverse` divided by
+    negative,    // -operand
+    abs,         //
+    sqrt,        //
+    min,         // of all operands in all their passes
+    max,         //
+    comparison,  // operands[0] `relation` operands[1] in all passes
+    condition,   // operands[0] is neither 0 nor NaN, in all passes
+    all_of,      // and
+    any_of,      // or
+    none_of,     // not: one operand
+  };
+  enum class Relation { less, at_most, greater, at_least, equal, different };
+
+  Kind kind = Kind::number;
+  Relation relation = Relation::less;
+  double constant = 0;
+  std::size_t begin = 0;                        // where it stands in the text
+  std::vector<std::size_t> indices;             // of a name; several for one with stars
+  std::vector<std::vector<std::string>> stars;  // of a name with stars: what they stand for, per index
+  std::vector<Expression> operands;
+  std::vector<bool> inverse;        // per operand
+  std::vector<std::size_t> passes;  // min, max: per operand; comparison, condition: one
+};
+
+/// Its number in a pass; conditions give 1 or 0.
+double value_of(const Criterion::Expression& e, std::span<const double> numbers, std::size_t pass);
+
+/// Appends the indices it reads.
+void collect_reads(const Criterion::Expression& e, std::vector<std::size_t>& reads);
+
+/// Appends what a condition asks of single numbers.
+void collect_limits(const Criterion::Expression& e, std::vector<CriterionLimit>& limits);
+
+}  // namespace grapnel

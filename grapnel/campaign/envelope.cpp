@@ -1,0 +1,134 @@
+#include "grapnel/campaign/envelope.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "grapnel/result/csv_text.hpp"
+#include "grapnel/result/text_table.hpp"
+#include "grapnel/study/grid.hpp"
+#include "grapnel/study/run_case.hpp"
+
+namespace grapnel {
+namespace {
+
+std::vector<std::size_t> sizes_of(const Campaign& campaign) {
+  std::vector<std::size_t> sizes;
+  for (const StudyAxis& axis : campaign.design) sizes.push_back(axis.values.size());
+  return sizes;
+}
+
+std::string shown(const StudyAxis& axis, std::size_t at) {
+  return axis.is_numeric ? fmt::format("{:.6g}", axis.values[at].number) : axis.values[at].label;
+}
+
+std::string head_of(const StudyAxis& axis) {
+  return axis.unit.empty() || axis.unit == "1" ? axis.name : axis.name + " [" + axis.unit + "]";
+}
+
+std::string cell(const EnvelopePoint& point) {
+  return point.success.trials == 0 ? "-" : percentage(point.success.estimate, point.success);
+}
+
+// The first axis downwards, the second to the right, as many columns at a time as fit.
+std::string matrix(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+  constexpr std::size_t kColumns = 9;
+  const StudyAxis &down = campaign.design[0], &right = campaign.design[1];
+  std::string text = "  " + head_of(down) + " downwards, " + head_of(right) + " to the right\n";
+  for (std::size_t begin = 0; begin < right.values.size(); begin += kColumns) {
+    const std::size_t end = std::min(begin + kColumns, right.values.size());
+    TextTable table(0);
+    std::vector<std::string> cells{""};
+    for (std::size_t j = begin; j < end; ++j) cells.push_back(shown(right, j));
+    table.row(cells);
+    for (std::size_t i = 0; i < down.values.size(); ++i) {
+      cells = {shown(down, i)};
+      for (std::size_t j = begin; j < end; ++j) cells.push_back(cell(points[i * right.values.size() + j]));
+      table.row(cells);
+    }
+    text += (begin > 0 ? "\n" : "") + table.text();
+  }
+  return text;
+}
+
+std::string lines(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+  TextTable table(0);
+  std::vector<std::string> cells;
+  for (const StudyAxis& axis : campaign.design) cells.push_back(head_of(axis));
+  cells.insert(cells.end(), {"success", "", ""});
+  table.row(cells);
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const std::vector<std::size_t> position = grid_position(sizes_of(campaign), p);
+    cells.clear();
+    for (std::size_t a = 0; a < position.size(); ++a) cells.push_back(shown(campaign.design[a], position[a]));
+    const Proportion& success = points[p].success;
+    cells.insert(cells.end(),
+                 {cell(points[p]), percentage(success.lower, success), percentage(success.upper, success)});
+    table.row(cells);
+  }
+  return table.text();
+}
+
+}  // namespace
+
+std::string percentage(double probability, const Proportion& of) {
+  if (!std::isfinite(probability)) return "-";
+  const double width = 100 * (of.upper - of.lower);
+  const int digits = width > 0 ? std::clamp(1 - static_cast<int>(std::floor(std::log10(width))), 0, 6) : 0;
+  return fmt::format("{:.{}f} %", 100 * probability, digits);
+}
+
+std::vector<EnvelopePoint> envelope_of(const Campaign& campaign, std::span<const std::uint64_t> indices,
+                                       std::span<const std::uint8_t> status, std::span<const std::uint8_t> success) {
+  if (campaign.design.empty()) return {};
+  const std::uint64_t count = campaign.total() / std::max<std::uint64_t>(campaign.cases, 1);
+  std::vector<EnvelopePoint> points(count);
+  std::vector<std::uint64_t> trials(count, 0), successes(count, 0);
+  for (std::size_t row = 0; row < indices.size(); ++row) {
+    const std::uint64_t point = campaign.cases == 0 ? count : indices[row] / campaign.cases;
+    if (point >= count)
+      throw std::runtime_error("case " + std::to_string(indices[row]) + " belongs to no point of the design");
+    ++trials[point];
+    successes[point] += success[row];
+    points[point].ok += status[row] == static_cast<std::uint8_t>(CaseStatus::ok);
+  }
+  for (std::size_t p = 0; p < count; ++p) points[p].success = wilson(successes[p], trials[p], campaign.confidence);
+  return points;
+}
+
+std::string envelope_csv(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+  std::string text = "point";
+  for (const StudyAxis& axis : campaign.design)
+    text += "," + csv_quoted(axis.unit.empty() ? axis.name : axis.name + " [" + axis.unit + "]");
+  text += ",trials,ok,successes,estimate,lower,upper\n";
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const std::vector<std::size_t> position = grid_position(sizes_of(campaign), p);
+    text += std::to_string(p);
+    for (std::size_t a = 0; a < position.size(); ++a) {
+      const StudyAxis& axis = campaign.design[a];
+      const AxisValue& value = axis.values[position[a]];
+      text += ",";
+      if (axis.is_numeric)
+        append_csv_number(value.number, text);
+      else
+        text += csv_quoted(value.label);
+    }
+    const Proportion& success = points[p].success;
+    text += fmt::format(",{},{},{}", success.trials, points[p].ok, success.successes);
+    for (const double value : {success.estimate, success.lower, success.upper}) {
+      text += ",";
+      append_csv_number(value, text);
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+std::string envelope_summary(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+  if (points.empty()) return "";
+  return campaign.design.size() == 2 ? matrix(campaign, points) : lines(campaign, points);
+}
+
+}  // namespace grapnel

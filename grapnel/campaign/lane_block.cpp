@@ -1,0 +1,254 @@
+#include "grapnel/campaign/lane_block.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "grapnel/campaign/case_clock.hpp"
+#include "grapnel/capture/capture_steps.hpp"
+#include "grapnel/lanes/lane_phase.hpp"
+#include "grapnel/lanes/lane_phase_setup.hpp"
+
+namespace grapnel {
+namespace {
+
+// Longer pieces of motion are not for lanes, where one case would keep a whole block waiting: they are integrated
+// alone, from their start, under the time limit. A number of steps and no time, so that it depends on the case alone.
+constexpr long kMostSteps = 50'000;
+
+// A case on its way.
+struct Flight {
+  Flight(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
+
+  CampaignRow row;
+  CaseClock clock;
+  std::unique_ptr<StudyCase> point;     // steps refer to it
+  std::unique_ptr<CaptureSteps> steps;  // null: the row is complete
+  const MotionTask* task = nullptr;     // to be done next, in lanes
+  std::optional<lanes::LaneStructure> structure;
+  std::exception_ptr trouble;  // thrown by what watches the piece of motion under way
+
+  bool flies_like(const Flight& other) const {
+    return !task->watch == !other.task->watch && *structure == *other.structure;
+  }
+};
+
+// Shows a state to what watches the piece of motion that a flight is in. What goes wrong there is the case's, and
+// kept until its lane has finished.
+void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector<double>& motor) {
+  if (flight.trouble) return;
+  const Model& model = *flight.task->model;
+  state.q = view.q, state.v = view.v;
+  motor.clear();
+  for (int body : model.joints()) {
+    motor.push_back(
+        view.motor[static_cast<std::size_t>(model.bodies()[static_cast<std::size_t>(body)].placement.link)]);
+  }
+  flight.clock.resume();
+  try {
+    flight.task->watch(view.time, state, motor);
+    flight.clock.check();
+  } catch (const CaseStopped&) {  // the block is given up
+  } catch (const std::exception&) {
+    flight.trouble = std::current_exception();
+  }
+  flight.clock.pause();
+}
+
+Momentumd momentum_of(const lanes::LaneBooks& b) {
+  return {{b.angular[0], b.angular[1], b.angular[2]}, {b.linear[0], b.linear[1], b.linear[2]}};
+}
+
+SystemBooks books_of(const lanes::LaneBooks& b) {
+  SystemBooks books;
+  books.com = {b.com[0], b.com[1], b.com[2]};
+  books.about_com = momentum_of(b);
+  books.about_origin = shift(books.about_com, -books.com);
+  books.kinetic_energy = b.kinetic_energy;
+  books.linear_scale = b.linear_scale, books.angular_scale = b.angular_scale;
+  return books;
+}
+
+PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
+  PhaseMeasures measures;
+  measures.start = books_of(outcome.start);
+  measures.linear_deviation = outcome.linear_deviation;
+  measures.angular_deviation = outcome.angular_deviation;
+  measures.work_energy_residual = outcome.work_residual;
+  measures.scale = {outcome.linear_scale, outcome.angular_scale, outcome.largest_energy};
+  return measures;
+}
+
+PhaseOutcome outcome_of(const lanes::LaneOutcome& lane) {
+  PhaseOutcome outcome;
+  outcome.finished = lane.finished();
+  if (!outcome.finished) outcome.failure = lanes::explanation(lane);
+  outcome.end_time = lane.time;
+  outcome.end_state.q = lane.q, outcome.end_state.v = lane.v;
+  outcome.integrals.motor_work = lane.motor_work;
+  outcome.integrals.friction_work = lane.friction_work;
+  outcome.rhs_evaluations = static_cast<long>(lane.evaluations);
+  outcome.steps = static_cast<long>(lane.steps);
+  outcome.rejected = static_cast<long>(lane.rejected);
+  outcome.quaternion_defect = lane.quaternion_defect;
+  return outcome;
+}
+
+class LaneBlock {
+ public:
+  LaneBlock(const Campaign& campaign, lanes::InstructionSet set, const std::stop_token& stop)
+      : campaign_(campaign), set_(set), stop_(stop) {}
+
+  std::vector<CampaignRow> run(const Block& block) {
+    for (std::uint64_t k = block.begin; k < block.end; ++k) {
+      flights_.push_back(std::make_unique<Flight>(campaign_, stop_));
+      begin(*flights_.back(), k);
+      if (stop_.stop_requested()) return {};
+    }
+    while (fly_some()) {
+      if (stop_.stop_requested()) return {};
+    }
+    if (stop_.stop_requested()) return {};  // cases may be under way, or given up: the block is
+    std::vector<CampaignRow> rows;
+    for (auto& flight : flights_) {
+      flight->row.success = is_success(campaign_, flight->row);
+      rows.push_back(std::move(flight->row));
+    }
+    return rows;
+  }
+
+ private:
+  // Does a part of a case's work; what goes wrong in it is the case's reason.
+  template <class Work>
+  void attempt(Flight& flight, Work&& work) {
+    try {
+      flight.clock.resume();
+      work();
+    } catch (const CaseStopped&) {
+      close(flight);  // the block is given up
+    } catch (const std::exception& error) {
+      take(flight, failed_case(error.what(), campaign_.columns.size()));
+    }
+    flight.clock.pause();
+  }
+
+  void begin(Flight& flight, std::uint64_t k) {
+    flight.row.index = k;
+    flight.row.inputs.assign(campaign_.inputs.size(), NAN);
+    attempt(flight, [&] {
+      flight.row.inputs = campaign_.draw(k);
+      flight.point = std::make_unique<StudyCase>(campaign_.problem(k));
+      const bool impact = campaign_.mode == StudyMode::impact;
+      flight.steps =
+          std::make_unique<CaptureSteps>(flight.point->problem, CaptureDetail::columns, flight.clock.watch(),
+                                         impact ? CaptureSteps::Part::impact_only : CaptureSteps::Part::whole);
+      go_on(flight);
+    });
+  }
+
+  // To the next piece of motion that is for lanes, or to the end.
+  void go_on(Flight& flight) {
+    while ((flight.task = flight.steps->next())) {
+      if (flight.task->only_here.empty()) {
+        IntegrationSetup integration = flight.task->integration;
+        integration.max_steps = std::min(integration.max_steps, kMostSteps);
+        const MotionTask& task = *flight.task;
+        if (lanes::lane_obstacle(*task.model, *task.setup, integration, task.begin, task.end).empty()) {
+          flight.structure = lanes::lane_structure(*flight.task->model, *flight.task->setup, integration);
+          return;
+        }
+      }
+      flight.steps->move();
+    }
+    take(flight, case_row(*flight.point, flight.steps->finish(), campaign_.columns));
+  }
+
+  void take(Flight& flight, CaseRow row) {
+    flight.row.status = row.status;
+    flight.row.reason = std::move(row.reason);
+    flight.row.values = std::move(row.values);
+    close(flight);
+  }
+  static void close(Flight& flight) {
+    flight.task = nullptr;
+    flight.structure.reset();
+    flight.steps.reset();
+    flight.point.reset();
+  }
+
+  // The next piece of motion of every case that has one, those of one structure together. Whether there was any.
+  bool fly_some() {
+    std::vector<Flight*> waiting;
+    for (auto& flight : flights_) {
+      if (flight->task) waiting.push_back(flight.get());
+    }
+    const bool any = !waiting.empty();
+    while (!waiting.empty()) {
+      const Flight& first = *waiting.front();
+      const auto others =
+          std::stable_partition(waiting.begin(), waiting.end(), [&](const Flight* f) { return f->flies_like(first); });
+      fly(*first.structure, {waiting.begin(), others});
+      if (stop_.stop_requested()) return false;
+      waiting.erase(waiting.begin(), others);
+    }
+    return any;
+  }
+
+  // `structure` by value: the flights go on to other pieces of motion meanwhile.
+  void fly(const lanes::LaneStructure structure, const std::vector<Flight*>& together) {
+    std::size_t next = 0;
+    const auto source = [&](lanes::LaneCase& lane) {
+      while (next < together.size() && !stop_.stop_requested()) {
+        Flight& flight = *together[next++];
+        bool ready = false;
+        attempt(flight, [&] {
+          const MotionTask& task = *flight.task;
+          lane.id = next - 1;
+          lane.max_step = task.watch ? task.longest_look : std::numeric_limits<double>::infinity();
+          lanes::lane_case(structure, *task.model, *task.setup, task.start,
+                           lanes::lane_motion(structure, *task.model, *task.setup, task.begin, task.end), lane);
+          ready = true;
+        });
+        if (ready) return true;
+      }
+      return false;
+    };
+    const auto sink = [&](const lanes::LaneCase&, const lanes::LaneOutcome& outcome) {
+      Flight& flight = *together[outcome.id];
+      attempt(flight, [&] {
+        if (flight.trouble) std::rethrow_exception(flight.trouble);
+        const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
+                              structure.integration.max_steps < flight.task->integration.max_steps;
+        if (too_long) {
+          flight.steps->move();
+        } else {
+          flight.steps->moved(outcome_of(outcome), measures_of(outcome));
+        }
+        go_on(flight);
+      });
+    };
+    State state;
+    std::vector<double> motor;
+    const auto look = [&](const lanes::LaneView& view) {
+      if (!stop_.stop_requested()) show(view, *together[view.id], state, motor);
+    };
+    const bool watched = together.front()->task->watch != nullptr;
+    lanes::run_lanes(structure, source, sink, set_, watched ? lanes::LaneWatch(look) : lanes::LaneWatch());
+  }
+
+  const Campaign& campaign_;
+  const lanes::InstructionSet set_;
+  const std::stop_token& stop_;
+  std::vector<std::unique_ptr<Flight>> flights_;
+};
+
+}  // namespace
+
+std::vector<CampaignRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
+                                            const std::stop_token& stop) {
+  return LaneBlock(campaign, set, stop).run(block);
+}
+
+}  // namespace grapnel

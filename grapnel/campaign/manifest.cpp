@@ -1,0 +1,263 @@
+#include "grapnel/campaign/manifest.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
+
+#include "grapnel/lanes/dispatch.hpp"
+#include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/json_document.hpp"
+#include "grapnel/result/json_text.hpp"
+#include "grapnel/study/study_table.hpp"
+
+namespace grapnel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kSchema = "grapnel-campaign-folder/1";
+
+std::filesystem::path path_in(const std::filesystem::path& folder) { return folder / "manifest.json"; }
+
+// --- To JSON ---
+
+template <class T>
+Json heads_json(const std::vector<T>& heads) {
+  Json list = Json::array();
+  for (const T& head : heads)
+    list.push_back({{"name", head.name}, {"unit", head.unit}, {"description", head.description}});
+  return list;
+}
+
+Json design_json(const std::vector<StudyAxis>& axes) {
+  Json list = Json::array();
+  for (const StudyAxis& axis : axes) {
+    Json values = Json::array();
+    for (const AxisValue& value : axis.values)
+      values.push_back(axis.is_numeric ? Json(value.number) : Json(value.label));
+    list.push_back({{"name", axis.name},
+                    {"unit", axis.unit},
+                    {"description", axis.description},
+                    {"numeric", axis.is_numeric},
+                    {"values", values}});
+  }
+  return list;
+}
+
+Json document_of(const Manifest& manifest) {
+  const Campaign& c = manifest.campaign;
+  Json success = Json::array();
+  for (const Criterion& criterion : c.success)
+    success.push_back({{"name", criterion.name()}, {"holds", criterion.text()}});
+  return {{"schema", kSchema},
+          {"version", manifest.version},
+          {"campaign", c.name},
+          {"description", c.description},
+          {"sha256", c.sha256},
+          {"seed", c.seed},
+          {"sampling", name_of(c.sampling)},
+          {"simulate", name_of(c.mode)},
+          {"plan", name_of(c.plan)},
+          {"cases", c.cases},
+          {"total", manifest.total},
+          {"added", manifest.added},
+          {"block_size", manifest.block_size},
+          {"arithmetic", manifest.arithmetic},
+          {"time_limit", c.time_limit},
+          {"inputs", heads_json(c.inputs)},
+          {"columns", heads_json(c.columns)},
+          {"design", design_json(c.design)},
+          {"success", success},
+          {"confidence", c.confidence},
+          {"quantiles", c.quantiles},
+          {"series",
+           {{"sample", c.series.sample},
+            {"failures", c.series.failures},
+            {"worst", c.series.worst},
+            {"worst_by", c.series.worst_by}}},
+          {"file", c.file},
+          {"text", c.text}};
+}
+
+// --- From JSON; nlohmann's exceptions say what is missing or of another type ---
+
+template <class T>
+std::vector<T> heads_from(const Json& list) {
+  std::vector<T> heads;
+  for (const Json& entry : list) {
+    T head;
+    head.name = entry.at("name").get<std::string>();
+    head.unit = entry.at("unit").get<std::string>();
+    head.description = entry.at("description").get<std::string>();
+    heads.push_back(std::move(head));
+  }
+  return heads;
+}
+
+std::vector<StudyAxis> design_from(const Json& list) {
+  std::vector<StudyAxis> axes;
+  for (const Json& entry : list) {
+    StudyAxis axis{entry.at("name").get<std::string>(),
+                   entry.at("unit").get<std::string>(),
+                   entry.at("description").get<std::string>(),
+                   entry.at("numeric").get<bool>(),
+                   {}};
+    for (const Json& value : entry.at("values"))
+      axis.values.push_back(axis.is_numeric ? AxisValue{value.get<double>(), ""}
+                                            : AxisValue{NAN, value.get<std::string>()});
+    axes.push_back(std::move(axis));
+  }
+  return axes;
+}
+
+Sampling sampling_named(const std::string& name) {
+  for (const Sampling s : {Sampling::random, Sampling::latin_hypercube, Sampling::sobol})
+    if (name == name_of(s)) return s;
+  throw std::runtime_error("sampling '" + name + "' is unknown");
+}
+
+Manifest manifest_from(const Json& document) {
+  Manifest manifest;
+  Campaign& c = manifest.campaign;
+  manifest.version = document.at("version").get<std::string>();
+  manifest.total = document.at("total").get<std::uint64_t>();
+  manifest.added = document.at("added").get<std::vector<std::uint64_t>>();
+  manifest.block_size = document.at("block_size").get<std::uint64_t>();
+  if (manifest.block_size == 0) throw std::runtime_error("block_size is 0");
+  if (manifest.total > kMostCases) throw std::runtime_error(fmt::format("total is {}", manifest.total));
+  manifest.arithmetic = document.at("arithmetic").get<std::string>();
+  c.name = document.at("campaign").get<std::string>();
+  c.description = document.at("description").get<std::string>();
+  c.sha256 = document.at("sha256").get<std::string>();
+  c.seed = document.at("seed").get<std::uint64_t>();
+  c.sampling = sampling_named(document.at("sampling").get<std::string>());
+  c.mode =
+      document.at("simulate").get<std::string>() == name_of(StudyMode::impact) ? StudyMode::impact : StudyMode::run;
+  c.plan = document.at("plan").get<std::string>() == name_of(CampaignPlan::nominal) ? CampaignPlan::nominal
+                                                                                    : CampaignPlan::per_case;
+  c.cases = document.at("cases").get<std::uint64_t>();
+  c.time_limit = document.at("time_limit").get<double>();
+  c.inputs = heads_from<CampaignInput>(document.at("inputs"));
+  c.columns = heads_from<Column>(document.at("columns"));
+  c.design = design_from(document.at("design"));
+  c.series.sample = document.at("series").at("sample").get<std::uint64_t>();
+  c.series.failures = document.at("series").at("failures").get<std::uint64_t>();
+  c.series.worst = document.at("series").at("worst").get<std::uint64_t>();
+  c.series.worst_by = document.at("series").at("worst_by").get<std::string>();
+  c.file = document.at("file").get<std::string>();
+  c.text = document.at("text").get<std::string>();
+  std::vector<std::string> names;
+  for (const Column& column : c.columns) names.push_back(column.name);
+  for (const CampaignInput& input : c.inputs) names.push_back(input.name);
+  for (const Json& entry : document.at("success"))
+    c.success.push_back(
+        Criterion::parse(entry.at("holds").get<std::string>(), names, entry.at("name").get<std::string>()));
+  c.confidence = document.at("confidence").get<double>();
+  c.quantiles = document.at("quantiles").get<std::vector<double>>();
+  return manifest;
+}
+
+// --- Differences ---
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    lines.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return lines;
+}
+
+// Where two texts part.
+std::string first_difference(const std::string& was, const std::string& is) {
+  const std::vector<std::string> a = lines_of(was), b = lines_of(is);
+  std::size_t line = 0;
+  while (line < a.size() && line < b.size() && a[line] == b[line]) ++line;
+  const auto quoted = [&](const std::vector<std::string>& lines) {
+    return line < lines.size() ? "'" + lines[line] + "'" : std::string("not there");
+  };
+  return fmt::format("line {} of its file is {}, not {}", line + 1, quoted(a), quoted(b));
+}
+
+template <class T>
+std::string names_of(const std::vector<T>& heads) {
+  std::string all;
+  for (const T& head : heads) all += head.name + '\n';
+  return all;
+}
+
+}  // namespace
+
+std::uint64_t block_size_for(std::uint64_t total) {
+  constexpr std::uint64_t kLeastBlocks = 256, kLargest = 500;
+  return std::clamp<std::uint64_t>(total / kLeastBlocks, 1, kLargest);
+}
+
+std::string arithmetic_here() {
+  const std::optional<lanes::InstructionSet> set = lanes::best_instruction_set();
+  if (!set) return "double";
+  return *set == lanes::InstructionSet::sse2 ? "sse2" : "fma";
+}
+
+Manifest new_manifest(const Campaign& campaign, const std::string& version) {
+  Manifest manifest{version, campaign, campaign.total(), block_size_for(campaign.total()), {}, arithmetic_here()};
+  manifest.campaign.draw = nullptr;
+  manifest.campaign.problem = nullptr;
+  manifest.campaign.scenario_text = nullptr;
+  for (Column& column : manifest.campaign.columns) column.value = nullptr;
+  return manifest;
+}
+
+void write_manifest(const std::filesystem::path& folder, const Manifest& manifest) {
+  write_file_atomically(path_in(folder), json_text(document_of(manifest)));
+}
+
+std::optional<Manifest> read_manifest(const std::filesystem::path& folder) {
+  const std::filesystem::path path = path_in(folder);
+  std::error_code none;
+  if (!std::filesystem::exists(path, none)) return std::nullopt;
+  const Json document = read_json_document(path, kSchema);
+  try {
+    return manifest_from(document);
+  } catch (const std::exception& error) {
+    const std::string what = error.what();  // "[json.exception.out_of_range.403] key 'x' not found"
+    const std::size_t at = what.find("] ");
+    throw std::runtime_error(path.string() + ": damaged: " + (at == std::string::npos ? what : what.substr(at + 2)));
+  }
+}
+
+std::vector<std::string> differences(const Manifest& manifest, const Campaign& campaign, const std::string& version) {
+  const Campaign& there = manifest.campaign;
+  std::vector<std::string> lines;
+  const auto compare = [&](const char* what, const auto& was, const auto& is) {
+    if (was != is) lines.push_back(fmt::format("its {} is {}, not {}", what, was, is));
+  };
+  if (manifest.version != version)
+    lines.push_back(
+        fmt::format("grapnel {} made it, and this is {}: their rows need not agree", manifest.version, version));
+  if (const std::string here = arithmetic_here(); manifest.arithmetic != here)
+    lines.push_back(fmt::format("its rows have the arithmetic '{}', and those made here '{}': they differ in last bits",
+                                manifest.arithmetic, here));
+  compare("name", "'" + there.name + "'", "'" + campaign.name + "'");
+  compare("seed", there.seed, campaign.seed);
+  compare("sampling", std::string(name_of(there.sampling)), std::string(name_of(campaign.sampling)));
+  compare("mode", std::string(name_of(there.mode)), std::string(name_of(campaign.mode)));
+  compare("number of inputs", there.inputs.size(), campaign.inputs.size());
+  compare("number of columns", there.columns.size(), campaign.columns.size());
+  if (there.sha256 == campaign.sha256) {
+    if (lines.empty() && names_of(there.inputs) != names_of(campaign.inputs)) lines.push_back("its inputs are others");
+    if (lines.empty() && names_of(there.columns) != names_of(campaign.columns))
+      lines.push_back("its columns are others");
+    return lines;
+  }
+  lines.push_back(there.text == campaign.text ? "its scenario, or a file that this names, was another"
+                                              : first_difference(there.text, campaign.text));
+  return lines;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,46 @@
+#pragma once
+
+/// @file
+/// The unit of work of a campaign: a block of consecutive cases. Blocks only divide the work; no row depends on them.
+/// Thread safety: reentrant.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "grapnel/campaign/campaign.hpp"
+#include "grapnel/campaign/campaign_row.hpp"
+
+namespace grapnel {
+
+/// Cases begin to end (not included).
+struct Block {
+  std::uint64_t number = 0;
+  std::uint64_t begin = 0, end = 0;
+};
+
+/// Number `number` of the blocks of `size` cases that make up `total` cases.
+Block block_at(std::uint64_t number, std::uint64_t size, std::uint64_t total);
+std::uint64_t block_count(std::uint64_t size, std::uint64_t total);
+
+/// Rows of a block, in the order of their indices. Faults of cases are their rows' reasons. Called from several threads
+/// at once, also with a part of a block (a long one is done in parts). A stop request may end it early: it then returns
+/// the first rows, as many as are complete without a gap.
+using BlockWork = std::function<std::vector<CampaignRow>(const Block&, const std::stop_token&)>;
+
+/// The way from cases to rows that suits the campaign: lanes where they can (see docs/how-to/campaign.md), else one by
+/// one. The campaign must outlive it.
+BlockWork block_work(const Campaign& campaign);
+
+/// One case, one by one: as `block_work` without lanes does it. Nothing if it was stopped. A case that takes longer
+/// than the campaign's time limit is a failed row without values; the limit is looked at when the capture reports
+/// progress, and at its end.
+std::optional<CampaignRow> run_campaign_case(const Campaign& campaign, std::uint64_t k,
+                                             const std::stop_token& stop = {});
+
+/// Whether an ok row meets all criteria. Their numbers are a row's columns, then its inputs.
+bool is_success(const Campaign& campaign, const CampaignRow& row);
+
+}  // namespace grapnel

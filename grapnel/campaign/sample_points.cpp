@@ -1,0 +1,82 @@
+#include "grapnel/campaign/sample_points.hpp"
+
+#include <bit>
+#include <boost/random/sobol.hpp>
+#include <stdexcept>
+
+#include "grapnel/campaign/keyed_permutation.hpp"
+#include "grapnel/campaign/random_number.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr int kBits = 32;
+
+// XOR of the direction numbers whose bits are set.
+std::uint32_t combined(const std::uint32_t* directions, std::uint32_t bits) {
+  std::uint32_t digits = 0;
+  for (; bits != 0; bits &= bits - 1) digits ^= directions[std::countr_zero(bits)];
+  return digits;
+}
+
+// L x modulo 2 for a random lower triangular L with ones on its diagonal: digit i (from the highest bit) of the result
+// is that of x plus some of those before it. Whether they are among them is row i of the matrix.
+std::uint32_t scrambled(std::uint32_t x, const std::uint32_t* rows) {
+  std::uint32_t result = 0;
+  for (int i = 0; i < kBits; ++i) {
+    const std::uint32_t bit = std::uint32_t{1} << (kBits - 1 - i);
+    const std::uint32_t before = i == 0 ? 0 : ~std::uint32_t{0} << (kBits - i);
+    if (std::popcount(x & ((rows[i] & before) | bit)) % 2 == 1) result |= bit;
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> sobol_directions(std::size_t dimensions) {
+  boost::random::sobol_engine<std::uint32_t, kBits> engine(dimensions);
+  std::vector<std::uint32_t> directions(dimensions * kBits);
+  for (int j = 0; j < kBits; ++j) {
+    // The point whose Gray code is 2^j is 2^(j+1) - 1; the engine counts from the point after the origin.
+    const std::uint32_t point = static_cast<std::uint32_t>((std::uint64_t{1} << (j + 1)) - 1);
+    engine.seed(point - 1);
+    for (std::size_t d = 0; d < dimensions; ++d) directions[d * kBits + static_cast<std::size_t>(j)] = engine();
+  }
+  return directions;
+}
+
+SamplePoints::SamplePoints(Sampling sampling, std::size_t dimensions, std::uint64_t cases, std::uint64_t seed)
+    : sampling_(sampling), dimensions_(dimensions), cases_(cases), seed_(seed) {
+  if (dimensions > kMostDimensions) throw std::invalid_argument("sampling: too many dimensions");
+  if (cases == 0) throw std::invalid_argument("sampling: there must be cases");
+  if (sampling != Sampling::sobol || dimensions == 0) return;
+  directions_ = sobol_directions(dimensions);
+  for (std::uint32_t d = 0; d < dimensions; ++d) {
+    std::uint32_t rows[kBits];
+    for (std::uint32_t i = 0; i < kBits; ++i) rows[i] = random_words(seed, i, d, RandomUse::scramble)[0];
+    for (std::size_t j = 0; j < kBits; ++j) directions_[d * kBits + j] = scrambled(directions_[d * kBits + j], rows);
+    shifts_.push_back(random_words(seed, kBits, d, RandomUse::scramble)[0]);
+  }
+}
+
+double SamplePoints::coordinate(std::uint64_t k, std::uint32_t dimension) const {
+  if (sampling_ == Sampling::random) return unit_number(seed_, k, dimension);
+  const auto words = random_words(seed_, k, dimension, RandomUse::jitter);
+  if (sampling_ == Sampling::sobol) {
+    const auto index = static_cast<std::uint32_t>(k);
+    const std::uint32_t digits = combined(directions_.data() + std::size_t{dimension} * kBits, index ^ (index >> 1));
+    return unit_number(digits ^ shifts_[dimension], words[0]);
+  }
+  const std::uint64_t block = k / cases_;
+  const KeyedPermutation permutation(cases_, seed_, dimension, block);
+  // 22 bits within the part: what is added stays exact for a billion parts, so that no point leaves its own.
+  const double within = (static_cast<double>(words[0] >> 10) + 0.5) * 0x1p-22;
+  return (static_cast<double>(permutation(k % cases_)) + within) / static_cast<double>(cases_);
+}
+
+void SamplePoints::at(std::uint64_t k, std::span<double> point) const {
+  if (sampling_ == Sampling::sobol && k >> kBits != 0) throw std::invalid_argument("sampling: sobol has 2^32 points");
+  for (std::size_t d = 0; d < dimensions_; ++d) point[d] = coordinate(k, static_cast<std::uint32_t>(d));
+}
+
+}  // namespace grapnel

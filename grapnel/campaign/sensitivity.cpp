@@ -1,0 +1,118 @@
+#include "grapnel/campaign/sensitivity.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace grapnel {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::size_t kFewest = 4;
+
+struct Group {
+  std::size_t begin = 0, end = 0;
+  double mean = 0;
+};
+
+// Consecutive groups of about the cube root of their number, all of the same size or one more.
+std::vector<Group> groups_of(std::span<const double> y) {
+  const std::size_t n = y.size();
+  const auto size = std::max<std::size_t>(1, static_cast<std::size_t>(std::cbrt(static_cast<double>(n)) + 1e-9));
+  std::vector<Group> groups(n / size);
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    groups[i] = {i * n / groups.size(), (i + 1) * n / groups.size(), 0};
+    for (std::size_t j = groups[i].begin; j < groups[i].end; ++j) groups[i].mean += y[j];
+    groups[i].mean /= static_cast<double>(groups[i].end - groups[i].begin);
+  }
+  return groups;
+}
+
+// `y` in the order of x, less its mean.
+void first_order_of(std::span<const double> y, Sensitivity& s) {
+  const double n = static_cast<double>(y.size());
+  double variance = 0;
+  for (const double value : y) variance += value * value;
+  variance /= n - 1;
+  const std::vector<Group> groups = groups_of(y);
+  const double count = static_cast<double>(groups.size());
+  double between = 0, noise = 0;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    between += static_cast<double>(groups[i].end - groups[i].begin) / n * groups[i].mean * groups[i].mean;
+    if (i == 0) continue;
+    const double difference = groups[i].mean - groups[i - 1].mean;
+    noise += 0.5 * difference * difference / (count - 1);
+  }
+  between *= count / (count - 1);
+  s.first_order = (between - noise) / variance;
+
+  double sum = 0, squares = 0;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    const double before = groups[i == 0 ? 1 : i - 1].mean;
+    const double after = groups[i + 1 == groups.size() ? i - 1 : i + 1].mean;
+    const double f = 0.5 * (before + after);
+    for (std::size_t j = groups[i].begin; j < groups[i].end; ++j) {
+      const double influence = 2 * y[j] * f - f * f - s.first_order * y[j] * y[j];
+      sum += influence;
+      squares += influence * influence;
+    }
+  }
+  s.error = std::sqrt(std::max(0.0, squares - sum * sum / n)) / n / variance;
+}
+
+}  // namespace
+
+RankedNumbers::RankedNumbers(std::span<const double> numbers) : RankedNumbers(numbers, ranking_of(numbers)) {}
+
+RankedNumbers::RankedNumbers(std::span<const double> numbers, const Ranking& ranking)
+    : items(numbers.size(), Item{kNaN, kNaN}), count(ranking.order.size()) {
+  const std::vector<double> ranks = mean_ranks(ranking, numbers.size());
+  // About one of them: large numbers that hardly differ keep their differences.
+  const double origin = count > 0 ? numbers[ranking.order[count / 2]] : 0;
+  for (const std::uint32_t i : ranking.order) mean += (numbers[i] - origin) / static_cast<double>(count);
+  mean += origin;
+  for (const std::uint32_t i : ranking.order) items[i] = {numbers[i], ranks[i]};
+}
+
+Sensitivity sensitivity_of(const Ranking& x, const RankedNumbers& y) {
+  const double middle = 0.5 * (static_cast<double>(y.count) + 1);
+  std::vector<double> sorted;
+  sorted.reserve(y.count);
+  // Sums over pairs of ranks less their mean; of equal x at once, at their mean rank.
+  double xx = 0, yy = 0, xy = 0;
+  double tied = 0, tied_rank = 0;  // how many with the same x so far, and the sum of their y's ranks
+  const auto end_tie = [&] {
+    const double rank = static_cast<double>(sorted.size()) - 0.5 * (tied - 1) - middle;
+    xx += tied * rank * rank;
+    xy += rank * tied_rank;
+    tied = tied_rank = 0;
+  };
+  for (std::size_t j = 0; j < x.order.size(); ++j) {
+    if (!x.same[j]) end_tie();
+    const RankedNumbers::Item& item = y.items[x.order[j]];
+    if (std::isnan(item.rank)) continue;
+    sorted.push_back(item.number - y.mean);
+    const double rank = item.rank - middle;
+    yy += rank * rank;
+    tied += 1;
+    tied_rank += rank;
+  }
+  end_tie();
+  if (sorted.size() < kFewest || !(xx > 0) || !(yy > 0)) return {kNaN, kNaN, kNaN};
+  Sensitivity s;
+  s.rank_correlation = std::clamp(xy / std::sqrt(xx * yy), -1.0, 1.0);
+  first_order_of(sorted, s);
+  return s;
+}
+
+Sensitivity sensitivity_of(std::span<const double> x, std::span<const double> y) {
+  std::vector<double> with_x, with_y;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
+    with_x.push_back(x[i]);
+    with_y.push_back(y[i]);
+  }
+  return sensitivity_of(ranking_of(with_x), RankedNumbers(with_y));
+}
+
+}  // namespace grapnel

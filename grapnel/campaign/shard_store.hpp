@@ -1,0 +1,93 @@
+#pragma once
+
+/// @file
+/// Where a campaign's rows are on disk: one file per block, which holds its first rows or all; whatever happens, a file
+/// is the one before or the one after a write. docs/formats/campaign.md is the files' contract. Thread safety: one
+/// thread writes; missing() and write() are called by one thread at a time.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "grapnel/campaign/campaign_lock.hpp"
+#include "grapnel/campaign/manifest.hpp"
+#include "grapnel/campaign/shard_file.hpp"
+
+namespace grapnel {
+
+/// A folder that holds another campaign, or what this one cannot go on with.
+struct ForeignFolder : StoreError {
+  using StoreError::StoreError;
+};
+
+struct StoreOptions {
+  std::string version;       // the program's
+  std::string writer;        // of several that write to one folder (ranks, tasks of a job array); empty: alone
+  std::uint64_t extend = 0;  // cases to add; the same again goes on with an extension that is not complete
+  std::uint64_t total = 0;   // at least so many cases in all, as other folders of the campaign have
+};
+
+/// What is on disk.
+struct StoreCounts {
+  std::uint64_t rows = 0, successes = 0, not_ok = 0;
+  std::uint64_t blocks = 0, complete = 0;  // all of them, those with all rows
+};
+
+class ShardStore {
+ public:
+  /// Opens or begins DIR for writing: takes the lock, compares the manifest, removes leftovers of killed writers (if no
+  /// others write), adds the cases of an extension.
+  /// @throws FolderInUse, ForeignFolder, std::runtime_error (disk)
+  ShardStore(std::filesystem::path folder, const Campaign& campaign, const StoreOptions& options);
+  ~ShardStore();
+  ShardStore(const ShardStore&) = delete;
+  ShardStore& operator=(const ShardStore&) = delete;
+
+  /// All cases of the campaign, those of extensions included.
+  std::uint64_t total() const { return manifest_.total; }
+  std::uint64_t block_size() const { return manifest_.block_size; }
+  /// Whether a campaign was here before.
+  bool was_there() const { return was_there_; }
+  const std::filesystem::path& folder() const { return folder_; }
+
+  /// A block that is not complete, and its rows that are there.
+  struct Missing {
+    Block block;
+    std::uint64_t rows = 0;  // the first so many are on disk
+  };
+  /// Blocks with numbers `shard` modulo `shards` that are not complete, increasing. Reads those shards (complete ones
+  /// once): damaged ones count as absent. `counts`, if given, gets what is there of these blocks.
+  std::vector<Missing> missing(std::uint64_t shard = 0, std::uint64_t shards = 1, StoreCounts* counts = nullptr) const;
+  /// The rows of a block that are there. Any thread.
+  std::vector<CampaignRow> rows(const Block& block) const;
+  /// Writes the first rows of a block, or all. @throws std::runtime_error with path and reason; what was there stays.
+  void write(const Block& block, const std::vector<CampaignRow>& rows);
+
+ private:
+  struct Known {
+    std::uint32_t rows = 0, successes = 0, not_ok = 0;
+  };
+
+  void begin(const StoreOptions& options);
+  void extend(std::uint64_t cases);
+  void raise_total(std::uint64_t total);
+  std::vector<bool> present(std::uint64_t blocks) const;
+  Known look_at(const Block& block) const;
+
+  std::filesystem::path folder_;
+  const Campaign& campaign_;
+  CampaignLock lock_;
+  Manifest manifest_;
+  bool was_there_ = false;
+  mutable std::vector<Known> known_;  // per block, as last seen
+};
+
+/// Calls `take` with the rows in a campaign's folder, a block at a time, in the order of the indices. What is absent,
+/// damaged or of another campaign is left out. @throws std::runtime_error if there is no manifest.
+void for_each_block(const std::filesystem::path& folder, const Campaign& campaign,
+                    const std::function<void(std::vector<CampaignRow>&&)>& take);
+
+}  // namespace grapnel

@@ -1,0 +1,121 @@
+#include "grapnel/campaign/envelope.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "campaign/fake_campaign.hpp"
+#include "grapnel/campaign/campaign_report.hpp"
+
+namespace grapnel {
+namespace {
+
+using test::TemporaryFolder;
+
+Campaign design() {
+  Campaign campaign = test::fake_campaign(10);
+  campaign.design = {{"speed", "m/s", "", true, {{0.1, ""}, {0.2, ""}, {0.3, ""}}},
+                     {"law", "", "", false, {{NAN, "rigid, or so"}, {NAN, "soft"}}}};
+  return campaign;
+}
+
+// Successes at the points: 10, 8, 6, 4, 2, 0; one case of the second failed, the last point has only four rows.
+std::vector<CampaignRow> rows() {
+  std::vector<CampaignRow> all;
+  for (std::uint64_t k = 0; k < 54; ++k) {
+    CampaignRow row = test::fake_row(0);
+    row.index = k;
+    row.success = k % 10 < 10 - 2 * (k / 10);
+    if (k == 19) {
+      row.status = CaseStatus::failed;
+      row.values.assign(3, NAN);
+      row.reason = "no";
+    }
+    all.push_back(row);
+  }
+  return all;
+}
+
+std::vector<EnvelopePoint> envelope() {
+  std::vector<std::uint64_t> index;
+  std::vector<std::uint8_t> status, success;
+  for (const CampaignRow& row : rows()) {
+    index.push_back(row.index);
+    status.push_back(static_cast<std::uint8_t>(row.status));
+    success.push_back(row.success);
+  }
+  return envelope_of(design(), index, status, success);
+}
+
+TEST(Envelope, CountsEveryPoint) {
+  const std::vector<EnvelopePoint> points = envelope();
+  ASSERT_EQ(points.size(), 6u);
+  for (std::size_t p = 0; p < 6; ++p) {
+    const std::uint64_t trials = p < 5 ? 10 : 4;
+    EXPECT_EQ(points[p].success.trials, trials);
+    EXPECT_EQ(points[p].ok, p == 1 ? 9 : trials);
+    EXPECT_EQ(points[p].success.successes, 10 - 2 * p);
+    EXPECT_EQ(points[p].success.lower, wilson(10 - 2 * p, trials).lower);
+  }
+}
+
+TEST(Envelope, KeepsPointsWithoutRows) {
+  const std::vector<EnvelopePoint> points = envelope_of(design(), {}, {}, {});
+  ASSERT_EQ(points.size(), 6u);
+  EXPECT_TRUE(std::isnan(points[3].success.estimate));
+  EXPECT_EQ(points[3].success.upper, 1);
+  const std::vector<std::uint64_t> beyond{60};
+  const std::vector<std::uint8_t> one{1};
+  EXPECT_THROW(envelope_of(design(), beyond, one, one), std::runtime_error);
+  EXPECT_TRUE(envelope_of(test::fake_campaign(3), beyond, one, one).empty()) << "without a design";
+}
+
+TEST(Envelope, HasATextFile) {
+  const std::string text = envelope_csv(design(), envelope());
+  EXPECT_TRUE(text.starts_with(
+      "point,speed [m/s],law,trials,ok,successes,estimate,lower,upper\n0,0.1,\"rigid, or so\",10,10,10,1,"))
+      << text;
+  EXPECT_NE(text.find("\n1,0.1,soft,10,9,8,0.8,"), std::string::npos);
+  EXPECT_NE(text.find("\n5,0.3,soft,4,4,0,0,0,"), std::string::npos);
+}
+
+TEST(Envelope, IsATableOnATerminal) {
+  const std::string text = envelope_summary(design(), envelope());
+  EXPECT_NE(text.find("speed [m/s] downwards, law to the right"), std::string::npos) << text;
+  EXPECT_NE(text.find("rigid, or so  soft"), std::string::npos) << text;
+  EXPECT_NE(text.find("100 %  80 %"), std::string::npos) << text;
+  Campaign one = design();
+  one.design.pop_back();
+  const std::vector<EnvelopePoint> points(3);
+  EXPECT_NE(envelope_summary(one, points).find("speed [m/s]"), std::string::npos);
+}
+
+TEST(Envelope, IsInTheReport) {
+  const TemporaryFolder folder;
+  const Campaign campaign = design();
+  write_campaign_tables(folder.path(), campaign, "1", false, [](const TakeRow& take) {
+    for (const CampaignRow& row : rows()) take(row);
+  });
+  const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"));
+  const nlohmann::json json = nlohmann::json::parse(campaign_json(campaign, report, "1"))["envelope"];
+  EXPECT_EQ(json["axes"][0]["values"], nlohmann::json::parse("[0.1, 0.2, 0.3]"));
+  EXPECT_EQ(json["axes"][1]["values"], nlohmann::json::parse(R"(["rigid, or so", "soft"])"));
+  EXPECT_EQ(json["successes"], nlohmann::json::parse("[10, 8, 6, 4, 2, 0]"));
+  EXPECT_EQ(json["estimate"][1], 0.8);
+  EXPECT_NE(campaign_summary(campaign, report).find("probability of success"), std::string::npos);
+}
+
+TEST(Percentage, HasTheDigitsThatAreKnown) {
+  const auto shown = [](std::uint64_t successes, std::uint64_t trials) {
+    const Proportion p = wilson(successes, trials);
+    return percentage(p.estimate, p);
+  };
+  EXPECT_EQ(shown(5, 10), "50 %");
+  EXPECT_EQ(shown(913, 1000), "91.3 %");
+  EXPECT_EQ(shown(99991, 100000), "99.991 %");
+  EXPECT_EQ(shown(0, 0), "-");
+}
+
+}  // namespace
+}  // namespace grapnel

@@ -1,0 +1,45 @@
+#pragma once
+
+/// @file
+/// A campaign that costs nothing: rows are made from their indices alone. For tests of storing and running.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "grapnel/campaign/shard_store.hpp"
+
+namespace grapnel::test {
+
+/// Two inputs, three columns, one criterion; no problems.
+Campaign fake_campaign(std::uint64_t cases);
+/// A row with numbers of all kinds; every seventh failed, every eleventh unreachable.
+CampaignRow fake_row(std::uint64_t k);
+/// fake_row() of every case.
+BlockWork fake_work();
+
+/// Whether two rows are the same bit for bit.
+bool same_row(const CampaignRow& a, const CampaignRow& b);
+
+/// All rows in a folder.
+std::vector<CampaignRow> rows_in(const std::filesystem::path& folder, const Campaign& campaign);
+/// That they are those of fake_row(), all `total` of them.
+void expect_fake_rows(const std::filesystem::path& folder, const Campaign& campaign, std::uint64_t total);
+
+/// A folder that is deleted with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder();
+  ~TemporaryFolder();
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+std::string bytes_of(const std::filesystem::path& path);
+void write_bytes(const std::filesystem::path& path, const std::string& bytes);
+
+}  // namespace grapnel::test

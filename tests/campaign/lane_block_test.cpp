@@ -1,0 +1,142 @@
+/// Cases in lanes against the same cases alone: the same outcomes, whatever watches them.
+
+#include "grapnel/campaign/lane_block.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "capture/capture_case.hpp"
+#include "grapnel/campaign/run_block.hpp"
+#include "grapnel/study/quantity.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+// The thesis's capture under PD control with a target of another mass in every case; joint limits and clearance are
+// watched, and exceeded.
+CaptureProblem watched_problem() {
+  CaptureProblem p = thesis_case_pd();
+  p.contact.gap = ContactSetup::Gap::translate_target;
+  p.post_impact = PostImpactSetup{};
+  p.post_impact->duration = 8;
+  p.integration.relative_tolerance = p.integration.absolute_tolerance = 1e-10;
+  for (BodyDescription& body : p.robot.bodies) {
+    JointLimits& limits = body.joint.limits;
+    limits.lower = -1, limits.upper = 1, limits.rate = 0.02, limits.effort = 0.2;
+  }
+  p.clearance.enabled = true;
+  p.clearance.required = 5;
+  Geometry ball;
+  ball.shape = Geometry::Shape::sphere, ball.size = {0.2, 0, 0};
+  for (TargetSetup& target : p.targets) target.geometry = ball;
+  p.robot.geometry = {{p.robot.bodies[0].name, ball}};
+  p.output_interval = 0.02;  // cases alone look so often, besides
+  return p;
+}
+
+// Rows of the ledger that say by how much watched limits are exceeded; the last columns.
+constexpr const char* kWatched[] = {"joint_position_violation", "joint_rate_violation", "clearance_violation"};
+
+Campaign campaign_of(const CaptureProblem& base) {
+  Campaign campaign;
+  campaign.cases = 24;
+  campaign.inputs = {{"mass", "kg", ""}};
+  campaign.columns = standard_columns(base, true);
+  for (const char* row : kWatched) {
+    campaign.columns.push_back({row, "", "", [row = std::string(row)](const StudyCase&, const CaptureResult& r) {
+                                  for (const LedgerEntry& e : r.ledger.entries) {
+                                    if (e.name == row) return e.value;
+                                  }
+                                  return std::nan("");
+                                }});
+  }
+  campaign.draw = [](std::uint64_t k) { return std::vector<double>{5.0 + static_cast<double>(k)}; };
+  campaign.problem = [base](std::uint64_t k) {
+    StudyCase point{base, inward_normals(base)};
+    point.problem.targets[0].mass = 5.0 + static_cast<double>(k);
+    return point;
+  };
+  return campaign;
+}
+
+std::size_t column(const Campaign& campaign, const std::string& name) {
+  for (std::size_t i = 0; i < campaign.columns.size(); ++i) {
+    if (campaign.columns[i].name == name) return i;
+  }
+  ADD_FAILURE() << name;
+  return 0;
+}
+
+// Largest difference of the columns from `first` to before `last`, relative to a column's largest value.
+double difference(const Campaign& campaign, const std::vector<CampaignRow>& a, const std::vector<CampaignRow>& b,
+                  std::size_t first, std::size_t last) {
+  double largest = 0;
+  for (std::size_t i = first; i < last; ++i) {
+    const std::string& name = campaign.columns[i].name;
+    double scale = 1e-6, change = 0;
+    for (std::size_t k = 0; k < a.size(); ++k) {
+      const double x = a[k].values[i], y = b[k].values[i];
+      if (std::isnan(x) && std::isnan(y)) continue;
+      scale = std::max(scale, std::abs(x)), change = std::max(change, std::abs(x - y));
+      if (std::isnan(x) != std::isnan(y)) ADD_FAILURE() << name << ": " << x << ", " << y;
+    }
+    largest = std::max(largest, change / scale);
+  }
+  return largest;
+}
+
+std::vector<CampaignRow> one_by_one(const Campaign& campaign) {
+  std::vector<CampaignRow> rows;
+  for (std::uint64_t k = 0; k < campaign.cases; ++k) rows.push_back(*run_campaign_case(campaign, k, {}));
+  return rows;
+}
+
+TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
+  const Campaign campaign = campaign_of(watched_problem());
+  const std::vector<CampaignRow> alone = one_by_one(campaign);
+  const std::size_t all = campaign.columns.size(), watched = column(campaign, kWatched[0]);
+  const std::size_t clearance = column(campaign, "clearance/least");
+  for (std::size_t i = watched; i < all; ++i) EXPECT_GT(alone[0].values[i], 1e-3) << campaign.columns[i].name;
+  for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
+    const std::vector<CampaignRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+    ASSERT_EQ(rows.size(), alone.size());
+    for (const CampaignRow& row : rows) EXPECT_EQ(row.status, CaseStatus::ok) << row.reason;
+    // A watch sees states at the ends of steps here, at output instants there.
+    const double of_motion = difference(campaign, rows, alone, 0, clearance),
+                 of_watches = difference(campaign, rows, alone, clearance, all);
+    std::printf(
+        "[ measured ] %s: largest difference from cases alone, of a column's largest value: %.2g, watched %.2g\n",
+        std::string(lanes::name(set)).c_str(), of_motion, of_watches);
+    EXPECT_LT(of_motion, 1e-6);
+    EXPECT_LT(of_watches, 1e-3);
+  }
+}
+
+// A stop while some cases are complete and others are under way.
+TEST(LaneBlock, AStoppedBlockIsGivenUpWhole) {
+  Campaign campaign = campaign_of(watched_problem());
+  std::stop_source stop;
+  campaign.columns.push_back({"stop", "", "", [&](const StudyCase&, const CaptureResult&) {
+                                stop.request_stop();
+                                return 0.0;
+                              }});
+  const lanes::InstructionSet set = lanes::supported_instruction_sets().back();
+  EXPECT_TRUE(run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, stop.get_token()).empty());
+}
+
+TEST(LaneBlock, AWatchThatThrowsFailsItsCaseAlone) {
+  Campaign campaign = campaign_of(watched_problem());
+  campaign.time_limit = 1e-9;  // looked at where something is watched
+  const lanes::InstructionSet set = lanes::supported_instruction_sets().back();
+  const std::vector<CampaignRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+  ASSERT_EQ(rows.size(), campaign.cases);
+  for (const CampaignRow& row : rows) {
+    EXPECT_EQ(row.status, CaseStatus::failed);
+    EXPECT_EQ(row.reason, "took longer than the time limit of 1e-09 s");
+    EXPECT_EQ(row.values.size(), campaign.columns.size());
+  }
+}
+
+}  // namespace
+}  // namespace grapnel::testing

@@ -1,0 +1,147 @@
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+
+#include "campaign/fake_campaign.hpp"
+#include "grapnel/campaign/campaign_lock.hpp"
+
+namespace grapnel {
+namespace {
+
+namespace fs = std::filesystem;
+using test::bytes_of;
+using test::TemporaryFolder;
+using test::write_bytes;
+using testing::HasSubstr;
+using testing::MatchesRegex;
+
+// Why a lock is refused; empty if it is not.
+std::string refusal(const fs::path& folder, const std::string& writer = "") {
+  try {
+    const CampaignLock lock(folder, writer);
+  } catch (const FolderInUse& error) {
+    return error.what();
+  }
+  return {};
+}
+
+TEST(Lock, KeepsOthersOutAndSaysWhoHasIt) {
+  const TemporaryFolder folder;
+  {
+    const CampaignLock lock(folder.path());
+    const std::string why = refusal(folder.path());
+    EXPECT_THAT(why, HasSubstr("is in use: process " + std::to_string(getpid()) + " on "));
+    EXPECT_THAT(why, MatchesRegex(".* writes to it since 20..-..-.. ..:..:.. UTC"));
+    EXPECT_NE(refusal(folder.path(), "task-1"), "");
+  }
+  EXPECT_EQ(refusal(folder.path()), "");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST(Lock, WritersWithNamesShareAFolder) {
+  const TemporaryFolder folder;
+  {
+    const CampaignLock one(folder.path(), "rank-1"), two(folder.path(), "rank-2");
+    EXPECT_THAT(refusal(folder.path(), "rank-2"), HasSubstr(" as rank-2"));
+    EXPECT_THAT(refusal(folder.path()), HasSubstr("process " + std::to_string(getpid())));
+    EXPECT_EQ(refusal(folder.path(), "rank-3"), "");
+    const CampaignLock::Turn turn(one);
+  }
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+// A process that holds the lock until it is killed.
+class Holder {
+ public:
+  explicit Holder(const fs::path& folder, const std::string& writer = "") {
+    int ready[2];
+    EXPECT_EQ(pipe(ready), 0);
+    pid_ = fork();
+    if (pid_ == 0) {
+      const CampaignLock lock(folder, writer);
+      if (write(ready[1], "x", 1) != 1) _exit(1);
+      for (;;) pause();
+    }
+    char byte = 0;
+    EXPECT_EQ(read(ready[0], &byte, 1), 1);
+    close(ready[0]);
+    close(ready[1]);
+  }
+  ~Holder() { kill(); }
+  void kill() {
+    if (pid_ == 0) return;
+    ::kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+    pid_ = 0;
+  }
+  int pid() const { return pid_; }
+
+ private:
+  pid_t pid_ = 0;
+};
+
+TEST(Lock, GoesWithItsProcess) {
+  const TemporaryFolder folder;
+  Holder holder(folder.path());
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("process " + std::to_string(holder.pid()) + " on "));
+  holder.kill();
+  EXPECT_NE(bytes_of(folder.path() / "lock"), "");  // it could not clean up
+  EXPECT_EQ(refusal(folder.path(), "task-1"), "");
+  EXPECT_EQ(refusal(folder.path()), "");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST(Lock, OfANamedWriterGoesWithItsProcess) {
+  const TemporaryFolder folder;
+  Holder holder(folder.path(), "rank-1");
+  EXPECT_THAT(refusal(folder.path()), HasSubstr("process " + std::to_string(holder.pid()) + " on "));
+  EXPECT_THAT(refusal(folder.path(), "rank-1"), HasSubstr(" as rank-1"));
+  holder.kill();
+  EXPECT_EQ(refusal(folder.path(), "rank-1"), "");
+  EXPECT_EQ(refusal(folder.path()), "");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+// What another machine wrote, where its lock is not known here.
+void write_foreign(const fs::path& file, int seconds_ago) {
+  write_bytes(file, "host far-away\npid 4711\nsince 2026-01-02 03:04:05 UTC\nboot x\nspace y\nstart 1\n");
+  fs::last_write_time(file, fs::file_time_type::clock::now() - std::chrono::seconds(seconds_ago));
+}
+
+TEST(Lock, OfAnotherMachineCountsUntilItGivesNoSignOfLife) {
+  const TemporaryFolder folder;
+  write_foreign(folder.path() / "lock", 20);
+  const std::string why = refusal(folder.path());
+  EXPECT_THAT(why,
+              HasSubstr("process 4711 on far-away writes to it since 2026-01-02 03:04:05 UTC (its last sign of life "));
+  EXPECT_THAT(why, HasSubstr("after removing " + (folder.path() / "lock").string()));
+  write_foreign(folder.path() / "lock", 1000);
+  EXPECT_EQ(refusal(folder.path()), "");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST(Lock, OfThisMachineBeforeItStartedAgainIsStale) {
+  const TemporaryFolder folder;
+  char host[256] = {};
+  ASSERT_EQ(gethostname(host, sizeof host - 1), 0);
+  write_bytes(folder.path() / "lock", std::string("host ") + host + "\npid 1\nboot long-ago\nspace y\nstart 1\n");
+  EXPECT_EQ(refusal(folder.path()), "");
+}
+
+TEST(Lock, WhatIsNoLockTextIsNoHolder) {
+  const TemporaryFolder folder;
+  for (const char* text : {"", "\n", "host", "pid 12\n", "\x01\x02 garbage"}) {
+    write_bytes(folder.path() / "lock", text);
+    EXPECT_EQ(refusal(folder.path()), "") << text;
+  }
+}
+
+}  // namespace
+}  // namespace grapnel

@@ -1,0 +1,306 @@
+#include "grapnel/campaign/campaign_report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "campaign/fake_campaign.hpp"
+
+namespace grapnel {
+namespace {
+
+using Json = nlohmann::json;
+using test::fake_campaign;
+using test::TemporaryFolder;
+
+constexpr std::uint64_t kRows = 6000;
+
+// a = mass plus noise; b/x = 0 or 1; b/y always 5. Fails at every 100th case.
+std::vector<CampaignRow> sample_rows() {
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> uniform;
+  std::normal_distribution<double> normal;
+  std::vector<CampaignRow> rows;
+  for (std::uint64_t k = 0; k < kRows; ++k) {
+    CampaignRow row;
+    row.index = k;
+    row.inputs = {uniform(random), normal(random)};
+    row.status = k % 100 == 17 ? CaseStatus::failed : k % 1000 == 5 ? CaseStatus::unreachable : CaseStatus::ok;
+    if (row.status == CaseStatus::ok) {
+      row.values = {row.inputs[0] + 0.1 * normal(random), row.inputs[1] > 0 ? 1.0 : 0.0, 5};
+    } else {
+      row.values.assign(3, NAN);
+      row.reason = row.status == CaseStatus::failed ? "arm-2 stops at t = " + std::to_string(uniform(random)) + " s"
+                                                    : "tip-1 is 0.5 m short";
+    }
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Campaign sample_campaign() {
+  Campaign campaign = fake_campaign(kRows);
+  const std::vector<std::string> names{"a", "b/x", "b/y", "mass", "spin/x"};
+  campaign.success = {Criterion::parse("a < 0.8", names, "soft"), Criterion::parse("b/x and abs(spin/x) < 2", names)};
+  campaign.series = {0, 0, 4, "a"};
+  campaign.file = "studies/it's.yaml";
+  return campaign;
+}
+
+struct Analyzed {
+  Campaign campaign;
+  std::vector<CampaignRow> rows;
+  CampaignReport report;
+  Json json;
+  std::string text;
+};
+
+Analyzed analyzed(Campaign campaign, std::vector<CampaignRow> rows) {
+  const TemporaryFolder folder;
+  for (CampaignRow& row : rows) {
+    std::vector<double> numbers = row.values;
+    numbers.insert(numbers.end(), row.inputs.begin(), row.inputs.end());
+    row.success = row.status == CaseStatus::ok;
+    for (const Criterion& criterion : campaign.success) row.success = row.success && criterion.holds(numbers);
+  }
+  write_campaign_tables(folder.path(), campaign, "1", false, [&](const TakeRow& take) {
+    for (const CampaignRow& row : rows) take(row);
+  });
+  const CampaignTable table(folder.path() / "table.h5");
+  const CampaignReport report = analyze_campaign(campaign, table);
+  const std::string text = campaign_json(campaign, report, "1.2.3");
+  return {campaign, rows, report, Json::parse(text), text};
+}
+
+const Analyzed& sample() {
+  static const Analyzed result = analyzed(sample_campaign(), sample_rows());
+  return result;
+}
+
+TEST(CampaignReport, CountsOutcomes) {
+  const Json& json = sample().json;
+  EXPECT_EQ(json["schema"], "grapnel-campaign-report/1");
+  EXPECT_EQ(json["version"], "1.2.3");
+  EXPECT_EQ(json["campaign"]["seed"], "7");
+  EXPECT_EQ(json["campaign"]["sampling"], "random");
+  EXPECT_EQ(json["campaign"]["plan"], "nominal");
+  EXPECT_EQ(json["rows"], kRows);
+  EXPECT_EQ(json["counts"]["failed"], 60);
+  EXPECT_EQ(json["counts"]["unreachable"], 6);
+  EXPECT_EQ(json["counts"]["ok"], kRows - 66);
+  std::uint64_t success = 0;
+  for (const CampaignRow& row : sample().rows) success += row.success;
+  ASSERT_GT(success, 1000u);
+  EXPECT_EQ(json["counts"]["success"], success);
+  const Proportion p = wilson(success, kRows);
+  EXPECT_EQ(json["success"]["estimate"], p.estimate);
+  EXPECT_EQ(json["success"]["lower"], p.lower);
+  EXPECT_EQ(json["success"]["confidence"], 0.95);
+}
+
+TEST(CampaignReport, SaysWhatEachCriterionCosts) {
+  std::uint64_t soft = 0, only_soft = 0;
+  for (const CampaignRow& row : sample().rows) {
+    if (row.status != CaseStatus::ok) continue;
+    const bool other = row.values[1] != 0 && std::abs(row.inputs[1]) < 2;
+    soft += row.values[0] < 0.8;
+    only_soft += other && !(row.values[0] < 0.8);
+  }
+  const Json& criteria = sample().json["criteria"];
+  ASSERT_EQ(criteria.size(), 2u);
+  EXPECT_EQ(criteria[0]["name"], "soft");
+  EXPECT_EQ(criteria[0]["text"], "a < 0.8");
+  EXPECT_EQ(criteria[0]["met"], soft);
+  EXPECT_EQ(criteria[0]["only_this"], only_soft);
+  ASSERT_GT(only_soft, 100u);
+  EXPECT_EQ(criteria[0]["limits"], Json::parse(R"([{"name": "a", "at_most": 0.8, "magnitude": false}])"));
+  EXPECT_EQ(criteria[1]["reads"], Json::parse(R"(["b/x", "spin/x"])"));
+  EXPECT_EQ(criteria[1]["limits"], Json::parse(R"([{"name": "spin/x", "at_most": 2.0, "magnitude": true}])"));
+}
+
+TEST(CampaignReport, DescribesEveryNumber) {
+  std::vector<double> a;
+  for (const CampaignRow& row : sample().rows) a.push_back(row.values[0]);
+  const Description d = describe_numbers(a, sample().campaign.quantiles);
+  const Json& column = sample().json["columns"][0];
+  EXPECT_EQ(column["name"], "a");
+  EXPECT_EQ(column["unit"], "N s");
+  EXPECT_EQ(column["count"], d.count);
+  EXPECT_EQ(column["missing"], 66);
+  EXPECT_EQ(column["mean"], d.mean);
+  ASSERT_EQ(column["quantiles"].size(), 7u);
+  EXPECT_EQ(column["quantiles"][3]["probability"], 0.5);
+  EXPECT_EQ(column["quantiles"][3]["value"], d.quantiles[3].value);
+  EXPECT_EQ(column["quantiles"][6]["upper"], d.quantiles[6].upper);
+  const Json& h = column["histogram"];
+  std::uint64_t counted = 0, succeeded = 0;
+  for (std::size_t i = 0; i < h["counts"].size(); ++i) {
+    counted += h["counts"][i].get<std::uint64_t>();
+    succeeded += h["successes"][i].get<std::uint64_t>();
+    EXPECT_LE(h["successes"][i], h["counts"][i]);
+  }
+  EXPECT_EQ(counted, d.count);
+  EXPECT_EQ(succeeded, sample().json["counts"]["success"]);
+  EXPECT_EQ(sample().json["columns"][2]["histogram"]["counts"], Json::parse("[5934]")) << "always the same";
+}
+
+TEST(CampaignReport, ShowsSuccessByInput) {
+  const Json& by = sample().json["inputs"][0]["success_by"];
+  ASSERT_EQ(by["trials"].size(), 20u);
+  std::uint64_t trials = 0, successes = 0;
+  for (std::size_t i = 0; i < 20; ++i) {
+    trials += by["trials"][i].get<std::uint64_t>();
+    successes += by["successes"][i].get<std::uint64_t>();
+    EXPECT_LE(by["from"][i], by["to"][i]);
+  }
+  EXPECT_EQ(trials, kRows);
+  EXPECT_EQ(successes, sample().json["counts"]["success"]);
+  EXPECT_GT(by["successes"][0], 5 * by["successes"][19].get<int>()) << "light targets are caught";
+}
+
+TEST(CampaignReport, KnowsWhatMatters) {
+  const Json& sensitivity = sample().json["sensitivity"];
+  EXPECT_EQ(sensitivity["inputs"], Json::parse(R"(["mass", "spin/x"])"));
+  const Json& measures = sensitivity["measures"];
+  ASSERT_EQ(measures.size(), 3u) << "success, a, b/x; b/y never changes";
+  EXPECT_EQ(measures[0]["name"], "success");
+  EXPECT_EQ(measures[0]["count"], kRows);
+  EXPECT_EQ(measures[1]["name"], "a");
+  const double share = (1.0 / 12) / (1.0 / 12 + 0.01);
+  EXPECT_NEAR(measures[1]["first_order"][0].get<double>(), share, 0.02);  // measured 0.0015
+  EXPECT_NEAR(measures[1]["first_order"][1].get<double>(), 0, 0.02);      // measured 0.0043
+  EXPECT_NEAR(measures[2]["first_order"][1].get<double>(), 1, 0.02);
+  EXPECT_LT(measures[0]["rank_correlation"][0].get<double>(), -0.2);
+  EXPECT_EQ(sensitivity["left_out"], 0);
+}
+
+// An input that is an offset on what the design makes of the scenario, shown as its sum.
+TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
+  constexpr std::uint64_t kPoints = 5, kCases = 1000;
+  Campaign campaign = fake_campaign(kCases);
+  campaign.design = {{"angle", "rad", "", true, {{0, ""}, {10, ""}, {20, ""}, {30, ""}, {40, ""}}}};
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  std::vector<double> first, second;
+  for (std::uint64_t k = 0; k < kCases; ++k) first.push_back(normal(random)), second.push_back(normal(random));
+  std::vector<CampaignRow> rows;
+  for (std::uint64_t k = 0; k < kPoints * kCases; ++k) {
+    const double design = 10 * static_cast<double>(k / kCases), x = first[k % kCases], y = second[k % kCases];
+    CampaignRow row;
+    row.index = k;
+    row.inputs = {design + x, y};
+    row.values = {x, design + 0.01 * y, y};
+    row.status = CaseStatus::ok;
+    rows.push_back(row);
+  }
+  const Analyzed a = analyzed(campaign, rows);
+  const auto index = [&](const std::string& name, std::size_t input) {
+    for (const CampaignReport::Measure& measure : a.report.measures) {
+      if (measure.name == name) return measure.inputs[input].first_order;
+    }
+    ADD_FAILURE() << name;
+    return 0.0;
+  };
+  EXPECT_GT(index("a", 0), 0.9) << "the offset alone decides";
+  EXPECT_LT(std::abs(index("b/x", 0)), 0.05) << "the design alone decides";
+  EXPECT_GT(index("b/y", 1), 0.9);
+  EXPECT_NEAR(a.report.inputs[0].description.mean, 20, 0.1) << "shown as it is";
+}
+
+TEST(CampaignReport, FindsTheWorstCases) {
+  const Json& worst = sample().json["worst"];
+  ASSERT_EQ(worst.size(), 1u) << "inputs are not searched";
+  EXPECT_EQ(worst[0]["by"], "a");
+  EXPECT_EQ(worst[0]["direction"], "largest");
+  ASSERT_EQ(worst[0]["cases"].size(), 4u);
+  std::uint64_t at = 0;
+  for (const CampaignRow& row : sample().rows)
+    if (row.values[0] > sample().rows[at].values[0]) at = row.index;
+  EXPECT_EQ(worst[0]["cases"][0]["index"], at);
+  EXPECT_EQ(worst[0]["cases"][0]["value"], sample().rows[at].values[0]);
+  EXPECT_EQ(worst[0]["cases"][0]["inputs"][1], sample().rows[at].inputs[1]);
+  EXPECT_EQ(worst[0]["cases"][0]["success"], false);
+  EXPECT_EQ(worst[0]["cases"][0]["replay"], "grapnel campaign 'studies/it'\\''s.yaml' --only " + std::to_string(at));
+  EXPECT_GE(worst[0]["cases"][0]["value"], worst[0]["cases"][1]["value"]);
+}
+
+TEST(CampaignReport, GroupsReasons) {
+  const Json& reasons = sample().json["reasons"];
+  ASSERT_EQ(reasons.size(), 2u);
+  EXPECT_EQ(reasons[0]["status"], "failed");
+  EXPECT_EQ(reasons[0]["reason"], "arm-2 stops at t = … s");
+  EXPECT_EQ(reasons[0]["count"], 60);
+  ASSERT_EQ(reasons[0]["examples"].size(), 3u);
+  EXPECT_EQ(reasons[0]["examples"][0]["index"], 17);
+  EXPECT_EQ(reasons[0]["examples"][0]["reason"], sample().rows[17].reason);
+  EXPECT_EQ(reasons[1]["count"], 6);
+  EXPECT_EQ(sample().json["reasons_left_out"], 0);
+}
+
+TEST(CampaignReport, ReasonsOfOneKindAreTheSame) {
+  EXPECT_EQ(without_numbers("t = 1.5e-3 s, |v| = -0.25 m/s"), "t = … s, |v| = … m/s");
+  EXPECT_EQ(without_numbers("tip-1 of arm2 at joint-12"), "tip-1 of arm2 at joint-12");
+  EXPECT_EQ(without_numbers("(3) 'x1' [0.5, -2]"), "(…) 'x1' […, …]");
+  EXPECT_EQ(without_numbers("took 10s"), "took …s");
+  EXPECT_EQ(without_numbers("1e5 2e 3."), "… …e ….");
+  EXPECT_EQ(without_numbers("for 'Zähler 5'"), "for 'Zähler …'");
+  EXPECT_EQ(without_numbers(""), "");
+}
+
+TEST(CampaignReport, CountsReasonsBeyondTheList) {
+  std::vector<CampaignRow> rows = sample_rows();
+  for (CampaignRow& row : rows)
+    if (row.status == CaseStatus::failed) row.reason = "arm-" + std::to_string(row.index) + " stops";
+  const Json json = analyzed(sample_campaign(), rows).json;
+  EXPECT_EQ(json["reasons"].size(), 50u);
+  EXPECT_EQ(json["reasons_left_out"], 60 + 1 - 50);
+}
+
+TEST(CampaignReport, IsTheSameForTheSameRows) {
+  EXPECT_EQ(analyzed(sample_campaign(), sample_rows()).text, sample().text);
+}
+
+TEST(CampaignReport, OfFewOrNoRows) {
+  for (const std::size_t count : {0, 1, 2, 5}) {
+    std::vector<CampaignRow> rows = sample_rows();
+    rows.resize(count);
+    const Analyzed result = analyzed(sample_campaign(), rows);
+    EXPECT_EQ(result.json["rows"], count);
+    EXPECT_EQ(result.json["columns"].size(), 3u);
+    EXPECT_NE(campaign_summary(result.campaign, result.report).find("not done"), std::string::npos);
+  }
+  std::vector<CampaignRow> rows = sample_rows();
+  for (CampaignRow& row : rows) {
+    row.status = CaseStatus::failed;
+    row.values.assign(3, NAN);
+  }
+  const Analyzed failed = analyzed(sample_campaign(), rows);
+  EXPECT_EQ(failed.json["success"]["estimate"], 0.0);
+  EXPECT_TRUE(failed.json["columns"][0]["mean"].is_null());
+  EXPECT_TRUE(failed.json["worst"][0]["cases"].empty());
+  EXPECT_EQ(failed.json["sensitivity"]["measures"].size(), 1u);
+  EXPECT_TRUE(failed.json["sensitivity"]["measures"][0]["first_order"][0].is_null());
+}
+
+TEST(CampaignReport, RefusesAnotherCampaignsTable) {
+  const TemporaryFolder folder;
+  write_campaign_tables(folder.path(), fake_campaign(1), "1", false, [](const TakeRow&) {});
+  const CampaignTable table(folder.path() / "table.h5");
+  Campaign other = fake_campaign(1);
+  other.columns.pop_back();
+  EXPECT_THROW(analyze_campaign(other, table), std::runtime_error);
+}
+
+TEST(CampaignSummary, SaysWhatAPersonLooksForFirst) {
+  const std::string text = campaign_summary(sample().campaign, sample().report);
+  for (const char* part :
+       {"fake: 6000 cases, 5934 ok, 60 failed, 6 unreachable\n", "(95 % interval", "soft ", "b/x and abs(spin/x) < 2 ",
+        "median", "a [N s]", "  a: mass 8", "--only", "60 × failed: arm-2 stops at t = … s (case 17)"})
+    EXPECT_NE(text.find(part), std::string::npos) << part << "\n" << text;
+  EXPECT_EQ(text.find("b/y"), std::string::npos) << "a column that is always the same says nothing";
+}
+
+}  // namespace
+}  // namespace grapnel

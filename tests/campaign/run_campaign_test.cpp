@@ -1,0 +1,289 @@
+#include "grapnel/campaign/run_campaign.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <mutex>
+#include <set>
+#include <thread>
+
+#include "campaign/fake_campaign.hpp"
+
+namespace grapnel {
+namespace {
+
+namespace fs = std::filesystem;
+using test::bytes_of;
+using test::fake_campaign;
+using test::TemporaryFolder;
+using testing::HasSubstr;
+
+constexpr std::uint64_t kCases = 256 * 20 + 7;
+
+StoreOptions options(const std::string& writer = "") { return {"1.2", writer, 0, 0}; }
+
+CampaignOptions threads(int count) {
+  CampaignOptions o;
+  o.threads = count;
+  return o;
+}
+
+TEST(RunCampaign, TheSameShardsForAnyNumberOfThreads) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(kCases);
+  for (const int count : {1, 2, 4}) {
+    ShardStore store(folder.path() / std::to_string(count), campaign, options());
+    const CampaignProgress done = run_campaign(test::fake_work(), store, threads(count));
+    EXPECT_EQ(done.done, kCases);
+    EXPECT_EQ(done.total, kCases);
+    EXPECT_EQ(done.begun_with, 0u);
+    EXPECT_FALSE(done.stopped);
+    EXPECT_GT(done.successes, kCases / 4);
+    EXPECT_GT(done.not_ok, kCases / 8);
+  }
+  test::expect_fake_rows(folder.path() / "1", campaign, kCases);
+  for (const auto& entry : fs::directory_iterator(folder.path() / "1" / "shards")) {
+    for (const char* other : {"2", "4"})
+      EXPECT_EQ(bytes_of(entry.path()), bytes_of(folder.path() / other / "shards" / entry.path().filename()));
+  }
+}
+
+TEST(RunCampaign, PartsOfAJobArrayShareTheWork) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(kCases);
+  std::uint64_t computed = 0;
+  for (std::uint64_t shard = 0; shard < 3; ++shard) {
+    ShardStore store(folder.path(), campaign, options("task-" + std::to_string(shard)));
+    CampaignOptions part;
+    part.shard = shard;
+    part.shards = 3;
+    const CampaignProgress done = run_campaign(test::fake_work(), store, part);
+    EXPECT_EQ(done.done, done.total);
+    EXPECT_EQ(done.begun_with, 0u);
+    computed += done.done;
+  }
+  EXPECT_EQ(computed, kCases);
+  test::expect_fake_rows(folder.path(), campaign, kCases);
+}
+
+// Counts which cases were computed.
+struct Counted {
+  std::mutex mutex;
+  std::multiset<std::uint64_t> cases;
+  BlockWork work() {
+    return [this](const Block& block, const std::stop_token& stop) {
+      std::vector<CampaignRow> rows = test::fake_work()(block, stop);
+      const std::lock_guard lock(mutex);
+      for (const CampaignRow& row : rows) cases.insert(row.index);
+      return rows;
+    };
+  }
+};
+
+TEST(RunCampaign, AStopKeepsEveryCompleteCase) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(kCases);
+  Counted counted;
+  std::uint64_t last = 0;
+  for (int round = 0; last < kCases; ++round) {
+    ASSERT_LT(round, 1000);
+    ShardStore store(folder.path(), campaign, options());
+    std::stop_source stop;
+    std::atomic<int> left = 150;
+    const BlockWork inner = counted.work();
+    CampaignOptions o = threads(2);
+    o.stop = stop.get_token();
+    o.progress = [&](const CampaignProgress&) {
+      if (left <= 0) stop.request_stop();
+    };
+    // Slow enough that the stop comes in the middle.
+    const BlockWork slow = [&](const Block& block, const std::stop_token& token) {
+      if (round < 3 && (left -= static_cast<int>(block.end - block.begin)) < 0)
+        while (!token.stop_requested()) std::this_thread::yield();
+      return inner(block, token);
+    };
+    const CampaignProgress done = run_campaign(slow, store, o);
+    EXPECT_EQ(done.begun_with, last);
+    EXPECT_EQ(done.stopped, done.done < kCases);
+    last = done.done;
+  }
+  EXPECT_EQ(counted.cases.size(), kCases);  // none twice
+  test::expect_fake_rows(folder.path(), campaign, kCases);
+}
+
+TEST(RunCampaign, LongBlocksAreWrittenInParts) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(1000);  // blocks of 3
+  ShardStore store(folder.path(), campaign, options());
+  CampaignOptions o;
+  o.hand_in = 0;
+  std::uint64_t seen = 0;
+  const BlockWork look = [&](const Block& block, const std::stop_token& stop) {
+    if (block.number > 0 || block.begin == 0) return test::fake_work()(block, stop);
+    for (int i = 0; i < 20000 && seen < block.begin; ++i) {  // the writer has the rows before
+      seen = store.rows({0, 0, 3}).size();
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return test::fake_work()(block, stop);
+  };
+  run_campaign(look, store, o);
+  EXPECT_EQ(seen, 1u);
+  test::expect_fake_rows(folder.path(), campaign, 1000);
+}
+
+TEST(RunCampaign, WhatTheWorkThrowsEndsItAndWhatIsThereStays) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(kCases);
+  const BlockWork failing = [](const Block& block, const std::stop_token& stop) {
+    if (block.number == 100) throw std::runtime_error("out of luck");
+    return test::fake_work()(block, stop);
+  };
+  ShardStore store(folder.path(), campaign, options());
+  EXPECT_THROW(run_campaign(failing, store, threads(2)), std::runtime_error);
+  EXPECT_LT(store.missing().size(), 200u);
+  run_campaign(test::fake_work(), store, threads(2));
+  test::expect_fake_rows(folder.path(), campaign, kCases);
+}
+
+// A disk that is full: no file of this process may grow beyond what the limit says.
+TEST(RunCampaign, AFullDiskIsAnErrorAndWhatIsThereStays) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(kCases);
+  const pid_t child = fork();
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ShardStore store(folder.path(), campaign, options());
+    const BlockWork work = [](const Block& block, const std::stop_token& stop) {
+      if (block.number == 50) {
+        const rlimit limit{1000, 1000};  // [bytes]
+        setrlimit(RLIMIT_FSIZE, &limit);
+      }
+      return test::fake_work()(block, stop);
+    };
+    try {
+      run_campaign(work, store, threads(2));
+    } catch (const std::exception& error) {
+      const std::string what = error.what();
+      const bool named = what.find("cannot write " + (folder.path() / "shards").string()) != std::string::npos &&
+                         what.find("File too large") != std::string::npos;
+      _exit(named ? 17 : 18);
+    }
+    _exit(19);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 17);
+  for (const auto& entry : fs::directory_iterator(folder.path() / "shards"))
+    EXPECT_FALSE(entry.path().filename().string().starts_with('.')) << entry.path();
+  ShardStore store(folder.path(), campaign, options());
+  const std::size_t missing = store.missing().size();
+  EXPECT_LT(missing, 257u);
+  EXPECT_GT(missing, 150u);
+  run_campaign(test::fake_work(), store, threads(2));
+  test::expect_fake_rows(folder.path(), campaign, kCases);
+}
+
+TEST(RunCampaign, MemoryIsBoundedByAFewBlocks) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(kCases);
+  ShardStore store(folder.path(), campaign, options());
+  std::atomic<std::int64_t> begun = 0, most = 0;
+  CampaignOptions o = threads(2);
+  std::atomic<std::uint64_t> written = 0;
+  // Workers run ahead of the writer by the queue only.
+  const BlockWork work = [&](const Block& block, const std::stop_token& stop) {
+    if (block.begin % 20 == 0) ++begun;
+    const std::int64_t ahead = begun - static_cast<std::int64_t>(written);
+    std::int64_t old = most;
+    while (ahead > old && !most.compare_exchange_weak(old, ahead)) {
+    }
+    return test::fake_work()(block, stop);
+  };
+  o.progress = [&](const CampaignProgress&) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    ++written;
+  };
+  run_campaign(work, store, o);
+  EXPECT_LE(most, 12);  // measured 7
+  EXPECT_GE(most, 3);
+}
+
+// --- Killed at any moment ---
+
+// Runs the campaign until it is complete or `after` is over, when it is killed. Whether it was complete.
+bool run_and_kill(const fs::path& folder, const Campaign& campaign, std::chrono::microseconds after) {
+  const pid_t child = fork();
+  if (child == 0) {
+    {
+      ShardStore store(folder, campaign, options());
+      CampaignOptions o = threads(2);
+      o.hand_in = 0.002;
+      const BlockWork slow = [](const Block& block, const std::stop_token& stop) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return test::fake_work()(block, stop);
+      };
+      run_campaign(slow, store, o);
+    }
+    _exit(0);
+  }
+  std::this_thread::sleep_for(after);
+  kill(child, SIGKILL);
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
+}
+
+// Few long blocks: also their parts are met.
+void begin_with_long_blocks(const fs::path& folder, const Campaign& campaign) {
+  fs::create_directories(folder);
+  Manifest manifest = new_manifest(campaign, "1.2");
+  manifest.block_size = 40;
+  write_manifest(folder, manifest);
+}
+
+TEST(RunCampaign, KilledAtAnyMomentItGoesOn) {
+  constexpr std::uint64_t kFew = 607;
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(kFew);
+  const fs::path calm = folder.path() / "calm";
+  begin_with_long_blocks(calm, campaign);
+  {
+    ShardStore store(calm, campaign, options());
+    run_campaign(test::fake_work(), store, threads(1));
+  }
+  unsigned random = 12345;
+  int kills = 0, in_the_middle = 0;
+  for (int round = 0; kills < 60; ++round) {
+    const fs::path killed = folder.path() / std::to_string(round);
+    begin_with_long_blocks(killed, campaign);
+    double longest = 4000;  // [us]; grows, so that the slowest machine comes to an end
+    for (bool complete = false; !complete; longest *= 1.03) {
+      random = random * 1664525u + 1013904223u;
+      const double part = static_cast<double>(random >> 8) * 0x1p-24;
+      complete = run_and_kill(killed, campaign, std::chrono::microseconds(static_cast<int>(part * longest)));
+      if (complete) break;
+      ++kills;
+      const std::size_t rows = test::rows_in(killed, campaign).size();
+      if (rows > 0 && rows < kFew) ++in_the_middle;
+    }
+    test::expect_fake_rows(killed, campaign, kFew);
+    for (const auto& entry : fs::recursive_directory_iterator(killed)) {
+      if (entry.is_directory()) continue;
+      EXPECT_EQ(bytes_of(entry.path()), bytes_of(calm / fs::relative(entry.path(), killed))) << entry.path();
+    }
+  }
+  EXPECT_GE(kills, 60);
+  EXPECT_GE(in_the_middle, 10);
+  std::printf("%d kills, %d of them with some rows on disk\n", kills, in_the_middle);
+}
+
+}  // namespace
+}  // namespace grapnel
