@@ -22,6 +22,16 @@ void move_path(const std::filesystem::path& scenario, const std::filesystem::pat
 
 }  // namespace
 
+void include_robot(Node& root, const std::filesystem::path& scenario, const ScenarioFiles& files) {
+  Node* robot = root.find("robot");
+  if (!robot || !is_text(*robot)) return;
+  const std::filesystem::path path = path_beside(scenario, robot->text);
+  const auto file = files.find(path);
+  if (!file) return;
+  *robot = file->tree;
+  for (Node* mesh : mesh_file_nodes(*robot)) move_path(path, scenario, mesh);
+}
+
 Node changed_tree(const std::filesystem::path& scenario, std::span<const Change> changes, const ScenarioFiles& files) {
   Node root = files.find(scenario)->tree;
   FaultList unexpected;  // the changes have been applied before

@@ -18,6 +18,10 @@ namespace grapnel {
 /// read, and the changes have been applied to it before.
 Node changed_tree(const std::filesystem::path& scenario, std::span<const Change> changes, const ScenarioFiles& files);
 
+/// Puts the tree of the robot's file in place of its path, where the scenario names one; meshes are then named as seen
+/// from the scenario. The scenario has been read with these files before.
+void include_robot(Node& root, const std::filesystem::path& scenario, const ScenarioFiles& files);
+
 /// A grasp point that quantities turned away from the surface's normal says where that is: `point` is `before` with
 /// quantities applied, and its inward normals are those of before.
 void keep_normals(const CaptureProblem& before, StudyCase& point);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <set>
@@ -69,18 +70,38 @@ void check_names(const Node& node, const std::string& path, const ReadRobot& rob
   if (!missing.empty()) faults.add(node.mark, fmt::format("{} lacks joints: {}", path, names_of(missing)));
 }
 
-}  // namespace
-
-std::optional<std::vector<double>> joint_values(const Node& node, const std::string& path, const ReadRobot& robot,
-                                                std::optional<double> absent, FaultList& faults) {
+// Names of a mapping, the length of a list.
+void check_joints(const Node& node, const std::string& path, const ReadRobot& robot, bool all, FaultList& faults) {
   const std::size_t count = robot.joints.size();
-  if (const auto one = number_of(node)) return std::vector<double>(count, *one);
-  if (node.is_mapping()) check_names(node, path, robot, !absent, faults);
+  if (node.is_mapping()) check_names(node, path, robot, all, faults);
   if (node.is_sequence() && robot.count_known() && node.items.size() != count) {
     faults.add(node.mark,
                fmt::format("{} has {}, must have {}, one for each moving joint{}", path,
                            counted(node.items.size(), "item"), count, count > 0 ? ": " + names_of(robot.joints) : ""));
   }
+}
+
+}  // namespace
+
+std::vector<const Node*> joint_nodes(const Node& node, const std::string& path, const ReadRobot& robot,
+                                     FaultList& faults) {
+  check_joints(node, path, robot, true, faults);
+  if (!robot.order_known) return {};
+  std::vector<const Node*> nodes(robot.joints.size());
+  for (std::size_t i = 0; i < node.items.size() && i < nodes.size(); ++i) nodes[i] = &node.items[i];
+  for (const NodeEntry& entry : node.entries) {
+    const auto it = robot.joint_index.find(entry.key);
+    if (it != robot.joint_index.end()) nodes[it->second] = &entry.value;
+  }
+  if (std::find(nodes.begin(), nodes.end(), nullptr) != nodes.end()) return {};
+  return nodes;
+}
+
+std::optional<std::vector<double>> joint_values(const Node& node, const std::string& path, const ReadRobot& robot,
+                                                std::optional<double> absent, FaultList& faults) {
+  const std::size_t count = robot.joints.size();
+  if (const auto one = number_of(node)) return std::vector<double>(count, *one);
+  check_joints(node, path, robot, !absent, faults);
   if (!robot.order_known || (!node.is_mapping() && !node.is_sequence())) return {};
   std::vector<double> values(count, absent.value_or(0));
   for_each_value(node, path, robot,

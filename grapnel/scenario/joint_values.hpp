@@ -15,6 +15,10 @@ namespace grapnel {
 std::optional<std::vector<double>> joint_values(const Node& node, const std::string& path, const ReadRobot& robot,
                                                 std::optional<double> absent, FaultList& faults);
 
+/// What stands for each joint, in joint order. Empty where faults leave the order in doubt.
+std::vector<const Node*> joint_nodes(const Node& node, const std::string& path, const ReadRobot& robot,
+                                     FaultList& faults);
+
 /// Reports values beyond the joints' position limits.
 void check_position_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults);
 /// Reports values that are not those of `expected`, in joint order, within the tolerance. `source` says whose these

@@ -42,6 +42,8 @@ class Walker {
     return node;
   }
 
+  std::vector<PathStep> steps() && { return std::move(steps_); }
+
  private:
   std::nullptr_t fail(const std::string& message) {
     faults_.add(mark_, message);
@@ -65,6 +67,7 @@ class Walker {
       return fail(fmt::format("{} has {}, so there is no [{}]", walked(), counted(node.items.size(), "item"), index));
     }
     rest_.remove_prefix(close + 1);
+    steps_.push_back({{}, index, true});
     return &node.items[index];
   }
 
@@ -86,6 +89,7 @@ class Walker {
     if (longest == 0) return fail("the path has an empty name");
     const std::string key(rest_.substr(0, longest));
     rest_.remove_prefix(longest);
+    steps_.push_back({key, 0, false});
     if (Node* found = node.find(key)) return found;
     node.entries.push_back({key, mark_, Node{}});
     node.entries.back().value.mark = mark_;
@@ -102,9 +106,14 @@ class Walker {
     }
     if (best) {
       rest_.remove_prefix(longest);
+      steps_.push_back({{}, static_cast<std::size_t>(best - list.items.data()), true});
       return best;
     }
     const std::string_view wanted = rest_.substr(0, rest_.find_first_of(".["));
+    std::erase(labels, "");
+    if (labels.empty() && !list.items.empty())
+      return fail(fmt::format("no item {} in {}, a list whose items have no names: they are [0]{}", in_quotes(wanted),
+                              here, list.items.size() > 1 ? fmt::format(" to [{}]", list.items.size() - 1) : ""));
     return fail(fmt::format("no item {} in {}{}", in_quotes(wanted), here, suggestion(wanted, labels, "items")));
   }
 
@@ -116,6 +125,7 @@ class Walker {
   std::string_view path_;
   const Mark& mark_;
   FaultList& faults_;
+  std::vector<PathStep> steps_;
 };
 
 }  // namespace
@@ -132,6 +142,12 @@ std::optional<Node> value_at(Node root, const std::string& path) {
   const Node* place = Walker(path, nowhere, absent).walk(root);
   if (!place || place->kind == Node::Kind::null) return {};
   return *place;
+}
+
+std::vector<PathStep> path_steps(Node root, const std::string& path, const Mark& mark, FaultList& faults) {
+  Walker walker(path, mark, faults);
+  if (!walker.walk(root)) return {};
+  return std::move(walker).steps();
 }
 
 }  // namespace grapnel

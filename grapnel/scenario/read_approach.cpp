@@ -5,15 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/capture/motion_pieces.hpp"
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_control.hpp"
+#include "grapnel/scenario/read_motion_pieces.hpp"
 #include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
 namespace {
 
-// How well a trajectory must agree with what is also said elsewhere.
+// How well a stated motion must agree with what is also said elsewhere.
 constexpr double kSameDuration = 1e-9;  // relative
 constexpr double kSameStart = 1e-6;     // [rad or m; rad/s or m/s]
 
@@ -34,6 +36,7 @@ class ApproachReader {
     }
     if (const NodeEntry* plan = node_.entry("plan")) read_plan(*plan);
     if (file) read_samples(*file);
+    if (const Node* pieces = node_.find("pieces")) read_pieces(*pieces);
     if (const Node* rates = node_.find("final_rates")) {
       read_final_rates(*rates);
     } else if (approach_.plan && !node_.find("straight_in")) {
@@ -47,7 +50,7 @@ class ApproachReader {
       approach_.capture_at = ApproachSetup::CaptureAt::envelope;
       check_envelopes(part(node_, "capture_at").mark);
     }
-    if (!node_.find("trajectory")) check_start();
+    if (!node_.find("trajectory") && !node_.find("pieces")) check_start();
     return std::move(approach_);
   }
 
@@ -106,41 +109,54 @@ class ApproachReader {
   void read_samples(const TrajectoryFile& file) {
     std::optional<SampledMotion> motion = read_trajectory(file, robot_, faults_);
     if (!motion) return;
-    const double end = motion->times.back();
-    if (node_.find("duration") && std::abs(approach_.duration - end) > kSameDuration * end) {
-      faults_.add(part(node_, "duration").mark,
-                  fmt::format("approach.duration is {} [s], but the trajectory ends at {}; make them agree or leave "
-                              "out the duration",
-                              approach_.duration, end));
-    }
-    approach_.duration = end;
-    begin_with(*motion);
-    approach_.sampled = std::move(*motion);
-  }
-
-  // The initial joint values and rates that the trajectory begins with.
-  void begin_with(const SampledMotion& motion) {
-    const bool ideal = approach_.tracking.mode == TrackingSetup::Mode::ideal;
-    const Node& initial = part(reading_.root, "initial");
+    end_at(motion->times.back(), "the trajectory ends");
     const auto first_of = [](const std::vector<std::vector<double>>& series) {
       std::vector<double> first;
       first.reserve(series.size());
       for (const std::vector<double>& one : series) first.push_back(one.front());
       return first;
     };
-    const std::vector<double> position = first_of(motion.positions), rate = first_of(motion.rates);
-    const Node *joints = initial.find("joints"), *rates = initial.find("joint_rates");
-    if (joints) {
-      check_agreement(*joints, "initial.joints", robot_, position, kSameStart, "the trajectory starts at", faults_);
+    begin_with(first_of(motion->positions), first_of(motion->rates), "the trajectory starts");
+    approach_.sampled = std::move(*motion);
+  }
+
+  void read_pieces(const Node& list) {
+    std::vector<MotionPiece> pieces = read_motion_pieces(list, robot_, faults_);
+    if (pieces.empty()) return;
+    end_at(pieces.back().until, "the pieces end");
+    std::vector<double> position, rate;
+    for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
+      const JointPoint first = evaluate(trajectory_of({pieces.data(), 1}, j), 0);
+      position.push_back(first.position), rate.push_back(first.rate);
     }
-    if (rates && ideal && motion.rates.empty()) {
+    begin_with(position, rate, "the pieces start");
+    approach_.pieces = std::move(pieces);
+  }
+
+  // The duration of a stated motion.
+  void end_at(double end, std::string_view source) {
+    if (node_.find("duration") && std::abs(approach_.duration - end) > kSameDuration * end) {
+      faults_.add(part(node_, "duration").mark,
+                  fmt::format("approach.duration is {} [s], but {} at {}; make them agree or leave out the duration",
+                              approach_.duration, source, end));
+    }
+    approach_.duration = end;
+  }
+
+  // The initial joint values and rates of a stated motion; it may have left the rates to a spline.
+  void begin_with(const std::vector<double>& position, const std::vector<double>& rate, const std::string& source) {
+    const bool ideal = approach_.tracking.mode == TrackingSetup::Mode::ideal;
+    const Node& initial = part(reading_.root, "initial");
+    const Node *joints = initial.find("joints"), *rates = initial.find("joint_rates");
+    if (joints) check_agreement(*joints, "initial.joints", robot_, position, kSameStart, source + " at", faults_);
+    if (rates && ideal && rate.empty() && !robot_.joints.empty()) {
       faults_.add(initial.entry("joint_rates")->mark,
                   "initial.joint_rates: with ideal tracking the joints start with the trajectory's rates; leave out "
                   "joint_rates");
     } else if (rates && ideal) {
-      check_agreement(*rates, "initial.joint_rates", robot_, rate, kSameStart, "the trajectory starts with", faults_);
+      check_agreement(*rates, "initial.joint_rates", robot_, rate, kSameStart, source + " with", faults_);
     }
-    // Joints that follow exactly are on the trajectory from the start, to the last bit.
+    // Joints that follow exactly are on the stated motion from the start, to the last bit.
     if (!joints || ideal) reading_.problem.joint_position = position;
     if (!rates || ideal) reading_.problem.joint_rate = rate;
   }

@@ -204,7 +204,8 @@ void check_arrival(Reading& reading) {
         fault("there is no approach; without one, relative motion follows from the initial state and the target's");
       } else if (approach && approach->straight_in) {
         fault("approach.straight_in says how it arrives; use its final_speed");
-      } else if (approach && (approach->sampled || (!approach->match && (approach->final_rates || !approach->plan)))) {
+      } else if (approach && (approach->sampled || !approach->pieces.empty() ||
+                              (!approach->match && (approach->final_rates || !approach->plan)))) {
         fault("the final rates are given, so that there is nothing to match; use approach.final_rates: {match: ...}");
       } else if (angular && approach && approach->match && *approach->match != RateMatch::twist) {
         fault("the turning is not matched; use approach.final_rates: {match: twist}");

@@ -87,8 +87,8 @@ class ScenarioReader {
       problem_.joint_position =
           joint_values(*joints, "initial.joints", robot_, {}, faults_).value_or(std::vector<double>{});
       check_position_limits(*joints, "initial.joints", robot_, faults_);
-    } else if (!part(root_, "approach").entry("trajectory") && !robot_.joints.empty() &&
-               (initial.is_mapping() || initial.kind == Node::Kind::null)) {
+    } else if (!part(root_, "approach").entry("trajectory") && !part(root_, "approach").entry("pieces") &&
+               !robot_.joints.empty() && (initial.is_mapping() || initial.kind == Node::Kind::null)) {
       const Mark& mark = initial.is_mapping() ? initial.mark : root_.mark;
       faults_.add(mark, "missing key 'joints' in initial: every moving joint needs a value");
     }

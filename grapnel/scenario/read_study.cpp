@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "grapnel/scenario/changed_scenario.hpp"
+#include "grapnel/scenario/choose_columns.hpp"
 #include "grapnel/scenario/read_study_axis.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/scenario.hpp"
@@ -289,26 +290,7 @@ class StudyReader {
   }
 
   void choose_columns() {
-    const Node& list = part(root_, "columns");
-    if (!list.is_sequence()) {
-      study_.columns = std::move(columns_);
-      return;
-    }
-    std::vector<std::string> names;
-    for (const Column& column : columns_) names.push_back(column.name);
-    std::vector<bool> chosen(columns_.size(), false);
-    for (const Node& pattern : list.items) {
-      bool any = false;
-      for (std::size_t c = 0; c < columns_.size(); ++c) {
-        if (!column_matches(pattern.text, names[c])) continue;
-        chosen[c] = any = true;
-      }
-      if (any || columns_.empty() || pattern.text.empty()) continue;
-      const std::string near = nearest(pattern.text, names);
-      faults_.add(pattern.mark, fmt::format("no column {}{}", in_quotes(pattern.text),
-                                            near.empty() ? "; without 'columns' the table has them all"
-                                                         : "; did you mean " + in_quotes(near) + "?"));
-    }
+    const std::vector<bool> chosen = chosen_columns(part(root_, "columns"), columns_, faults_);
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       if (chosen[c]) study_.columns.push_back(std::move(columns_[c]));
     }

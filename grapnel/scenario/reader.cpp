@@ -30,21 +30,25 @@ Rotationd rotation_of(const Node& mapping, const std::string& path, FaultList& f
   const auto q = finite_list(node);
   if (!q || q->size() != 4) return Rotationd::identity();
   const auto& v = *q;
-  // hypot: the squares of what a file may hold can overflow.
+  if (const auto R = rotation_from_wxyz(std::span<const double, 4>(v))) return *R;
   const double length = std::hypot(std::hypot(v[0], v[1]), std::hypot(v[2], v[3]));
-  if (!(std::abs(length - 1) <= 1e-6)) {
-    faults.add(node.mark,
-               fmt::format("{} has length {:.9g}, must be 1 within 1e-6{}", below(path, "quaternion_wxyz"), length,
-                           length > 0 && std::isfinite(length)
-                               ? fmt::format("; normalised it is [{:.9g}, {:.9g}, {:.9g}, {:.9g}]", v[0] / length,
-                                             v[1] / length, v[2] / length, v[3] / length)
-                               : ""));
-    return Rotationd::identity();
-  }
-  return rotation_matrix(Quaterniond{v[0] / length, v[1] / length, v[2] / length, v[3] / length});
+  faults.add(node.mark,
+             fmt::format("{} has length {:.9g}, must be 1 within 1e-6{}", below(path, "quaternion_wxyz"), length,
+                         length > 0 && std::isfinite(length)
+                             ? fmt::format("; normalised it is [{:.9g}, {:.9g}, {:.9g}, {:.9g}]", v[0] / length,
+                                           v[1] / length, v[2] / length, v[3] / length)
+                             : ""));
+  return Rotationd::identity();
 }
 
 }  // namespace
+
+std::optional<Rotationd> rotation_from_wxyz(std::span<const double, 4> q) {
+  // hypot: the squares of what a file may hold can overflow.
+  const double length = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
+  if (!(std::abs(length - 1) <= 1e-6)) return {};
+  return rotation_matrix(Quaterniond{q[0] / length, q[1] / length, q[2] / length, q[3] / length});
+}
 
 const Node& part(const Node& mapping, std::string_view key) {
   const Node* found = mapping.find(key);

@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -29,6 +30,10 @@ std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key);
 /// A whole number from 0 to `most`, which is at most 2^53; else 0.
 std::uint64_t whole_number_at(const Node& mapping, std::string_view key, std::uint64_t most);
 bool boolean_at(const Node& mapping, std::string_view key);
+
+/// Rotation of a quaternion (w, x, y, z), normalised; empty unless its length is 1 within 1e-6. Not inline: whoever has
+/// the same four numbers gets the same bits.
+std::optional<Rotationd> rotation_from_wxyz(std::span<const double, 4> q);
 
 /// Position and orientation (quaternion_wxyz or rpy) of a mapping. `path` names it in messages.
 Posed pose_of(const Node& mapping, const std::string& path, FaultList& faults);

@@ -27,6 +27,7 @@ bool is_of_kind(const Node& tree, FileKind kind, FaultList& faults) {
                          : schema->text.starts_with("grapnel-scenario/")     ? "scenario"
                          : schema->text.starts_with("grapnel-study/")        ? "study"
                          : schema->text.starts_with("grapnel-optimization/") ? "optimization"
+                         : schema->text.starts_with("grapnel-campaign/")     ? "campaign"
                                                                              : "";
   const std::string wanted = kind == FileKind::scenario ? "scenario" : "robot";
   if (is.empty() || is == wanted) return true;

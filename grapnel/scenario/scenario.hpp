@@ -37,5 +37,6 @@ std::string scenario_schema();
 std::string robot_schema();
 std::string study_schema();
 std::string optimization_schema();
+std::string campaign_schema();
 
 }  // namespace grapnel

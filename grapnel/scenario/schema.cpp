@@ -54,10 +54,15 @@ const Json& optimization_schema_document() {
   static const Json kSchema = Json::parse(kOptimizationSchemaText);
   return kSchema;
 }
+const Json& campaign_schema_document() {
+  static const Json kSchema = Json::parse(kCampaignSchemaText);
+  return kSchema;
+}
 
 std::string scenario_schema() { return scenario_schema_document().dump(2) + "\n"; }
 std::string robot_schema() { return robot_schema_document().dump(2) + "\n"; }
 std::string study_schema() { return study_schema_document().dump(2) + "\n"; }
 std::string optimization_schema() { return optimization_schema_document().dump(2) + "\n"; }
+std::string campaign_schema() { return campaign_schema_document().dump(2) + "\n"; }
 
 }  // namespace grapnel

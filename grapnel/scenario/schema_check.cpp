@@ -244,9 +244,9 @@ class Checker {
     if (!fits_length(node, schema)) {
       const std::size_t least = schema.value("minItems", std::size_t{0}),
                         most = schema.value("maxItems", std::size_t{0});
-      const std::string must = least == most ? fmt::format("exactly {}", least)
-                               : most > 0    ? fmt::format("at most {}", most)
-                                             : fmt::format("at least {}", least);
+      const std::string must = least == most               ? fmt::format("exactly {}", least)
+                               : node.items.size() < least ? fmt::format("at least {}", least)
+                                                           : fmt::format("at most {}", most);
       faults_.add(node.mark, fmt::format("{} has {}, must have {}{}", name_of(where),
                                          counted(node.items.size(), "item"), must, decimal_comma_advice(node, most)));
     }

@@ -24,7 +24,7 @@ StudyDocument read_study_document(const std::filesystem::path& path, const std::
   document.root = std::move(*tree);
   if (document.root.kind == Node::Kind::null) faults.add({source, 1, 1}, "the file is empty");
   const Node* named = document.root.find("schema");
-  for (const char* other : {"scenario", "robot", "study", "optimization"}) {
+  for (const char* other : {"scenario", "robot", "study", "optimization", "campaign"}) {
     if (other != kind && named && named->is_scalar() && named->text.starts_with(fmt::format("grapnel-{}/", other)))
       faults.add(named->mark, fmt::format("this is a {} file where {} is expected", other, expected));
   }

@@ -64,7 +64,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:26:54: error: 'size' in targets[0].geometry has no meaning with shape: capsule"}},
     {"no_way_given",
      {way("profile: quintic")},
-     {"scenario.yaml:31:3: error: missing key in approach: give 'final_joints', 'plan' or 'trajectory'"}},
+     {"scenario.yaml:31:3: error: missing key in approach: give 'final_joints', 'plan', 'trajectory' or 'pieces'"}},
     {"two_ways_given",
      {way("final_joints: [0.2, -0.4]\n  plan: {}")},
      {"scenario.yaml:33:3: error: approach has both 'final_joints' and 'plan', only one is allowed"}},

@@ -1,0 +1,231 @@
+#include "grapnel/scenario/campaign_points.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+#include "grapnel/scenario/changed_scenario.hpp"
+#include "grapnel/scenario/frozen_plan.hpp"
+#include "grapnel/scenario/number_nodes.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/write_back.hpp"
+#include "grapnel/scenario/write_yaml.hpp"
+#include "grapnel/study/grid.hpp"
+
+namespace grapnel {
+namespace {
+
+// Cases come in the order of the design's points.
+constexpr std::size_t kKept = 64;
+
+std::vector<QuantityValue> quantities_at(const std::vector<ReadAxis>& axes, std::span<const std::size_t> at) {
+  std::vector<QuantityValue> quantities;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    if (axes[a].quantity) quantities.push_back({*axes[a].quantity, axes[a].values[at[a]].quantity});
+  }
+  return quantities;
+}
+
+bool is_of_robot(const std::string& path) { return path.starts_with("robot.") || path.starts_with("robot["); }
+
+bool reaches_into_robot(const std::vector<UncertainPaths>& uncertain) {
+  return std::any_of(uncertain.begin(), uncertain.end(), [](const UncertainPaths& where) {
+    return std::any_of(where.paths.begin(), where.paths.end(), is_of_robot);
+  });
+}
+
+// Setters of all paths; none if one lacks.
+std::vector<ProblemSetter> setters_of(const std::vector<ReadUncertain>& uncertain, const DesignPoint& design) {
+  std::vector<ProblemSetter> setters;
+  FaultList found_before;
+  for (std::size_t i = 0; i < uncertain.size(); ++i) {
+    const ReadUncertain& one = uncertain[i];
+    if (design.forms[i].is_absent || (!one.choices.empty() && !one.choices_are_numbers)) return {};
+    // A choice is one number; where a list stands it stands for all of the list, which only reading knows.
+    const auto is_number = [](const Node& form) { return form.is_scalar(); };
+    const std::vector<Node>& forms = design.forms[i].forms;
+    if (!one.choices.empty() && !std::all_of(forms.begin(), forms.end(), is_number)) return {};
+    for (std::size_t p = 0; p < one.where.paths.size(); ++p) {
+      const auto steps = path_steps(design.filled, one.where.paths[p], one.where.path_marks[p], found_before);
+      ProblemSetter setter = problem_setter(steps, design.forms[i].forms[p], design.problem);
+      if (!setter) return {};
+      setters.push_back(std::move(setter));
+    }
+  }
+  return setters;
+}
+
+}  // namespace
+
+std::vector<std::size_t> CampaignPoints::axis_sizes() const {
+  std::vector<std::size_t> sizes;
+  for (const ReadAxis& axis : axes) sizes.push_back(axis.values.size());
+  return sizes;
+}
+
+std::vector<Change> CampaignPoints::design_changes(std::span<const std::size_t> at) const {
+  std::vector<Change> all = set;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    const ReadAxisValue& value = axes[a].values[at[a]];
+    all.insert(all.end(), value.changes.begin(), value.changes.end());
+  }
+  return all;
+}
+
+CaptureProblem CampaignPoints::before_quantities(std::span<const std::size_t> at) {
+  return load_scenario(scenario, design_changes(at), files);
+}
+
+std::shared_ptr<const DesignPoint> CampaignPoints::design_point(std::uint64_t number) {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto it = kept_.find(number);
+    if (it != kept_.end()) return it->second.get();
+  }
+  // Two threads may make the same one; it is the same.
+  KeptPoint made;
+  try {
+    made.point = make(number);
+  } catch (const std::exception&) {
+    made.trouble = std::current_exception();  // a search that found no plan: as long as one that finds it, or longer
+  }
+  const std::lock_guard lock(mutex_);
+  const auto [it, fresh] = kept_.emplace(number, std::move(made));
+  if (!fresh) return it->second.get();
+  const KeptPoint result = it->second;
+  order_.push_back(number);
+  if (order_.size() > kKept) {
+    kept_.erase(order_.front());
+    order_.pop_front();
+  }
+  return result.get();
+}
+
+void CampaignPoints::forget() {
+  const std::lock_guard lock(mutex_);
+  kept_.clear();
+  order_.clear();
+}
+
+std::shared_ptr<const DesignPoint> CampaignPoints::make(std::uint64_t number) {
+  const std::vector<std::size_t> at = grid_position(axis_sizes(), number);
+  const std::vector<Change> changed = design_changes(at);
+  const CaptureProblem before = load_scenario(scenario, changed, files);
+  StudyCase nominal{before, inward_normals(before)};
+  apply_quantities(quantities_at(axes, at), nominal.problem);
+  keep_normals(before, nominal);
+
+  Node tree = changed_tree(scenario, changed, files);
+  if (reaches_into_robot(paths)) include_robot(tree, scenario, files);
+  write_back(before, nominal.problem, tree);
+  FaultList faults;
+  prepare_orientations(paths, tree, faults);
+  faults.throw_if_any();
+  if (plan_once) freeze_plan(nominal.problem, tree);
+
+  auto made = std::make_shared<DesignPoint>();
+  made->number = number;
+  // Beside the scenario, so that the files it names are found.
+  made->file = scenario;
+  made->file += fmt::format(" (point {} of the design{})", number, plan_once ? ", planned" : "");
+  made->filled = tree;
+  fill_defaults(made->filled, scenario_schema_document());
+  complete_places(paths, made->filled, tree);
+  files.keep(made->file, {yaml_text(tree), {}, tree});
+  made->problem = load_scenario(made->file, std::span<const Change>(), files);
+  for (const UncertainPaths& where : paths) made->forms.push_back(form_at(where, made->filled, faults));
+  faults.throw_if_any();
+  expect_counts(*made);
+  if (setters_allowed_) made->setters = setters_of(uncertain, *made);
+  return made;
+}
+
+// Values of the design may put something else in an uncertain value's place.
+void CampaignPoints::expect_counts(const DesignPoint& design) const {
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    const std::size_t here = design.forms[i].nominal.size();
+    if (here == counts[i]) continue;
+    throw std::runtime_error(fmt::format("{}: at this point of the design stand {} numbers at {}, at its first {}",
+                                         paths[i].place, here, paths[i].paths[0], counts[i]));
+  }
+}
+
+CampaignPoints::Draw CampaignPoints::draw(const DesignPoint& design, std::span<const double> point) const {
+  Draw result;
+  std::size_t at = 0;
+  for (std::size_t i = 0; i < uncertain.size(); ++i) {
+    const ReadUncertain& one = uncertain[i];
+    const std::size_t n = dimensions(one.value);
+    DrawnValue drawn = draw_value(one.value, design.forms[i].nominal, point.subspan(at, n));
+    if (one.choices_are_numbers && !one.choices.empty())
+      drawn.shown = *numbers_in(one.choices[static_cast<std::size_t>(drawn.numbers[0])]);
+    result.values.push_back(std::move(drawn));
+    at += n;
+  }
+  return result;
+}
+
+std::vector<Change> CampaignPoints::changes(const DesignPoint& design, const Draw& draw) const {
+  std::vector<Change> all;
+  for (std::size_t i = 0; i < uncertain.size(); ++i) {
+    const std::vector<Change> some = changes_of(uncertain[i], design.forms[i], draw.values[i].numbers);
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  return all;
+}
+
+CaptureProblem CampaignPoints::read(const DesignPoint& design, const Draw& draw) {
+  CaptureProblem problem = load_scenario(design.file, changes(design, draw), files);
+  problem.sha256 = design.problem.sha256;
+  return problem;
+}
+
+CaptureProblem CampaignPoints::problem(const DesignPoint& design, const Draw& draw) {
+  if (design.setters.empty()) return read(design, draw);
+  CaptureProblem problem = design.problem;
+  std::size_t setter = 0;
+  for (std::size_t i = 0; i < uncertain.size(); ++i) {
+    const std::span<const double> numbers =
+        uncertain[i].choices.empty() ? draw.values[i].numbers : draw.values[i].shown;
+    std::size_t at = 0;
+    for (const Node& form : design.forms[i].forms) {
+      const std::size_t n = form.is_scalar() ? 1 : form.items.size() + form.entries.size();
+      if (!design.setters[setter++](problem, numbers.subspan(at, n))) return read(design, draw);
+      at += n;
+    }
+  }
+  return problem;
+}
+
+std::vector<double> CampaignPoints::point_of(std::uint64_t k) const {
+  std::vector<double> point(samples->dimensions());
+  // All points of the design see the same sample, so that they differ by the design alone.
+  samples->at(axes.empty() ? k : k % cases, point);
+  return point;
+}
+
+std::vector<double> CampaignPoints::inputs(std::uint64_t k) {
+  const auto design = design_point(axes.empty() ? 0 : k / cases);
+  std::vector<double> numbers;
+  for (const DrawnValue& value : draw(*design, point_of(k)).values)
+    numbers.insert(numbers.end(), value.shown.begin(), value.shown.end());
+  return numbers;
+}
+
+StudyCase CampaignPoints::study_case(std::uint64_t k) {
+  const auto design = design_point(axes.empty() ? 0 : k / cases);
+  StudyCase result{problem(*design, draw(*design, point_of(k))), {}};
+  result.inward_normals = inward_normals(result.problem);
+  return result;
+}
+
+std::string CampaignPoints::scenario_text(std::uint64_t k, const std::filesystem::path& place,
+                                          const std::string& comment) {
+  const auto design = design_point(axes.empty() ? 0 : k / cases);
+  Node tree = changed_tree(design->file, changes(*design, draw(*design, point_of(k))), files);
+  return changed_scenario_text(scenario, std::move(tree), design->problem, design->problem, place,
+                               fmt::format(", case {}", k), comment);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,29 @@
+#include "grapnel/scenario/choose_columns.hpp"
+
+#include <fmt/format.h>
+
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+
+std::vector<bool> chosen_columns(const Node& list, const std::vector<Column>& columns, FaultList& faults) {
+  if (!list.is_sequence()) return std::vector<bool>(columns.size(), true);
+  std::vector<std::string> names;
+  for (const Column& column : columns) names.push_back(column.name);
+  std::vector<bool> chosen(columns.size(), false);
+  for (const Node& pattern : list.items) {
+    bool any = false;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (!column_matches(pattern.text, names[c])) continue;
+      chosen[c] = any = true;
+    }
+    if (any || columns.empty() || pattern.text.empty()) continue;
+    const std::string near = nearest(pattern.text, names);
+    faults.add(pattern.mark, fmt::format("no column {}{}", in_quotes(pattern.text),
+                                         near.empty() ? "; without 'columns' the table has them all"
+                                                      : "; did you mean " + in_quotes(near) + "?"));
+  }
+  return chosen;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,17 @@
+#pragma once
+
+/// @file
+/// All of a problem as bytes, for exact comparison. Thread safety: a pure function.
+
+#include <string>
+
+#include "grapnel/capture/capture_problem.hpp"
+
+namespace grapnel {
+
+/// The bits of every field but the sha256: two problems are the same, to the last bit and with the signs of zeros, if
+/// and only if their bytes are. Not a format: only for comparison within one program. Meshes count as the same where
+/// they are one object.
+std::string problem_bytes(const CaptureProblem& problem);
+
+}  // namespace grapnel

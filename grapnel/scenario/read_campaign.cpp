@@ -1,0 +1,472 @@
+#include "grapnel/scenario/read_campaign.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "grapnel/scenario/campaign_points.hpp"
+#include "grapnel/scenario/choose_columns.hpp"
+#include "grapnel/scenario/number_nodes.hpp"
+#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/problem_bytes.hpp"
+#include "grapnel/scenario/reader.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/sha256.hpp"
+#include "grapnel/scenario/source_text.hpp"
+#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/scenario/study_document.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr std::size_t kMostChecked = 1000;  // values of one axis, or of one discrete distribution
+constexpr int kCompared = 4;                // cases whose setters are compared with the reader
+
+// A place of the scenario that an entry of 'uncertain' draws.
+struct DrawnPlace {
+  std::vector<PathStep> steps;
+  std::string path, entry;
+  bool replaced = false;  // nothing is left of what the scenario has there
+};
+
+bool has_something_to_plan(const ApproachSetup& approach) {
+  return approach.plan || approach.match ||
+         std::any_of(approach.waypoints.begin(), approach.waypoints.end(),
+                     [](const Waypoint& waypoint) { return !waypoint.places.empty(); });
+}
+
+class CampaignReader {
+ public:
+  explicit CampaignReader(const std::filesystem::path& path)
+      : path_(path), points_(std::make_shared<CampaignPoints>()) {}
+
+  Campaign read() {
+    read_text();
+    read_settings();
+    read_design();
+    for (std::size_t i = 0; i < entries().size(); ++i)
+      points_->paths.push_back(read_uncertain_paths(entries()[i], item("uncertain", i)));
+    if (expect_scenario() && structure_is_sound_) {
+      const std::size_t before = faults_.size();
+      check_design();
+      if (faults_.size() == before) read_uncertain_values();
+    }
+    choose_columns();
+    read_success();
+    read_series();
+    keep_columns();
+    faults_.throw_if_any();
+    prefer_setters();
+    result_.sha256 = sha256(result_.text + shas_);
+    result_.draw = [points = points_](std::uint64_t k) { return points->inputs(k); };
+    result_.problem = [points = points_](std::uint64_t k) { return points->study_case(k); };
+    result_.scenario_text = [points = points_](std::uint64_t k, const std::filesystem::path& place,
+                                               const std::string& comment) {
+      return points->scenario_text(k, place, comment);
+    };
+    return std::move(result_);
+  }
+
+ private:
+  const std::vector<Node>& entries() const { return part(root_, "uncertain").items; }
+
+  void read_text() {
+    StudyDocument document = read_study_document(path_, "campaign", "a campaign", campaign_schema_document(), faults_);
+    result_.text = std::move(document.bytes);
+    root_ = std::move(document.root);
+    structure_is_sound_ = document.sound;
+  }
+
+  void read_settings() {
+    result_.name = text_at(root_, "name");
+    result_.description = text_at(root_, "description");
+    result_.file = path_.string();
+    result_.mode = text_at(root_, "simulate") == "impact" ? StudyMode::impact : StudyMode::run;
+    result_.cases = std::max<std::uint64_t>(1, whole_number_at(root_, "cases", kMostCases));
+    result_.seed = whole_number_at(root_, "seed", 9007199254740991);
+    const std::string sampling = text_at(root_, "sampling");
+    result_.sampling = sampling == "sobol"             ? Sampling::sobol
+                       : sampling == "latin_hypercube" ? Sampling::latin_hypercube
+                                                       : Sampling::random;
+    result_.plan = text_at(root_, "plan") == "per_case" ? CampaignPlan::per_case : CampaignPlan::nominal;
+    result_.confidence = number_at(root_, "confidence").value_or(result_.confidence);
+    read_quantiles();
+    result_.time_limit = number_at(root_, "time_limit").value_or(0);
+    points_->scenario = path_beside(path_, text_at(root_, "scenario"));
+    points_->set = read_changes(part(root_, "set"));
+    points_->plan_once = result_.plan == CampaignPlan::nominal;
+    points_->cases = result_.cases;
+  }
+
+  void read_quantiles() {
+    const Node& list = part(root_, "quantiles");
+    if (!list.is_sequence()) return;
+    result_.quantiles = numbers_in(list).value_or(std::vector<double>{});
+    for (std::size_t i = 1; i < result_.quantiles.size(); ++i) {
+      if (result_.quantiles[i] > result_.quantiles[i - 1]) continue;
+      faults_.add(list.items[i].mark, fmt::format("quantiles[{}] is {}, must be greater than {} before it", i,
+                                                  result_.quantiles[i], result_.quantiles[i - 1]));
+    }
+  }
+
+  void read_design() {
+    const Node& list = part(root_, "design");
+    for (std::size_t i = 0; i < list.items.size(); ++i) {
+      ReadAxis axis = read_study_axis(list.items[i], item("design", i), faults_);
+      for (const ReadAxis& other : points_->axes) {
+        if (other.shown.name == axis.shown.name && !axis.shown.name.empty())
+          faults_.add(axis.mark,
+                      fmt::format("{} varies {}, as {} does", axis.place, in_quotes(axis.shown.name), other.place));
+      }
+      for (const ReadAxisValue& value : axis.values) {
+        if (value.scenario.empty()) continue;
+        faults_.add(value.scenario_mark, fmt::format("{} names a scenario; all cases of a campaign are of one: give "
+                                                     "'set'",
+                                                     axis.place));
+      }
+      if (axis.values.empty()) structure_is_sound_ = false;
+      result_.design.push_back(axis.shown);
+      points_->axes.push_back(std::move(axis));
+    }
+    const double total = static_cast<double>(result_.total());
+    if (total > static_cast<double>(kMostCases))
+      faults_.add(list.mark, fmt::format("the design has {:.6g} cases, at most {} are possible", total, kMostCases));
+  }
+
+  bool expect_scenario() {
+    const std::string named = text_at(root_, "scenario");
+    if (named.empty()) return false;
+    const std::size_t before = faults_.size();
+    read_file(points_->scenario, part(root_, "scenario").mark, faults_, kLargestFile, named);
+    return faults_.size() == before;
+  }
+
+  // --- Checks of the scenario ---
+
+  void add_once(Fault fault) {
+    const auto& all = faults_.all();
+    if (std::find(all.begin(), all.end(), fault) == all.end()) faults_.add(std::move(fault));
+  }
+  void add_once(const Mark& mark, std::string message) {
+    add_once(Fault{mark.source ? *mark.source : std::string(), mark.line, mark.column, std::move(message)});
+  }
+
+  // Each axis by itself, the others at their first values.
+  void check_design() {
+    std::vector<std::size_t> at(points_->axes.size(), 0);
+    check_design_point(at);
+    for (std::size_t a = 0; a < at.size(); ++a) {
+      const ReadAxis& axis = points_->axes[a];
+      const std::size_t last = axis.values.size() - 1;
+      for (std::size_t value = axis.is_range ? last : 1; value <= std::min(last, kMostChecked); ++value) {
+        at[a] = value;
+        check_design_point(at);
+        if (faults_.full()) return;
+      }
+      at[a] = 0;
+    }
+  }
+
+  void check_design_point(const std::vector<std::size_t>& at) {
+    try {
+      CaptureProblem problem = points_->before_quantities(at);
+      merge_columns(columns_, standard_columns(problem, result_.mode == StudyMode::run));
+      shas_ += problem.sha256;
+      is_planned_ = is_planned_ || (problem.approach && has_something_to_plan(*problem.approach));
+      if (result_.mode == StudyMode::impact && !problem.impact)
+        add_once(part(root_, "simulate").mark,
+                 fmt::format("simulate: impact needs a scenario with 'impact', {} has none", in_quotes(problem.name)));
+      for (std::size_t a = 0; a < at.size(); ++a) {
+        const ReadAxis& axis = points_->axes[a];
+        if (axis.quantity) check_quantity(axis, at[a], problem);
+      }
+    } catch (const ScenarioError& error) {
+      for (const Fault& fault : error.faults()) add_once(fault);
+    }
+  }
+
+  void check_quantity(const ReadAxis& axis, std::size_t value, CaptureProblem problem) {
+    const QuantityValue set{*axis.quantity, axis.values[value].quantity};
+    try {
+      apply_quantities({&set, 1}, problem);
+    } catch (const std::exception& error) {
+      add_once(axis.values[value].mark, fmt::format("{}: {}", axis.place, error.what()));
+    }
+  }
+
+  // The first point of the design, with the plan. Null after a fault.
+  std::shared_ptr<const DesignPoint> first_point() {
+    try {
+      return points_->design_point(0);
+    } catch (const ScenarioError& error) {
+      for (const Fault& fault : error.faults()) add_once(fault);
+    } catch (const std::exception& error) {
+      const NodeEntry* plan = root_.entry("plan");
+      add_once(plan ? plan->mark : root_.mark, fmt::format("plan: nominal: {}", error.what()));
+    }
+    return nullptr;
+  }
+
+  void read_uncertain_values() {
+    const std::size_t before = faults_.size();
+    const auto design = first_point();
+    if (!design) return;
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < entries().size(); ++i) {
+      ReadUncertain one = read_uncertain(entries()[i], points_->paths[i], design->filled, design->problem, faults_);
+      expect_new(points_->paths[i], design->filled, replaces(one.value));
+      count += dimensions(one.value);
+      result_.inputs.insert(result_.inputs.end(), one.inputs.begin(), one.inputs.end());
+      points_->counts.push_back(design->forms[i].nominal.size());
+      points_->uncertain.push_back(std::move(one));
+    }
+    expect_effects(design->filled);
+    if (count > SamplePoints::kMostDimensions) {
+      faults_.add(part(root_, "uncertain").mark,
+                  fmt::format("{} numbers are uncertain, at most {} can be", count, SamplePoints::kMostDimensions));
+    }
+    if (faults_.size() != before) return;
+    points_->samples.emplace(result_.sampling, count, result_.cases, result_.seed);
+    points_->forget();
+    if (const auto complete = first_point()) check_values(*complete);
+  }
+
+  // A place that is drawn twice would keep the last value without a word; so would a part of one.
+  void expect_new(const UncertainPaths& where, const Node& scenario, bool replaced) {
+    for (std::size_t p = 0; p < where.paths.size(); ++p) {
+      const std::string& path = where.paths[p];
+      FaultList found_before;
+      DrawnPlace place{path_steps(scenario, path, where.path_marks[p], found_before), path, where.place, replaced};
+      for (const DrawnPlace& other : drawn_) {
+        const Overlap how = overlap(place.steps, other.steps);
+        if (how == Overlap::none) continue;
+        faults_.add(where.path_marks[p], fmt::format("{} draws {}, and {} {}", where.place, shortened(path),
+                                                     other.entry, said_of(how, path, other.path, "draws")));
+      }
+      drawn_.push_back(std::move(place));
+    }
+  }
+
+  static std::string said_of(Overlap how, const std::string& path, const std::string& other, const char* verb) {
+    if (path == other) return "does too";
+    if (how == Overlap::same) return "does too, as " + shortened(other);
+    return fmt::format("{} {}, {} it", verb, shortened(other), how == Overlap::part ? "which contains" : "a part of");
+  }
+
+  // A design axis whose values are all replaced by what is drawn, or by those of the other axis, changes nothing. What
+  // is planned for is the design's, whatever is drawn then.
+  void expect_effects(const Node& scenario) {
+    for (const ReadAxis& axis : points_->axes) {
+      const bool replaceable = !axis.quantity && !(points_->plan_once && is_planned_);
+      std::string by, before;
+      bool has_effect = !replaceable;
+      for (std::size_t v = 0; v < axis.values.size() && !has_effect; ++v) {
+        for (const Change& change : axis.values[v].changes) {
+          if (std::exchange(before, change.path) == change.path) continue;  // as all values of an axis by path
+          const DrawnPlace* over = drawn_over(change, scenario);
+          has_effect = has_effect || !over;
+          if (over) by = over->entry;
+        }
+      }
+      if (has_effect || by.empty()) continue;
+      faults_.add(axis.mark,
+                  fmt::format("{} varies {}, but {} draws another value in its place for every case; draw it "
+                              "as: factor or as: offset",
+                              axis.place, in_quotes(axis.shown.name), by));
+    }
+    if (points_->axes.size() == 2) expect_different(points_->axes[0], points_->axes[1], scenario);
+  }
+
+  std::vector<PathStep> steps_of(const Change& change, const Node& scenario) {
+    FaultList found_before;
+    return path_steps(scenario, change.path, change.mark, found_before);
+  }
+  const DrawnPlace* drawn_over(const Change& change, const Node& scenario) {
+    const std::vector<PathStep> steps = steps_of(change, scenario);
+    for (const DrawnPlace& place : drawn_) {
+      const Overlap how = overlap(steps, place.steps);
+      if (place.replaced && (how == Overlap::same || how == Overlap::part)) return &place;
+    }
+    return nullptr;
+  }
+
+  // Values of the second axis are set last. One path in the same words has been reported.
+  void expect_different(const ReadAxis& first, const ReadAxis& second, const Node& scenario) {
+    if (first.values[0].changes.size() != 1 || second.values[0].changes.size() != 1) return;
+    const Change &a = first.values[0].changes[0], &b = second.values[0].changes[0];
+    if (a.path != first.shown.name || b.path != second.shown.name || a.path == b.path) return;
+    const Overlap how = overlap(steps_of(b, scenario), steps_of(a, scenario));
+    if (how == Overlap::same || how == Overlap::whole)
+      faults_.add(second.mark, fmt::format("{} varies {}, and {} {}", second.place, shortened(b.path), first.place,
+                                           said_of(how, b.path, a.path, "varies")));
+  }
+
+  // Every uncertain value by itself, the others at their medians.
+  void check_values(const DesignPoint& design) {
+    const double end = 0.5 / static_cast<double>(std::max<std::uint64_t>(result_.cases, 2));
+    std::vector<double> point(points_->samples->dimensions(), 0.5);
+    const std::size_t before = faults_.size();
+    check_point(design, point, "");
+    if (faults_.size() != before) return;
+    std::size_t at = 0;
+    for (const ReadUncertain& one : points_->uncertain) {
+      const std::size_t n = dimensions(one.value);
+      for (std::size_t d = at; d < at + n && !faults_.full(); ++d) {
+        for (const double u : probes(one, end)) {
+          point[d] = u;
+          check_point(design, point, fmt::format("{}, at probability {:.6g}: ", one.where.place, u));
+        }
+        point[d] = 0.5;
+      }
+      at += n;
+    }
+  }
+
+  // Where a distribution is looked at: the ends that are likely met, or every one of several values.
+  static std::vector<double> probes(const ReadUncertain& one, double end) {
+    const auto* choice = std::get_if<ChosenValue>(&one.value);
+    if (!choice) return {end, 1 - end};
+    std::vector<double> middles;
+    double before = 0;
+    const auto& sums = choice->running_sums;
+    for (std::size_t i = 0; i < std::min(sums.size(), kMostChecked); ++i) {
+      if (sums[i] > before) middles.push_back(0.5 * (before + sums[i]) / sums.back());
+      before = sums[i];
+    }
+    return middles;
+  }
+
+  void check_point(const DesignPoint& design, const std::vector<double>& point, const std::string& where) {
+    const CampaignPoints::Draw draw = points_->draw(design, point);
+    try {
+      const CaptureProblem read = points_->read(design, draw);
+      setters_agree_ = setters_agree_ && problem_bytes(points_->problem(design, draw)) == problem_bytes(read);
+    } catch (const ScenarioError& error) {
+      for (Fault fault : error.faults()) {
+        fault.message = where + fault.message;
+        add_once(std::move(fault));
+      }
+    }
+  }
+
+  // Setters stay only if they do what the reader does, to the last bit.
+  void prefer_setters() {
+    const auto design = points_->design_point(0);
+    for (std::uint64_t k = 0; k < kCompared && setters_agree_; ++k) {
+      std::vector<double> point(points_->samples->dimensions());
+      points_->samples->at(k, point);
+      const CampaignPoints::Draw draw = points_->draw(*design, point);
+      try {
+        const std::string read = problem_bytes(points_->read(*design, draw));
+        setters_agree_ = problem_bytes(points_->problem(*design, draw)) == read;
+      } catch (const ScenarioError&) {
+        // This case's values are faulty together; it will fail, by either way.
+      }
+    }
+    if (!setters_agree_) points_->read_instead();
+  }
+
+  // --- Columns ---
+
+  void choose_columns() {
+    const Node& list = part(part(root_, "keep"), "columns");
+    chosen_ = chosen_columns(list, columns_, faults_);
+  }
+
+  std::vector<std::string> names(bool only_kept) const {
+    std::vector<std::string> all;
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      if (!only_kept || chosen_[c]) all.push_back(columns_[c].name);
+    }
+    for (const CampaignInput& input : result_.inputs) all.push_back(input.name);
+    return all;
+  }
+
+  struct Condition {
+    std::string text, name;
+    Mark mark;
+    bool plain = true;
+  };
+
+  std::vector<Condition> conditions() const {
+    std::vector<Condition> all;
+    for (const Node& node : part(root_, "success").items) {
+      const Node& holds = node.is_mapping() ? part(node, "holds") : node;
+      if (is_text(holds)) all.push_back({holds.text, text_at(node, "name"), holds.mark, holds.plain});
+    }
+    const auto captured = [](const Column& column) { return column.name == "captured"; };
+    if (!root_.entry("success") && std::any_of(columns_.begin(), columns_.end(), captured))
+      all.push_back({"captured", "captured", root_.mark, true});
+    return all;
+  }
+
+  // What conditions read is kept, so that the table can tell why.
+  void read_success() {
+    if (columns_.empty() || (result_.inputs.empty() && !entries().empty())) return;
+    const std::vector<std::string> all = names(false);
+    for (const Condition& condition : conditions()) {
+      try {
+        const Criterion criterion = Criterion::parse(condition.text, all, condition.name);
+        for (const std::size_t index : criterion.reads()) {
+          if (index < chosen_.size()) chosen_[index] = true;
+        }
+      } catch (const CriterionError& error) {
+        Mark mark = condition.mark;
+        // Of a text on several lines, or with escapes, the beginning must do.
+        if (condition.text.find('\n') == std::string::npos)
+          mark.column += static_cast<int>(error.offset) + (condition.plain ? 0 : 1);
+        faults_.add(mark, fmt::format("success: {}", error.what()));
+      }
+    }
+  }
+
+  void read_series() {
+    const Node& series = part(part(root_, "keep"), "series");
+    SeriesToKeep& keep = result_.series;
+    keep.sample = whole_number_at(series, "sample", 100'000);
+    keep.failures = whole_number_at(series, "failures", 100'000);
+    const Node& worst = part(series, "worst");
+    keep.worst = whole_number_at(worst, "count", 100'000);
+    keep.worst_by = text_at(worst, "by");
+    if (keep.worst_by.empty() || columns_.empty()) return;
+    std::vector<std::string> column_names;
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      column_names.push_back(columns_[c].name);
+      if (columns_[c].name != keep.worst_by) continue;
+      chosen_[c] = true;
+      return;
+    }
+    faults_.add(part(worst, "by").mark, fmt::format("no column {} for keep.series.worst.by{}", in_quotes(keep.worst_by),
+                                                    suggestion(keep.worst_by, column_names, "columns")));
+  }
+
+  void keep_columns() {
+    if (!faults_.empty()) return;
+    const std::vector<std::string> kept = names(true);
+    for (const Condition& condition : conditions())
+      result_.success.push_back(Criterion::parse(condition.text, kept, condition.name));
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      if (chosen_[c]) result_.columns.push_back(std::move(columns_[c]));
+    }
+  }
+
+  std::filesystem::path path_;
+  std::shared_ptr<CampaignPoints> points_;
+  Node root_;
+  FaultList faults_;
+  Campaign result_;
+  std::vector<Column> columns_;  // all there are
+  std::vector<bool> chosen_;
+  std::string shas_;  // of the problems that were checked
+  std::vector<DrawnPlace> drawn_;
+  bool structure_is_sound_ = false, setters_agree_ = true;
+  bool is_planned_ = false;  // by the program, before the cases: there is something to plan at some point of the design
+};
+
+}  // namespace
+
+Campaign load_campaign(const std::filesystem::path& path) { return CampaignReader(path).read(); }
+
+}  // namespace grapnel

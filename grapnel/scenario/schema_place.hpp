@@ -1,0 +1,27 @@
+#pragma once
+
+/// @file
+/// What the scenario's schema says about one place of a scenario. Thread safety: a free function.
+
+#include <limits>
+#include <span>
+#include <string>
+
+#include "grapnel/scenario/overrides.hpp"
+
+namespace grapnel {
+
+/// Unit and range of the number, or of every number of the list, that may stand at a place.
+struct PlaceRule {
+  std::string unit;  // empty: none is stated
+  std::string description;
+  double above = -std::numeric_limits<double>::infinity();  // the number must be greater
+  double from = -std::numeric_limits<double>::infinity(), to = std::numeric_limits<double>::infinity();
+  bool is_known = false;  // the schema has such a place
+
+  bool allows(double value) const { return value > above && value >= from && value <= to; }
+};
+
+PlaceRule place_rule(std::span<const PathStep> steps);
+
+}  // namespace grapnel

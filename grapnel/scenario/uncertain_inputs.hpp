@@ -1,0 +1,18 @@
+#pragma once
+
+/// @file
+/// What tables call the numbers of an uncertain value. Thread safety: a free function.
+
+#include <vector>
+
+#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/scenario/read_uncertain.hpp"
+
+namespace grapnel {
+
+/// One per number that DrawnValue::shown has. `form`: what stands at the places, or would if it were there; `scenario`
+/// has the schema's defaults, and `problem` was read from it.
+std::vector<CampaignInput> inputs_of(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
+                                     const CaptureProblem& problem);
+
+}  // namespace grapnel

@@ -1,0 +1,187 @@
+#include "grapnel/scenario/problem_setter.hpp"
+
+#include <gtest/gtest.h>
+
+#include "grapnel/scenario/changed_scenario.hpp"
+#include "grapnel/scenario/flow_text.hpp"
+#include "grapnel/scenario/number_nodes.hpp"
+#include "grapnel/scenario/problem_bytes.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/yaml_document.hpp"
+
+namespace grapnel {
+namespace {
+
+// A scenario with changes, as a tree with the schema's defaults and as the problem that the reader makes of it.
+class Base {
+ public:
+  Base(const std::string& scenario, const std::vector<std::pair<std::string, std::string>>& set)
+      : path_(std::string(GRAPNEL_SOURCE_DIR "/") + scenario) {
+    FaultList faults;
+    for (const auto& [path, text] : set) changes_.push_back({path, {}, *parse_value(text, {}, faults), text});
+    problem = load_scenario(path_, changes_, files_);
+    tree = changed_tree(path_, changes_, files_);
+    include_robot(tree, path_, files_);
+    fill_defaults(tree, scenario_schema_document());
+  }
+
+  CaptureProblem read(const std::string& path, const Node& value) {
+    std::vector<Change> changes = changes_;
+    changes.push_back({path, {}, value, flow_text(value)});
+    return load_scenario(path_, changes, files_);
+  }
+
+  ProblemSetter setter(const std::string& path, const Node& form) const {
+    FaultList faults;
+    return problem_setter(path_steps(tree, path, {}, faults), form, problem);
+  }
+
+  Node tree;
+  CaptureProblem problem;
+
+ private:
+  std::filesystem::path path_;
+  ScenarioFiles files_;
+  std::vector<Change> changes_;
+};
+
+// The setter exists, changes the problem, and does what the reader does, to the last bit.
+void expect_set(Base& base, const std::string& path, const std::vector<double>& numbers) {
+  SCOPED_TRACE(path);
+  const auto form = value_at(base.tree, path);
+  ASSERT_TRUE(form);
+  const ProblemSetter set = base.setter(path, *form);
+  ASSERT_TRUE(set);
+  CaptureProblem quick = base.problem;
+  ASSERT_TRUE(set(quick, numbers));
+  EXPECT_FALSE(problem_bytes(quick) == problem_bytes(base.problem));
+  EXPECT_TRUE(problem_bytes(quick) == problem_bytes(base.read(path, with_numbers(*form, numbers, {}))));
+}
+
+void expect_set(Base& base, const std::string& path, double factor = 1.001953125, double offset = 0) {
+  std::vector<double> numbers = *numbers_in(*value_at(base.tree, path));
+  for (double& x : numbers) x = x * factor + offset;
+  expect_set(base, path, numbers);
+}
+
+Base thesis() {
+  return {"scenarios/thesis/open-loop-case-1.yaml",
+          {{"approach.tracking.noise", "{position: 1e-3, bandwidth: 2, seed: 7}"},
+           {"targets[0].com", "[0.01, 0.02, 0.03]"},
+           {"targets[0].inertia", "{xx: 1, yy: 1.1, zz: 1.2, xy: 0.1, xz: 0, yz: 0}"},
+           {"targets[0].state.quaternion_wxyz", "[0.6, 0, 0.8, 0]"},
+           {"targets[0].state.velocity", "[0.01, 0.02, 0.03]"},
+           {"targets[0].grasp_points[0].quaternion_wxyz", "[0.8, 0.6, 0, 0]"},
+           {"initial.base",
+            "{position: [1, 2, 3], quaternion_wxyz: [1, 0, 0, 0], velocity: [0.1, 0, 0], "
+            "angular_velocity: [0, 0, 0.1]}"},
+           {"approach.final_rates", "[0.01, 0.02, 0.03, 0.04, 0.05, 0.06]"},
+           {"robot.links[0].joint.friction", "{viscous: 0.1, coulomb: 0.2}"},
+           {"integration", "{relative_tolerance: 1e-9, absolute_tolerance: 1e-10}"}}};
+}
+
+TEST(ProblemSetter, DoesWhatTheReaderDoes) {
+  Base base = thesis();
+  for (const char* path : {"targets.target-1.mass",
+                           "targets.target-1.com",
+                           "targets.target-1.com[1]",
+                           "targets.target-1.inertia",
+                           "targets.target-1.inertia.xx",
+                           "targets.target-2.inertia",
+                           "targets.target-2.inertia[2]",
+                           "targets.target-1.state.position",
+                           "targets.target-1.state.position[0]",
+                           "targets.target-1.state.velocity",
+                           "targets.target-1.state.angular_velocity",
+                           "targets.target-1.state.angular_velocity[2]",
+                           "targets.target-1.grasp_points.grip.position",
+                           "targets.target-1.grasp_points.grip.position[1]",
+                           "initial.joints",
+                           "initial.joints.arm-2-joint-1",
+                           "initial.base.position",
+                           "initial.base.velocity",
+                           "initial.base.angular_velocity",
+                           "robot.base.mass",
+                           "robot.base.inertia",
+                           "robot.links.arm-1-link-1.mass",
+                           "robot.links.arm-1-link-1.com",
+                           "robot.links.arm-1-link-1.inertia",
+                           "robot.links.arm-1-link-1.joint.friction.viscous",
+                           "robot.links.arm-1-link-1.joint.friction.coulomb",
+                           "approach.final_joints",
+                           "approach.final_joints.arm-1-joint-2",
+                           "approach.final_rates",
+                           "approach.final_rates[3]",
+                           "approach.tracking.kp",
+                           "approach.tracking.kd",
+                           "approach.tracking.noise.position",
+                           "approach.tracking.noise.bandwidth",
+                           "impact.duration",
+                           "integration.relative_tolerance",
+                           "integration.absolute_tolerance"}) {
+    expect_set(base, path);
+  }
+  expect_set(base, "approach.tracking.noise.seed", 1, 5);
+  expect_set(base, "targets.target-2.com", 1, 0.01);
+  expect_set(base, "gravity", 1, 0.25);
+  // Unit quaternions only within 1e-6 of length 1; what is a little off is normalised alike.
+  // What is a little off length 1 is normalised alike.
+  const std::vector<double> q{0.5, 0.5, -0.5, 0.5 + 1e-7};
+  for (const char* path : {"targets.target-1.state.quaternion_wxyz",
+                           "targets.target-1.grasp_points.grip.quaternion_wxyz", "initial.base.quaternion_wxyz"})
+    expect_set(base, path, q);
+}
+
+TEST(ProblemSetter, OfImpactLaws) {
+  Base contact("scenarios/contact-rebound.yaml", {});
+  expect_set(contact, "impact.restitution", 0.9375);
+  expect_set(contact, "impact.friction", 1.125);
+  Base compliant("scenarios/compliant-grip.yaml", {});
+  expect_set(compliant, "impact.grip.linear_stiffness");
+  expect_set(compliant, "impact.grip.linear_damping");
+  expect_set(compliant, "impact.grip.angular_stiffness");
+  expect_set(compliant, "impact.grip.angular_damping");
+  Base momentum("scenarios/thesis/open-loop-case-1.yaml",
+                {{"initial.base.momentum", "{linear: [1, 2, 3], angular: [0.1, 0.2, 0.3]}"},
+                 {"contact", "{gap: refuse, limit: 1}"}});
+  expect_set(momentum, "initial.base.momentum.linear");
+  expect_set(momentum, "initial.base.momentum.angular[1]");
+  expect_set(momentum, "contact.limit");
+}
+
+// What the reader may refuse is left to it.
+TEST(ProblemSetter, LeavesDoubtfulValuesToTheReader) {
+  const Base base = thesis();
+  const auto refuses = [&](const std::string& path, const std::vector<double>& numbers) {
+    const auto form = value_at(base.tree, path);
+    const ProblemSetter set = base.setter(path, *form);
+    ASSERT_TRUE(set) << path;
+    CaptureProblem problem = base.problem;
+    EXPECT_FALSE(set(problem, numbers)) << path;
+  };
+  refuses("targets.target-1.mass", {0});
+  refuses("targets.target-1.mass", {-1});
+  refuses("targets.target-1.mass", {NAN});
+  refuses("targets.target-1.mass", {1, 2});
+  refuses("targets.target-1.com", {1, 2, HUGE_VAL});
+  refuses("targets.target-2.inertia", {1, 1, 3});
+  refuses("targets.target-1.inertia.xx", {-1});
+  refuses("targets.target-1.state.quaternion_wxyz", {1, 0, 0, 0.01});
+  refuses("approach.tracking.noise.seed", {0.5});
+  refuses("approach.tracking.noise.seed", {-1});
+  refuses("approach.tracking.noise.position", {-1e-3});
+  refuses("integration.relative_tolerance", {0});
+}
+
+TEST(ProblemSetter, KnowsItsLimits) {
+  const Base base = thesis();
+  for (const char* path :
+       {"approach.duration", "output.interval", "post_impact.duration", "targets.target-1.geometry.radius",
+        "robot.links.arm-1-link-1.joint.axis", "initial.joint_rates"}) {
+    const auto form = value_at(base.tree, path);
+    EXPECT_FALSE(base.setter(path, form.value_or(number_node(1)))) << path;
+  }
+}
+
+}  // namespace
+}  // namespace grapnel
