@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "grapnel/report/campaign_data.hpp"
 #include "grapnel/report/run_data.hpp"
 #include "grapnel/report/study_data.hpp"
 
@@ -22,7 +23,8 @@ struct Mark {
 };
 constexpr Mark kMarks[] = {{ResultKind::run, "summary.json", "grapnel run"},
                            {ResultKind::sweep, "study.json", "grapnel sweep"},
-                           {ResultKind::optimization, "comparison.json", "grapnel optimize"}};
+                           {ResultKind::optimization, "comparison.json", "grapnel optimize"},
+                           {ResultKind::campaign, "campaign.json", "grapnel campaign"}};
 
 ReportData finished(const char* kind, std::string title, Json runs, const char* key, Json value,
                     std::string_view version) {
@@ -72,6 +74,11 @@ ReportData report_data(const fs::path& folder, std::string_view version, std::op
       Json data = optimization_data(folder);
       std::string title = text_at(data, "/comparison/optimization/name", folder);
       return finished("optimization", std::move(title), Json::array(), "optimization", std::move(data), version);
+    }
+    case ResultKind::campaign: {
+      Json data = campaign_data(folder);
+      std::string title = text_at(data, "/statistics/campaign/name", folder);
+      return finished("campaign", std::move(title), Json::array(), "campaign", std::move(data), version);
     }
     case ResultKind::run:
       break;

@@ -226,7 +226,7 @@ TEST_F(ReportDataOf, WithoutASoundSummaryThereIsNoReport) {
 TEST_F(ReportDataOf, AFolderWithoutResultsSaysWhatWasLookedFor) {
   EXPECT_EQ(fault(), folder.path().string() +
                          ": no results: looked for summary.json (of grapnel run), study.json (of grapnel sweep), "
-                         "comparison.json (of grapnel optimize)");
+                         "comparison.json (of grapnel optimize), campaign.json (of grapnel campaign)");
   const auto of = [&](const fs::path& path) { return message_of([&] { report_data(path, "1"); }); };
   EXPECT_EQ(of(folder / "nowhere"), (folder / "nowhere").string() + ": no such folder");
   put_bytes(folder / "file", "");

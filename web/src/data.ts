@@ -8,11 +8,12 @@ export type Quat = [number, number, number, number]; // w, x, y, z
 export interface ReportData {
   schema: "grapnel-report/1";
   version: string; // of Grapnel
-  kind: "run" | "comparison" | "sweep" | "optimization";
+  kind: "run" | "comparison" | "sweep" | "optimization" | "campaign";
   title: string; // scenario's or study's name
   runs: RunData[]; // run: 1, comparison: 2, else 0
   sweep?: SweepData;
   optimization?: OptimizationData;
+  campaign?: CampaignData;
 }
 
 // ---- One run ----
@@ -111,4 +112,28 @@ export interface OptimizationData {
   search: string[]; // per evaluation: sample, local 1, ...
   status: string[];
   reason: string[];
+}
+
+// ---- Campaigns ----
+
+export interface CampaignData {
+  statistics: any; // campaign.json as it is (docs/formats/campaign.md)
+  command: string; // "grapnel campaign STUDY.yaml --only {K} -o out/case-{K}": replays a case; "" if not known
+  rows: number; // of the table; 0 without one
+  sample: PackedSample | null; // null: the folder has no sound table.h5
+  notes: string[]; // what is odd: the table is missing, or damaged
+}
+
+// Some rows of the table, in the order of their cases. Of few cases these are all.
+export interface PackedSample {
+  rows: number;
+  case: string; // base64, float64 little endian: k of each row
+  drawn: string; // base64, uint8: 1 if the row is of the even sample, 0 if it is here because it failed or is among the worst
+  status: string; // base64, uint8: index into statuses
+  statuses: string[]; // "ok", "failed", "unreachable"
+  success: string; // base64, uint8
+  reasons: [number, string][]; // row, text: rows that have one
+  design: (TableColumn & { labels?: string[]; data: string })[]; // of an envelope; with labels: values count from 0 into them
+  inputs: (TableColumn & { data: string })[]; // base64, float32 little endian, NaN where there is nothing
+  columns: (TableColumn & { data: string })[];
 }

@@ -16,12 +16,23 @@ export function number(value: number | null | undefined, digits = 4): string {
 
 export function withUnit(value: number | null | undefined, unit: string, digits = 4): string {
   const shown = number(value, digits);
-  return unit === "" || unit === "1" || shown === "–" ? shown : `${shown} ${unit}`;
+  return unit === "" || unit === "1" || shown === "–" ? shown : `${shown} ${unitText(unit)}`;
 }
 
 // "base rate [rad/s]"
 export function label(name: string, unit: string): string {
+  return columnHead(name, unitText(unit));
+}
+
+// The same in CSV files, where units are written as table.csv has them: "inertia [kg m^2]".
+export function columnHead(name: string, unit: string): string {
   return unit === "" || unit === "1" ? name : `${name} [${unit}]`;
+}
+
+// A unit as it is read, "kg m²" for "kg m^2", which no line break parts; "" for what has none. The only place that does so.
+export function unitText(unit: string): string {
+  if (unit === "1") return "";
+  return unit.replace(/\^(-?\d+)(?![\d.])/g, (_, exponent: string) => superscript(exponent)).replace(/ /g, "\u00a0");
 }
 
 export function magnitude(v: number[] | null | undefined): number {

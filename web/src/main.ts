@@ -1,5 +1,6 @@
 // Where a report begins: reads its data, and builds the page that its kind asks for. Whatever goes wrong is said on the page.
 import "./style.css";
+import { buildCampaignPage } from "./campaign/campaign_page";
 import type { ReportData } from "./data";
 import { element } from "./dom";
 import { buildRunPage } from "./page/run_page";
@@ -22,6 +23,7 @@ function build(host: HTMLElement): void {
   const data = read();
   document.title = `${data.title} – Grapnel`;
   if (data.kind === "run" || data.kind === "comparison") buildRunPage(host, data);
+  else if (data.kind === "campaign") buildCampaignPage(host, data);
   else buildStudyPage(host, data);
 }
 

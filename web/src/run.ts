@@ -26,8 +26,8 @@ export class Run {
 
   constructor(readonly data: RunData) {
     const packed = data.series;
-    this.time = packed ? new Float64Array(bytes(packed.time).buffer) : new Float64Array();
-    this.phase = packed ? bytes(packed.phase) : new Uint8Array();
+    this.time = packed ? new Float64Array(bytesOf(packed.time).buffer) : new Float64Array();
+    this.phase = packed ? bytesOf(packed.phase) : new Uint8Array();
     if (packed) this.decode(packed);
     this.phases = spans(this.time, this.phase, packed?.phases ?? []);
   }
@@ -58,7 +58,7 @@ export class Run {
   private decode(packed: PackedSeries): void {
     for (const one of packed.series) {
       const width = one.components.length;
-      const data = new Float32Array(bytes(one.data).buffer);
+      const data = new Float32Array(bytesOf(one.data).buffer);
       if (data.length !== packed.samples * width) throw new Error(`${one.path}: damaged data`);
       this.byPath.set(one.path, { ...one, width, data });
     }
@@ -101,7 +101,8 @@ export interface Instant {
   fraction: number;
 }
 
-function bytes(base64: string): Uint8Array<ArrayBuffer> {
+// The bytes that base64 stands for.
+export function bytesOf(base64: string): Uint8Array<ArrayBuffer> {
   const text = atob(base64);
   const result = new Uint8Array(text.length);
   for (let i = 0; i < text.length; ++i) result[i] = text.charCodeAt(i);

@@ -1,6 +1,6 @@
 // Two runs: their key numbers side by side.
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import type { Run } from "../run";
 import { keyFacts, type Fact } from "./facts";
 import { text } from "./read";
@@ -76,7 +76,7 @@ function row(a: Fact | undefined, b: Fact | undefined): Cell[] {
     cell(b),
     step === null ? null : number(step),
     relative === null ? null : number(relative, 3),
-    one.unit,
+    unitText(one.unit),
   ];
 }
 

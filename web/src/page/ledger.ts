@@ -1,6 +1,6 @@
 // The proof: every check of the ledger, largest value beside its bound.
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import { ledgerRows, type LedgerRow } from "./facts";
 import { num, withUnit, words } from "./read";
 import { absent, fold, mark, pairs, table, type Cell, type Column } from "./table";
@@ -48,7 +48,7 @@ function cells(row: LedgerRow): Cell[] {
     name(row.key),
     row.value === null ? "not a number" : number(row.value, 3),
     number(row.bound, 3),
-    row.unit === "1" ? "relative" : row.unit,
+    row.unit === "1" ? "relative" : unitText(row.unit),
     row.pass ? mark("good", "pass") : mark("bad", "fail"),
     element("span", { class: "note" }, row.note),
   ];
@@ -113,7 +113,7 @@ export function ledgerOfBoth(a: any, b: any): HTMLElement[] {
       number(y?.applies ? y.value : null, 3),
       result(y),
       [...new Set(bounds)].join(" / "),
-      unit === "1" ? "relative" : unit,
+      unit === "1" ? "relative" : unitText(unit),
     ];
   });
   return [table("Ledgers of A and B", columns, rows)];

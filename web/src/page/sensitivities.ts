@@ -1,6 +1,6 @@
 // Derivatives of the impulse with respect to what is uncertain, in a table that sorts by any column.
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import { list, num, size, text } from "./read";
 import { fold, headCell, tableBox, tableRow, type Cell, type Column } from "./table";
 
@@ -40,13 +40,13 @@ function row(one: any, grasps: number): Row {
   const of = one.end_effector ? text(one.end_effector) : text(one.target, "");
   if (one.undefined)
     return {
-      cells: [text(one.parameter), of, text(one.unit), `undefined: ${text(one.undefined)}`],
+      cells: [text(one.parameter), of, unitText(text(one.unit)), `undefined: ${text(one.undefined)}`],
       keys: [text(one.parameter), of, text(one.unit), -1],
     };
   const slopes = Array.from({ length: grasps }, (_, i) => num(list(one.impulse_magnitude)[i]));
   const base = [size(one.base_angular_velocity_change), size(one.base_velocity_change)];
   return {
-    cells: [text(one.parameter), of, text(one.unit).replace("^2", "²"), ...[...slopes, ...base].map((value) => number(value))],
+    cells: [text(one.parameter), of, unitText(text(one.unit)), ...[...slopes, ...base].map((value) => number(value))],
     keys: [text(one.parameter), of, text(one.unit), ...[...slopes, ...base].map((value) => Math.abs(value ?? -1))],
   };
 }

@@ -1,6 +1,6 @@
 // Tables that scroll inside their own box on small screens, and what else sections are made of.
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import { size, vector, withUnit } from "./read";
 
 export type Cell = string | Node | null | undefined;
@@ -37,7 +37,7 @@ export function tableBox(name: string, content: HTMLTableElement): HTMLElement {
 
 export function headCell(column: Column): HTMLTableCellElement {
   const cell = element("th", { scope: "col", ...(column.numeric ? { class: "numeric" } : {}) }, column.head);
-  if (column.unit) cell.append(element("span", { class: "unit" }, ` [${column.unit}]`));
+  if (column.unit) cell.append(element("span", { class: "unit" }, ` [${unitText(column.unit)}]`));
   if (column.title) cell.title = column.title;
   return cell;
 }

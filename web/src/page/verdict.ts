@@ -1,6 +1,6 @@
 // The first answer: was it captured, can the numbers be trusted, could the robot do it; and the numbers themselves.
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import type { Run } from "../run";
 import { keyFacts, ledgerRows, limitUnit, tightest, type Fact, type LedgerRow } from "./facts";
 import { list, num, text, withUnit, words } from "./read";
@@ -142,7 +142,7 @@ function ledgerCard(s: any): HTMLElement {
   const rows = checked(s);
   const worst = tightest(rows);
   const failing = rows.filter((row) => !row.pass);
-  const unit = worst && worst.row.unit !== "1" ? `\u00a0${worst.row.unit}` : "";
+  const unit = worst && worst.row.unit !== "1" ? `\u00a0${unitText(worst.row.unit)}` : "";
   return card(
     ledgerAnswer(s),
     failing.length > 0
@@ -289,6 +289,6 @@ function tile(fact: Fact, force?: Fact): HTMLElement {
 
 function valueLine(fact: Fact, name: string): HTMLElement {
   const line = element(name ? "p" : "strong", name ? { class: name } : {}, factText(fact));
-  if (fact.value !== null) line.append(element("span", { class: "unit" }, ` ${fact.unit}`));
+  if (fact.value !== null) line.append(element("span", { class: "unit" }, ` ${unitText(fact.unit)}`));
   return line;
 }

@@ -1,6 +1,6 @@
 // Plots of joints, arm by arm: angles, rates, how far they are from what they follow, motor torques, friction.
 import { lineStyle } from "../colors";
-import { label } from "../format";
+import { columnHead, label } from "../format";
 import type { Series } from "../run";
 import { arms, shortJoint, type Arm } from "./arms";
 import { column, componentLine, derivedLine, isZero, take, type Context } from "./lines";
@@ -60,7 +60,7 @@ function quantityPlots(context: Context, arm: Arm, quantity: Quantity): PlotSpec
     if (joints.length === 0) return [];
     const lines = joints.map((joint, i) => {
       const line = componentLine(context, series, joint.index, { label: shortJoint(joint.name, arm), ...lineStyle(i) });
-      return { ...line, unit: words.unit, column: label(line.key, words.unit) };
+      return { ...line, unit: words.unit, column: columnHead(line.key, words.unit) };
     });
     const id = `${quantity.path.replace("/", "-")}-${arm.name}${sliding ? "-sliding" : ""}`;
     return [

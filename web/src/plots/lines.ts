@@ -1,6 +1,6 @@
 // Lines from series: what the lists of plots are made with.
 import { kSeriesColors, lineStyle } from "../colors";
-import { label } from "../format";
+import { columnHead } from "../format";
 import type { Run, Series } from "../run";
 import { magnitudes } from "./kinematics";
 import { lazily, type Line } from "./spec";
@@ -44,7 +44,7 @@ export function derivedLine(
     key,
     label: options.label,
     unit,
-    column: label(key, unit),
+    column: columnHead(key, unit),
     run: context.index,
     color: options.color ?? kSeriesColors[0],
     dash: options.dash ?? [],

@@ -1,6 +1,8 @@
 // Puts the parts of a study's page in their places: what the first screen needs at once, the rest when it comes into view.
 import { element } from "../dom";
+import { rowName } from "./describe";
 import type { StudyState } from "./state";
+import { lightOnPaper } from "./paper";
 import { button, whenSeen } from "./ui";
 
 export interface Parts {
@@ -15,6 +17,7 @@ export interface Parts {
 }
 
 export function assemble(host: HTMLElement, parts: Parts): void {
+  lightOnPaper(); // before the parts that are built for printing
   const main = element("div", { class: "st-main" });
   const aside = element("aside", { class: "st-aside" }, parts.card);
   host.replaceChildren(element("div", { class: "st-page" }, parts.head, element("div", { class: "st-columns" }, main, aside), jumpBar(parts)));
@@ -49,7 +52,7 @@ function jumpBar({ state, card }: Parts): HTMLElement {
   const bar = element("div", { class: "st-jump" }, said, button("Show case", () => card.scrollIntoView({ behavior: "smooth", block: "start" })));
   const tell = (): void => {
     bar.hidden = state.selected === null;
-    said.textContent = state.selected === null ? "" : `Point ${state.selected} · ${state.table.status[state.selected]}`;
+    said.textContent = state.selected === null ? "" : `${rowName(state.table, state.selected)} · ${state.table.status[state.selected]}`;
   };
   state.listenSelect(tell);
   tell();

@@ -1,6 +1,6 @@
 // Before and after, row by row: variables, objective, limits, columns, with what changed.
 import { download, element } from "../dom";
-import { label, number } from "../format";
+import { columnHead, label, number } from "../format";
 import { rowsToText } from "./csv";
 import { breakable } from "./describe";
 import { fileName } from "./export";
@@ -33,7 +33,7 @@ export function beforeAfterCard(comparison: any, study: string): HTMLElement {
     body.replaceChildren(element("table", { class: "st-grid st-change" }, element("thead", {}, head), ...made.map(([name, rows]) => section(name, rows))));
   };
   fill(false);
-  const csv = (): string => rowsToText([["quantity", "before", "after"], ...[...parts.flatMap(([, rows]) => rows), ...columns].map((r) => [label(r.name, r.unit), r.before ?? NaN, r.after ?? NaN])]);
+  const csv = (): string => rowsToText([["quantity", "before", "after"], ...[...parts.flatMap(([, rows]) => rows), ...columns].map((r) => [columnHead(r.name, r.unit), r.before ?? NaN, r.after ?? NaN])]);
   return element(
     "section",
     { class: "card st-card", id: "study-change", "aria-label": "Before and after" },

@@ -62,6 +62,6 @@ function legendEntry(item: LegendItem): HTMLElement {
   const mark = element("span", { class: `st-mark st-mark-${item.shape ?? "line"}`, "aria-hidden": "true" });
   mark.style.color = item.color; // not by setAttribute: the page's policy may forbid style attributes
   if (item.shape === "cross") mark.textContent = "×";
-  if (item.dash) mark.classList.add("st-mark-dashed");
+  if (item.dash) mark.classList.add(parseFloat(item.dash) <= 2 ? "st-mark-dotted" : "st-mark-dashed");
   return element("span", { class: "st-legend-item" }, mark, item.text);
 }

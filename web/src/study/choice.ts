@@ -13,6 +13,7 @@ const kTelling = [
   /^kinetic_energy_after$/,
   /^norm of base\/velocity_change$/,
   /^(violation|acceptable)$/,
+  /^success$/,
   /^ledger\/pass$/,
 ];
 

@@ -14,9 +14,19 @@ export function fieldLabel(field: Field): string {
   return label(field.name, field.unit);
 }
 
+// "Point 12", "Case 40313".
+export function rowName(table: StudyTable, row: number): string {
+  const noun = table.noun;
+  return `${noun[0].toUpperCase()}${noun.slice(1)} ${rowNumber(table, row)}`;
+}
+
+export function rowNumber(table: StudyTable, row: number): number {
+  return table.numbers ? table.numbers[row] : row;
+}
+
 // Lines for a tooltip: the point, its axes, then what the chart shows.
 export function describePoint(table: StudyTable, point: number, fields: Field[]): string[] {
-  const lines = [`Point ${point}${table.status[point] === "ok" ? "" : ` · ${table.status[point]}`}`];
+  const lines = [`${rowName(table, point)}${table.status[point] === "ok" ? "" : ` · ${table.status[point]}`}`];
   for (const field of new Set([...table.axes.slice(0, 8), ...fields])) {
     lines.push(`${field.name}: ${shownWithUnit(field, field.values[point])}`);
   }

@@ -16,6 +16,7 @@ export class Field {
     readonly role: Role,
     private readonly make: () => Float64Array,
     readonly labels: string[] | null = null, // values count from 0 into them
+    readonly colors: string[] | null = null, // of the labels, where they mean something
   ) {}
 
   // Per point; NaN where there is nothing.
@@ -40,6 +41,8 @@ export interface StudyTable {
   reason: string[];
   fields: Field[]; // axes, then combined ones, then columns
   axes: Field[];
+  noun: string; // what a row is: "point", "case"
+  numbers: ArrayLike<number> | null; // the rows' own numbers; null: they count from 0
   find(name: string): Field | undefined;
 }
 
@@ -49,7 +52,7 @@ export function sweepTable(data: SweepData): StudyTable {
     (axis, k) =>
       new Field(`axis:${k}`, axis.name, axis.unit, axis.description, "axis", numbers(data.axis_values[k], size), axis.labels ?? null),
   );
-  return table(size, data.status ?? [], data.reason ?? [], axes, columnFields(data.columns ?? [], data.values ?? [], size));
+  return tableOf(size, data.status ?? [], data.reason ?? [], axes, columnFields(data.columns ?? [], data.values ?? [], size));
 }
 
 // The variables of the search are its axes. `point` counts rows and is left out.
@@ -62,18 +65,18 @@ export function optimizationTable(data: OptimizationData): StudyTable {
     .filter((f) => f !== undefined)
     .map((f) => new Field(f.key, f.name, f.unit, f.description, "axis", () => f.values));
   const rest = fields.filter((f) => !variables.includes(f.name));
-  return table(size, data.status ?? [], data.reason ?? [], axes, rest);
+  return tableOf(size, data.status ?? [], data.reason ?? [], axes, rest);
 }
 
 function columnFields(columns: TableColumn[], values: (number | null)[][], size: number): Field[] {
   return columns.map((c, k) => new Field(`column:${k}`, c.name, c.unit, c.description, "column", numbers(values[k], size)));
 }
 
-function table(size: number, status: string[], reason: string[], axes: Field[], columns: Field[]): StudyTable {
+export function tableOf(size: number, status: string[], reason: string[], axes: Field[], columns: Field[]): StudyTable {
   const fields = [...axes, ...combinedFields(columns, size), ...columns];
   const byName = new Map<string, Field>();
   for (const field of fields) if (!byName.has(field.name)) byName.set(field.name, field);
-  return { size, status, reason, fields, axes, find: (name) => byName.get(name) };
+  return { size, status, reason, fields, axes, noun: "point", numbers: null, find: (name) => byName.get(name) };
 }
 
 function numbers(values: (number | null)[] | undefined, size: number): () => Float64Array {

@@ -33,7 +33,7 @@ export function keptPoints(table: StudyTable, filter: Filter): Uint8Array {
 }
 
 function mentions(table: StudyTable, point: number, text: string): boolean {
-  if (String(point) === text || table.status[point].toLowerCase().includes(text)) return true;
+  if (String(table.numbers ? table.numbers[point] : point) === text || table.status[point].toLowerCase().includes(text)) return true;
   if (table.reason[point]?.toLowerCase().includes(text)) return true;
   return table.axes.some((a) => a.labelOf(a.values[point])?.toLowerCase().includes(text));
 }

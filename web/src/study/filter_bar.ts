@@ -1,20 +1,22 @@
 // What is kept, in words, with ways to change it that need no pointer: text, status, a range of a column.
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import { counted, plural } from "./describe";
 import { kNoFilter, type Range } from "./filter";
 import { span } from "./shape";
 import type { StudyState } from "./state";
 import { button, fieldOptions, select } from "./ui";
 
-export function filterBar(state: StudyState): HTMLElement {
+// `of`: what the table's rows are taken from, where they are a part: "100 000 cases, a sample".
+export function filterBar(state: StudyState, of = ""): HTMLElement {
   const chips = element("div", { class: "st-filter-chips" });
-  const text = element("input", { type: "search", class: "st-select", placeholder: "number, reason or label", "aria-label": "Keep points that mention" });
+  const text = element("input", { type: "search", class: "st-select", placeholder: "number, reason or label", "aria-label": `Keep ${state.table.noun}s that mention` });
   let waiting = 0;
   text.addEventListener("input", () => {
     clearTimeout(waiting);
     waiting = window.setTimeout(() => state.setFilter({ text: text.value }), 150);
   });
+  const { noun } = state.table;
   const statuses = [...new Set(state.table.status)].sort();
   const statusBox = select("Status", [{ value: "", text: "any" }, ...statuses.map((s) => ({ value: s, text: s }))], "", (status) => state.setFilter({ status }));
   const reset = (): void => {
@@ -24,7 +26,7 @@ export function filterBar(state: StudyState): HTMLElement {
   };
   const tell = (): void => {
     const { ranges } = state.filter;
-    const said = state.filtered ? `${plural(state.keptCount, "point")} of ${counted(state.table.size)} kept` : `All ${plural(state.table.size, "point")}`;
+    const said = state.filtered ? `${plural(state.keptCount, noun)} of ${counted(state.table.size)} kept` : of ? `${counted(state.table.size)} of ${of}` : `All ${plural(state.table.size, noun)}`;
     chips.replaceChildren(
       element("strong", { role: "status" }, said),
       ...ranges.map((r) => button(`${rangeText(r)} ×`, () => state.setRange(r.field.key, null), { class: "st-chip", "aria-label": `Let go: ${rangeText(r)}` })),
@@ -47,7 +49,7 @@ function rangeText(r: Range): string {
     return `${r.field.name}: ${kept.join(", ") || "none"}`;
   }
   const end = (v: number): string => (Number.isFinite(v) ? number(v) : "any");
-  return `${r.field.name}: ${end(r.from)} … ${end(r.to)} ${r.field.unit === "1" ? "" : r.field.unit}`.trim();
+  return `${r.field.name}: ${end(r.from)} … ${end(r.to)} ${unitText(r.field.unit)}`.trim();
 }
 
 function rangeForm(state: StudyState): HTMLElement {

@@ -1,9 +1,10 @@
 // The first words of the page: what was asked, what came of it, and from which file. In the classes of the page of a run.
 import { element } from "../dom";
+import { unitText } from "../format";
 import { mark } from "../page/table";
 import { themeToggle } from "../page/theme";
 
-export type Tone = "good" | "bad" | "warn";
+export type Tone = "good" | "bad" | "warn" | "none"; // none: numbers that nobody has judged
 
 export interface Tile {
   name: string;
@@ -38,7 +39,7 @@ export function header(spec: HeaderSpec): HTMLElement {
       element("h1", {}, spec.title || "untitled"),
       element("p", { class: "facts" }, ...spec.facts.filter((f) => f !== "").map((f) => element("span", {}, f))),
     ),
-    element("div", { class: `st-verdict st-verdict-${spec.tone}`, id: "study-verdict" }, element("p", { class: "st-word" }, mark(spec.tone, spec.verdict)), element("p", { class: "small" }, spec.said)),
+    element("div", { class: `st-verdict st-verdict-${spec.tone}`, id: "study-verdict" }, element("p", { class: "st-word" }, spec.tone === "none" ? element("strong", {}, spec.verdict) : mark(spec.tone, spec.verdict)), element("p", { class: "small" }, spec.said)),
     element("div", { class: "tiles st-tiles" }, ...spec.tiles.map(tile)),
     element(
       "details",
@@ -56,7 +57,7 @@ function tile(spec: Tile): HTMLElement {
     "div",
     { class: `tile ${spec.tone ?? ""}` },
     element("p", { class: "name" }, spec.name),
-    element("p", { class: "value" }, spec.value, spec.unit ? element("span", { class: "unit" }, ` ${spec.unit}`) : null),
+    element("p", { class: "value" }, spec.value, unitText(spec.unit ?? "") ? element("span", { class: "unit" }, ` ${unitText(spec.unit ?? "")}`) : null),
     spec.detail ? element("p", { class: "detail" }, spec.detail) : null,
   );
 }

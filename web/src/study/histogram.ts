@@ -4,7 +4,7 @@ import { mainColumn } from "./choice";
 import { chartCard, type ChartCard } from "./chart_card";
 import { rowsToText } from "./csv";
 import { counted, fieldLabel, plural } from "./describe";
-import { number } from "../format";
+import { number, withUnit } from "../format";
 import type { Field } from "./field";
 import { axisOptions, kStyle } from "./scales";
 import { type Bin, binsOf } from "./shape";
@@ -76,7 +76,7 @@ export class Histogram {
       const x = scale.invert!(event.clientX - plot.getBoundingClientRect().left);
       return this.bins.find((b) => x >= b.from && x < b.to);
     };
-    const range = (b: Bin): string => (this.field.labels ? (this.field.labelOf((b.from + b.to) / 2) ?? "") : `${number(b.from)} to ${number(b.to)} ${this.field.unit}`);
+    const range = (b: Bin): string => (this.field.labels ? (this.field.labelOf((b.from + b.to) / 2) ?? "") : `${number(b.from)} to ${withUnit(b.to, this.field.unit)}`);
     plot.addEventListener("pointermove", (event) => {
       const bin = at(event);
       if (!bin) return hideTooltip();

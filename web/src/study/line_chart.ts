@@ -1,6 +1,7 @@
 // The main chart: columns against an axis, one line per value of a second axis, one panel per value of a third.
 import * as Plot from "@observablehq/plot";
 import { element } from "../dom";
+import { unitText } from "../format";
 import { onThemeChange } from "../plots/theme_colors";
 import { isGeometric, isWide, linePlan, mainColumn } from "./choice";
 import { chartCard, type ChartCard } from "./chart_card";
@@ -200,7 +201,7 @@ export class LineChart {
   }
 
   private plot(panel: Panel, fields: Field[], width: number, height: number): SVGElement | HTMLElement {
-    const name = fields.length === 1 ? fieldLabel(fields[0]) : `[${fields[0].unit || "1"}]`;
+    const name = fields.length === 1 ? fieldLabel(fields[0]) : `[${unitText(fields[0].unit) || "1"}]`;
     const y: Plot.ScaleOptions = { ...axisOptions(null, name, false, width - 30), domain: this.domain(fields), grid: true, nice: true, ticks: Math.max(3, height / 55) };
     if (this.log) Object.assign(y, axisOptions(fields[0], name, true, height), { label: clipped(name, (width - 30) / 6.6), nice: false });
     const x: Plot.ScaleOptions = axisOptions(this.x, "point", this.x !== null && isGeometric(this.x), width - 80);

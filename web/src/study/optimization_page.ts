@@ -1,7 +1,7 @@
 // The page of an optimization.
 import type { OptimizationData, ReportData } from "../data";
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import { assemble } from "./assemble";
 import { beforeAfterCard, change } from "./before_after";
 import { counted, plural } from "./describe";
@@ -116,5 +116,5 @@ function isBeyond(found: OptimizationData, table: StudyTable, best: number): boo
 function said(c: any, before: number | null, after: number | null, unit: string): string {
   const name = text(c?.objective?.name);
   if (before === null || after === null) return name ? `Asked: ${name}.` : "";
-  return `Asked: ${name}. From ${number(before)} to ${number(after)} ${unit}`.trim() + ". The best point found, not proven to be the best there is.";
+  return `Asked: ${name}. From ${number(before)} to ${number(after)} ${unitText(unit)}`.trim() + ". The best point found, not proven to be the best there is.";
 }

@@ -35,10 +35,11 @@ export class ParallelCoordinates {
     private readonly state: StudyState,
     study: string,
     private readonly best: number | null = null, // a point to stand out
+    color?: Field, // of the lines at first; the main column if not given
   ) {
     const { table } = state;
     this.fields = [...table.axes.filter((a) => a.levels.length > 1).slice(0, 7), ...tellingColumns(table, 4)].slice(0, 9);
-    this.color = mainColumn(table);
+    this.color = color ?? mainColumn(table);
     const csv = (): string => pointsToText(table, [...state.kept.keys()].filter((k) => state.kept[k]), [...table.axes, ...this.fields.filter((f) => f.role !== "axis")]);
     this.card = chartCard({ id: "parallel", title: "Parallel coordinates", study, csv });
     const stage = element("div", { class: "st-parallel" }, this.canvas, this.overlay);
@@ -113,9 +114,9 @@ export class ParallelCoordinates {
       pen.strokeStyle = color(k);
       this.stroke(pen, k);
     }
-    const thin = on.length > this.drawn.length ? `${plural(this.drawn.length, "line")} of ${plural(on.length, "point")} drawn, evenly picked. ` : "";
+    const thin = on.length > this.drawn.length ? `${plural(this.drawn.length, "line")} of ${plural(on.length, table.noun)} drawn, evenly picked. ` : "";
     const hint = "Drag along an axis to keep what passes there, click it to let go.";
-    this.card.note.textContent = `${thin}${this.state.filtered ? `${plural(on.length, "point")} kept. ` : ""}${hint}`;
+    this.card.note.textContent = `${thin}${this.state.filtered ? `${plural(on.length, table.noun)} kept. ` : ""}${hint}`;
   }
 
   private stroke(pen: CanvasRenderingContext2D, point: number): void {
@@ -149,7 +150,7 @@ export class ParallelCoordinates {
     const by = this.color;
     const color = by ? levelColor(by) : null;
     const apart = by && isApart(by);
-    this.card.setLegend(by && color && apart ? by.levels.map((v) => ({ color: color(v), text: clipped(`${by.name} ${shown(by, v)}`, 60) })) : []);
+    this.card.setLegend(by && color && apart ? by.levels.map((v) => ({ color: color(v), text: clipped(by.colors ? shown(by, v) : `${by.name} ${shown(by, v)}`, 60) })) : []);
     if (!by || apart || span(by.values).numbers === 0) return;
     const made = Plot.legend({ color: { ...this.colorScale(by), label: fieldLabel(by) }, width: Math.min(300, this.width - 20), marginLeft: 12, marginRight: 12, ticks: 4, style: kStyle });
     this.card.body.append(element("div", { class: "st-ramp" }, made as unknown as Node));
@@ -173,7 +174,8 @@ export class ParallelCoordinates {
   }
 
   private drawTicks(group: SVGGElement, axis: ParallelAxis, last: boolean): void {
-    const [dx, anchor] = last ? [-6, "end"] : [6, "start"];
+    // Beside the last axis there is room for numbers, not for labels.
+    const [dx, anchor] = last && axis.field.labels ? [-6, "end"] : [6, "start"];
     for (const tick of ticksOf(axis)) {
       const y = heightOf(axis, tick, kHeight);
       group.append(svgElement("text", { class: "st-axis-tick", x: axis.x + dx, y: y + 4, "text-anchor": anchor }, wrapped(shown(axis.field, tick), 14, 1)[0]));

@@ -1,6 +1,7 @@
 // The case of the selected point: its values, why it failed, and the command that replays it.
 import { element } from "../dom";
-import { breakable, shown, shownWithUnit } from "./describe";
+import { unitText } from "../format";
+import { breakable, rowName, shown, shownWithUnit } from "./describe";
 import type { Field } from "./field";
 import { Neighbours } from "./shape";
 import type { StudyState } from "./state";
@@ -15,12 +16,12 @@ export interface PointCardSpec {
 }
 
 export function pointCard(spec: PointCardSpec): HTMLElement {
-  const root = element("section", { class: "card st-card st-point", id: "study-point", "aria-label": "Selected point", "aria-live": "polite" });
+  const root = element("section", { class: "card st-card st-point", id: "study-point", "aria-label": `Selected ${spec.state.table.noun}`, "aria-live": "polite" });
   const neighbours = new Neighbours(spec.state.table);
   const open = new Set<string>(["telling"]);
   const draw = (): void => {
     const point = spec.state.selected;
-    if (point === null) root.replaceChildren(element("h2", { class: "st-card-title" }, "No point selected"), element("p", { class: "st-note" }, "Click a point in any chart, or a row of the table."));
+    if (point === null) root.replaceChildren(element("h2", { class: "st-card-title" }, `No ${spec.state.table.noun} selected`), element("p", { class: "st-note" }, `Click a ${spec.state.table.noun} in any chart, or a row of the table.`));
     else {
       const held = root.contains(document.activeElement) ? document.activeElement?.getAttribute("aria-label") : null;
       root.replaceChildren(...content(spec, neighbours, point, open));
@@ -55,11 +56,11 @@ function head(spec: PointCardSpec, point: number): HTMLElement {
   const status = state.table.status[point];
   const pill = element("span", { class: `st-pill st-status-${/^\w+$/.test(status) ? status : "other"}` }, status);
   const go = (by: number): HTMLButtonElement => {
-    const made = button(by < 0 ? "‹" : "›", () => state.select(point + by), { "aria-label": by < 0 ? "Point before" : "Point after" });
+    const made = button(by < 0 ? "‹" : "›", () => state.select(point + by), { "aria-label": `${state.table.noun} ${by < 0 ? "before" : "after"}` });
     made.disabled = point + by < 0 || point + by >= state.table.size;
     return made;
   };
-  return element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, `Point ${point} `, pill), element("div", { class: "st-downloads" }, go(-1), go(1)));
+  return element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, `${rowName(state.table, point)} `, pill), element("div", { class: "st-downloads" }, go(-1), go(1)));
 }
 
 function axes(spec: PointCardSpec, neighbours: Neighbours, point: number): HTMLElement {
@@ -72,9 +73,9 @@ function axes(spec: PointCardSpec, neighbours: Neighbours, point: number): HTMLE
       return made;
     };
     const steps = spec.steps && axis.levels.length > 1 && element("span", { class: "st-steps" }, step(-1), step(1));
-    return element("tr", {}, element("th", { scope: "row", title: axis.description }, breakable(axis.name)), element("td", {}, shownWithUnit(axis, axis.values[point])), element("td", { class: "st-steps-cell" }, steps));
+    return element("tr", {}, element("th", { scope: "row", title: axis.description }, breakable(axis.name)), element("td", axis.labels ? {} : { class: "st-unbroken" }, shownWithUnit(axis, axis.values[point])), spec.steps && element("td", { class: "st-steps-cell" }, steps));
   });
-  return element("table", { class: "st-values st-axes-values" }, element("tbody", {}, ...rows));
+  return element("table", { class: `st-values st-axes-values${spec.steps ? "" : " st-stepless"}` }, element("tbody", {}, ...rows));
 }
 
 function group(title: string, key: string, fields: Field[], point: number, open: Set<string>, name: (f: Field) => string): HTMLElement {
@@ -82,7 +83,7 @@ function group(title: string, key: string, fields: Field[], point: number, open:
   const fill = (): void => {
     if (made.childElementCount > 1) return;
     const rows = fields.map((f) =>
-      element("tr", {}, element("th", { scope: "row", title: f.description }, breakable(name(f))), element("td", {}, shown(f, f.values[point])), element("td", { class: "st-unit" }, f.unit === "1" ? "" : f.unit)),
+      element("tr", {}, element("th", { scope: "row", title: f.description }, breakable(name(f))), element("td", {}, shown(f, f.values[point])), element("td", { class: "st-unit" }, unitText(f.unit))),
     );
     made.append(element("table", { class: "st-values" }, element("tbody", {}, ...rows)));
   };

@@ -2,7 +2,7 @@
 import { download, element } from "../dom";
 import { tellingColumns } from "./choice";
 import { pointsToText } from "./csv";
-import { breakable, counted, fieldLabel, plural, shown } from "./describe";
+import { breakable, counted, fieldLabel, plural, rowNumber, shown } from "./describe";
 import { fileName } from "./export";
 import type { Field } from "./field";
 import { type Order, orderedPoints } from "./filter";
@@ -38,11 +38,11 @@ export class PointTable {
     private readonly extra: { name: string; text: (point: number) => string } | null = null, // a column of texts
   ) {
     this.scroller.append(this.head, this.space);
-    for (const [name, value] of Object.entries({ role: "grid", "aria-label": "Points", tabindex: "-1" })) this.scroller.setAttribute(name, value);
+    for (const [name, value] of Object.entries({ role: "grid", "aria-label": this.title, tabindex: "-1" })) this.scroller.setAttribute(name, value);
     this.root = element(
       "section",
-      { class: "card st-card", id: "study-table", "aria-label": "Table of points" },
-      element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, "Points"), this.downloads()),
+      { class: "card st-card", id: "study-table", "aria-label": `Table of ${state.table.noun}s` },
+      element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, this.title), this.downloads()),
       element("div", { class: "st-controls" }, this.said, toggle("all columns", false, (on) => ((this.all = on), this.rebuild()))),
       this.scroller,
       element("p", { class: "st-note" }, "A click on a row, or Enter, shows its case. What is filtered above is filtered here."),
@@ -60,8 +60,8 @@ export class PointTable {
     return element(
       "div",
       { class: "st-downloads" },
-      copyButton(() => text("\t"), "Copy these points with all columns"),
-      button("CSV", () => download(`${fileName(this.study, "points")}.csv`, text(","), "text/csv"), { title: "Download these points with all columns" }),
+      copyButton(() => text("\t"), `Copy these ${this.state.table.noun}s with all columns`),
+      button("CSV", () => download(`${fileName(this.study, `${this.state.table.noun}s`)}.csv`, text(","), "text/csv"), { title: `Download these ${this.state.table.noun}s with all columns` }),
     );
   }
 
@@ -73,6 +73,10 @@ export class PointTable {
     this.reorder();
   }
 
+  private get title(): string {
+    return this.state.table.noun === "point" ? "Points" : `${this.state.table.noun[0].toUpperCase()}${this.state.table.noun.slice(1)}s`;
+  }
+
   private width(column: Column): number {
     if (column === "point") return 72;
     if (column === "status") return 108;
@@ -82,8 +86,8 @@ export class PointTable {
 
   private buildHead(): void {
     const cells = this.columns.map((column) => {
-      const name = typeof column === "string" ? column : fieldLabel(column);
-      const title = typeof column === "string" ? column : `${column.name}: ${column.description}`;
+      const name = column === "point" ? this.state.table.noun : typeof column === "string" ? column : fieldLabel(column);
+      const title = typeof column === "string" ? name : `${column.name}: ${column.description}`;
       const press = button(breakable(name), () => this.sortBy(column), { class: "st-sort", title });
       return this.sized(element("div", { class: isText(column) ? "st-th st-text" : "st-th", role: "columnheader" }, press), this.width(column));
     });
@@ -114,8 +118,8 @@ export class PointTable {
       const sort = this.order.field === column ? (this.order.descending ? "descending" : "ascending") : "none";
       heads[k]?.setAttribute("aria-sort", sort);
     });
-    const { size } = this.state.table;
-    this.said.textContent = this.points.length === size ? plural(size, "point") : `${counted(this.points.length)} of ${plural(size, "point")}`;
+    const { size, noun } = this.state.table;
+    this.said.textContent = this.points.length === size ? plural(size, noun) : `${counted(this.points.length)} of ${plural(size, noun)}`;
     this.scroller.setAttribute("aria-rowcount", String(this.points.length + 1));
     this.space.style.height = `${Math.min(kTallest, this.points.length * kRow)}px`;
     this.scroller.style.height = `${Math.min(kHeight, this.points.length * kRow + 62)}px`;
@@ -152,7 +156,7 @@ export class PointTable {
     const { table, selected } = this.state;
     const k = this.points[row];
     const cells = this.columns.map((column) => {
-      const text = column === "point" ? String(k) : column === "status" ? table.status[k] : shown(column, column.values[k]);
+      const text = column === "point" ? String(rowNumber(table, k)) : column === "status" ? table.status[k] : shown(column, column.values[k]);
       const kind = isText(column) ? "st-td st-text" : "st-td";
       const cell = this.sized(element("div", { class: kind, role: "gridcell" }, text), this.width(column));
       if (column === "status") {

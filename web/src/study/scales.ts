@@ -59,6 +59,7 @@ export function levelColor(field: Field | null): (level: number) => string {
   const levels = field.levels;
   if (isApart(field)) {
     const rank = new Map(levels.map((v, k) => [v, k]));
+    if (field.colors) return (level) => lineColor(field.colors![level] ?? "#777777");
     return (level) => lineColor(kSeriesColors[(rank.get(level) ?? 7) % kSeriesColors.length]);
   }
   const scale = Plot.scale({ color: markColor(levels[0], levels[levels.length - 1]) });

@@ -1,7 +1,7 @@
 // The page of a sweep.
 import type { ReportData, SweepData } from "../data";
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import { mainColumn } from "./choice";
 import { breakable, counted, plural, shown } from "./describe";
 import { extremesCard } from "./extremes";
@@ -102,7 +102,7 @@ function extremeTiles(table: StudyTable, main: Field): Tile[] {
   const s = span(main.values);
   if (s.numbers === 0) return [];
   const unit = main.unit === "1" ? "" : main.unit;
-  const where = (k: number): string => table.axes.slice(0, 4).map((a) => `${shown(a, a.values[k])}${a.labels || a.unit === "1" || !a.unit ? "" : ` ${a.unit}`}`).join(", ");
+  const where = (k: number): string => table.axes.slice(0, 4).map((a) => `${shown(a, a.values[k])}${a.labels || a.unit === "1" || !a.unit ? "" : ` ${unitText(a.unit)}`}`).join(", ");
   return [
     { name: "least", value: number(s.least), unit, detail: `${breakable(main.name)} at ${where(s.leastAt)}` },
     { name: "greatest", value: number(s.greatest), unit, detail: `${breakable(main.name)} at ${where(s.greatestAt)}` },
@@ -113,7 +113,7 @@ function axesList(table: StudyTable): HTMLElement {
   const values = (a: Field): string => {
     const v = a.levels;
     const few = v.length <= 8 ? v.map((x) => shown(a, x)).join(", ") : `${shown(a, v[0])} … ${shown(a, v[v.length - 1])} (${v.length})`;
-    return a.unit && a.unit !== "1" ? `${few} ${a.unit}` : few;
+    return a.unit && a.unit !== "1" ? `${few} ${unitText(a.unit)}` : few;
   };
   const rows = table.axes.map((a) => element("tr", {}, element("th", { scope: "row" }, a.name), element("td", { class: "st-left" }, values(a)), element("td", { class: "st-left" }, a.description)));
   return element("div", { class: "st-scroll" }, element("table", { class: "st-grid" }, element("tbody", {}, ...rows)));

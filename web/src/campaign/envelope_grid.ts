@@ -1,0 +1,23 @@
+// An envelope's points as a grid. No DOM.
+import type { Envelope, EnvelopePoint } from "./model";
+
+// [j][i]: value j of the first axis, value i of the second, both upward.
+export function gridOf(envelope: Envelope): (EnvelopePoint | undefined)[][] {
+  const [y, x] = envelope.axes;
+  const grid: (EnvelopePoint | undefined)[][] = y.values.map(() => new Array(x.values.length).fill(undefined));
+  for (const p of envelope.points) if (grid[p.at[0]] && p.at[1] < x.values.length) grid[p.at[0]][p.at[1]] = p;
+  return grid;
+}
+
+// Edges of the cells about values that increase: half-way to their neighbours.
+export function cellEdges(values: number[]): number[] {
+  const n = values.length;
+  if (n === 1) {
+    const half = Math.abs(values[0]) * 0.05 || 0.5;
+    return [values[0] - half, values[0] + half];
+  }
+  const edges = [values[0] - (values[1] - values[0]) / 2];
+  for (let k = 1; k < n; ++k) edges.push((values[k - 1] + values[k]) / 2);
+  edges.push(values[n - 1] + (values[n - 1] - values[n - 2]) / 2);
+  return edges;
+}

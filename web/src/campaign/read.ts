@@ -1,0 +1,154 @@
+// campaign.json as the page's model. Whatever is missing or of another type becomes empty, null or NaN. No DOM.
+import type { CampaignData } from "../data";
+import type { CampaignModel, Counts, CriterionResult, Described, Failure, Group, Influence, Limit, Quantile, Sensitivity, WorstList } from "./model";
+import { readEnvelope } from "./read_envelope";
+import { proportionOf, wilson } from "./wilson";
+import { samplingName } from "./words";
+
+export function campaignModel(data: CampaignData): CampaignModel {
+  const s = data.statistics ?? {};
+  const c = s.campaign ?? {};
+  const counts = s.counts ?? {};
+  const confidence = num(s.success?.confidence, 0.95);
+  const rows = num(s.rows, data.rows);
+  const statuses = ["ok", "failed", "unreachable"].map((status) => ({ status, count: num(counts[status], 0) }));
+  const successes = num(counts.success, num(s.success?.successes));
+  return {
+    name: text(c.name),
+    description: text(c.description),
+    confidence,
+    total: num(c.total, rows),
+    rows,
+    counts: statuses,
+    success: proportionOf(s.success, successes, rows, confidence),
+    completed: wilson(statuses[0].count, rows, confidence),
+    criteria: list(s.criteria).map((one) => criterion(one, rows, confidence)),
+    limits: list(s.criteria).flatMap(limitsOf),
+    inputs: list(s.inputs).map((d) => described(d, "input", confidence)),
+    columns: list(s.columns).map((d) => described(d, "column", confidence)),
+    sensitivities: sensitivities(s.sensitivity),
+    worst: list(s.worst).map(worst),
+    failures: list(s.reasons).map(failure),
+    failuresLeftOut: num(s.reasons_left_out, 0),
+    measuresLeftOut: num(s.sensitivity?.left_out, 0),
+    envelope: readEnvelope(s.envelope, confidence),
+    settings: settings(s, c),
+    text: text(s.text),
+    sampling: text(c.sampling),
+  };
+}
+
+function criterion(one: any, rows: number, confidence: number): CriterionResult {
+  const said = text(one?.text);
+  return { ...proportionOf(one, num(one?.met), rows, confidence), name: text(one?.name) || said, text: said, onlyThis: num(one?.only_this) };
+}
+
+// Of a magnitude both signs are limits.
+function limitsOf(one: any): Limit[] {
+  return list(one?.limits).flatMap((limit) => {
+    const atMost = typeof limit?.at_most === "number";
+    const value = num(limit?.at_most, num(limit?.at_least));
+    const made = { column: text(limit?.name), value, atMost, criterion: text(one?.name) || text(one?.text) };
+    return limit?.magnitude === true ? [made, { ...made, value: -value, atMost: !atMost }] : [made];
+  });
+}
+
+function described(d: any, role: "input" | "column", confidence: number): Described {
+  return {
+    name: text(d?.name),
+    unit: text(d?.unit),
+    description: text(d?.description),
+    role,
+    count: num(d?.count, 0),
+    missing: num(d?.missing, 0),
+    mean: num(d?.mean),
+    deviation: num(d?.standard_deviation),
+    least: num(d?.least),
+    largest: num(d?.largest),
+    quantiles: list(d?.quantiles).map(quantile),
+    histogram: histogram(d?.histogram),
+    successBy: groups(d?.success_by, confidence),
+    drawn: text(d?.distribution),
+  };
+}
+
+function quantile(q: any): Quantile {
+  return { probability: num(q?.probability), value: num(q?.value), lower: num(q?.lower), upper: num(q?.upper) };
+}
+
+function histogram(h: any): Counts | null {
+  const counts = list(h?.counts).map((v) => num(v, 0));
+  const [begin, end] = [num(h?.begin), num(h?.end)];
+  if (counts.length === 0 || !(end >= begin)) return null;
+  const successes = list(h?.successes).map((v) => num(v, 0));
+  return { begin, end, counts, successes: successes.length === counts.length ? successes : null, below: num(h?.below, 0), above: num(h?.above, 0) };
+}
+
+// Groups between the same two values are one: an input with few values has many.
+function groups(g: any, confidence: number): Group[] {
+  const made: { from: number; to: number; trials: number; successes: number }[] = [];
+  list(g?.from).forEach((from, k) => {
+    const one = { from: num(from), to: num(g?.to?.[k]), trials: num(g?.trials?.[k], 0), successes: num(g?.successes?.[k], 0) };
+    const before = made[made.length - 1];
+    if (before && before.from === one.from && before.to === one.to && one.from === one.to) {
+      before.trials += one.trials;
+      before.successes += one.successes;
+    } else made.push(one);
+  });
+  return made.filter((m) => m.trials > 0).map((m) => ({ from: m.from, to: m.to, ...wilson(m.successes, m.trials, confidence) }));
+}
+
+function sensitivities(s: any): Sensitivity[] {
+  const inputs = list(s?.inputs).map(text);
+  return list(s?.measures).map((m) => ({
+    output: text(m?.name),
+    count: num(m?.count, 0),
+    influences: inputs.map((input, k): Influence => ({ input, firstOrder: num(m?.first_order?.[k]), error: num(m?.error?.[k]), rank: num(m?.rank_correlation?.[k]) })),
+  }));
+}
+
+function worst(w: any): WorstList {
+  const cases = list(w?.cases).map((one) => ({
+    index: num(one?.index),
+    value: num(one?.value),
+    success: typeof one?.success === "boolean" ? one.success : null,
+    inputs: list(one?.inputs).map((v) => num(v)),
+    command: text(one?.replay),
+  }));
+  return { by: text(w?.by), unit: text(w?.unit), direction: text(w?.direction), magnitude: w?.magnitude === true, cases };
+}
+
+function failure(f: any): Failure {
+  const examples = list(f?.examples).map((e) => ({ index: num(e?.index), reason: text(e?.reason), command: text(e?.replay) }));
+  return { status: text(f?.status), reason: text(f?.reason), count: num(f?.count, 0), examples };
+}
+
+const kSimulated: Record<string, string> = { impact: "planning and the impact alone", run: "whole captures" };
+const kPlanned: Record<string, string> = { nominal: "once, for the scenario as it stands: the planner does not know the true values", per_case: "for each case, from its true values" };
+
+function settings(s: any, c: any): [string, string][] {
+  return [
+    ["Simulated", kSimulated[text(c.simulate)] ?? text(c.simulate)],
+    ["Planned", kPlanned[text(c.plan)] ?? text(c.plan)],
+    ["Seed", text(c.seed)],
+    ["Sampling", samplingName(text(c.sampling))],
+    ["Cases", text(c.total ?? c.cases)],
+    ["File", text(c.file)],
+    ["Grapnel", text(s.version)],
+    ["SHA-256", text(c.sha256)],
+  ];
+}
+
+// ---- Values of unknown type ----
+
+export function num(value: unknown, otherwise = NaN): number {
+  return typeof value === "number" ? value : otherwise;
+}
+
+export function text(value: unknown): string {
+  return typeof value === "string" ? value : typeof value === "number" ? String(value) : "";
+}
+
+export function list(value: unknown): any[] {
+  return Array.isArray(value) ? value : [];
+}

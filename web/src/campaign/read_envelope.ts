@@ -1,0 +1,43 @@
+// The envelope part of campaign.json: success over the points of a design. No DOM.
+import type { Envelope, EnvelopeAxis } from "./model";
+import { proportionOf } from "./wilson";
+
+export function readEnvelope(e: any, confidence: number): Envelope | null {
+  if (!Array.isArray(e?.axes) || e.axes.length === 0) return null;
+  const stated: EnvelopeAxis[] = e.axes.map(axis);
+  // Maps need values that increase, whatever the order in the file.
+  const orders = stated.map((a) => a.values.map((_, k) => k).sort((i, j) => a.values[i] - a.values[j] || i - j));
+  const ranks = orders.map((order) => order.map((_, k) => order.indexOf(k)));
+  const axes = stated.map((a, k) => ({ ...a, values: orders[k].map((i) => a.values[i]) }));
+  const points = [];
+  const count = axes.reduce((product, a) => product * a.values.length, 1);
+  for (let k = 0; k < count; ++k) {
+    const said = { estimate: e.estimate?.[k], lower: e.lower?.[k], upper: e.upper?.[k] };
+    const trials = numberOf(e.trials?.[k]) || 0;
+    points.push({ ...proportionOf(trials > 0 ? said : null, numberOf(e.successes?.[k]), trials, confidence), at: placeOf(axes, k).map((i, a) => ranks[a][i]) });
+  }
+  return { axes, points };
+}
+
+function axis(a: any): EnvelopeAxis {
+  const values: any[] = Array.isArray(a?.values) ? a.values : [];
+  const numeric = a?.is_numeric !== false && values.every((v) => typeof v === "number");
+  const said = (key: string): string => (typeof a?.[key] === "string" ? a[key] : "");
+  return { name: said("name"), unit: said("unit"), description: said("description"), values: numeric ? values : values.map((_, k) => k), labels: numeric ? null : values.map(String) };
+}
+
+// The first axis varies slowest.
+export function placeOf(axes: EnvelopeAxis[], point: number): number[] {
+  const at = axes.map(() => 0);
+  let rest = point;
+  for (let a = axes.length - 1; a >= 0; --a) {
+    const n = Math.max(1, axes[a].values.length);
+    at[a] = rest % n;
+    rest = Math.floor(rest / n);
+  }
+  return at;
+}
+
+function numberOf(value: unknown): number {
+  return typeof value === "number" ? value : NaN;
+}

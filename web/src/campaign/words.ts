@@ -1,0 +1,37 @@
+// Numbers of campaigns in words: probabilities keep the digits that tell them from 0 and 1. No DOM.
+import { number } from "../format";
+import { counted } from "../study/describe";
+import type { Proportion } from "./model";
+
+// 0.9734, 0.99982, 1: four digits, and as many more as the distance to 1 needs.
+export function probability(p: number, digits = 4): string {
+  if (!Number.isFinite(p)) return "–";
+  if (p === 0 || p === 1) return String(p);
+  const rest = Math.min(p, 1 - p);
+  const places = Math.min(12, Math.max(digits, 1 - Math.floor(Math.log10(rest))));
+  return p.toFixed(places);
+}
+
+// "0.9702 to 0.9763", both with as many digits.
+export function interval(p: Proportion): string {
+  return `${probability(p.lower)} to ${probability(p.upper)}`;
+}
+
+export function percent(confidence: number): string {
+  return `${Number((100 * confidence).toPrecision(6))}\u202f%`;
+}
+
+const kSamplings: Record<string, string> = { random: "random", latin_hypercube: "Latin hypercube", sobol: "Sobol" };
+export function samplingName(sampling: string): string {
+  return kSamplings[sampling] ?? sampling.replace(/_/g, " ");
+}
+
+// Ticks of an axis to such a number: 2·10¹⁴ where all digits would run into each other.
+export function tickOf(most: number): { tickFormat?: (v: number) => string } {
+  return most >= 1e5 ? { tickFormat: (v) => number(v) } : {};
+}
+
+// "97 340 of 100 000"
+export function share(p: Proportion): string {
+  return `${counted(p.successes)} of ${counted(p.trials)}`;
+}

@@ -1,0 +1,91 @@
+// Which cases were worst, by each column that a criterion or a rating limits, with the command that replays each.
+import { download, element } from "../dom";
+import { columnHead, label, number } from "../format";
+import { breakable, plural } from "../study/describe";
+import { rowsToText } from "../study/csv";
+import { fileName } from "../study/export";
+import type { StudyState } from "../study/state";
+import { button, copyButton, select } from "../study/ui";
+import type { CampaignModel, WorstList } from "./model";
+import type { Sample } from "./sample";
+
+// Null: the campaign says of none.
+export function worstCard(model: CampaignModel, sample: Sample, state: StudyState, study: string): HTMLElement | null {
+  const lists = model.worst.filter((w) => w.cases.length > 0);
+  if (lists.length === 0) return null;
+  let now = lists[0];
+  const host = element("div", { class: "st-scroll", tabindex: "0", role: "group", "aria-label": "Worst cases" });
+  const title = element("h2", { class: "st-card-title" });
+  const rowOf = new Map(Array.from(sample.cases, (k, row) => [k, row]));
+  const draw = (): void => {
+    title.textContent = breakable(`Worst cases: ${measureOf(now)}`);
+    host.replaceChildren(tableOf(model, now, (k) => rowOf.get(k), state));
+  };
+  draw();
+  return element(
+    "section",
+    { class: "card st-card", id: "study-worst", "aria-label": "Worst cases" },
+    element("div", { class: "st-card-head" }, title, element("div", { class: "st-downloads" }, button("CSV", () => download(`${fileName(study, "worst")}.csv`, csv(model, now), "text/csv"), { title: "Download these cases" }))),
+    element("div", { class: "st-controls" }, lists.length > 1 && select("By", lists.map((w, k) => ({ value: String(k), text: measureOf(w) })), "0", (k) => ((now = lists[Number(k)] ?? now), draw()))),
+    host,
+    lists[0].cases[0].command && element("p", { class: "st-note print-only" }, "To simulate one with a full report: ", element("code", {}, lists[0].cases[0].command)),
+  );
+}
+
+function tableOf(model: CampaignModel, list: WorstList, rowOf: (k: number) => number | undefined, state: StudyState): HTMLElement {
+  const heads = ["case", label(list.by, list.unit), "success", ...model.inputs.map((d) => label(d.name, d.unit)), "replay"];
+  const head = element("tr", {}, ...heads.map((text, k) => element("th", { scope: "col", ...(k > 2 && k < heads.length - 1 ? { class: "cp-input-head", title: model.inputs[k - 3].description } : {}) }, breakable(text))));
+  const rows = list.cases.map((one) => {
+    const row = rowOf(one.index);
+    const name = row === undefined ? String(one.index) : button(String(one.index), () => state.select(row), { class: "st-link", title: "Show this case" });
+    return element(
+      "tr",
+      {},
+      element("th", { scope: "row" }, name),
+      element("td", {}, number(one.value)),
+      element("td", { class: one.success === false ? "cp-bad" : "" }, one.success === null ? "–" : one.success ? "yes" : "no"),
+      ...model.inputs.map((_, k) => element("td", {}, number(one.inputs[k]))),
+      element("td", { class: "cp-replay" }, one.command && copyButton(() => one.command, `Copy: ${one.command}`)),
+    );
+  });
+  return element("table", { class: "st-grid cp-worst" }, element("thead", {}, head), element("tbody", {}, ...rows));
+}
+
+function csv(model: CampaignModel, list: WorstList): string {
+  const head = ["case", columnHead(list.by, list.unit), "success", ...model.inputs.map((d) => columnHead(d.name, d.unit)), "replay"];
+  return rowsToText([head, ...list.cases.map((c) => [c.index, c.value, c.success === null ? "" : c.success ? 1 : 0, ...model.inputs.map((_, k) => c.inputs[k] ?? NaN), c.command])]);
+}
+
+// Why cases failed, alike reasons together.
+export function failuresCard(model: CampaignModel, study: string): HTMLElement | null {
+  if (model.failures.length === 0) return null;
+  const rows = model.failures.map((f) =>
+    element(
+      "tr",
+      {},
+      element("td", {}, String(f.count)),
+      element("td", { class: "st-left" }, element("span", { class: `st-status-${/^\w+$/.test(f.status) ? f.status : "other"}` }, f.status)),
+      element("td", { class: "st-left" }, f.reason, element("div", { class: "cp-examples" }, ...f.examples.map(example))),
+    ),
+  );
+  const head = element("tr", {}, ...["cases", "status", "reason"].map((text, k) => element("th", { scope: "col", ...(k > 0 ? { class: "st-left" } : {}) }, text)));
+  const text = (): string => rowsToText([["cases", "status", "reason", "examples"], ...model.failures.map((f) => [f.count, f.status, f.reason, f.examples.map((e) => e.index).join(" ")])]);
+  return element(
+    "section",
+    { class: "card st-card", id: "study-failures", "aria-label": "Why cases failed" },
+    element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, "Cases without a result, and why"), element("div", { class: "st-downloads" }, button("CSV", () => download(`${fileName(study, "failures")}.csv`, text(), "text/csv"), { title: "Download the reasons" }))),
+    element("div", { class: "st-scroll" }, element("table", { class: "st-grid cp-failures" }, element("thead", {}, head), element("tbody", {}, ...rows))),
+    element("p", { class: "st-note" }, `They count as no success.${model.failuresLeftOut > 0 ? ` ${plural(model.failuresLeftOut, "case")} with rarer reasons are left out.` : ""}`),
+  );
+}
+
+function example(e: { index: number; reason: string; command: string }): HTMLElement {
+  const made = element("span", { class: "cp-example", title: e.reason }, `case ${e.index} `);
+  if (e.command) made.append(copyButton(() => e.command, `Copy: ${e.command}`));
+  return made;
+}
+
+// "largest magnitude of base/angular_velocity_change/z"
+export function measureOf(list: WorstList): string {
+  return `${list.direction || "extreme"} ${list.magnitude ? "magnitude of " : ""}${list.by}`;
+}

@@ -1,0 +1,300 @@
+// Reports of campaigns and envelopes as people open them: no error, no request, and what is shown is what campaign.json says.
+import assert from "node:assert/strict";
+import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
+import path from "node:path";
+import { after, before, describe, test } from "node:test";
+import { grapnel, launch, open, scenario, scratch, scrollThrough } from "./browser.mjs";
+import { campaignData, campaignStatistics } from "./made_campaign.mjs";
+
+const folder = scratch();
+let browser;
+before(async () => {
+  browser = await launch();
+});
+after(async () => {
+  await browser?.close();
+});
+
+// A page of statistics alone, made by the program.
+function report(name, statistics) {
+  const out = path.join(folder, name);
+  mkdirSync(out, { recursive: true });
+  writeFileSync(path.join(out, "campaign.json"), JSON.stringify(statistics));
+  grapnel(["report", out]);
+  return path.join(out, "report.html");
+}
+
+// The same page with other data in it.
+function page(name, data) {
+  const text = readFileSync(report(`${name}-shell`, campaignStatistics()), "utf8");
+  const begin = text.indexOf(">", text.indexOf('id="grapnel-data"')) + 1;
+  const all = { schema: "grapnel-report/1", version: "0.7.0", kind: "campaign", title: data.statistics?.campaign?.name ?? "", runs: [], campaign: data };
+  const file = path.join(folder, `${name}.html`);
+  writeFileSync(file, text.slice(0, begin) + JSON.stringify(all).replace(/</g, "\\u003c") + text.slice(text.indexOf("</script>", begin)));
+  return file;
+}
+
+async function shown(file, options) {
+  const opened = await open(browser, file, options);
+  await scrollThrough(opened.page);
+  await opened.page.evaluate(() => window.dispatchEvent(new Event("beforeprint"))); // whatever is still to be built
+  return opened;
+}
+
+const charts = (page) => page.evaluate(() => window.__grapnel.study.charts());
+
+describe("campaigns open, with no error and no request", () => {
+  for (const [name, options] of Object.entries({ "on a desk": {}, "on a phone": { viewport: { width: 380, height: 800 } }, "in the dark": { colorScheme: "dark" } })) {
+    test(name, async () => {
+      const { page: p, context, faults } = await shown(page("plain", campaignData()), options);
+      assert.deepEqual(faults, []);
+      assert.equal(await p.getByText("cannot be shown").count(), 0);
+      for (const id of ["probability", "distribution", "influence", "inputs", "worst", "failures", "spread", "parallel", "table", "point"]) assert.ok((await charts(p)).includes(id), id);
+      assert.ok(await p.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), "wider than the screen");
+      await context.close();
+    });
+  }
+
+  test("without a table the statistics are there, and the page says what is missing", async () => {
+    const { page: p, context, faults } = await shown(report("bare", campaignStatistics()));
+    assert.deepEqual(faults, []);
+    assert.ok((await p.locator("body").innerText()).includes("table.h5"));
+    const there = await charts(p);
+    assert.ok(there.includes("probability") && there.includes("worst") && !there.includes("spread"));
+    await context.close();
+  });
+});
+
+describe("what is shown is what campaign.json says", () => {
+  test("the probability and its interval, in words and as a bar", async () => {
+    const statistics = campaignStatistics();
+    const { page: p, context } = await shown(page("numbers", campaignData()));
+    const verdict = await p.locator("#study-verdict").innerText();
+    for (const key of ["estimate", "lower", "upper"]) assert.ok(verdict.includes(statistics.success[key].toFixed(4)), `${key} in ${verdict}`);
+    assert.ok(verdict.includes(`${statistics.counts.success} of 200`));
+    const label = await p.locator("#study-probability svg").getAttribute("aria-label");
+    for (const c of statistics.criteria) assert.ok(label.includes(`${c.name}: ${c.estimate.toFixed(4)}`), label);
+    await context.close();
+  });
+
+  test("bars of the histogram count all cases", async () => {
+    const { page: p, context } = await shown(page("bars", campaignData()));
+    const text = await csv(p, "#study-distribution");
+    const counts = text.trim().split("\n").slice(1).map((line) => Number(line.split(",")[2]));
+    assert.equal(counts.reduce((a, b) => a + b, 0), 196);
+    await context.close();
+  });
+
+  test("the distribution function, other columns and outputs", async () => {
+    const { page: p, context, faults } = await shown(page("choices", campaignData()));
+    for (const id of ["distribution", "influence", "spread"]) {
+      for (const box of await p.locator(`#study-${id} select`).all()) {
+        for (const value of await box.locator("option").evaluateAll((all) => all.map((o) => o.value))) await box.selectOption(value);
+      }
+    }
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+
+  test("a worst case is shown with its numbers and the command that replays it", async () => {
+    const { page: p, context } = await shown(page("worst", campaignData()));
+    await p.locator("#study-worst button", { hasText: /^5$/ }).click();
+    const card = await p.locator("#study-point").innerText();
+    assert.ok(card.includes("Case 5"), card);
+    assert.ok(card.includes("--only 5"), card);
+    await context.close();
+  });
+
+  test("every download has something in it", async () => {
+    const { page: p, context, faults } = await shown(page("downloads", campaignData()));
+    for (const id of ["probability", "distribution", "influence", "inputs", "spread"]) {
+      for (const kind of ["SVG", "PNG", "CSV"]) {
+        const [got] = await Promise.all([p.waitForEvent("download"), p.locator(`#study-${id}`).getByRole("button", { name: kind, exact: true }).click()]);
+        assert.ok(statSync(await got.path()).size > 60, `${kind} of ${id}`);
+      }
+    }
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+});
+
+async function csv(p, card) {
+  const [got] = await Promise.all([p.waitForEvent("download"), p.locator(card).getByRole("button", { name: "CSV", exact: true }).click()]);
+  return readFileSync(await got.path(), "utf8");
+}
+
+describe("envelopes", () => {
+  test("a map with its lines, walked by the keyboard", async () => {
+    const { page: p, context, faults } = await shown(page("envelope", campaignData("envelope")));
+    const map = p.locator("#study-envelope .cp-envelope > svg");
+    assert.equal(await map.locator("rect[shape-rendering]").count(), 12);
+    for (const level of [0.5, 0.9]) assert.ok((await map.locator(`path[data-level="${level}"]`).count()) > 0, `line at ${level}`);
+    await map.focus();
+    await p.keyboard.press("ArrowRight");
+    await p.keyboard.press("ArrowUp");
+    const said = await p.locator("#study-envelope [role=status]").innerText();
+    assert.match(said, /success 0\.9500 · 95\u202f% ?: 0\.8882 to 0\.9785 · 95 of 100 cases · targets\.target-1\.mass: 10 kg · relative_speed: 0\.1 m\/s/);
+    const lines = (await csv(p, "#study-envelope")).trim().split("\n");
+    assert.equal(lines.length, 13);
+    assert.ok(lines[6].startsWith("0.1,10,95,100,0.95,0.888"), lines[6]);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+});
+
+describe("nothing lies on anything else", () => {
+  // Names as long as real ones.
+  function long() {
+    const names = { mass: "targets.target-1.state.angular_velocity/length", rate: "targets.target-2.state.angular_velocity/length" };
+    return JSON.parse(JSON.stringify(campaignData()).replace(/"(mass|rate)"/g, (_, name) => JSON.stringify(names[name])));
+  }
+
+  for (const [width, beside] of [[1400, true], [1280, true], [1024, true], [700, true], [420, false]]) {
+    test(`what matters: rank correlations ${beside ? "beside" : "below"} the indices at ${width} px, both named`, async () => {
+      const { page: p, context, faults } = await shown(page(`influence-${width}`, long()), { viewport: { width, height: 900 } });
+      const panels = await p.locator("#study-influence .st-panel").evaluateAll((all) =>
+        all.map((one) => {
+          const box = one.getBoundingClientRect();
+          const svg = one.querySelector("svg");
+          const texts = [...svg.querySelectorAll("text")].map((t) => ({ text: t.textContent, y: t.getBoundingClientRect().top - svg.getBoundingClientRect().top }));
+          return { left: box.left, right: box.right, top: box.top, bottom: box.bottom, texts };
+        }),
+      );
+      assert.equal(panels.length, 2);
+      const [first, second] = panels;
+      if (beside) assert.ok(second.left >= first.right && Math.abs(second.top - first.top) < 1, JSON.stringify(panels));
+      else assert.ok(second.top >= first.bottom, JSON.stringify(panels));
+      const named = panels.map((one) => one.texts.filter((t) => /target-[12]/.test(t.text)).sort((a, b) => a.y - b.y));
+      assert.deepEqual(named.map((rows) => rows.map((t) => t.text.match(/target-\d/)[0])), [["target-1", "target-2"], ["target-1", "target-2"]]);
+      for (const k of [0, 1]) assert.ok(Math.abs(named[0][k].y - named[1][k].y) < 2, "the same rows at the same heights");
+      for (const [k, title] of ["first-order Sobol index", "Spearman's rank correlation"].entries()) assert.ok(panels[k].texts.some((t) => t.text === title), title);
+      assert.deepEqual(faults, []);
+      await context.close();
+    });
+  }
+
+  for (const width of [1400, 420]) {
+    test(`numbers and names of lines in a steep envelope at ${width} px`, async () => {
+      const { page: p, context, faults } = await shown(page(`steep-${width}`, steep()), { viewport: { width, height: 900 } });
+      const texts = await p.locator("#study-envelope .cp-envelope > svg").locator(".cp-level, .cp-cell").evaluateAll((all) =>
+        all.map((t) => {
+          const { left, right, top, bottom } = t.getBoundingClientRect();
+          return { text: t.textContent, level: t.classList.contains("cp-level"), left, right, top, bottom };
+        }),
+      );
+      const levels = texts.filter((t) => t.level).map((t) => t.text);
+      assert.deepEqual([...new Set(levels)].sort(), ["0.5", "0.9", "0.99"]);
+      if (width > 1000) assert.ok(texts.length > 60, `${texts.length} texts`);
+      // A pixel of each text's box is air.
+      const meet = (a, b) => a.left + 1 < b.right && b.left + 1 < a.right && a.top + 1 < b.bottom && b.top + 1 < a.bottom;
+      texts.forEach((a, k) => texts.slice(k + 1).forEach((b) => assert.ok(!meet(a, b), `${a.text} on ${b.text}`)));
+      const ramp = p.locator("#study-envelope .st-ramp svg");
+      assert.equal(await ramp.count(), 1);
+      assert.match(await ramp.first().evaluate((svg) => svg.textContent), /0\.0.*probability of success|probability of success.*1\.0/);
+      assert.deepEqual(faults, []);
+      await context.close();
+    });
+  }
+
+  // Probabilities that fall from 1 to 0 within three cells.
+  function steep() {
+    const data = campaignData("envelope");
+    const size = 13;
+    const successes = Array.from({ length: size * size }, (_, k) => Math.round(100 / (1 + Math.exp(3.2 * (Math.floor(k / size) - 8 + 0.2 * (k % size))))));
+    const axis = (name, unit) => ({ name, unit, description: "", is_numeric: true, values: Array.from({ length: size }, (_, k) => k / 100) });
+    data.statistics.envelope = { axes: [axis("relative_speed", "m/s"), axis("target_spin", "rad/s")], trials: successes.map(() => 100), ok: successes.map(() => 100), successes };
+    return data;
+  }
+
+  test("a dark page is printed in light colours, and dark again after it", async () => {
+    const { page: p, context, faults } = await open(browser, page("paper", campaignData()), { colorScheme: "dark" });
+    await scrollThrough(p);
+    const bar = p.locator("#study-distribution svg rect").first();
+    const seen = async () => {
+      await bar.waitFor({ state: "attached" });  // charts are drawn when they come into view
+      return p.evaluate(() => [getComputedStyle(document.documentElement).getPropertyValue("--scheme").trim(), getComputedStyle(document.querySelector("#study-distribution svg rect")).fill, document.documentElement.dataset.theme ?? "auto"]);
+    };
+    const print = (event) => p.evaluate((name) => window.dispatchEvent(new Event(name)), event);
+    const dark = await seen();
+    assert.deepEqual(dark, ["dark", "rgb(90, 143, 245)", "auto"]);
+    await print("beforeprint");
+    assert.deepEqual((await seen()).slice(0, 2), ["light", "rgb(0, 114, 178)"]);
+    await print("afterprint");
+    assert.deepEqual(await seen(), dark);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+
+  test("units are those that people write, in files those of table.csv", async () => {
+    const data = campaignData();
+    for (const one of [data.statistics.inputs[0], data.sample.inputs[0]]) one.unit = "kg m^2";
+    const { page: p, context, faults } = await shown(page("units", data));
+    await p.locator("#study-distribution select").first().selectOption("input:mass");
+    const all = await p.evaluate(() => [...document.querySelectorAll("body *")].filter((e) => !e.closest("script")).flatMap((e) => [e.getAttribute("aria-label"), ...[...e.childNodes].filter((n) => n.nodeType === 3).map((n) => n.textContent)]).join("\n"));
+    assert.ok(!all.includes("m^2"), all.match(/.*m\^2.*/)?.[0]);
+    for (const card of ["inputs", "worst", "point", "distribution", "parallel", "table"]) assert.match(await p.locator(`#study-${card}`).evaluate((e) => e.textContent), /kg\u00a0m²/, card);
+    for (const card of ["inputs", "worst", "spread", "table"]) assert.match(await csv(p, `#study-${card}`), /kg m\^2|^from/, card);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+});
+
+describe("hostile and odd campaigns", () => {
+  test("names are texts", async () => {
+    const hostile = `<img src=x onerror="window.hacked=1"></script><script>window.hacked=1</script>'"&\\u2028{{}}`;
+    const data = JSON.parse(JSON.stringify(campaignData("campaign", hostile)).replaceAll('"mass"', JSON.stringify(hostile)).replaceAll('"impulse"', JSON.stringify(`i${hostile}`)).replaceAll('"no convergence"', JSON.stringify(hostile)));
+    const { page: p, context, faults } = await shown(page("hostile", data));
+    assert.equal(await p.evaluate(() => window.hacked), undefined);
+    assert.ok((await p.locator("body").innerText()).includes("<img src=x"));
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+
+  const odd = {
+    "no cases": (d) => Object.assign(d.statistics, { rows: 0, counts: { ok: 0, failed: 0, unreachable: 0, success: 0 }, success: { estimate: null, lower: 0, upper: 1, confidence: 0.95 } }),
+    "nothing but a schema": (d) => (d.statistics = { schema: "grapnel-campaign-report/1" }),
+    "all the same": (d) => d.statistics.columns.forEach((c) => Object.assign(c, { least: 1, largest: 1, histogram: { begin: 1, end: 1, counts: [196], successes: [196], below: 0, above: 0 }, quantiles: [{ probability: 0.5, value: 1 }] })),
+    "no criteria, no inputs": (d) => Object.assign(d.statistics, { criteria: [], inputs: [], sensitivity: { inputs: [], measures: [] } }),
+    "numbers that do not exist": (d) => d.statistics.columns.forEach((c) => Object.assign(c, { mean: null, histogram: null, quantiles: null, count: 0 })),
+    "an unfinished campaign": (d) => (d.statistics.campaign.total = 1000),
+    "a certain success": (d) => Object.assign(d.statistics, { success: { estimate: 1, lower: 0.98, upper: 1, confidence: 0.95 } }),
+  };
+  for (const [name, change] of Object.entries(odd)) {
+    test(name, async () => {
+      const data = campaignData();
+      change(data);
+      const { page: p, context, faults } = await shown(page(name.replace(/\W+/g, "-"), data));
+      assert.deepEqual(faults, []);
+      assert.equal(await p.locator(".fault").count(), 0);
+      assert.equal(await p.getByText("cannot be shown").count(), 0);
+      await context.close();
+    });
+  }
+});
+
+describe("a campaign from beginning to end", () => {
+  test("its report shows its numbers", async () => {
+    const study = path.join(folder, "study.yaml");
+    writeFileSync(
+      study,
+      `schema: grapnel-campaign/1\nname: mass\nscenario: ${scenario("thesis/open-loop-case-1-planned.yaml")}\nsimulate: impact\nset: {approach.plan.starts: 1}\n` +
+        "cases: 300\nseed: 3\nuncertain:\n  - {path: targets.target-1.mass, as: factor, uniform: {from: 0.5, to: 1.5}}\n" +
+        "success:\n  - captured\n  - {name: soft, holds: grasps/*/impulse_magnitude < 0.18}\nkeep: {columns: [captured, grasps]}\n",
+    );
+    const out = path.join(folder, "campaign");
+    grapnel(["campaign", study, "-o", out, "--quiet"], [0, 3]);
+    const statistics = JSON.parse(readFileSync(path.join(out, "campaign.json"), "utf8"));
+    const file = path.join(out, "report.html");
+    assert.ok(statSync(file).size < 3.5e6, `${statSync(file).size} bytes`);
+    const { page: p, context, faults } = await shown(file);
+    assert.deepEqual(faults, []);
+    assert.equal(await p.evaluate(() => window.__grapnel.study.points), 300);
+    const model = await p.evaluate(() => window.__grapnel.campaign.model);
+    assert.equal(model.success.estimate, statistics.success.estimate);
+    for (const d of [...model.columns, ...model.inputs]) {
+      if (d.histogram) assert.equal(d.histogram.counts.reduce((a, b) => a + b, 0) + d.histogram.below + d.histogram.above, d.count, d.name);
+    }
+    assert.ok((await p.locator("#study-verdict").innerText()).includes(`${statistics.counts.success} of 300`));
+    await context.close();
+  });
+});
