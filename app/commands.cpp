@@ -60,6 +60,7 @@ int print_schema(const std::string& which) {
   const std::string text = which == "robot"          ? robot_schema()
                            : which == "study"        ? study_schema()
                            : which == "optimization" ? optimization_schema()
+                           : which == "campaign"     ? campaign_schema()
                                                      : scenario_schema();
   std::fputs(text.c_str(), stdout);
   return kDone;

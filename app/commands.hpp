@@ -2,9 +2,10 @@
 
 /// @file
 /// What the program's subcommands do. Each returns the exit code: 0 done, 1 the simulation failed or something could
-/// not be written, 2 bad input, 3 some points of a study failed.
+/// not be written, 2 bad input, 3 some points or cases of a study failed, 130 stopped by Ctrl-C.
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -16,6 +17,7 @@ inline constexpr int kDone = 0;
 inline constexpr int kSimulationFailed = 1;
 inline constexpr int kBadInput = 2;
 inline constexpr int kSomeFailed = 3;
+inline constexpr int kInterrupted = 130;  // Ctrl-C, with everything kept
 
 struct RunOptions {
   std::filesystem::path scenario;
@@ -44,6 +46,31 @@ struct OptimizeOptions {
   bool no_report = false;
 };
 int optimize(const OptimizeOptions& options);
+
+struct CampaignRunOptions {
+  std::filesystem::path study;
+  std::filesystem::path output;       // empty: named after the study, below out/
+  int threads = 0;                    // 0: one per processor
+  std::optional<std::uint64_t> only;  // this case alone, as a complete run
+  std::uint64_t extend = 0;           // cases to add
+  std::string shard;                  // "i/N", "slurm"; empty: what the environment says
+  bool quiet = false;
+  bool no_report = false;
+  bool no_csv = false;
+  bool envelope = false;  // the file must have a design
+  std::string command;    // as it was typed
+  std::string resume;     // the same without --extend: goes on once the cases have been added
+};
+int campaign(const CampaignRunOptions& options);
+
+struct MergeOptions {
+  std::vector<std::filesystem::path> folders;
+  std::filesystem::path output;
+  bool quiet = false;
+  bool no_report = false;
+  bool no_csv = false;
+};
+int merge(const MergeOptions& options);
 
 struct ReportOptions {
   std::filesystem::path folder;

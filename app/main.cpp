@@ -4,19 +4,8 @@
 #include <exception>
 #include <string>
 
+#include "campaign_arguments.hpp"
 #include "commands.hpp"
-#include "grapnel/report/shell_word.hpp"
-
-namespace {
-
-// What was typed, so that a shell takes it again.
-std::string command_line(int argc, char** argv) {
-  std::string line = "grapnel";
-  for (int i = 1; i < argc; ++i) line += " " + grapnel::shell_word(argv[i]);
-  return line;
-}
-
-}  // namespace
 
 // Argument parsing only; what the subcommands do is in commands.hpp.
 int main(int argc, char** argv) {
@@ -50,6 +39,35 @@ int main(int argc, char** argv) {
   sweep_command->add_flag("--quiet", sweep_options.quiet, "Print errors and warnings only");
   sweep_command->callback([&] { code = sweep(sweep_options); });
 
+  CampaignRunOptions campaign_options;
+  campaign_options.command = command_line("grapnel", argc, argv);
+  campaign_options.resume = command_line_without("grapnel", argc, argv, "--extend");
+  CLI::App* campaign_command = app.add_subcommand(
+      "campaign", "Simulate captures with uncertain values; the same command again goes on where it was stopped");
+  add_campaign_arguments(*campaign_command, campaign_options);
+  add_machine_arguments(*campaign_command, campaign_options);
+  campaign_command->callback([&] { code = campaign(campaign_options); });
+
+  CLI::App* envelope_command = app.add_subcommand(
+      "envelope", "Probability of success over two design values: a campaign at each of their pairs");
+  add_campaign_arguments(*envelope_command, campaign_options);
+  add_machine_arguments(*envelope_command, campaign_options);
+  envelope_command->callback([&] {
+    campaign_options.envelope = true;
+    code = campaign(campaign_options);
+  });
+
+  MergeOptions merge_options;
+  CLI::App* merge_command =
+      app.add_subcommand("merge", "Put the parts of a campaign from several folders together, and write its results");
+  merge_command->add_option("folders", merge_options.folders, "Folders of one campaign")->required();
+  merge_command->add_option("-o,--output", merge_options.output, "Folder for all of it; may be one of them")
+      ->required();
+  merge_command->add_flag("--no-report", merge_options.no_report, "Write no report.html");
+  merge_command->add_flag("--no-csv", merge_options.no_csv, "Write no table.csv");
+  merge_command->add_flag("--quiet", merge_options.quiet, "Print errors and warnings only");
+  merge_command->callback([&] { code = merge(merge_options); });
+
   OptimizeOptions optimize_options;
   CLI::App* optimize_command = app.add_subcommand(
       "optimize",
@@ -65,7 +83,9 @@ int main(int argc, char** argv) {
 
   ReportOptions report_options;
   CLI::App* report_command = app.add_subcommand("report", "Write report.html from results; of two runs a comparison");
-  report_command->add_option("folder", report_options.folder, "Result folder of run, sweep or optimize")->required();
+  report_command
+      ->add_option("folder", report_options.folder, "Result folder of run, sweep, optimize, campaign or envelope")
+      ->required();
   report_command->add_option("second", report_options.second, "Result folder of a run to compare with");
   report_command->add_option("-o,--output", report_options.output, "File (default: report.html in the folder)");
   report_command->callback([&] { code = report(report_options); });
@@ -97,7 +117,7 @@ int main(int argc, char** argv) {
   figure_command->add_option("--lines", figure_options.lines_axis, "impulse-map: axis with a line per value");
   figure_command->add_flag("--heat-map", figure_options.heat_map, "impulse-map: two axes and colours instead of lines");
   figure_command->callback([&] {
-    figure_options.command = command_line(argc, argv);
+    figure_options.command = command_line("grapnel", argc, argv);
     code = figure(figure_options);
   });
 
@@ -110,8 +130,8 @@ int main(int argc, char** argv) {
 
   std::string which = "scenario";
   CLI::App* schema_command = app.add_subcommand("schema", "Print the JSON Schema of a kind of file");
-  schema_command->add_option("kind", which, "scenario, robot, study or optimization")
-      ->check(CLI::IsMember({"scenario", "robot", "study", "optimization"}));
+  schema_command->add_option("kind", which, "scenario, robot, study, optimization or campaign")
+      ->check(CLI::IsMember({"scenario", "robot", "study", "optimization", "campaign"}));
   schema_command->callback([&] { code = print_schema(which); });
 
   std::string folder;

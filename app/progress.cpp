@@ -5,6 +5,8 @@
 
 #include <cstdio>
 
+#include "grapnel/campaign/statistics.hpp"
+
 namespace grapnel::app {
 namespace {
 // Nothing is shown before this, so that quick runs stay quiet.
@@ -44,6 +46,19 @@ void Progress::report_points(std::size_t done, std::size_t total, std::size_t no
   const std::string failures = not_ok > 0 ? fmt::format(", {} not ok", not_ok) : "";
   show(fmt::format("{} of {} points{}, {:.3g} points per s, {:.0f} s left", done, total, failures, rate,
                    static_cast<double>(total - done) / rate),
+       now);
+}
+
+void Progress::report_campaign(const CampaignProgress& at) {
+  const Clock::time_point now = Clock::now();
+  if (quiet_ || !is_due(now) || at.done == at.begun_with) return;
+  const double rate =
+      static_cast<double>(at.done - at.begun_with) / std::chrono::duration<double>(now - begin_).count();
+  const Proportion success = wilson(at.successes, at.done);
+  const std::string failures = at.not_ok > 0 ? fmt::format(", {} not ok", at.not_ok) : "";
+  show(fmt::format("{} of {} cases, {:.3g} cases per s, {:.0f} s left, success {:.4f} ({:.4f} to {:.4f}){}", at.done,
+                   at.total, rate, static_cast<double>(at.total - at.done) / rate, success.estimate, success.lower,
+                   success.upper, failures),
        now);
 }
 

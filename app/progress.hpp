@@ -6,6 +6,8 @@
 #include <chrono>
 #include <string>
 
+#include "grapnel/campaign/run_campaign.hpp"
+
 namespace grapnel::app {
 
 class Progress {
@@ -16,6 +18,8 @@ class Progress {
   void report(const std::string& phase, double at, double end);
   /// Points of a study that are done, and how many of them are not ok.
   void report_points(std::size_t done, std::size_t total, std::size_t not_ok);
+  /// Cases of a campaign that are done, and what they say so far.
+  void report_campaign(const CampaignProgress& at);
 
  private:
   using Clock = std::chrono::steady_clock;

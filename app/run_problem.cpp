@@ -81,9 +81,9 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
     fmt::print("{}\nresults in {}: summary.json{}, scene.json\n{}", result_table(result), folder.string(),
                result.series.time.empty() ? "" : ", timeseries.h5", report.line);
   }
-  warn(result, file);
+  if (!switches.mute) warn(result, file);
   if (result.status == CaptureStatus::completed) return report.failed ? kSimulationFailed : kDone;
-  fmt::print(stderr, "{}: error: the simulation failed: {}\n", file.string(), result.failure);
+  if (!switches.mute) fmt::print(stderr, "{}: error: the simulation failed: {}\n", file.string(), result.failure);
   return kSimulationFailed;
 }
 

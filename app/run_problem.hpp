@@ -12,6 +12,7 @@ namespace grapnel::app {
 struct RunSwitches {
   bool quiet = false;      // errors and warnings only
   bool no_report = false;  // no report.html
+  bool mute = false;       // not even warnings and why a simulation failed: one of many runs
 };
 
 /// Simulates, writes summary.json, timeseries.h5, scene.json and report.html into `folder`, prints what came out, and

@@ -5,11 +5,9 @@
 #include <cstdio>
 #include <optional>
 
-#include "grapnel/result/atomic_file.hpp"
-#include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/grid.hpp"
 #include "output_folder.hpp"
-#include "run_problem.hpp"
+#include "single_case.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -43,27 +41,11 @@ int sweep_point(const Study& study, std::size_t point, std::size_t points, const
                              : options.output;
   const std::optional<fs::path> folder = results_folder(asked, options.study);
   if (!folder) return kBadInput;
-  const fs::path file = *folder / "scenario.yaml";
-  if (!may_replace(file)) return kBadInput;
   const std::vector<std::size_t> position = grid_position(study.axis_sizes(), point);
-  CaptureProblem problem;
-  try {
-    write_file_atomically(file, study.scenario_text(position, file, comment_of(study, position, point, points)));
-    // What was written is what is simulated: grapnel run gives the same.
-    problem = load_scenario(file);
-  } catch (const ScenarioError& error) {
-    for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
-    return kBadInput;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: error: point {}: {}\n", options.study.string(), point, error.what());
-    return kBadInput;
-  }
-  if (!options.quiet) {
-    fmt::print("grapnel {}, point {} of study {} as scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, point,
-               options.study.string(), file.string(), problem.sha256.substr(0, 12));
-    std::fflush(stdout);
-  }
-  return run_problem(problem, file, *folder, {options.quiet, options.no_report});
+  const SingleCase single{fmt::format("point {}", point), "study", options.study, [&](const fs::path& place) {
+                            return study.scenario_text(position, place, comment_of(study, position, point, points));
+                          }};
+  return run_single_case(single, *folder, {options.quiet, options.no_report});
 }
 
 }  // namespace grapnel::app

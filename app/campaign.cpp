@@ -1,0 +1,116 @@
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <optional>
+#include <stdexcept>
+#include <thread>
+
+#include "campaign_begin.hpp"
+#include "campaign_case.hpp"
+#include "campaign_results.hpp"
+#include "commands.hpp"
+#include "grapnel/campaign/run_campaign.hpp"
+#include "job_array.hpp"
+#include "output_folder.hpp"
+#include "progress.hpp"
+
+namespace grapnel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+int threads_of(int asked) {
+  if (asked > 0) return asked;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+int only(const Campaign& campaign, const CampaignRunOptions& options) {
+  const std::uint64_t k = *options.only;
+  // Beyond the file's cases are those of --extend; a design has none.
+  if (!campaign.design.empty() && k >= campaign.total()) {
+    fmt::print(stderr, "{}: error: there is no case {}: the campaign has cases 0 to {}\n", options.study.string(), k,
+               campaign.total() - 1);
+    return kBadInput;
+  }
+  const fs::path asked = options.output.empty()
+                             ? fs::path("out") / fmt::format("{}-case-{}", options.study.stem().string(), k)
+                             : options.output;
+  const std::optional<fs::path> folder = results_folder(asked, options.study);
+  if (!folder) return kBadInput;
+  return run_case_completely(campaign, k, *folder, {.quiet = options.quiet, .no_report = options.no_report});
+}
+
+// One task of a job array is done: the last one of all writes the results.
+int part_is_done(const JobShard& shard, const StoreCounts& all, const CampaignProgress& own,
+                 const CampaignRunOptions& options) {
+  if (!options.quiet)
+    fmt::print(
+        "part {} is done; {} of {} blocks are there\nWhen all are, the last part writes the results; if one is "
+        "lost, run it again, or the rest of the campaign by this command without its --shard: {}\n",
+        shard.text(), all.complete, all.blocks, options.resume);
+  return own.not_ok > 0 ? kSomeFailed : kDone;
+}
+
+CampaignProgress compute(const Campaign& campaign, ShardStore& store, const JobShard& shard,
+                         const CampaignRunOptions& options, StopSignal& stop) {
+  Progress progress(options.quiet);
+  CampaignOptions run;
+  run.threads = threads_of(options.threads);
+  run.shard = shard.number;
+  run.shards = shard.count;
+  run.stop = stop.token();
+  run.progress = [&](const CampaignProgress& at) {
+    stop.poll();
+    progress.report_campaign(at);
+  };
+  return run_campaign(block_work(campaign), store, run);
+}
+
+int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& shard, const CampaignRunOptions& options,
+                  StopSignal& stop, std::string& command) {
+  ShardStore store(
+      folder, campaign,
+      {.version = GRAPNEL_VERSION, .writer = shard.is_part() ? shard.writer() : "", .extend = options.extend});
+  take_total(campaign, store);
+  command = options.resume;
+  if (!options.quiet) say_beginning(store, shard.is_part() ? "part " + shard.text() + " of it" : "");
+  const CampaignProgress done = compute(campaign, store, shard, options, stop);
+  if (done.stopped) {
+    say_stopped(folder, done.done, done.total, options.resume);
+    return kInterrupted;
+  }
+  if (shard.is_part()) {
+    StoreCounts all;
+    store.missing(0, 1, &all);
+    if (all.complete < all.blocks) return part_is_done(shard, all, done, options);
+  }
+  const int code = write_campaign_results(campaign, folder, {options.quiet, options.no_report, options.no_csv}, stop);
+  if (code == kInterrupted) say_stopped(folder, done.done, done.total, options.resume);
+  return code;
+}
+
+}  // namespace
+
+int campaign(const CampaignRunOptions& options) {
+  std::optional<Campaign> loaded = campaign_from_file(options);
+  if (!loaded) return kBadInput;
+  if (options.only) return only(*loaded, options);
+  JobShard shard;
+  try {
+    shard = job_shard(options.shard, [](const char* name) { return std::getenv(name); });
+  } catch (const std::invalid_argument& error) {
+    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    return kBadInput;
+  }
+  const std::optional<fs::path> folder = results_folder(options.output, options.study);
+  if (!folder) return kBadInput;
+  say_campaign(*loaded, options);
+  if (shard.by_slurm && !options.quiet)
+    fmt::print("part {} as SLURM_ARRAY_TASK_ID={} says\n", shard.text(), std::getenv("SLURM_ARRAY_TASK_ID"));
+  StopSignal stop;
+  std::string command = options.command;  // that goes on
+  return with_store_errors(*folder, command,
+                           [&] { return run_and_write(*loaded, *folder, shard, options, stop, command); });
+}
+
+}  // namespace grapnel::app

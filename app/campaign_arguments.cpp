@@ -1,0 +1,51 @@
+#include "campaign_arguments.hpp"
+
+#include "grapnel/campaign/campaign.hpp"
+#include "grapnel/report/shell_word.hpp"
+
+namespace grapnel::app {
+
+std::string command_line(const char* program, int argc, char** argv) {
+  std::string line = program;
+  for (int i = 1; i < argc; ++i) line += " " + shell_word(argv[i]);
+  return line;
+}
+
+std::string command_line_without(const char* program, int argc, char** argv, std::string_view left_out) {
+  std::string line = program;
+  for (int i = 1; i < argc; ++i) {
+    const std::string_view word = argv[i];
+    if (word == left_out) {
+      ++i;
+    } else if (!word.starts_with(std::string(left_out) + "=")) {
+      line += " " + shell_word(argv[i]);
+    }
+  }
+  return line;
+}
+
+void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options) {
+  command.add_option("study", options.study, "Campaign file (YAML)")->required();
+  command.add_option("-o,--output", options.output,
+                     "Result folder (default: out/NAME-OF-THE-STUDY); what is there already of this campaign is kept");
+  command.add_option("--extend", options.extend, "Add so many cases to the campaign in the folder")
+      ->check(CLI::Range(std::uint64_t{1}, kMostCases));
+  command.add_flag("--no-report", options.no_report, "Write no report.html");
+  command.add_flag("--no-csv", options.no_csv, "Write no table.csv");
+  command.add_flag("--quiet", options.quiet, "Print errors and warnings only");
+}
+
+void add_machine_arguments(CLI::App& command, CampaignRunOptions& options) {
+  command.add_option("-j,--jobs", options.threads, "Threads (default: one per processor)")->check(CLI::Range(1, 4096));
+  auto* only = command
+                   .add_option("--only", options.only,
+                               "Simulate this case alone, as a complete run with time series and report.html")
+                   ->check(CLI::Range(std::uint64_t{0}, kMostCases - 1))
+                   ->excludes("--extend");
+  command
+      .add_option("--shard", options.shard,
+                  "Only part i of N, as in 3/8; 'slurm' takes both from the job array (default where there is one)")
+      ->excludes(only);
+}
+
+}  // namespace grapnel::app

@@ -1,0 +1,38 @@
+#pragma once
+
+/// @file
+/// What campaigns on one machine, on many, and merged ones say and do alike. All prints; nothing throws but what is
+/// passed in.
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "commands.hpp"
+#include "grapnel/campaign/shard_store.hpp"
+
+namespace grapnel::app {
+
+/// The campaign of the file; empty if there is none, which is said on stderr if `say`.
+std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bool say = true);
+
+/// Program, file and its digest, on stdout unless quiet.
+void say_campaign(const Campaign& campaign, const CampaignRunOptions& options);
+
+/// What of the campaign is there already. `part`: of it, if not all.
+void say_beginning(const ShardStore& store, const std::string& part);
+
+/// That it was stopped, and how it goes on, on stderr.
+void say_stopped(const std::filesystem::path& folder, std::uint64_t done, std::uint64_t total,
+                 const std::string& command);
+
+/// The campaign has the cases that the store has.
+void take_total(Campaign& campaign, const ShardStore& store);
+
+/// The exit code of `work`, or that of what it throws, which is said on stderr: a folder in use and disks are 1,
+/// another campaign's folder is 2. `command` goes on.
+int with_store_errors(const std::filesystem::path& folder, const std::string& command,
+                      const std::function<int()>& work);
+
+}  // namespace grapnel::app

@@ -1,0 +1,174 @@
+#include "campaign_results.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <set>
+
+#include "campaign_case.hpp"
+#include "commands.hpp"
+#include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/campaign_table.hpp"
+#include "grapnel/campaign/case_clock.hpp"
+#include "grapnel/result/atomic_file.hpp"
+#include "output_folder.hpp"
+#include "report_file.hpp"
+
+namespace grapnel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+// The numbers of a column or an input; empty if there is none of the name.
+std::vector<double> numbers_named(const CampaignTable& table, const std::string& name) {
+  for (std::size_t i = 0; i < table.columns().size(); ++i)
+    if (table.columns()[i].name == name) return table.column(i);
+  for (std::size_t i = 0; i < table.inputs().size(); ++i)
+    if (table.inputs()[i].name == name) return table.input(i);
+  return {};
+}
+
+// Rows with the largest numbers, of equal ones the first.
+std::vector<std::size_t> largest(const std::vector<double>& numbers, std::size_t count) {
+  std::vector<std::size_t> rows;
+  for (std::size_t row = 0; row < numbers.size(); ++row)
+    if (!std::isnan(numbers[row])) rows.push_back(row);
+  count = std::min(count, rows.size());
+  std::partial_sort(
+      rows.begin(), rows.begin() + static_cast<std::ptrdiff_t>(count), rows.end(),
+      [&](std::size_t a, std::size_t b) { return numbers[a] != numbers[b] ? numbers[a] > numbers[b] : a < b; });
+  rows.resize(count);
+  return rows;
+}
+
+// Cases of which a complete run is kept: a function of the rows alone.
+std::set<std::uint64_t> cases_to_keep(const Campaign& campaign, const CampaignTable& table) {
+  const SeriesToKeep& keep = campaign.series;
+  const std::vector<std::uint64_t> index = table.indices();
+  std::set<std::uint64_t> cases;
+  for (const std::uint64_t k : index)
+    if (k < keep.sample) cases.insert(k);
+  if (keep.failures > 0) {
+    const std::vector<std::uint8_t> success = table.success();
+    const std::vector<std::int32_t> reasons = table.reasons();
+    const auto took_too_long = [&](std::size_t row) {
+      return reasons[row] > 0 && table.reason_text(reasons[row]).starts_with(kTookTooLong);
+    };
+    std::uint64_t left = keep.failures;
+    for (std::size_t row = 0; row < success.size() && left > 0; ++row) {
+      // What takes too long would take too long once more, with nothing to end it.
+      if (success[row] != 0 || took_too_long(row)) continue;
+      cases.insert(index[row]);
+      --left;
+    }
+  }
+  if (keep.worst > 0)
+    for (const std::size_t row : largest(numbers_named(table, keep.worst_by), keep.worst)) cases.insert(index[row]);
+  return cases;
+}
+
+std::string folder_of(std::uint64_t k) { return fmt::format("case-{}", k); }
+
+// Runs of cases that are no longer among those to keep. Only what Grapnel made.
+void remove_others(const fs::path& series, const std::set<std::uint64_t>& cases) {
+  std::set<std::string> wanted;
+  for (const std::uint64_t k : cases) wanted.insert(folder_of(k));
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(series, none)) {
+    const std::string name = entry.path().filename().string();
+    const fs::path scenario = entry.path() / "scenario.yaml";
+    if (!name.starts_with("case-") || wanted.contains(name) || !fs::exists(scenario, none)) continue;
+    if (may_replace(scenario)) fs::remove_all(entry.path(), none);
+  }
+  if (cases.empty()) fs::remove(series, none);  // if it is empty
+}
+
+enum class KeptRun { there, impossible, not_written };
+
+// A case's complete run. Failures are what some of these are for: their runs say why, unless there is no capture to
+// run.
+KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& place, bool no_report) {
+  const fs::path summary = place / "summary.json";
+  try {
+    fs::create_directories(place);
+    fs::remove(summary);
+    const int code = run_case_completely(campaign, k, place, {.quiet = true, .no_report = no_report, .mute = true});
+    std::error_code none;
+    if (fs::is_regular_file(summary, none)) return KeptRun::there;
+    if (code == kBadInput) return KeptRun::impossible;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "grapnel: warning: case {}: {}\n", k, error.what());
+  }
+  return KeptRun::not_written;
+}
+
+struct KeptSeries {
+  std::size_t kept = 0;
+  bool complete = true;  // all that should be there are
+  bool stopped = false;
+};
+
+// Complete runs of cases, each in series/case-K.
+KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, const fs::path& folder,
+                       const CampaignResults& what, StopSignal& stop) {
+  KeptSeries result;
+  const std::set<std::uint64_t> cases = cases_to_keep(campaign, table);
+  const fs::path series = folder / "series";
+  remove_others(series, cases);
+  if (!cases.empty() && !campaign.scenario_text) {
+    fmt::print(stderr, "grapnel: warning: time series of {} cases are kept by grapnel campaign {} -o {}\n",
+               cases.size(), campaign.file, folder.string());
+    return result;
+  }
+  for (const std::uint64_t k : cases) {
+    if (stop.poll()) {
+      result.stopped = true;
+      return result;
+    }
+    const fs::path place = series / folder_of(k);
+    switch (keep_run(campaign, k, place, what.no_report)) {
+      case KeptRun::there:
+        ++result.kept;
+        break;
+      case KeptRun::not_written:
+        fmt::print(stderr, "grapnel: error: the complete run of case {} is not in {}\n", k, place.string());
+        result.complete = false;
+        break;
+      case KeptRun::impossible:
+        break;
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+int write_campaign_results(const Campaign& campaign, const fs::path& folder, const CampaignResults& what,
+                           StopSignal& stop) {
+  write_campaign_tables(folder, campaign, GRAPNEL_VERSION, !what.no_csv);
+  if (what.no_csv) fs::remove(folder / "table.csv");  // of an earlier run
+  const CampaignTable table(folder / "table.h5");
+  const CampaignReport numbers = analyze_campaign(campaign, table);
+  write_file_atomically(folder / "campaign.json", campaign_json(campaign, numbers, GRAPNEL_VERSION));
+  if (!campaign.design.empty())
+    write_file_atomically(folder / "envelope.csv", envelope_csv(campaign, numbers.envelope));
+  const KeptSeries series = keep_series(campaign, table, folder, what, stop);
+  if (series.stopped || stop.poll()) return kInterrupted;
+  const FolderReport report = write_folder_report(folder, ResultKind::campaign, what.no_report);
+  if (!what.quiet) {
+    fmt::print("{}\nresults in {}: table.h5, {}campaign.json{}{}\n{}", campaign_summary(campaign, numbers),
+               folder.string(), what.no_csv ? "" : "table.csv, ", campaign.design.empty() ? "" : ", envelope.csv",
+               series.kept > 0 ? fmt::format(", series of {} cases", series.kept) : "", report.line);
+  }
+  if (report.failed || !series.complete) return kSimulationFailed;
+  const std::vector<std::uint8_t> status = table.status();
+  const auto ok = std::count(status.begin(), status.end(), static_cast<std::uint8_t>(CaseStatus::ok));
+  if (static_cast<std::size_t>(ok) == status.size()) return kDone;
+  fmt::print(stderr, "{}: warning: {} of {} cases are not ok, see status and reason in {}\n", campaign.file,
+             status.size() - static_cast<std::size_t>(ok), status.size(), (folder / "table.h5").string());
+  return kSomeFailed;
+}
+
+}  // namespace grapnel::app
