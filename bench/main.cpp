@@ -28,6 +28,7 @@ class Table : public benchmark::BenchmarkReporter {
       Line& line = lines_[name];
       line.microseconds.push_back(1e6 * run.cpu_accumulated_time / static_cast<double>(run.iterations));
       if (const auto flops = run.counters.find("flops"); flops != run.counters.end()) line.flops = flops->second;
+      if (const auto bytes = run.counters.find("bytes"); bytes != run.counters.end()) line.bytes = bytes->second;
     }
   }
   void Finalize() override {
@@ -37,7 +38,8 @@ class Table : public benchmark::BenchmarkReporter {
       std::string text = fmt::format("{:<32}{:>10.3f}{:>10.3f}", name, line.least(), line.median());
       text += line.flops > 0 ? fmt::format("{:>9.0f}{:>9.2f}", line.flops, 1e-3 * line.flops / line.least())
                              : std::string(18, ' ');
-      if (const auto peer = lines_.find("mujoco:" + name); peer != lines_.end()) {
+      if (line.bytes > 0) text += fmt::format("{:>11.1f} GB/s", 1e-3 * line.bytes / line.least());
+      if (const auto peer = lines_.find("mujoco:" + without_set(name)); peer != lines_.end()) {
         text += fmt::format("{:>18.3f}", line.least() / peer->second.least());
       }
       fmt::print("{}\n", text);
@@ -45,9 +47,14 @@ class Table : public benchmark::BenchmarkReporter {
   }
 
  private:
+  // The function that lanes compute: "f/a" for "f@avx2/a".
+  static std::string without_set(const std::string& name) {
+    const std::size_t at = name.find('@');
+    return at == std::string::npos ? name : name.substr(0, at) + name.substr(name.find('/'));
+  }
   struct Line {
     std::vector<double> microseconds;  // per repetition
-    double flops = 0;
+    double flops = 0, bytes = 0;
     double least() const { return *std::min_element(microseconds.begin(), microseconds.end()); }
     double median() const {
       std::vector<double> sorted = microseconds;
@@ -86,12 +93,17 @@ int main(int argc, char** argv) {
   benchmark::Initialize(&count, arguments.data());
   if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;
   grapnel::bench::register_dynamics();
+  grapnel::bench::register_peak();
+  grapnel::bench::register_lanes();
   grapnel::bench::register_loops();
   grapnel::bench::register_impacts();
   grapnel::bench::register_plan();
+  grapnel::bench::register_capture();
+  grapnel::bench::register_campaign();
 #ifdef GRAPNEL_BENCH_MUJOCO
   grapnel::bench::register_mujoco();
   grapnel::bench::register_mujoco_loops();
+  grapnel::bench::register_mujoco_capture();
 #endif
   Table table;
   benchmark::RunSpecifiedBenchmarks(&table);

@@ -1,12 +1,10 @@
-// The kernels' templates live in their .cpp files. Included here under names of their own: otherwise this file's copies
-// of the double instantiations, compiled with other options, could replace the library's in the program and be timed
-// instead.
-#define articulated_body counted_articulated_body
-#define newton_euler counted_newton_euler
+// This template lives in its .cpp file. Included here under a name of its own: otherwise this file's copy of the double
+// instantiation, compiled with other options, could replace the library's in the program and be timed instead.
 #define composite_body counted_composite_body
-#include "grapnel/dynamics/articulated_body.cpp"
 #include "grapnel/dynamics/composite_body.cpp"
-#include "grapnel/dynamics/newton_euler.cpp"
+#undef composite_body
+#include "grapnel/dynamics/articulated_body_kernel.hpp"
+#include "grapnel/dynamics/newton_euler_kernel.hpp"
 
 #include "bench/operation_count.hpp"
 
@@ -28,7 +26,6 @@ Counted operator-(Counted a) { return -a.value; }  // folds into what uses it
 Counted& operator+=(Counted& a, Counted b) { return a = a + b; }
 Counted& operator-=(Counted& a, Counted b) { return a = a - b; }
 [[maybe_unused]] Counted& operator*=(Counted& a, Counted b) { return a = a * b; }
-bool operator==(Counted a, Counted b) { return a.value == b.value; }
 Counted sin(Counted a) { return ++tally.sine_cosines, std::sin(a.value); }
 Counted cos(Counted a) { return std::cos(a.value); }
 
@@ -56,14 +53,14 @@ struct CountedCase {
 
 bench::OperationCount bench::count_forward_dynamics(const Workload& workload) {
   CountedCase c(workload);
-  counted_articulated_body<Counted>(c.tree, c.in, c.workspace, std::span(c.result).first(c.v.size()), c.applied);
+  articulated_body<Counted>(c.tree, c.in, c.workspace, std::span(c.result).first(c.v.size()), c.applied);
   return tally;
 }
 
 bench::OperationCount bench::count_inverse_dynamics(const Workload& workload) {
   CountedCase c(workload);
   c.in.acceleration = c.force;
-  counted_newton_euler<Counted>(c.tree, c.in, c.workspace, c.applied);
+  newton_euler<Counted>(c.tree, c.in, c.workspace, c.applied);
   return tally;
 }
 

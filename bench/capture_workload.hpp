@@ -1,0 +1,41 @@
+#pragma once
+
+/// @file
+/// A whole capture for benchmarks: the thesis's open-loop case 1, its plan frozen, with the tolerances that an
+/// end-state error of 1e-8 takes. Thread safety: plain values and pure functions.
+
+#include <string>
+#include <vector>
+
+#include "grapnel/capture/approach_plan.hpp"
+#include "grapnel/capture/captured_model.hpp"
+#include "grapnel/result/capture_result.hpp"
+
+namespace grapnel::bench {
+
+/// What an end-state error may be: the largest difference of any coordinate or velocity [m, rad, m/s, rad/s].
+inline constexpr double kEndError = 1e-8;
+
+struct CaptureWorkload {
+  CaptureProblem problem;
+  CaptureSystem free;                   // with all targets free
+  State start;                          // in `free`
+  std::vector<JointTrajectory> joints;  // references of the approach, per robot joint
+  std::vector<double> end;              // end_numbers() of a run at the tightest tolerances
+};
+
+/// From scenarios/thesis/open-loop-case-1.yaml: without clearance and output, its final rates as planned once.
+CaptureWorkload thesis_capture();
+
+/// The impact's outcome at the approach's end, with the targets welded to the arms that grip them.
+CapturedSystem weld(const CaptureWorkload& workload, const State& arrived);
+
+/// Base and joints of a state after the capture: position, quaternion (scalar part positive), joint values, velocity
+/// and angular velocity in W, joint rates.
+std::vector<double> end_numbers(const CaptureSystem& system, const State& state);
+std::vector<double> end_numbers(const PhaseEnd& end);
+
+/// Largest difference from the workload's end.
+double end_error(const CaptureWorkload& workload, const std::vector<double>& numbers);
+
+}  // namespace grapnel::bench
