@@ -192,8 +192,10 @@ std::vector<double> apart_from_design(const Rows& rows, std::vector<double> numb
   const std::uint64_t cases = rows.campaign.cases;
   std::unordered_map<std::uint64_t, double> first;
   bool same = true;
-  for (std::size_t row = 0; row < rows.count() && same; ++row)
-    same = first.emplace(rows.index[row] % cases, numbers[row]).first->second == numbers[row];
+  for (std::size_t row = 0; row < rows.count() && same; ++row) {
+    if (std::isfinite(numbers[row]))
+      same = first.emplace(rows.index[row] % cases, numbers[row]).first->second == numbers[row];
+  }
   if (same) return numbers;
   struct Mean {
     double sum = 0;
@@ -229,7 +231,6 @@ void analyze_columns(const Rows& rows, const std::vector<Ranking>& inputs, Campa
   const std::vector<std::size_t> wanted = columns_to_measure(rows.campaign);
   // In the order of the columns, so that each is read once; in the order of `wanted` afterwards.
   std::map<std::size_t, std::vector<CampaignReport::Measure>> measured;
-  std::vector<std::size_t> varying;
   for (std::size_t i = 0; i < rows.campaign.columns.size(); ++i) {
     const std::vector<double> numbers = rows.table.column(i);
     const Ranking ranking = ranking_of(numbers);

@@ -30,13 +30,13 @@ std::uint64_t block_count(std::uint64_t size, std::uint64_t total);
 /// the first rows, as many as are complete without a gap.
 using BlockWork = std::function<std::vector<CampaignRow>(const Block&, const std::stop_token&)>;
 
-/// The way from cases to rows that suits the campaign: lanes where they can (see docs/how-to/campaign.md), else one by
+/// The way from cases to rows that suits the campaign: lanes where they can (docs/modules.md), else one by
 /// one. The campaign must outlive it.
 BlockWork block_work(const Campaign& campaign);
 
 /// One case, one by one: as `block_work` without lanes does it. Nothing if it was stopped. A case that takes longer
 /// than the campaign's time limit is a failed row without values; the limit is looked at when the capture reports
-/// progress, and at its end.
+/// progress.
 std::optional<CampaignRow> run_campaign_case(const Campaign& campaign, std::uint64_t k,
                                              const std::stop_token& stop = {});
 

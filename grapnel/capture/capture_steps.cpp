@@ -285,7 +285,6 @@ class CaptureSteps::Sequence {
     task_.start = run_.state;
     task_.begin = run_.time, task_.end = end;
     task_.integration = tolerances_for(run_.problem.integration, *dynamics_, end - run_.time, controlled);
-    task_.controlled = controlled;
     task_.only_here.clear();
     task_.watch = nullptr;
     watched_elsewhere_ = false;

@@ -37,9 +37,6 @@ struct MotionTask {
   State start;                   // at `begin`; joints that follow a trajectory exactly are on it
   double begin = 0, end = 0;     // [s]
   IntegrationSetup integration;  // with the tolerances of this piece
-  /// Whether motors work in it or something acts from outside that the books' work has to account for; else its energy
-  /// is constant but for friction and gravity.
-  bool controlled = false;
   /// Why it has to be done by move(). Empty: it may be done elsewhere.
   std::string only_here;
   /// What looks at the motion while it happens; null: nothing does. Whoever integrates the piece elsewhere calls it

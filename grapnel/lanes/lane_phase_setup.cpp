@@ -12,6 +12,9 @@ const JointDrive kFree = {};
 
 constexpr const char* kStandsWithRate =
     "a prescribed joint has a rate but stays where it is, beyond its trajectory's end";
+// Coefficients in every piece: those of any polynomial profile, so that a joint at rest in one case and moving in
+// another make no two structures.
+constexpr int kLeastSeries = 6;
 // What rounding leaves of a rate of zero [rad/s or m/s].
 constexpr double kRest = 1e-10;
 
@@ -204,8 +207,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   return {};
 }
 
-LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration,
-                             int least_series) {
+LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   const std::string obstacle = lane_obstacle(model, setup, integration);
   if (!obstacle.empty()) throw std::invalid_argument("lane_structure: " + obstacle);
   LaneStructure s;
@@ -217,7 +219,7 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
   s.integration = integration;
   for (LinkTable& link : s.links) {
     if (link.drive == LaneDrive::free) continue;
-    link.series = std::max(link.series, least_series);
+    link.series = std::max(link.series, kLeastSeries);
     link.piece = s.piece_numbers;
     s.piece_numbers += kPieceSeries + link.series;
     if (link.tones < 0) continue;

@@ -24,11 +24,9 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
                           double t1);
 
 /// The structure of a phase. Cases made for it may differ from this one in all numbers, but for joints whose axes would
-/// turn from one coordinate axis to another. `least_series`: coefficients to provide for in every piece of a
-/// trajectory, where cases' own trajectories may be of higher degree than this one's.
+/// turn from one coordinate axis to another.
 /// @throws std::invalid_argument with lane_obstacle() if there is one.
-LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration,
-                             int least_series = 6);
+LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
 
 /// The driven joints' trajectories from t0 to t1 >= t0, broken where any is not smooth.
 /// @throws std::invalid_argument if t1 < t0, a piece has more coefficients than the structure provides for, or a

@@ -21,16 +21,7 @@ CaptureProblem watched_problem() {
   p.post_impact = PostImpactSetup{};
   p.post_impact->duration = 8;
   p.integration.relative_tolerance = p.integration.absolute_tolerance = 1e-10;
-  for (BodyDescription& body : p.robot.bodies) {
-    JointLimits& limits = body.joint.limits;
-    limits.lower = -1, limits.upper = 1, limits.rate = 0.02, limits.effort = 0.2;
-  }
-  p.clearance.enabled = true;
-  p.clearance.required = 5;
-  Geometry ball;
-  ball.shape = Geometry::Shape::sphere, ball.size = {0.2, 0, 0};
-  for (TargetSetup& target : p.targets) target.geometry = ball;
-  p.robot.geometry = {{p.robot.bodies[0].name, ball}};
+  watch_closely(p);
   p.output_interval = 0.02;  // cases alone look so often, besides
   return p;
 }

@@ -41,6 +41,19 @@ void use_pd(CaptureProblem& problem, double kp, double kd) {
   problem.approach->tracking.kd.assign(problem.joint_position.size(), kd);
 }
 
+void watch_closely(CaptureProblem& p) {
+  for (BodyDescription& body : p.robot.bodies) {
+    JointLimits& limits = body.joint.limits;
+    limits.lower = -1, limits.upper = 1, limits.rate = 0.02, limits.effort = 0.2;
+  }
+  p.clearance.enabled = true;
+  p.clearance.required = 5;
+  Geometry ball;
+  ball.shape = Geometry::Shape::sphere, ball.size = {0.2, 0, 0};
+  for (TargetSetup& target : p.targets) target.geometry = ball;
+  p.robot.geometry = {{p.robot.bodies[0].name, ball}};
+}
+
 CaptureProblem thesis_case_pd() {
   CaptureProblem p = thesis_case();
   use_pd(p, 49, 14);

@@ -15,6 +15,8 @@ namespace grapnel::testing {
 CaptureProblem thesis_case();
 /// The same with PD 49/14.
 CaptureProblem thesis_case_pd();
+/// Gives robot and targets joint limits, shapes and a clearance that the thesis's motions exceed.
+void watch_closely(CaptureProblem& problem);
 /// Sets PD gains on all joints of the approach.
 void use_pd(CaptureProblem& problem, double kp, double kd);
 

@@ -138,24 +138,9 @@ void look_at(const MotionTask& task) {
   simulate_phase(dynamics, task.start, task.begin, task.end, task.longest_look, task.integration, observe);
 }
 
-// Joint limits that the thesis's capture exceeds, in position, rate and effort.
-CaptureProblem limited_problem() {
-  CaptureProblem p = problem();
-  for (BodyDescription& body : p.robot.bodies) {
-    JointLimits& limits = body.joint.limits;
-    limits.lower = -1, limits.upper = 1, limits.rate = 0.02, limits.effort = 0.2;
-  }
-  p.clearance.enabled = true;
-  p.clearance.required = 5;
-  Geometry ball;
-  ball.shape = Geometry::Shape::sphere, ball.size = {0.2, 0, 0};
-  for (TargetSetup& target : p.targets) target.geometry = ball;
-  p.robot.geometry = {{p.robot.bodies[0].name, ball}};
-  return p;
-}
-
 TEST(CaptureSteps, WhatIsWatchedMayBeIntegratedElsewhere) {
-  const CaptureProblem p = limited_problem();
+  CaptureProblem p = problem();
+  watch_closely(p);
   CaptureSteps steps(p, CaptureDetail::columns);
   bool twice = false;
   while (const MotionTask* task = steps.next()) {
