@@ -130,6 +130,30 @@ TEST(Manifest, SaysHowCampaignsDiffer) {
   EXPECT_THAT(differences(manifest, other, "1.2"), ElementsAre("its scenario, or a file that this names, was another"));
 }
 
+// Rows with products fused and rows without must not stand in one table.
+TEST(Manifest, OfAnotherArithmeticIsAnother) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(1000);
+  Manifest manifest = new_manifest(campaign, "1");
+  EXPECT_EQ(manifest.arithmetic, arithmetic_here());
+  manifest.arithmetic = "abacus";
+  write_manifest(folder.path(), manifest);
+  EXPECT_THAT(differences(*read_manifest(folder.path()), campaign, "1"),
+              ElementsAre("its rows have the arithmetic 'abacus', and those made here '" + arithmetic_here() +
+                          "': they differ in last bits"));
+  StoreOptions options;
+  options.version = "1";
+  EXPECT_THROW(ShardStore(folder.path(), campaign, options), ForeignFolder);
+}
+
+TEST(Manifest, ThatHasTooManyCasesIsDamaged) {
+  const TemporaryFolder folder;
+  Manifest manifest = new_manifest(fake_campaign(10), "1");
+  manifest.total = kMostCases + 1;
+  write_manifest(folder.path(), manifest);
+  EXPECT_THROW(read_manifest(folder.path()), std::runtime_error);
+}
+
 TEST(Manifest, ThatIsDamagedIsNamed) {
   const TemporaryFolder folder;
   write_manifest(folder.path(), new_manifest(fake_campaign(10), "1"));

@@ -11,6 +11,7 @@
 
 #include "grapnel/report/campaign_source.hpp"
 #include "grapnel/report/report_data.hpp"
+#include "grapnel/result/file_seal.hpp"
 #include "report/campaign_folder.hpp"
 #include "report/report_folder.hpp"
 #include "result/sample_result.hpp"
@@ -137,6 +138,13 @@ TEST_F(CampaignReport, DamagedTablesAreNotes) {
   EXPECT_THAT(note(), HasSubstr("truncated or damaged"));
   test::put_bytes(folder / "table.h5", "no table");
   EXPECT_THAT(note(), HasSubstr("not an HDF5 file"));
+  test::put_bytes(folder / "table.h5", good);
+  seal_file(folder / "table.h5");
+  EXPECT_EQ(campaign()["notes"].size(), 0u);
+  std::string flipped = test::bytes_of(folder / "table.h5");
+  flipped[flipped.size() / 2] = static_cast<char>(flipped[flipped.size() / 2] ^ 1);
+  test::put_bytes(folder / "table.h5", flipped);
+  EXPECT_THAT(note(), HasSubstr("checksum"));
   const auto with = [&](auto change) {
     MadeCampaign other;
     change(other);
