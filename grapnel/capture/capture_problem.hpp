@@ -207,6 +207,9 @@ struct ContactSetup {
   enum class Gap { weld_as_found, translate_target, refuse };
   Gap gap = Gap::weld_as_found;
   double refuse_beyond = 0;  // [m], for refuse
+  /// Beyond this gap a grasp without an envelope is an error, not a capture [m]; absent: a fraction of the arm's reach,
+  /// stated in docs/formats/scenario.md; infinite: whatever it is.
+  std::optional<double> largest_gap = {};
 };
 
 /// How contacts (GraspSetup::contact) yield where an impact is resolved in time; see CompliantContact.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
@@ -51,19 +52,27 @@ struct EndEffectorMotion {
   Vector3d relative_angular_velocity = Vector3d::zero();
 };
 
+/// Whether a capture happened. assumed: nothing says what the gripper can close on (no envelope), so that it was taken
+/// to hold whatever it met: nobody judged it.
+enum class Captured { no, assumed, yes };
+
 /// Whether one grip closes at the instant of capture: what success means.
 struct GripOutcome {
   std::string end_effector;
   std::string target;
   std::string grasp_point;
-  bool captured = false;
-  std::string reason;              // in words
-  double distance = 0;             // from the grasp point [m]
-  double angle = 0;                // of what the grasp's orientation asks for; 0 if it is free [rad]
-  double velocity = 0;             // relative speed [m/s]
+  bool captured = false;  // it closed; see verdict()
+  bool judged = false;    // by an envelope
+  std::string reason;     // in words
+  std::string limiting;   // the tolerance of the envelope that was missed by the largest factor; empty if none was
+  double distance = 0;    // from the grasp point [m]
+  double angle = 0;       // of what the grasp's orientation asks for; 0 if it is free [rad]
+  double velocity = 0;    // relative speed [m/s]
   double angular_velocity = 0;     // relative [rad/s]
   double time = 0;                 // when it closed, or was to close [s]
   std::optional<double> released;  // when it let go [s]
+  double target_moved = 0;         // by which contact.gap: translate_target moved the target so that it closes [m]
+  Captured verdict() const { return !captured ? Captured::no : judged ? Captured::yes : Captured::assumed; }
 };
 
 /// The system at the end of a phase.
@@ -132,11 +141,15 @@ struct JointImpulse {
   double peak_force = 0, peak_moment = 0, peak_driving = 0;
 };
 
-/// A joint that brake or drive held during the impact.
+/// A joint that brake or drive held during the impact, or was to hold: where the rates that drives are told contradict
+/// the grasps, drives give way (docs/theory.md, section 7).
 struct HeldJoint {
   std::string joint;
-  double impulse = 0;  // on the joint, along or about its axis [N m s or N s]
-  double work = 0;     // done by it [J]
+  double impulse = 0;     // on the joint, along or about its axis [N m s or N s]
+  double work = 0;        // done by it [J]
+  double told_rate = 0;   // that it was to hold [rad/s or m/s]
+  double rate_after = 0;  // that it has after the impact
+  bool gave_way = false;  // the grasps did not allow the rate that it was told
 };
 
 /// A load against a rating of the robot file.
@@ -331,6 +344,27 @@ struct GripLoad {
   std::vector<bool> determined;  // per component [angular; linear] in W as the phase began: not a matter of self-stress
 };
 
+/// The largest of one load in one phase, impacts included: found by the integrator in every step, whatever the interval
+/// of output.
+struct PeakLoad {
+  std::string of;        // joint, end-effector, or "base control"
+  std::string quantity;  // force, moment, driving, impulse, angular_impulse, driving_impulse
+  std::string phase;
+  double peak = 0;                                          // [N, N m, N s or N m s]
+  double time = 0;                                          // [s]
+  double rating = std::numeric_limits<double>::infinity();  // infinite: none is given
+  bool assumed_duration = false;  // a mean over impact.duration, which is an assumption: the peak may be larger
+  double margin() const { return 1 - peak / rating; }
+};
+
+/// The first thing that a real robot could not have done, in the order of time.
+struct Violation {
+  std::string kind;  // overlap, clearance, position, rate, effort
+  std::string what;  // in words: which bodies, which joint
+  std::string phase;
+  double time = 0;  // [s]
+};
+
 /// Grips that let go.
 struct ReleaseReport {
   double time = 0;
@@ -363,16 +397,27 @@ struct CaptureResult {
   bool captured() const {
     return !grips.empty() && std::all_of(grips.begin(), grips.end(), [](const GripOutcome& g) { return g.captured; });
   }
+  /// Whether all of them did, as far as anybody judged it.
+  Captured capture_verdict() const {
+    Captured verdict = grips.empty() ? Captured::no : Captured::yes;
+    for (const GripOutcome& g : grips) verdict = std::min(verdict, g.verdict());
+    return verdict;
+  }
   std::optional<ImpactReport> impact;       // the first
   std::vector<ImpactReport> later_impacts;  // of grips that closed later
   std::vector<ReleaseReport> releases;
   std::vector<LoopReport> loops;     // per phase with closed loops
   std::vector<GripLoad> grip_loads;  // per phase and grip
+  std::vector<PeakLoad> peak_loads;  // over all phases: per load and phase
   std::optional<PhaseEnd> post_impact_end;
   std::vector<LeastClearance> clearance;  // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>> clearance_unwatched;  // hand and target of each grasp; ignored pairs
   std::vector<LimitEvent> limit_events;
+  std::optional<Violation> first_violation;
+  /// From here on bodies overlap, which the model lets them do and nature does not: what follows is beyond its validity
+  /// [s].
+  std::optional<double> valid_until;
   Ledger ledger;
   std::vector<PhaseCost> cost;
   Scene scene;  // the bodies; `series` moves them

@@ -9,6 +9,13 @@
 
 namespace grapnel {
 
+/// Three answers: a verdict never says more than was checked.
+enum class Verdict { yes, no, not_checked };
+/// "yes", "no", "not checked".
+constexpr const char* name_of(Verdict verdict) {
+  return verdict == Verdict::yes ? "yes" : verdict == Verdict::no ? "no" : "not checked";
+}
+
 /// One line. `value` is relative to the scale its note names unless the unit says otherwise.
 struct LedgerEntry {
   std::string name;  // key in summary.json
@@ -21,6 +28,7 @@ struct LedgerEntry {
   /// not do this (limits passed, bodies that overlap).
   enum class Kind { conservation, feasibility };
   Kind kind = Kind::conservation;
+  std::string not_checked;  // why nobody looked, although there is something to look at; empty: it was checked
   bool pass() const { return !applies || value <= bound; }  // NaN fails
 };
 
@@ -38,6 +46,19 @@ struct Ledger {
   bool pass() const { return passes(LedgerEntry::Kind::conservation); }
   /// Whether joints stayed within their limits and bodies clear of each other.
   bool feasible() const { return passes(LedgerEntry::Kind::feasibility); }
+  /// The same as an answer: no, if anything was found; not checked, if anything was not looked at.
+  Verdict feasibility() const {
+    Verdict verdict = Verdict::not_checked;
+    for (const LedgerEntry& e : entries) {
+      if (e.kind != LedgerEntry::Kind::feasibility) continue;
+      if (!e.pass()) return Verdict::no;
+      if (verdict == Verdict::not_checked && e.applies) verdict = Verdict::yes;
+    }
+    for (const LedgerEntry& e : entries) {
+      if (e.kind == LedgerEntry::Kind::feasibility && !e.not_checked.empty()) return Verdict::not_checked;
+    }
+    return verdict;
+  }
 
  private:
   bool passes(LedgerEntry::Kind kind) const {
