@@ -28,7 +28,7 @@ struct LedgerEntry {
   /// not do this (limits passed, bodies that overlap).
   enum class Kind { conservation, feasibility };
   Kind kind = Kind::conservation;
-  std::string not_checked;  // why nobody looked, although there is something to look at; empty: it was checked
+  std::string not_checked = {};  // why nobody looked, although there is something to look at; empty: it was checked
   bool pass() const { return !applies || value <= bound; }  // NaN fails
 };
 
