@@ -87,7 +87,10 @@ bool GripSchedule::any_left() const {
 
 GripOutcome GripSchedule::outcome(std::size_t grasp, bool captured, const std::string& reason, double time) const {
   const GraspSetup& g = problem_.grasps[grasp];
-  return {g.end_effector, g.target, g.grasp_point, captured, reason, 0, 0, 0, 0, time, {}};
+  GripOutcome outcome;
+  outcome.end_effector = g.end_effector, outcome.target = g.target, outcome.grasp_point = g.grasp_point;
+  outcome.captured = captured, outcome.reason = reason, outcome.time = time;
+  return outcome;
 }
 
 std::vector<std::size_t> GripSchedule::decide(const std::vector<std::size_t>& grasps, const CaptureSystem& system,

@@ -61,17 +61,17 @@ struct GripOutcome {
   std::string end_effector;
   std::string target;
   std::string grasp_point;
-  bool captured = false;      // it closed; see verdict()
-  bool judged = false;        // by an envelope
-  std::string reason;         // in words
-  std::string limiting = {};  // the tolerance of the envelope that was missed by the largest factor; empty if none was
-  double distance = 0;        // from the grasp point [m]
-  double angle = 0;           // of what the grasp's orientation asks for; 0 if it is free [rad]
-  double velocity = 0;        // relative speed [m/s]
-  double angular_velocity = 0;     // relative [rad/s]
-  double time = 0;                 // when it closed, or was to close [s]
-  std::optional<double> released;  // when it let go [s]
-  double target_moved = 0;         // by which contact.gap: translate_target moved the target so that it closes [m]
+  bool captured = false;                // it closed; see verdict()
+  std::string reason;                   // in words
+  double distance = 0;                  // from the grasp point [m]
+  double angle = 0;                     // of what the grasp's orientation asks for; 0 if it is free [rad]
+  double velocity = 0;                  // relative speed [m/s]
+  double angular_velocity = 0;          // relative [rad/s]
+  double time = 0;                      // when it closed, or was to close [s]
+  std::optional<double> released = {};  // when it let go [s]
+  bool judged = false;                  // by an envelope
+  std::string limiting = {};            // the tolerance that was missed by the largest factor; empty if none was
+  double target_moved = 0;              // by which contact.gap: translate_target moved the target [m]
   Captured verdict() const { return !captured ? Captured::no : judged ? Captured::yes : Captured::assumed; }
 };
 
