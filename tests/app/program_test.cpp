@@ -55,6 +55,27 @@ TEST_F(Program, RunWritesTheContractsFiles) {
   EXPECT_GT(summary["ledger"]["scale"]["angular_momentum"].get<double>(), 1.0);
 }
 
+// Every ```console block of the README is a command, `$ build/release/bin/grapnel ...`, and lines that it prints; a
+// line "..." stands for lines that are left out.
+TEST_F(Program, PrintsWhatTheReadmeShows) {
+  std::istringstream readme(read_text(GRAPNEL_SOURCE_DIR "/README.md"));
+  const std::string prompt = "$ build/release/bin/grapnel ";
+  int shown = 0;
+  for (std::string line; std::getline(readme, line);) {
+    if (line != "```console") continue;
+    ASSERT_TRUE(std::getline(readme, line));
+    ASSERT_EQ(line.substr(0, prompt.size()), prompt);
+    const Outcome o = run("run " + scenario(line.substr(line.find("scenarios/") + 10)) + " -o r");
+    EXPECT_EQ(o.code, 0) << line << o.err;
+    while (std::getline(readme, line) && line != "```") {
+      if (line == "...") continue;
+      EXPECT_THAT(o.out, HasSubstr(line + "\n"));
+      ++shown;
+    }
+  }
+  EXPECT_GE(shown, 3);
+}
+
 TEST_F(Program, TheSameInputGivesTheSameBytes) {
   for (const char* name : {"a", "b"}) ASSERT_EQ(run("run " + scenario(kCase1) + kShort + "--quiet -o " + name).code, 0);
   EXPECT_EQ(read_text(folder_ / "a" / "summary.json"), read_text(folder_ / "b" / "summary.json"));
