@@ -161,8 +161,8 @@ class Bytes {
         base_control, capture_at);
   }
   void put(const ContactSetup& contact) {
-    const auto& [gap, refuse_beyond] = contact;
-    all(gap, refuse_beyond);
+    const auto& [gap, refuse_beyond, largest_gap] = contact;
+    all(gap, refuse_beyond, largest_gap);
   }
   void put(const ContactComplianceSetup& contact) {
     const auto& [model, stiffness, damping, exponent, slip_speed] = contact;
