@@ -13,6 +13,7 @@
 #include "job_array.hpp"
 #include "output_folder.hpp"
 #include "progress.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -28,8 +29,8 @@ int only(const Campaign& campaign, const CampaignRunOptions& options) {
   const std::uint64_t k = *options.only;
   // Beyond the file's cases are those of --extend; a design has none.
   if (!campaign.design.empty() && k >= campaign.total()) {
-    fmt::print(stderr, "{}: error: there is no case {}: the campaign has cases 0 to {}\n", options.study.string(), k,
-               campaign.total() - 1);
+    to_stderr("{}: error: there is no case {}: the campaign has cases 0 to {}\n", options.study.string(), k,
+              campaign.total() - 1);
     return kBadInput;
   }
   const fs::path asked = options.output.empty()
@@ -44,7 +45,7 @@ int only(const Campaign& campaign, const CampaignRunOptions& options) {
 int part_is_done(const JobShard& shard, const StoreCounts& all, const CampaignProgress& own,
                  const CampaignRunOptions& options) {
   if (!options.quiet)
-    fmt::print(
+    to_stdout(
         "part {} is done; {} of {} blocks are there\nWhen all are, the last part writes the results; if one is "
         "lost, run it again, or the rest of the campaign by this command without its --shard: {}\n",
         shard.text(), all.complete, all.blocks, options.resume);
@@ -99,14 +100,14 @@ int campaign(const CampaignRunOptions& options) {
   try {
     shard = job_shard(options.shard, [](const char* name) { return std::getenv(name); });
   } catch (const std::invalid_argument& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kBadInput;
   }
   const std::optional<fs::path> folder = results_folder(options.output, options.study);
   if (!folder) return kBadInput;
   say_campaign(*loaded, options);
   if (shard.by_slurm && !options.quiet)
-    fmt::print("part {} as SLURM_ARRAY_TASK_ID={} says\n", shard.text(), std::getenv("SLURM_ARRAY_TASK_ID"));
+    to_stdout("part {} as SLURM_ARRAY_TASK_ID={} says\n", shard.text(), std::getenv("SLURM_ARRAY_TASK_ID"));
   StopSignal stop;
   std::string command = options.command;  // that goes on
   return with_store_errors(*folder, command,

@@ -1,7 +1,10 @@
 #include "campaign_arguments.hpp"
 
+#include <sstream>
+
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/report/shell_word.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 
@@ -22,6 +25,14 @@ std::string command_line_without(const char* program, int argc, char** argv, std
     }
   }
   return line;
+}
+
+int end_of_parsing(const CLI::App& app, const CLI::ParseError& error) {
+  std::ostringstream out, err;
+  const int failed = app.exit(error, out, err);
+  write_stdout(out.str());
+  write_stderr(err.str());
+  return failed == 0 ? kDone : kBadInput;
 }
 
 void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options) {

@@ -1,8 +1,5 @@
 #include "campaign_begin.hpp"
-
-#include <fmt/format.h>
-
-#include <cstdio>
+#include "terminal.hpp"
 
 #include "grapnel/scenario/fault.hpp"
 #include "grapnel/scenario/read_campaign.hpp"
@@ -12,7 +9,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void say_lines(const char* text) { fmt::print(stderr, "grapnel: error: {}\n", text); }
+void say_lines(const char* text) { to_stderr("grapnel: error: {}\n", text); }
 
 }  // namespace
 
@@ -21,39 +18,38 @@ std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bo
     Campaign campaign = load_campaign(options.study);
     if (!options.envelope || !campaign.design.empty()) return campaign;
     if (say)
-      fmt::print(stderr,
-                 "{}: error: grapnel envelope needs a 'design' of one or two axes; without one it is grapnel campaign "
-                 "that runs "
-                 "this file\n",
-                 options.study.string());
+      to_stderr(
+          "{}: error: grapnel envelope needs a 'design' of one or two axes; without one it is grapnel campaign "
+          "that runs "
+          "this file\n",
+          options.study.string());
   } catch (const ScenarioError& error) {
     if (!say) return std::nullopt;
-    for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
+    say_faults(error.faults());
   }
   return std::nullopt;
 }
 
 void say_campaign(const Campaign& campaign, const CampaignRunOptions& options) {
   if (options.quiet) return;
-  fmt::print("grapnel {}, campaign {} (sha256 {})\n", GRAPNEL_VERSION, options.study.string(),
-             campaign.sha256.substr(0, 12));
-  std::fflush(stdout);
+  to_stdout("grapnel {}, campaign {} (sha256 {})\n", GRAPNEL_VERSION, options.study.string(),
+            campaign.sha256.substr(0, 12));
+  flush_stdout();
 }
 
 void say_beginning(const ShardStore& store, const std::string& part) {
   if (!store.was_there()) {
-    fmt::print("{} cases{}{}\n", store.total(), part.empty() ? "" : ", ", part);
+    to_stdout("{} cases{}{}\n", store.total(), part.empty() ? "" : ", ", part);
   } else {
     StoreCounts there;
     store.missing(0, 1, &there);
-    fmt::print("{} cases, {} of them are there{}{}\n", store.total(), there.rows, part.empty() ? "" : ", ", part);
+    to_stdout("{} cases, {} of them are there{}{}\n", store.total(), there.rows, part.empty() ? "" : ", ", part);
   }
-  std::fflush(stdout);
+  flush_stdout();
 }
 
 void say_stopped(const fs::path& folder, std::uint64_t done, std::uint64_t total, const std::string& command) {
-  fmt::print(stderr, "grapnel: stopped: {} of {} cases are kept in {}; to go on: {}\n", done, total, folder.string(),
-             command);
+  to_stderr("grapnel: stopped: {} of {} cases are kept in {}; to go on: {}\n", done, total, folder.string(), command);
 }
 
 void take_total(Campaign& campaign, const ShardStore& store) {
@@ -71,7 +67,7 @@ int with_store_errors(const fs::path& folder, const std::string& command, const 
     return kSimulationFailed;
   } catch (const std::exception& error) {
     say_lines(error.what());
-    fmt::print(stderr, "grapnel: what is in {} stays valid; to go on: {}\n", folder.string(), command);
+    to_stderr("grapnel: what is in {} stays valid; to go on: {}\n", folder.string(), command);
     return kSimulationFailed;
   }
 }

@@ -15,6 +15,7 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "output_folder.hpp"
 #include "report_file.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -99,7 +100,7 @@ KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& plac
     if (fs::is_regular_file(summary, none)) return KeptRun::there;
     if (code == kBadInput) return KeptRun::impossible;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: warning: case {}: {}\n", k, error.what());
+    to_stderr("grapnel: warning: case {}: {}\n", k, error.what());
   }
   return KeptRun::not_written;
 }
@@ -118,8 +119,8 @@ KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, con
   const fs::path series = folder / "series";
   remove_others(series, cases);
   if (!cases.empty() && !campaign.scenario_text) {
-    fmt::print(stderr, "grapnel: warning: time series of {} cases are kept by grapnel campaign {} -o {}\n",
-               cases.size(), campaign.file, folder.string());
+    to_stderr("grapnel: warning: time series of {} cases are kept by grapnel campaign {} -o {}\n", cases.size(),
+              campaign.file, folder.string());
     return result;
   }
   for (const std::uint64_t k : cases) {
@@ -133,7 +134,7 @@ KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, con
         ++result.kept;
         break;
       case KeptRun::not_written:
-        fmt::print(stderr, "grapnel: error: the complete run of case {} is not in {}\n", k, place.string());
+        to_stderr("grapnel: error: the complete run of case {} is not in {}\n", k, place.string());
         result.complete = false;
         break;
       case KeptRun::impossible:
@@ -158,16 +159,16 @@ int write_campaign_results(const Campaign& campaign, const fs::path& folder, con
   if (series.stopped || stop.poll()) return kInterrupted;
   const FolderReport report = write_folder_report(folder, ResultKind::campaign, what.no_report);
   if (!what.quiet) {
-    fmt::print("{}\nresults in {}: table.h5, {}campaign.json{}{}\n{}", campaign_summary(campaign, numbers),
-               folder.string(), what.no_csv ? "" : "table.csv, ", campaign.design.empty() ? "" : ", envelope.csv",
-               series.kept > 0 ? fmt::format(", series of {} cases", series.kept) : "", report.line);
+    to_stdout("{}\nresults in {}: table.h5, {}campaign.json{}{}\n{}", campaign_summary(campaign, numbers),
+              folder.string(), what.no_csv ? "" : "table.csv, ", campaign.design.empty() ? "" : ", envelope.csv",
+              series.kept > 0 ? fmt::format(", series of {} cases", series.kept) : "", report.line);
   }
   if (report.failed || !series.complete) return kSimulationFailed;
   const std::vector<std::uint8_t> status = table.status();
   const auto ok = std::count(status.begin(), status.end(), static_cast<std::uint8_t>(CaseStatus::ok));
   if (static_cast<std::size_t>(ok) == status.size()) return kDone;
-  fmt::print(stderr, "{}: warning: {} of {} cases are not ok, see status and reason in {}\n", campaign.file,
-             status.size() - static_cast<std::size_t>(ok), status.size(), (folder / "table.h5").string());
+  to_stderr("{}: warning: {} of {} cases are not ok, see status and reason in {}\n", campaign.file,
+            status.size() - static_cast<std::size_t>(ok), status.size(), (folder / "table.h5").string());
   return kSomeFailed;
 }
 

@@ -1,14 +1,11 @@
 #include "commands.hpp"
 
-#include <fmt/format.h>
-
-#include <cstdio>
-
 #include "grapnel/report/gltf_export.hpp"
 #include "grapnel/result/export_files.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -17,7 +14,7 @@ namespace fs = std::filesystem;
 
 // Reports all faults on stderr, one a line.
 int bad_input(const ScenarioError& error) {
-  for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
+  say_faults(error.faults());
   return kBadInput;
 }
 
@@ -37,9 +34,9 @@ int run(const RunOptions& options) {
     return bad_input(error);
   }
   if (!options.quiet) {
-    fmt::print("grapnel {}, scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, options.scenario.string(),
-               problem.sha256.substr(0, 12));
-    std::fflush(stdout);
+    to_stdout("grapnel {}, scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, options.scenario.string(),
+              problem.sha256.substr(0, 12));
+    flush_stdout();
   }
   const std::optional<fs::path> made = results_folder(options.output, options.scenario);
   if (!made) return kBadInput;
@@ -49,7 +46,7 @@ int run(const RunOptions& options) {
 int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
   try {
     const CaptureProblem problem = load_scenario(scenario, parse_overrides(overrides));
-    fmt::print("{}: no faults ({}, sha256 {})\n", scenario.string(), problem.name, problem.sha256.substr(0, 12));
+    to_stdout("{}: no faults ({}, sha256 {})\n", scenario.string(), problem.name, problem.sha256.substr(0, 12));
     return kDone;
   } catch (const ScenarioError& error) {
     return bad_input(error);
@@ -62,18 +59,18 @@ int print_schema(const std::string& which) {
                            : which == "optimization" ? optimization_schema()
                            : which == "campaign"     ? campaign_schema()
                                                      : scenario_schema();
-  std::fputs(text.c_str(), stdout);
+  write_stdout(text);
   return kDone;
 }
 
 int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {
   try {
-    if (csv) fmt::print("{}\n", export_csv(folder).string());
-    if (mat) fmt::print("{}\n", export_mat(folder).string());
-    if (glb) fmt::print("{}\n", export_glb(folder, GRAPNEL_VERSION).string());
+    if (csv) to_stdout("{}\n", export_csv(folder).string());
+    if (mat) to_stdout("{}\n", export_mat(folder).string());
+    if (glb) to_stdout("{}\n", export_glb(folder, GRAPNEL_VERSION).string());
     return kDone;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kBadInput;
   }
 }

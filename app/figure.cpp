@@ -1,10 +1,9 @@
-#include <fmt/format.h>
-
 #include <stdexcept>
 
 #include "commands.hpp"
 #include "grapnel/report/figure_files.hpp"
 #include "output_folder.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -12,7 +11,7 @@ namespace {
 namespace fs = std::filesystem;
 
 int print_offers(const fs::path& folder) {
-  for (const FigureOffer& offer : figure_offers(folder)) fmt::print("{:<12} {}\n", offer.what, offer.about);
+  for (const FigureOffer& offer : figure_offers(folder)) to_stdout("{:<12} {}\n", offer.what, offer.about);
   return kDone;
 }
 
@@ -45,19 +44,18 @@ int draw(const FigureOptions& options) {
   } catch (const std::invalid_argument&) {  // of the request
     throw;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
   if (!files.drawn) {
-    fmt::print("{}\n{}\n", files.data.string(), files.script.string());
-    fmt::print(
-        stderr,
+    to_stdout("{}\n{}\n", files.data.string(), files.script.string());
+    to_stderr(
         "grapnel: error: gnuplot is missing (on Debian the package gnuplot-nox), so that {} is not drawn; its data "
         "and script are written\n",
         files.image.string());
     return kSimulationFailed;
   }
-  fmt::print("{}\n{}\n{}\n", files.image.string(), files.data.string(), files.script.string());
+  to_stdout("{}\n{}\n{}\n", files.image.string(), files.data.string(), files.script.string());
   return kDone;
 }
 
@@ -67,12 +65,12 @@ int figure(const FigureOptions& options) {
   try {
     if (options.list) return print_offers(options.folder);
     if (options.what.empty()) {
-      fmt::print(stderr, "grapnel: error: figure needs --what; --list says what the folder offers\n");
+      to_stderr("grapnel: error: figure needs --what; --list says what the folder offers\n");
       return kBadInput;
     }
     return draw(options);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kBadInput;
   }
 }

@@ -1,11 +1,10 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "commands.hpp"
 #include "grapnel/capture/capture_system.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -51,11 +50,11 @@ const char* type_name(JointType type) {
 }
 
 void print_bodies(const Model& model) {
-  fmt::print("\n{:<22}{:<22}{:<22}{:<12}{:>12}\n", "body", "parent", "joint", "type", "mass [kg]");
+  to_stdout("\n{:<22}{:<22}{:<22}{:<12}{:>12}\n", "body", "parent", "joint", "type", "mass [kg]");
   for (const Body& b : model.bodies()) {
-    fmt::print("{:<22}{:<22}{:<22}{:<12}{:>12.6g}\n", b.description.name,
-               b.parent < 0 ? "-" : model.bodies()[b.parent].description.name,
-               b.parent < 0 ? "-" : b.description.joint.name, type_name(b.description.joint.type), b.description.mass);
+    to_stdout("{:<22}{:<22}{:<22}{:<12}{:>12.6g}\n", b.description.name,
+              b.parent < 0 ? "-" : model.bodies()[b.parent].description.name,
+              b.parent < 0 ? "-" : b.description.joint.name, type_name(b.description.joint.type), b.description.mass);
   }
 }
 
@@ -71,25 +70,25 @@ int info(const std::filesystem::path& file) {
     const RigidBodyInertiad total = composite(model, k);
     const Vector3d c = total.com();
     const Symmetric3d I = total.rotational_about_com();
-    fmt::print("{}: {} bodies, {} joints, {} end-effectors\n", problem.robot.name, model.bodies().size(),
-               model.joints().size(), model.frames().size());
-    fmt::print("mass {:.6g} kg\n", total.mass);
-    fmt::print("at zero joint positions, in the base frame:\n");
-    fmt::print("  centre of mass     [{:.6g}, {:.6g}, {:.6g}] m\n", c[0], c[1], c[2]);
-    fmt::print("  inertia about it   xx {:.6g}, yy {:.6g}, zz {:.6g}, xy {:.6g}, xz {:.6g}, yz {:.6g} kg m^2\n", I.xx,
-               I.yy, I.zz, I.xy, I.xz, I.yz);
+    to_stdout("{}: {} bodies, {} joints, {} end-effectors\n", problem.robot.name, model.bodies().size(),
+              model.joints().size(), model.frames().size());
+    to_stdout("mass {:.6g} kg\n", total.mass);
+    to_stdout("at zero joint positions, in the base frame:\n");
+    to_stdout("  centre of mass     [{:.6g}, {:.6g}, {:.6g}] m\n", c[0], c[1], c[2]);
+    to_stdout("  inertia about it   xx {:.6g}, yy {:.6g}, zz {:.6g}, xy {:.6g}, xz {:.6g}, yz {:.6g} kg m^2\n", I.xx,
+              I.yy, I.zz, I.xy, I.xz, I.yz);
     print_bodies(model);
-    fmt::print("\n{:<22}{:<22}{:>12}   {}\n", "end-effector", "link", "reach [m]", "position at zero joints [m]");
+    to_stdout("\n{:<22}{:<22}{:>12}   {}\n", "end-effector", "link", "reach [m]", "position at zero joints [m]");
     for (int f : system.end_effectors) {
       const Frame& frame = model.frames()[f];
       const Vector3d p = frame_pose(model, k, f).p;
-      fmt::print("{:<22}{:<22}{:>12.6g}   [{:.6g}, {:.6g}, {:.6g}]\n", frame.name,
-                 model.bodies()[frame.body].description.name, reach(model, frame), p[0], p[1], p[2]);
+      to_stdout("{:<22}{:<22}{:>12.6g}   [{:.6g}, {:.6g}, {:.6g}]\n", frame.name,
+                model.bodies()[frame.body].description.name, reach(model, frame), p[0], p[1], p[2]);
     }
-    fmt::print("reach: longest possible distance from the arm's first joint\n");
+    to_stdout("reach: longest possible distance from the arm's first joint\n");
     return kDone;
   } catch (const ScenarioError& error) {
-    for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
+    say_faults(error.faults());
   }
   return kBadInput;
 }

@@ -1,11 +1,11 @@
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <exception>
 #include <string>
 
 #include "campaign_arguments.hpp"
 #include "commands.hpp"
+#include "terminal.hpp"
 
 // Argument parsing only; what the subcommands do is in commands.hpp.
 int main(int argc, char** argv) {
@@ -154,14 +154,14 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     // Help and version are successes; everything else is bad input.
-    return app.exit(error) == 0 ? kDone : kBadInput;
+    return end_of_parsing(app, error);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
   // A full disk or a closed pipe behind stdout is no success.
   if ((std::fflush(stdout) != 0 || std::ferror(stdout) != 0) && code == kDone) {
-    fmt::print(stderr, "grapnel: error: cannot write to standard output\n");
+    to_stderr("grapnel: error: cannot write to standard output\n");
     return kSimulationFailed;
   }
   return code;

@@ -11,6 +11,7 @@
 #include "grapnel/scenario/fault.hpp"
 #include "grapnel/scenario/read_campaign.hpp"
 #include "output_folder.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -37,7 +38,7 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
       manifest = read_manifest(folder);
       if (!manifest) throw std::runtime_error(folder.string() + ": no campaign is there (manifest.json is missing)");
     } catch (const std::exception& error) {
-      fmt::print(stderr, "grapnel: error: {}\n", error.what());
+      to_stderr("grapnel: error: {}\n", error.what());
       sound = false;
       continue;
     }
@@ -49,9 +50,9 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
             fmt::format("its shards have {} cases, not {}", manifest->block_size, first.manifest.block_size));
       if (!lines.empty()) {
         sound = false;
-        fmt::print(stderr, "grapnel: error: {} and {} hold different campaigns; of the former:\n", folder.string(),
-                   first.folder.string());
-        for (const std::string& line : lines) fmt::print(stderr, "  {}\n", line);
+        to_stderr("grapnel: error: {} and {} hold different campaigns; of the former:\n", folder.string(),
+                  first.folder.string());
+        for (const std::string& line : lines) to_stderr("  {}\n", line);
       }
     }
     sources.push_back({folder, std::move(*manifest)});
@@ -106,7 +107,7 @@ std::vector<CampaignRow> rows_in(const Source& source, const Campaign& campaign,
   auto rows = read_shard(source.folder, campaign, block);
   std::error_code none;
   if (!rows && fs::exists(shard_path(source.folder, number), none))
-    fmt::print(stderr, "grapnel: warning: {} is damaged and left out\n", shard_path(source.folder, number).string());
+    to_stderr("grapnel: warning: {} is damaged and left out\n", shard_path(source.folder, number).string());
   return rows ? std::move(*rows) : std::vector<CampaignRow>{};
 }
 
@@ -147,11 +148,11 @@ int merge_into(const std::vector<Source>& sources, const MergeOptions& options, 
     return kInterrupted;
   }
   if (all.complete < all.blocks) {
-    fmt::print(stderr,
-               "grapnel: error: {} of {} blocks ({} of {} cases) are in {}, and no results can be written yet; grapnel "
-               "campaign {} -o {} computes the others\n",
-               all.complete, all.blocks, all.rows, store.total(), store.folder().string(), campaign.file,
-               store.folder().string());
+    to_stderr(
+        "grapnel: error: {} of {} blocks ({} of {} cases) are in {}, and no results can be written yet; grapnel "
+        "campaign {} -o {} computes the others\n",
+        all.complete, all.blocks, all.rows, store.total(), store.folder().string(), campaign.file,
+        store.folder().string());
     return kSimulationFailed;
   }
   return write_campaign_results(campaign, store.folder(), {options.quiet, options.no_report, options.no_csv}, stop);

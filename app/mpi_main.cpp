@@ -2,6 +2,7 @@
 
 #include "campaign_arguments.hpp"
 #include "mpi_campaign.hpp"
+#include "terminal.hpp"
 
 // Argument parsing only, by every rank; the first one prints.
 int main(int argc, char** argv) {
@@ -32,10 +33,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     if (world.rank() != 0) return error.get_exit_code() == 0 ? kDone : kBadInput;
-    return app.exit(error) == 0 ? kDone : kBadInput;
+    return end_of_parsing(app, error);
   } catch (const std::exception& error) {
     // The other ranks may wait for this one.
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     world.abort(kSimulationFailed);
   }
   return code;

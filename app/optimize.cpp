@@ -14,6 +14,7 @@
 #include "output_folder.hpp"
 #include "progress.hpp"
 #include "report_file.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -70,11 +71,11 @@ int search_and_write(const Optimization& optimization, const OptimizeOptions& op
   write_file_atomically(folder / "comparison.json", comparison_json(optimization, outcome, shown, GRAPNEL_VERSION));
   const FolderReport report = write_folder_report(folder, ResultKind::optimization, options.no_report);
   if (!options.quiet) {
-    fmt::print("{}\nresults in {}: {}comparison.json, evaluations.csv\n{}",
-               comparison_text(optimization, outcome, shown), folder.string(), shown ? "best.yaml, " : "", report.line);
+    to_stdout("{}\nresults in {}: {}comparison.json, evaluations.csv\n{}",
+              comparison_text(optimization, outcome, shown), folder.string(), shown ? "best.yaml, " : "", report.line);
   }
   if (shown) return report.failed ? kSimulationFailed : kDone;
-  fmt::print(stderr, "{}: error: {}\n", options.study.string(), why_nothing_is_best(optimization, outcome));
+  to_stderr("{}: error: {}\n", options.study.string(), why_nothing_is_best(optimization, outcome));
   return kSimulationFailed;
 }
 
@@ -85,7 +86,7 @@ int optimize(const OptimizeOptions& options) {
   try {
     optimization = load_optimization(options.study);
   } catch (const ScenarioError& error) {
-    for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
+    say_faults(error.faults());
     return kBadInput;
   }
   const std::optional<fs::path> made = results_folder(options.output, options.study);
@@ -93,14 +94,14 @@ int optimize(const OptimizeOptions& options) {
   const fs::path& folder = *made;
   if (!may_replace(folder / "best.yaml")) return kBadInput;
   if (!options.quiet) {
-    fmt::print("grapnel {}, optimization {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
-               optimization.sha256.substr(0, 12));
-    std::fflush(stdout);
+    to_stdout("grapnel {}, optimization {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
+              optimization.sha256.substr(0, 12));
+    flush_stdout();
   }
   try {
     return search_and_write(optimization, options, folder);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
 }

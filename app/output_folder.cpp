@@ -1,6 +1,5 @@
 #include "output_folder.hpp"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -8,6 +7,8 @@
 #include <fstream>
 #include <string_view>
 #include <system_error>
+
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -27,7 +28,7 @@ std::optional<std::filesystem::path> results_folder(const std::filesystem::path&
   std::filesystem::path folder = asked.empty() ? std::filesystem::path("out") / file.stem() : asked;
   const std::string why = cannot_write_to(folder);
   if (why.empty()) return folder;
-  fmt::print(stderr, "grapnel: error: cannot write results to '{}': {}\n", folder.string(), why);
+  to_stderr("grapnel: error: cannot write results to '{}': {}\n", folder.string(), why);
   return std::nullopt;
 }
 
@@ -41,8 +42,7 @@ bool may_replace(const std::filesystem::path& file) {
     std::getline(stream, first);
   }
   if (first.starts_with(kMade)) return true;
-  fmt::print(stderr, "{}: error: is there already, and grapnel did not make it; choose another folder with -o\n",
-             file.string());
+  to_stderr("{}: error: is there already, and grapnel did not make it; choose another folder with -o\n", file.string());
   return false;
 }
 

@@ -1,11 +1,9 @@
 #include "progress.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
-
-#include <cstdio>
 
 #include "grapnel/campaign/statistics.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -13,15 +11,9 @@ namespace {
 constexpr double kTerminalInterval = 0.2, kPlainInterval = 10;
 }  // namespace
 
-Progress::Progress(bool quiet)
-    : quiet_(quiet), terminal_(isatty(STDERR_FILENO) == 1), last_(Clock::now()), begin_(last_) {}
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(stderr_is_terminal()), last_(Clock::now()), begin_(last_) {}
 
-Progress::~Progress() { erase(); }
-
-void Progress::erase() {
-  if (shown_ && terminal_) std::fputs("\r\033[K", stderr);
-  shown_ = false;
-}
+Progress::~Progress() { erase_progress(); }
 
 void Progress::report(const std::string& phase, double at, double end) {
   if (quiet_) return;
@@ -68,9 +60,7 @@ bool Progress::is_due(Clock::time_point now) const {
 
 void Progress::show(const std::string& text, Clock::time_point now) {
   last_ = now;
-  std::fputs((terminal_ ? "\r\033[K" + text : text + "\n").c_str(), stderr);
-  std::fflush(stderr);
-  shown_ = true;
+  show_progress(text);
 }
 
 }  // namespace grapnel::app

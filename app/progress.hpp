@@ -23,13 +23,11 @@ class Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
-  void erase();
   bool is_due(Clock::time_point now) const;
   void show(const std::string& text, Clock::time_point now);
 
   bool quiet_;
   bool terminal_;
-  bool shown_ = false;
   std::string phase_;
   double first_ = 0;  // where the phase began
   Clock::time_point phase_start_;

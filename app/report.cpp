@@ -2,6 +2,7 @@
 
 #include "commands.hpp"
 #include "report_file.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -21,7 +22,7 @@ fs::path default_file(const ReportOptions& options) {
 
 int report(const ReportOptions& options) {
   if (const std::string why = why_no_reports(); !why.empty()) {
-    fmt::print(stderr, "grapnel: error: no report: {}\n", why);
+    to_stderr("grapnel: error: no report: {}\n", why);
     return kSimulationFailed;
   }
   const fs::path folder = trimmed(options.folder),
@@ -31,17 +32,17 @@ int report(const ReportOptions& options) {
     data = options.second.empty() ? report_data(folder, GRAPNEL_VERSION)
                                   : comparison_data(folder, trimmed(options.second), GRAPNEL_VERSION);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kBadInput;
   }
   try {
     if (file.has_parent_path()) fs::create_directories(file.parent_path());
     write_report_file(data, file);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
-  fmt::print("{}\n", file.string());
+  to_stdout("{}\n", file.string());
   return kDone;
 }
 

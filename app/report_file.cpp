@@ -1,4 +1,5 @@
 #include "report_file.hpp"
+#include "terminal.hpp"
 
 #include <fmt/format.h>
 
@@ -17,8 +18,8 @@ std::string why_no_reports() {
 void write_report_file(const ReportData& data, const fs::path& file) {
   const std::size_t bytes = write_report(data, file);
   if (bytes <= kLargeReport) return;
-  fmt::print(stderr, "{}: warning: the report has {:.0f} MB and will open slowly\n", file.string(),
-             static_cast<double>(bytes) / 1e6);
+  to_stderr("{}: warning: the report has {:.0f} MB and will open slowly\n", file.string(),
+            static_cast<double>(bytes) / 1e6);
 }
 
 FolderReport write_folder_report(const fs::path& folder, ResultKind kind, bool no_report) {
@@ -34,11 +35,11 @@ FolderReport write_folder_report(const fs::path& folder, ResultKind kind, bool n
     return {fmt::format("report: {}\n", file.string())};
   } catch (const TooLarge& error) {
     fs::remove(file, ignored);
-    fmt::print(stderr, "grapnel: warning: no report: {}\n", error.what());
+    to_stderr("grapnel: warning: no report: {}\n", error.what());
     return {};
   } catch (const std::exception& error) {
     fs::remove(file, ignored);
-    fmt::print(stderr, "grapnel: error: no report: {}\n", error.what());
+    to_stderr("grapnel: error: no report: {}\n", error.what());
     return {"", true};
   }
 }

@@ -1,7 +1,5 @@
 #include "run_problem.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <stdexcept>
 
@@ -14,6 +12,7 @@
 #include "grapnel/result/summary.hpp"
 #include "progress.hpp"
 #include "report_file.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -25,7 +24,7 @@ int bad_input(const fs::path& file, const std::exception& error) {
   std::string text = error.what();
   for (std::size_t at = 0; at <= text.size();) {
     const std::size_t end = std::min(text.find('\n', at), text.size());
-    fmt::print(stderr, "{}: error: {}\n", file.string(), text.substr(at, end - at));
+    to_stderr("{}: error: {}\n", file.string(), text.substr(at, end - at));
     at = end + 1;
   }
   return kBadInput;
@@ -45,17 +44,16 @@ void write_results(const CaptureResult& result, const fs::path& folder) {
 }
 
 void warn(const CaptureResult& result, const fs::path& file) {
-  for (const std::string& warning : result.warnings) fmt::print(stderr, "{}: warning: {}\n", file.string(), warning);
+  for (const std::string& warning : result.warnings) to_stderr("{}: warning: {}\n", file.string(), warning);
   for (const GripOutcome& grip : result.grips) {
     if (grip.captured) continue;
-    fmt::print(stderr, "{}: warning: {} does not capture {}: {}\n", file.string(), grip.end_effector, grip.target,
-               grip.reason);
+    to_stderr("{}: warning: {} does not capture {}: {}\n", file.string(), grip.end_effector, grip.target, grip.reason);
   }
   if (!result.ledger.feasible())
-    fmt::print(stderr, "{}: warning: not feasible, see clearance and limits in summary.json\n", file.string());
+    to_stderr("{}: warning: not feasible, see clearance and limits in summary.json\n", file.string());
   if (!result.ledger.pass())
-    fmt::print(stderr, "{}: warning: the ledger fails, see its rows in summary.json; a smaller tolerance may mend it\n",
-               file.string());
+    to_stderr("{}: warning: the ledger fails, see its rows in summary.json; a smaller tolerance may mend it\n",
+              file.string());
 }
 
 }  // namespace
@@ -73,17 +71,17 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   try {
     write_results(result, folder);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
   const FolderReport report = write_folder_report(folder, ResultKind::run, switches.no_report);
   if (!switches.quiet) {
-    fmt::print("{}\nresults in {}: summary.json{}, scene.json\n{}", result_table(result), folder.string(),
-               result.series.time.empty() ? "" : ", timeseries.h5", report.line);
+    to_stdout("{}\nresults in {}: summary.json{}, scene.json\n{}", result_table(result), folder.string(),
+              result.series.time.empty() ? "" : ", timeseries.h5", report.line);
   }
   if (!switches.mute) warn(result, file);
   if (result.status == CaptureStatus::completed) return report.failed ? kSimulationFailed : kDone;
-  if (!switches.mute) fmt::print(stderr, "{}: error: the simulation failed: {}\n", file.string(), result.failure);
+  if (!switches.mute) to_stderr("{}: error: the simulation failed: {}\n", file.string(), result.failure);
   return kSimulationFailed;
 }
 

@@ -1,13 +1,10 @@
 #include "single_case.hpp"
 
-#include <fmt/format.h>
-
-#include <cstdio>
-
 #include "commands.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "output_folder.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 
@@ -19,16 +16,16 @@ int run_single_case(const SingleCase& single, const std::filesystem::path& folde
     write_file_atomically(file, single.text(file));
     problem = load_scenario(file);
   } catch (const ScenarioError& error) {
-    for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
+    say_faults(error.faults());
     return kBadInput;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: error: {}: {}\n", single.study.string(), single.what, error.what());
+    to_stderr("{}: error: {}: {}\n", single.study.string(), single.what, error.what());
     return kBadInput;
   }
   if (!switches.quiet) {
-    fmt::print("grapnel {}, {} of {} {} as scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, single.what, single.of,
-               single.study.string(), file.string(), problem.sha256.substr(0, 12));
-    std::fflush(stdout);
+    to_stdout("grapnel {}, {} of {} {} as scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, single.what, single.of,
+              single.study.string(), file.string(), problem.sha256.substr(0, 12));
+    flush_stdout();
   }
   return run_problem(problem, file, folder, switches);
 }

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <chrono>
 #include <fstream>
 #include <thread>
@@ -15,6 +13,7 @@
 #include "progress.hpp"
 #include "report_file.hpp"
 #include "sweep_point.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -68,7 +67,7 @@ int sweep(const SweepOptions& options) {
     study = load_study(options.study);
     points = point_count(study);
   } catch (const ScenarioError& error) {
-    for (const Fault& fault : error.faults()) fmt::print(stderr, "{}\n", fault.text());
+    say_faults(error.faults());
     return kBadInput;
   }
   if (options.only) return sweep_point(study, *options.only, points, options);
@@ -76,9 +75,9 @@ int sweep(const SweepOptions& options) {
   if (!made) return kBadInput;
   const fs::path& folder = *made;
   if (!options.quiet) {
-    fmt::print("grapnel {}, study {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
-               study.sha256.substr(0, 12));
-    std::fflush(stdout);
+    to_stdout("grapnel {}, study {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
+              study.sha256.substr(0, 12));
+    flush_stdout();
   }
   PartialTable partial(folder / "table.partial.csv", study);
   StudyTable table;
@@ -91,18 +90,18 @@ int sweep(const SweepOptions& options) {
     table = run_study(study, run);
     write_table(table, folder);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "grapnel: error: {}\n", error.what());
+    to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
   partial.remove();
   const FolderReport report = write_folder_report(folder, ResultKind::sweep, options.no_report);
   if (!options.quiet)
-    fmt::print("{}\nresults in {}: table.csv, table.h5, study.json\n{}", study_summary(table), folder.string(),
-               report.line);
+    to_stdout("{}\nresults in {}: table.csv, table.h5, study.json\n{}", study_summary(table), folder.string(),
+              report.line);
   const std::size_t ok = table.count(CaseStatus::ok);
   if (ok == points) return report.failed ? kSimulationFailed : kDone;
-  fmt::print(stderr, "{}: warning: {} of {} points are not ok, see status and reason in table.csv\n",
-             options.study.string(), points - ok, points);
+  to_stderr("{}: warning: {} of {} points are not ok, see status and reason in table.csv\n", options.study.string(),
+            points - ok, points);
   return report.failed ? kSimulationFailed : kSomeFailed;
 }
 

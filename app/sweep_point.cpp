@@ -8,6 +8,7 @@
 #include "grapnel/study/grid.hpp"
 #include "output_folder.hpp"
 #include "single_case.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -32,8 +33,8 @@ std::string comment_of(const Study& study, const std::vector<std::size_t>& posit
 
 int sweep_point(const Study& study, std::size_t point, std::size_t points, const SweepOptions& options) {
   if (point >= points) {
-    fmt::print(stderr, "{}: error: there is no point {}: the study has points 0 to {}\n", options.study.string(), point,
-               points - 1);
+    to_stderr("{}: error: there is no point {}: the study has points 0 to {}\n", options.study.string(), point,
+              points - 1);
     return kBadInput;
   }
   const fs::path asked = options.output.empty()

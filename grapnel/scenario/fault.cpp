@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "grapnel/result/printable.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -25,13 +27,9 @@ std::string joined(const std::vector<Fault>& faults) {
 }  // namespace
 
 std::string Fault::text() const {
-  std::string result = line > 0 ? fmt::format("{}:{}:{}: error: {}", file, line, column, message)
-                                : fmt::format("{}: error: {}", file, message);
   // One line whatever a file's name or an override holds.
-  for (char& c : result) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = '?';
-  }
-  return result;
+  return printable_line(line > 0 ? fmt::format("{}:{}:{}: error: {}", file, line, column, message)
+                                 : fmt::format("{}: error: {}", file, message));
 }
 
 ScenarioError::ScenarioError(std::vector<Fault> faults)

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "grapnel/result/printable.hpp"
 #include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
@@ -27,25 +28,11 @@ std::vector<std::string> neighbours(const std::filesystem::path& path) {
   return names;
 }
 
-// Length of the UTF-8 character that starts at text[i], 0 if there is none (RFC 3629: no overlong forms, no
-// surrogates).
-std::size_t utf8_length(std::string_view text, std::size_t i) {
-  const auto byte = [&](std::size_t k) { return k < text.size() ? static_cast<unsigned char>(text[k]) : 0u; };
-  const unsigned first = byte(i), second = byte(i + 1);
-  if (first < 0x80) return 1;
-  const std::size_t length = first >= 0xc2 && first <= 0xdf   ? 2
-                             : first >= 0xe0 && first <= 0xef ? 3
-                             : first >= 0xf0 && first <= 0xf4 ? 4
-                                                              : 0;
-  for (std::size_t k = 1; k < length; ++k) {
-    if ((byte(i + k) & 0xc0) != 0x80) return 0;
-  }
-  if ((first == 0xe0 && second < 0xa0) || (first == 0xed && second > 0x9f)) return 0;
-  if ((first == 0xf0 && second < 0x90) || (first == 0xf4 && second > 0x8f)) return 0;
-  return length;
+// C1 too, and what turns the direction of writing: it makes a reader see another text than the parser.
+bool is_forbidden_control(std::string_view text, std::size_t i, std::size_t length) {
+  const char c = text[i];
+  return c != '\t' && c != '\n' && c != '\r' && is_control(text, i, length);
 }
-
-bool is_forbidden_control(unsigned char c) { return (c < 0x20 && c != '\t' && c != '\n' && c != '\r') || c == 0x7f; }
 
 // Blanks beside ' ' and tab, which a YAML parser takes for letters; pasted from web pages and word processors.
 std::size_t foreign_blank_length(std::string_view text) {
@@ -131,8 +118,11 @@ std::optional<std::string> checked_text(const std::string& bytes, const std::sha
       faults.add({source, line, column}, fmt::format("the file is not UTF-8 (byte 0x{:02x})", byte));
       return {};
     }
-    if (is_forbidden_control(byte)) {
-      faults.add({source, line, column}, fmt::format("control character 0x{:02x} is not allowed in the file", byte));
+    if (is_forbidden_control(text, i, length)) {
+      std::string bytes_of_it;
+      for (std::size_t k = i; k < i + length; ++k)
+        bytes_of_it += fmt::format("{:02x}", static_cast<unsigned char>(text[k]));
+      faults.add({source, line, column}, fmt::format("control character 0x{} is not allowed in the file", bytes_of_it));
       return {};
     }
     if (byte == '\r' && text.substr(i + 1, 1) != "\n") {

@@ -4,6 +4,8 @@
 #include <cctype>
 #include <cstddef>
 
+#include "grapnel/result/printable.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -65,23 +67,20 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
 std::string in_quotes(std::string_view text) {
   std::string result = "'";
   for (const char c : cut(text, 40)) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (byte == '\n')
+    if (c == '\n')
       result += "\\n";
-    else if (byte == '\t')
+    else if (c == '\t')
       result += "\\t";
-    else if (byte < 0x20 || byte == 0x7f)
-      result += '?';
     else
       result += c;
   }
-  return result + "'";
+  return printable_line(result + "'");
 }
 
 std::string counted(std::size_t count, std::string_view thing) {
   return std::to_string(count) + " " + std::string(thing) + (count == 1 ? "" : "s");
 }
 
-std::string shortened(std::string_view text) { return cut(text, 60); }
+std::string shortened(std::string_view text) { return printable_line(cut(text, 60)); }
 
 }  // namespace grapnel
