@@ -4,6 +4,7 @@
 /// What the watches of clearances and joint limits find, as plain values with names. Thread safety: plain values.
 
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "grapnel/spatial/vector3.hpp"
@@ -29,6 +30,8 @@ struct ClearanceEvent {
   double end_time = 0;    // [s]
   double required = 0;    // [m]
   LeastClearance least;   // of this pair in this time
+  /// When the two begin to overlap, which may be later than when they come too near [s]; absent: they do not.
+  std::optional<double> overlap_begin = {};
 };
 
 /// Which limit of a joint was passed. `effort_saturated`: a motor that is cut at its limit ran at it, no violation.

@@ -145,17 +145,24 @@ void ClearanceWatch::watch_pair(int pair, const ShapeDistance& at_last, const Sh
 void ClearanceWatch::watch_piece(int pair, double begin, const ShapeDistance& at_begin, double end,
                                  const ShapeDistance& at_end) {
   const bool below_begin = at_begin.distance < required_, below_end = at_end.distance < required_;
+  const auto crosses = [&](double level) {
+    return crossing([&](double t) { return distance_at(pair, t).distance - level; }, begin, end,
+                    at_begin.distance - level);
+  };
+  double time = begin;
   if (below_begin) note_event(pair, begin, at_begin);
   if (below_begin != below_end) {
-    const double time = crossing([&](double t) { return distance_at(pair, t).distance - required_; }, begin, end,
-                                 at_begin.distance - required_);
+    time = crosses(required_);
     if (below_end) note_event(pair, time, distance_at(pair, time));
     if (!below_end) {
       events_[phase_->open_event[pair]].end_time = time;
       phase_->open_event[pair] = -1;
     }
   }
-  if (below_end) note_event(pair, end, at_end);
+  if (!below_end) return;
+  const bool overlaps = events_[phase_->open_event[pair]].overlap_begin.has_value();
+  if (at_end.distance < 0 && !overlaps) note_overlap(pair, required_ == 0 ? time : crosses(0));
+  note_event(pair, end, at_end);
 }
 
 // Begins the pair's event at this time or continues it.
@@ -171,7 +178,14 @@ void ClearanceWatch::note_event(int pair, double time, const ShapeDistance& d) {
   }
   ClearanceEvent& event = events_[open];
   event.end_time = time;
+  if (d.distance < 0) note_overlap(pair, time);
   if (d.distance < event.least.distance) note_least(pair, time, d, event.least);
+}
+
+// The pair overlaps at this time, during an event; the first of all counts.
+void ClearanceWatch::note_overlap(int pair, double time) {
+  std::optional<double>& begin = events_[phase_->open_event[pair]].overlap_begin;
+  if (!begin) begin = time;
 }
 
 void ClearanceWatch::note_least(int pair, double time, const ShapeDistance& d, LeastClearance& least) const {

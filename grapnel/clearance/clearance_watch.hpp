@@ -71,6 +71,7 @@ class ClearanceWatch {
   void watch_pair(int pair, const ShapeDistance& at_last, const ShapeDistance& at_next);
   void watch_piece(int pair, double begin, const ShapeDistance& at_begin, double end, const ShapeDistance& at_end);
   void note_event(int pair, double time, const ShapeDistance& d);
+  void note_overlap(int pair, double time);
   void note_least(int pair, double time, const ShapeDistance& d, LeastClearance& least) const;
 
   double required_;

@@ -82,6 +82,29 @@ TEST(ClearanceWatch, NoticesPairsThatAreNotNearestAtSamples) {
   EXPECT_NEAR(found.events()[0].begin_time, 0.5 - std::sqrt(0.3 * 0.3 - 0.0625) / 4, 1e-9);
 }
 
+// What is required and what overlaps begin at different times.
+TEST(ClearanceWatch, OverlapsBeginLaterThanWhatIsTooNear) {
+  const Model model = free_bodies(2);
+  const ClearanceModel clearance(model, {{0, ball(0.5)}, {1, ball(0.5)}});
+  // Nearer by 1 m/s: 0.4 m apart at t = 1.6 s, touching at 2 s, out again at 4 s.
+  const std::vector<SteadyBody> bodies = {{{0, 0, 0}, {}}, {{3, 0, 0}, {-1, 0, 0}}};
+  for (const double required : {0.0, 0.4}) {
+    for (const int intervals : {1, 3, 50}) {
+      const ClearanceWatch found = watch(model, clearance, bodies, required, 0, 2.7, intervals);
+      ASSERT_THAT(found.events(), SizeIs(1));
+      EXPECT_NEAR(found.events()[0].begin_time, 2 - required, 1e-12);  // measured 4e-16
+      ASSERT_TRUE(found.events()[0].overlap_begin);
+      EXPECT_NEAR(*found.events()[0].overlap_begin, 2, 1e-12);  // measured 4e-16
+    }
+  }
+  const ClearanceWatch apart = watch(model, clearance, bodies, 0.4, 0, 1.9, 7);
+  ASSERT_THAT(apart.events(), SizeIs(1));
+  EXPECT_FALSE(apart.events()[0].overlap_begin);
+  // From the first sample on.
+  const ClearanceWatch within = watch(model, clearance, bodies, 0.4, 2.5, 2.7, 2);
+  EXPECT_EQ(within.events().at(0).overlap_begin, 2.5);
+}
+
 // The far tip of a thin rod that turns about a point of its own passes a ball.
 TEST(ClearanceWatch, TurningRodPassesABall) {
   Random random(32);

@@ -127,6 +127,23 @@ ImpactReport impact() {
   return report;
 }
 
+// The first holds for 25 s, the second misses.
+std::vector<GripOutcome> grips() {
+  std::vector<GripOutcome> both(2);
+  for (GripOutcome& grip : both) {
+    grip.target = "debris";
+    grip.judged = true;
+    grip.distance = next(), grip.angle = next(), grip.velocity = next(), grip.angular_velocity = next();
+  }
+  both[0].end_effector = "left", both[0].grasp_point = "handle";
+  both[0].captured = true, both[0].reason = "within the envelope";
+  both[0].time = 20, both[0].released = 45;
+  both[1].end_effector = "right", both[1].grasp_point = "rail";
+  both[1].reason = "outside the envelope", both[1].limiting = "angle";
+  both[1].time = 27;
+  return both;
+}
+
 Series series(const std::string& path, const std::string& unit, const std::vector<std::string>& components,
               const std::vector<double>& time) {
   Series s{path, unit, "what " + path + " is", components, {}};
@@ -160,8 +177,7 @@ CaptureResult sample_result() {
   plan.straight_in = StraightInReport{15, 0.3, 0.02, next(), true, 16, 17, next(), 16.5, 1e-13};
   result.plan = plan;
   result.capture_time = 20;
-  result.grips = {{"left", "debris", "handle", true, "within the envelope", next(), next(), next(), next(), 20, 45},
-                  {"right", "debris", "rail", false, "outside the envelope", next(), next(), next(), next(), 27, {}}};
+  result.grips = grips();
   result.clearance = {{0.25, "left_link", "debris", next_vector(), next_vector(), 12, "approach"},
                       {-0.05, "base", "debris", next_vector(), next_vector(), 33, "post_impact"}};
   result.clearance_events = {{"post_impact", 32, 34, 0, result.clearance[1]}};
