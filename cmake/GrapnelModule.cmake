@@ -18,7 +18,7 @@ function(grapnel_module name)
     endif()
   endforeach()
 
-  set(include_root ${CMAKE_BINARY_DIR}/include/${name})
+  set(include_root ${PROJECT_BINARY_DIR}/include/${name})
   file(MAKE_DIRECTORY ${include_root}/grapnel)
   file(CREATE_LINK ${CMAKE_CURRENT_SOURCE_DIR} ${include_root}/grapnel/${name} SYMBOLIC)
 

@@ -1,21 +1,23 @@
-# Compiler options that every Grapnel target shares.
-add_library(grapnel_options INTERFACE)
-add_library(grapnel::options ALIAS grapnel_options)
-
-target_compile_options(grapnel_options INTERFACE
+# How Grapnel's own sources are compiled. For this directory and those below: nobody who uses the library gets any of it.
+add_compile_options(
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast -Wundef
   # errno of math functions is never read; without this sqrt is a call.
   -fno-math-errno)
 if(GRAPNEL_WERROR)
-  target_compile_options(grapnel_options INTERFACE -Werror)
+  add_compile_options(-Werror)
 endif()
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # g++ 12 reports false positives for these inside the standard library and Eigen at -O3.
-  target_compile_options(grapnel_options INTERFACE
+  add_compile_options(
     -Wno-maybe-uninitialized -Wno-uninitialized -Wno-array-bounds -Wno-stringop-overflow -Wno-restrict)
 endif()
+
+# What everything that includes a header of Grapnel must agree on.
+add_library(grapnel_options INTERFACE)
+add_library(grapnel::options ALIAS grapnel_options)
+target_compile_features(grapnel_options INTERFACE cxx_std_20)
 if(GRAPNEL_NATIVE)
-  # PUBLIC through the modules: Eigen's alignment must be the same in every object that shares its types.
+  # Eigen's alignment must be the same in every object that shares its types.
   target_compile_options(grapnel_options INTERFACE -march=native)
 endif()
 if(GRAPNEL_SANITIZE)

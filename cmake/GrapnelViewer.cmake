@@ -1,10 +1,10 @@
 # The report's viewer: TypeScript in web/, bundled by esbuild from npm and embedded into the program.
 #
-# GRAPNEL_WEB says whether: ON must, OFF must not, AUTO does where it can. "Can" is settled here, when the build is
+# GRAPNEL_WEB says whether: ON must, OFF must not, AUTO does where it can (part of another project: OFF). "Can" is settled here, when the build is
 # configured: Node.js 18 or later and npm are there, and `npm ci` could get the packages of web/package-lock.json. They
 # go to the build tree (web/ there); the source tree stays as it is. Without a viewer everything but reports works.
 # What is wrong with web/src itself fails the build in AUTO too.
-set(GRAPNEL_WEB "AUTO" CACHE STRING "Embed the report's viewer (needs Node.js and npm): AUTO, ON, OFF")
+set(GRAPNEL_WEB ${GRAPNEL_WEB_DEFAULT} CACHE STRING "Embed the report's viewer (needs Node.js and npm): AUTO, ON, OFF")
 set_property(CACHE GRAPNEL_WEB PROPERTY STRINGS AUTO ON OFF)
 
 set(grapnel_web_source ${CMAKE_CURRENT_LIST_DIR}/../web)
