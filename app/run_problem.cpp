@@ -10,6 +10,7 @@
 #include "grapnel/result/result_table.hpp"
 #include "grapnel/result/scene.hpp"
 #include "grapnel/result/summary.hpp"
+#include "grapnel/result/verdicts.hpp"
 #include "progress.hpp"
 #include "report_file.hpp"
 #include "terminal.hpp"
@@ -49,8 +50,10 @@ void warn(const CaptureResult& result, const fs::path& file) {
     if (grip.captured) continue;
     to_stderr("{}: warning: {} does not capture {}: {}\n", file.string(), grip.end_effector, grip.target, grip.reason);
   }
-  if (!result.ledger.feasible())
-    to_stderr("{}: warning: not feasible, see clearance and limits in summary.json\n", file.string());
+  if (result.capture_verdict() == Captured::assumed)
+    to_stderr("{}: warning: {}\n", file.string(), capture_sentence(result));
+  if (result.ledger.feasibility() != Verdict::yes)
+    to_stderr("{}: warning: {}\n", file.string(), feasibility_sentence(result));
   if (!result.ledger.pass())
     to_stderr("{}: warning: the ledger fails, see its rows in summary.json; a smaller tolerance may mend it\n",
               file.string());

@@ -381,6 +381,6 @@ Criterion Criterion::parse(const std::string& text, std::span<const std::string>
   return criterion;
 }
 
-bool Criterion::holds(std::span<const double> numbers) const { return value_of(*root_, numbers, 0) != 0; }
+bool Criterion::holds(std::span<const double> numbers) const { return value_of(*root_, numbers, 0) == 1; }
 
 }  // namespace grapnel

@@ -46,8 +46,9 @@ class Criterion {
   /// must then hold for every one; min and max take them all together. Several such names in one comparison, or in one
   /// argument of min or max, go through the same parts together: "grasps/*/mean_force < grasps/*/peak_force".
   ///
-  /// A number as a condition is true unless it is 0 or NaN; a condition as a number is 1 or 0. NaN makes every
-  /// comparison false, != too. min and max of a NaN are NaN.
+  /// A number as a condition is true unless it is 0; a condition as a number is 1 or 0. What is NaN, and what compares
+  /// with it, is neither true nor false, its opposite too; a criterion holds only if it is true. min and max of a NaN
+  /// are NaN.
   /// @throws CriterionError
   static Criterion parse(const std::string& text, std::span<const std::string> names, const std::string& name = "");
 

@@ -11,8 +11,9 @@ using Expression = Criterion::Expression;
 using Kind = Expression::Kind;
 using Relation = Expression::Relation;
 
-bool compare(double a, Relation relation, double b) {
-  if (std::isnan(a) || std::isnan(b)) return false;
+// 1, 0, or NaN: what compares with a number that does not exist is neither true nor false.
+double compare(double a, Relation relation, double b) {
+  if (std::isnan(a) || std::isnan(b)) return NAN;
   switch (relation) {
     case Relation::less:
       return a < b;
@@ -30,7 +31,19 @@ bool compare(double a, Relation relation, double b) {
   return a != b;
 }
 
-bool is_true(double value) { return value != 0 && !std::isnan(value); }
+// A number as a condition.
+double truth(double value) { return std::isnan(value) ? value : value != 0 ? 1 : 0; }
+
+// The least of three-valued conditions, 0 < NaN < 1, or the largest: "and", "or".
+double joined(std::span<const Expression> parts, std::span<const double> numbers, std::size_t pass, double decides) {
+  double result = 1 - decides;
+  for (const Expression& part : parts) {
+    const double value = truth(value_of(part, numbers, pass));
+    if (value == decides) return value;
+    if (std::isnan(value)) result = value;
+  }
+  return result;
+}
 
 double extreme(const Expression& e, std::span<const double> numbers) {
   const bool least = e.kind == Kind::min;
@@ -63,14 +76,16 @@ double product(const Expression& e, std::span<const double> numbers, std::size_t
   return total;
 }
 
-bool holds_in_all_passes(const Expression& e, std::span<const double> numbers) {
+double holds_in_all_passes(const Expression& e, std::span<const double> numbers) {
+  double result = 1;
   for (std::size_t pass = 0; pass < e.passes[0]; ++pass) {
     const double left = value_of(e.operands[0], numbers, pass);
-    const bool holds =
-        e.kind == Kind::condition ? is_true(left) : compare(left, e.relation, value_of(e.operands[1], numbers, pass));
-    if (!holds) return false;
+    const double holds =
+        e.kind == Kind::condition ? truth(left) : compare(left, e.relation, value_of(e.operands[1], numbers, pass));
+    if (holds == 0) return 0;
+    if (std::isnan(holds)) result = holds;
   }
-  return true;
+  return result;
 }
 
 Relation mirrored(Relation relation) {
@@ -122,17 +137,15 @@ double value_of(const Expression& e, std::span<const double> numbers, std::size_
       return extreme(e, numbers);
     case Kind::comparison:
     case Kind::condition:
-      return holds_in_all_passes(e, numbers) ? 1 : 0;
+      return holds_in_all_passes(e, numbers);
     case Kind::all_of:
-      return std::all_of(e.operands.begin(), e.operands.end(),
-                         [&](const Expression& part) { return is_true(value_of(part, numbers, pass)); });
+      return joined(e.operands, numbers, pass, 0);
     case Kind::any_of:
-      return std::any_of(e.operands.begin(), e.operands.end(),
-                         [&](const Expression& part) { return is_true(value_of(part, numbers, pass)); });
+      return joined(e.operands, numbers, pass, 1);
     case Kind::none_of:
       break;
   }
-  return is_true(value_of(e.operands[0], numbers, pass)) ? 0 : 1;
+  return 1 - truth(value_of(e.operands[0], numbers, pass));
 }
 
 void collect_reads(const Expression& e, std::vector<std::size_t>& reads) {

@@ -24,7 +24,7 @@ struct Criterion::Expression {
     min,         // of all operands in all their passes
     max,         //
     comparison,  // operands[0] `relation` operands[1] in all passes
-    condition,   // operands[0] is neither 0 nor NaN, in all passes
+    condition,   // operands[0] is not 0, in all passes
     all_of,      // and
     any_of,      // or
     none_of,     // not: one operand

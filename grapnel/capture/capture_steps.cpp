@@ -115,7 +115,7 @@ class CaptureSteps::Sequence {
   void fail() { stage_ = Stage::over; }
 
   void close_books() {
-    run_.schedule.write(run_.last_look, run_.result);
+    run_.schedule.write(run_.last_look, run_.system, run_.state, run_.result);
     run_.impact_book.write(run_.result.ledger);
     run_.bookkeeper.write(run_.result.ledger);
     if (run_.result.impact) scale_published(run_.result.ledger.scale, *run_.result.impact);

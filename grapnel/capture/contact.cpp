@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
+#include "grapnel/capture/envelope.hpp"
 #include "grapnel/capture/problem_lookup.hpp"
+#include "grapnel/plan/arm_reach.hpp"
 
 namespace grapnel {
 
@@ -73,6 +77,29 @@ Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system,
         {model.frames()[frame].body, target, g.model, contact.gaps[i].X_WE.p, contact.gaps[i].X_WE.R * g.hinge_axis});
   }
   return contact;
+}
+
+std::string gaps_too_wide(const CaptureProblem& problem, const CaptureSystem& system, const Contact& contact) {
+  std::string text;
+  if (problem.contact.gap == ContactSetup::Gap::refuse) return text;  // its limit has been asked for
+  for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
+    const GraspSetup& g = problem.grasps[i];
+    if (judges_position(end_effector_of(problem, g).envelope)) continue;
+    const double reach = arm_reach(system.model, system.model.frame_index(g.end_effector)).length;
+    const double stated = problem.contact.largest_gap.value_or(kLargestGapOfReach * reach);
+    const double gap = norm(contact.gaps[i].X_WE.p - contact.gaps[i].X_WG.p - contact.displacement[i]);
+    if (gap <= stated) continue;
+    text += text.empty() ? "" : "; ";
+    text += fmt::format("end-effector '{}' is {:.4g} m from grasp point '{}' of target '{}'", g.end_effector, gap,
+                        g.grasp_point, g.target);
+    text += problem.contact.largest_gap
+                ? fmt::format(", contact.largest_gap is {:.4g} m", stated)
+                : fmt::format(
+                      ", more than a tenth of its arm's reach of {:.4g} m, and no envelope says what it can "
+                      "close on; state one, or contact.largest_gap",
+                      reach);
+  }
+  return text;
 }
 
 }  // namespace grapnel

@@ -10,17 +10,46 @@
 namespace grapnel {
 namespace {
 
-// One tolerance: its name, the deviation, what is allowed, the unit.
+// One tolerance: its key in a robot file, its name, the deviation, what is allowed, the unit.
 struct Item {
+  const char* key;
   const char* name;
   double value, tolerance;
   const char* unit;
 };
 std::array<Item, 4> items(const CaptureEnvelope& e, const GraspDeviation& d) {
-  return {{{"distance", d.position, e.position, "m"},
-           {"angle", d.angle, e.angle, "rad"},
-           {"speed", d.velocity, e.velocity, "m/s"},
-           {"angular rate", d.angular_velocity, e.angular_velocity, "rad/s"}}};
+  return {{{"position", "distance", d.position, e.position, "m"},
+           {"angle", "angle", d.angle, e.angle, "rad"},
+           {"velocity", "speed", d.velocity, e.velocity, "m/s"},
+           {"angular_velocity", "angular rate", d.angular_velocity, e.angular_velocity, "rad/s"}}};
+}
+
+GripDecision decide(const std::optional<CaptureEnvelope>& envelope, const GraspDeviation& deviation) {
+  GripDecision decision;
+  decision.captured = true;
+  decision.deviation = deviation;
+  decision.judged = judges_position(envelope);
+  if (!envelope) {
+    decision.reason = "the end-effector has no envelope: nobody judged whether it can close, it is taken to hold";
+    return decision;
+  }
+  std::string inside, outside;
+  double largest = 0;
+  for (const Item& item : items(*envelope, deviation)) {
+    if (item.tolerance == CaptureEnvelope::kAny) continue;
+    // Found by an event, a deviation may be on the edge to rounding.
+    const bool fits = item.value <= item.tolerance * (1 + 1e-9);
+    std::string& text = fits ? inside : outside;
+    text += fmt::format("{}{} {:.4g} {} of {:.4g} {}", text.empty() ? "" : ", ", item.name, item.value, item.unit,
+                        item.tolerance, item.unit);
+    if (fits || !(item.value / item.tolerance > largest)) continue;
+    largest = item.value / item.tolerance;
+    decision.limiting = item.key;
+  }
+  decision.captured = outside.empty();
+  decision.reason = decision.captured ? "within the envelope: " + inside : "outside the envelope: " + outside;
+  if (decision.captured && !decision.judged) decision.reason += "; it has no position: nobody judged the distance";
+  return decision;
 }
 
 }  // namespace
@@ -49,6 +78,10 @@ std::vector<GraspDeviation> grasp_deviations(const CaptureProblem& problem, cons
   return deviations;
 }
 
+bool judges_position(const std::optional<CaptureEnvelope>& envelope) {
+  return envelope && envelope->position != CaptureEnvelope::kAny;
+}
+
 double envelope_excess(const std::optional<CaptureEnvelope>& envelope, const GraspDeviation& deviation) {
   double excess = -1;
   if (!envelope) return excess;
@@ -61,24 +94,7 @@ std::vector<GripDecision> decide_grips(const CaptureProblem& problem, const Capt
   const std::vector<GraspDeviation> deviations = grasp_deviations(problem, system, kinematics);
   std::vector<GripDecision> decisions;
   for (std::size_t i = 0; i < deviations.size(); ++i) {
-    const std::optional<CaptureEnvelope>& envelope = end_effector_of(problem, problem.grasps[i]).envelope;
-    GripDecision decision{true, {}, deviations[i]};
-    if (!envelope) {
-      decision.reason = "the end-effector has no envelope: it holds whatever it meets";
-    } else {
-      std::string inside, outside;
-      for (const Item& item : items(*envelope, deviations[i])) {
-        if (item.tolerance == CaptureEnvelope::kAny) continue;
-        // Found by an event, a deviation may be on the edge to rounding.
-        const bool fits = item.value <= item.tolerance * (1 + 1e-9);
-        std::string& text = fits ? inside : outside;
-        text += fmt::format("{}{} {:.4g} {} of {:.4g} {}", text.empty() ? "" : ", ", item.name, item.value, item.unit,
-                            item.tolerance, item.unit);
-      }
-      decision.captured = outside.empty();
-      decision.reason = decision.captured ? "within the envelope: " + inside : "outside the envelope: " + outside;
-    }
-    decisions.push_back(std::move(decision));
+    decisions.push_back(decide(end_effector_of(problem, problem.grasps[i]).envelope, deviations[i]));
   }
   return decisions;
 }

@@ -22,10 +22,15 @@ std::vector<GraspDeviation> grasp_deviations(const CaptureProblem& problem, cons
 /// The largest of deviation over tolerance, less one: negative inside, -1 without an envelope.
 double envelope_excess(const std::optional<CaptureEnvelope>& envelope, const GraspDeviation& deviation);
 
+/// Whether an envelope says how far the end-effector may be: without that nobody can judge a capture.
+bool judges_position(const std::optional<CaptureEnvelope>& envelope);
+
 /// Whether each grip closes, with the reason in words.
 struct GripDecision {
   bool captured = false;
-  std::string reason;
+  bool judged = false;   // by an envelope with a position
+  std::string reason;    // what the envelope says
+  std::string limiting;  // its key that is missed by the largest factor: position, angle, velocity, angular_velocity
   GraspDeviation deviation;
 };
 std::vector<GripDecision> decide_grips(const CaptureProblem& problem, const CaptureSystem& system,

@@ -85,11 +85,14 @@ bool GripSchedule::any_left() const {
   return !undecided(GraspSetup::Closes::at_time).empty() || !undecided(GraspSetup::Closes::on_arrival).empty();
 }
 
-GripOutcome GripSchedule::outcome(std::size_t grasp, bool captured, const std::string& reason, double time) const {
+GripOutcome GripSchedule::outcome(std::size_t grasp, bool captured, const std::string& reason, double time,
+                                  const GraspDeviation& deviation) const {
   const GraspSetup& g = problem_.grasps[grasp];
   GripOutcome outcome;
   outcome.end_effector = g.end_effector, outcome.target = g.target, outcome.grasp_point = g.grasp_point;
   outcome.captured = captured, outcome.reason = reason, outcome.time = time;
+  outcome.distance = deviation.position, outcome.angle = deviation.angle;
+  outcome.velocity = deviation.velocity, outcome.angular_velocity = deviation.angular_velocity;
   return outcome;
 }
 
@@ -101,9 +104,8 @@ std::vector<std::size_t> GripSchedule::decide(const std::vector<std::size_t>& gr
   const std::vector<GripDecision> decisions = decide_grips(problem_, system, forward_kinematics(system.model, state));
   for (std::size_t i : grasps) {
     const GripDecision& d = decisions[i];
-    outcomes_[i] = outcome(i, d.captured, d.reason, time);
-    outcomes_[i]->distance = d.deviation.position, outcomes_[i]->angle = d.deviation.angle;
-    outcomes_[i]->velocity = d.deviation.velocity, outcomes_[i]->angular_velocity = d.deviation.angular_velocity;
+    outcomes_[i] = outcome(i, d.captured, d.reason, time, d.deviation);
+    outcomes_[i]->judged = d.judged, outcomes_[i]->limiting = d.limiting;
     if (d.captured) closing.push_back(i);
   }
   return closing;
@@ -115,21 +117,35 @@ void GripSchedule::refuse(const std::vector<std::size_t>& grasps, const std::str
 
 void GripSchedule::release(std::size_t grasp, double time) { outcomes_[grasp]->released = time; }
 
-void GripSchedule::write(double last_look, CaptureResult& result) const {
+void GripSchedule::moved(std::size_t grasp, double distance) { outcomes_[grasp]->target_moved = distance; }
+
+// A grasp that has not been decided on by the end of the run.
+GripOutcome GripSchedule::undecided_outcome(std::size_t grasp, double end, const GripDecision& at_end) const {
+  const GraspSetup& g = problem_.grasps[grasp];
+  const bool waits = g.closes == GraspSetup::Closes::on_arrival;
+  const double time = g.closes == GraspSetup::Closes::at_time ? g.closes_at : end;
+  GripOutcome missed =
+      outcome(grasp, false,
+              waits ? "did not come within its envelope before the run's end" : "the run ended before it was to close",
+              time, at_end.deviation);
+  if (waits) missed.judged = at_end.judged, missed.limiting = at_end.limiting;
+  return missed;
+}
+
+void GripSchedule::write(double last_look, const CaptureSystem& system, const State& state,
+                         CaptureResult& result) const {
   if (!first_time_) return;
   result.capture_time = *first_time_;
   const double end = std::max(*first_time_, last_look);
-  for (std::size_t i = 0; i < outcomes_.size(); ++i) {
-    const GraspSetup& g = problem_.grasps[i];
-    if (outcomes_[i]) {
-      result.grips.push_back(*outcomes_[i]);
-    } else if (g.closes == GraspSetup::Closes::on_arrival) {
-      result.grips.push_back(outcome(i, false, "did not come within its envelope before the run's end", end));
-    } else {
-      const bool stated = g.closes == GraspSetup::Closes::at_time;
-      result.grips.push_back(outcome(i, false, "the run ended before it was to close", stated ? g.closes_at : end));
-    }
-  }
+  // After a failure nobody knows where things are.
+  GripDecision unknown;
+  unknown.deviation = {NAN, NAN, NAN, NAN};
+  std::vector<GripDecision> at_end(outcomes_.size(), unknown);
+  const bool all_decided = std::all_of(outcomes_.begin(), outcomes_.end(), [](const auto& o) { return o.has_value(); });
+  if (result.failure.empty() && !all_decided)
+    at_end = decide_grips(problem_, system, forward_kinematics(system.model, state));
+  for (std::size_t i = 0; i < outcomes_.size(); ++i)
+    result.grips.push_back(outcomes_[i] ? *outcomes_[i] : undecided_outcome(i, end, at_end[i]));
 }
 
 }  // namespace grapnel

@@ -36,17 +36,21 @@ class GripSchedule {
   /// Takes it back: there is no contact, for this reason.
   void refuse(const std::vector<std::size_t>& grasps, const std::string& reason);
   void release(std::size_t grasp, double time);
+  /// contact.gap: translate_target moved its target by a distance [m].
+  void moved(std::size_t grasp, double distance);
 
   /// What became of every grasp, in a run that was last looked at at the time `last_look`; nothing if the run did not
-  /// come so far.
-  void write(double last_look, CaptureResult& result) const;
+  /// come so far. `system` and `state`: at the run's end.
+  void write(double last_look, const CaptureSystem& system, const State& state, CaptureResult& result) const;
 
   /// Whether a time is `now` within rounding.
   static bool is_now(double t, double now);
 
  private:
   std::vector<std::size_t> undecided(GraspSetup::Closes how) const;
-  GripOutcome outcome(std::size_t grasp, bool captured, const std::string& reason, double time) const;
+  GripOutcome outcome(std::size_t grasp, bool captured, const std::string& reason, double time,
+                      const GraspDeviation& deviation) const;
+  GripOutcome undecided_outcome(std::size_t grasp, double end, const GripDecision& at_end) const;
 
   const CaptureProblem& problem_;
   std::vector<std::optional<GripOutcome>> outcomes_;  // per grasp, once decided

@@ -13,6 +13,7 @@ namespace grapnel {
 // touches. Whether any did.
 bool RunImpacts::close(const std::vector<std::size_t>& grasps) {
   const std::vector<std::size_t> closing = run_.schedule.decide(grasps, run_.system, run_.state, run_.time);
+  if (!run_.problem.impact) refuse_distant(closing);
   if (closing.empty() || !run_.problem.impact) return false;
   const ImpactSetup::Law law = run_.problem.impact->law;
   if (law == ImpactSetup::Law::compliant) {
@@ -25,6 +26,15 @@ bool RunImpacts::close(const std::vector<std::size_t>& grasps) {
   if (!gripping.empty()) impact(gripping, contacts_only ? ImpactSetup::Law::plastic : law);
   if (!touching.empty()) impact(touching, law);
   return true;
+}
+
+// Without an impact nothing is welded, and what is too far away is not captured either.
+void RunImpacts::refuse_distant(const std::vector<std::size_t>& closing) {
+  for (std::size_t i : closing) {
+    const CaptureProblem& one = with_grasps({i});
+    const std::string refused = gaps_too_wide(one, run_.free, make_contact(one, run_.free, run_.state));
+    if (!refused.empty()) run_.schedule.refuse({i}, refused);
+  }
 }
 
 // --- What joints do once their arm holds a target ---
@@ -134,10 +144,13 @@ Contact RunImpacts::contact_of(const std::vector<std::size_t>& closing) {
   for (const HeldGrip& grip : run_.grips)
     held[target_index(run_.problem, run_.problem.grasps[grip.grasp].target)] = true;
   const Contact fresh = make_contact(with_grasps(closing), run_.free, run_.state, held);
-  if (!fresh.refused.empty()) {
-    run_.schedule.refuse(closing, "contact refused: " + fresh.refused);
-    throw RunFailure("contact refused: " + fresh.refused);
+  const std::string refused =
+      fresh.refused.empty() ? gaps_too_wide(with_grasps(closing), run_.free, fresh) : fresh.refused;
+  if (!refused.empty()) {
+    run_.schedule.refuse(closing, "contact refused: " + refused);
+    throw RunFailure("contact refused: " + refused);
   }
+  for (std::size_t i = 0; i < closing.size(); ++i) run_.schedule.moved(closing[i], norm(fresh.displacement[i]));
   Contact contact = fresh;
   contact.gaps.clear(), contact.displacement.clear(), contact.grasps.clear();
   const Kinematics k = forward_kinematics(run_.free.model, fresh.state);

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "grapnel/capture/problem_lookup.hpp"
+#include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
 namespace {
@@ -24,6 +25,28 @@ std::vector<int> tied_to(const Model& model, int body) {
     if (model.bodies()[i].placement.link == model.bodies()[body].placement.link) bodies.push_back(static_cast<int>(i));
   }
   return bodies;
+}
+
+// Why nobody looked whether bodies keep clear of each other, or not at all of them; empty: somebody did.
+std::string clearance_not_checked(const CaptureProblem& problem) {
+  if (!problem.clearance.enabled) return "switched off by clearance.enabled";
+  std::vector<std::string> without;
+  for (const BodyDescription& body : problem.robot.bodies) {
+    const auto is_its = [&](const auto& shape) { return shape.first == body.name; };
+    if (std::none_of(problem.robot.geometry.begin(), problem.robot.geometry.end(), is_its))
+      without.push_back(body.name);
+  }
+  for (const TargetSetup& t : problem.targets) {
+    if (t.geometry.shape == Geometry::Shape::none) without.push_back(t.name);
+  }
+  const std::size_t bodies = problem.robot.bodies.size() + problem.targets.size();
+  if (without.empty() || bodies < 2) return "";
+  if (without.size() == bodies) return "no body has a shape";
+  constexpr std::size_t kNamed = 4;
+  const std::size_t named = std::min(kNamed, without.size());
+  std::string text = fmt::format("no shape is given for {}", fmt::join(without.begin(), without.begin() + named, ", "));
+  if (named < without.size()) text += fmt::format(" and {} more", without.size() - named);
+  return text;
 }
 
 }  // namespace
@@ -63,8 +86,9 @@ void Watches::begin_phase(const std::string& name, const CaptureSystem& system, 
   begin();
   for (int body : system.model.joints()) {
     const JointLimits& l = system.model.bodies()[body].description.joint.limits;
-    any_limit_ = any_limit_ || std::isfinite(l.lower) || std::isfinite(l.upper) || std::isfinite(l.rate) ||
-                 std::isfinite(l.effort);
+    any_position_limit_ = any_position_limit_ || std::isfinite(l.lower) || std::isfinite(l.upper);
+    any_rate_limit_ = any_rate_limit_ || std::isfinite(l.rate);
+    any_effort_limit_ = any_effort_limit_ || std::isfinite(l.effort);
   }
 }
 
@@ -80,7 +104,7 @@ void Watches::restart_phase() {
 }
 
 double Watches::sample(double time, const State& state, std::span<const double> motor) {
-  if (any_limit_) limits_->sample(time, state, motor);
+  if (any_limit()) limits_->sample(time, state, motor);
   if (model_.pairs().empty()) return std::numeric_limits<double>::quiet_NaN();
   return clearance_.sample(time, state).distance;
 }
@@ -99,10 +123,18 @@ void Watches::end_phase() {
 
 void Watches::write(CaptureResult& result) {
   if (open_) end_phase();
-  double overlap = 0;
+  write_events(result);
+  write_rows(result);
+  const std::vector<GradedViolation> violations = violations_of(result);
+  if (!violations.empty()) result.first_violation = violations.front();
+  const auto overlap =
+      std::find_if(violations.begin(), violations.end(), [](const auto& v) { return v.kind == "overlap"; });
+  if (overlap != violations.end()) result.valid_until = overlap->time;
+}
+
+void Watches::write_events(CaptureResult& result) {
   for (LeastClearance least : clearance_.least()) {
     if (least.body_a.empty()) continue;
-    overlap = std::max(overlap, problem_.clearance.required - least.distance);
     least.body_a = shown_name(least.body_a), least.body_b = shown_name(least.body_b);
     result.clearance.push_back(least);
   }
@@ -117,6 +149,12 @@ void Watches::write(CaptureResult& result) {
     result.clearance_unwatched.emplace_back(shown_name(a), shown_name(b));
   }
   result.limit_events = limit_events_;
+}
+
+void Watches::write_rows(CaptureResult& result) const {
+  double overlap = 0;
+  for (const LeastClearance& least : result.clearance)
+    overlap = std::max(overlap, problem_.clearance.required - least.distance);
   const auto excess = [&](LimitKind kind) {
     double largest = 0;
     for (const LimitEvent& e : limit_events_) {
@@ -124,20 +162,29 @@ void Watches::write(CaptureResult& result) {
     }
     return largest;
   };
-  const auto row = [&](const char* name, double value, const char* unit, const std::string& note, bool applies) {
-    result.ledger.entries.push_back(
-        {name, value, 0, unit, note, applies && any_phase_, LedgerEntry::Kind::feasibility});
+  const std::string early = !result.failure.empty() ? "the run failed before its end"
+                            : any_phase_            ? ""
+                                                    : "no motion is simulated";
+  const auto row = [&](const char* name, double value, const char* unit, const std::string& note, bool applies,
+                       const std::string& not_checked) {
+    LedgerEntry entry{name, value, 0, unit, note, applies && any_phase_, LedgerEntry::Kind::feasibility};
+    entry.not_checked = not_checked;
+    result.ledger.entries.push_back(std::move(entry));
   };
+  const auto limit = [&](const char* name, LimitKind kind, bool any, const char* unit, const std::string& note) {
+    row(name, excess(kind), unit, any ? note : note + "; no such limits are stated", any, any ? early : "");
+  };
+  const std::string unseen = clearance_not_checked(problem_);
   row("clearance_violation", overlap, "m",
       fmt::format("how much nearer than {:g} m two bodies come, by their shapes, at any time; not felt by the motion",
                   problem_.clearance.required),
-      any_pair_);
-  row("joint_position_violation", excess(LimitKind::position), "rad or m",
-      "largest excess over a joint's position limits", any_limit_);
-  row("joint_rate_violation", excess(LimitKind::rate), "rad/s or m/s", "largest excess over a joint's rate limit",
-      any_limit_);
-  row("joint_effort_violation", excess(LimitKind::effort), "N m or N",
-      "largest excess over a joint's effort limit, by a motion that is followed exactly", any_limit_);
+      any_pair_, unseen.empty() ? early : unseen);
+  limit("joint_position_violation", LimitKind::position, any_position_limit_, "rad or m",
+        "largest excess over a joint's position limits");
+  limit("joint_rate_violation", LimitKind::rate, any_rate_limit_, "rad/s or m/s",
+        "largest excess over a joint's rate limit");
+  limit("joint_effort_violation", LimitKind::effort, any_effort_limit_, "N m or N",
+        "largest excess over a joint's effort limit, by a motion that is followed exactly");
 }
 
 }  // namespace grapnel

@@ -22,7 +22,7 @@ class Watches {
   /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits.
   void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut);
   /// Whether there is anything to watch in the phase.
-  bool watching() const { return any_limit_ || !model_.pairs().empty(); }
+  bool watching() const { return any_limit() || !model_.pairs().empty(); }
   /// Forgets what has been seen of the phase under way, for one that is integrated once more.
   void restart_phase();
   /// The state at a time, later ones after earlier ones, with the motors' efforts per joint [N m or N]. Returns the
@@ -31,11 +31,15 @@ class Watches {
   /// The same at an instant outside any phase, as at an impact.
   double instant(const CaptureSystem& system, const Kinematics& kinematics) const;
   void end_phase();
-  /// Least clearances, events, and the rows of the ledger. Ends a phase that a failure has left open.
+  /// Least clearances, events, what of them is first, and the rows of the ledger, with what nobody looked at. Ends a
+  /// phase that a failure has left open.
   void write(CaptureResult& result);
 
  private:
   void begin();
+  bool any_limit() const { return any_position_limit_ || any_rate_limit_ || any_effort_limit_; }
+  void write_events(CaptureResult& result);
+  void write_rows(CaptureResult& result) const;
 
   const CaptureProblem& problem_;
   // The phase under way:
@@ -47,7 +51,8 @@ class Watches {
   std::optional<LimitWatch> limits_;
   std::vector<LimitEvent> limit_events_;
   bool open_ = false;
-  bool any_pair_ = false, any_limit_ = false, any_phase_ = false;
+  bool any_pair_ = false, any_phase_ = false;
+  bool any_position_limit_ = false, any_rate_limit_ = false, any_effort_limit_ = false;
 };
 
 }  // namespace grapnel

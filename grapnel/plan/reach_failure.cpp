@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "grapnel/plan/arm_reach.hpp"
 #include "grapnel/plan/nearest.hpp"
 #include "grapnel/plan/together.hpp"
 
@@ -18,41 +19,10 @@ int rows_of(const Goal& g) {
   return g.orientation == Goal::Orientation::free ? 3 : g.orientation == Goal::Orientation::axis ? 5 : 6;
 }
 
-// Longest way from the first joint of the frame's chain to the frame, and that joint's body; nothing for a chain with a
-// prismatic joint without limits.
-struct Reach {
-  int first_body = -1;
-  double length = 0;
-};
-Reach reach_of(const Model& model, int frame) {
-  const Frame& f = model.frames()[frame];
-  Reach reach{-1, norm(f.X_BE.p)};
-  for (int b = f.body; b >= 0 && model.bodies()[b].parent >= 0; b = model.bodies()[b].parent) {
-    const JointDescription& joint = model.bodies()[b].description.joint;
-    if (joint.type == JointType::prismatic) {
-      reach.length += std::max(std::abs(joint.limits.lower), std::abs(joint.limits.upper));
-    }
-    if (velocity_count(joint.type) == 0) {
-      reach.length += norm(model.bodies()[b].description.X_PF.p);
-      continue;
-    }
-    reach.first_body = b;
-    // The way from this joint down to its parent's joint belongs to the chain only if there is another joint below.
-    bool another = false;
-    for (int a = model.bodies()[b].parent; a >= 0; a = model.bodies()[a].parent) {
-      another =
-          another || (model.bodies()[a].parent >= 0 && velocity_count(model.bodies()[a].description.joint.type) > 0);
-    }
-    if (!another) break;
-    reach.length += norm(model.bodies()[b].description.X_PF.p);
-  }
-  return reach;
-}
-
 // Where the first joint's parent frame puts the joint, for a base at X_WB.
 std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal) {
   const Model& model = base.model();
-  const Reach reach = reach_of(model, goal.frame);
+  const ArmReach reach = arm_reach(model, goal.frame);
   if (reach.first_body < 0 || !std::isfinite(reach.length)) return {};
   // The first joint sits still in the base.
   Posed X_BF = Posed::identity();

@@ -136,7 +136,7 @@ Json packed_series(const TimeSeries& series, std::size_t most_bytes) {
 
 Json run_data(const fs::path& folder, const std::string& label) {
   const fs::path path = folder / "summary.json";
-  Json summary = read_json_document(path, "grapnel-summary/1");
+  Json summary = read_json_document(path, "grapnel-summary/2", "grapnel-summary/1");
   const Origin origin{required_text(summary, "/scenario/name", path), required_text(summary, "/scenario/sha256", path)};
   Parts parts;
   add_scene(folder, origin, parts);

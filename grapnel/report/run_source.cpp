@@ -34,7 +34,8 @@ RunSource read_run_source(const std::filesystem::path& folder) {
   if (run.series.time.empty()) throw std::runtime_error((folder / "timeseries.h5").string() + ": no samples");
   if (std::filesystem::exists(folder / "scene.json")) run.scene = read_scene(folder / "scene.json");
   const std::filesystem::path summary = folder / "summary.json";
-  if (std::filesystem::exists(summary)) run.summary = read_json_document(summary, "grapnel-summary/1");
+  if (std::filesystem::exists(summary))
+    run.summary = read_json_document(summary, "grapnel-summary/2", "grapnel-summary/1");
   return run;
 }
 

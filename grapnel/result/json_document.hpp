@@ -12,9 +12,11 @@ namespace grapnel {
 /// The bytes of a file. @throws std::runtime_error naming the path and the system's reason.
 std::string file_bytes(const std::filesystem::path& path);
 
-/// An object whose key `schema` is `schema`, keys in the file's order. @throws std::runtime_error naming the path and
+/// An object whose key `schema` is `schema`, or an `earlier` one that readers still understand; keys in the file's
+/// order. @throws std::runtime_error naming the path and
 /// the fault: missing, no JSON, nested without end, another kind of file.
-nlohmann::ordered_json read_json_document(const std::filesystem::path& path, const std::string& schema);
+nlohmann::ordered_json read_json_document(const std::filesystem::path& path, const std::string& schema,
+                                          const std::string& earlier = "");
 
 /// The text at a JSON pointer such as "/scenario/name". @throws std::runtime_error naming path and key.
 std::string required_text(const nlohmann::ordered_json& document, const std::string& pointer,

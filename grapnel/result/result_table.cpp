@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "grapnel/result/text_table.hpp"
+#include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
 namespace {
@@ -26,44 +26,32 @@ std::string grip(const std::string& end_effector, const std::string& target, con
   return end_effector + " -> " + target + (grasp_point.empty() ? "" : "/" + grasp_point);
 }
 
-// "captured: yes (2 of 2 grips)"
-std::string capture_line(const CaptureResult& result) {
+// The sentence, then why grips did not close.
+std::string capture_lines(const CaptureResult& result) {
   if (result.grips.empty()) return "";
-  const auto closed =
-      std::count_if(result.grips.begin(), result.grips.end(), [](const GripOutcome& g) { return g.captured; });
-  std::string out = fmt::format("captured: {} ({} of {} grips, t = {} s)\n", result.captured() ? "yes" : "NO", closed,
-                                result.grips.size(), number(result.capture_time));
+  std::string out = paragraph(capture_sentence(result), "");
   for (const GripOutcome& g : result.grips) {
     if (!g.captured) out += paragraph(grip(g.end_effector, g.target, g.grasp_point) + ": " + g.reason, "  ");
   }
   return out;
 }
 
-// What makes the motion infeasible, the worst of each pair of bodies or joint limit once, in the order of time.
-std::vector<std::string> infeasibilities(const CaptureResult& result) {
-  std::map<std::string, ClearanceEvent> pairs;
-  for (const ClearanceEvent& e : result.clearance_events) {
-    const auto [at, fresh] = pairs.emplace(e.least.body_a + " and " + e.least.body_b, e);
-    if (!fresh && e.least.distance < at->second.least.distance) at->second = e;
+// The sentence; then the worst of each phase, and how many pairs of bodies and joint limits there are besides.
+std::string feasibility_lines(const CaptureResult& result) {
+  std::string out = paragraph(feasibility_sentence(result), "");
+  if (result.ledger.feasibility() != Verdict::no) return out;
+  const std::vector<GradedViolation> all = violations_of(result);
+  for (const GradedViolation& v : worst_by_phase(all)) {
+    std::set<std::string> whats;
+    for (const GradedViolation& other : all) {
+      if (other.phase == v.phase && other.what != v.what) whats.insert(other.what);
+    }
+    std::string text = fmt::format("worst in {}: {} at t = {} s", v.phase, v.worst, number(v.worst_time));
+    if (!whats.empty()) text += fmt::format("; {} more, see summary.json", whats.size());
+    out += paragraph(text, "  ");
   }
-  std::vector<std::pair<double, std::string>> found;
-  for (const auto& [bodies, e] : pairs) {
-    const std::string how = e.least.distance < 0 ? fmt::format("overlap by {} m", number(-e.least.distance))
-                                                 : fmt::format("come within {} m", number(e.least.distance));
-    found.emplace_back(-e.least.distance,
-                       fmt::format("{} {} at t = {} s ({})", bodies, how, number(e.least.time), e.phase));
-  }
-  std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  std::vector<std::string> texts;
-  for (auto& f : found) texts.push_back(std::move(f.second));
-  std::set<std::string> seen;
-  for (const LimitEvent& e : result.limit_events) {
-    if (e.kind == LimitKind::effort_saturated) continue;
-    if (!seen.insert(limit_kind_name(e.kind) + e.joint).second) continue;
-    texts.push_back(fmt::format("{} of joint {} passes its limit {} at t = {} s ({})", limit_kind_name(e.kind), e.joint,
-                                number(e.limit), number(e.begin_time), e.phase));
-  }
-  return texts;
+  for (const std::string& text : not_checked_texts(result.ledger)) out += paragraph("not checked: " + text, "  ");
+  return out;
 }
 
 std::string ledger_line(const CaptureResult& result) {
@@ -74,16 +62,9 @@ std::string ledger_line(const CaptureResult& result) {
     failing += !e.pass();
   }
   if (checked == 0) return "ledger: empty\n";
-  std::string out =
-      failing > 0 ? fmt::format("ledger: FAILS, {} of {} conserved quantities outside their bounds\n", failing, checked)
-                  : "ledger: the books balance, every conserved quantity is within its bound\n";
-  if (result.ledger.feasible()) return out;
-  const std::vector<std::string> why = infeasibilities(result);
-  constexpr std::size_t kShown = 4;
-  const std::size_t shown = std::min(kShown, why.size());
-  std::string text = fmt::format("feasible: NO; {}", fmt::join(why.begin(), why.begin() + shown, "; "));
-  if (why.size() > shown) text += fmt::format("; and {} more, see summary.json", why.size() - shown);
-  return out + paragraph(text, "");
+  return failing > 0
+             ? fmt::format("ledger: FAILS, {} of {} conserved quantities outside their bounds\n", failing, checked)
+             : "ledger: the books balance, every conserved quantity is within its bound\n";
 }
 
 std::string verdict(const CaptureResult& result) {
@@ -100,9 +81,16 @@ std::string verdict(const CaptureResult& result) {
       break;
   }
   std::string out = paragraph(result.scenario_name + ": " + text, "");
-  out += capture_line(result) + ledger_line(result);
+  out += capture_lines(result) + ledger_line(result);
+  if (!result.ledger.entries.empty()) out += feasibility_lines(result);
   for (const std::string& warning : result.warnings) out += paragraph("warning: " + warning, "");
   return out;
+}
+
+// Marks what follows the first overlap.
+std::string beyond(const CaptureResult& result, double time) {
+  if (!result.valid_until || time <= *result.valid_until) return "";
+  return fmt::format("; beyond validity, which ends at t = {} s", number(*result.valid_until));
 }
 
 // What planning has found, where it had to look for something.
@@ -125,7 +113,7 @@ std::string plan_table(const CaptureResult& result) {
 std::string approach_table(const CaptureResult& result) {
   if (!result.approach_end) return "";
   const PhaseEnd& end = *result.approach_end;
-  std::string out = fmt::format("\napproach, at its end (t = {} s)\n", number(end.time));
+  std::string out = fmt::format("\napproach, at its end (t = {} s{})\n", number(end.time), beyond(result, end.time));
   TextTable table;
   table.row({"end-effector", "miss distance", "relative speed", "relative rate"});
   table.row({"", "m", "m/s", "rad/s"});
@@ -286,9 +274,10 @@ std::string published_line(const ImpactReport& impact) {
 }
 
 // `name`: "impact", or which one.
-std::string impact_table(const ImpactReport& impact, std::string_view name) {
-  std::string out =
-      "\n" + paragraph(fmt::format("{} at t = {} s: {}", name, number(impact.time), law_words(impact)), "");
+std::string impact_table(const CaptureResult& result, const ImpactReport& impact, std::string_view name) {
+  std::string out = "\n" + paragraph(fmt::format("{} at t = {} s: {}{}", name, number(impact.time), law_words(impact),
+                                                 beyond(result, impact.time)),
+                                     "");
   out += grasp_table(impact) + rebound_table(impact) + profile_table(impact) + gap_lines(impact) +
          published_line(impact) + margin_table(impact);
   TextTable table(3);
@@ -305,8 +294,8 @@ std::string impact_table(const ImpactReport& impact, std::string_view name) {
 }
 
 std::string impact_tables(const CaptureResult& result) {
-  std::string out = result.impact ? impact_table(*result.impact, "impact") : "";
-  for (const ImpactReport& later : result.later_impacts) out += impact_table(later, "later impact");
+  std::string out = result.impact ? impact_table(result, *result.impact, "impact") : "";
+  for (const ImpactReport& later : result.later_impacts) out += impact_table(result, later, "later impact");
   return out;
 }
 
@@ -370,7 +359,8 @@ std::string post_impact_table(const CaptureResult& result) {
   TextTable base(3);
   base.row({"base angular velocity", "rad/s", vector(end.base.angular_velocity)});
   base.row({"base velocity", "m/s", vector(end.base.velocity)});
-  return fmt::format("\nafter the impact, at its end (t = {} s)\n", number(end.time)) + base.text();
+  return fmt::format("\nafter the impact, at its end (t = {} s{})\n", number(end.time), beyond(result, end.time)) +
+         base.text();
 }
 
 std::string clearance_table(const CaptureResult& result) {
@@ -389,12 +379,13 @@ std::string ledger_table(const Ledger& ledger) {
   TextTable table;
   table.row({"quantity", "largest value", "bound", "unit", "pass"});
   for (const LedgerEntry& entry : ledger.entries) {
-    if (entry.applies) {
-      table.row({entry.name, fmt::format("{:.3g}", entry.value), fmt::format("{:.3g}", entry.bound), entry.unit,
-                 entry.pass() ? "yes" : "NO"});
-    } else {
-      table.row({entry.name, "-", fmt::format("{:.3g}", entry.bound), entry.unit, "n/a"});
-    }
+    const bool unseen = !entry.not_checked.empty() && entry.pass();
+    if (!entry.applies && !unseen) continue;  // nothing to check
+    table.row({entry.name, entry.applies ? fmt::format("{:.3g}", entry.value) : "-", fmt::format("{:.3g}", entry.bound),
+               entry.unit,
+               unseen         ? "not checked"
+               : entry.pass() ? "yes"
+                              : "NO"});
   }
   return "\nledger\n" + table.text() +
          paragraph(fmt::format("relative to: linear momentum {} N s, angular momentum {} N m s, energy {} J",

@@ -3,13 +3,14 @@
 #include <algorithm>
 
 #include "grapnel/result/json_text.hpp"
+#include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kSchema = "grapnel-summary/1";
+constexpr const char* kSchema = "grapnel-summary/2";
 
 Json to_json(const Vector3d& v) { return Json::array({v[0], v[1], v[2]}); }
 Json to_json(const Quaterniond& q) { return Json::array({q.w, q.x, q.y, q.z}); }
@@ -25,6 +26,7 @@ Json to_json(const GripOutcome& grip);
 Json to_json(const BrakeGrip& grip);
 Json to_json(const LeastClearance& least);
 Json to_json(const ClearanceEvent& event);
+Json to_json(const GradedViolation& violation);
 Json to_json(const LimitEvent& event);
 Json to_json(const PlannedMiss& miss);
 Json to_json(const ImpactReport& impact);
@@ -323,19 +325,21 @@ Json to_json(const ImpactReport& impact) {
 Json to_json(const Ledger& ledger) {
   Json json = Json::object();
   for (const LedgerEntry& entry : ledger.entries) {
+    const bool unseen = !entry.not_checked.empty() && entry.pass();
     json[entry.name] = {{"value", entry.value},
                         {"bound", entry.bound},
-                        {"pass", entry.pass()},
+                        {"pass", unseen ? Json(nullptr) : Json(entry.pass())},
                         {"unit", entry.unit},
                         {"note", entry.note},
                         {"applies", entry.applies},
                         {"kind", entry.kind == LedgerEntry::Kind::conservation ? "conservation" : "feasibility"}};
+    if (!entry.not_checked.empty()) json[entry.name]["not_checked"] = entry.not_checked;
   }
   json["scale"] = {{"linear_momentum", ledger.scale.linear_momentum},
                    {"angular_momentum", ledger.scale.angular_momentum},
                    {"energy", ledger.scale.energy}};
   json["pass"] = ledger.pass();
-  json["feasible"] = ledger.feasible();
+  json["feasible"] = name_of(ledger.feasibility());
   return json;
 }
 
@@ -386,13 +390,16 @@ Json to_json(const GripOutcome& grip) {
   Json json = {{"end_effector", grip.end_effector},
                {"target", grip.target},
                {"grasp_point", grip.grasp_point},
-               {"captured", grip.captured},
+               {"captured", name_of(grip.verdict())},
+               {"judged", grip.judged},
                {"reason", grip.reason},
+               {"limiting", grip.limiting},
                {"distance", grip.distance},
                {"angle", grip.angle},
                {"velocity", grip.velocity},
                {"angular_velocity", grip.angular_velocity},
-               {"time", grip.time}};
+               {"time", grip.time},
+               {"target_moved", grip.target_moved}};
   if (grip.released) json["released"] = *grip.released;
   return json;
 }
@@ -406,10 +413,31 @@ Json to_json(const LeastClearance& least) {
 }
 
 Json to_json(const ClearanceEvent& event) {
-  return {{"phase", event.phase},          {"bodies", {event.least.body_a, event.least.body_b}},
-          {"begin", event.begin_time},     {"end", event.end_time},
-          {"required", event.required},    {"least_distance", event.least.distance},
-          {"least_time", event.least.time}};
+  Json json = {{"phase", event.phase},          {"bodies", {event.least.body_a, event.least.body_b}},
+               {"begin", event.begin_time},     {"end", event.end_time},
+               {"required", event.required},    {"least_distance", event.least.distance},
+               {"least_time", event.least.time}};
+  if (event.overlap_begin) json["overlap_begin"] = *event.overlap_begin;
+  return json;
+}
+
+Json to_json(const GradedViolation& v) {
+  return {{"kind", v.kind}, {"what", v.worst}, {"phase", v.phase}, {"time", v.worst_time}, {"value", v.value}};
+}
+
+// Whether a robot could do it: the first violation, the worst, the worst of each phase.
+Json feasibility_json(const CaptureResult& result) {
+  Json json = {{"verdict", name_of(result.ledger.feasibility())}, {"sentence", feasibility_sentence(result)}};
+  if (const auto& first = result.first_violation)
+    json["first"] = {{"kind", first->kind}, {"what", first->what}, {"phase", first->phase}, {"time", first->time}};
+  const std::vector<GradedViolation> by_phase = worst_by_phase(violations_of(result));
+  if (!by_phase.empty()) {
+    json["worst"] = to_json(*std::min_element(by_phase.begin(), by_phase.end(), is_worse));
+    json["by_phase"] = list(by_phase);
+  }
+  json["not_checked"] = not_checked_texts(result.ledger);
+  if (result.valid_until) json["valid_until"] = *result.valid_until;
+  return json;
 }
 
 Json to_json(const LimitEvent& event) {
@@ -481,7 +509,10 @@ Json document(const CaptureResult& result, std::string_view version) {
     json["approach"]["plan"] = to_json(*result.plan);
   }
   if (!result.grips.empty()) {
-    json["capture"] = {{"captured", result.captured()}, {"time", result.capture_time}, {"grasps", list(result.grips)}};
+    json["capture"] = {{"captured", name_of(result.capture_verdict())},
+                       {"verdict", capture_sentence(result)},
+                       {"time", result.capture_time},
+                       {"grasps", list(result.grips)}};
   }
   if (result.impact) json["impact"] = to_json(*result.impact);
   if (!result.later_impacts.empty()) json["later_impacts"] = list(result.later_impacts);
@@ -500,6 +531,7 @@ Json document(const CaptureResult& result, std::string_view version) {
                          {"events", list(result.clearance_events)}};
   }
   json["limits"]["events"] = list(result.limit_events);
+  json["feasibility"] = feasibility_json(result);
   json["ledger"] = to_json(result.ledger);
   json["cost"] = list(result.cost);
   return json;

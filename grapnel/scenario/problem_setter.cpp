@@ -37,6 +37,12 @@ class Finder {
     if (key == "integration") return integration(rest);
     if (key == "contact" && is(rest, {"limit"}))
       return number([](CaptureProblem& p) { return &p.contact.refuse_beyond; });
+    if (key == "contact" && is(rest, {"largest_gap"})) {
+      return number([](CaptureProblem& p) {
+        if (!p.contact.largest_gap) p.contact.largest_gap = 0;
+        return &*p.contact.largest_gap;
+      });
+    }
     if (key == "gravity") return vector(rest, [](CaptureProblem& p) { return &p.gravity; });
     return nullptr;
   }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "grapnel/scenario/grip_times.hpp"
 #include "grapnel/scenario/joint_values.hpp"
@@ -104,6 +105,8 @@ class ScenarioReader {
     if (gap == "translate_target") problem_.contact.gap = ContactSetup::Gap::translate_target;
     if (gap == "refuse") problem_.contact.gap = ContactSetup::Gap::refuse;
     problem_.contact.refuse_beyond = number_at(node, "limit").value_or(0);
+    problem_.contact.largest_gap = number_at(node, "largest_gap");
+    if (text_at(node, "largest_gap") == "any") problem_.contact.largest_gap = std::numeric_limits<double>::infinity();
   }
 
   void read_post_impact(const Node& node) {

@@ -47,14 +47,27 @@ Vector3d outward_normal(const StudyCase& point, const FoundGrasp& found, const s
   return Vector3d::zero();
 }
 
+// Where no bodies overlap: the run's end, if clearance was watched to there; else NaN.
+double clear_until(const CaptureResult& r) {
+  for (const LedgerEntry& e : r.ledger.entries) {
+    if (e.name == "clearance_violation" && !e.not_checked.empty()) return NAN;
+  }
+  return r.post_impact_end ? r.post_impact_end->time : r.approach_end ? r.approach_end->time : NAN;
+}
+
 class Builder {
  public:
   explicit Builder(const CaptureProblem& problem) : problem_(problem) {}
 
   void outcome() {
-    add("captured", "1", "whether all grips closed", [](const StudyCase&, const CaptureResult& r) {
+    add("captured", "1", "whether all grips closed; see captured/judged", [](const StudyCase&, const CaptureResult& r) {
       return r.grips.empty() ? NAN : static_cast<double>(r.captured());
     });
+    add("captured/judged", "1",
+        "whether envelopes say so; 0: captured is assumed, nothing says what a hand can close on",
+        [](const StudyCase&, const CaptureResult& r) {
+          return r.grips.empty() ? NAN : double(r.capture_verdict() != Captured::assumed);
+        });
   }
 
   void grasps() {
@@ -87,9 +100,17 @@ class Builder {
         [](const StudyCase&, const CaptureResult& r) {
           return r.status == CaptureStatus::completed ? double(r.ledger.pass()) : NAN;
         });
-    add("ledger/feasible", "1", "whether joints stayed within their limits and bodies clear of each other",
+    add("ledger/feasible", "1",
+        "whether joints stayed within their limits and bodies clear of each other; NaN: not checked, or not all of it",
         [](const StudyCase&, const CaptureResult& r) {
-          return r.status == CaptureStatus::completed ? double(r.ledger.feasible()) : NAN;
+          const Verdict verdict = r.ledger.feasibility();
+          if (r.status != CaptureStatus::completed || verdict == Verdict::not_checked) return double(NAN);
+          return double(verdict == Verdict::yes);
+        });
+    add("valid_until", "s", "when bodies begin to overlap, else the run's end; NaN: clearance not checked",
+        [](const StudyCase&, const CaptureResult& r) {
+          if (r.status != CaptureStatus::completed) return double(NAN);
+          return r.valid_until ? *r.valid_until : clear_until(r);
         });
   }
 

@@ -25,6 +25,15 @@ void write_numbers(const Handle& file, const std::string& path, const std::vecto
   describe(dataset, head.unit, head.description, order);
 }
 
+// A dataset cannot be a group too: beside "captured", "captured/judged" is "captured.judged".
+std::string dataset_name(const std::vector<StudyTable::Head>& columns, std::size_t column) {
+  std::string name = columns[column].name;
+  for (const StudyTable::Head& other : columns) {
+    if (name.starts_with(other.name + "/")) name[other.name.size()] = '.';
+  }
+  return name;
+}
+
 // Texts that repeat: numbers into the attribute "names", counted from 0.
 void write_choices(const Handle& file, const std::string& path, const std::vector<int>& values,
                    const std::vector<std::string>& names, const StudyTable::Head& head, int order) {
@@ -90,7 +99,7 @@ std::string image_of(const StudyTable& table, const std::string& version) {
     for (std::size_t c = 0; c < table.columns.size(); ++c) {
       std::vector<double> values;
       for (const CaseRow& row : table.rows) values.push_back(row.values[c]);
-      write_numbers(file, "columns/" + table.columns[c].name, values, table.columns[c], order++);
+      write_numbers(file, "columns/" + dataset_name(table.columns, c), values, table.columns[c], order++);
     }
   }
   return hdf5::image_of(file);

@@ -150,8 +150,12 @@ TEST(Criterion, NothingComparesWithNaN) {
                            "min(1, a) <= 1", "max(a, 1) >= 1", "max(1, a) >= 1",
                            "sqrt(-1) >= 0",  "0 / 0 == 0"})
     EXPECT_FALSE(holds(text, row)) << text;
-  EXPECT_TRUE(holds("not a < 1", row));
-  EXPECT_TRUE(holds("not a", row));
+  // Nobody knows: nor does the opposite hold.
+  EXPECT_FALSE(holds("not a < 1", row));
+  EXPECT_FALSE(holds("not a", row));
+  EXPECT_FALSE(holds("not (a < 1 and captured)", row));
+  EXPECT_FALSE(holds("not (a < 1 or 1 > 2)", row));
+  EXPECT_TRUE(holds("not (a < 1 and 1 > 2)", row));
   EXPECT_TRUE(holds("a < 1 or captured", row));
   EXPECT_TRUE(holds("1 / 0 > 1e300")) << "infinity is a number";
 }
@@ -286,7 +290,7 @@ class Grower {
         return join(condition(depth - 1), "and", condition(depth - 1), 1);
       case 2: {
         const Grown part = wrapped(condition(depth - 1), 2);
-        return {"not " + part.text, part.value == 0 ? 1.0 : 0.0, 2};
+        return {"not " + part.text, 1 - part.value, 2};
       }
       default:
         return compare(number(depth), number(depth));
@@ -323,22 +327,25 @@ class Grower {
   static Grown wrapped(const Grown& part, int level) {
     return part.level >= level ? part : Grown{"(" + part.text + ")", part.value, 6};
   }
-  static bool truth(double value) { return value != 0 && !std::isnan(value); }
   static Grown join(const Grown& a, const std::string& word, const Grown& b, int level) {
     const Grown x = wrapped(a, level), y = wrapped(b, level + 1);
-    const bool both = word == "and" ? truth(x.value) && truth(y.value) : truth(x.value) || truth(y.value);
-    return {x.text + " " + word + " " + y.text, both ? 1.0 : 0.0, level};
+    // Undecided where the other alone does not decide.
+    const double decides = word == "and" ? 0 : 1;
+    const bool decided = x.value == decides || y.value == decides;
+    const double rest = std::isnan(x.value) || std::isnan(y.value) ? kNaN : 1 - decides;
+    return {x.text + " " + word + " " + y.text, decided ? decides : rest, level};
   }
   Grown compare(const Grown& a, const Grown& b) {
     const Grown x = wrapped(a, 4), y = wrapped(b, 4);
     const bool ordered = !std::isnan(x.value) && !std::isnan(y.value);
+    const auto value = [&](bool holds) { return !ordered ? kNaN : holds ? 1.0 : 0.0; };
     switch (random_() % 3) {
       case 0:
-        return {x.text + " < " + y.text, x.value < y.value ? 1.0 : 0.0, 3};
+        return {x.text + " < " + y.text, value(x.value < y.value), 3};
       case 1:
-        return {x.text + " >= " + y.text, x.value >= y.value ? 1.0 : 0.0, 3};
+        return {x.text + " >= " + y.text, value(x.value >= y.value), 3};
       default:
-        return {x.text + " != " + y.text, ordered && x.value != y.value ? 1.0 : 0.0, 3};
+        return {x.text + " != " + y.text, value(x.value != y.value), 3};
     }
   }
   static Grown arithmetic(const Grown& a, char sign, const Grown& b, int level) {
@@ -357,8 +364,8 @@ TEST(Criterion, ComputesWhatItSays) {
   for (unsigned seed = 0; seed < 3000; ++seed) {
     const Grown grown = Grower(seed).condition(4);
     if (grown.text.size() > Criterion::kLongest) continue;
-    ASSERT_EQ(holds(grown.text), grown.value != 0) << grown.text;
-    true_ones += grown.value != 0;
+    ASSERT_EQ(holds(grown.text), grown.value == 1) << grown.text;
+    true_ones += grown.value == 1;
   }
   EXPECT_GT(true_ones, 800);
   EXPECT_LT(true_ones, 2200);

@@ -1,6 +1,7 @@
 #include "capture/capture_case.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "impact/thesis_robot.hpp"
 
@@ -93,6 +94,7 @@ void settings(CaptureProblem& p, int index, Random& random) {
     p.momentum = Momentumd{random.vector(5), random.vector(10)};
   }
   p.contact.gap = index % 4 == 3 ? ContactSetup::Gap::translate_target : ContactSetup::Gap::weld_as_found;
+  p.contact.largest_gap = std::numeric_limits<double>::infinity();  // targets are anywhere
   p.impact.emplace();
   p.post_impact.emplace();
   p.post_impact->duration = 4;

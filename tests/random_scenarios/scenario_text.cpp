@@ -151,8 +151,10 @@ class Writer {
     if (after_s_ > 0) {
       line(fmt::format("post_impact: {{duration: {:.12g}, {}{}}}", after_s_, joints_after(), releases()));
     }
-    if (grasps && percent(40)) {
-      line(percent(30) ? "contact: {gap: weld_as_found}" : "contact: {gap: translate_target}");
+    // Targets are anywhere, within reach or not.
+    if (grasps) {
+      const bool moved = percent(40) && !percent(30);
+      line(fmt::format("contact: {{gap: {}, largest_gap: any}}", moved ? "translate_target" : "weld_as_found"));
     }
   }
 

@@ -208,9 +208,9 @@ TEST_F(ReportDataOf, WithoutASoundSummaryThereIsNoReport) {
   put_bytes(path, "[1, 2]");
   EXPECT_EQ(fault(), path.string() + ": not a JSON object");
   put_bytes(path, "{}");
-  EXPECT_EQ(fault(), path.string() + ": key 'schema' is missing; it should be grapnel-summary/1");
-  put_bytes(path, R"({"schema": "grapnel-summary/2"})");
-  EXPECT_EQ(fault(), path.string() + ": schema is 'grapnel-summary/2', not grapnel-summary/1");
+  EXPECT_EQ(fault(), path.string() + ": key 'schema' is missing; it should be grapnel-summary/2");
+  put_bytes(path, R"({"schema": "grapnel-summary/3"})");
+  EXPECT_EQ(fault(), path.string() + ": schema is 'grapnel-summary/3', not grapnel-summary/2");
   put_bytes(path, R"({"schema": "grapnel-summary/1", "scenario": {"name": 5}})");
   EXPECT_EQ(fault(), path.string() + ": key 'scenario/name' is no text");
   put_bytes(path, R"({"schema": "grapnel-summary/1", "scenario": "none"})");

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "grapnel/result/text_table.hpp"
+#include "grapnel/result/verdicts.hpp"
 #include "result/sample_result.hpp"
 
 namespace grapnel {
@@ -34,10 +35,14 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
   const std::string text = result_table(result);
   EXPECT_THAT(text, HasSubstr("sample: completed"));
   EXPECT_THAT(text, HasSubstr("ledger: FAILS, 1 of 2 conserved quantities outside their bounds"));
-  EXPECT_THAT(text, HasSubstr("captured: NO (1 of 2 grips, t = 20 s)"));
+  EXPECT_THAT(text, HasSubstr("captured: NO (1 of 2 grips, t = 20 s, largest gap "));
   EXPECT_THAT(text, HasSubstr("right -> debris/rail: outside the envelope"));
-  EXPECT_THAT(text,
-              HasSubstr("feasible: NO; base and debris overlap by 0.05 m at t = 33 s (post_impact); rate of joint"));
+  // The first violation leads, then the worst of each phase.
+  EXPECT_THAT(text, HasSubstr("feasible: NO, valid until 32 s, where bodies overlap; first rate of left-1 passes its "
+                              "limit -0.2 at t =\n3 s (approach)\n"
+                              "  worst in approach: rate of left-1 is -0.3, its limit -0.2 at t = 3.5 s\n"
+                              "  worst in post_impact: base and debris overlap by 0.05 m at t = 33 s\n"));
+  EXPECT_THAT(text, HasSubstr("after the impact, at its end (t = 70 s; beyond validity, which ends at t = 32 s)"));
   EXPECT_THAT(text, HasSubstr("plan: found, 4 of 5 beginnings, 23 Newton steps, measure excursion"));
   EXPECT_THAT(text, HasSubstr("warning: second"));
   EXPECT_THAT(text, ContainsRegex("left -> debris/left_handle [*] +12\\.346 +98\\.765 .* 123\\.46"));
@@ -45,8 +50,35 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
   EXPECT_THAT(text, HasSubstr("rank 11 of 12 rows"));
   EXPECT_THAT(text, ContainsRegex("linear_momentum_drift +3\\.25e-15 +1e-11 +1 +yes"));
   EXPECT_THAT(text, ContainsRegex("angular_momentum_drift +2e-11 +1e-11 +1 +NO"));
-  EXPECT_THAT(text, ContainsRegex("loop_closure_position +- +1e-12 +m +n/a"));
+  EXPECT_THAT(text, Not(HasSubstr("loop_closure_position"))) << "nothing to check";
   EXPECT_THAT(text, Not(HasSubstr("\033")));
+}
+
+// captured: yes, no or assumed, with the gap; feasible: yes, no or not checked, with the reason.
+TEST(ResultTable, SaysNoMoreThanWasChecked) {
+  CaptureResult result = test::sample_result();
+  result.grips[1].captured = true;
+  result.grips[0].distance = 0.004, result.grips[1].distance = 0.0066;
+  EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: yes (2 of 2 grips, t = 20 s, largest gap 6.6 mm)\n"));
+  for (GripOutcome& grip : result.grips) grip.judged = false, grip.distance = 38.2;
+  EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: assumed (2 of 2 grips, t = 20 s, largest gap 38.2 m): no "
+                                              "envelope says what left and right\ncan close on\n"));
+  for (GripOutcome& grip : result.grips) grip.target_moved = 0.106;
+  EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: assumed, by moving debris 106 mm (2 of 2 grips"));
+  result.valid_until = 12;
+  EXPECT_THAT(capture_sentence(result), HasSubstr("; beyond validity, bodies overlap from t = 12 s on"));
+
+  LedgerEntry& clearance = result.ledger.entries.back();
+  clearance.value = 0;
+  result.clearance_events.clear(), result.limit_events.clear();
+  result.first_violation.reset(), result.valid_until.reset();
+  EXPECT_THAT(result_table(result), HasSubstr("\nfeasible: yes, clearance is kept\n"));
+  clearance.not_checked = "no shape is given for left_link";
+  const std::string text = result_table(result);
+  EXPECT_THAT(text, HasSubstr("\nfeasible: not checked; clearance: no shape is given for left_link\n"));
+  EXPECT_THAT(text, ContainsRegex("clearance_violation +0 +0 +m +not checked"));
+  clearance.applies = false, clearance.not_checked = "switched off by clearance.enabled";
+  EXPECT_THAT(result_table(result), ContainsRegex("clearance_violation +- +0 +m +not checked"));
 }
 
 TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {

@@ -180,9 +180,11 @@ CaptureResult sample_result() {
   result.grips = grips();
   result.clearance = {{0.25, "left_link", "debris", next_vector(), next_vector(), 12, "approach"},
                       {-0.05, "base", "debris", next_vector(), next_vector(), 33, "post_impact"}};
-  result.clearance_events = {{"post_impact", 32, 34, 0, result.clearance[1]}};
+  result.clearance_events = {{"post_impact", 32, 34, 0, result.clearance[1], 32}};
   result.clearance_unwatched = {{"left_link", "debris"}};
   result.limit_events = {{LimitKind::rate, "left-1", "approach", 3, 4, -0.3, 3.5, -0.2}};
+  result.first_violation = Violation{"rate", "rate of left-1 passes its limit -0.2", "approach", 3};
+  result.valid_until = 32;
   result.impact = impact();
   result.later_impacts = {impact()};
   result.later_impacts[0].time = 27;

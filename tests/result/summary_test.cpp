@@ -221,28 +221,60 @@ TEST(Summary, HasPlanCaptureClearanceAndLimits) {
               "approach.plan.straight_in");
   EXPECT_EQ(summary["approach"]["planned_final_rates"], plan["final_rates"]);
   const json& capture = summary["capture"];
-  expect_keys(capture, {"captured", "time", "grasps"}, "capture");
-  EXPECT_EQ(capture["captured"], false);
+  expect_keys(capture, {"captured", "verdict", "time", "grasps"}, "capture");
+  EXPECT_EQ(capture["captured"], "no");
   expect_keys(capture["grasps"][1],
-              {"end_effector", "target", "grasp_point", "captured", "reason", "distance", "angle", "velocity",
-               "angular_velocity", "time"},
+              {"end_effector", "target", "grasp_point", "captured", "judged", "reason", "limiting", "distance", "angle",
+               "velocity", "angular_velocity", "time", "target_moved"},
               "capture.grasps[]");
   EXPECT_EQ(capture["grasps"][0]["time"], 20);
   EXPECT_EQ(capture["grasps"][0]["released"], 45);
   EXPECT_EQ(capture["grasps"][1]["time"], 27);
   EXPECT_FALSE(capture["grasps"][1].contains("released"));
-  EXPECT_EQ(capture["grasps"][0]["captured"], true);
+  EXPECT_EQ(capture["grasps"][0]["captured"], "yes");
+  EXPECT_EQ(capture["grasps"][1]["captured"], "no");
+  EXPECT_EQ(capture["grasps"][1]["limiting"], "angle");
   EXPECT_EQ(capture["grasps"][1]["reason"], "outside the envelope");
   const json& clearance = summary["clearance"];
   expect_keys(clearance, {"unwatched", "least", "phases", "events"}, "clearance");
   EXPECT_EQ(clearance["least"]["distance"], -0.05);
   EXPECT_EQ(clearance["least"]["bodies"], (std::vector<std::string>{"base", "debris"}));
   expect_keys(clearance["phases"][0], {"phase", "distance", "bodies", "points", "time"}, "clearance.phases[]");
-  expect_keys(clearance["events"][0], {"phase", "bodies", "begin", "end", "required", "least_distance", "least_time"},
+  expect_keys(clearance["events"][0],
+              {"phase", "bodies", "begin", "end", "required", "least_distance", "least_time", "overlap_begin"},
               "clearance.events[]");
   expect_keys(summary["limits"]["events"][0],
               {"kind", "joint", "phase", "begin", "end", "limit", "worst_value", "worst_time"}, "limits.events[]");
   EXPECT_EQ(summary["limits"]["events"][0]["kind"], "rate");
+}
+
+TEST(Summary, HasTheContractsFeasibility) {
+  CaptureResult result = test::sample_result();
+  const json feasibility = parsed(result)["feasibility"];
+  expect_keys(feasibility, {"verdict", "sentence", "first", "worst", "by_phase", "not_checked", "valid_until"},
+              "feasibility");
+  EXPECT_EQ(feasibility["verdict"], "no");
+  EXPECT_EQ(feasibility["first"]["kind"], "rate");
+  EXPECT_EQ(feasibility["first"]["time"], 3);
+  expect_keys(feasibility["first"], {"kind", "what", "phase", "time"}, "feasibility.first");
+  expect_keys(feasibility["worst"], {"kind", "what", "phase", "time", "value"}, "feasibility.worst");
+  EXPECT_EQ(feasibility["worst"]["kind"], "overlap");
+  EXPECT_EQ(feasibility["worst"]["value"], 0.05);
+  EXPECT_EQ(feasibility["by_phase"].size(), 2u);
+  EXPECT_EQ(feasibility["valid_until"], 32);
+  EXPECT_EQ(feasibility["not_checked"], json::array());
+
+  // Nobody looked: neither true nor false.
+  LedgerEntry& clearance = result.ledger.entries.back();
+  clearance.value = 0, clearance.not_checked = "no body has a shape";
+  result.clearance_events.clear(), result.limit_events.clear();
+  result.first_violation.reset(), result.valid_until.reset();
+  const json unseen = parsed(result);
+  EXPECT_EQ(unseen["ledger"]["feasible"], "not checked");
+  EXPECT_TRUE(unseen["ledger"]["clearance_violation"]["pass"].is_null());
+  EXPECT_EQ(unseen["ledger"]["clearance_violation"]["not_checked"], "no body has a shape");
+  EXPECT_EQ(unseen["feasibility"]["not_checked"], json::array({"clearance: no body has a shape"}));
+  for (const char* key : {"first", "worst", "valid_until"}) EXPECT_FALSE(unseen["feasibility"].contains(key)) << key;
 }
 
 TEST(Summary, HasTheContractsPublishedAndLedgerKeys) {
@@ -259,7 +291,7 @@ TEST(Summary, HasTheContractsPublishedAndLedgerKeys) {
               {"linear_momentum_drift", "angular_momentum_drift", "loop_closure_position", "clearance_violation",
                "scale", "pass", "feasible"},
               "ledger");
-  EXPECT_EQ(ledger["feasible"], false);
+  EXPECT_EQ(ledger["feasible"], "no");
   EXPECT_EQ(ledger["clearance_violation"]["kind"], "feasibility");
   EXPECT_EQ(ledger["linear_momentum_drift"]["kind"], "conservation");
   expect_keys(ledger["scale"], {"linear_momentum", "angular_momentum", "energy"}, "ledger.scale");

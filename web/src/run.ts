@@ -35,6 +35,11 @@ export class Run {
   get summary(): any {
     return this.data.summary;
   }
+  // From here on bodies overlap: what follows is beyond what the model can say [s]; null: to the end.
+  get validUntil(): number | null {
+    const until = this.data.summary?.feasibility?.valid_until;
+    return typeof until === "number" && Number.isFinite(until) ? until : null;
+  }
   get scene(): Scene | null {
     return this.data.scene;
   }

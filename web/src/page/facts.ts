@@ -166,13 +166,20 @@ function clearanceFact(s: any): Fact {
     name: "Least clearance",
     value: null,
     unit: "m",
-    detail: s.status === "completed" ? "no two bodies with shapes that move" : "not known",
+    detail: clearanceUnseen(s),
   };
   if (!least) return fact;
   const value = num(least.distance);
   const detail = `${list(least.bodies).join(" – ")} at ${withUnit(num(least.time), "s")}`;
   if (list(s.clearance.events).length === 0) return { ...fact, value, detail };
   return { ...fact, value, detail, tone: "bad", word: value !== null && value < 0 ? "overlap:" : "too near:" };
+}
+
+// Why no clearance is known.
+function clearanceUnseen(s: any): string {
+  const reason = text(s.ledger?.clearance_violation?.not_checked, "");
+  if (reason) return `not checked: ${reason}`;
+  return s.status === "completed" ? "no two bodies with shapes that move" : "not known";
 }
 
 // Of an event of `limits.events`.
@@ -203,6 +210,7 @@ export interface LedgerRow {
   value: number | null;
   bound: number | null;
   pass: boolean;
+  notChecked: string; // why nobody looked, though there is something to look at; "": it was checked
   applies: boolean;
   unit: string;
   note: string;
@@ -217,6 +225,7 @@ export function ledgerRows(s: any): LedgerRow[] {
       value: num(row.value),
       bound: num(row.bound),
       pass: row.pass === true,
+      notChecked: row.pass === null ? text(row.not_checked, "") : "",
       applies: row.applies !== false,
       unit: text(row.unit, ""),
       note: text(row.note, ""),

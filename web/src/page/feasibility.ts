@@ -5,7 +5,7 @@ import type { Run } from "../run";
 import { limitUnit } from "./facts";
 import { determined } from "./grasp_tables";
 import { list, num, text, withUnit, words } from "./read";
-import { absent, fold, table, vectorCell, type Cell, type Column } from "./table";
+import { absent, fold, mark, table, vectorCell, type Cell, type Column } from "./table";
 
 const kFewEvents = 8;
 
@@ -14,9 +14,15 @@ export function feasibilitySection(run: Run): HTMLElement[] {
   return [element("h3", {}, "Clearance"), ...clearance(s), element("h3", {}, "Joint limits"), ...limits(run)];
 }
 
+function withoutClearance(s: any): string {
+  const reason = text(s.ledger?.clearance_violation?.not_checked, "");
+  if (reason) return `Clearance was not checked: ${reason}.`;
+  return "The summary holds no clearance: nothing moves, no two bodies have shapes, or the run ended early.";
+}
+
 function clearance(s: any): HTMLElement[] {
   if (!s.clearance)
-    return [absent("The summary holds no clearance: nothing moves, no two bodies have shapes, or the run ended early.")];
+    return [absent(withoutClearance(s))];
   const phases = list(s.clearance.phases).map((one): Cell[] => [
     words(one.phase),
     number(num(one.distance)),
@@ -32,8 +38,11 @@ function clearance(s: any): HTMLElement[] {
     { head: "Nearest points", unit: "m" },
     { head: "" },
   ];
-  const result: HTMLElement[] =
-    phases.length > 0 ? [table("Least clearance per phase (negative: depth of overlap)", columns, phases)] : [];
+  const result: HTMLElement[] = [];
+  const reason = text(s.ledger?.clearance_violation?.not_checked, "");
+  if (reason) result.push(element("p", {}, mark("warn", `Not checked: ${reason}.`)));
+  if (phases.length > 0)
+    result.push(table("Least clearance per phase (negative: depth of overlap)", columns, phases));
   const events = [...list(s.clearance.events)].sort(
     (a, b) => (num(a.least_distance) ?? 0) - (num(b.least_distance) ?? 0),
   );

@@ -18,8 +18,8 @@ export function ledgerSection(s: any): HTMLElement[] {
   const rows = ledgerRows(s);
   if (rows.length === 0) return [absent("This result has no ledger: nothing shows that its numbers can be trusted.")];
   const part = (kind: string, applies: boolean) =>
-    rows.filter((row) => (row.kind === "feasibility") === (kind === "feasibility") && row.applies === applies);
-  const idle = rows.filter((row) => !row.applies);
+    rows.filter((row) => (row.kind === "feasibility") === (kind === "feasibility") && (row.applies || row.notChecked !== "") === applies);
+  const idle = rows.filter((row) => !row.applies && row.notChecked === "");
   const result = [
     element(
       "p",
@@ -46,12 +46,17 @@ export function ledgerSection(s: any): HTMLElement[] {
 function cells(row: LedgerRow): Cell[] {
   return [
     name(row.key),
-    row.value === null ? "not a number" : number(row.value, 3),
+    !row.applies ? "–" : row.value === null ? "not a number" : number(row.value, 3),
     number(row.bound, 3),
     row.unit === "1" ? "relative" : unitText(row.unit),
-    row.pass ? mark("good", "pass") : mark("bad", "fail"),
-    element("span", { class: "note" }, row.note),
+    outcome(row),
+    element("span", { class: "note" }, row.notChecked ? `Not checked: ${row.notChecked}. ${row.note}` : row.note),
   ];
+}
+
+function outcome(row: LedgerRow): HTMLElement {
+  if (row.notChecked) return mark("warn", "not checked");
+  return row.pass ? mark("good", "pass") : mark("bad", "fail");
 }
 
 // Readable, and as the summary has it.
@@ -97,11 +102,9 @@ export function ledgerOfBoth(a: any, b: any): HTMLElement[] {
   const result = (row: LedgerRow | undefined) =>
     !row
       ? "absent"
-      : !row.applies
+      : !row.applies && !row.notChecked
         ? mark("none", "nothing to check")
-        : row.pass
-          ? mark("good", "pass")
-          : mark("bad", "fail");
+        : outcome(row);
   const rows = keys.map((key) => {
     const [x, y] = [rowsA.find((row) => row.key === key), rowsB.find((row) => row.key === key)];
     const unit = (x ?? y)!.unit;

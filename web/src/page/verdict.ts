@@ -55,17 +55,27 @@ function captureAnswer(s: any): Answer {
       word: "Nothing to grip",
       said: "This run has no grasps, or its summary does not say.",
     };
-  const captured = s.capture.captured === true;
+  const answer = capturedAnswer(s.capture.captured);
+  const captured = answer !== "no";
   // Contacts are not meant to hold.
   const met = list(s.impact?.grasps);
   if (!captured && met.length > 0 && met.every((grasp) => grasp.model === "contact"))
     return { question, tone: "none", word: "Contact, no grip", said: captureSentence(s) };
-  return {
-    question,
-    tone: captured ? "good" : "bad",
-    word: captured ? "Captured" : "Not captured",
-    said: captureSentence(s),
-  };
+  const words = { yes: "Captured", assumed: "Assumed, not judged", no: "Not captured" };
+  const tones: Record<string, Tone> = { yes: isBeyond(s, s.capture.time) ? "warn" : "good", assumed: "warn", no: "bad" };
+  return { question, tone: tones[answer], word: words[answer], said: captureSentence(s) };
+}
+
+// Summaries of grapnel-summary/1 have true and false.
+function capturedAnswer(value: unknown): "yes" | "no" | "assumed" {
+  if (value === true || value === "yes") return "yes";
+  return value === "assumed" ? "assumed" : "no";
+}
+
+// What follows the first overlap of bodies.
+function isBeyond(s: any, time: unknown): boolean {
+  const until = num(s.feasibility?.valid_until);
+  return until !== null && (num(time) ?? 0) > until;
 }
 
 function captureCard(s: any): HTMLElement {
@@ -75,7 +85,7 @@ function captureCard(s: any): HTMLElement {
 
 export function captureSentence(s: any): string {
   const grasps = list(s.capture?.grasps);
-  const closed = grasps.filter((grasp) => grasp.captured === true);
+  const closed = grasps.filter((grasp) => capturedAnswer(grasp.captured) !== "no");
   const strongest = list(s.impact?.grasps).reduce(
     (best, one) => ((num(one.impulse_magnitude) ?? -1) > (num(best?.impulse_magnitude) ?? -1) ? one : best),
     null,
@@ -83,7 +93,26 @@ export function captureSentence(s: any): string {
   const impulse = strongest
     ? `, impulse up to ${withUnit(num(strongest.impulse_magnitude), "N s")} (${text(strongest.end_effector)})`
     : "";
-  return `${closed.length} of ${grasps.length} grips closed${closingTimes(s, closed)}${impulse}.`;
+  return `${closed.length} of ${grasps.length} grips closed${movedTargets(closed)}${closingTimes(s, closed)}${gapText(closed)}${impulse}.${unjudged(closed)}`;
+}
+
+// contact.gap: translate_target is no capture of the target where it was.
+function movedTargets(closed: any[]): string {
+  const moved = new Map<string, number>();
+  for (const grasp of closed) if ((num(grasp.target_moved) ?? 0) > 0) moved.set(text(grasp.target), num(grasp.target_moved)!);
+  const each = [...moved].map(([target, by]) => `${target} by ${withUnit(by, "m", 3)}`);
+  return each.length > 0 ? ` by moving ${each.join(" and ")}` : "";
+}
+
+function gapText(closed: any[]): string {
+  const gaps = closed.map((grasp) => num(grasp.distance)).filter((gap) => gap !== null);
+  if (gaps.length === 0) return "";
+  return `, ${gaps.length > 1 ? "largest gap" : "gap"} ${withUnit(Math.max(...gaps), "m", 3)}`;
+}
+
+function unjudged(closed: any[]): string {
+  const hands = closed.filter((grasp) => grasp.judged === false).map((grasp) => text(grasp.end_effector));
+  return hands.length > 0 ? ` No envelope says what ${hands.join(" and ")} can close on: that it holds is assumed.` : "";
 }
 
 // Grips may close one after the other.
@@ -105,12 +134,13 @@ function gripList(s: any): HTMLElement | null {
   const grasps = list(s.capture?.grasps);
   if (grasps.length === 0) return null;
   const rows = grasps.map((grasp) => {
-    const good = grasp.captured === true;
+    const answer = capturedAnswer(grasp.captured);
+    const tone: Tone = answer === "yes" ? "good" : answer === "assumed" ? "warn" : isContact(s, grasp) ? "none" : "bad";
     const released = num(grasp.released) !== null ? `; let go at ${withUnit(num(grasp.released), "s")}` : "";
     return element(
       "li",
       {},
-      mark(good ? "good" : isContact(s, grasp) ? "none" : "bad", `${text(grasp.end_effector)} → ${text(grasp.target)}`),
+      mark(tone, `${text(grasp.end_effector)} → ${text(grasp.target)}`),
       element("span", { class: "reason" }, `${text(grasp.reason, "no reason is given")}${released}`),
     );
   });
@@ -179,41 +209,66 @@ function feasibleAnswer(s: any): Answer {
   const rows = ledgerRows(s).filter((row) => row.kind === "feasibility");
   if (rows.length === 0)
     return { question, tone: "none", word: "Not checked", said: "The summary has no checks of clearance and limits." };
-  if (!rows.some((row) => row.applies))
-    return {
-      question,
-      tone: "none",
-      word: "Not checked",
-      said:
-        s.status === "failed"
-          ? "The run ended before clearance and joint limits could be checked."
-          : "Nothing moves, or there are no shapes and limits to check.",
-    };
-  if (s.ledger.feasible === true)
-    return { question, tone: "good", word: "Feasible", said: "Clearance and joint limits are kept." };
+  const answer = feasibleWord(s);
+  if (answer === "not checked")
+    return { question, tone: rows.some((row) => row.applies) ? "warn" : "none", word: "Not checked", said: notChecked(s, rows) };
+  if (answer === "yes")
+    return { question, tone: "good", word: "Feasible", said: sentence(s) ?? "Clearance and joint limits are kept." };
   return {
     question,
     tone: "bad",
     word: "Not feasible",
-    said: "Clearance or joint limits are not kept; the motion computed does not feel them.",
+    said: sentence(s) ?? "Clearance or joint limits are not kept; the motion computed does not feel them.",
   };
+}
+
+// Summaries of grapnel-summary/1 have true and false, and say true where nobody looked.
+function feasibleWord(s: any): string {
+  const answer = s.feasibility?.verdict ?? s.ledger.feasible;
+  if (answer === false) return "no";
+  if (answer !== true) return text(answer, "not checked");
+  return ledgerRows(s).some((row) => row.kind === "feasibility" && row.applies) ? "yes" : "not checked";
+}
+
+// As on the terminal, without the word that stands beside it.
+function sentence(s: any): string | null {
+  const all = text(s.feasibility?.sentence, "").replace(/^feasible: (yes|NO|not checked)[,;:]? */, "");
+  return all ? `${all.charAt(0).toUpperCase()}${all.slice(1)}.` : null;
+}
+
+function notChecked(s: any, rows: LedgerRow[]): string {
+  const said = sentence(s);
+  if (said && list(s.feasibility?.not_checked).length > 0) return said;
+  if (s.status === "failed") return "The run ended before clearance and joint limits could be checked.";
+  return rows.some((row) => row.applies) ? "Not all of it was checked." : "Nothing moves, or there are no shapes and limits to check.";
 }
 
 function feasibleCard(run: Run): HTMLElement {
   const s = run.summary ?? {};
-  const idle = ledgerRows(s).filter((row) => row.kind === "feasibility" && !row.applies);
+  const idle = ledgerRows(s).filter((row) => row.kind === "feasibility" && !row.applies && row.notChecked === "");
   const unchecked = idle.map((row) => words(row.key).replace(/ violation$/, ""));
-  const troubles = [...clearanceTroubles(s), ...limitTroubles(run)];
-  const worst = troubles.slice(0, 3).map((one) => element("li", {}, one.text));
-  if (troubles.length > 3) worst.push(element("li", {}, `and ${troubles.length - 3} more`));
+  const worst = worstOfPhases(s) ?? shortened([...clearanceTroubles(s), ...limitTroubles(run)]);
   return card(
     feasibleAnswer(s),
-    worst.length > 0 ? element("ul", { class: "events" }, ...worst) : null,
+    worst.length > 0 ? element("ul", { class: "events" }, ...worst.map((one) => element("li", {}, one))) : null,
     unchecked.length > 0 ? element("p", { class: "small" }, `Nothing to check: ${unchecked.join(", ")}.`) : null,
     s.clearance || s.limits
       ? element("p", { class: "more" }, element("a", { href: "#feasibility" }, "All events and limits"))
       : null,
   );
+}
+
+// The worst of each phase, in the order of phases; null: the summary is of an earlier version.
+function worstOfPhases(s: any): string[] | null {
+  if (!s.feasibility) return null;
+  return list(s.feasibility.by_phase).map(
+    (one) => `Worst in ${words(one.phase)}: ${text(one.what)}, at ${withUnit(num(one.time), "s")}`,
+  );
+}
+
+function shortened(troubles: Trouble[]): string[] {
+  const shown = troubles.slice(0, 3).map((one) => one.text);
+  return troubles.length > 3 ? [...shown, `and ${troubles.length - 3} more`] : shown;
 }
 
 // One line per pair of bodies, the deepest first.

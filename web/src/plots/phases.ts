@@ -1,4 +1,6 @@
-// What plots shade: the phases of the first run; of a second one when its contacts begin, where the first's do not.
+// What plots shade: the phases of the first run; of a second one when its contacts begin, where the first's do not; of
+// each what is beyond validity, since bodies overlap.
+import { kBeyond } from "../colors";
 import type { Run } from "../run";
 
 export interface Shade {
@@ -17,5 +19,8 @@ export function shades(runs: Run[]): Shade[] {
         .filter((phase) => phase.name.startsWith("contact") && !begins.has(phase.begin))
         .map((phase) => ({ name: `${phase.name} ${run.data.label}`, begin: phase.begin, end: phase.begin })),
     );
-  return [...first, ...others];
+  const beyond = runs
+    .filter((run) => run.validUntil !== null && run.validUntil < run.end)
+    .map((run) => ({ name: `${kBeyond} ${run.data.label}`.trim(), begin: run.validUntil!, end: run.end }));
+  return [...first, ...others, ...beyond];
 }

@@ -3,7 +3,7 @@ import type { Clock } from "../clock";
 import { phaseTint } from "../colors";
 import { element, svgElement } from "../dom";
 import { number } from "../format";
-import { words } from "../page/read";
+import { withUnit, words } from "../page/read";
 import type { PhaseSpan, Run } from "../run";
 import type { Impact } from "./impacts";
 
@@ -54,9 +54,14 @@ export class Transport {
     const phase = this.phaseAt(clock.time);
     const text = `${clock.time.toFixed(3)} s`;
     this.range.value = String(clock.time);
-    this.range.setAttribute("aria-valuetext", `${text}, ${phase}`);
+    
     this.time.textContent = text;
-    this.phase.textContent = this.slowed() ? `${phase}, at ${number(this.rate(), 2)}×` : phase;
+    const until = this.run.validUntil;
+    const beyond = until !== null && clock.time > until;
+    this.phase.classList.toggle("beyond-validity", beyond);
+    this.range.setAttribute("aria-valuetext", `${text}, ${phase}${beyond ? ", beyond validity" : ""}`);
+    const speed = this.slowed() ? `, at ${number(this.rate(), 2)}×` : "";
+    this.phase.textContent = phase + speed + (beyond ? `, beyond validity: valid until ${withUnit(until, "s")}` : "");
     const part = clock.end > clock.begin ? (clock.time - clock.begin) / (clock.end - clock.begin) : 0;
     this.elapsed.style.width = `${(100 * part).toFixed(3)}%`;
   }
@@ -135,6 +140,12 @@ export class Transport {
       part.style.background = strong(phaseTint(phase.name));
       if ((phase.end - phase.begin) / span > 0.14) part.append(element("span", {}, words(phase.name)));
       track.append(part);
+    }
+    const until = this.run.validUntil;
+    if (until !== null && until < clock.end) {
+      const beyond = element("div", { class: "replay-beyond", title: `beyond validity from ${withUnit(until, "s")} on: bodies overlap` });
+      beyond.style.left = percent(until);
+      track.append(beyond);
     }
     track.append(this.elapsed);
     for (const impact of this.impacts) {

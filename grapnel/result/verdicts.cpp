@@ -1,0 +1,196 @@
+#include "grapnel/result/verdicts.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace grapnel {
+namespace {
+
+std::string number(double value) { return fmt::format("{:.5g}", value); }
+
+// "left", "left and right", "a, b and c".
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 < names.size() ? ", " : " and ") + names[i];
+  return text;
+}
+
+// ", by moving debris 106 mm and rocket 20 mm"
+std::string moved_words(const CaptureResult& result) {
+  std::vector<std::string> moves, targets;
+  for (const GripOutcome& g : result.grips) {
+    if (!g.captured || !(g.target_moved > 0) || std::count(targets.begin(), targets.end(), g.target) > 0) continue;
+    targets.push_back(g.target);
+    moves.push_back(fmt::format("{} {}", g.target, length_text(g.target_moved)));
+  }
+  return moves.empty() ? "" : ", by moving " + listed(moves);
+}
+
+// Severities: overlaps first.
+int rank_of(const Violation& v) { return v.kind == "overlap" ? 0 : v.kind == "clearance" ? 1 : 2; }
+
+double severity_of(const GradedViolation& v) {
+  const int rank = rank_of(v);
+  if (rank == 0) return v.value;
+  if (rank == 1) return v.limit - v.value;
+  return std::abs(v.value - v.limit) / (v.limit != 0 ? std::abs(v.limit) : 1);
+}
+
+void add_clearance(const ClearanceEvent& e, std::vector<GradedViolation>& all) {
+  const std::string pair = e.least.body_a + " and " + e.least.body_b;
+  GradedViolation v;
+  v.phase = e.phase;
+  v.worst_time = e.least.time;
+  if (e.overlap_begin) {
+    v.kind = "overlap", v.what = pair + " overlap", v.time = *e.overlap_begin;
+    v.value = -e.least.distance;
+    v.worst = fmt::format("{} overlap by {} m", pair, number(v.value));
+    all.push_back(v);
+    if (!(e.begin_time < *e.overlap_begin)) return;
+    v.worst_time = *e.overlap_begin;  // from there on it is the overlap that counts
+  }
+  v.kind = "clearance", v.time = e.begin_time;
+  v.what = fmt::format("{} are nearer than {} m", pair, number(e.required));
+  v.value = std::max(0.0, e.least.distance), v.limit = e.required;
+  v.worst = fmt::format("{} are {} m apart, of {} m required", pair, number(v.value), number(v.limit));
+  all.push_back(v);
+}
+
+void add_limit(const LimitEvent& e, std::vector<GradedViolation>& all) {
+  if (e.kind == LimitKind::effort_saturated) return;
+  GradedViolation v;
+  v.kind = limit_kind_name(e.kind), v.phase = e.phase, v.time = e.begin_time;
+  v.what = fmt::format("{} of {} passes its limit {}", v.kind, e.joint, number(e.limit));
+  v.value = e.worst_value, v.limit = e.limit, v.worst_time = e.worst_time;
+  v.worst = fmt::format("{} of {} is {}, its limit {}", v.kind, e.joint, number(v.value), number(v.limit));
+  all.push_back(v);
+}
+
+// "clearance", "joint positions"
+std::string row_words(const std::string& name) {
+  if (name == "clearance_violation") return "clearance";
+  for (const char* what : {"position", "rate", "effort"}) {
+    if (name == fmt::format("joint_{}_violation", what)) return fmt::format("joint {}s", what);
+  }
+  return name;
+}
+
+// What has been looked at and found to be kept, and what there was nothing of to look at.
+std::string kept_words(const Ledger& ledger) {
+  std::vector<std::string> kept, limits;
+  bool clearance = false, any_limit_row = false;
+  for (const LedgerEntry& e : ledger.entries) {
+    if (e.kind != LedgerEntry::Kind::feasibility) continue;
+    const bool is_clearance = e.name == "clearance_violation";
+    any_limit_row = any_limit_row || !is_clearance;
+    if (!e.applies) continue;
+    clearance = clearance || is_clearance;
+    (is_clearance ? kept : limits).push_back(row_words(e.name));
+  }
+  if (limits.size() == 3) limits = {"joint limits"};
+  kept.insert(kept.end(), limits.begin(), limits.end());
+  std::string text = listed(kept) + (kept.size() == 1 && clearance ? " is kept" : " are kept");
+  if (!clearance) text += "; no two bodies can touch";
+  if (any_limit_row && limits.empty()) text += "; no joint limits are stated";
+  return text;
+}
+
+std::string infeasible_sentence(const CaptureResult& result) {
+  std::string text = "feasible: NO";
+  if (result.valid_until) text += fmt::format(", valid until {} s", number(*result.valid_until));
+  if (!result.first_violation) return text;
+  const Violation& first = *result.first_violation;
+  if (first.kind == "overlap") return text + fmt::format(": {} from then on ({})", first.what, first.phase);
+  text += fmt::format("{} first {} at t = {} s ({})", result.valid_until ? ", where bodies overlap;" : ":", first.what,
+                      number(first.time), first.phase);
+  return text;
+}
+
+}  // namespace
+
+std::string length_text(double metres) {
+  return metres >= 1e-6 && metres < 1 ? fmt::format("{:.3g} mm", 1e3 * metres) : fmt::format("{:.3g} m", metres);
+}
+
+std::string capture_sentence(const CaptureResult& result) {
+  if (result.grips.empty()) return "";
+  const Captured verdict = result.capture_verdict();
+  std::size_t closed = 0;
+  double gap = 0;
+  std::vector<std::string> unjudged;
+  for (const GripOutcome& g : result.grips) {
+    closed += g.captured;
+    // Of those that decide: all that closed, or those that did not.
+    if (g.captured == (verdict != Captured::no) && !(g.distance <= gap)) gap = g.distance;
+    if (g.captured && !g.judged) unjudged.push_back(g.end_effector);
+  }
+  std::string text = fmt::format("captured: {}", verdict == Captured::no ? "NO" : name_of(verdict));
+  if (verdict != Captured::no) text += moved_words(result);
+  text += fmt::format(" ({} of {} grips, t = {} s, {} {})", closed, result.grips.size(), number(result.capture_time),
+                      result.grips.size() == 1 ? "gap" : "largest gap", length_text(gap));
+  if (!unjudged.empty()) text += fmt::format(": no envelope says what {} can close on", listed(unjudged));
+  if (result.valid_until && *result.valid_until < result.capture_time)
+    text += fmt::format("; beyond validity, bodies overlap from t = {} s on", number(*result.valid_until));
+  return text;
+}
+
+std::vector<GradedViolation> violations_of(const CaptureResult& result) {
+  std::vector<GradedViolation> all;
+  for (const ClearanceEvent& e : result.clearance_events) add_clearance(e, all);
+  for (const LimitEvent& e : result.limit_events) add_limit(e, all);
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return std::pair(a.time, rank_of(a)) < std::pair(b.time, rank_of(b));
+  });
+  return all;
+}
+
+bool is_worse(const GradedViolation& one, const GradedViolation& other) {
+  const int a = rank_of(one), b = rank_of(other);
+  return a != b ? a < b : severity_of(one) > severity_of(other);
+}
+
+std::vector<GradedViolation> worst_by_phase(const std::vector<GradedViolation>& violations) {
+  std::vector<GradedViolation> worst;
+  for (const GradedViolation& v : violations) {
+    const auto known =
+        std::find_if(worst.begin(), worst.end(), [&](const GradedViolation& w) { return w.phase == v.phase; });
+    if (known == worst.end()) {
+      worst.push_back(v);
+    } else if (is_worse(v, *known)) {
+      *known = v;
+    }
+  }
+  return worst;
+}
+
+std::vector<std::string> not_checked_texts(const Ledger& ledger) {
+  std::vector<std::pair<std::string, std::vector<std::string>>> reasons;  // with the rows
+  for (const LedgerEntry& e : ledger.entries) {
+    if (e.kind != LedgerEntry::Kind::feasibility || e.not_checked.empty()) continue;
+    const auto known =
+        std::find_if(reasons.begin(), reasons.end(), [&](const auto& r) { return r.first == e.not_checked; });
+    if (known == reasons.end()) {
+      reasons.push_back({e.not_checked, {row_words(e.name)}});
+    } else {
+      known->second.push_back(row_words(e.name));
+    }
+  }
+  std::vector<std::string> texts;
+  for (const auto& [reason, rows] : reasons) texts.push_back(listed(rows) + ": " + reason);
+  return texts;
+}
+
+std::string feasibility_sentence(const CaptureResult& result) {
+  const Verdict verdict = result.ledger.feasibility();
+  if (verdict == Verdict::no) return infeasible_sentence(result);
+  if (verdict == Verdict::yes) return "feasible: yes, " + kept_words(result.ledger);
+  const std::vector<std::string> texts = not_checked_texts(result.ledger);
+  return texts.empty() ? "feasible: not checked; there is nothing to check"
+                       : fmt::format("feasible: not checked; {}", fmt::join(texts, "; "));
+}
+
+}  // namespace grapnel
