@@ -35,10 +35,21 @@ int end_of_parsing(const CLI::App& app, const CLI::ParseError& error) {
   return failed == 0 ? kDone : kBadInput;
 }
 
+namespace {
+
+// An unset variable in a script must not mean something else than was meant.
+std::string not_empty(const std::string& text) {
+  return text.empty() ? "its value is empty, as of a variable that is not set" : "";
+}
+
+}  // namespace
+
 void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options) {
   command.add_option("study", options.study, "Campaign file (YAML)")->required();
-  command.add_option("-o,--output", options.output,
-                     "Result folder (default: out/NAME-OF-THE-STUDY); what is there already of this campaign is kept");
+  command
+      .add_option("-o,--output", options.output,
+                  "Result folder (default: out/NAME-OF-THE-STUDY); what is there already of this campaign is kept")
+      ->check(not_empty);
   command.add_option("--extend", options.extend, "Add so many cases to the campaign in the folder")
       ->check(CLI::Range(std::uint64_t{1}, kMostCases));
   command.add_flag("--no-report", options.no_report, "Write no report.html");
@@ -56,6 +67,7 @@ void add_machine_arguments(CLI::App& command, CampaignRunOptions& options) {
   command
       .add_option("--shard", options.shard,
                   "Only part i of N, as in 3/8; 'slurm' takes both from the job array (default where there is one)")
+      ->check(not_empty)
       ->excludes(only);
 }
 

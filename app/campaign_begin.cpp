@@ -62,6 +62,9 @@ int with_store_errors(const fs::path& folder, const std::string& command, const 
   } catch (const ForeignFolder& error) {
     say_lines(error.what());
     return kBadInput;
+  } catch (const DamagedManifest& error) {
+    say_lines(error.what());
+    return kBadInput;
   } catch (const FolderInUse& error) {
     say_lines(error.what());
     return kSimulationFailed;

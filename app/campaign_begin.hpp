@@ -31,7 +31,7 @@ void say_stopped(const std::filesystem::path& folder, std::uint64_t done, std::u
 void take_total(Campaign& campaign, const ShardStore& store);
 
 /// The exit code of `work`, or that of what it throws, which is said on stderr: a folder in use and disks are 1,
-/// another campaign's folder is 2. `command` goes on.
+/// another campaign's folder and one with a damaged manifest are 2. `command` goes on.
 int with_store_errors(const std::filesystem::path& folder, const std::string& command,
                       const std::function<int()>& work);
 

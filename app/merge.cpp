@@ -44,7 +44,8 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
     }
     if (!sources.empty()) {
       const Source& first = sources.front();
-      std::vector<std::string> lines = differences(*manifest, first.manifest.campaign, first.manifest.version);
+      std::vector<std::string> lines =
+          differences(*manifest, first.manifest.campaign, first.manifest.version, first.manifest.arithmetic);
       if (manifest->block_size != first.manifest.block_size)
         lines.push_back(
             fmt::format("its shards have {} cases, not {}", manifest->block_size, first.manifest.block_size));
@@ -65,7 +66,8 @@ std::optional<std::vector<Source>> sources_of(const MergeOptions& options) {
 Campaign campaign_of(const Source& source) {
   try {
     Campaign campaign = load_campaign(source.manifest.campaign.file);
-    if (differences(source.manifest, campaign, source.manifest.version).empty()) return campaign;
+    if (differences(source.manifest, campaign, source.manifest.version, source.manifest.arithmetic).empty())
+      return campaign;
   } catch (const ScenarioError&) {
   }
   return source.manifest.campaign;
@@ -104,10 +106,11 @@ std::vector<CampaignRow> rows_in(const Source& source, const Campaign& campaign,
   const std::uint64_t size = source.manifest.block_size;
   if (number >= block_count(size, source.manifest.total)) return {};
   const Block block = block_at(number, size, source.manifest.total);
-  auto rows = read_shard(source.folder, campaign, block);
+  auto rows = read_shard(source.folder, campaign, block, source.manifest.arithmetic);
   std::error_code none;
   if (!rows && fs::exists(shard_path(source.folder, number), none))
-    to_stderr("grapnel: warning: {} is damaged and left out\n", shard_path(source.folder, number).string());
+    to_stderr("grapnel: warning: {} is damaged, or of another arithmetic than its manifest says, and left out\n",
+              shard_path(source.folder, number).string());
   return rows ? std::move(*rows) : std::vector<CampaignRow>{};
 }
 
@@ -132,7 +135,11 @@ int merge_into(const std::vector<Source>& sources, const MergeOptions& options, 
   std::uint64_t total = 0;
   for (const Source& source : sources) total = std::max(total, source.manifest.total);
   ShardStore store(options.output, campaign,
-                   {.version = sources.front().manifest.version, .writer = {}, .extend = 0, .total = total});
+                   {.version = sources.front().manifest.version,
+                    .writer = {},
+                    .extend = 0,
+                    .total = total,
+                    .arithmetic = sources.front().manifest.arithmetic});
   for (const Source& source : sources) {
     if (source.manifest.block_size == store.block_size()) continue;
     throw ForeignFolder(fmt::format("'{}' has blocks of {} cases, '{}' of {}", source.folder.string(),
@@ -150,9 +157,12 @@ int merge_into(const std::vector<Source>& sources, const MergeOptions& options, 
   if (all.complete < all.blocks) {
     to_stderr(
         "grapnel: error: {} of {} blocks ({} of {} cases) are in {}, and no results can be written yet; grapnel "
-        "campaign {} -o {} computes the others\n",
+        "campaign {} -o {} computes the others{}\n",
         all.complete, all.blocks, all.rows, store.total(), store.folder().string(), campaign.file,
-        store.folder().string());
+        store.folder().string(),
+        store.arithmetic() == arithmetic_here()
+            ? ""
+            : fmt::format(", on a machine whose arithmetic is '{}'", store.arithmetic()));
     return kSimulationFailed;
   }
   return write_campaign_results(campaign, store.folder(), {options.quiet, options.no_report, options.no_csv}, stop);

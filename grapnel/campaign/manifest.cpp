@@ -10,6 +10,7 @@
 
 #include "grapnel/lanes/dispatch.hpp"
 #include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/result/json_text.hpp"
 #include "grapnel/study/study_table.hpp"
@@ -19,7 +20,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kSchema = "grapnel-campaign-folder/1";
+constexpr const char* kSchema = "grapnel-campaign-folder/2";
+constexpr const char* kChecksum = "checksum";  // of the document without this key, as json_text() writes it
 
 std::filesystem::path path_in(const std::filesystem::path& folder) { return folder / "manifest.json"; }
 
@@ -161,6 +163,23 @@ Manifest manifest_from(const Json& document) {
   return manifest;
 }
 
+// What was changed since it was written. Takes the checksum out of the document.
+void expect_checksum(Json& document, const std::filesystem::path& path) {
+  const auto found = document.find(kChecksum);
+  if (found == document.end() || !found->is_string())
+    throw std::runtime_error(path.string() + ": damaged: it has no checksum");
+  const std::string stated = found->get<std::string>();
+  document.erase(kChecksum);
+  if (checksum_text(json_text(document)) != stated)
+    throw std::runtime_error(path.string() +
+                             ": damaged: it says something else than what was written, its checksum does not match");
+}
+
+std::string damaged(const std::filesystem::path& path, const std::string& fault) {
+  return fault + "\nmove this file away: the command that began " + path.parent_path().string() +
+         " then makes it anew and keeps all rows that are sound; cases that --extend added have to be asked for again";
+}
+
 // --- Differences ---
 
 std::vector<std::string> lines_of(const std::string& text) {
@@ -204,8 +223,8 @@ std::string arithmetic_here() {
   return *set == lanes::InstructionSet::sse2 ? "sse2" : "fma";
 }
 
-Manifest new_manifest(const Campaign& campaign, const std::string& version) {
-  Manifest manifest{version, campaign, campaign.total(), block_size_for(campaign.total()), {}, arithmetic_here()};
+Manifest new_manifest(const Campaign& campaign, const std::string& version, const std::string& arithmetic) {
+  Manifest manifest{version, campaign, campaign.total(), block_size_for(campaign.total()), {}, arithmetic};
   manifest.campaign.draw = nullptr;
   manifest.campaign.problem = nullptr;
   manifest.campaign.scenario_text = nullptr;
@@ -214,24 +233,33 @@ Manifest new_manifest(const Campaign& campaign, const std::string& version) {
 }
 
 void write_manifest(const std::filesystem::path& folder, const Manifest& manifest) {
-  write_file_atomically(path_in(folder), json_text(document_of(manifest)));
+  Json document = document_of(manifest);
+  document[kChecksum] = checksum_text(json_text(document));
+  write_file_atomically(path_in(folder), json_text(document));
 }
 
 std::optional<Manifest> read_manifest(const std::filesystem::path& folder) {
   const std::filesystem::path path = path_in(folder);
   std::error_code none;
   if (!std::filesystem::exists(path, none)) return std::nullopt;
-  const Json document = read_json_document(path, kSchema);
+  file_bytes(path);  // throws if it cannot be read
   try {
+    Json document = read_json_document(path, kSchema);
+    expect_checksum(document, path);
     return manifest_from(document);
-  } catch (const std::exception& error) {
+  } catch (const Json::exception& error) {
     const std::string what = error.what();  // "[json.exception.out_of_range.403] key 'x' not found"
     const std::size_t at = what.find("] ");
-    throw std::runtime_error(path.string() + ": damaged: " + (at == std::string::npos ? what : what.substr(at + 2)));
+    throw DamagedManifest(
+        damaged(path, path.string() + ": damaged: " + (at == std::string::npos ? what : what.substr(at + 2))));
+  } catch (const std::exception& error) {
+    const std::string what = error.what();
+    throw DamagedManifest(damaged(path, what.starts_with(path.string()) ? what : path.string() + ": damaged: " + what));
   }
 }
 
-std::vector<std::string> differences(const Manifest& manifest, const Campaign& campaign, const std::string& version) {
+std::vector<std::string> differences(const Manifest& manifest, const Campaign& campaign, const std::string& version,
+                                     const std::string& arithmetic) {
   const Campaign& there = manifest.campaign;
   std::vector<std::string> lines;
   const auto compare = [&](const char* what, const auto& was, const auto& is) {
@@ -240,9 +268,9 @@ std::vector<std::string> differences(const Manifest& manifest, const Campaign& c
   if (manifest.version != version)
     lines.push_back(
         fmt::format("grapnel {} made it, and this is {}: their rows need not agree", manifest.version, version));
-  if (const std::string here = arithmetic_here(); manifest.arithmetic != here)
-    lines.push_back(fmt::format("its rows have the arithmetic '{}', and those made here '{}': they differ in last bits",
-                                manifest.arithmetic, here));
+  if (manifest.arithmetic != arithmetic)
+    lines.push_back(fmt::format("its rows have the arithmetic '{}', not '{}': they differ in last bits",
+                                manifest.arithmetic, arithmetic));
   compare("name", "'" + there.name + "'", "'" + campaign.name + "'");
   compare("seed", there.seed, campaign.seed);
   compare("sampling", std::string(name_of(there.sampling)), std::string(name_of(campaign.sampling)));

@@ -11,8 +11,14 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
+#include "grapnel/campaign/campaign_lock.hpp"
 
 namespace grapnel {
+
+/// A manifest that is not as it was written. what() names path and fault, and says how the folder is used again.
+struct DamagedManifest : StoreError {
+  using StoreError::StoreError;
+};
 
 struct Manifest {
   std::string version;               // of the program that made the rows
@@ -31,16 +37,19 @@ std::uint64_t block_size_for(std::uint64_t total);
 /// "sse2" in lanes without; "double" without lanes.
 std::string arithmetic_here();
 
-/// Of a campaign that begins.
-Manifest new_manifest(const Campaign& campaign, const std::string& version);
+/// Of a campaign that begins, whose rows have this arithmetic.
+Manifest new_manifest(const Campaign& campaign, const std::string& version,
+                      const std::string& arithmetic = arithmetic_here());
 
-/// DIR/manifest.json. @throws std::runtime_error naming path and reason
+/// DIR/manifest.json, with a checksum of all it says. @throws std::runtime_error naming path and reason
 void write_manifest(const std::filesystem::path& folder, const Manifest& manifest);
-/// Nothing if there is none. @throws std::runtime_error naming path and fault
+/// Nothing if there is none. @throws DamagedManifest also where only its checksum does not match; std::runtime_error
+/// naming path and reason where it cannot be read.
 std::optional<Manifest> read_manifest(const std::filesystem::path& folder);
 
-/// How a manifest's campaign differs from another, a line each, as "its seed is 1, not 2"; empty if their cases and
-/// columns are the same.
-std::vector<std::string> differences(const Manifest& manifest, const Campaign& campaign, const std::string& version);
+/// How a manifest's campaign and its rows' arithmetic differ from another's, a line each, as "its seed is 1, not 2";
+/// empty if their cases and columns are the same.
+std::vector<std::string> differences(const Manifest& manifest, const Campaign& campaign, const std::string& version,
+                                     const std::string& arithmetic = arithmetic_here());
 
 }  // namespace grapnel

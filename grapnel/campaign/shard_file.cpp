@@ -15,7 +15,7 @@ namespace {
 using hdf5::check;
 using hdf5::Handle;
 
-constexpr const char* kSchema = "grapnel-campaign-shard/1";
+constexpr const char* kSchema = "grapnel-campaign-shard/2";
 
 // What is the same in all shards of a campaign and in no other's.
 std::string identity(const Campaign& campaign) { return fmt::format("{} {}", campaign.sha256, campaign.seed); }
@@ -53,13 +53,14 @@ void write_reasons(const Handle& file, const std::vector<CampaignRow>& rows) {
   if (!texts.empty()) hdf5::write_strings(file, "reasons", texts);
 }
 
-std::string image_of(const Campaign& campaign, const std::vector<CampaignRow>& rows) {
+std::string image_of(const Campaign& campaign, const std::vector<CampaignRow>& rows, const std::string& arithmetic) {
   const hdf5::Session session;
   const Handle file = hdf5::create_in_memory("shard");
   {
     const Handle root(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, "/");
     hdf5::write_attribute(root, "schema", std::string(kSchema));
     hdf5::write_attribute(root, "campaign", identity(campaign));
+    hdf5::write_attribute(root, "arithmetic", arithmetic);
     std::vector<std::uint64_t> index;
     std::vector<std::uint8_t> status, success;
     for (const CampaignRow& row : rows) {
@@ -120,10 +121,12 @@ std::vector<std::string> read_texts(const Handle& file, const char* name) {
   return texts;
 }
 
-std::vector<CampaignRow> rows_of(const Handle& file, const Campaign& campaign, const Block& block) {
+std::vector<CampaignRow> rows_of(const Handle& file, const Campaign& campaign, const Block& block,
+                                 const std::string& arithmetic) {
   const Handle root(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, "/");
   if (hdf5::read_string_attribute(root, "schema") != kSchema ||
-      hdf5::read_string_attribute(root, "campaign") != identity(campaign))
+      hdf5::read_string_attribute(root, "campaign") != identity(campaign) ||
+      hdf5::read_string_attribute(root, "arithmetic") != arithmetic)
     throw Foreign{};
   const std::size_t count = length_of(file, "case"), inputs = campaign.inputs.size(), columns = campaign.columns.size();
   if (count == 0 || count > block.end - block.begin) throw Foreign{};
@@ -160,19 +163,19 @@ std::filesystem::path shard_path(const std::filesystem::path& folder, std::uint6
   return folder / "shards" / fmt::format("{:06}.h5", number);
 }
 
-std::string shard_bytes(const Campaign& campaign, const std::vector<CampaignRow>& rows) {
+std::string shard_bytes(const Campaign& campaign, const std::vector<CampaignRow>& rows, const std::string& arithmetic) {
   if (rows.empty()) throw std::logic_error("a shard without rows");
   for (const CampaignRow& row : rows) {
     if (row.values.size() != campaign.columns.size() || row.inputs.size() != campaign.inputs.size())
       throw std::logic_error(fmt::format("case {} is not complete", row.index));
   }
-  std::string bytes = image_of(campaign, rows);
+  std::string bytes = image_of(campaign, rows, arithmetic);
   seal(bytes);
   return bytes;
 }
 
 std::optional<std::vector<CampaignRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
-                                                   const Block& block) {
+                                                   const Block& block, const std::string& arithmetic) {
   const std::filesystem::path path = shard_path(folder, block.number);
   std::error_code none;
   if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
@@ -183,7 +186,7 @@ std::optional<std::vector<CampaignRow>> read_shard(const std::filesystem::path& 
     if (bytes.size() == sealed) return std::nullopt;  // cut short: every shard has a seal
     const hdf5::Session session;
     const Handle file = open_image(bytes);
-    return rows_of(file, campaign, block);
+    return rows_of(file, campaign, block, arithmetic);
   } catch (const Foreign&) {
     return std::nullopt;
   } catch (const std::exception&) {

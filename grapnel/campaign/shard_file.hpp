@@ -18,12 +18,13 @@ namespace grapnel {
 std::filesystem::path shard_path(const std::filesystem::path& folder, std::uint64_t number);
 
 /// The bytes of a shard: rows with consecutive indices, all with as many inputs and values. The same rows give the same
-/// bytes, and the same rows bit for bit when they are read.
-std::string shard_bytes(const Campaign& campaign, const std::vector<CampaignRow>& rows);
+/// bytes, and the same rows bit for bit when they are read. `arithmetic`: what they were made with.
+std::string shard_bytes(const Campaign& campaign, const std::vector<CampaignRow>& rows, const std::string& arithmetic);
 
 /// Rows of a block on disk: all, or the first ones if it was not complete when it was written last (RunCampaign hands
-/// in long blocks in parts). Nothing if the file is absent, damaged, of another campaign, or of other cases.
+/// in long blocks in parts). Nothing if the file is absent, damaged, of another campaign, of another arithmetic, or of
+/// other cases.
 std::optional<std::vector<CampaignRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
-                                                   const Block& block);
+                                                   const Block& block, const std::string& arithmetic);
 
 }  // namespace grapnel

@@ -62,14 +62,16 @@ ShardStore::ShardStore(fs::path folder, const Campaign& campaign, const StoreOpt
 ShardStore::~ShardStore() = default;
 
 void ShardStore::begin(const StoreOptions& options) {
+  const std::string arithmetic = options.arithmetic.empty() ? arithmetic_here() : options.arithmetic;
   std::optional<Manifest> found = read_manifest(folder_);
   was_there_ = found.has_value();
   if (!found) {
-    manifest_ = new_manifest(campaign_, options.version);
+    manifest_ = new_manifest(campaign_, options.version, arithmetic);
     write_manifest(folder_, manifest_);
     return;
   }
-  if (const std::vector<std::string> lines = differences(*found, campaign_, options.version); !lines.empty())
+  if (const std::vector<std::string> lines = differences(*found, campaign_, options.version, arithmetic);
+      !lines.empty())
     throw ForeignFolder(refusal(folder_, lines));
   manifest_ = std::move(*found);
 }
@@ -143,11 +145,11 @@ std::vector<ShardStore::Missing> ShardStore::missing(std::uint64_t shard, std::u
 }
 
 std::vector<CampaignRow> ShardStore::rows(const Block& block) const {
-  return read_shard(folder_, campaign_, block).value_or(std::vector<CampaignRow>{});
+  return read_shard(folder_, campaign_, block, manifest_.arithmetic).value_or(std::vector<CampaignRow>{});
 }
 
 void ShardStore::write(const Block& block, const std::vector<CampaignRow>& rows) {
-  write_file_atomically(shard_path(folder_, block.number), shard_bytes(campaign_, rows));
+  write_file_atomically(shard_path(folder_, block.number), shard_bytes(campaign_, rows, manifest_.arithmetic));
 }
 
 void for_each_block(const fs::path& folder, const Campaign& campaign,
@@ -156,7 +158,8 @@ void for_each_block(const fs::path& folder, const Campaign& campaign,
   if (!manifest) throw std::runtime_error(folder.string() + ": no campaign is there (manifest.json is missing)");
   const std::uint64_t blocks = block_count(manifest->block_size, manifest->total);
   for (std::uint64_t number = 0; number < blocks; ++number) {
-    auto rows = read_shard(folder, campaign, block_at(number, manifest->block_size, manifest->total));
+    auto rows =
+        read_shard(folder, campaign, block_at(number, manifest->block_size, manifest->total), manifest->arithmetic);
     if (rows) take(std::move(*rows));
   }
 }

@@ -24,10 +24,11 @@ struct ForeignFolder : StoreError {
 };
 
 struct StoreOptions {
-  std::string version;       // the program's
-  std::string writer;        // of several that write to one folder (ranks, tasks of a job array); empty: alone
-  std::uint64_t extend = 0;  // cases to add; the same again goes on with an extension that is not complete
-  std::uint64_t total = 0;   // at least so many cases in all, as other folders of the campaign have
+  std::string version;          // the program's
+  std::string writer;           // of several that write to one folder (ranks, tasks of a job array); empty: alone
+  std::uint64_t extend = 0;     // cases to add; the same again goes on with an extension that is not complete
+  std::uint64_t total = 0;      // at least so many cases in all, as other folders of the campaign have
+  std::string arithmetic = {};  // of the rows that are written; empty: what this machine's have
 };
 
 /// What is on disk.
@@ -40,7 +41,7 @@ class ShardStore {
  public:
   /// Opens or begins DIR for writing: takes the lock, compares the manifest, removes leftovers of killed writers (if no
   /// others write), adds the cases of an extension.
-  /// @throws FolderInUse, ForeignFolder, std::runtime_error (disk)
+  /// @throws FolderInUse, ForeignFolder, DamagedManifest, std::runtime_error (disk)
   ShardStore(std::filesystem::path folder, const Campaign& campaign, const StoreOptions& options);
   ~ShardStore();
   ShardStore(const ShardStore&) = delete;
@@ -49,6 +50,8 @@ class ShardStore {
   /// All cases of the campaign, those of extensions included.
   std::uint64_t total() const { return manifest_.total; }
   std::uint64_t block_size() const { return manifest_.block_size; }
+  /// Of all rows in the folder.
+  const std::string& arithmetic() const { return manifest_.arithmetic; }
   /// Whether a campaign was here before.
   bool was_there() const { return was_there_; }
   const std::filesystem::path& folder() const { return folder_; }

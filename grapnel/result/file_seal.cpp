@@ -22,6 +22,7 @@ class Hash {
       hash_ *= 0x100000001b3u;
     }
   }
+  std::uint64_t value() const { return hash_; }
   std::string text() const {
     std::string text;
     for (std::size_t i = 0; i < kHashSize; ++i) text += static_cast<char>((hash_ >> (8 * i)) & 0xff);
@@ -54,6 +55,14 @@ Hash hash_of_file(std::ifstream& file, std::uintmax_t size) {
 }
 
 }  // namespace
+
+std::string checksum_text(std::string_view bytes) {
+  Hash hash;
+  hash.add(bytes);
+  std::string text;
+  for (int digit = 15; digit >= 0; --digit) text += "0123456789abcdef"[(hash.value() >> (4 * digit)) & 0xf];
+  return text;
+}
 
 void seal(std::string& bytes) {
   const std::string hash = hash_of(bytes);

@@ -22,4 +22,7 @@ void unseal(std::string& bytes);
 void seal_file(const std::filesystem::path& path);
 void check_file_seal(const std::filesystem::path& path);
 
+/// The same hash as 16 hexadecimal digits, the most significant first: for a key of a text that people read.
+std::string checksum_text(std::string_view bytes);
+
 }  // namespace grapnel

@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "grapnel/campaign/shard_store.hpp"
 #include "program_run.hpp"
 
 namespace grapnel {
@@ -164,6 +165,60 @@ TEST_F(Campaign, AJobArraySaysWhichPartItIs) {
     EXPECT_EQ(b.code, 2) << bad;
     EXPECT_THAT(b.err, HasSubstr("is neither i/N with i from 1 to N")) << bad;
   }
+  // "$PART" of a variable that is not set must not be the whole campaign.
+  for (const char* empty : {"--shard \"\"", "--only \"\"", "-o \"\"", "-j \"\"", "--extend \"\""})
+    EXPECT_EQ(run(std::string("campaign study.yaml ") + empty).code, 2) << empty;
+  EXPECT_THAT(run("campaign study.yaml --shard \"\"").err, HasSubstr("--shard: its value is empty"));
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+// A manifest that says another arithmetic, sealed as the program seals it.
+TEST_F(Campaign, FoldersOfOneArithmeticAreMergedWhateverThisMachinesIs) {
+  study(300);
+  for (const std::string part : {"1", "2"})
+    ASSERT_EQ(run("campaign study.yaml --quiet -o part" + part + " --shard " + part + "/2").code, 0);
+  const auto relabel = [&](const std::string& part) {
+    const auto manifest = read_manifest(folder_ / part);
+    Manifest other = *manifest;
+    other.arithmetic = "abacus";
+    write_manifest(folder_ / part, other);
+    for (const auto& entry : fs::directory_iterator(folder_ / part / "shards")) {
+      const auto number = std::stoull(entry.path().stem().string());
+      const Block block = block_at(number, manifest->block_size, manifest->total);
+      const auto rows = read_shard(folder_ / part, manifest->campaign, block, manifest->arithmetic);
+      std::ofstream(entry.path(), std::ios::binary) << shard_bytes(manifest->campaign, *rows, "abacus");
+    }
+  };
+  relabel("part1");
+  const Outcome mixed = run("merge part1 part2 -o both");
+  EXPECT_EQ(mixed.code, 2);
+  EXPECT_THAT(mixed.err, HasSubstr("part2 and part1 hold different campaigns"));
+  EXPECT_THAT(mixed.err, HasSubstr("not 'abacus': they differ in last bits"));
+  EXPECT_FALSE(fs::exists(folder_ / "both" / "manifest.json"));
+  relabel("part2");
+  const Outcome o = run("merge part1 part2 -o both --quiet");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_EQ(read_manifest(folder_ / "both")->arithmetic, "abacus");
+}
+
+TEST_F(Campaign, ADamagedManifestIsRefusedAndTheAdviceHelps) {
+  study(300);
+  ASSERT_EQ(run("campaign study.yaml -o r --quiet").code, 0);
+  const std::string before = read_text(folder_ / "r" / "table.h5");
+  std::string manifest = read_text(folder_ / "r" / "manifest.json");
+  manifest.replace(manifest.find("\"total\": 300"), 12, "\"total\": 301");
+  std::ofstream(folder_ / "r" / "manifest.json") << manifest;
+  for (const char* command : {"campaign study.yaml -o r", "merge r -o r"}) {
+    const Outcome o = run(command);
+    EXPECT_EQ(o.code, 2) << command;
+    EXPECT_THAT(o.err, HasSubstr("manifest.json: damaged: it says something else than what was written")) << command;
+    EXPECT_THAT(o.err, HasSubstr("move this file away: the command that began r then makes it anew")) << command;
+    EXPECT_THAT(o.err, Not(HasSubstr("to go on: "))) << command;
+  }
+  fs::remove(folder_ / "r" / "manifest.json");
+  const Outcome o = run("campaign study.yaml -o r");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_EQ(read_text(folder_ / "r" / "table.h5"), before);
 }
 
 TEST_F(Campaign, AnExtensionIsTheSameInOneGoOrInSteps) {

@@ -38,8 +38,8 @@ TEST(Shard, KeepsRowsBitForBit) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
-  write_bytes(shard_path(folder.path(), 0), shard_bytes(campaign, fake_rows(0, 20)));
-  const auto rows = read_shard(folder.path(), campaign, kFirst);
+  write_bytes(shard_path(folder.path(), 0), shard_bytes(campaign, fake_rows(0, 20), "fma"));
+  const auto rows = read_shard(folder.path(), campaign, kFirst, "fma");
   ASSERT_TRUE(rows);
   ASSERT_EQ(rows->size(), 20u);
   int with_reason = 0;
@@ -48,46 +48,47 @@ TEST(Shard, KeepsRowsBitForBit) {
     if (!(*rows)[k].reason.empty()) ++with_reason;
   }
   EXPECT_GT(with_reason, 3);
-  EXPECT_EQ(shard_bytes(campaign, fake_rows(0, 20)), shard_bytes(campaign, fake_rows(0, 20)));
+  EXPECT_EQ(shard_bytes(campaign, fake_rows(0, 20), "fma"), shard_bytes(campaign, fake_rows(0, 20), "fma"));
 }
 
 TEST(Shard, WhatIsDamagedOrCutShortIsAbsent) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
-  const std::string sound = shard_bytes(campaign, fake_rows(0, 20));
+  const std::string sound = shard_bytes(campaign, fake_rows(0, 20), "fma");
   const fs::path path = shard_path(folder.path(), 0);
   for (std::size_t at = 0; at < sound.size(); at += at + 400 < sound.size() && at > 400 ? 13 : 1) {
     std::string damaged = sound;
     damaged[at] = static_cast<char>(damaged[at] ^ 0x10);
     write_bytes(path, damaged);
-    ASSERT_FALSE(read_shard(folder.path(), campaign, kFirst)) << "byte " << at << " of " << sound.size();
+    ASSERT_FALSE(read_shard(folder.path(), campaign, kFirst, "fma")) << "byte " << at << " of " << sound.size();
     write_bytes(path, sound.substr(0, at));
-    ASSERT_FALSE(read_shard(folder.path(), campaign, kFirst)) << "cut at " << at;
+    ASSERT_FALSE(read_shard(folder.path(), campaign, kFirst, "fma")) << "cut at " << at;
   }
   fs::remove(path);
   fs::create_directory(path);
-  EXPECT_FALSE(read_shard(folder.path(), campaign, kFirst));
+  EXPECT_FALSE(read_shard(folder.path(), campaign, kFirst, "fma"));
 }
 
 TEST(Shard, WhatIsOfAnotherCampaignOrOfOtherCasesIsAbsent) {
   const TemporaryFolder folder;
   const Campaign campaign = fake_campaign(kCases);
   fs::create_directories(folder.path() / "shards");
-  write_bytes(shard_path(folder.path(), 0), shard_bytes(campaign, fake_rows(0, 20)));
+  write_bytes(shard_path(folder.path(), 0), shard_bytes(campaign, fake_rows(0, 20), "fma"));
   fs::copy(shard_path(folder.path(), 0), shard_path(folder.path(), 1));
-  EXPECT_TRUE(read_shard(folder.path(), campaign, kFirst));
-  EXPECT_FALSE(read_shard(folder.path(), campaign, {1, 20, 40}));
-  EXPECT_FALSE(read_shard(folder.path(), campaign, {0, 0, 19}));  // longer than the block
+  EXPECT_TRUE(read_shard(folder.path(), campaign, kFirst, "fma"));
+  EXPECT_FALSE(read_shard(folder.path(), campaign, {1, 20, 40}, "fma"));
+  EXPECT_FALSE(read_shard(folder.path(), campaign, {0, 0, 19}, "fma"));  // longer than the block
   Campaign other = campaign;
   other.seed = 8;
-  EXPECT_FALSE(read_shard(folder.path(), other, kFirst));
+  EXPECT_FALSE(read_shard(folder.path(), other, kFirst, "fma"));
   other = campaign;
   other.sha256[0] = 'f';
-  EXPECT_FALSE(read_shard(folder.path(), other, kFirst));
+  EXPECT_FALSE(read_shard(folder.path(), other, kFirst, "fma"));
   other = campaign;
   other.columns.pop_back();
-  EXPECT_FALSE(read_shard(folder.path(), other, kFirst));
+  EXPECT_FALSE(read_shard(folder.path(), other, kFirst, "fma"));
+  EXPECT_FALSE(read_shard(folder.path(), campaign, kFirst, "double")) << "of another arithmetic";
 }
 
 TEST(Manifest, IsReadAsItWasWritten) {
@@ -138,12 +139,33 @@ TEST(Manifest, OfAnotherArithmeticIsAnother) {
   EXPECT_EQ(manifest.arithmetic, arithmetic_here());
   manifest.arithmetic = "abacus";
   write_manifest(folder.path(), manifest);
-  EXPECT_THAT(differences(*read_manifest(folder.path()), campaign, "1"),
-              ElementsAre("its rows have the arithmetic 'abacus', and those made here '" + arithmetic_here() +
-                          "': they differ in last bits"));
+  EXPECT_THAT(
+      differences(*read_manifest(folder.path()), campaign, "1"),
+      ElementsAre("its rows have the arithmetic 'abacus', not '" + arithmetic_here() + "': they differ in last bits"));
+  EXPECT_THAT(differences(*read_manifest(folder.path()), campaign, "1", "abacus"), IsEmpty());
   StoreOptions options;
   options.version = "1";
   EXPECT_THROW(ShardStore(folder.path(), campaign, options), ForeignFolder);
+  options.arithmetic = "abacus";  // as merge goes on with what its folders have
+  { EXPECT_EQ(ShardStore(folder.path(), campaign, options).arithmetic(), "abacus"); }
+  options.arithmetic = "fingers";
+  EXPECT_THROW(ShardStore(folder.path(), campaign, options), ForeignFolder);
+}
+
+// Today's label must not cover rows that were made elsewhere, whatever became of the manifest.
+TEST(Store, RowsOfAnotherArithmeticAreAbsent) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(kCases);
+  StoreOptions abacus = options();
+  abacus.arithmetic = "abacus";
+  {
+    ShardStore store(folder.path(), campaign, abacus);
+    store.write({0, 0, 20}, fake_rows(0, 20));
+    EXPECT_EQ(store.rows({0, 0, 20}).size(), 20u);
+  }
+  fs::remove(folder.path() / "manifest.json");
+  ShardStore store(folder.path(), campaign, options());
+  EXPECT_EQ(store.missing().size(), 257u);
 }
 
 TEST(Manifest, ThatHasTooManyCasesIsDamaged) {
@@ -151,7 +173,7 @@ TEST(Manifest, ThatHasTooManyCasesIsDamaged) {
   Manifest manifest = new_manifest(fake_campaign(10), "1");
   manifest.total = kMostCases + 1;
   write_manifest(folder.path(), manifest);
-  EXPECT_THROW(read_manifest(folder.path()), std::runtime_error);
+  EXPECT_THROW(read_manifest(folder.path()), DamagedManifest);
 }
 
 TEST(Manifest, ThatIsDamagedIsNamed) {
@@ -168,9 +190,36 @@ TEST(Manifest, ThatIsDamagedIsNamed) {
     return std::string();
   };
   EXPECT_THAT(fault(text.substr(0, text.size() / 2)), HasSubstr("manifest.json: not JSON"));
-  std::string without = text;
-  without.replace(without.find("\"total\""), 7, "\"sum\"");
-  EXPECT_THAT(fault(without), HasSubstr("manifest.json: damaged: key 'total' not found"));
+  // Every number and word is sealed: an edited total would add a case without a word.
+  for (const auto& [from, to] : {std::pair{"\"total\": 10", "\"total\": 11"},
+                                 {"\"seed\": 7", "\"seed\": 8"},
+                                 {"\"total\"", "\"sum\""},
+                                 {"\"arithmetic\": \"", "\"arithmetic\": \"x"},
+                                 {"\"checksum\"", "\"other\""}}) {
+    std::string edited = text;
+    ASSERT_NE(edited.find(from), std::string::npos) << from;
+    edited.replace(edited.find(from), std::string(from).size(), to);
+    EXPECT_THAT(fault(edited), HasSubstr("manifest.json: damaged: it ")) << from;
+    EXPECT_THAT(fault(edited), HasSubstr("\nmove this file away: the command that began ")) << from;
+  }
+  std::string spaced = text;  // the same words
+  spaced.insert(spaced.find("\"total\""), "\n ");
+  EXPECT_EQ(fault(spaced), "");
+}
+
+TEST(Store, GoesOnWhereADamagedManifestWasMovedAway) {
+  const TemporaryFolder folder;
+  const Campaign campaign = fake_campaign(kCases);
+  {
+    ShardStore store(folder.path(), campaign, options());
+    fill(store);
+  }
+  write_bytes(folder.path() / "manifest.json", "{");
+  EXPECT_THROW(ShardStore(folder.path(), campaign, options()), DamagedManifest);
+  fs::remove(folder.path() / "manifest.json");
+  const ShardStore store(folder.path(), campaign, options());
+  EXPECT_TRUE(store.missing().empty());
+  test::expect_fake_rows(folder.path(), campaign, kCases);
 }
 
 TEST(Manifest, ShardsAreFewButEnoughForManyProcessors) {
