@@ -163,6 +163,7 @@ int write_campaign_results(const Campaign& campaign, const fs::path& folder, con
               folder.string(), what.no_csv ? "" : "table.csv, ", campaign.design.empty() ? "" : ", envelope.csv",
               series.kept > 0 ? fmt::format(", series of {} cases", series.kept) : "", report.line);
   }
+  for (const std::string& warning : numbers.warnings) to_stderr("{}: warning: {}\n", campaign.file, warning);
   if (report.failed || !series.complete) return kSimulationFailed;
   const std::vector<std::uint8_t> status = table.status();
   const auto ok = std::count(status.begin(), status.end(), static_cast<std::uint8_t>(CaseStatus::ok));

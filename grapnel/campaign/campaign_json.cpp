@@ -38,6 +38,7 @@ Json criteria_of(const Campaign& campaign, const CampaignReport& report) {
     Json item{{"name", criterion.name()}, {"text", criterion.text()}, {"met", report.criteria[c].met}};
     add_proportion(item, wilson(report.criteria[c].met, report.rows, campaign.confidence));
     item["only_this"] = report.criteria[c].only_this;
+    item["not_checked"] = report.criteria[c].not_checked;
     item["reads"] = Json::array();
     for (const std::size_t i : criterion.reads()) item["reads"].push_back(name_of_number(campaign, i));
     item["limits"] = Json::array();
@@ -83,20 +84,48 @@ Json inputs_of(const CampaignReport& report) {
   return list;
 }
 
+void add_indices(const std::vector<Sensitivity>& indices, Json& item) {
+  for (const char* key : {"first_order", "error", "rank_correlation"}) item[key] = Json::array();
+  for (const Sensitivity& s : indices) {
+    item["first_order"].push_back(s.first_order);
+    item["error"].push_back(s.error);
+    item["rank_correlation"].push_back(s.rank_correlation);
+  }
+}
+
+const char* name_of(CampaignReport::Measure::Of of) {
+  switch (of) {
+    case CampaignReport::Measure::Of::success:
+      return "success";
+    case CampaignReport::Measure::Of::criterion:
+      return "criterion";
+    case CampaignReport::Measure::Of::column:
+      break;
+  }
+  return "column";
+}
+
 Json sensitivity_of_all(const CampaignReport& report) {
-  Json names = Json::array(), measures = Json::array();
+  Json names = Json::array(), groups = Json::array(), measures = Json::array();
   for (const CampaignReport::Numbers& input : report.inputs) names.push_back(input.head.name);
+  for (const CampaignReport::InputGroup& group : report.groups) {
+    Json members = Json::array();
+    for (const std::size_t i : group.inputs) members.push_back(report.inputs[i].head.name);
+    groups.push_back({{"name", group.name}, {"design", group.inputs.empty()}, {"inputs", std::move(members)}});
+  }
   for (const CampaignReport::Measure& measure : report.measures) {
-    Json item{{"name", measure.name}, {"unit", measure.unit}, {"count", measure.count}};
-    for (const char* key : {"first_order", "error", "rank_correlation"}) item[key] = Json::array();
-    for (const Sensitivity& s : measure.inputs) {
-      item["first_order"].push_back(s.first_order);
-      item["error"].push_back(s.error);
-      item["rank_correlation"].push_back(s.rank_correlation);
-    }
+    Json item{{"name", measure.name}, {"unit", measure.unit}, {"of", name_of(measure.of)}, {"count", measure.count}};
+    add_indices(measure.inputs, item);
+    item["groups"] = Json::object();
+    add_indices(measure.groups, item["groups"]);
+    item["unexplained"] = measure.unexplained;
     measures.push_back(std::move(item));
   }
-  return {{"inputs", std::move(names)}, {"measures", std::move(measures)}, {"left_out", report.measures_left_out}};
+  return {{"inputs", std::move(names)},
+          {"groups", std::move(groups)},
+          {"measures", std::move(measures)},
+          {"left_out", report.measures_left_out},
+          {"rounding", report.rounding}};
 }
 
 Json worst_of(const Campaign& campaign, const CampaignReport& report) {
@@ -119,9 +148,23 @@ Json worst_of(const Campaign& campaign, const CampaignReport& report) {
   return list;
 }
 
-Json reasons_of(const Campaign& campaign, const CampaignReport& report) {
+Json grasps_of(const CampaignReport& report) {
   Json list = Json::array();
-  for (const CampaignReport::Reason& reason : report.reasons) {
+  for (const CampaignReport::Grasp& grasp : report.grasps) {
+    Json tolerances = Json::array();
+    for (const CampaignReport::Grasp::Tolerance& t : grasp.tolerances)
+      tolerances.push_back({{"name", t.name}, {"exceeded", t.exceeded}, {"limiting", t.limiting}});
+    list.push_back({{"end_effector", grasp.end_effector},
+                    {"captured", grasp.captured},
+                    {"missed", grasp.missed},
+                    {"tolerances", std::move(tolerances)}});
+  }
+  return list;
+}
+
+Json reasons_of(const Campaign& campaign, const std::vector<CampaignReport::Reason>& reasons) {
+  Json list = Json::array();
+  for (const CampaignReport::Reason& reason : reasons) {
     Json examples = Json::array();
     for (const auto& [k, text] : reason.examples)
       examples.push_back({{"index", k}, {"reason", text}, {"replay", replay_command(campaign, k)}});
@@ -155,6 +198,20 @@ Json envelope_json(const Campaign& campaign, const CampaignReport& report) {
     json["lower"].push_back(point.success.lower);
     json["upper"].push_back(point.success.upper);
   }
+  json["unmet"] = Json::array();
+  for (std::size_t c = 0; c < campaign.success.size(); ++c) {
+    Json counts = Json::array();
+    for (const EnvelopePoint& point : report.envelope) counts.push_back(point.unmet[c]);
+    json["unmet"].push_back({{"criterion", campaign.success[c].name()}, {"counts", std::move(counts)}});
+  }
+  json["deciding"] = Json::array();
+  for (const EnvelopePoint& point : report.envelope) {
+    const std::string deciding = deciding_text(campaign, point);
+    json["deciding"].push_back(deciding.empty() ? Json() : Json(deciding));
+  }
+  json["above"] = Json::array();
+  for (const double level : {0.5, 0.9, 0.99})
+    json["above"].push_back({{"level", level}, {"points", points_above(report.envelope, level)}});
   return json;
 }
 
@@ -172,13 +229,18 @@ std::string campaign_json(const Campaign& campaign, const CampaignReport& report
   json["success"] = Json::object();
   add_proportion(json["success"], wilson(report.success, report.rows, campaign.confidence));
   json["success"]["confidence"] = campaign.confidence;
+  json["success"]["assumed"] = report.assumed;
+  json["warnings"] = report.warnings;
   json["criteria"] = criteria_of(campaign, report);
   json["inputs"] = inputs_of(report);
   json["columns"] = Json::array();
   for (const CampaignReport::Numbers& column : report.columns) json["columns"].push_back(distribution_of(column));
   json["sensitivity"] = sensitivity_of_all(report);
   json["worst"] = worst_of(campaign, report);
-  json["reasons"] = reasons_of(campaign, report);
+  json["failures"] = reasons_of(campaign, report.failures);
+  json["failures_left_out"] = report.failures_left_out;
+  json["grasps"] = grasps_of(report);
+  json["reasons"] = reasons_of(campaign, report.reasons);
   json["reasons_left_out"] = report.reasons_left_out;
   if (!campaign.design.empty()) json["envelope"] = envelope_json(campaign, report);
   json["text"] = campaign.text;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What a campaign's rows say: campaign.json and the terminal's summary. docs/formats/campaign.md is the contract of
-/// the former. Thread safety: reentrant.
+/// What a campaign's rows say: campaign.json, the terminal's summary, and what they do not say (warnings).
+/// docs/formats/campaign.md is the contract of the former. Thread safety: reentrant.
 
 #include <array>
 #include <cstdint>
@@ -20,9 +20,10 @@ namespace grapnel {
 
 /// Numbers of all rows, without the rows.
 struct CampaignReport {
-  /// Rows that are ok and meet a criterion, and those that are ok and fail nothing else.
+  /// Rows that are ok and meet a criterion, those that are ok and would be a success but for it, and those that are ok
+  /// but have not the numbers to check it; of these, those that no other criterion refuses.
   struct CriterionCount {
-    std::uint64_t met = 0, only_this = 0;
+    std::uint64_t met = 0, only_this = 0, not_checked = 0, undecided = 0;
   };
   struct Numbers {
     CampaignTable::Head head;
@@ -35,11 +36,20 @@ struct CampaignReport {
     std::vector<double> from, to;  // least and largest value of each group
     std::vector<std::uint64_t> trials, successes;
   };
+  /// Inputs that belong together, as the coordinates of a grasp point do; or one axis of the design.
+  struct InputGroup {
+    std::string name;
+    std::vector<std::size_t> inputs;  // none: a design axis
+  };
   /// A number that is compared with every input.
   struct Measure {
+    enum class Of { success, criterion, column };
     std::string name, unit;
     std::uint64_t count = 0;
     std::vector<Sensitivity> inputs;
+    std::vector<Sensitivity> groups;  // rank correlations of groups of one only
+    double unexplained = 0;           // share of the variance that no group explains by itself; NaN if one is unknown
+    Of of = Of::column;
   };
   struct Case {
     std::uint64_t index = 0;
@@ -52,6 +62,17 @@ struct CampaignReport {
     bool largest = true;     // else least
     bool magnitude = false;
     std::vector<Case> cases;
+  };
+  /// What became of one grasp, over the rows that are ok.
+  struct Grasp {
+    struct Tolerance {
+      std::string name;
+      std::uint64_t exceeded = 0;  // in so many rows
+      std::uint64_t limiting = 0;  // and missed by the largest factor
+    };
+    std::string end_effector;
+    std::uint64_t captured = 0, missed = 0;
+    std::vector<Tolerance> tolerances;  // of its envelope; none: nobody judged it
   };
   struct Reason {
     CaseStatus status = CaseStatus::failed;
@@ -66,11 +87,18 @@ struct CampaignReport {
   std::vector<CriterionCount> criteria;
   std::vector<Numbers> inputs, columns;
   std::vector<SuccessBy> success_by;  // per input
+  std::vector<InputGroup> groups;     // every input is in one
   std::vector<Measure> measures;      // the first is success; numbers that are all the same are left out
   std::uint64_t measures_left_out = 0;
+  std::vector<std::string> rounding;  // columns whose numbers differ by rounding alone: no measures
   std::vector<Worst> worst;
   std::vector<Reason> reasons;
   std::uint64_t reasons_left_out = 0;  // cases with others
+  std::vector<Reason> failures;        // why cases are no success, each counted once: their status, or unmet criteria
+  std::uint64_t failures_left_out = 0;
+  std::vector<Grasp> grasps;
+  std::uint64_t assumed = 0;          // successes in which a grip was taken to hold, with nothing to judge it by
+  std::vector<std::string> warnings;  // what the numbers above do not say
   std::vector<EnvelopePoint> envelope;
 };
 
@@ -81,8 +109,8 @@ CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& t
 /// Text of campaign.json. `version` is the program's.
 std::string campaign_json(const Campaign& campaign, const CampaignReport& report, const std::string& version);
 
-/// What the terminal shows at the end: probability with its interval, criteria, quantiles of the criteria's numbers,
-/// what matters most, worst cases with the command that replays each, why cases failed.
+/// What the terminal shows at the end: probability with its interval, criteria, why cases are no success, quantiles of
+/// the criteria's numbers, what matters most, worst cases with the command that replays each.
 std::string campaign_summary(const Campaign& campaign, const CampaignReport& report);
 
 /// The command that runs a case again, with its full report.

@@ -12,9 +12,10 @@ namespace grapnel {
 namespace {
 
 constexpr std::size_t kMostLines = 8;  // of any table
-constexpr std::size_t kMostReasons = 5;
+constexpr std::size_t kMostReasons = 6;
 constexpr std::size_t kMostInputs = 3;  // that matter most, per number
 constexpr double kMatters = 0.01;       // first-order index below which an input is not named
+constexpr double kUnexplained = 0.05;   // share below which it is not said
 
 std::string number(double value) { return std::isfinite(value) ? fmt::format("{:.4g}", value) : "-"; }
 
@@ -34,24 +35,55 @@ std::string head(const Campaign& campaign, const CampaignReport& report) {
   }
   if (report.rows < campaign.total()) text += fmt::format(", {} not done", campaign.total() - report.rows);
   const Proportion success = wilson(report.success, report.rows, campaign.confidence);
-  return text + fmt::format("\nsuccess {} ({:g} % interval {} … {}): {} cases\n", percentage(success.estimate, success),
-                            100 * campaign.confidence, percentage(success.lower, success),
-                            percentage(success.upper, success), report.success);
+  std::string assumed;
+  if (report.assumed > 0)
+    assumed = fmt::format(", {} assumed to hold, not judged",
+                          report.assumed == report.success ? "all" : fmt::format("{} of them", report.assumed));
+  return text + fmt::format("\nsuccess {} ({:g} % interval {} … {}): {} cases{}\n",
+                            percentage(success.estimate, success), 100 * campaign.confidence,
+                            percentage(success.lower, success), percentage(success.upper, success), report.success,
+                            assumed);
 }
 
 std::string criteria_text(const Campaign& campaign, const CampaignReport& report) {
   if (campaign.success.empty()) return "";
   TextTable table;
-  table.row({"criterion", "met", "from", "to", "fails alone"});
+  const bool unknown = std::any_of(report.criteria.begin(), report.criteria.end(),
+                                   [](const CampaignReport::CriterionCount& c) { return c.not_checked > 0; });
+  std::vector<std::string> cells{"criterion", "met", "from", "to", "fails alone"};
+  if (unknown) cells.push_back("not checked");
+  table.row(cells);
   for (std::size_t c = 0; c < campaign.success.size(); ++c) {
     const Proportion met = wilson(report.criteria[c].met, report.rows, campaign.confidence);
-    table.row({campaign.success[c].name(), percentage(met.estimate, met), percentage(met.lower, met),
-               percentage(met.upper, met), std::to_string(report.criteria[c].only_this)});
+    cells = {campaign.success[c].name(), percentage(met.estimate, met), percentage(met.lower, met),
+             percentage(met.upper, met), std::to_string(report.criteria[c].only_this)};
+    if (unknown) cells.push_back(std::to_string(report.criteria[c].not_checked));
+    table.row(cells);
   }
   return "\n" + table.text();
 }
 
-// Columns that criteria read; the first ones without criteria. Numbers that are all the same say nothing.
+// Grasps that miss, and by what.
+std::string grasps_text(const CampaignReport& report) {
+  std::string text;
+  for (const CampaignReport::Grasp& grasp : report.grasps) {
+    if (grasp.missed == 0) continue;
+    std::string by;
+    for (const CampaignReport::Grasp::Tolerance& t : grasp.tolerances)
+      if (t.limiting > 0) by += fmt::format("{}{} {}", by.empty() ? ", most by " : ", ", t.name, t.limiting);
+    text += paragraph(
+        fmt::format("{}: {} of {} miss{}", grasp.end_effector, grasp.missed, grasp.captured + grasp.missed, by), "  ");
+  }
+  return text.empty() ? "" : "\ngrasps, and the tolerance missed by the largest factor:\n" + text;
+}
+
+bool differs_by_rounding(const CampaignReport& report, std::size_t column) {
+  const auto& rounding = report.rounding;
+  return std::find(rounding.begin(), rounding.end(), report.columns[column].head.name) != rounding.end();
+}
+
+// Columns that criteria read; the first ones without criteria. Numbers that are all the same, but for rounding, say
+// nothing.
 std::vector<std::size_t> columns_to_show(const Campaign& campaign, const CampaignReport& report) {
   std::set<std::size_t> wanted;
   for (const Criterion& criterion : campaign.success)
@@ -61,7 +93,7 @@ std::vector<std::size_t> columns_to_show(const Campaign& campaign, const Campaig
     for (std::size_t i = 0; i < report.columns.size(); ++i) wanted.insert(i);
   std::erase_if(wanted, [&](std::size_t i) {
     const Description& d = report.columns[i].description;
-    return d.count == 0 || d.least == d.largest;
+    return d.count == 0 || d.least == d.largest || differs_by_rounding(report, i);
   });
   return {wanted.begin(), wanted.end()};
 }
@@ -91,34 +123,39 @@ std::string quantiles_text(const Campaign& campaign, const CampaignReport& repor
   return "\n" + table.text() + and_more(shown.size(), kMostLines, "columns");
 }
 
-// The inputs that explain most of a number's variance.
+// The inputs, or groups of them, that explain most of a number's variance, and what none of them does.
 std::string influences(const CampaignReport& report, const CampaignReport::Measure& measure) {
-  std::vector<std::size_t> order(measure.inputs.size());
+  std::vector<std::size_t> order(measure.groups.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   const auto index = [&](std::size_t i) {
-    const double s = measure.inputs[i].first_order;
+    const double s = measure.groups[i].first_order;
     return std::isfinite(s) ? s : -1;
   };
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return index(a) > index(b); });
   std::string text;
   for (std::size_t j = 0; j < std::min(order.size(), kMostInputs); ++j) {
-    const Sensitivity& s = measure.inputs[order[j]];
+    const Sensitivity& s = measure.groups[order[j]];
     if (!(s.first_order > kMatters && s.first_order > 2 * s.error)) break;
-    text +=
-        fmt::format("{}{} {:.0f} %", text.empty() ? "" : ", ", report.inputs[order[j]].head.name, 100 * s.first_order);
+    text += fmt::format("{}{} {:.0f} %", text.empty() ? "" : ", ", report.groups[order[j]].name, 100 * s.first_order);
   }
-  return text.empty() ? "no input alone" : text;
+  if (text.empty()) text = "no input alone";
+  return measure.unexplained > kUnexplained ? text + fmt::format("; unexplained {:.0f} %", 100 * measure.unexplained)
+                                            : text;
 }
 
 std::string sensitivity_text(const Campaign& campaign, const CampaignReport& report) {
   if (report.inputs.empty() || report.rows < 4) return "";
   std::set<std::string> wanted{"success"};
   for (const std::size_t i : columns_to_show(campaign, report)) wanted.insert(report.columns[i].head.name);
-  std::string text = "\nvariance that goes with one input alone:\n";
+  const bool grouped = std::any_of(report.groups.begin(), report.groups.end(),
+                                   [](const CampaignReport::InputGroup& g) { return g.inputs.size() > 1; });
+  std::string text = grouped ? "\nvariance that goes with one input, or group of inputs, alone:\n"
+                             : "\nvariance that goes with one input alone:\n";
   std::size_t lines = 0;
   for (const CampaignReport::Measure& measure : report.measures) {
     const bool constant = measure.name == "success" && (report.success == 0 || report.success == report.rows);
-    if (constant || !wanted.contains(measure.name) || lines++ >= kMostLines) continue;
+    const bool asked = measure.of == CampaignReport::Measure::Of::criterion || wanted.contains(measure.name);
+    if (constant || !asked || lines++ >= kMostLines) continue;
     text += paragraph(measure.name + ": " + influences(report, measure), "  ");
   }
   return lines == 0 ? "" : text;
@@ -142,7 +179,7 @@ std::string worst_text(const Campaign& campaign, const CampaignReport& report) {
   TextTable table(2);
   std::size_t lines = 0;
   for (const CampaignReport::Worst& worst : report.worst) {
-    if (worst.cases.empty() || lines++ >= kMostLines) continue;
+    if (worst.cases.empty() || differs_by_rounding(report, worst.number) || lines++ >= kMostLines) continue;
     const CampaignReport::Case& found = worst.cases.front();
     const Column& column = campaign.columns[worst.number];
     table.row({with_unit(column.name, column.unit), number(found.value), fmt::format("--only {}", found.index)});
@@ -152,16 +189,16 @@ std::string worst_text(const Campaign& campaign, const CampaignReport& report) {
          and_more(lines, kMostLines, "numbers");
 }
 
-std::string reasons_text(const CampaignReport& report) {
-  if (report.reasons.empty()) return "";
-  std::string text = "\nnot ok:\n";
-  for (std::size_t i = 0; i < std::min(report.reasons.size(), kMostReasons); ++i) {
-    const CampaignReport::Reason& reason = report.reasons[i];
-    text += paragraph(fmt::format("{} × {}: {} (case {})", reason.count, name_of(reason.status), reason.text,
-                                  reason.examples.front().first),
-                      "  ");
+std::string failures_text(const CampaignReport& report) {
+  if (report.failures.empty()) return "";
+  std::string text = "\nwhy cases are no success:\n";
+  for (std::size_t i = 0; i < std::min(report.failures.size(), kMostReasons); ++i) {
+    const CampaignReport::Reason& reason = report.failures[i];
+    const std::string status = reason.status == CaseStatus::ok ? "" : std::string(name_of(reason.status)) + ": ";
+    text += paragraph(
+        fmt::format("{} × {}{} (case {})", reason.count, status, reason.text, reason.examples.front().first), "  ");
   }
-  return text + and_more(report.reasons.size(), kMostReasons, "reasons");
+  return text + and_more(report.failures.size(), kMostReasons, "reasons");
 }
 
 }  // namespace
@@ -171,8 +208,9 @@ std::string replay_command(const Campaign& campaign, std::uint64_t k) {
 }
 
 std::string campaign_summary(const Campaign& campaign, const CampaignReport& report) {
-  std::string text = head(campaign, report) + criteria_text(campaign, report) + quantiles_text(campaign, report) +
-                     sensitivity_text(campaign, report) + worst_text(campaign, report) + reasons_text(report);
+  std::string text = head(campaign, report) + criteria_text(campaign, report) + failures_text(report) +
+                     grasps_text(report) + quantiles_text(campaign, report) + sensitivity_text(campaign, report) +
+                     worst_text(campaign, report);
   if (!report.envelope.empty()) text += "\nprobability of success\n" + envelope_summary(campaign, report.envelope);
   return text;
 }

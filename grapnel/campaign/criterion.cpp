@@ -381,6 +381,9 @@ Criterion Criterion::parse(const std::string& text, std::span<const std::string>
   return criterion;
 }
 
-bool Criterion::holds(std::span<const double> numbers) const { return value_of(*root_, numbers, 0) == 1; }
+Verdict Criterion::judge(std::span<const double> numbers) const {
+  const double value = value_of(*root_, numbers, 0);
+  return std::isnan(value) ? Verdict::not_checked : value != 0 ? Verdict::yes : Verdict::no;
+}
 
 }  // namespace grapnel

@@ -10,6 +10,8 @@
 #include <string_view>
 #include <vector>
 
+#include "grapnel/result/ledger.hpp"
+
 namespace grapnel {
 
 /// What is wrong with an expression, and where in its text.
@@ -52,8 +54,9 @@ class Criterion {
   /// @throws CriterionError
   static Criterion parse(const std::string& text, std::span<const std::string> names, const std::string& name = "");
 
-  /// Whether it holds for numbers in the order of the names.
-  bool holds(std::span<const double> numbers) const;
+  /// Whether it holds for numbers in the order of the names; not checked where a number that does not exist decides.
+  Verdict judge(std::span<const double> numbers) const;
+  bool holds(std::span<const double> numbers) const { return judge(numbers) == Verdict::yes; }
   const std::string& text() const { return text_; }
   const std::string& name() const { return name_; }
   /// Indices of the numbers it reads, increasing.

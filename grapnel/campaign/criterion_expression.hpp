@@ -42,7 +42,7 @@ struct Criterion::Expression {
   std::vector<std::size_t> passes;  // min, max: per operand; comparison, condition: one
 };
 
-/// Its number in a pass; conditions give 1 or 0.
+/// Its number in a pass; conditions give 1 or 0, or NaN where a number that does not exist decides.
 double value_of(const Criterion::Expression& e, std::span<const double> numbers, std::size_t pass);
 
 /// Appends the indices it reads.

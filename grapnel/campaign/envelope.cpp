@@ -71,7 +71,46 @@ std::string lines(const Campaign& campaign, std::span<const EnvelopePoint> point
   return table.text();
 }
 
+// The headline, and what decides.
+std::string headline(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+  std::string text =
+      fmt::format("{} of {} points have a probability of success of 0.9 or more (lower end of its {:g} % interval)\n",
+                  points_above(points, 0.9), points.size(), 100 * campaign.confidence);
+  std::vector<std::size_t> decided(campaign.success.size() + 1);
+  for (const EnvelopePoint& point : points) {
+    if (const auto deciding = point.deciding()) ++decided[*deciding];
+  }
+  std::string list;
+  for (std::size_t c = 0; c < decided.size(); ++c) {
+    if (decided[c] > 0)
+      list +=
+          fmt::format("{}{} at {}", list.empty() ? "" : ", ",
+                      c < campaign.success.size() ? campaign.success[c].name() : "cases that are not ok", decided[c]);
+  }
+  return list.empty() ? text : text + paragraph("what fails most often: " + list, "");
+}
+
 }  // namespace
+
+std::optional<std::size_t> EnvelopePoint::deciding() const {
+  const std::uint64_t lost = success.trials - ok;
+  const auto most = std::max_element(unmet.begin(), unmet.end());
+  if (lost > 0 && (most == unmet.end() || lost > *most)) return unmet.size();
+  if (most == unmet.end() || *most == 0) return std::nullopt;
+  return static_cast<std::size_t>(most - unmet.begin());
+}
+
+std::size_t points_above(std::span<const EnvelopePoint> points, double level) {
+  return static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [&](const EnvelopePoint& point) {
+    return point.success.trials > 0 && point.success.lower >= level;
+  }));
+}
+
+std::string deciding_text(const Campaign& campaign, const EnvelopePoint& point) {
+  const auto deciding = point.deciding();
+  if (!deciding) return "";
+  return *deciding < campaign.success.size() ? campaign.success[*deciding].name() : "not ok";
+}
 
 std::string percentage(double probability, const Proportion& of) {
   if (!std::isfinite(probability)) return "-";
@@ -94,7 +133,10 @@ std::vector<EnvelopePoint> envelope_of(const Campaign& campaign, std::span<const
     successes[point] += success[row];
     points[point].ok += status[row] == static_cast<std::uint8_t>(CaseStatus::ok);
   }
-  for (std::size_t p = 0; p < count; ++p) points[p].success = wilson(successes[p], trials[p], campaign.confidence);
+  for (std::size_t p = 0; p < count; ++p) {
+    points[p].success = wilson(successes[p], trials[p], campaign.confidence);
+    points[p].unmet.assign(campaign.success.size(), 0);
+  }
   return points;
 }
 
@@ -102,7 +144,7 @@ std::string envelope_csv(const Campaign& campaign, std::span<const EnvelopePoint
   std::string text = "point";
   for (const StudyAxis& axis : campaign.design)
     text += "," + csv_quoted(axis.unit.empty() ? axis.name : axis.name + " [" + axis.unit + "]");
-  text += ",trials,ok,successes,estimate,lower,upper\n";
+  text += ",trials,ok,successes,estimate,lower,upper,deciding\n";
   for (std::size_t p = 0; p < points.size(); ++p) {
     const std::vector<std::size_t> position = grid_position(sizes_of(campaign), p);
     text += std::to_string(p);
@@ -121,14 +163,15 @@ std::string envelope_csv(const Campaign& campaign, std::span<const EnvelopePoint
       text += ",";
       append_csv_number(value, text);
     }
-    text += "\n";
+    text += "," + csv_quoted(deciding_text(campaign, points[p])) + "\n";
   }
   return text;
 }
 
 std::string envelope_summary(const Campaign& campaign, std::span<const EnvelopePoint> points) {
   if (points.empty()) return "";
-  return campaign.design.size() == 2 ? matrix(campaign, points) : lines(campaign, points);
+  return (campaign.design.size() == 2 ? matrix(campaign, points) : lines(campaign, points)) + "\n" +
+         headline(campaign, points);
 }
 
 }  // namespace grapnel

@@ -5,6 +5,7 @@
 /// functions.
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,8 +17,19 @@ namespace grapnel {
 
 struct EnvelopePoint {
   std::uint64_t ok = 0;
-  Proportion success;  // of all rows of the point
+  Proportion success;                // of all rows of the point
+  std::vector<std::uint64_t> unmet;  // per criterion: rows that are ok and do not meet it
+
+  /// What decides: the criterion that most rows do not meet, of equal ones the first; the number of criteria if more
+  /// rows are not ok. Nothing where all are a success.
+  std::optional<std::size_t> deciding() const;
 };
+
+/// How many points have a success of at least `level` by the lower end of the interval.
+std::size_t points_above(std::span<const EnvelopePoint> points, double level);
+
+/// The criterion's name; "not ok", or empty.
+std::string deciding_text(const Campaign& campaign, const EnvelopePoint& point);
 
 /// Per point of the design, the first axis varying slowest; nothing without a design. `indices`, `status`, `success`:
 /// per row, as CampaignTable has them; a row belongs to point k / cases. @throws std::runtime_error for a k beyond.

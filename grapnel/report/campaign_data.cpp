@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 
 #include "grapnel/report/base64.hpp"
 #include "grapnel/report/campaign_source.hpp"
@@ -40,7 +41,8 @@ void add_indices(const Json& list, std::vector<std::uint64_t>& cases) {
 // The cases that campaign.json names one by one: the worst, and examples of those that failed.
 std::vector<std::uint64_t> named_cases(const Json& statistics) {
   std::vector<std::uint64_t> cases;
-  for (const auto& [list, members] : {std::pair{"worst", "cases"}, std::pair{"reasons", "examples"}}) {
+  for (const auto& [list, members] :
+       {std::pair{"worst", "cases"}, std::pair{"reasons", "examples"}, std::pair{"failures", "examples"}}) {
     const auto found = statistics.find(list);
     if (found == statistics.end() || !found->is_array()) continue;
     for (const Json& entry : *found)
@@ -56,7 +58,24 @@ std::string case_command(const Json& statistics) {
   return fmt::format("grapnel campaign {} --only {{K}}", shell_word(statistics.at(file).get<std::string>()));
 }
 
-CampaignQuery query_of(const Json& statistics, const fs::path& path) {
+// Cases with a report of their own beside the folder's, in increasing order.
+std::vector<std::uint64_t> saved_cases(const fs::path& folder) {
+  constexpr std::string_view kCase = "case-";
+  std::vector<std::uint64_t> cases;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder / "series", none)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(kCase) || !fs::is_regular_file(entry.path() / "report.html", none)) continue;
+    std::uint64_t k = 0;
+    const char* const last = name.data() + name.size();
+    const auto [end, error] = std::from_chars(name.data() + kCase.size(), last, k);
+    if (error == std::errc() && end == last) cases.push_back(k);
+  }
+  std::sort(cases.begin(), cases.end());
+  return cases;
+}
+
+CampaignQuery query_of(const Json& statistics, const fs::path& path, const std::vector<std::uint64_t>& saved) {
   CampaignQuery query;
   const Json::json_pointer hash("/campaign/sha256");
   if (statistics.contains(hash) && statistics.at(hash).is_string())
@@ -66,6 +85,7 @@ CampaignQuery query_of(const Json& statistics, const fs::path& path) {
   const Json::json_pointer axes("/envelope/axes");
   if (statistics.contains(axes)) query.design = names_of(statistics.at(axes), path, "envelope.axes");
   query.cases = named_cases(statistics);
+  query.cases.insert(query.cases.end(), saved.begin(), saved.end());
   const std::size_t width = query.design.size() + query.inputs.size() + query.columns.size() + 2;
   query.most = std::clamp<std::size_t>(kMostNumbers / width, 200, kMostRows);
   return query;
@@ -107,7 +127,8 @@ Json campaign_data(const fs::path& folder) {
     throw TooLarge(fmt::format("{}: {:.0f} MB are too much for a report; choose fewer with 'columns' in the campaign",
                                path.string(), static_cast<double>(bytes) / 1e6));
   Json statistics = read_json_document(path, "grapnel-campaign-report/1");
-  const CampaignQuery query = query_of(statistics, path);
+  const std::vector<std::uint64_t> saved = saved_cases(folder);
+  const CampaignQuery query = query_of(statistics, path, saved);
   Json sample = nullptr, notes = Json::array();
   std::uint64_t table_rows = 0;
   try {
@@ -122,11 +143,8 @@ Json campaign_data(const fs::path& folder) {
     notes.push_back(fmt::format("No single cases, only statistics: {}", error.what()));
   }
   std::string command = case_command(statistics);
-  return {{"statistics", std::move(statistics)},
-          {"command", std::move(command)},
-          {"rows", table_rows},
-          {"sample", std::move(sample)},
-          {"notes", std::move(notes)}};
+  return {{"statistics", std::move(statistics)}, {"command", std::move(command)}, {"rows", table_rows},
+          {"sample", std::move(sample)},         {"notes", std::move(notes)},     {"saved", saved}};
 }
 
 }  // namespace grapnel

@@ -410,7 +410,9 @@ class CampaignReader {
       try {
         const Criterion criterion = Criterion::parse(condition.text, all, condition.name);
         for (const std::size_t index : criterion.reads()) {
-          if (index < chosen_.size()) chosen_[index] = true;
+          if (index >= chosen_.size()) continue;
+          chosen_[index] = true;
+          if (says_captured(columns_[index].name)) keep_why_captured();
         }
       } catch (const CriterionError& error) {
         Mark mark = condition.mark;
@@ -419,6 +421,18 @@ class CampaignReader {
           mark.column += static_cast<int>(error.offset) + (condition.plain ? 0 : 1);
         faults_.add(mark, fmt::format("success: {}", error.what()));
       }
+    }
+  }
+
+  static bool says_captured(const std::string& name) {
+    return name == "captured" || (name.starts_with("grasps/") && name.ends_with("/captured"));
+  }
+  // What tells why a grip did not close, and whether anybody judged it.
+  void keep_why_captured() {
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+      const std::string& name = columns_[c].name;
+      if (says_captured(name) || name == "captured/judged" || column_matches("grasps/*/tolerance_used", name))
+        chosen_[c] = true;
     }
   }
 

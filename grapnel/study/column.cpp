@@ -71,7 +71,10 @@ class Builder {
   }
 
   void grasps() {
-    for (const GraspSetup& grasp : problem_.grasps) grasp_columns(grasp.end_effector);
+    for (const GraspSetup& grasp : problem_.grasps) {
+      closing_columns(grasp.end_effector);
+      grasp_columns(grasp.end_effector);
+    }
   }
 
   void impact() {
@@ -186,6 +189,63 @@ class Builder {
       grasp_number(e, name + "/" + kComponents[k], unit, description,
                    [get, k](const GraspImpulse& g) { return get(g)[k]; });
     }
+  }
+
+  // How the end-effector stood to its grasp point when it was to close, whether or not it did.
+  void closing_columns(const std::string& e) {
+    using Outcome = double (*)(const GripOutcome&);
+    const auto closing = [&](const std::string& name, const char* unit, const char* description, Outcome get) {
+      add("grasps/" + e + "/" + name, unit, description, [e, get](const StudyCase&, const CaptureResult& r) {
+        for (const GripOutcome& grip : r.grips) {
+          if (grip.end_effector == e) return get(grip);
+        }
+        return double(NAN);
+      });
+    };
+    closing("captured", "1", "whether this grip closed", [](const GripOutcome& g) { return double(g.captured); });
+    closing("position_error", "m", "distance from the grasp point when it was to close",
+            [](const GripOutcome& g) { return g.distance; });
+    closing("angle_error", "rad", "angle from what the grasp's orientation asks for, at that instant",
+            [](const GripOutcome& g) { return g.angle; });
+    closing("closing_speed", "m/s", "relative to the grasp point, at that instant",
+            [](const GripOutcome& g) { return g.velocity; });
+    closing("closing_angular_velocity", "rad/s", "relative to the target, at that instant",
+            [](const GripOutcome& g) { return g.angular_velocity; });
+    tolerance_columns(e);
+  }
+
+  // Of what its envelope limits, how much is used.
+  void tolerance_columns(const std::string& e) {
+    struct Tolerance {
+      const char* name;
+      double CaptureEnvelope::*allowed;
+      double GripOutcome::*found;
+    };
+    static constexpr Tolerance kTolerances[] = {
+        {"position", &CaptureEnvelope::position, &GripOutcome::distance},
+        {"angle", &CaptureEnvelope::angle, &GripOutcome::angle},
+        {"velocity", &CaptureEnvelope::velocity, &GripOutcome::velocity},
+        {"angular_velocity", &CaptureEnvelope::angular_velocity, &GripOutcome::angular_velocity}};
+    const CaptureEnvelope* envelope = envelope_of(problem_, e);
+    for (const Tolerance& tolerance : kTolerances) {
+      if (envelope == nullptr || envelope->*tolerance.allowed == CaptureEnvelope::kAny) continue;
+      add(std::string("grasps/") + e + "/tolerance_used/" + tolerance.name, "1",
+          "deviation over what the envelope allows; above 1 the grip misses",
+          [e, tolerance](const StudyCase& point, const CaptureResult& r) {
+            const CaptureEnvelope* of_case = envelope_of(point.problem, e);
+            for (const GripOutcome& grip : r.grips) {
+              if (of_case != nullptr && grip.end_effector == e)
+                return grip.*tolerance.found / (of_case->*tolerance.allowed);
+            }
+            return double(NAN);
+          });
+    }
+  }
+  static const CaptureEnvelope* envelope_of(const CaptureProblem& problem, const std::string& e) {
+    for (const EndEffectorSetup& one : problem.robot.end_effectors) {
+      if (one.name == e) return one.envelope ? &*one.envelope : nullptr;
+    }
+    return nullptr;
   }
 
   void grasp_columns(const std::string& e) {

@@ -377,5 +377,15 @@ TEST(Criterion, HasAName) {
   EXPECT_EQ(Criterion::parse("a < 1", kNames, "slow").text(), "a < 1");
 }
 
+TEST(Criterion, SaysWhatWasNotChecked) {
+  std::vector<double> row = numbers();
+  row[5] = kNaN;
+  const auto judged = [&](const char* text) { return Criterion::parse(text, kNames).judge(row); };
+  for (const char* text : {"a < 1", "not a < 1", "a", "not a", "a < 1 and captured", "a < 1 or not captured"})
+    EXPECT_EQ(judged(text), Verdict::not_checked) << text;
+  EXPECT_EQ(judged("a < 1 and not captured"), Verdict::no) << "whatever a is";
+  EXPECT_EQ(judged("a < 1 or captured"), Verdict::yes);
+}
+
 }  // namespace
 }  // namespace grapnel

@@ -74,7 +74,7 @@ TEST(Envelope, KeepsPointsWithoutRows) {
 TEST(Envelope, HasATextFile) {
   const std::string text = envelope_csv(design(), envelope());
   EXPECT_TRUE(text.starts_with(
-      "point,speed [m/s],law,trials,ok,successes,estimate,lower,upper\n0,0.1,\"rigid, or so\",10,10,10,1,"))
+      "point,speed [m/s],law,trials,ok,successes,estimate,lower,upper,deciding\n0,0.1,\"rigid, or so\",10,10,10,1,"))
       << text;
   EXPECT_NE(text.find("\n1,0.1,soft,10,9,8,0.8,"), std::string::npos);
   EXPECT_NE(text.find("\n5,0.3,soft,4,4,0,0,0,"), std::string::npos);
@@ -103,7 +103,45 @@ TEST(Envelope, IsInTheReport) {
   EXPECT_EQ(json["axes"][1]["values"], nlohmann::json::parse(R"(["rigid, or so", "soft"])"));
   EXPECT_EQ(json["successes"], nlohmann::json::parse("[10, 8, 6, 4, 2, 0]"));
   EXPECT_EQ(json["estimate"][1], 0.8);
+  EXPECT_EQ(json["unmet"].size(), 1u);
+  EXPECT_EQ(json["above"][1]["level"], 0.9);
   EXPECT_NE(campaign_summary(campaign, report).find("probability of success"), std::string::npos);
+}
+
+// What the map is coloured by is what the headline counts: the lower end of the interval.
+TEST(Envelope, SaysWhatDecidesAndHowMuchIsSafe) {
+  Campaign campaign = test::fake_campaign(100);
+  campaign.design = {{"speed", "m/s", "", true, {{0.1, ""}, {0.2, ""}, {0.3, ""}}}};
+  const std::vector<std::string> names{"a", "b/x", "b/y", "mass", "spin/x"};
+  campaign.success = {Criterion::parse("a < 0.5", names, "slow"), Criterion::parse("b/x < 0.5", names, "soft")};
+  const TemporaryFolder folder;
+  write_campaign_tables(folder.path(), campaign, "1", false, [&](const TakeRow& take) {
+    for (std::uint64_t k = 0; k < 300; ++k) {
+      CampaignRow row = test::fake_row(0);
+      row.index = k;
+      const std::uint64_t point = k / 100, i = k % 100;
+      row.status = point == 2 && i < 60 ? CaseStatus::failed : CaseStatus::ok;
+      row.values = {point == 1 && i < 10 ? 1.0 : 0.0, point == 1 && i < 30 ? 1.0 : 0.0, 0};
+      row.success = row.status == CaseStatus::ok && row.values[0] < 0.5 && row.values[1] < 0.5;
+      take(row);
+    }
+  });
+  const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"));
+  EXPECT_FALSE(report.envelope[0].deciding());
+  EXPECT_EQ(report.envelope[1].unmet, (std::vector<std::uint64_t>{10, 30}));
+  EXPECT_EQ(deciding_text(campaign, report.envelope[1]), "soft");
+  EXPECT_EQ(deciding_text(campaign, report.envelope[2]), "not ok");
+  EXPECT_EQ(points_above(report.envelope, 0.9), 1u);
+  const std::string text = campaign_summary(campaign, report);
+  EXPECT_NE(text.find("1 of 3 points have a probability of success of 0.9 or more (lower end of its 95 % interval)\n"
+                      "what fails most often: soft at 1, cases that are not ok at 1"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(envelope_csv(campaign, report.envelope).find(",soft\n"), std::string::npos);
+  const nlohmann::json json = nlohmann::json::parse(campaign_json(campaign, report, "1"))["envelope"];
+  EXPECT_EQ(json["deciding"], nlohmann::json::parse(R"([null, "soft", "not ok"])"));
+  EXPECT_EQ(json["unmet"][1]["counts"], nlohmann::json::parse("[0, 30, 0]"));
+  EXPECT_EQ(json["above"][1]["points"], 1);
 }
 
 TEST(Percentage, HasTheDigitsThatAreKnown) {

@@ -164,14 +164,23 @@ TEST(CampaignReport, KnowsWhatMatters) {
   const Json& sensitivity = sample().json["sensitivity"];
   EXPECT_EQ(sensitivity["inputs"], Json::parse(R"(["mass", "spin/x"])"));
   const Json& measures = sensitivity["measures"];
-  ASSERT_EQ(measures.size(), 3u) << "success, a, b/x; b/y never changes";
+  ASSERT_EQ(measures.size(), 5u) << "success, two criteria, a, b/x; b/y never changes";
   EXPECT_EQ(measures[0]["name"], "success");
+  EXPECT_EQ(measures[0]["of"], "success");
   EXPECT_EQ(measures[0]["count"], kRows);
-  EXPECT_EQ(measures[1]["name"], "a");
+  EXPECT_EQ(measures[1]["name"], "soft");
+  EXPECT_EQ(measures[1]["of"], "criterion");
+  EXPECT_EQ(measures[1]["count"], kRows - 66) << "where the case is ok";
+  EXPECT_GT(measures[1]["first_order"][0].get<double>(), 0.5);
+  EXPECT_LT(measures[1]["first_order"][1].get<double>(), 0.05) << "the spin decides the other criterion";
+  EXPECT_GT(measures[2]["first_order"][1].get<double>(), 0.5);
+  EXPECT_EQ(measures[3]["name"], "a");
+  EXPECT_EQ(measures[3]["of"], "column");
   const double share = (1.0 / 12) / (1.0 / 12 + 0.01);
-  EXPECT_NEAR(measures[1]["first_order"][0].get<double>(), share, 0.02);  // measured 0.0015
-  EXPECT_NEAR(measures[1]["first_order"][1].get<double>(), 0, 0.02);      // measured 0.0043
-  EXPECT_NEAR(measures[2]["first_order"][1].get<double>(), 1, 0.02);
+  EXPECT_NEAR(measures[3]["first_order"][0].get<double>(), share, 0.02);  // measured 0.0015
+  EXPECT_NEAR(measures[3]["first_order"][1].get<double>(), 0, 0.02);      // measured 0.0043
+  EXPECT_NEAR(measures[3]["unexplained"].get<double>(), 1 - share, 0.03);
+  EXPECT_NEAR(measures[4]["first_order"][1].get<double>(), 1, 0.02);
   EXPECT_LT(measures[0]["rank_correlation"][0].get<double>(), -0.2);
   EXPECT_EQ(sensitivity["left_out"], 0);
 }
@@ -206,7 +215,167 @@ TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
   EXPECT_GT(index("a", 0), 0.9) << "the offset alone decides";
   EXPECT_LT(std::abs(index("b/x", 0)), 0.05) << "the design alone decides";
   EXPECT_GT(index("b/y", 1), 0.9);
+  // The design's axis is one of what matters.
+  ASSERT_EQ(a.report.groups.size(), 3u);
+  EXPECT_EQ(a.report.groups[2].name, "angle");
+  for (const CampaignReport::Measure& measure : a.report.measures) {
+    if (measure.name == "b/x") {
+      EXPECT_GT(measure.groups[2].first_order, 0.95);
+    } else if (measure.name == "a") {
+      EXPECT_LT(std::abs(measure.groups[2].first_order), 0.05);
+    }
+  }
   EXPECT_NEAR(a.report.inputs[0].description.mean, 20, 0.1) << "shown as it is";
+}
+
+// A campaign of one grasp: a's grip closes where both tolerances are kept.
+struct Gripping {
+  Campaign campaign = fake_campaign(1000);
+  std::vector<CampaignRow> rows;
+
+  explicit Gripping(bool judged = true) {
+    campaign.columns = {{"captured", "1", "", {}},
+                        {"captured/judged", "1", "", {}},
+                        {"grasps/tip-1/captured", "1", "", {}},
+                        {"grasps/tip-1/impulse", "N s", "", {}},
+                        {"noise", "N s", "", {}},
+                        {"feasible", "1", "", {}}};
+    if (judged) {
+      campaign.columns.push_back({"grasps/tip-1/tolerance_used/position", "1", "", {}});
+      campaign.columns.push_back({"grasps/tip-1/tolerance_used/velocity", "1", "", {}});
+    }
+    campaign.inputs.clear();
+    for (const char* place : {"position/x", "position/y", "position/z", "rpy/x", "rpy/y", "rpy/z"})
+      campaign.inputs.push_back({std::string("targets.box.grasp_points.grip.") + place, "m", ""});
+    campaign.inputs.push_back({"targets.box.mass", "kg", ""});
+    std::mt19937_64 random(5);
+    std::normal_distribution<double> normal;
+    for (std::uint64_t k = 0; k < 1000; ++k) {
+      CampaignRow row;
+      row.index = k;
+      for (int i = 0; i < 7; ++i) row.inputs.push_back(normal(random));
+      const std::vector<double>& x = row.inputs;
+      const double position = std::hypot(x[0], x[1], x[2]) / 2, velocity = std::abs(x[6]) / 2;
+      const bool closes = !judged || (position <= 1 && velocity <= 1);
+      row.status = CaseStatus::ok;
+      const double impulse = closes ? 3 + x[6] + 0.1 * x[0] * x[1] : NAN;
+      row.values = {double(closes), double(judged), double(closes), impulse, 1e-16 * x[6], NAN};
+      if (judged) row.values.insert(row.values.end(), {position, velocity});
+      rows.push_back(row);
+    }
+  }
+  Analyzed with(const std::vector<std::string>& criteria) {
+    std::vector<std::string> names;
+    for (const Column& column : campaign.columns) names.push_back(column.name);
+    for (const CampaignInput& input : campaign.inputs) names.push_back(input.name);
+    campaign.success.clear();
+    for (const std::string& text : criteria) campaign.success.push_back(Criterion::parse(text, names));
+    return analyzed(campaign, rows);
+  }
+};
+
+TEST(CampaignReport, CountsWhyCasesAreNoSuccess) {
+  Gripping gripping;
+  gripping.rows[7].status = CaseStatus::failed;
+  gripping.rows[7].reason = "conservation check failed: energy_drift 1e-3, at most 1e-10";
+  gripping.rows[8].status = CaseStatus::failed;
+  gripping.rows[8].reason = "conservation check failed: linear_momentum_drift 1e-5, at most 1e-11";
+  std::uint64_t position = 0, velocity = 0, missed = 0;
+  for (const CampaignRow& row : gripping.rows) {
+    if (row.status != CaseStatus::ok || row.values[0] == 1) continue;
+    ++missed;
+    ++(row.values[6] > row.values[7] ? position : velocity);
+  }
+  ASSERT_GT(position, 50u);
+  ASSERT_GT(velocity, 10u);
+  const Analyzed a = gripping.with({"captured"});
+  const Json& failures = a.json["failures"];
+  ASSERT_EQ(failures.size(), 3u) << failures;
+  EXPECT_EQ(failures[0]["reason"], "not met: captured (tip-1 misses by position)");
+  EXPECT_EQ(failures[0]["status"], "ok");
+  EXPECT_EQ(failures[0]["count"], position);
+  EXPECT_EQ(failures[0]["examples"].size(), 3u);
+  EXPECT_EQ(failures[1]["reason"], "not met: captured (tip-1 misses by velocity)");
+  EXPECT_EQ(failures[1]["count"], velocity);
+  EXPECT_EQ(failures[2]["reason"], "conservation check failed") << "whatever row failed";
+  EXPECT_EQ(failures[2]["count"], 2);
+  EXPECT_EQ(a.json["counts"]["success"], 1000 - missed - 2) << "every other case is in one of them";
+  const Json& grasp = a.json["grasps"][0];
+  EXPECT_EQ(grasp["end_effector"], "tip-1");
+  EXPECT_EQ(grasp["missed"], missed);
+  EXPECT_EQ(grasp["tolerances"][0]["name"], "position");
+  EXPECT_EQ(grasp["tolerances"][0]["limiting"], position);
+  EXPECT_GE(grasp["tolerances"][1]["exceeded"], velocity);
+  const std::string text = campaign_summary(a.campaign, a.report);
+  EXPECT_NE(text.find(std::to_string(position) + " × not met: captured (tip-1 misses by position) (case"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("tip-1: " + std::to_string(missed) + " of 998 miss, most by position " +
+                      std::to_string(position) + ", velocity " + std::to_string(velocity)),
+            std::string::npos)
+      << text;
+  EXPECT_TRUE(a.json["warnings"].empty()) << a.json["warnings"];
+}
+
+TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
+  const auto warnings = [](const Analyzed& a) {
+    std::string all;
+    for (const std::string& one : a.report.warnings) all += one + "\n";
+    return all;
+  };
+  Gripping judged, assumed(false);
+  const Analyzed certain = judged.with({"captured", "grasps/tip-1/impulse > -50", "grasps/tip-1/impulse > 50"});
+  EXPECT_NE(warnings(certain).find("'grasps/tip-1/impulse > 50' never holds"), std::string::npos) << warnings(certain);
+  const Analyzed always = judged.with({"grasps/tip-1/captured < 5"});
+  EXPECT_EQ(warnings(always),
+            "criterion 'grasps/tip-1/captured < 5' never fails: all 1000 cases that are ok meet it, so "
+            "that it decides nothing\n");
+  const Analyzed nobody = assumed.with({"captured"});
+  EXPECT_EQ(nobody.json["success"]["assumed"], 1000);
+  EXPECT_EQ(warnings(nobody),
+            "in all successes that the grips close is assumed: end-effectors without an 'envelope' hold whatever they "
+            "meet, and nothing was checked\n");
+  EXPECT_NE(campaign_summary(nobody.campaign, nobody.report).find("1000 cases, all assumed to hold, not judged\n"),
+            std::string::npos);
+  const Analyzed unchecked = judged.with({"captured", "feasible"});
+  EXPECT_EQ(unchecked.json["criteria"][1]["not_checked"], 1000);
+  EXPECT_EQ(unchecked.json["counts"]["success"], 0);
+  EXPECT_NE(warnings(unchecked).find("'feasible' was not checked in "), std::string::npos) << warnings(unchecked);
+  EXPECT_NE(campaign_summary(unchecked.campaign, unchecked.report).find("× not checked: feasible (case"),
+            std::string::npos);
+  const Analyzed none = judged.with({});
+  EXPECT_NE(warnings(none).find("there is no criterion: every case"), std::string::npos);
+}
+
+TEST(CampaignReport, SixCoordinatesOfAGraspPointAreOneInput) {
+  const Analyzed a = Gripping().with({"captured", "grasps/tip-1/impulse < 4"});
+  const Json& sensitivity = a.json["sensitivity"];
+  ASSERT_EQ(sensitivity["groups"].size(), 2u) << sensitivity["groups"];
+  EXPECT_EQ(sensitivity["groups"][0]["name"], "targets.box.grasp_points.grip");
+  EXPECT_EQ(sensitivity["groups"][0]["inputs"].size(), 6u);
+  EXPECT_EQ(sensitivity["groups"][1]["name"], "targets.box.mass");
+  const auto measure = [&](const std::string& name) -> const Json& {
+    for (const Json& one : sensitivity["measures"])
+      if (one["name"] == name) return one;
+    ADD_FAILURE() << name;
+    return sensitivity;
+  };
+  // The position's use of its tolerance is that of three coordinates together, none of which tells much alone.
+  const Json& used = measure("grasps/tip-1/tolerance_used/position");
+  for (int i = 0; i < 6; ++i) EXPECT_LT(used["first_order"][i].get<double>(), 0.45);
+  EXPECT_GT(used["groups"]["first_order"][0].get<double>(), 0.85);  // measured 0.93
+  EXPECT_LT(used["unexplained"].get<double>(), 0.15);
+  EXPECT_GT(measure("grasps/tip-1/tolerance_used/velocity")["groups"]["first_order"][1].get<double>(), 0.9);
+  EXPECT_EQ(measure("captured")["of"], "criterion");
+  EXPECT_TRUE(measure("success")["unexplained"].is_number());
+  EXPECT_GT(measure("success")["unexplained"].get<double>(), 0.1) << "a product of two windows";
+}
+
+TEST(CampaignReport, RoundingIsNoResult) {
+  const Analyzed a = Gripping().with({"captured", "abs(noise) < 1"});
+  for (const Json& measure : a.json["sensitivity"]["measures"]) EXPECT_NE(measure["name"], "noise");
+  EXPECT_EQ(a.json["sensitivity"]["rounding"], Json::parse(R"(["noise"])"));
+  EXPECT_EQ(campaign_summary(a.campaign, a.report).find("noise [N s]"), std::string::npos);
 }
 
 TEST(CampaignReport, FindsTheWorstCases) {
@@ -281,6 +450,7 @@ TEST(CampaignReport, OfFewOrNoRows) {
   EXPECT_TRUE(failed.json["columns"][0]["mean"].is_null());
   EXPECT_TRUE(failed.json["worst"][0]["cases"].empty());
   EXPECT_EQ(failed.json["sensitivity"]["measures"].size(), 1u);
+  EXPECT_TRUE(failed.json["sensitivity"]["measures"][0]["unexplained"].is_number());
   EXPECT_TRUE(failed.json["sensitivity"]["measures"][0]["first_order"][0].is_null());
 }
 

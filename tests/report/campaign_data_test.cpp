@@ -81,6 +81,21 @@ TEST_F(CampaignReport, FewCasesAreAllThere) {
   EXPECT_EQ(sample["columns"][1]["unit"], "N s");
 }
 
+TEST_F(CampaignReport, SavedCasesAreNamedAndAmongTheRows) {
+  MadeCampaign made;
+  made.rows = 20'000;
+  test::write_campaign(made, folder.path());
+  EXPECT_EQ(campaign()["saved"], json::array());
+  for (const char* name : {"case-17777", "case-9", "case-x", "other"}) {
+    fs::create_directories(folder / "series" / name);
+    test::put_bytes(folder / "series" / name / "report.html", "<html>");
+  }
+  fs::create_directories(folder / "series" / "case-3");  // without a report
+  EXPECT_EQ(campaign()["saved"], (json{9, 17777}));
+  const std::vector<double> cases = cases_of(campaign()["sample"]);
+  EXPECT_EQ(std::count(cases.begin(), cases.end(), 17777.0), 1);
+}
+
 TEST_F(CampaignReport, ManyCasesAreThinnedTheSameWayEveryTime) {
   MadeCampaign made;
   made.rows = 200'000;

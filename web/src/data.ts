@@ -122,6 +122,7 @@ export interface CampaignData {
   rows: number; // of the table; 0 without one
   sample: PackedSample | null; // null: the folder has no sound table.h5
   notes: string[]; // what is odd: the table is missing, or damaged
+  saved: number[]; // cases with a report of their own, series/case-K/report.html
 }
 
 // Some rows of the table, in the order of their cases. Of few cases these are all.

@@ -133,10 +133,37 @@ describe("envelopes", () => {
     await p.keyboard.press("ArrowRight");
     await p.keyboard.press("ArrowUp");
     const said = await p.locator("#study-envelope [role=status]").innerText();
-    assert.match(said, /success 0\.9500 · 95\u202f% ?: 0\.8882 to 0\.9785 · 95 of 100 cases · targets\.target-1\.mass: 10 kg · relative_speed: 0\.1 m\/s/);
+    assert.match(said, /success 0\.9500 · 95\u202f% ?: 0\.8882 to 0\.9785 · 95 of 100 cases · fails most often: soft \(5 cases\) · targets\.target-1\.mass: 10 kg · relative_speed: 0\.1 m\/s/);
     const lines = (await csv(p, "#study-envelope")).trim().split("\n");
     assert.equal(lines.length, 13);
     assert.ok(lines[6].startsWith("0.1,10,95,100,0.95,0.888"), lines[6]);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+});
+
+describe("envelopes lead to their cases", () => {
+  test("the map shows what the headline counts, a cell keeps its cases, saved ones are linked", async () => {
+    const { page: p, context, faults } = await shown(page("envelope-cells", campaignData("envelope")));
+    assert.match(await p.locator("#study-verdict").innerText(), /^5 of 12 points capture with probability 0\.9 or more/);
+    assert.match(await p.locator("#study-envelope .st-card-title").innerText(), /lower end of its interval/);
+    assert.deepEqual(await p.locator("#study-envelope .cp-envelope svg .cp-cell").evaluateAll((all) => all.filter((t) => !t.textContent.startsWith("<") && Number(t.textContent.replace(">", "0")) >= 0.9).length) <= 5, true);
+    const map = p.locator("#study-envelope .cp-envelope > svg");
+    await map.focus();
+    await p.keyboard.press("ArrowRight");
+    await p.keyboard.press("Enter");
+    assert.equal(await p.evaluate(() => window.__grapnel.study.kept), 17, "cases 1, 13, 25 and so on");
+    assert.match(await p.locator("#study-point").innerText(), /case 1\b/);
+    await map.focus();
+    await p.keyboard.press("Enter");
+    assert.equal(await p.evaluate(() => window.__grapnel.study.kept), 200);
+    const links = await p.locator("a.cp-saved").evaluateAll((all) => [...new Set(all.map((a) => a.getAttribute("href")))].sort());
+    assert.deepEqual(links, ["series/case-13/report.html", "series/case-2/report.html"]);
+    await p.locator("#study-envelope select").selectOption("deciding");
+    const legend = await p.locator("#study-envelope .st-legend").innerText();
+    for (const name of ["captured", "soft", "nothing fails"]) assert.ok(legend.includes(name), legend);
+    assert.ok((await p.locator("#study-influence").evaluate((e) => e.textContent)).includes("Unexplained by them one by one: 12 %"));
+    assert.match(await p.locator("#study-spread .st-card-title").innerText(), /against relative_speed/, "what matters most is the design's");
     assert.deepEqual(faults, []);
     await context.close();
   });

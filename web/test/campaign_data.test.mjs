@@ -77,6 +77,34 @@ test("nothing, and keys missing one by one or of other types, make a model", () 
   }
 });
 
+test("why cases fail, what is assumed, and what is saved are there", () => {
+  const data = campaignData();
+  assert.equal(c.campaignModel(data).failuresAreAll, false);
+  Object.assign(data.statistics, {
+    warnings: ["in all successes that the grips close is assumed"],
+    failures: [{ status: "ok", reason: "not met: soft", count: 12, examples: [{ index: 3, reason: "not met: soft", replay: "x" }] }],
+    failures_left_out: 1,
+    grasps: [{ end_effector: "tip-1", captured: 190, missed: 10, tolerances: [{ name: "position", exceeded: 9, limiting: 7 }] }],
+  });
+  data.statistics.success.assumed = 184;
+  data.statistics.criteria[1].not_checked = 3;
+  data.statistics.sensitivity.groups = [{ name: "both", design: false, inputs: ["mass", "rate"] }];
+  data.statistics.sensitivity.measures[0].groups = { first_order: [0.8], error: [0.02], rank_correlation: [null] };
+  data.statistics.sensitivity.measures[0].unexplained = 0.2;
+  const m = c.campaignModel(data);
+  assert.deepEqual([m.failures[0].reason, m.failuresAreAll, m.failuresLeftOut, m.warnings.length, m.assumed], ["not met: soft", true, 1, 1, 184]);
+  assert.deepEqual(m.grasps, [{ endEffector: "tip-1", captured: 190, missed: 10, tolerances: [{ name: "position", exceeded: 9, limiting: 7 }] }]);
+  assert.deepEqual([m.criteria[1].notChecked, m.criteria[1].reads, [...m.saved]], [3, ["impulse"], [2, 13]]);
+  const [success, impulse] = m.sensitivities;
+  assert.deepEqual([success.groups[0].input, success.groups[0].firstOrder, success.unexplained, impulse.groups.length], ["both", 0.8, 0.2, 0]);
+});
+
+test("a point of an envelope says what decides there", () => {
+  const { points } = c.campaignModel(campaignData("envelope")).envelope;
+  assert.deepEqual([points[0].deciding, points[5].deciding, points[11].deciding], ["", "soft", "captured"]);
+  assert.deepEqual(points[11].unmet, [{ criterion: "captured", count: 100 }, { criterion: "soft", count: 100 }]);
+});
+
 test("the sample is a table of cases with their own numbers", () => {
   const sample = c.sampleOf(campaignData());
   assert.deepEqual([sample.table.size, sample.complete, sample.table.noun], [200, true, "case"]);
@@ -93,6 +121,8 @@ test("the sample is a table of cases with their own numbers", () => {
 test("columns that criteria limit come first", () => {
   const m = c.campaignModel(campaignData());
   assert.equal(c.mainDescribed(m).name, "impulse");
+  const sample = c.sampleOf(campaignData());
+  assert.deepEqual(sample.table.fields.filter((f) => f.role === "column").map((f) => f.name), ["success", "captured", "impulse", "energy"], "in the file energy is the first");
   assert.deepEqual([...new Set(c.optionsOf(m).map((o) => o.group))], ["In the criteria", "Columns", "Inputs"]);
 });
 

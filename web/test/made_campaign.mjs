@@ -47,7 +47,8 @@ export function campaignStatistics(name = "made up", kind = "campaign") {
       { name: "soft", text: "abs(impulse) < 0.55", met: 188, estimate: 0.94, lower: 0.9, upper: 0.965, only_this: 12, reads: ["impulse"], limits: [{ name: "impulse", at_most: 0.55, magnitude: true }] },
     ],
     inputs: [described("mass", "kg", rows.map((r) => r.mass)), described("rate", "rad/s", rows.map((r) => r.rate))],
-    columns: [described("captured", "1", rows.map((r) => r.captured)), described("impulse", "N s", rows.map((r) => r.impulse))],
+    columns: [described("energy", "J", rows.map((r) => 2 * r.impulse)), described("captured", "1", rows.map((r) => r.captured)), described("impulse", "N s", rows.map((r) => r.impulse))],
+    warnings: [],
     sensitivity: {
       inputs: ["mass", "rate"],
       measures: [
@@ -76,7 +77,11 @@ export function campaignStatistics(name = "made up", kind = "campaign") {
       trials: successes.map(() => 100),
       ok: successes.map(() => 100),
       successes,
+      unmet: [{ criterion: "captured", counts: successes.map((s) => (s < 60 ? 100 - s : 0)) }, { criterion: "soft", counts: successes.map((s) => 100 - s) }],
+      deciding: successes.map((s) => (s === 100 ? null : s < 60 ? "captured" : "soft")),
     };
+    statistics.sensitivity.groups = [{ name: "mass", design: false, inputs: ["mass"] }, { name: "rate", design: false, inputs: ["rate"] }, { name: "relative_speed", design: true, inputs: [] }];
+    for (const m of statistics.sensitivity.measures) Object.assign(m, { of: m.name === "success" ? "success" : "column", unexplained: 0.12, groups: { first_order: [...m.first_order, 0.9], error: [...m.error, 0.01], rank_correlation: [...m.rank_correlation, -0.7] } });
   }
   return statistics;
 }
@@ -95,7 +100,12 @@ export function campaignData(kind = "campaign", name = "made up") {
     reasons: rows.flatMap((r, k) => (r.failed ? [[k, "no convergence"]] : [])),
     design: [],
     inputs: [column(statistics.inputs[0], rows.map((r) => r.mass)), column(statistics.inputs[1], rows.map((r) => r.rate))],
-    columns: [column(statistics.columns[0], rows.map((r) => r.captured)), column(statistics.columns[1], rows.map((r) => r.impulse))],
+    columns: [column(statistics.columns[0], rows.map((r) => 2 * r.impulse)), column(statistics.columns[1], rows.map((r) => r.captured)), column(statistics.columns[2], rows.map((r) => r.impulse))],
   };
-  return { statistics, command: "grapnel campaign 'studies/made up.yaml' --only {K}", rows: kCases, sample, notes: [] };
+  // Every point of the design has 16 or 17 of the rows.
+  if (kind === "envelope") {
+    const point = rows.map((_, k) => k % 12);
+    sample.design = statistics.envelope.axes.map((axis, a) => column(axis, point.map((p) => axis.values[a === 0 ? Math.floor(p / 4) : p % 4])));
+  }
+  return { statistics, command: "grapnel campaign 'studies/made up.yaml' --only {K}", rows: kCases, sample, notes: [], saved: [2, 13] };
 }

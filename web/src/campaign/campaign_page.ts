@@ -21,7 +21,7 @@ import type { CampaignModel, Envelope, Proportion } from "./model";
 import { campaignModel } from "./read";
 import { kSuccessLabels, type Sample, sampleOf } from "./sample";
 import { SpreadChart } from "./spread_chart";
-import { failuresCard, worstCard } from "./worst";
+import { failuresCard, savedLink, worstCard } from "./worst";
 import { interval, percent, probability, samplingName, share } from "./words";
 
 export function buildCampaignPage(host: HTMLElement, data: ReportData): void {
@@ -31,7 +31,7 @@ export function buildCampaignPage(host: HTMLElement, data: ReportData): void {
   const sample = sampleOf(campaign);
   const state = new StudyState(sample.table);
   const name = model.name || data.title;
-  const card = pointCard({ state, command: (k) => commandFor(campaign, sample.cases[k]), remark: (k) => remark(sample, k), steps: false });
+  const card = pointCard({ state, command: (k) => commandFor(campaign, sample.cases[k]), remark: (k) => remark(sample, k), more: (k) => savedLink(model, sample.cases[k]), steps: false });
   state.select(firstCase(model, sample));
   const many = sample.complete ? "" : `${plural(model.rows, "case")}, an even sample with failed and worst ones added`;
   const later: [string, () => HTMLElement | null][] = [
@@ -46,7 +46,7 @@ export function buildCampaignPage(host: HTMLElement, data: ReportData): void {
     state,
     head: campaignHeader(data, campaign, model),
     first: [
-      ...(model.envelope ? [() => envelopeOrNote(model, name)] : []),
+      ...(model.envelope ? [() => envelopeOrNote(model, name, state)] : []),
       () => intervalCard(model, name),
       () => DistributionChart.of(model, name)?.card.root ?? emptyCard("No column has numbers."),
     ],
@@ -63,8 +63,8 @@ export function commandFor(campaign: CampaignData, index: number): string {
   return text(campaign.command).split("{K}").join(String(index));
 }
 
-function envelopeOrNote(model: CampaignModel, name: string): HTMLElement {
-  return EnvelopeMap.of(model, name)?.card.root ?? emptyCard("The envelope has no two axes to draw.");
+function envelopeOrNote(model: CampaignModel, name: string, state: StudyState): HTMLElement {
+  return EnvelopeMap.of(model, name, state)?.card.root ?? emptyCard("The envelope has no two axes to draw.");
 }
 
 function emptyCard(said: string): HTMLElement {
@@ -111,6 +111,7 @@ function campaignHeader(data: ReportData, campaign: CampaignData, model: Campaig
   const notes = [
     ...(partial ? [`${counted(model.rows)} of ${plural(model.total, "case")} are there: the campaign is not finished, or was extended. The same command goes on.`] : []),
     ...(lost.length > 0 ? [`No result from ${lost.map((c) => `${plural(c.count, "case")} (${c.status})`).join(" and ")}: they count as no success. Their reasons are below.`] : []),
+    ...model.warnings.map((w) => `${w[0].toUpperCase()}${w.slice(1)}.`),
     ...(campaign.notes ?? []),
   ];
   // Names are longer than numbers.
@@ -122,7 +123,8 @@ function campaignHeader(data: ReportData, campaign: CampaignData, model: Campaig
 
 function verdictOf(model: CampaignModel, p: Proportion): [string, string] {
   if (p.trials === 0) return ["No cases yet", ""];
-  return [`Capture probability ${probability(p.estimate)}`, `${percent(model.confidence)} interval ${interval(p)}; ${share(p)} cases meet ${criteriaInWords(model)}.`];
+  const assumed = model.assumed > 0 ? (model.assumed === p.successes ? ", assumed and not judged" : `, ${counted(model.assumed)} of them assumed and not judged`) : "";
+  return [`Capture probability ${probability(p.estimate)}${model.assumed > 0 ? " (assumed)" : ""}`, `${percent(model.confidence)} interval ${interval(p)}; ${share(p)} cases meet ${criteriaInWords(model)}${assumed}.`];
 }
 
 // Over all points of a design one probability would mean nothing.
@@ -148,7 +150,8 @@ function tiles(model: CampaignModel): Tile[] {
   if (strict && model.criteria.length > 1 && strict.onlyThis > 0)
     made.push({ name: "decides most often", value: breakable(strict.name), detail: `${plural(strict.onlyThis, "case")} would be a success but for it` });
   const success = model.sensitivities.find((s) => s.output === "success");
-  const first = success?.influences.reduce((best, i) => (i.firstOrder > best.firstOrder ? i : best), success.influences[0]);
+  const known = (success && success.groups.length > 0 ? success.groups : (success?.influences ?? [])).filter((i) => Number.isFinite(i.firstOrder));
+  const first = known.length > 0 ? known.reduce((best, i) => (i.firstOrder > best.firstOrder ? i : best)) : undefined;
   if (first && first.firstOrder > 2 * (first.error || 0)) made.push({ name: "matters most for success", value: breakable(first.input), detail: `first-order index ${number(first.firstOrder, 2)} ± ${number(first.error, 1)}` });
   const worst = model.worst[0];
   if (worst?.cases[0]) made.push({ name: `${worst.direction} of all`, value: number(worst.cases[0].value), unit: worst.unit, detail: `${breakable(worst.by)}, case ${worst.cases[0].index}` });

@@ -9,6 +9,7 @@ import { rowsToText } from "../study/csv";
 import { clipped, counted, plural, shortened } from "../study/describe";
 import { kStyle } from "../study/scales";
 import { hideTooltip, showTooltip } from "../study/tooltip";
+import type { StudyState } from "../study/state";
 import { onWidth, select } from "../study/ui";
 import { crosses, type LineLabel, type NamedLine, overlap, placeLabels } from "./contour_labels";
 import { contourSegments, joined } from "./contours";
@@ -21,34 +22,37 @@ const kLevels = [0.5, 0.9, 0.99];
 const kDashes = ["2,3", "6,3", ""];
 const kMargins = { marginTop: 26, marginBottom: 44, marginRight: 16 }; // [px]
 
-type Shown = "estimate" | "lower" | "upper";
-const kShown: Record<Shown, string> = { estimate: "probability of success", lower: "lower end of its interval", upper: "upper end of its interval" };
-const kLine: Record<Shown, string> = { estimate: "probability", lower: "lower end", upper: "upper end" };
+type Shown = "lower" | "estimate" | "upper" | "deciding";
+// The headline counts points by the lower end: so does the map that is shown first.
+const kShown: Record<Shown, string> = { lower: "probability of success, lower end of its interval", estimate: "probability of success", upper: "upper end of its interval", deciding: "what fails most often" };
+const kLine: Record<Shown, string> = { estimate: "probability", lower: "lower end", upper: "upper end", deciding: "" };
+const kCriteria = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442"];
 
 export class EnvelopeMap {
   readonly card: ChartCard;
   private readonly x: EnvelopeAxis;
   private readonly y: EnvelopeAxis;
-  private shown: Shown = "estimate";
+  private shown: Shown = "lower";
   private width = 0;
   private cursor: [number, number] = [0, 0];
   private readonly said = element("p", { class: "cp-said", role: "status", "aria-live": "polite" });
   private moveTo: (i: number, j: number) => void = () => undefined;
 
   // Null: no two axes.
-  static of(model: CampaignModel, study: string): EnvelopeMap | null {
+  static of(model: CampaignModel, study: string, state: StudyState | null = null): EnvelopeMap | null {
     const { envelope } = model;
-    return envelope && envelope.axes.length === 2 && envelope.axes.every((a) => a.values.length > 0) ? new EnvelopeMap(model, envelope, study) : null;
+    return envelope && envelope.axes.length === 2 && envelope.axes.every((a) => a.values.length > 0) ? new EnvelopeMap(model, envelope, study, state) : null;
   }
 
   private constructor(
     private readonly model: CampaignModel,
     private readonly envelope: Envelope,
     study: string,
+    private readonly state: StudyState | null,
   ) {
     [this.y, this.x] = envelope.axes;
     this.card = chartCard({ id: "envelope", title: "Capture envelope", study, csv: () => csv(envelope) });
-    const options = (Object.keys(kShown) as Shown[]).map((value) => ({ value, text: kShown[value] }));
+    const options = (Object.keys(kShown) as Shown[]).filter((value) => value !== "deciding" || envelope.points.some((p) => p.deciding !== "")).map((value) => ({ value, text: kShown[value] }));
     this.card.controls.append(select("Show", options, this.shown, (value) => ((this.shown = value as Shown), this.draw())));
     this.card.body.after(this.said);
     this.card.note.textContent = note(model, envelope);
@@ -77,17 +81,18 @@ export class EnvelopeMap {
     plot.setAttribute("tabindex", "0");
     plot.setAttribute("aria-label", `${kShown[this.shown]} over ${name(x)} and ${name(y)}; arrow keys walk over the points`);
     this.pointAt(plot, ex, ey);
-    const ramp = beside ? uprightRamp(kShown[this.shown], height) : flatRamp(kShown[this.shown], this.width);
-    const map = element("div", { class: `st-map cp-envelope${beside ? " cp-beside" : ""}` }, plot, element("div", { class: "st-ramp" }, ramp));
+    const ramp = this.shown === "deciding" ? null : beside ? uprightRamp(kShown[this.shown], height) : flatRamp(kShown[this.shown], this.width);
+    const map = element("div", { class: `st-map cp-envelope${beside ? " cp-beside" : ""}` }, plot, ramp && element("div", { class: "st-ramp" }, ramp));
     map.style.setProperty("--cp-map", `${width}fr`); // on paper, both in proportion
     map.style.setProperty("--cp-ramp", `${kRampWidth}fr`);
     this.card.body.replaceChildren(map);
+    if (this.shown === "deciding") return this.card.setLegend([...this.deciders().map((text) => ({ color: this.decidingColor(text), text, shape: "dot" as const })), { color: css("--line"), text: "nothing fails", shape: "dot" as const }]);
     this.card.setLegend(this.drawsLines() ? kLevels.map((level, k) => ({ color: css("--ink"), text: `${kLine[this.shown]} ${level}`, dash: kDashes[k] })) : []);
   }
 
   // Between labels there is nothing.
   private drawsLines(): boolean {
-    return !this.x.labels && !this.y.labels;
+    return !this.x.labels && !this.y.labels && this.shown !== "deciding";
   }
 
   private axis(a: EnvelopeAxis, pixels: number, domain: [number, number], each: number): Plot.ScaleOptions {
@@ -99,7 +104,14 @@ export class EnvelopeMap {
   }
 
   private value(p: EnvelopePoint | undefined): number {
-    return p && p.trials > 0 ? p[this.shown] : NaN;
+    return p && p.trials > 0 ? p[this.shown === "deciding" ? "estimate" : this.shown] : NaN;
+  }
+
+  private deciders(): string[] {
+    return [...new Set(this.envelope.points.map((p) => p.deciding).filter((d) => d !== ""))].sort();
+  }
+  private decidingColor(criterion: string): string {
+    return criterion === "" ? css("--line") : kCriteria[this.deciders().indexOf(criterion) % kCriteria.length];
   }
 
   private paint(scales: Places, ex: number[], ey: number[]): SVGElement {
@@ -117,14 +129,14 @@ export class EnvelopeMap {
     const texts: SVGElement[] = [];
     for (const { x, y, width, height, p } of boxes) {
       const v = this.value(p);
-      if (Number.isFinite(v)) group.append(svgElement("rect", { x, y, width, height, fill: String(apply(v)), "shape-rendering": "crispEdges" }));
+      if (Number.isFinite(v)) group.append(svgElement("rect", { x, y, width, height, fill: this.shown === "deciding" ? this.decidingColor(p?.deciding ?? "") : String(apply(v)), "shape-rendering": "crispEdges" }));
       else group.append(svgElement("path", { d: `M${x + width / 2 - 4},${y + height / 2 - 4}l8,8m0,-8l-8,8`, stroke: "#d55e00", "stroke-width": 1.4, fill: "none" }));
       if (!Number.isFinite(v) || width < 34 || height < 18 || boxes.length > 400) continue;
       const text = shortProbability(v);
       const [middle, half] = [x + width / 2, 3.4 * text.length + 2];
       const box = { left: middle - half, right: middle + half, top: y + height / 2 - 8, bottom: y + height / 2 + 8 };
       if (labels.some((l) => overlap(l.box, box)) || lines.some((l) => crosses(l.points, box))) continue; // colours tell
-      texts.push(svgElement("text", { class: "cp-cell", x: middle, y: y + height / 2 + 4, "text-anchor": "middle", "font-size": 11, fill: v > 0.6 ? "#111111" : "#ffffff", "pointer-events": "none" }, text));
+      texts.push(svgElement("text", { class: "cp-cell", x: middle, y: y + height / 2 + 4, "text-anchor": "middle", "font-size": 11, fill: v > 0.6 || this.shown === "deciding" ? "#111111" : "#ffffff", "pointer-events": "none" }, text));
     }
     group.append(...texts, contours(lines, labels));
     return group;
@@ -161,23 +173,45 @@ export class EnvelopeMap {
     });
     plot.addEventListener("click", (event) => {
       const cell = cellAt(event as PointerEvent);
-      if (cell) this.moveTo(...cell);
+      if (!cell) return;
+      this.moveTo(...cell);
+      this.choose(...cell, ex, ey);
     });
     plot.addEventListener("pointerleave", hideTooltip);
     plot.addEventListener("focus", () => this.moveTo(...this.cursor));
     plot.addEventListener("keydown", (event) => {
       const step: Record<string, [number, number]> = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
       const by = step[event.key];
+      if (event.key === "Enter" || event.key === " ") {
+        event.preventDefault();
+        this.choose(...this.cursor, ex, ey);
+      }
       if (!by) return;
       event.preventDefault();
       this.moveTo(clamp(this.cursor[0] + by[0], this.x.values.length), clamp(this.cursor[1] + by[1], this.y.values.length));
     });
   }
 
+  // A cell keeps its cases alone, in all charts and the table; the same cell again lets all come back.
+  private choose(i: number, j: number, ex: number[], ey: number[]): void {
+    const { state } = this;
+    if (!state) return;
+    const ranges = [{ axis: this.x, edges: ex, at: i }, { axis: this.y, edges: ey, at: j }].map(({ axis, edges, at }) => {
+      const field = state.table.axes.find((f) => f.name === axis.name);
+      return field && { field, from: edges[at], to: edges[at + 1] };
+    });
+    if (ranges.some((r) => r === undefined)) return;
+    const chosen = state.filter.ranges.filter((r) => ranges.some((one) => one!.field === r.field && one!.from === r.from && one!.to === r.to)).length === ranges.length;
+    for (const r of ranges) state.setRange(r!.field.key, chosen ? null : r!);
+    const first = chosen ? -1 : state.kept.indexOf(1);
+    if (first >= 0) state.select(first);
+  }
+
   private words(p: EnvelopePoint | undefined, i: number, j: number): string[] {
     const where = [`${this.x.name}: ${valueOf(this.x, i)}`, `${this.y.name}: ${valueOf(this.y, j)}`];
     if (!p || p.trials === 0) return [...where, "no cases"];
-    return [`success ${probability(p.estimate)}`, `${percent(this.model.confidence)}: ${interval(p)}`, `${share(p)} cases`, ...where];
+    const fails = p.deciding === "" ? [] : [`fails most often: ${p.deciding}${p.unmet.filter((u) => u.criterion === p.deciding).map((u) => ` (${plural(u.count, "case")})`).join("")}`];
+    return [`success ${probability(p.estimate)}`, `${percent(this.model.confidence)}: ${interval(p)}`, `${share(p)} cases`, ...fails, ...where];
   }
 }
 
@@ -227,11 +261,11 @@ function note(model: CampaignModel, e: Envelope): string {
   const trials = e.points.map((p) => p.trials);
   const [least, most] = [Math.min(...trials), Math.max(...trials)];
   const cases = least === most ? `${plural(least, "case")} per point` : `${counted(least)} to ${plural(most, "case")} per point`;
-  return `${cases}, ${plural(e.points.length, "point")}. Lines are straight between points; cells that one passes have no number. Point at a cell, or walk over it with the arrow keys, for its ${percent(model.confidence)} interval.`;
+  return `${cases}, ${plural(e.points.length, "point")}. Lines are straight between points; cells that one passes have no number. Point at a cell, or walk over it with the arrow keys, for its ${percent(model.confidence)} interval and what fails there; a click or Enter keeps its cases alone in the charts and the table below.`;
 }
 
 function csv(e: Envelope): string {
-  const head = [...e.axes.map((a) => columnHead(a.name, a.unit)), "successes", "cases", "probability", "lower", "upper"];
-  const rows = e.points.map((p) => [...p.at.map((k, a) => e.axes[a].labels?.[k] ?? e.axes[a].values[k]), p.successes, p.trials, p.estimate, p.lower, p.upper]);
+  const head = [...e.axes.map((a) => columnHead(a.name, a.unit)), "successes", "cases", "probability", "lower", "upper", "fails most often"];
+  const rows = e.points.map((p) => [...p.at.map((k, a) => e.axes[a].labels?.[k] ?? e.axes[a].values[k]), p.successes, p.trials, p.estimate, p.lower, p.upper, p.deciding]);
   return rowsToText([head, ...rows]);
 }

@@ -9,7 +9,7 @@ import { plural, shortened } from "../study/describe";
 import type { LegendItem } from "../study/export";
 import { kStyle } from "../study/scales";
 import { hideTooltip, showTooltip } from "../study/tooltip";
-import { onWidth, select } from "../study/ui";
+import { onWidth, select, toggle } from "../study/ui";
 import type { CampaignModel, Influence, Sensitivity } from "./model";
 import { distinctNames } from "./names";
 
@@ -20,6 +20,7 @@ const [kIndex, kUp, kDown] = ["#0072b2", "#009e73", "#cc79a7"];
 export class InfluenceChart {
   readonly card: ChartCard;
   private of: Sensitivity;
+  private grouped: boolean; // inputs that belong together as one, and the design's axes
   private width = 0;
 
   // Null: the campaign has no sensitivities.
@@ -33,9 +34,12 @@ export class InfluenceChart {
   ) {
     const all = model.sensitivities;
     this.of = all.find((s) => s.output === "success" && tells(s)) ?? all.find(tells) ?? all[0];
-    this.card = chartCard({ id: "influence", title: "What matters", study, csv: () => csv(this.of) });
+    this.card = chartCard({ id: "influence", title: "What matters", study, csv: () => csv(this.of, this.grouped) });
+    const tells_more = model.groups.some((g) => g.design || g.inputs.length > 1);
+    this.grouped = tells_more && all.some((s) => s.groups.length > 0);
     this.card.controls.append(
-      select("Output", all.map((s, k) => ({ value: String(k), text: s.output })), String(all.indexOf(this.of)), (k) => ((this.of = all[Number(k)] ?? this.of), this.draw())),
+      select("Output", all.map((s, k) => ({ value: String(k), text: s.of === "criterion" ? `criterion: ${s.output}` : s.output })), String(all.indexOf(this.of)), (k) => ((this.of = all[Number(k)] ?? this.of), this.draw())),
+      ...(this.grouped ? [toggle("grouped", true, (on) => ((this.grouped = on), this.draw()))] : []),
     );
     onWidth(this.card.body, (width) => {
       this.width = width;
@@ -47,8 +51,9 @@ export class InfluenceChart {
   private draw(): void {
     const { of, width } = this;
     this.card.setTitle(`What matters for ${of.output === "success" ? "success" : of.output}`);
-    this.card.note.textContent = note(of, this.model.measuresLeftOut);
-    const rows = sorted(of.influences);
+    const shown = this.grouped && of.groups.length > 0 ? of.groups : of.influences;
+    this.card.note.textContent = note(of, shown, this.model.measuresLeftOut);
+    const rows = sorted(shown);
     this.card.setLegend([]);
     if (!tells(of)) return this.card.body.replaceChildren(element("p", { class: "st-note" }, `${of.output} is the same in all cases: nothing can matter for it.`));
     // Side by side, the same rows at the same heights; names stand above the bars where beside them there is no room.
@@ -58,7 +63,7 @@ export class InfluenceChart {
     const [first, second] = !beside ? [width, width] : roomy ? [Math.floor(names + 0.44 * rest), Math.floor(0.56 * rest)] : [Math.floor(rest / 2), Math.floor(rest / 2)];
     this.card.body.replaceChildren(
       element("div", { class: "cp-pair" },
-        this.panel("Variance explained by each input alone", this.indices(rows, { width: first, left: roomy ? names : 12, names: roomy ? "margin" : "above" }), first),
+        this.panel(`Variance explained by each ${this.grouped ? "group of inputs" : "input"} alone`, this.indices(rows, { width: first, left: roomy ? names : 12, names: roomy ? "margin" : "above" }), first),
         this.panel("Direction in which it works", this.ranks(rows, { width: second, left: 12, names: roomy ? "across" : "above" }), second)),
     );
     const dot = (color: string, text: string): LegendItem => ({ color, text, shape: "dot" });
@@ -169,14 +174,16 @@ function tells(s: Sensitivity): boolean {
 
 function sorted(influences: Influence[]): Influence[] {
   const size = (i: Influence): number => (Number.isFinite(i.firstOrder) ? i.firstOrder : -1);
-  return [...influences].sort((a, b) => size(b) - size(a) || Math.abs(b.rank) - Math.abs(a.rank));
+  const rank = (i: Influence): number => (Number.isFinite(i.rank) ? Math.abs(i.rank) : 0);
+  return [...influences].sort((a, b) => size(b) - size(a) || rank(b) - rank(a));
 }
 
-function note(s: Sensitivity, leftOut: number): string {
-  const known = s.influences.filter((i) => Number.isFinite(i.firstOrder));
+function note(s: Sensitivity, shown: Influence[], leftOut: number): string {
+  const known = shown.filter((i) => Number.isFinite(i.firstOrder));
   const sum = known.reduce((total, i) => total + Math.max(0, i.firstOrder), 0);
   const parts = [
     known.length > 0 ? `Indices sum to ${number(sum, 2)}: ${sumInWords(sum)}.` : "",
+    shown === s.groups && Number.isFinite(s.unexplained) ? `Unexplained by them one by one: ${Math.round(100 * s.unexplained)} % of the variance. Inputs that belong together are one; of several together it is what a quadratic function of them explains.` : "",
     s.count > 0 ? `From ${plural(s.count, "case")}.` : "",
     known.length > 0 ? "Indices that are 0 within two standard errors say nothing. They take the inputs as independent." : "",
     leftOut > 0 ? `${plural(leftOut, "column")} left out in campaign.json.` : "",
@@ -199,7 +206,7 @@ function pointRows(plot: SVGSVGElement, rows: Influence[], step: number): void {
   plot.addEventListener("pointerleave", hideTooltip);
 }
 
-function csv(s: Sensitivity): string {
-  const rows = sorted(s.influences).map((i) => [s.output, i.input, i.firstOrder, i.error, i.rank]);
+function csv(s: Sensitivity, grouped: boolean): string {
+  const rows = sorted(grouped && s.groups.length > 0 ? s.groups : s.influences).map((i) => [s.output, i.input, i.firstOrder, i.error, i.rank]);
   return rowsToText([["output", "input", "first-order index", "its standard error", "rank correlation"], ...rows]);
 }

@@ -13,6 +13,8 @@ export interface CriterionResult extends Proportion {
   name: string;
   text: string; // the expression
   onlyThis: number; // cases that fail this one alone; NaN: not known
+  notChecked: number; // cases in which a number that it reads does not exist
+  reads: string[]; // columns and inputs
 }
 
 // Where a criterion compares a column with a number.
@@ -71,9 +73,27 @@ export interface Influence {
 }
 
 export interface Sensitivity {
-  output: string; // "success" or a column
+  output: string; // "success", a criterion or a column
+  of: string; // "success", "criterion", "column"
   count: number; // cases it was computed from
-  influences: Influence[];
+  influences: Influence[]; // per input
+  groups: Influence[]; // per group of inputs and design axis; none: not known
+  unexplained: number; // share of the variance that goes with no group alone; NaN: not known
+}
+
+// Inputs that belong together; a design axis has none.
+export interface InputGroup {
+  name: string;
+  design: boolean;
+  inputs: string[];
+}
+
+// How often a grasp missed, and by which tolerance.
+export interface GraspCount {
+  endEffector: string;
+  captured: number;
+  missed: number;
+  tolerances: { name: string; exceeded: number; limiting: number }[];
 }
 
 export interface WorstCase {
@@ -109,6 +129,8 @@ export interface EnvelopeAxis {
 
 export interface EnvelopePoint extends Proportion {
   at: number[]; // per axis: which value
+  deciding: string; // the criterion that most cases fail; "": none fails, or not known
+  unmet: { criterion: string; count: number }[];
 }
 
 export interface Envelope {
@@ -131,7 +153,13 @@ export interface CampaignModel {
   columns: Described[];
   sensitivities: Sensitivity[];
   worst: WorstList[];
-  failures: Failure[];
+  failures: Failure[]; // why cases are no success
+  failuresAreAll: boolean; // else only those of cases without a result
+  grasps: GraspCount[];
+  groups: InputGroup[];
+  assumed: number; // successes that nobody judged
+  warnings: string[];
+  saved: Set<number>; // cases whose complete results lie in series/
   failuresLeftOut: number; // cases with other reasons
   measuresLeftOut: number; // of sensitivities
   envelope: Envelope | null;

@@ -17,8 +17,9 @@ export function mainDescribed(model: CampaignModel): Described | undefined {
 export function tellingDescribed(model: CampaignModel, most: number): Described[] {
   const columns = model.columns.filter((d) => d.histogram !== null && varies(d));
   const limited = model.limits.map((l) => columns.find((d) => d.name === l.column && d.largest > d.least));
+  const read = model.criteria.flatMap((c) => c.reads).map((name) => columns.find((d) => d.name === name && d.unit !== "1"));
   const known = kTelling.flatMap((pattern) => columns.filter((d) => pattern.test(d.name)));
-  const found = new Set([...limited, ...known, ...columns].filter((d) => d !== undefined));
+  const found = new Set([...limited, ...read, ...known, ...columns].filter((d) => d !== undefined));
   return [...found].slice(0, most);
 }
 
@@ -29,7 +30,7 @@ export interface Offer {
 }
 
 export function optionsOf(model: CampaignModel): Offer[] {
-  const limited = new Set(model.limits.map((l) => l.column));
+  const limited = new Set([...model.limits.map((l) => l.column), ...model.criteria.flatMap((c) => c.reads)]);
   return describedOf(model).map((d) => ({
     value: kindOf(d),
     text: d.name,

@@ -1,6 +1,6 @@
 // campaign.json as the page's model. Whatever is missing or of another type becomes empty, null or NaN. No DOM.
 import type { CampaignData } from "../data";
-import type { CampaignModel, Counts, CriterionResult, Described, Failure, Group, Influence, Limit, Quantile, Sensitivity, WorstList } from "./model";
+import type { CampaignModel, Counts, CriterionResult, Described, Failure, GraspCount, Group, Influence, Limit, Quantile, Sensitivity, WorstList } from "./model";
 import { readEnvelope } from "./read_envelope";
 import { proportionOf, wilson } from "./wilson";
 import { samplingName } from "./words";
@@ -28,8 +28,14 @@ export function campaignModel(data: CampaignData): CampaignModel {
     columns: list(s.columns).map((d) => described(d, "column", confidence)),
     sensitivities: sensitivities(s.sensitivity),
     worst: list(s.worst).map(worst),
-    failures: list(s.reasons).map(failure),
-    failuresLeftOut: num(s.reasons_left_out, 0),
+    failures: list(s.failures ?? s.reasons).map(failure),
+    failuresAreAll: Array.isArray(s.failures),
+    failuresLeftOut: num(s.failures_left_out ?? s.reasons_left_out, 0),
+    grasps: list(s.grasps).map(grasp),
+    groups: list(s.sensitivity?.groups).map((g) => ({ name: text(g?.name), design: g?.design === true, inputs: list(g?.inputs).map(text) })),
+    assumed: num(s.success?.assumed, 0),
+    warnings: list(s.warnings).map(text).filter((w) => w !== ""),
+    saved: new Set(list(data.saved).map((k) => num(k)).filter(Number.isFinite)),
     measuresLeftOut: num(s.sensitivity?.left_out, 0),
     envelope: readEnvelope(s.envelope, confidence),
     settings: settings(s, c),
@@ -40,7 +46,7 @@ export function campaignModel(data: CampaignData): CampaignModel {
 
 function criterion(one: any, rows: number, confidence: number): CriterionResult {
   const said = text(one?.text);
-  return { ...proportionOf(one, num(one?.met), rows, confidence), name: text(one?.name) || said, text: said, onlyThis: num(one?.only_this) };
+  return { ...proportionOf(one, num(one?.met), rows, confidence), name: text(one?.name) || said, text: said, onlyThis: num(one?.only_this), notChecked: num(one?.not_checked, 0), reads: list(one?.reads).map(text) };
 }
 
 // Of a magnitude both signs are limits.
@@ -100,11 +106,21 @@ function groups(g: any, confidence: number): Group[] {
 
 function sensitivities(s: any): Sensitivity[] {
   const inputs = list(s?.inputs).map(text);
+  const groups = list(s?.groups).map((g) => text(g?.name));
+  const of = (names: string[], m: any): Influence[] => names.map((input, k) => ({ input, firstOrder: num(m?.first_order?.[k]), error: num(m?.error?.[k]), rank: num(m?.rank_correlation?.[k]) }));
   return list(s?.measures).map((m) => ({
     output: text(m?.name),
+    of: text(m?.of),
     count: num(m?.count, 0),
-    influences: inputs.map((input, k): Influence => ({ input, firstOrder: num(m?.first_order?.[k]), error: num(m?.error?.[k]), rank: num(m?.rank_correlation?.[k]) })),
+    influences: of(inputs, m),
+    groups: m?.groups ? of(groups, m.groups) : [],
+    unexplained: num(m?.unexplained),
   }));
+}
+
+function grasp(g: any): GraspCount {
+  const tolerances = list(g?.tolerances).map((t) => ({ name: text(t?.name), exceeded: num(t?.exceeded, 0), limiting: num(t?.limiting, 0) }));
+  return { endEffector: text(g?.end_effector), captured: num(g?.captured, 0), missed: num(g?.missed, 0), tolerances };
 }
 
 function worst(w: any): WorstList {

@@ -14,9 +14,14 @@ export function readEnvelope(e: any, confidence: number): Envelope | null {
   for (let k = 0; k < count; ++k) {
     const said = { estimate: e.estimate?.[k], lower: e.lower?.[k], upper: e.upper?.[k] };
     const trials = numberOf(e.trials?.[k]) || 0;
-    points.push({ ...proportionOf(trials > 0 ? said : null, numberOf(e.successes?.[k]), trials, confidence), at: placeOf(axes, k).map((i, a) => ranks[a][i]) });
+    points.push({ ...proportionOf(trials > 0 ? said : null, numberOf(e.successes?.[k]), trials, confidence), at: placeOf(axes, k).map((i, a) => ranks[a][i]), deciding: typeof e.deciding?.[k] === "string" ? e.deciding[k] : "", unmet: unmetAt(e.unmet, k) });
   }
   return { axes, points };
+}
+
+function unmetAt(unmet: any, k: number): { criterion: string; count: number }[] {
+  const all: any[] = Array.isArray(unmet) ? unmet : [];
+  return all.map((u) => ({ criterion: typeof u?.criterion === "string" ? u.criterion : "", count: numberOf(u?.counts?.[k]) || 0 }));
 }
 
 function axis(a: any): EnvelopeAxis {

@@ -23,8 +23,13 @@ export function sampleOf(data: CampaignData): Sample {
   const drawn = flags(packed?.drawn, rows);
   const inputs = fieldsOf([...(packed?.design ?? []), ...(packed?.inputs ?? [])], "axis", rows);
   const successField = new Field("success", "success", "", "whether the case is ok and meets all criteria", "column", () => Float64Array.from(success), kSuccessLabels, kSuccessColors);
-  const columns = [successField, ...fieldsOf(packed?.columns ?? [], "column", rows)];
-  const table: StudyTable = { ...tableOf(rows, statuses(packed, rows), reasons(packed, rows), inputs, columns), noun: "case", numbers: cases };
+  // What criteria read comes first, in their order.
+  const read: string[] = (Array.isArray(data.statistics?.criteria) ? data.statistics.criteria : []).flatMap((one: any) => (Array.isArray(one?.reads) ? one.reads : []));
+  const place = (f: Field): number => (read.includes(f.name) ? read.indexOf(f.name) : read.length);
+  const rest = fieldsOf(packed?.columns ?? [], "column", rows).sort((a, b) => place(a) - place(b));
+  const columns = [successField, ...rest];
+  const first = rest.filter((f) => read.includes(f.name));
+  const table: StudyTable = { ...tableOf(rows, statuses(packed, rows), reasons(packed, rows), inputs, columns), noun: "case", numbers: cases, first };
   return { table, cases, success, drawn, successField, complete: data.rows === rows };
 }
 

@@ -29,7 +29,8 @@ export class SpreadChart {
   static of(state: StudyState, sample: Sample, model: CampaignModel, study: string): SpreadChart | null {
     const { table } = state;
     const y = table.find(mainDescribed(model)?.name ?? "") ?? table.fields.find((f) => f.role !== "axis" && !f.labels);
-    const x = table.axes[mostInfluential(model, y?.name ?? "")] ?? table.axes[0];
+    const most = mostInfluential(model, y?.name ?? "");
+    const x = table.axes.find((a) => a.name === most) ?? table.axes[0];
     return x && y && table.size > 0 ? new SpreadChart(state, sample, model, study, x, y) : null;
   }
 
@@ -181,12 +182,10 @@ function isNear(limit: number, values: number[]): boolean {
   return limit >= least - 0.5 * size && limit <= greatest + 0.5 * size;
 }
 
-// Which input explains most of a column.
-function mostInfluential(model: CampaignModel, column: string): number {
+// Which input, or axis of the design, explains most of a column.
+function mostInfluential(model: CampaignModel, column: string): string {
   const of = model.sensitivities.find((s) => s.output === column) ?? model.sensitivities[0];
-  let best = 0;
-  of?.influences.forEach((i, k) => {
-    if (i.firstOrder > (of.influences[best]?.firstOrder ?? -1)) best = k;
-  });
-  return best;
+  const axes = (of?.groups ?? []).filter((g) => model.groups.some((one) => one.design && one.name === g.input));
+  const known = [...(of?.influences ?? []), ...axes].filter((i) => Number.isFinite(i.firstOrder));
+  return known.length === 0 ? "" : known.reduce((best, i) => (i.firstOrder > best.firstOrder ? i : best)).input;
 }

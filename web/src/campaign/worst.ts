@@ -45,7 +45,7 @@ function tableOf(model: CampaignModel, list: WorstList, rowOf: (k: number) => nu
       element("td", {}, number(one.value)),
       element("td", { class: one.success === false ? "cp-bad" : "" }, one.success === null ? "–" : one.success ? "yes" : "no"),
       ...model.inputs.map((_, k) => element("td", {}, number(one.inputs[k]))),
-      element("td", { class: "cp-replay" }, one.command && copyButton(() => one.command, `Copy: ${one.command}`)),
+      element("td", { class: "cp-replay" }, one.command && copyButton(() => one.command, `Copy: ${one.command}`), savedLink(model, one.index, "report")),
     );
   });
   return element("table", { class: "st-grid cp-worst" }, element("thead", {}, head), element("tbody", {}, ...rows));
@@ -65,7 +65,7 @@ export function failuresCard(model: CampaignModel, study: string): HTMLElement |
       {},
       element("td", {}, String(f.count)),
       element("td", { class: "st-left" }, element("span", { class: `st-status-${/^\w+$/.test(f.status) ? f.status : "other"}` }, f.status)),
-      element("td", { class: "st-left" }, f.reason, element("div", { class: "cp-examples" }, ...f.examples.map(example))),
+      element("td", { class: "st-left" }, f.reason, element("div", { class: "cp-examples" }, ...f.examples.map((e) => example(model, e)))),
     ),
   );
   const head = element("tr", {}, ...["cases", "status", "reason"].map((text, k) => element("th", { scope: "col", ...(k > 0 ? { class: "st-left" } : {}) }, text)));
@@ -73,15 +73,33 @@ export function failuresCard(model: CampaignModel, study: string): HTMLElement |
   return element(
     "section",
     { class: "card st-card", id: "study-failures", "aria-label": "Why cases failed" },
-    element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, "Cases without a result, and why"), element("div", { class: "st-downloads" }, button("CSV", () => download(`${fileName(study, "failures")}.csv`, text(), "text/csv"), { title: "Download the reasons" }))),
+    element("div", { class: "st-card-head" }, element("h2", { class: "st-card-title" }, model.failuresAreAll ? "Cases without success, and why" : "Cases without a result, and why"), element("div", { class: "st-downloads" }, button("CSV", () => download(`${fileName(study, "failures")}.csv`, text(), "text/csv"), { title: "Download the reasons" }))),
     element("div", { class: "st-scroll" }, element("table", { class: "st-grid cp-failures" }, element("thead", {}, head), element("tbody", {}, ...rows))),
-    element("p", { class: "st-note" }, `They count as no success.${model.failuresLeftOut > 0 ? ` ${plural(model.failuresLeftOut, "case")} with rarer reasons are left out.` : ""}`),
+    graspTable(model),
+    element("p", { class: "st-note" }, `${model.failuresAreAll ? "Every case is in one line." : "They count as no success."}${model.failuresLeftOut > 0 ? ` ${plural(model.failuresLeftOut, "case")} with rarer reasons are left out.` : ""}`),
   );
 }
 
-function example(e: { index: number; reason: string; command: string }): HTMLElement {
+// How often each grasp misses, and by which tolerance most; only where one misses.
+function graspTable(model: CampaignModel): HTMLElement | null {
+  const missed = model.grasps.filter((g) => g.missed > 0);
+  if (missed.length === 0) return null;
+  const names = [...new Set(missed.flatMap((g) => g.tolerances.map((t) => t.name)))];
+  const head = element("tr", {}, ...["grasp", "missed", "of", ...names.map((n) => `most by ${n.replace(/_/g, " ")}`)].map((t) => element("th", { scope: "col" }, t)));
+  const rows = missed.map((g) => element("tr", {}, element("th", { scope: "row" }, g.endEffector), ...[g.missed, g.captured + g.missed, ...names.map((n) => g.tolerances.find((t) => t.name === n)?.limiting ?? 0)].map((v) => element("td", {}, String(v)))));
+  return element("div", { class: "st-scroll" }, element("table", { class: "st-grid cp-grasps" }, element("thead", {}, head), element("tbody", {}, ...rows)));
+}
+
+// To the complete results of a case, where the campaign kept them. Null: it did not.
+export function savedLink(model: CampaignModel, index: number, said = "its full report"): HTMLElement | null {
+  return model.saved.has(index) ? element("a", { href: `series/case-${index}/report.html`, class: "cp-saved" }, said) : null;
+}
+
+function example(model: CampaignModel, e: { index: number; reason: string; command: string }): HTMLElement {
   const made = element("span", { class: "cp-example", title: e.reason }, `case ${e.index} `);
   if (e.command) made.append(copyButton(() => e.command, `Copy: ${e.command}`));
+  const saved = savedLink(model, e.index, "report");
+  if (saved) made.append(" ", saved);
   return made;
 }
 

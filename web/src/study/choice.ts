@@ -19,11 +19,11 @@ const kTelling = [
 
 // In order of how much they tell: columns that are the same everywhere, or empty, are left out.
 export function tellingColumns(table: StudyTable, most: number): Field[] {
-  const found: Field[] = [];
+  const found: Field[] = (table.first ?? []).filter(varies).slice(0, most);
   for (const pattern of kTelling) {
     for (const field of table.fields) {
       if (found.length >= most) return found;
-      if (field.role !== "axis" && pattern.test(field.name) && varies(field)) found.push(field);
+      if (field.role !== "axis" && !found.includes(field) && pattern.test(field.name) && varies(field)) found.push(field);
     }
   }
   for (const field of table.fields) {

@@ -43,6 +43,7 @@ export interface StudyTable {
   axes: Field[];
   noun: string; // what a row is: "point", "case"
   numbers: ArrayLike<number> | null; // the rows' own numbers; null: they count from 0
+  first?: Field[]; // columns that tell most here, such as those that criteria read
   find(name: string): Field | undefined;
 }
 

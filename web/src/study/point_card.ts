@@ -12,6 +12,7 @@ export interface PointCardSpec {
   state: StudyState;
   command: (point: number) => string; // "": none
   remark: (point: number) => string; // "best point found"; "": none
+  more?: (point: number) => Node | null; // where else to look
   steps: boolean; // whether points lie on a grid that can be walked
 }
 
@@ -43,6 +44,8 @@ function content(spec: PointCardSpec, neighbours: Neighbours, point: number, ope
   parts.push(axes(spec, neighbours, point));
   const command = spec.command(point);
   if (command) parts.push(element("h3", { class: "st-sub" }, "Replay this case"), commandLine(command));
+  const more = spec.more?.(point);
+  if (more) parts.push(element("p", { class: "st-more" }, more));
   const telling = tellingColumns(table, 6);
   if (telling.length > 0) parts.push(group("Telling columns", "telling", telling, point, open, (f) => f.name));
   for (const [name, fields] of grouped(table.fields.filter((f) => f.role === "column"))) {
