@@ -57,27 +57,24 @@ void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector
   flight.clock.pause();
 }
 
-Momentumd momentum_of(const lanes::LaneBooks& b) {
-  return {{b.angular[0], b.angular[1], b.angular[2]}, {b.linear[0], b.linear[1], b.linear[2]}};
-}
+Vector3d vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-SystemBooks books_of(const lanes::LaneBooks& b) {
-  SystemBooks books;
-  books.com = {b.com[0], b.com[1], b.com[2]};
-  books.about_com = momentum_of(b);
-  books.about_origin = shift(books.about_com, -books.com);
-  books.kinetic_energy = b.kinetic_energy;
-  books.linear_scale = b.linear_scale, books.angular_scale = b.angular_scale;
-  return books;
+GroupBooks books_of(const lanes::LaneTree& tree) {
+  return {vector_of(tree.com), {vector_of(tree.angular), vector_of(tree.linear)}, tree.size};
 }
 
 PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
   PhaseMeasures measures;
-  measures.start = books_of(outcome.start);
-  measures.linear_deviation = outcome.linear_deviation;
-  measures.angular_deviation = outcome.angular_deviation;
-  measures.work_energy_residual = outcome.work_residual;
-  measures.scale = {outcome.linear_scale, outcome.angular_scale, outcome.largest_energy};
+  for (const lanes::LaneTreeBooks& tree : outcome.trees) {
+    measures.trees.push_back({books_of(tree.start),
+                              tree.linear_deviation,
+                              tree.angular_deviation,
+                              tree.energy_deviation,
+                              {tree.linear_scale, tree.angular_scale, tree.energy_scale}});
+    measures.scale.linear_momentum += tree.largest_linear;
+    measures.scale.angular_momentum += tree.largest_angular;
+    measures.scale.energy += tree.largest_energy;
+  }
   return measures;
 }
 

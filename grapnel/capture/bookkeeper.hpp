@@ -1,75 +1,102 @@
 #pragma once
 
 /// @file
-/// Keeps the books of a run: momentum and energy of every sample, body by body from poses and twists, against what was
-/// there at the start and what has been put in since. Thread safety: one thread at a time.
+/// Keeps the books of a run: momentum and energy of every group of bodies that touch, at every sample, against what was
+/// there when the group came to be and what has been put in since. A group is the servicer with the targets it holds,
+/// or a free target; while an impact is under way, what meets in it is one. Thread safety: one thread at a time.
 
-#include "grapnel/dynamics/momentum.hpp"
+#include <span>
+#include <string>
+#include <vector>
+
+#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/capture/conservation_advice.hpp"
+#include "grapnel/capture/system_books.hpp"
 #include "grapnel/result/ledger.hpp"
 #include "grapnel/simulate/phase_dynamics.hpp"
 
 namespace grapnel {
 
-/// Momentum and energy of the whole system at one instant, in W.
-struct SystemBooks {
-  Momentumd about_origin;     // total, about the world's origin
-  Vector3d com;               // of the system
-  Momentumd about_com;        // total, about the system's centre of mass
-  double kinetic_energy = 0;  // [J]
-  double linear_scale = 0;    // sum |m v|
-  double angular_scale = 0;   // sum (|I w| + |r x m v|), r from the system's centre of mass
+/// What the books need of one tree in a phase that somebody else has looked at, as closely as it deserves.
+struct TreeMeasures {
+  GroupBooks start;              // as the phase began
+  double linear_deviation = 0;   // largest |p(t) - p(start)| [N s]
+  double angular_deviation = 0;  // the same of the angular momentum about the tree's centre of mass [N m s]
+  double energy_deviation = 0;   // largest |U(t) - U(start) - work|, U: GroupSize::inner_energy [J]
+  GroupScale<double> scale{};    // largest in the phase
 };
-SystemBooks system_books(const Model& model, const Kinematics& kinematics, const State& state);
-
-/// Momentum of some bodies, angular about `p_W`, in W: a target that hangs on an arm still has its own.
-Momentumd group_momentum(const Model& model, const Kinematics& kinematics, std::span<const int> bodies,
-                         const Vector3d& p_W);
-
-/// What the books need of a phase that somebody else has looked at, as closely as it deserves.
 struct PhaseMeasures {
-  SystemBooks start;                // as the phase began
-  double linear_deviation = 0;      // largest |p(t) - p(start) - external impulse| [N s]
-  double angular_deviation = 0;     // the same of the angular momentum, about the system's centre of mass [N m s]
-  double work_energy_residual = 0;  // largest |T(t) - T(start) - work of motors, friction and external forces| [J]
-  LedgerScale scale;                // largest in the phase
+  std::vector<TreeMeasures> trees;  // in the order of their roots
+  LedgerScale scale;                // of everything; largest in the phase
 };
 
 class Bookkeeper {
  public:
-  /// A phase begins. In a controlled phase motors work and the work-energy balance is kept; in another the energy
-  /// itself.
-  void begin_phase(bool controlled);
-  /// One sample; the first ever defines what is conserved.
+  Bookkeeper(const CaptureProblem& problem, const CaptureSystem& system);
+  /// The model has changed: what hangs together in it.
+  void set_system(const CaptureSystem& system);
+
+  /// A phase begins: groups are the trees of the model. In a controlled phase motors work and the work-energy balance
+  /// is kept; in another the energy itself. `integrated`: momentum is integrated with the rest, not recovered.
+  void begin_phase(bool controlled, bool integrated);
+  /// One sample; the first of a group defines what it conserves.
   void sample(const SystemBooks& books, const PhaseIntegrals& integrals);
   /// Instead of all samples of a phase: its measures. Deviations add to those that there were at its start.
   void take(const PhaseMeasures& measures);
-  /// Whether there has been any sample.
-  bool started() const { return started_; }
-  /// An instant between phases: momentum is checked, energy may jump.
-  void instant(const SystemBooks& books);
   /// The phase's last integrals, so that the next phase goes on from there.
   void end_phase(const PhaseIntegrals& integrals);
-  /// Momentum that enters at once from outside: the ground's impulse in an impact, or a target put elsewhere by
-  /// contact.gap: translate_target (which is no dynamics). About the world's origin.
+
+  /// An instant between phases: momentum is checked, energy may jump.
+  void instant(const SystemBooks& books);
+  /// From the last instant on, until the next phase begins, the servicer and these targets are one group.
+  void touch(std::span<const std::size_t> targets);
+  /// Momentum that the ground puts into the servicer at once. About the world's origin.
   void enter(const Momentumd& momentum);
 
   /// The rows every run has.
   void write(Ledger& ledger) const;
+  DriftCause cause() const;
 
  private:
-  struct Deviation {
-    double linear, angular;
+  struct Drift {
+    double linear = 0, angular = 0;
   };
-  Deviation check_momentum(const SystemBooks& books, const Momentumd& entered);
+  struct Group {
+    std::vector<int> parts;                  // 0: the servicer; 1 + t: target t. Increasing
+    std::vector<std::size_t> trees;          // of the model at hand
+    bool known = false;                      // it has been looked at
+    GroupBooks now;                          // at the last look
+    Momentumd expected = Momentumd::zero();  // [angular about the centre of mass; linear]
+    Momentumd entered = Momentumd::zero();   // since the last look, about the world's origin
+    Drift largest, at_phase_start, jump, growth;
+    double work_energy = 0, energy = 0;
+    double phase_energy = 0;
+    bool in_phase = false;  // the phase has been looked at
+    GroupScale<double> scale{0, 0, 0};
+  };
+  /// The worst group of a row.
+  struct Worst {
+    double value = 0, scale = 0;
+    std::vector<int> parts;
+  };
 
+  static bool holds_servicer(const Group& group) { return group.parts.front() == 0; }
+  void find_trees();
+  void merge(const std::vector<bool>& which);
+  void retire(const Group& group);
+  void judge(const Group& group, std::vector<Worst>& rows) const;
+  Drift look(Group& group, const GroupBooks& now, const Momentumd& impulse);
+  void add_scale(const SystemBooks& books);
+
+  std::vector<std::string> names_;            // of the parts
+  std::vector<std::vector<int>> tree_parts_;  // per tree of the model at hand
+  std::vector<Group> groups_;
+  std::vector<Worst> rows_;       // of groups that are no more: the four rows in their order
+  double jump_ = 0, growth_ = 0;  // of groups that are no more, relative
   bool started_ = false;
   bool controlled_ = false;
-  bool any_controlled_ = false, any_uncontrolled_ = false;
-  bool phase_started_ = false;
-  double phase_energy_ = 0;
-  Momentumd expected_ = Momentumd::zero();                          // about the world's origin, at the phase's start
-  double linear_ = 0, angular_ = 0, work_energy_ = 0, energy_ = 0;  // largest deviations
-  LedgerScale scale_;
+  bool any_controlled_ = false, any_uncontrolled_ = false, any_integrated_ = false;
+  LedgerScale scale_;  // of everything
 };
 
 }  // namespace grapnel

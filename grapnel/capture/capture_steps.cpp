@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "grapnel/capture/approach_plan.hpp"
+#include "grapnel/capture/conservation_advice.hpp"
 #include "grapnel/capture/problem_scene.hpp"
 #include "grapnel/capture/run_impacts.hpp"
 
@@ -68,9 +69,9 @@ IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynami
 // every piece has the system as it then is.
 class CaptureSteps::Sequence {
  public:
-  Sequence(const CaptureProblem& problem, CaptureDetail detail, CaptureProgress progress, Part part,
-           CaptureResult& result)
-      : part_(part), progress_(std::move(progress)), run_(problem, result, detail), impacts_(run_) {}
+  Sequence(const CaptureProblem& problem, const MovingFrame& frame, CaptureDetail detail, CaptureProgress progress,
+           Part part, CaptureResult& result)
+      : part_(part), progress_(std::move(progress)), run_(problem, frame, result, detail), impacts_(run_) {}
 
   // `impact_only`: nothing is recorded of the approach, whose joints follow their plan exactly, and nothing follows the
   // impact.
@@ -82,7 +83,7 @@ class CaptureSteps::Sequence {
           break;
         case Stage::arriving:
           if (run_.time == 0) return arrival();
-          run_.result.approach_end = describe(run_.problem, run_.system, run_.state, run_.time);
+          run_.result.approach_end = describe_now();
           stage_ = Stage::meeting;
           break;
         case Stage::flying:
@@ -121,6 +122,7 @@ class CaptureSteps::Sequence {
     if (run_.result.impact) scale_published(run_.result.ledger.scale, *run_.result.impact);
     run_.loops.write(run_.result);
     run_.watches.write(run_.result);
+    if (!run_.result.ledger.pass()) advise(run_.problem, run_.bookkeeper.cause(), run_.result.ledger);
   }
 
  private:
@@ -149,8 +151,14 @@ class CaptureSteps::Sequence {
 
   Stage end_flight() {
     std::optional<PhaseEnd>& end = run_.control.approaching ? run_.result.approach_end : run_.result.post_impact_end;
-    end = describe(run_.problem, run_.system, run_.state, run_.time);
+    end = describe_now();
     return run_.control.approaching ? Stage::meeting : Stage::over;
+  }
+
+  PhaseEnd describe_now() const {
+    PhaseEnd end = describe(run_.problem, run_.system, run_.state, run_.time);
+    to_world(run_.frame, end);
+    return end;
   }
 
   // Whether something follows the approach's end.
@@ -183,7 +191,7 @@ class CaptureSteps::Sequence {
 
   void begin_approach() {
     const ApproachSetup& setup = *run_.problem.approach;
-    run_.result.approach_start = describe(run_.problem, run_.system, run_.state, run_.time);
+    run_.result.approach_start = describe_now();
     if (setup.base_control) run_.control.attitude = attitude_control(*setup.base_control, run_.system, run_.state).R_WD;
     phase_ = "approach", until_ = setup.duration;
   }
@@ -254,7 +262,7 @@ class CaptureSteps::Sequence {
       reference_ = references();
       run_.recorder->begin_phase(name, reference_);
     }
-    run_.bookkeeper.begin_phase(controlled);
+    run_.bookkeeper.begin_phase(controlled, dynamics_->is_disturbed() || !dynamics_->setup().recover_roots);
     run_.watches.begin_phase(name, run_.system, cut);
     run_.loops.begin_phase(name, run_.problem, run_.system);
     kinematics_ = Kinematics(run_.system.model);
@@ -382,7 +390,10 @@ CaptureSteps::CaptureSteps(const CaptureProblem& problem, CaptureDetail detail, 
   result_.scenario_name = problem.name;
   result_.scenario_sha256 = problem.sha256;
   result_.status = CaptureStatus::failed;
-  sequence_ = std::make_unique<Sequence>(problem, detail, std::move(progress), part, result_);  // checks the problem
+  const MovingFrame frame = moving_frame(problem);
+  if (!frame.is_world()) seen_ = std::make_unique<CaptureProblem>(seen_from(frame, problem));
+  sequence_ = std::make_unique<Sequence>(seen_ ? *seen_ : problem, frame, detail, std::move(progress), part,
+                                         result_);  // checks the problem
   if (detail == CaptureDetail::full && part == Part::whole) result_.scene = scene_of(problem);
 }
 

@@ -74,6 +74,7 @@ class CaptureSteps {
  private:
   class Sequence;
   CaptureResult result_;
+  std::unique_ptr<const CaptureProblem> seen_;  // in the frame in which it is computed; null: the problem itself
   std::unique_ptr<Sequence> sequence_;
 };
 

@@ -78,8 +78,9 @@ std::vector<BodyMotion> describe_targets(const CaptureProblem& problem, const Ca
   return targets;
 }
 
-Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, TimeSeries& series)
-    : problem_(problem), series_(series) {
+Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame,
+                   TimeSeries& series)
+    : problem_(problem), series_(series), frame_(frame) {
   const std::vector<std::string> xyz{"x", "y", "z"}, wxyz{"w", "x", "y", "z"};
   const auto add_body = [&](const std::string& group, const std::string& what) {
     add(group + "/position", "m", "position of " + what + " in W", xyz);
@@ -162,6 +163,7 @@ void Recorder::add(std::string path, std::string unit, std::string description, 
 void Recorder::begin_phase(const std::string& name, std::span<const JointTrajectory> reference) {
   series_.phases.push_back(name);
   reference_ = reference;
+  phase_start_.reset();
 }
 
 void Recorder::put(double value) { series_.series[next_++].data.push_back(value); }
@@ -212,12 +214,8 @@ void Recorder::put_grips(const std::vector<GraspGap>& gaps, std::span<const Grip
   }
 }
 
-void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books, const PhaseSample& s,
-                      std::span<const GripSample> grips, double clearance) {
+void Recorder::put_motion(const CaptureSystem& system, const Kinematics& k) {
   const Model& model = system.model;
-  series_.time.push_back(s.time);
-  series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
-  next_ = 0;
   std::size_t body = 0;
   const auto put_body = [&](const Posed& X, const Twistd& V) {
     put(X.p);
@@ -232,6 +230,50 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   }
   for (int f : system.end_effectors) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
   for (int f : system.target_frames) put_body(frame_pose(model, k, f), frame_twist(model, k, f));
+}
+
+// The integral of t dH since the phase's start, H the impulse from outside: t H(t) less the integral of H, which is
+// what the centre of mass went beyond its uniform motion, times the mass. `books`: in the frame of the computation.
+Vector3d Recorder::late_impulse(const SystemBooks& books, const PhaseSample& s) const {
+  double mass = 0;
+  for (const GroupBooks& tree : books.trees) mass += tree.size.mass;
+  const Vector3d beyond =
+      mass * (books.com - phase_start_->com) - (s.time - phase_start_->time) * phase_start_->momentum;
+  return s.time * s.integrals.external_impulse.linear - beyond;
+}
+
+// `books`: in the frame of the computation.
+void Recorder::put_books(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books,
+                         const PhaseSample& s) {
+  const SystemBooks in_world = frame_.is_world() ? books : system_books(system.model, k, s.state);
+  put(in_world.com);
+  put(in_world.about_com.linear);
+  put(in_world.about_com.angular);
+  put_momenta(system, k, in_world.com);
+  put(in_world.kinetic_energy);
+  put(finished_.motor_work + s.integrals.motor_work);
+  put(finished_.friction_work + s.integrals.friction_work);
+  const Momentumd impulse = finished_.external_impulse + s.integrals.external_impulse;
+  if (!phase_start_) phase_start_ = {s.time, books.com, books.about_com.linear};
+  if (dot(impulse.linear, impulse.linear) > 0) late_ = late_impulse(books, s);
+  put(finished_.external_work + s.integrals.external_work + dot(frame_.velocity, impulse.linear));
+  put(impulse.linear);
+  put(impulse.angular + cross(frame_.origin, impulse.linear) + cross(frame_.velocity, finished_late_ + late_));
+}
+
+void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books, const PhaseSample& s,
+                      std::span<const GripSample> grips, double clearance) {
+  const Model& model = system.model;
+  series_.time.push_back(s.time);
+  series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
+  next_ = 0;
+  Kinematics shifted;
+  if (!frame_.is_world()) {
+    shifted = k;
+    to_world(frame_, s.time, shifted);
+  }
+  const Kinematics& in_world = frame_.is_world() ? k : shifted;
+  put_motion(system, in_world);
   put_grips(grasp_gaps(problem_, system, k), grips);
   const auto put_joints = [&](auto value) {
     for (int j : system.robot_joints) series_.series[next_].data.push_back(value(j));
@@ -248,17 +290,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   ++next_;
   put_joints([&](int j) { return s.motor[j]; });
   put_joints([&](int j) { return s.friction[j]; });
-  put(books.com);
-  put(books.about_com.linear);
-  put(books.about_com.angular);
-  put_momenta(system, k, books.com);
-  put(books.kinetic_energy);
-  put(finished_.motor_work + s.integrals.motor_work);
-  put(finished_.friction_work + s.integrals.friction_work);
-  put(finished_.external_work + s.integrals.external_work);
-  const Momentumd impulse = finished_.external_impulse + s.integrals.external_impulse;
-  put(impulse.linear);
-  put(impulse.angular);
+  put_books(system, in_world, books, s);
   if (watches_clearance_) put(clearance);
 }
 
@@ -267,6 +299,8 @@ void Recorder::end_phase(const PhaseIntegrals& integrals) {
   finished_.friction_work += integrals.friction_work;
   finished_.external_work += integrals.external_work;
   finished_.external_impulse += integrals.external_impulse;
+  finished_late_ += late_;
+  late_ = Vector3d::zero();
 }
 
 }  // namespace grapnel

@@ -8,6 +8,7 @@
 #include "grapnel/capture/capture_system.hpp"
 #include "grapnel/capture/contact.hpp"
 #include "grapnel/capture/loop_book.hpp"
+#include "grapnel/capture/moving_frame.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
@@ -23,7 +24,8 @@ std::vector<BodyMotion> describe_targets(const CaptureProblem& problem, const Ca
 /// Collects samples of all phases under the same names.
 class Recorder {
  public:
-  Recorder(const CaptureProblem& problem, const CaptureSystem& system, TimeSeries& series);
+  /// `frame`: in which problem and states are; the series are in W.
+  Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame, TimeSeries& series);
   /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
   /// `grips`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
@@ -34,6 +36,10 @@ class Recorder {
 
  private:
   void add(std::string path, std::string unit, std::string description, std::vector<std::string> components);
+  void put_motion(const CaptureSystem& system, const Kinematics& kinematics);
+  void put_books(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books,
+                 const PhaseSample& sample);
+  Vector3d late_impulse(const SystemBooks& books, const PhaseSample& sample) const;
   void put_grips(const std::vector<GraspGap>& gaps, std::span<const GripSample> grips);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
   void put(double value);
@@ -45,7 +51,16 @@ class Recorder {
   std::size_t next_ = 0;               // series to be filled next within a sample
   std::vector<Quaterniond> previous_;  // for quaternions without jumps of sign
   std::span<const JointTrajectory> reference_;
+  const MovingFrame frame_;
   PhaseIntegrals finished_;  // sums over finished phases
+  /// Of the impulse from outside, weighed with time: [N s^2]; over finished phases, and since the phase's start.
+  Vector3d finished_late_ = Vector3d::zero(), late_ = Vector3d::zero();
+  /// The phase's first sample.
+  struct PhaseStart {
+    double time;
+    Vector3d com, momentum;
+  };
+  std::optional<PhaseStart> phase_start_;
   bool watches_clearance_ = false;
 };
 

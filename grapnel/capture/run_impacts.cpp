@@ -117,6 +117,13 @@ void RunImpacts::sample_yielding(const std::vector<std::size_t>& closing, const 
   sample_instant(run_.time + sample.time, sample.state, grips);
 }
 
+// From here on what meets is one group of bodies.
+void RunImpacts::touch(const std::vector<std::size_t>& closing) {
+  std::vector<std::size_t> targets;
+  for (std::size_t i : closing) targets.push_back(target_index(run_.problem, run_.problem.grasps[i].target));
+  run_.bookkeeper.touch(targets);
+}
+
 Momentumd RunImpacts::momentum_about_origin(const State& state) const {
   return momentum_about(run_.free.model, forward_kinematics(run_.free.model, state), Vector3d::zero());
 }
@@ -193,15 +200,16 @@ Contact RunImpacts::meet(const std::vector<std::size_t>& closing) {
   }
   run_.to_free();
   Contact contact = contact_of(closing);
-  // Before any sample there is nothing yet that a target put elsewhere could break.
-  if (run_.bookkeeper.started())
-    run_.bookkeeper.enter(momentum_about_origin(contact.state) - momentum_about_origin(run_.state));
-  run_.state = contact.state;
+  run_.state = contact.state;  // of a target put elsewhere the momentum about its own centre of mass stays
   return contact;
 }
 
 void RunImpacts::keep(ImpactReport report) {
   add_margins(run_.problem, report);
+  if (!run_.frame.is_world()) {
+    const Momentumd h = momentum_about_origin(run_.state);
+    to_world(run_.frame, h.linear, run_.free.model.mass(), report);
+  }
   if (report.energy_created) {
     run_.result.warnings.push_back(fmt::format(
         "impact: the result has more energy than there was before; the {} hypothesis can do this with friction "
@@ -253,6 +261,7 @@ void RunImpacts::hold_or_part(const std::vector<std::size_t>& closing, ImpactSet
 void RunImpacts::impact(const std::vector<std::size_t>& closing, ImpactSetup::Law law) {
   const Contact contact = meet(closing);
   sample_contact();
+  touch(closing);
   ImpactOutcome outcome = solve_impact(closing, contact, law);
   run_.bookkeeper.enter(outcome.from_ground);
   run_.impact_book.note(outcome.residuals);
@@ -278,6 +287,7 @@ void RunImpacts::yield(const std::vector<std::size_t>& closing) {
     throw RunFailure("impact.law: compliant is not there for targets that are held in closed loops already");
   for (HeldRate& h : held) h.velocity = velocity_in(run_.system, h.velocity);
   sample_contact();
+  touch(closing);
   const State met = run_.state;
   const std::vector<double> stopping = brake_at_once(held);
   CompliantRun run =

@@ -31,6 +31,7 @@ class RunImpacts {
   void sample_contact();
   void sample_instant(double time, const State& state, std::span<const GripSample> grips);
   void sample_yielding(const std::vector<std::size_t>& closing, const CompliantSample& sample);
+  void touch(const std::vector<std::size_t>& closing);
   Momentumd momentum_about_origin(const State& state) const;
   /// Valid until the next call.
   const CaptureProblem& with_grasps(const std::vector<std::size_t>& grasps);

@@ -4,15 +4,18 @@
 
 namespace grapnel {
 
-RunState::RunState(const CaptureProblem& the_problem, CaptureResult& the_result, CaptureDetail the_detail)
+RunState::RunState(const CaptureProblem& the_problem, const MovingFrame& the_frame, CaptureResult& the_result,
+                   CaptureDetail the_detail)
     : problem(the_problem),
+      frame(the_frame),
       result(the_result),
       detail(the_detail),
       free(make_capture_system(problem)),
       system(free),
+      bookkeeper(problem, free),
       watches(problem),
       schedule(problem) {
-  if (detail == CaptureDetail::full) recorder.emplace(problem, free, result.series);
+  if (detail == CaptureDetail::full) recorder.emplace(problem, free, frame, result.series);
 }
 
 std::string RunState::next_name(const std::string& phase) {
@@ -32,12 +35,14 @@ void RunState::to_free() {
   if (system.grips.empty()) return;
   state = take_apart(free, system, state);
   system = free;
+  bookkeeper.set_system(system);
 }
 void RunState::to_joined() {
   if (grips.empty()) return;
   CapturedSystem joined = join_targets(free, state, grips);
   system = std::move(joined.system);
   state = std::move(joined.state);
+  bookkeeper.set_system(system);
 }
 
 }  // namespace grapnel

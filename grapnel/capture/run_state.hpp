@@ -14,6 +14,7 @@
 #include "grapnel/capture/grip_schedule.hpp"
 #include "grapnel/capture/impact_book.hpp"
 #include "grapnel/capture/loop_book.hpp"
+#include "grapnel/capture/moving_frame.hpp"
 #include "grapnel/capture/phase_setups.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/watches.hpp"
@@ -26,7 +27,9 @@ struct RunFailure : std::runtime_error {
 };
 
 struct RunState {
-  RunState(const CaptureProblem& the_problem, CaptureResult& the_result, CaptureDetail the_detail);
+  /// `the_problem` is as the frame sees it.
+  RunState(const CaptureProblem& the_problem, const MovingFrame& the_frame, CaptureResult& the_result,
+           CaptureDetail the_detail);
 
   /// The first piece of a phase has its plain name.
   std::string next_name(const std::string& phase);
@@ -38,6 +41,7 @@ struct RunState {
   void to_joined();
 
   const CaptureProblem& problem;
+  const MovingFrame frame;  // in which all states are
   CaptureResult& result;
   const CaptureDetail detail;
   const CaptureSystem free;          // all targets free

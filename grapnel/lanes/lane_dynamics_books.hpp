@@ -1,41 +1,81 @@
 #pragma once
 
 /// @file
-/// Momentum and energy of whole systems in packs, link by link from poses and twists: the definitions of
-/// capture/bookkeeper, independent of the kernel that accelerates and of what it conserves. Thread safety: one thread
-/// at a time.
+/// Momentum and energy of trees in packs, link by link from poses and twists: the definitions of capture/system_books,
+/// independent of the kernel that accelerates and of what it conserves. Thread safety: one thread at a time.
 
+#include "grapnel/dynamics/group_scale.hpp"
 #include "grapnel/lanes/lane_kernels.hpp"
 #include "grapnel/lanes/lane_phase_array.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
 
 namespace grapnel::lanes {
 
-/// LaneBooks in packs.
+/// LaneTree in packs, with what scales are made of.
 template <class S>
-struct PackBooks {
-  Vector3<S> linear, angular, com;
-  S kinetic_energy, linear_scale, angular_scale;
+struct PackTree {
+  Vector3<S> com, linear, angular, velocity;  // velocity: of the centre of mass
+  GroupSize<S> size;
 
-  GRAPNEL_INLINE void take(const typename S::Mask& lanes, const PackBooks& b) {
+  GRAPNEL_INLINE void take(const typename S::Mask& lanes, const PackTree& b) {
     for (int k = 0; k < 3; ++k) {
+      com[k] = select(lanes, b.com[k], com[k]);
       linear[k] = select(lanes, b.linear[k], linear[k]);
       angular[k] = select(lanes, b.angular[k], angular[k]);
-      com[k] = select(lanes, b.com[k], com[k]);
     }
-    kinetic_energy = select(lanes, b.kinetic_energy, kinetic_energy);
-    linear_scale = select(lanes, b.linear_scale, linear_scale);
-    angular_scale = select(lanes, b.angular_scale, angular_scale);
+    size.mass = select(lanes, b.size.mass, size.mass);
+    size.linear = select(lanes, b.size.linear, size.linear);
+    size.angular = select(lanes, b.size.angular, size.angular);
+    size.second_moment = select(lanes, b.size.second_moment, size.second_moment);
+    size.inner_energy = select(lanes, b.size.inner_energy, size.inner_energy);
+    size.energy = select(lanes, b.size.energy, size.energy);
   }
-  LaneBooks get(int lane) const {
-    LaneBooks b;
+  LaneTree get(int lane) const {
+    LaneTree b;
     for (int k = 0; k < 3; ++k) {
-      b.linear[k] = linear[k].get(lane), b.angular[k] = angular[k].get(lane), b.com[k] = com[k].get(lane);
+      b.com[k] = com[k].get(lane), b.linear[k] = linear[k].get(lane), b.angular[k] = angular[k].get(lane);
     }
-    b.kinetic_energy = kinetic_energy.get(lane);
-    b.linear_scale = linear_scale.get(lane);
-    b.angular_scale = angular_scale.get(lane);
+    b.size = {size.mass.get(lane),          size.linear.get(lane),       size.angular.get(lane),
+              size.second_moment.get(lane), size.inner_energy.get(lane), size.energy.get(lane)};
     return b;
+  }
+};
+
+/// Largest deviations of one tree since its case began, and what they are relative to.
+template <class S>
+struct PackDeviation {
+  S linear, angular, energy;
+  GroupScale<S> scale;
+  S largest_linear, largest_angular, largest_energy;
+
+  GRAPNEL_INLINE void begin(const typename S::Mask& lanes, const GroupSize<S>& size) {
+    const GroupScale<S> first = group_scale(size);
+    const S zero(0.0);
+    linear = select(lanes, zero, linear), angular = select(lanes, zero, angular), energy = select(lanes, zero, energy);
+    scale.linear = select(lanes, first.linear, scale.linear);
+    scale.angular = select(lanes, first.angular, scale.angular);
+    scale.energy = select(lanes, first.energy, scale.energy);
+    largest_linear = select(lanes, size.linear, largest_linear);
+    largest_angular = select(lanes, size.angular, largest_angular);
+    largest_energy = select(lanes, size.energy, largest_energy);
+  }
+  GRAPNEL_INLINE void look(const PackTree<S>& start, const PackTree<S>& now, const S& work) {
+    linear = max(linear, norm(Vector3<S>(now.linear - start.linear)));
+    angular = max(angular, norm(Vector3<S>(now.angular - start.angular)));
+    energy = max(energy, abs(S((now.size.inner_energy - start.size.inner_energy) - work)));
+    const GroupScale<S> here = group_scale(now.size);
+    scale.linear = max(scale.linear, here.linear);
+    scale.angular = max(scale.angular, here.angular);
+    scale.energy = max(scale.energy, here.energy);
+    largest_linear = max(largest_linear, now.size.linear);
+    largest_angular = max(largest_angular, now.size.angular);
+    largest_energy = max(largest_energy, now.size.energy);
+  }
+  LaneTreeBooks get(int lane, const PackTree<S>& start, const PackTree<S>& end) const {
+    return {start.get(lane),           end.get(lane),           linear.get(lane),
+            angular.get(lane),         energy.get(lane),        scale.linear.get(lane),
+            scale.angular.get(lane),   scale.energy.get(lane),  largest_linear.get(lane),
+            largest_angular.get(lane), largest_energy.get(lane)};
   }
 };
 
@@ -43,53 +83,68 @@ struct PackBooks {
 template <class S>
 class LaneBookkeeper {
  public:
-  explicit LaneBookkeeper(int links) : motion_(links), momentum_(links), center_(links) {}
+  explicit LaneBookkeeper(const PhaseTables& tables)
+      : tables_(tables), motion_(tables.link_count), momentum_(tables.link_count), center_(tables.link_count) {}
 
-  PackBooks<S> operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v);
+  /// Writes one entry per tree.
+  void operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, PackTree<S>* books);
 
  private:
+  const PhaseTables& tables_;
   LaneArray<S, LinkMotion<S>> motion_;
   LaneArray<S, Momentum<S>> momentum_;  // about the link's centre of mass, in W
   LaneArray<S, Vector3<S>> center_;     // of mass, in W
 };
 
 template <class S>
-PackBooks<S> LaneBookkeeper<S>::operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v) {
-  const int count = static_cast<int>(tree.links.size());
+void LaneBookkeeper<S>::operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v,
+                                   PackTree<S>* books) {
+  const int count = tables_.link_count;
   link_motion<S>(tree, q, v, std::span<LinkMotion<S>>(motion_.data(), tree.links.size()));
-  PackBooks<S> books;
-  S mass(0.0), twice(0.0);
-  Vector3<S> first_moment = Vector3<S>::zero();
-  books.linear = books.angular = Vector3<S>::zero();
-  books.linear_scale = books.angular_scale = S(0.0);
+  const S zero(0.0), half(0.5);
+  for (int t = 0; t < tables_.tree_count; ++t) {
+    books[t].com = books[t].linear = books[t].angular = Vector3<S>::zero();
+    books[t].size = {zero, zero, zero, zero, zero, zero};
+  }
   for (int n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[static_cast<std::size_t>(n)];
     const LinkMotion<S>& m = motion_[n];
-    const Vector3<S> com_L = link.inertia.com();
-    const Vector3<S> arm = m.X_WL.R * com_L;
+    PackTree<S>& b = books[tables_.tree_of[n]];
+    const Vector3<S> arm = m.X_WL.R * link.inertia.com();
     const Twist<S> V_WC = shift(m.V_WL, arm);
     const Vector3<S> w_L = transposed_times(m.X_WL.R, V_WC.angular);
-    const Vector3<S> h_L = link.inertia.rotational_about_com() * w_L;
+    const Symmetric3<S> I = link.inertia.rotational_about_com();
+    const Vector3<S> h_L = I * w_L;
     momentum_[n] = {m.X_WL.R * h_L, link.inertia.mass * V_WC.linear};
     center_[n] = m.X_WL.p + arm;
-    mass += link.inertia.mass;
-    first_moment += link.inertia.mass * center_[n];
-    books.linear += momentum_[n].linear;
-    books.linear_scale += norm(momentum_[n].linear);
-    twice += dot(w_L, h_L) + link.inertia.mass * dot(V_WC.linear, V_WC.linear);
+    b.size.mass += link.inertia.mass;
+    b.com += link.inertia.mass * center_[n];
+    b.linear += momentum_[n].linear;
+    b.size.linear += norm(momentum_[n].linear);
+    b.size.second_moment += half * S(S(I.xx + I.yy) + I.zz);
+    b.size.inner_energy += half * dot(w_L, h_L);
     if (link.joint == LinkJoint::revolute || link.joint == LinkJoint::prismatic) {
       const S rate = v[static_cast<std::size_t>(link.v)];
-      twice += S(link.armature * rate) * rate;
+      b.size.inner_energy += S(half * S(link.armature * rate)) * rate;
     }
   }
-  books.com = S(S(1.0) / mass) * first_moment;
-  for (int n = 0; n < count; ++n) {
-    const Vector3<S> moment = cross(Vector3<S>(center_[n] - books.com), momentum_[n].linear);
-    books.angular += momentum_[n].angular + moment;
-    books.angular_scale += norm(momentum_[n].angular) + norm(moment);
+  for (int t = 0; t < tables_.tree_count; ++t) {
+    const S inverse = S(1.0) / books[t].size.mass;
+    books[t].com = inverse * books[t].com;
+    books[t].velocity = inverse * books[t].linear;
   }
-  books.kinetic_energy = S(0.5) * twice;
-  return books;
+  for (int n = 0; n < count; ++n) {
+    const S mass = tree.links[static_cast<std::size_t>(n)].inertia.mass;
+    PackTree<S>& b = books[tables_.tree_of[n]];
+    const Vector3<S> r = center_[n] - b.com, own = momentum_[n].linear - mass * b.velocity;
+    const Vector3<S> moment = cross(r, own);
+    b.angular += momentum_[n].angular + moment;
+    b.size.angular += norm(momentum_[n].angular) + norm(moment);
+    b.size.second_moment += mass * dot(r, r);
+    b.size.inner_energy += half * S(dot(own, own) / mass);
+  }
+  for (int t = 0; t < tables_.tree_count; ++t)
+    books[t].size.energy = books[t].size.inner_energy + half * dot(books[t].linear, books[t].velocity);
 }
 
 }  // namespace grapnel::lanes

@@ -15,8 +15,9 @@ constexpr int kWidest = 8;
 // What the stepper asks for and hands back, as the caller's cases and outcomes.
 class Exchange {
  public:
-  Exchange(const LaneStructure& structure, const LaneSource& source, const LaneSink& sink, const LaneWatch& watch)
-      : structure_(structure), source_(source), sink_(sink), watch_(watch) {
+  Exchange(const LaneStructure& structure, int tree_count, const LaneSource& source, const LaneSink& sink,
+           const LaneWatch& watch)
+      : structure_(structure), tree_count_(tree_count), source_(source), sink_(sink), watch_(watch) {
     outcome_.q.resize(static_cast<std::size_t>(structure.coordinates));
     outcome_.v.resize(static_cast<std::size_t>(structure.velocities));
   }
@@ -46,10 +47,7 @@ class Exchange {
     o.motor_work = r.motor_work, o.friction_work = r.friction_work;
     o.steps = r.steps, o.rejected = r.rejected, o.evaluations = r.evaluations;
     o.quaternion_defect = r.quaternion_defect;
-    o.start = r.start, o.end = r.end;
-    o.linear_deviation = r.linear_deviation, o.angular_deviation = r.angular_deviation;
-    o.work_residual = r.work_residual;
-    o.linear_scale = r.linear_scale, o.angular_scale = r.angular_scale, o.largest_energy = r.largest_energy;
+    o.trees.assign(r.trees, r.trees + tree_count_);
     sink_(cases_[lane], o);
   }
 
@@ -80,6 +78,7 @@ class Exchange {
   }
 
   const LaneStructure& structure_;
+  const int tree_count_;
   const LaneSource& source_;
   const LaneSink& sink_;
   const LaneWatch& watch_;
@@ -88,7 +87,21 @@ class Exchange {
   LaneView view_;
 };
 
-PhaseTables tables_of(const LaneStructure& s) {
+// Which links hang together.
+struct Trees {
+  explicit Trees(const std::vector<LinkTable>& links) {
+    for (const LinkTable& link : links) {
+      of_link.push_back(link.parent < 0 ? count++ : of_link[static_cast<std::size_t>(link.parent)]);
+      const bool jointed = link.joint == LinkJoint::revolute || link.joint == LinkJoint::prismatic;
+      if (jointed && driven < 0) driven = of_link.back();
+    }
+  }
+  std::vector<int> of_link;
+  int count = 0;
+  int driven = -1;  // the first with joints; none: -1
+};
+
+PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
   const auto usable = [](double tolerance) { return tolerance > 0 && std::isfinite(tolerance); };
   if (!(s.integration.relative_tolerance >= 0) || !usable(s.integration.absolute_tolerance) ||
       s.integration.max_steps <= 0) {
@@ -97,6 +110,7 @@ PhaseTables tables_of(const LaneStructure& s) {
   PhaseTables t{};
   t.links = s.links.data();
   t.link_count = static_cast<int>(s.links.size());
+  t.tree_of = trees.of_link.data(), t.tree_count = trees.count, t.driven_tree = trees.driven;
   t.coordinates = s.coordinates;
   t.velocities = s.velocities;
   t.quaternions = s.quaternions.data();
@@ -154,8 +168,9 @@ void run_lanes(const LaneStructure& structure, const LaneSource& source, const L
   if (!is_supported(set)) {
     throw std::invalid_argument("run_lanes: " + std::string(name(set)) + " does not run here");
   }
-  const PhaseTables tables = tables_of(structure);
-  Exchange exchange(structure, source, sink, watch);
+  const Trees trees(structure.links);
+  const PhaseTables tables = tables_of(structure, trees);
+  Exchange exchange(structure, trees.count, source, sink, watch);
   CaseExchange calls{};
   calls.context = &exchange;
   calls.next = [](void* context, int lane, CaseRecord& record) {

@@ -70,13 +70,8 @@ struct LaneOutcome {
   double motor_work = 0;     // [J]
   double friction_work = 0;  // [J]
   std::int64_t steps = 0, rejected = 0, evaluations = 0;
-  double quaternion_defect = 0;  // largest | |q| - 1 | before renormalization
-  LaneBooks start{}, end{};      // books of the first and the last state
-  // Largest over the start and all accepted steps, as capture/bookkeeper has them:
-  double linear_deviation = 0;   // |p - p(start)| [kg m/s]
-  double angular_deviation = 0;  // the same for angular momentum about the system's centre of mass [kg m^2/s]
-  double work_residual = 0;      // |T - T(start) - work of motors and friction| [J]
-  double linear_scale = 0, angular_scale = 0, largest_energy = 0;
+  double quaternion_defect = 0;      // largest | |q| - 1 | before renormalization
+  std::vector<LaneTreeBooks> trees;  // in the order of their roots
 
   bool finished() const { return status == LaneStatus::finished; }
 };

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 
+#include "grapnel/dynamics/group_scale.hpp"
 #include "grapnel/model/tree.hpp"
 
 namespace grapnel::lanes {
@@ -52,6 +53,9 @@ inline constexpr int kNoiseNumbers = 1 + 2 * kTones;
 struct PhaseTables {
   const LinkTable* links;
   int link_count;
+  const int* tree_of;  // per link
+  int tree_count;
+  int driven_tree;  // in which motors and friction work
   int coordinates;
   int velocities;
   const int* quaternions;  // offsets of the coordinates' quaternions
@@ -80,14 +84,22 @@ struct CaseRecord {
 
 enum class LaneStatus : std::uint8_t { finished, step_too_small, too_many_steps, non_finite };
 
-/// Momentum and energy of a whole system at one instant.
-struct LaneBooks {
-  double linear[3];       // in W
-  double angular[3];      // about the system's centre of mass, in W
-  double com[3];          // in W
-  double kinetic_energy;  // [J]
-  double linear_scale;    // sum |m v|
-  double angular_scale;   // sum (|I w| + |r x m v|), r from the system's centre of mass
+/// One tree of the system at one instant, as capture/system_books has it.
+struct LaneTree {
+  double com[3];      // in W
+  double linear[3];   // momentum, in W
+  double angular[3];  // about the tree's centre of mass, in W
+  GroupSize<double> size;
+};
+
+/// One tree over a phase: largest over the start and all accepted steps.
+struct LaneTreeBooks {
+  LaneTree start, end;
+  double linear_deviation;   // |p - p(start)| [N s]
+  double angular_deviation;  // the same of the angular momentum about the tree's centre of mass [N m s]
+  double energy_deviation;   // |U - U(start) - work of motors and friction|, U the inner energy [J]
+  double linear_scale, angular_scale, energy_scale;        // group_scale()
+  double largest_linear, largest_angular, largest_energy;  // of GroupSize: without floors
 };
 
 /// A case at its start, or after an accepted step.
@@ -110,14 +122,7 @@ struct CaseResult {
   std::int64_t rejected;
   std::int64_t evaluations;
   double quaternion_defect;
-  LaneBooks start;
-  LaneBooks end;
-  double linear_deviation;
-  double angular_deviation;
-  double linear_scale;
-  double angular_scale;
-  double largest_energy;
-  double work_residual;
+  const LaneTreeBooks* trees;  // PhaseTables::tree_count of them, in the order of their roots
 };
 
 /// Where cases come from and results go; called from the stepper, in lane order.

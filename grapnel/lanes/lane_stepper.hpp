@@ -89,9 +89,9 @@ class LaneStepper {
   bool has_model_ = false;
   double model_time_ = 0;
   LaneArray<S, double> model_links_, model_noise_, model_block_, model_y_;
-  PackBooks<S> start_books_, books_;
-  S linear_ = S(0.0), angular_ = S(0.0), work_ = S(0.0);
-  S linear_scale_ = S(0.0), angular_scale_ = S(0.0), energy_ = S(0.0);
+  LaneArray<S, PackTree<S>> start_books_, books_, fresh_books_;  // per tree
+  LaneArray<S, PackDeviation<S>> deviations_;
+  LaneArray<S, LaneTreeBooks> result_trees_;
 };
 
 /// The entry point of an instruction set.
@@ -106,7 +106,7 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
     : tables_(tables),
       exchange_(exchange),
       dynamics_(tables),
-      bookkeeper_(tables.link_count),
+      bookkeeper_(tables),
       size_(dynamics_.size()),
       norm_(tables, size_),
       y_(size_),
@@ -121,7 +121,12 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
       model_links_(tables.link_count * kLinkNumbers),
       model_noise_(tables.noise_numbers),
       model_block_(1 + tables.piece_numbers),
-      model_y_(size_) {}
+      model_y_(size_),
+      start_books_(tables.tree_count),
+      books_(tables.tree_count),
+      fresh_books_(tables.tree_count),
+      deviations_(tables.tree_count),
+      result_trees_(tables.tree_count) {}
 
 }  // namespace grapnel::lanes
 

@@ -91,17 +91,12 @@ void LaneStepper<S>::begin(unsigned starting) {
     lanes_[l].broken = ((sound >> l) & 1U) == 0;
     if (!has_model_ && !lanes_[l].broken) keep_as_model(l);
   }
-  const PackBooks<S> books =
-      bookkeeper_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()));
-  start_books_.take(lanes, books);
-  books_.take(lanes, books);
-  const S zero(0.0);
-  linear_ = select(lanes, zero, linear_);
-  angular_ = select(lanes, zero, angular_);
-  work_ = select(lanes, zero, work_);
-  linear_scale_ = select(lanes, books.linear_scale, linear_scale_);
-  angular_scale_ = select(lanes, books.angular_scale, angular_scale_);
-  energy_ = select(lanes, books.kinetic_energy, energy_);
+  bookkeeper_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()), fresh_books_.data());
+  for (int i = 0; i < tables_.tree_count; ++i) {
+    start_books_[i].take(lanes, fresh_books_[i]);
+    books_[i].take(lanes, fresh_books_[i]);
+    deviations_[i].begin(lanes, fresh_books_[i].size);
+  }
   choose_first_steps(starting);
 }
 
@@ -171,14 +166,8 @@ void LaneStepper<S>::finish(int l, LaneStatus status) {
   result.rejected = lane.rejections;
   result.evaluations = lane.evaluations;
   result.quaternion_defect = lane.defect;
-  result.start = start_books_.get(l);
-  result.end = books_.get(l);
-  result.linear_deviation = linear_.get(l);
-  result.angular_deviation = angular_.get(l);
-  result.linear_scale = linear_scale_.get(l);
-  result.angular_scale = angular_scale_.get(l);
-  result.largest_energy = energy_.get(l);
-  result.work_residual = work_.get(l);
+  for (int i = 0; i < tables_.tree_count; ++i) result_trees_[i] = deviations_[i].get(l, start_books_[i], books_[i]);
+  result.trees = result_trees_.data();
   exchange_.done(exchange_.context, l, result);
 }
 

@@ -155,18 +155,10 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
 // Books of the states at hand. A lane that has not moved finds what it found before.
 template <class S>
 void LaneStepper<S>::check_books() {
-  books_ = bookkeeper_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()));
-  const Vector3<S> linear = books_.linear - start_books_.linear;
-  // About the system's centre of mass, wherever that is: what the expected momentum has there.
-  const Vector3<S> angular =
-      (books_.angular - start_books_.angular) + cross(Vector3<S>(books_.com - start_books_.com), start_books_.linear);
-  const S work = y_[size_ - 2] + y_[size_ - 1];
-  linear_ = max(linear_, norm(linear));
-  angular_ = max(angular_, norm(angular));
-  work_ = max(work_, abs(S((books_.kinetic_energy - start_books_.kinetic_energy) - work)));
-  linear_scale_ = max(linear_scale_, books_.linear_scale);
-  angular_scale_ = max(angular_scale_, books_.angular_scale);
-  energy_ = max(energy_, books_.kinetic_energy);
+  bookkeeper_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()), books_.data());
+  const S work = y_[size_ - 2] + y_[size_ - 1], none(0.0);
+  for (int i = 0; i < tables_.tree_count; ++i)
+    deviations_[i].look(start_books_[i], books_[i], i == tables_.driven_tree ? work : none);
 }
 
 }  // namespace grapnel::lanes

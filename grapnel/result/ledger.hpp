@@ -29,6 +29,7 @@ struct LedgerEntry {
   enum class Kind { conservation, feasibility };
   Kind kind = Kind::conservation;
   std::string not_checked = {};  // why nobody looked, although there is something to look at; empty: it was checked
+  std::string advice = {};       // of a row of conservation that fails: what mends it, or why nothing does
   bool pass() const { return !applies || value <= bound; }  // NaN fails
 };
 
@@ -42,8 +43,10 @@ struct LedgerScale {
 struct Ledger {
   std::vector<LedgerEntry> entries;
   LedgerScale scale;
-  /// Whether the physics was kept.
+  /// Whether the physics was kept. If it was not, the run is no result.
   bool pass() const { return passes(LedgerEntry::Kind::conservation); }
+  /// The row of conservation that is beyond its bound by the largest factor; null if all pass. The first of equals.
+  const LedgerEntry* worst_failure() const;
   /// Whether joints stayed within their limits and bodies clear of each other.
   bool feasible() const { return passes(LedgerEntry::Kind::feasibility); }
   /// The same as an answer: no, if anything was found; not checked, if anything was not looked at.
@@ -68,5 +71,8 @@ struct Ledger {
     return true;
   }
 };
+
+/// A row that fails, in words: "energy_drift is 1.35e-09, bound 1e-10".
+std::string failure_text(const LedgerEntry& entry);
 
 }  // namespace grapnel

@@ -16,6 +16,8 @@ constexpr double kContradiction = 1e-6;
 
 // Offsets in the integrals' part of y.
 constexpr int kMotorWork = 0, kFrictionWork = 1, kExternalWork = 2, kExternalMoment = 3, kExternalForce = 6;
+// Of each tree, after those of the whole.
+constexpr int kTreeWork = 0, kTreeMoment = 1, kTreeForce = 4;
 
 double friction_force(const JointFriction& f, double rate) {
   return f.coulomb == 0 ? -f.viscous * rate : -(f.viscous * rate + f.coulomb * std::tanh(rate / f.transition_rate));
@@ -78,6 +80,11 @@ void PhaseDynamics::check_and_classify() {
     if (load.body < 0 || load.body >= static_cast<int>(bodies.size())) {
       throw std::invalid_argument("PhaseDynamics: a load acts on no body of the model");
     }
+  }
+  for (const Body& b : bodies) {
+    if (b.parent < 0) trees_.emplace_back();
+    tree_of_.push_back(b.parent < 0 ? trees_.size() - 1 : tree_of_[b.root]);
+    trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
                   setup_.attitude.has_value();
@@ -240,39 +247,64 @@ void PhaseDynamics::accelerate(double t) {
   }
 }
 
-// Power and rates of impulse of gravity, of loads and attitude control, of the ground under a fixed root, and of the
-// wrench that holds a root.
-void PhaseDynamics::add_external(std::span<double> integrals) {
+// Centres of mass of the trees, and their velocities.
+void PhaseDynamics::measure_trees() {
   const Kinematics& k = workspace_.kinematics;
-  const auto add = [&](const Vector3d& force, const Vector3d& moment_about_origin) {
+  for (TreeMotion& tree : trees_) tree.com = tree.velocity = Vector3d::zero();
+  for (std::size_t i = 0; i < tree_of_.size(); ++i) {
+    const BodyDescription& d = model_.bodies()[i].description;
+    const Vector3d arm = k.X_WB[i].R * d.com;
+    TreeMotion& tree = trees_[tree_of_[i]];
+    tree.com += (d.mass / tree.mass) * (k.X_WB[i].p + arm);
+    tree.velocity += (d.mass / tree.mass) * shift(k.V_WB[i], arm).linear;
+  }
+}
+
+// Power and rates of impulse of gravity, of loads and attitude control, of the ground under a fixed root, and of the
+// wrench that holds a root; of the whole and of each tree.
+void PhaseDynamics::add_external(std::span<double> integrals) {
+  measure_trees();
+  const Kinematics& k = workspace_.kinematics;
+  const auto add = [&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment,
+                       double power) {
+    const TreeMotion& tree = trees_[tree_of_[body]];
+    const std::span<double> own = integrals.subspan(kIntegrals + kTreeIntegrals * tree_of_[body], kTreeIntegrals);
+    const Vector3d about_origin = moment + cross(p_W, force), about_com = moment + cross(p_W - tree.com, force);
     for (int i = 0; i < 3; ++i) {
-      integrals[kExternalMoment + i] += moment_about_origin[i];
+      integrals[kExternalMoment + i] += about_origin[i];
       integrals[kExternalForce + i] += force[i];
+      own[kTreeMoment + i] += about_com[i];
+      own[kTreeForce + i] += force[i];
     }
+    integrals[kExternalWork] += power;
+    own[kTreeWork] += power - dot(force, tree.velocity);
   };
+  for (std::size_t t = 0; t < trees_.size(); ++t) {  // at the centre of mass, relative to which it does nothing
+    const TreeMotion& tree = trees_[t];
+    const Vector3d weight = tree.mass * setup_.gravity, moment = cross(tree.com, weight);
+    for (int i = 0; i < 3; ++i) {
+      integrals[kExternalMoment + i] += moment[i];
+      integrals[kExternalForce + i] += weight[i];
+      integrals[kIntegrals + kTreeIntegrals * t + kTreeForce + i] += weight[i];
+    }
+    integrals[kExternalWork] += dot(weight, tree.velocity);
+  }
   for (std::size_t i = 0; i < model_.bodies().size(); ++i) {
     const Body& body = model_.bodies()[i];
-    const Vector3d arm = k.X_WB[i].R * body.description.com;
-    const Vector3d weight = body.description.mass * setup_.gravity;
-    add(weight, cross(k.X_WB[i].p + arm, weight));
-    integrals[kExternalWork] += dot(weight, shift(k.V_WB[i], arm).linear);
     const bool held = static_cast<int>(i) == setup_.held_root;
     const bool grounded = body.parent < 0 && body.description.joint.type == JointType::fixed;
     if (!held && !grounded) continue;
     // The root's articulated equation gives the wrench that keeps it where it is; gravity is in A, hence not in it.
     const LinkScratch<double>& root = workspace_.kernel.links[body.placement.link];
     const Wrenchd F = k.links[body.placement.link].X_WL.R * (root.I * root.A + root.p);
-    add(F.linear, F.angular + cross(k.X_WB[i].p, F.linear));
+    add(i, F.linear, k.X_WB[i].p, F.angular, 0);
   }
-  for (const ExternalWrench& e : wrenches_) {
-    add(e.F_W.linear, e.F_W.angular + cross(e.p_WP, e.F_W.linear));
-    integrals[kExternalWork] += dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p));
-  }
+  for (const ExternalWrench& e : wrenches_)
+    add(e.body, e.F_W.linear, e.p_WP, e.F_W.angular, dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p)));
   if (setup_.attitude) {
     const int root = setup_.attitude->root;
     const Vector3d torque = k.X_WB[root].R * attitude_torque_;
-    add(Vector3d::zero(), torque);
-    integrals[kExternalWork] += dot(torque, k.V_WB[root].angular);
+    add(root, Vector3d::zero(), k.X_WB[root].p, torque, dot(torque, k.V_WB[root].angular));
   }
 }
 
@@ -292,7 +324,7 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   trouble_.reset();
   coordinate_rates(model_, now_.q, now_.v, dydt.first(nq));
   std::copy(vdot_.begin(), vdot_.end(), dydt.begin() + nq);
-  const std::span<double> integrals = dydt.subspan(nq + nv, kIntegrals);
+  const std::span<double> integrals = dydt.subspan(nq + nv, integral_count());
   std::fill(integrals.begin(), integrals.end(), 0.0);
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const double rate = now_.v[model_.bodies()[model_.joints()[j]].v];
@@ -358,12 +390,13 @@ MomentumDefect PhaseDynamics::momentum_mended(std::span<const double> y) {
 }
 
 PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
-  const std::span<const double> s = y.subspan(model_.coordinates() + model_.velocities(), kIntegrals);
-  return {s[kMotorWork],
-          s[kFrictionWork],
-          s[kExternalWork],
-          {{s[kExternalMoment], s[kExternalMoment + 1], s[kExternalMoment + 2]},
-           {s[kExternalForce], s[kExternalForce + 1], s[kExternalForce + 2]}}};
+  const std::span<const double> s = y.subspan(model_.coordinates() + model_.velocities(), integral_count());
+  const auto vector = [&](std::size_t at) { return Vector3d{s[at], s[at + 1], s[at + 2]}; };
+  PhaseIntegrals integrals{
+      s[kMotorWork], s[kFrictionWork], s[kExternalWork], {vector(kExternalMoment), vector(kExternalForce)}};
+  for (std::size_t at = kIntegrals; at < s.size(); at += kTreeIntegrals)
+    integrals.trees.push_back({{vector(at + kTreeMoment), vector(at + kTreeForce)}, s[at + kTreeWork]});
+  return integrals;
 }
 
 void PhaseDynamics::efforts(double t, std::span<const double> y, std::span<double> motor, std::span<double> friction) {

@@ -4,10 +4,10 @@
 /// A model under joint controllers and gravity as a differential equation, with the integrals that its books need.
 ///
 /// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
-/// the external impulse. They are under error control: where joints move as prescribed, little else limits the step.
-/// Joints are free, driven by a controller, or move as prescribed; a root may be held by an ideal wrench or be under
-/// attitude control; loads may act on any body; closures keep loops of the tree closed. Thread safety: one thread at a
-/// time (it owns a workspace).
+/// the external impulse; and these of each tree, where anything acts from outside. They are under error control: where
+/// joints move as prescribed, little else limits the step. Joints are free, driven by a controller, or move as
+/// prescribed; a root may be held by an ideal wrench or be under attitude control; loads may act on any body; closures
+/// keep loops of the tree closed. Thread safety: one thread at a time (it owns a workspace).
 
 #include <optional>
 #include <span>
@@ -57,6 +57,13 @@ struct PhaseSetup {
   double loop_feedback = 0;           // Baumgarte's rate [1/s]; 0: none
 };
 
+/// What has come into one tree of the model from outside.
+struct TreeIntegrals {
+  /// Moments are about the tree's centre of mass as it moves, so that a uniform motion of everything changes nothing.
+  Momentumd impulse = Momentumd::zero();
+  double work = 0;  // in the frame of the centre of mass: of what changes the motion relative to it [J]
+};
+
 /// Integrals since the phase's start.
 struct PhaseIntegrals {
   double motor_work = 0;     // [J]; of drives, prescribed joints included
@@ -64,6 +71,7 @@ struct PhaseIntegrals {
   double external_work = 0;  // [J]; of gravity, loads, attitude control and the wrench that holds a root
   /// Of the same and of the ground; about the world's origin, in W.
   Momentumd external_impulse = Momentumd::zero();
+  std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty where nothing acts from outside
 };
 
 /// Sizes of a momentum's two parts.
@@ -82,7 +90,7 @@ class PhaseDynamics {
   const PhaseSetup& setup() const { return setup_; }
   /// Whether anything acts from outside: gravity, loads, attitude control, the ground under a fixed or held root.
   bool is_disturbed() const { return has_external_; }
-  int size() const { return model_.coordinates() + model_.velocities() + kIntegrals; }
+  int size() const { return model_.coordinates() + model_.velocities() + integral_count(); }
   Manifold manifold() const;
   /// y for a state at time t, with zero integrals; remembers its momenta.
   std::vector<double> initial(const State& state, double t);
@@ -128,7 +136,11 @@ class PhaseDynamics {
   const Vector3d& gravity() const { return setup_.gravity; }
 
  private:
-  static constexpr int kIntegrals = 9;
+  static constexpr int kIntegrals = 9;      // of the whole
+  static constexpr int kTreeIntegrals = 7;  // of each tree, where anything acts from outside: work, moment, force
+  int integral_count() const {
+    return kIntegrals + (has_external_ ? kTreeIntegrals * static_cast<int>(trees_.size()) : 0);
+  }
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void check_and_classify();
   void load(double t, std::span<const double> y);
@@ -138,6 +150,7 @@ class PhaseDynamics {
   void actuate();
   void solve(std::span<const std::uint8_t> prescribed);
   void accelerate(double t);
+  void measure_trees();
   void add_external(std::span<double> integrals);
 
   const Model& model_;
@@ -158,6 +171,13 @@ class PhaseDynamics {
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
   std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended
   bool any_computed_ = false;
+  /// A tree of the model, as its bodies now are.
+  struct TreeMotion {
+    double mass = 0;
+    Vector3d com, velocity;  // of the centre of mass
+  };
+  std::vector<TreeMotion> trees_;     // in the order of the roots
+  std::vector<std::size_t> tree_of_;  // per body
   std::optional<LoopSolver> solver_;  // with closures
   struct Trouble {
     double time;

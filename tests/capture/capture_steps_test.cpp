@@ -27,15 +27,25 @@ Elsewhere integrate(const MotionTask& task) {
   watch.look = [&](double, const State& state, const PhaseIntegrals& integrals) {
     forward_kinematics(*task.model, state, k);
     const SystemBooks books = system_books(*task.model, k, state);
-    if (first) e.measures.start = books;
-    first = false;
     PhaseMeasures& m = e.measures;
-    const Momentumd deviation = books.about_origin - m.start.about_origin - integrals.external_impulse;
-    m.linear_deviation = std::max(m.linear_deviation, norm(deviation.linear));
-    m.angular_deviation = std::max(m.angular_deviation, norm(shift(deviation, books.com).angular));
-    const double work = integrals.motor_work + integrals.friction_work + integrals.external_work;
-    m.work_energy_residual =
-        std::max(m.work_energy_residual, std::abs(books.kinetic_energy - m.start.kinetic_energy - work));
+    if (first) m.trees.resize(books.trees.size());
+    for (std::size_t i = 0; i < books.trees.size(); ++i) {
+      TreeMeasures& tree = m.trees[i];
+      const GroupBooks& now = books.trees[i];
+      if (first) tree.start = now;
+      const Momentumd deviation = now.h - tree.start.h;
+      tree.linear_deviation = std::max(tree.linear_deviation, norm(deviation.linear));
+      tree.angular_deviation = std::max(tree.angular_deviation, norm(deviation.angular));
+      // The base is the first root.
+      const double work = i == 0 ? integrals.motor_work + integrals.friction_work : 0;
+      tree.energy_deviation =
+          std::max(tree.energy_deviation, std::abs(now.size.inner_energy - tree.start.size.inner_energy - work));
+      const GroupScale<double> scale = group_scale(now.size);
+      tree.scale.linear = std::max(tree.scale.linear, scale.linear);
+      tree.scale.angular = std::max(tree.scale.angular, scale.angular);
+      tree.scale.energy = std::max(tree.scale.energy, scale.energy);
+    }
+    first = false;
     m.scale.linear_momentum = std::max(m.scale.linear_momentum, books.linear_scale);
     m.scale.angular_momentum = std::max(m.scale.angular_momentum, books.angular_scale);
     m.scale.energy = std::max(m.scale.energy, books.kinetic_energy);
@@ -92,18 +102,18 @@ TEST(CaptureSteps, MotionMayBeIntegratedElsewhere) {
 
 TEST(CaptureSteps, DeviationsThatSomebodyElseMeasuredCount) {
   const CaptureProblem p = problem();
-  const auto with = [&](double PhaseMeasures::*field, double value) {
+  const auto with = [&](double TreeMeasures::*field, double value) {
     CaptureSteps steps(p, CaptureDetail::columns);
     while (const MotionTask* task = steps.next()) {
       Elsewhere e = integrate(*task);
-      e.measures.*field += value;
+      e.measures.trees.back().*field += value;
       steps.moved(e.outcome, e.measures);
     }
     return steps.finish();
   };
-  EXPECT_GT(entry(with(&PhaseMeasures::linear_deviation, 1), "linear_momentum_drift"), 1e-3);
-  EXPECT_GT(entry(with(&PhaseMeasures::angular_deviation, 1), "angular_momentum_drift"), 1e-3);
-  const CaptureResult r = with(&PhaseMeasures::work_energy_residual, 1e-3);
+  EXPECT_GT(entry(with(&TreeMeasures::linear_deviation, 1), "linear_momentum_drift"), 1e-3);
+  EXPECT_GT(entry(with(&TreeMeasures::angular_deviation, 1), "angular_momentum_drift"), 1e-3);
+  const CaptureResult r = with(&TreeMeasures::energy_deviation, 1e-3);
   EXPECT_GT(entry(r, "work_energy_residual"), 1e-5);
   EXPECT_GT(entry(r, "energy_drift"), 1e-5);
   EXPECT_FALSE(r.ledger.pass());
