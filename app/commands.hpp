@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// What the program's subcommands do. Each returns the exit code: 0 done, 1 the simulation failed or something could
-/// not be written, 2 bad input, 3 some points or cases of a study failed, 130 stopped by Ctrl-C.
+/// What the program's subcommands do. Each returns the exit code: 0 done, 1 the simulation or its conservation checks
+/// failed or something could not be written, 2 bad input, 3 some points or cases of a study failed, 130 stopped by
+/// Ctrl-C.
 
 #include <cstddef>
 #include <cstdint>

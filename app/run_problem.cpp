@@ -54,9 +54,15 @@ void warn(const CaptureResult& result, const fs::path& file) {
     to_stderr("{}: warning: {}\n", file.string(), capture_sentence(result));
   if (result.ledger.feasibility() != Verdict::yes)
     to_stderr("{}: warning: {}\n", file.string(), feasibility_sentence(result));
-  if (!result.ledger.pass())
-    to_stderr("{}: warning: the ledger fails, see its rows in summary.json; a smaller tolerance may mend it\n",
-              file.string());
+}
+
+// A completed run whose conservation checks fail: why, and what helps.
+void refuse_result(const Ledger& ledger, const fs::path& file) {
+  for (const LedgerEntry& entry : ledger.entries) {
+    if (entry.kind != LedgerEntry::Kind::conservation || entry.pass()) continue;
+    to_stderr("{}: error: conservation check failed: {}{}{}\n", file.string(), failure_text(entry),
+              entry.advice.empty() ? "" : ": ", entry.advice);
+  }
 }
 
 }  // namespace
@@ -83,7 +89,10 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
               result.series.time.empty() ? "" : ", timeseries.h5", report.line);
   }
   if (!switches.mute) warn(result, file);
-  if (result.status == CaptureStatus::completed) return report.failed ? kSimulationFailed : kDone;
+  if (result.status == CaptureStatus::completed) {
+    if (!switches.mute) refuse_result(result.ledger, file);
+    return report.failed || !result.ledger.pass() ? kSimulationFailed : kDone;
+  }
   if (!switches.mute) to_stderr("{}: error: the simulation failed: {}\n", file.string(), result.failure);
   return kSimulationFailed;
 }

@@ -35,6 +35,8 @@ std::string head(const Campaign& campaign, const CampaignReport& report) {
   }
   if (report.rows < campaign.total()) text += fmt::format(", {} not done", campaign.total() - report.rows);
   const Proportion success = wilson(report.success, report.rows, campaign.confidence);
+  if (const std::uint64_t lost = report.rows - report.status[0]; lost > 0)
+    text += fmt::format("\n{} without a result: counted as no success", lost);
   std::string assumed;
   if (report.assumed > 0)
     assumed = fmt::format(", {} assumed to hold, not judged",

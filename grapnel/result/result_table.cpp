@@ -63,7 +63,8 @@ std::string ledger_line(const CaptureResult& result) {
   }
   if (checked == 0) return "ledger: empty\n";
   return failing > 0
-             ? fmt::format("ledger: FAILS, {} of {} conserved quantities outside their bounds\n", failing, checked)
+             ? fmt::format("ledger: FAILS, {} of {} conserved quantities outside their bounds: this is no result\n",
+                           failing, checked)
              : "ledger: the books balance, every conserved quantity is within its bound\n";
 }
 

@@ -334,6 +334,7 @@ Json to_json(const Ledger& ledger) {
                         {"applies", entry.applies},
                         {"kind", entry.kind == LedgerEntry::Kind::conservation ? "conservation" : "feasibility"}};
     if (!entry.not_checked.empty()) json[entry.name]["not_checked"] = entry.not_checked;
+    if (!entry.advice.empty()) json[entry.name]["advice"] = entry.advice;
   }
   json["scale"] = {{"linear_momentum", ledger.scale.linear_momentum},
                    {"angular_momentum", ledger.scale.angular_momentum},

@@ -99,7 +99,7 @@ class Builder {
   }
 
   void books() {
-    add("ledger/pass", "1", "whether momentum and energy were kept within their bounds",
+    add(std::string(kConservationColumn), "1", "whether momentum and energy were kept within their bounds",
         [](const StudyCase&, const CaptureResult& r) {
           return r.status == CaptureStatus::completed ? double(r.ledger.pass()) : NAN;
         });

@@ -28,6 +28,9 @@ struct Column {
   std::function<double(const StudyCase&, const CaptureResult&)> value;
 };
 
+/// The column that says whether momentum and energy were kept.
+inline constexpr std::string_view kConservationColumn = "ledger/pass";
+
 /// The standard columns of a problem: what its grasps, joints and ratings ask for. `with_motion_afterwards`: those of
 /// the whole run too.
 std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_motion_afterwards);

@@ -98,7 +98,8 @@ std::string comparison_rows(const Optimization& optimization, const Evaluation& 
 std::string most_frequent_reason(const OptimizationOutcome& outcome) {
   std::map<std::string, std::size_t> counts;
   for (const Evaluation& one : outcome.evaluations) {
-    if (!one.row.reason.empty()) ++counts[one.row.reason];
+    const std::string& reason = one.row.reason;
+    if (!reason.empty()) ++counts[reason.starts_with(kNotConserved) ? reason.substr(0, reason.find(" is ")) : reason];
   }
   const auto most =
       std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
@@ -218,7 +219,7 @@ std::string comparison_text(const Optimization& optimization, const Optimization
 std::string why_nothing_is_best(const Optimization& optimization, const OptimizationOutcome& outcome) {
   if (!outcome.nearest) {
     const std::string reason = most_frequent_reason(outcome);
-    return "no point could be reached" + (reason.empty() ? "" : ", most often because of this: " + reason);
+    return "no point came to a result" + (reason.empty() ? "" : ", most often because of this: " + reason);
   }
   const Evaluation& nearest = outcome.evaluations[*outcome.nearest];
   const std::size_t worst = nearest.score.worst_limit, count = optimization.limits.size();

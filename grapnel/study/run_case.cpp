@@ -37,6 +37,13 @@ CaseRow failed_case(std::string reason, std::size_t columns) {
 
 CaseRow case_row(const StudyCase& point, const CaptureResult& result, std::span<const Column> columns) {
   CaseRow row;
+  if (const LedgerEntry* wrong = result.ledger.worst_failure(); wrong && result.status == CaptureStatus::completed) {
+    row = failed_case(kNotConserved + failure_text(*wrong), columns.size());
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (columns[c].name == kConservationColumn) row.values[c] = 0;
+    }
+    return row;
+  }
   if (result.status == CaptureStatus::completed) {
     row.status = CaseStatus::ok;
   } else {

@@ -14,7 +14,8 @@
 namespace grapnel {
 
 /// How a point ended. unreachable: no configuration within the joints' limits puts the end-effectors where it asks.
-/// failed: anything else that went wrong.
+/// failed: anything else that went wrong. A run whose conservation checks fail has failed: what it computed is no
+/// result.
 enum class CaseStatus { ok, failed, unreachable };
 
 /// "ok", "failed", "unreachable".
@@ -28,7 +29,11 @@ struct CaseRow {
   std::vector<double> values;  // per column; NaN where there is nothing
 };
 
-/// The row of a result; its index is left to the caller.
+/// How the reason begins of a case whose conservation checks fail; its row, value and bound follow.
+inline const std::string kNotConserved = "conservation check failed: ";
+
+/// The row of a result; its index is left to the caller. Where conservation checks fail it has no numbers but that they
+/// do, so that nothing is concluded from them.
 CaseRow case_row(const StudyCase& point, const CaptureResult& result, std::span<const Column> columns);
 /// The row of a case that came to nothing, and why.
 CaseRow failed_case(std::string reason, std::size_t columns);

@@ -96,6 +96,24 @@ class Campaign : public test::ProgramRun {
   }
 };
 
+TEST_F(Campaign, CasesThatBreakConservationAreNoSuccess) {
+  const fs::path file = write("coarse.yaml", "schema: grapnel-campaign/1\nname: coarse\nscenario: " +
+                                                 scenario("thesis/open-loop-case-1-planned.yaml") +
+                                                 "\nset: {integration.method: rk4}\ncases: 6\nuncertain:\n"
+                                                 "  - {path: integration.step, discrete: {values: [0.02, 2]}}\n"
+                                                 "success: [captured]\n");
+  const Outcome o = run("campaign " + file.string() + " -o out --no-report");
+  EXPECT_EQ(o.code, 3) << o.err;
+  const auto json = nlohmann::json::parse(read_text(folder_ / "out" / "campaign.json"));
+  const int failed = json["counts"]["failed"];
+  EXPECT_GT(failed, 0);
+  EXPECT_EQ(json["counts"]["ok"], 6 - failed);
+  EXPECT_EQ(json["success"]["trials"], 6);
+  EXPECT_EQ(json["success"]["successes"], 6 - failed);
+  EXPECT_THAT(json["reasons"][0]["text"].get<std::string>(), HasSubstr("conservation check failed: energy_drift is "));
+  EXPECT_THAT(o.out, HasSubstr(std::to_string(failed) + " without a result: counted as no success"));
+}
+
 TEST_F(Campaign, WritesItsResultsAndTheSameBytesForAnyNumberOfThreads) {
   study(600);
   const Outcome o = run("campaign study.yaml -o r1 -j 1");

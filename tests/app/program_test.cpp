@@ -147,6 +147,30 @@ TEST_F(Program, WrongUsageIsBadInput) {
   EXPECT_EQ(run("--version").code, 0);
 }
 
+TEST_F(Program, ARunThatBreaksConservationIsNoResult) {
+  const std::string planned = scenario("thesis/open-loop-case-1-planned.yaml");
+  const Outcome coarse =
+      run("run " + planned + " --set integration.method=rk4 --set integration.step=2 -o r --no-report");
+  EXPECT_EQ(coarse.code, 1);
+  EXPECT_THAT(coarse.err, HasSubstr("error: conservation check failed: energy_drift is "));
+  EXPECT_THAT(coarse.err, HasSubstr("smaller integration.step"));
+  EXPECT_THAT(coarse.err, testing::Not(HasSubstr("tolerance")));
+  const auto kept = nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"));
+  EXPECT_EQ(kept["status"], "completed");
+  EXPECT_EQ(kept["ledger"]["pass"], false);
+  EXPECT_THAT(kept["ledger"]["energy_drift"]["advice"].get<std::string>(), HasSubstr("integration.step"));
+  EXPECT_THAT(kept["ledger"]["energy_drift"]["note"].get<std::string>(), HasSubstr("servicer + "));
+  EXPECT_FALSE(kept["ledger"]["linear_momentum_drift"].contains("advice"));
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "r" / "timeseries.h5"));
+
+  // What is there to be compared with is no result either.
+  const Outcome published = run("run " + planned + " --set impact.law=as_published -o p --no-report");
+  EXPECT_EQ(published.code, 1);
+  EXPECT_THAT(published.err, HasSubstr("linear_momentum_drift is "));
+  EXPECT_THAT(published.err, HasSubstr("impact.law: as_published is there to be compared with"));
+  EXPECT_EQ(run("run " + planned + " -o good --no-report").code, 0);
+}
+
 TEST_F(Program, AFailedSimulationKeepsWhatWasComputed) {
   const Outcome o =
       run("run " + scenario(kCase1) + " --set integration.max_steps=300 --set approach.tracking.kp=490 -o r");

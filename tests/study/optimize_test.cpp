@@ -163,7 +163,27 @@ TEST(Optimize, PointsOutOfReachAreCountedAndChangeNothing) {
   const OptimizationOutcome outcome = run(optimization);
   EXPECT_EQ(outcome.count(CaseStatus::unreachable), outcome.evaluations.size());
   EXPECT_FALSE(outcome.best || outcome.nearest);
-  EXPECT_THAT(why_nothing_is_best(optimization, outcome), HasSubstr("no point could be reached, most often because"));
+  EXPECT_THAT(why_nothing_is_best(optimization, outcome), HasSubstr("no point came to a result, most often because"));
+}
+
+// The coarser the steps, the more energy is lost: what is least is the most wrong.
+TEST(Optimize, APointThatBreaksConservationNeverWins) {
+  const Optimization optimization =
+      loaded("schema: grapnel-optimization/1\nname: steps\nscenario: " +
+             test::shipped("scenarios/thesis/open-loop-case-1-planned.yaml") +
+             "\nset: {integration.method: rk4, integration.step: 0.05}\nmaximize: "
+             "end/base/angular_velocity/z\nfeasible: false\n"
+             "variables:\n  - {path: integration.step, from: 0.05, to: 3}\nsearch: {evaluations: 6, refine: 0}\n");
+  const OptimizationOutcome outcome = run(optimization);
+  EXPECT_GT(outcome.count(CaseStatus::failed), 2u);
+  ASSERT_TRUE(outcome.best);
+  EXPECT_EQ(outcome.evaluations[*outcome.best].row.status, CaseStatus::ok);
+  for (const Evaluation& one : outcome.evaluations) {
+    if (one.row.status == CaseStatus::ok) continue;
+    EXPECT_THAT(one.row.reason, HasSubstr("conservation check failed: "));
+    EXPECT_FALSE(one.score.reached || one.score.acceptable());
+    EXPECT_TRUE(std::isnan(one.score.objective));
+  }
 }
 
 // Deb's rules, on scores made by hand.

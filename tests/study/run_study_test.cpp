@@ -10,6 +10,7 @@
 #include "grapnel/scenario/read_study.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/quantity.hpp"
+#include "grapnel/study/study_summary.hpp"
 #include "study/study_case.hpp"
 
 namespace grapnel {
@@ -76,6 +77,28 @@ TEST(RunStudy, APointThatFailsHasItsReasonAndTheOthersGoOn) {
     EXPECT_EQ(row.reason.find("planning the approach") != std::string::npos, !ok) << row.reason;
     EXPECT_EQ(row.reason.find('\n'), std::string::npos);
   }
+}
+
+TEST(RunStudy, APointThatBreaksConservationHasFailed) {
+  const test::Folder folder;
+  const Study study =
+      load_study(folder.write("study.yaml", "name: steps\nscenario: " + thesis("open-loop-case-1-planned.yaml") +
+                                                "\nset: {integration.method: rk4}\naxes:\n"
+                                                "  - {path: integration.step, values: [0.02, 1.9, 2]}\n"));
+  const StudyTable table = run_study(study, {});
+  const std::size_t pass = column(table, "ledger/pass"), captured = column(table, "captured");
+  EXPECT_EQ(table.rows[0].status, CaseStatus::ok) << table.rows[0].reason;
+  EXPECT_EQ(table.rows[0].values[pass], 1);
+  for (std::size_t i : {1, 2}) {
+    const CaseRow& row = table.rows[i];
+    EXPECT_EQ(row.status, CaseStatus::failed);
+    EXPECT_THAT(row.reason, testing::MatchesRegex("conservation check failed: energy_drift is .*, bound 1e-10"));
+    EXPECT_EQ(row.values[pass], 0);
+    EXPECT_TRUE(std::isnan(row.values[captured]));
+  }
+  const std::string summary = study_summary(table);
+  EXPECT_THAT(summary, HasSubstr("3 points, 1 ok, 2 failed"));
+  EXPECT_THAT(summary, HasSubstr("2 × failed: conservation check failed: energy_drift\n"));
 }
 
 TEST(RunStudy, APointIsTheScenarioWithItsValues) {

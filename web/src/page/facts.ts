@@ -215,6 +215,7 @@ export interface LedgerRow {
   unit: string;
   note: string;
   kind: string;
+  advice: string; // of a check of conservation that fails
 }
 
 export function ledgerRows(s: any): LedgerRow[] {
@@ -230,6 +231,7 @@ export function ledgerRows(s: any): LedgerRow[] {
       unit: text(row.unit, ""),
       note: text(row.note, ""),
       kind: text(row.kind, "conservation"),
+      advice: text(row.advice, ""),
     }));
 }
 

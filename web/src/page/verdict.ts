@@ -164,7 +164,9 @@ function ledgerAnswer(s: any): Answer {
     question,
     tone: good ? "good" : "bad",
     word: good ? "Passes" : "Fails",
-    said: `${passed} of ${rows.length} conservation checks within their bounds.`,
+    said: good
+      ? `${passed} of ${rows.length} conservation checks within their bounds.`
+      : `${rows.length - passed} of ${rows.length} conservation checks are beyond their bounds: this run is no result.`,
   };
 }
 
@@ -183,7 +185,7 @@ function ledgerCard(s: any): HTMLElement {
             element(
               "li",
               {},
-              `${words(row.key)}: ${row.value === null ? "not a number" : `${number(row.value)} > ${withUnit(row.bound, row.unit)}`}`,
+              `${words(row.key)}: ${row.value === null ? "not a number" : `${number(row.value)} > ${withUnit(row.bound, row.unit)}`}${row.advice ? `. Advice: ${row.advice}` : ""}`,
             ),
           ),
         )
