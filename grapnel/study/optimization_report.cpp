@@ -95,6 +95,15 @@ std::string comparison_rows(const Optimization& optimization, const Evaluation& 
   return table.text();
 }
 
+// Three answers: a point whose clearance and limits nobody looked at is not known to be feasible.
+const char* feasibility_of(const Optimization& optimization, const Evaluation& point) {
+  for (std::size_t c = 0; c < optimization.columns.size() && c < point.row.values.size(); ++c) {
+    if (optimization.columns[c].name != "ledger/feasible" || std::isnan(point.row.values[c])) continue;
+    return name_of(point.row.values[c] != 0 ? Verdict::yes : Verdict::no);
+  }
+  return name_of(Verdict::not_checked);
+}
+
 std::string most_frequent_reason(const OptimizationOutcome& outcome) {
   std::map<std::string, std::size_t> counts;
   for (const Evaluation& one : outcome.evaluations) {
@@ -161,6 +170,8 @@ std::string comparison_json(const Optimization& optimization, const Optimization
   if (!outcome.best) json["why"] = why_nothing_is_best(optimization, outcome);
   json["before_acceptable"] = before.score.acceptable();
   if (!before.row.reason.empty()) json["before_reason"] = before.row.reason;
+  json["feasibility"] = {{"before", feasibility_of(optimization, before)}};
+  if (has) json["feasibility"]["after"] = feasibility_of(optimization, *after);
   json["variables"] = Json::array();
   for (std::size_t k = 0; k < optimization.variables.size(); ++k) {
     const OptimizationVariable& v = optimization.variables[k];
@@ -211,6 +222,8 @@ std::string comparison_text(const Optimization& optimization, const Optimization
                 fmt::format("of {:.6g} … {:.6g}", v.from, v.to), at_end ? "at the end of its range" : ""});
   }
   text += values.text() + "\n" + comparison_rows(optimization, outcome.before, *after);
+  text += fmt::format("\nfeasible: before {}, after {}\n", feasibility_of(optimization, outcome.before),
+                      feasibility_of(optimization, *after));
   if (outcome.before.score.acceptable() && comes_before(optimization, outcome.before.score, after->score))
     text += "\nthe scenario as it is is better than any point found\n";
   return text;

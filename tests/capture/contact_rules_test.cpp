@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "capture/capture_case.hpp"
 
 namespace grapnel::testing {
@@ -126,6 +128,138 @@ TEST(TranslateTarget, SharedTargetMovesByTheMean) {
   EXPECT_EQ(r.impact->rank, 9);
   EXPECT_EQ(r.impact->grasps[0].determined, (std::vector<bool>{false, false, true, true, true, false}));
   EXPECT_TRUE(r.impact->as_published);  // with the least-squares reading of J_t^-1
+}
+
+// Nobody judges a grip without an envelope: it is assumed, with the gap it bridges.
+TEST(CapturedVerdict, IsAssumedWithoutAnEnvelope) {
+  CaptureProblem p = lagging();
+  const CaptureResult welded = simulate_capture(p);
+  EXPECT_EQ(welded.capture_verdict(), Captured::assumed);
+  EXPECT_FALSE(welded.grips[0].judged);
+  EXPECT_EQ(welded.grips[0].target_moved, 0);
+  EXPECT_GT(welded.grips[0].distance, 0.05);
+  // An envelope that says nothing of the distance does not judge it either.
+  for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope.emplace().velocity = 1;
+  EXPECT_EQ(simulate_capture(p).capture_verdict(), Captured::assumed);
+  for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 0.2;
+  const CaptureResult judged = simulate_capture(p);
+  EXPECT_EQ(judged.capture_verdict(), Captured::yes);
+  EXPECT_TRUE(judged.grips[0].judged && judged.grips[0].limiting.empty());
+  for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 0.09, e.envelope->velocity = 0.001;
+  const CaptureResult missed = simulate_capture(p);
+  EXPECT_EQ(missed.capture_verdict(), Captured::no);
+  EXPECT_EQ(missed.grips[0].limiting, "velocity");  // 2.8 times the tolerance, the distance 1.2 times
+  EXPECT_TRUE(missed.grips[0].judged);
+}
+
+TEST(CapturedVerdict, SaysByHowMuchATargetWasMoved) {
+  CaptureProblem p = lagging();
+  p.contact.gap = ContactSetup::Gap::translate_target;
+  const CaptureResult r = simulate_capture(p);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_NEAR(r.grips[i].target_moved, r.impact->grasps[i].gap, 1e-15);
+    EXPECT_EQ(r.grips[i].distance, r.impact->grasps[i].gap);
+  }
+}
+
+// From 38 m away nothing is captured unless somebody asks for it.
+TEST(LargestGap, IsATenthOfTheReachUnlessStated) {
+  CaptureProblem p = thesis_case_pd();
+  p.targets[0].X_WT.p = {40, -2, 0};
+  const CaptureResult far = simulate_capture(p);
+  EXPECT_EQ(far.status, CaptureStatus::failed);
+  EXPECT_NE(far.failure.find("contact refused: end-effector 'tip-1' is 3"), std::string::npos) << far.failure;
+  EXPECT_NE(far.failure.find("more than a tenth of its arm's reach of 3 m"), std::string::npos) << far.failure;
+  EXPECT_EQ(far.failure.find("tip-2"), std::string::npos) << far.failure;
+  EXPECT_EQ(far.capture_verdict(), Captured::no);
+  EXPECT_FALSE(far.impact);
+
+  // Without an impact nothing is joined, and it is no capture either.
+  CaptureProblem only = p;
+  only.impact.reset();
+  EXPECT_EQ(simulate_capture(only).capture_verdict(), Captured::no);
+
+  p.contact.largest_gap = 39;
+  EXPECT_EQ(simulate_capture(p).capture_verdict(), Captured::assumed);
+  p.contact.largest_gap = 0.08;  // between the two misses of the case itself
+  p.targets[0] = thesis_case_pd().targets[0];
+  const CaptureResult stated = simulate_capture(p);
+  EXPECT_NE(stated.failure.find("contact.largest_gap is 0.08 m"), std::string::npos) << stated.failure;
+  // An envelope judges by itself.
+  for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope.emplace().position = 0.2;
+  EXPECT_EQ(simulate_capture(p).capture_verdict(), Captured::yes);
+}
+
+CaptureProblem with_balls(double radius) {
+  CaptureProblem p = lagging();
+  Geometry ball;
+  ball.shape = Geometry::Shape::sphere, ball.size = {radius, 0, 0};
+  for (const BodyDescription& body : p.robot.bodies) p.robot.geometry.emplace_back(body.name, ball);
+  for (TargetSetup& t : p.targets) t.geometry = ball;
+  return p;
+}
+
+double least_clearance(const CaptureResult& r) {
+  double least = 10;
+  for (const LeastClearance& phase : r.clearance) least = std::min(least, phase.distance);
+  return least;
+}
+
+// Where nobody looked the answer is neither yes nor no.
+TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
+  CaptureProblem p = lagging();
+  const CaptureResult none = simulate_capture(p);
+  EXPECT_EQ(none.ledger.feasibility(), Verdict::not_checked);
+  EXPECT_EQ(row(none, "clearance_violation").not_checked, "no body has a shape");
+  EXPECT_FALSE(row(none, "joint_rate_violation").applies);
+  EXPECT_TRUE(row(none, "joint_rate_violation").not_checked.empty());  // no limits are stated: nothing to check
+
+  p = with_balls(0.01);
+  for (TargetSetup& t : p.targets) t.geometry.shape = Geometry::Shape::none;
+  const CaptureResult some = simulate_capture(p);
+  EXPECT_EQ(some.ledger.feasibility(), Verdict::not_checked);
+  EXPECT_EQ(row(some, "clearance_violation").not_checked, "no shape is given for target-1, target-2");
+  EXPECT_TRUE(row(some, "clearance_violation").applies);
+
+  p = with_balls(0.01);
+  const CaptureResult all = simulate_capture(p);
+  EXPECT_EQ(all.ledger.feasibility(), Verdict::yes) << least_clearance(all);
+  EXPECT_FALSE(all.first_violation || all.valid_until);
+  p.clearance.enabled = false;
+  const CaptureResult off = simulate_capture(p);
+  EXPECT_EQ(off.ledger.feasibility(), Verdict::not_checked);
+  EXPECT_EQ(row(off, "clearance_violation").not_checked, "switched off by clearance.enabled");
+
+  // What is found is a no, whatever else nobody looked at.
+  for (BodyDescription& body : p.robot.bodies) body.joint.limits.rate = 1e-3;
+  const CaptureResult slow = simulate_capture(p);
+  EXPECT_EQ(slow.ledger.feasibility(), Verdict::no);
+  ASSERT_TRUE(slow.first_violation);
+  EXPECT_EQ(slow.first_violation->kind, "rate");
+  EXPECT_EQ(slow.first_violation->phase, "approach");
+  EXPECT_LT(slow.first_violation->time, 2);  // the quartic profile begins slowly
+}
+
+// The first overlap ends what the run can say.
+TEST(Feasibility, IsValidUntilTheFirstOverlap) {
+  CaptureProblem p = with_balls(0.01);
+  const double least = least_clearance(simulate_capture(p));
+  ASSERT_GT(least, 0);
+  p.clearance.required = least + 0.01;
+  const CaptureResult near = simulate_capture(p);
+  EXPECT_EQ(near.ledger.feasibility(), Verdict::no);
+  EXPECT_FALSE(near.valid_until);
+  ASSERT_TRUE(near.first_violation);
+  EXPECT_EQ(near.first_violation->kind, "clearance");
+
+  p = with_balls(0.01 + least / 2 + 0.005);
+  const CaptureResult touching = simulate_capture(p);
+  ASSERT_TRUE(touching.valid_until);
+  EXPECT_EQ(touching.first_violation->kind, "overlap");
+  EXPECT_EQ(touching.first_violation->time, *touching.valid_until);
+  double first = 100;
+  for (const ClearanceEvent& e : touching.clearance_events) first = std::min(first, e.overlap_begin.value_or(100));
+  EXPECT_EQ(*touching.valid_until, first);
 }
 
 }  // namespace

@@ -143,10 +143,11 @@ TEST(ProblemSetter, OfImpactLaws) {
   expect_set(compliant, "impact.grip.angular_damping");
   Base momentum("scenarios/thesis/open-loop-case-1.yaml",
                 {{"initial.base.momentum", "{linear: [1, 2, 3], angular: [0.1, 0.2, 0.3]}"},
-                 {"contact", "{gap: refuse, limit: 1}"}});
+                 {"contact", "{gap: refuse, limit: 1, largest_gap: 2}"}});
   expect_set(momentum, "initial.base.momentum.linear");
   expect_set(momentum, "initial.base.momentum.angular[1]");
   expect_set(momentum, "contact.limit");
+  expect_set(momentum, "contact.largest_gap");
 }
 
 // What the reader may refuse is left to it.

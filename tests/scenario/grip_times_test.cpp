@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
@@ -106,6 +108,19 @@ TEST(LoadGrips, SharedTargets) {
   EXPECT_EQ(p.contact.gap, ContactSetup::Gap::translate_target);
   EXPECT_EQ(p.grasps.size(), 2u);
   EXPECT_TRUE(p.post_impact);
+}
+
+// Across what gap a grip without an envelope may hold: a distance, or any.
+TEST(LoadGrips, LargestGap) {
+  EXPECT_FALSE(load({}).contact.largest_gap);
+  EXPECT_EQ(load({with_top("contact: {largest_gap: 0.25}")}).contact.largest_gap, 0.25);
+  EXPECT_EQ(load({with_top("contact: {largest_gap: any}")}).contact.largest_gap,
+            std::numeric_limits<double>::infinity());
+  for (const char* wrong : {"0", "-1", "all", "[1]"}) {
+    const std::string faults = testing::PrintToString(
+        faults_of(edited(kSmallScenario, {with_top(std::string("contact: {largest_gap: ") + wrong + "}")})));
+    EXPECT_NE(faults.find("contact.largest_gap"), std::string::npos) << faults;
+  }
 }
 
 class GripFault : public testing::TestWithParam<FaultCase> {};

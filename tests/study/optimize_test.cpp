@@ -53,6 +53,7 @@ Optimization of_function(std::size_t dimensions, std::function<double(std::span<
     point.problem.approach.reset();
     point.problem.post_impact.reset();
     point.problem.contact.gap = ContactSetup::Gap::weld_as_found;
+    point.problem.contact.largest_gap = INFINITY;
     point.problem.targets[0].mass = 100 + value(x);
     return point;
   };
@@ -140,6 +141,18 @@ TEST(Optimize, TheSameBitsForAnyNumberOfThreads) {
   Optimization other = optimization;
   other.search.seed = 7;
   EXPECT_NE(one, evaluations_csv(other, run(other, 2)));
+}
+
+// An impact alone watches no motion: nobody knows whether the best is feasible, and the text does not say it.
+TEST(Optimize, SaysThatFeasibilityWasNotChecked) {
+  const Optimization optimization =
+      loaded(angle_text("minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 6, refine: 1}\n"));
+  const OptimizationOutcome outcome = run(optimization);
+  ASSERT_TRUE(outcome.best);
+  const Evaluation& best = outcome.evaluations[*outcome.best];
+  EXPECT_THAT(comparison_text(optimization, outcome, &best),
+              HasSubstr("\nfeasible: before not checked, after not checked\n"));
+  EXPECT_THAT(comparison_json(optimization, outcome, &best, ""), HasSubstr("\"after\": \"not checked\""));
 }
 
 TEST(Optimize, NothingAcceptableNamesTheLimitThatIsPassedLeast) {

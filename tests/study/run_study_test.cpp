@@ -135,9 +135,9 @@ TEST(RunStudy, ColumnsMayBeChosen) {
       "study.yaml", mixed_study() + "columns: [grasps/*/impulse_magnitude, base/velocity_change, captured]\n"));
   std::vector<std::string> names;
   for (const Column& c : study.columns) names.push_back(c.name);
-  EXPECT_THAT(names,
-              testing::ElementsAre("captured", "grasps/tip-1/impulse_magnitude", "grasps/tip-2/impulse_magnitude",
-                                   "base/velocity_change/x", "base/velocity_change/y", "base/velocity_change/z"));
+  EXPECT_THAT(names, testing::ElementsAre("captured", "captured/judged", "grasps/tip-1/impulse_magnitude",
+                                          "grasps/tip-2/impulse_magnitude", "base/velocity_change/x",
+                                          "base/velocity_change/y", "base/velocity_change/z"));
 }
 
 // --- What must hold at a fixed configuration ---
