@@ -27,6 +27,9 @@ function(grapnel_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main grapnel::options)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
+  # What a test checks is the library, which is compiled at -O3 wherever the test's own code is not; at -O1 that code
+  # compiles in 0.7 of the time.
+  target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)
   target_compile_definitions(${name} PRIVATE
     GRAPNEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     $<$<TARGET_EXISTS:grapnel>:GRAPNEL_PROGRAM="$<TARGET_FILE:grapnel>">)
