@@ -24,6 +24,8 @@ constexpr double kUnnoticed = 1e-6;
 constexpr int kMostIterations = 20;
 // [m, rad]; a projection that ends above it has failed.
 constexpr double kClosed = 1e-12;
+// Of the velocities of the two sides: what prescribed joints may leave of their relative one.
+constexpr double kContradiction = 1e-6;
 
 void step_quaternion(double* q, const Vector3d& turn) {
   const double angle = norm(turn), half = 0.5 * angle;
@@ -419,7 +421,7 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
   }
 
   // Velocities: the plastic impact that closes the loops.                                                      (8.10)
-  s.velocity_rows(links, s.u);
+  const double size = s.velocity_rows(links, s.u);
   defect = s.scaled_size(s.u);
   for (int i = 0; i < kMostIterations && defect > 0; ++i) {
     s.solve(1);
@@ -440,6 +442,12 @@ ProjectionResult LoopSolver::project(std::span<const std::uint8_t> prescribed, W
   }
   result.after = s.defects(links);
   result.converged = result.after.position <= kClosed && result.after.angle <= kClosed;
+  s.contradiction = 0;
+  if (defect > kContradiction * size) {  // joints that are prescribed leave no velocity that fits
+    s.velocity_rows(links, s.u);
+    s.solve(size);
+    result.converged = result.converged && s.contradiction <= kContradiction;
+  }
   return result;
 }
 

@@ -33,6 +33,8 @@ constexpr double kRounding = 1e-12;
 // Defects of a step that are left to the next ones: rounding goes to and fro, and correcting it each time would add it
 // up. Samples are closed all the same. [m, rad, and these per second]
 constexpr double kNegligible = 3e-14;
+// Of the velocities of a closure's two sides: what joints that move as prescribed may leave of their relative one.
+constexpr double kContradiction = 1e-6;
 
 // One phase with one stepper.
 template <class Method>
@@ -98,12 +100,24 @@ class PhaseRun {
     for (std::size_t i = 0; i < y.size(); ++i) correction_[i] = y[i] - correction_[i];
     loops_.correction_total += relative_tolerance_ * norm_(y, correction_);
     if (result.converged) return true;
-    loop_failure_ = fmt::format(
+    loop_failure_ = dynamics_.loops()->contradiction() > kContradiction ? contradiction(t) : unclosed(t, result);
+    return true;
+  }
+
+  // Why loops could not be closed.
+  std::string contradiction(double t) const {
+    return fmt::format(
+        "joints that move as prescribed contradict the closed loops at t = {:.9g} s: {} by {:.3g} of the "
+        "velocities there (rank {} of {} rows)",
+        t, dynamics_.loops()->contradicting_row(), dynamics_.loops()->contradiction(), dynamics_.loops()->rank(),
+        dynamics_.loops()->rows());
+  }
+  std::string unclosed(double t, const ProjectionResult& result) const {
+    return fmt::format(
         "the loops cannot be closed at t = {:.9g} s: {:.3g} m and {:.3g} rad remain after projection (rank {} of {} "
         "rows, least pivot {:.2g})",
         t, result.after.position, result.after.angle, dynamics_.loops()->rank(), dynamics_.loops()->rows(),
         dynamics_.loops()->least_pivot());
-    return true;
   }
 
   void step() {

@@ -209,6 +209,30 @@ TEST(ClosedPhase, DrivesAgainstTheLoopEndItWithTheirReason) {
   std::printf("[ measured ] %d samples; %s\n", samples, o.failure.c_str());
 }
 
+// Two motors told constant rates that the loop does not allow: refused where it begins, with the row, before anything
+// moves; the same rates in the linkage's own proportion go on.
+TEST(ClosedPhase, RatesAgainstTheLoopAreRefusedAtOnce) {
+  const Linkage l = linkage();
+  const State from = start(l, 1.0, 0.5);
+  for (const double factor : {1.0, 1.5}) {
+    PhaseSetup setup = closed(l);
+    for (std::size_t j = 0; j < setup.drives.size(); ++j) {
+      const Body& body = l.model.bodies()[l.model.joints()[j]];
+      if (body.description.name == "coupler") continue;
+      const double rate = from.v[body.v] * (body.description.name == "rocker" ? factor : 1);
+      setup.drives[j].control = JointControl::prescribed;
+      setup.drives[j].trajectory = {
+          0, JointPath{JointProfile::quintic, 2, from.q[body.q], from.q[body.q] + 2 * rate, rate, rate}};
+    }
+    PhaseDynamics dynamics(l.model, setup);
+    const PhaseOutcome o = simulate_phase(dynamics, from, 0, 1e-12, 1, {}, [](const PhaseSample&) {});
+    EXPECT_FALSE(o.finished);
+    const std::string wrong = "joints that move as prescribed contradict the closed loops at t = 0 s: pin, along";
+    EXPECT_EQ(o.failure.starts_with(wrong), factor != 1) << o.failure;
+    std::printf("[ measured ] %s\n", o.failure.c_str());
+  }
+}
+
 // A start that is not closed is closed, if it is near, and otherwise refused with what remains.
 TEST(ClosedPhase, BeginsClosedOrNotAtAll) {
   const Linkage l = linkage();
