@@ -8,6 +8,7 @@
 
 #include "grapnel/capture/approach_plan.hpp"
 #include "grapnel/capture/conservation_advice.hpp"
+#include "grapnel/capture/finite_result.hpp"
 #include "grapnel/capture/problem_scene.hpp"
 #include "grapnel/capture/run_impacts.hpp"
 
@@ -431,6 +432,12 @@ void CaptureSteps::moved(const PhaseOutcome& outcome, const PhaseMeasures& measu
 
 CaptureResult CaptureSteps::finish() {
   sequence_->close_books();
+  if (result_.status == CaptureStatus::completed) {
+    if (const std::string what = first_not_finite(result_); !what.empty()) {
+      result_.status = CaptureStatus::failed;
+      result_.failure = what + " is not a finite number: lengths and speeds are beyond what can be computed with";
+    }
+  }
   return std::move(result_);
 }
 
