@@ -165,16 +165,49 @@ std::vector<CompliantSample> samples_of(const CompliantTask& task, const Yieldin
 // Brakes and drives: at once at the beginning, then at a rate that does not change.
 void describe_held(const CompliantTask& task, const CompliantOutcome& outcome, ImpactReport& report) {
   report.joints_during = name_of(task.problem.impact->joints);
-  const Model& model = task.system.model;
   for (std::size_t i = 0; i < task.held.size(); ++i) {
     const HeldRate& held = task.held[i];
-    for (int body : model.joints()) {
-      if (model.bodies()[body].v != held.velocity) continue;
-      const double before = task.met.v[held.velocity], kept = outcome.held_impulses[i];
-      report.held_joints.push_back({model.bodies()[body].description.joint.name, task.stopping[i] + kept,
-                                    0.5 * task.stopping[i] * (before + held.after) + kept * held.after});
-    }
+    const double before = task.met.v[held.velocity], kept = outcome.held_impulses[i];
+    HeldJoint joint;
+    joint.joint = held_joint(task.system.model, held).name;
+    joint.impulse = task.stopping[i] + kept;
+    joint.work = 0.5 * task.stopping[i] * (before + held.after) + kept * held.after;
+    joint.told_rate = joint.rate_after = held.after;
+    report.held_joints.push_back(std::move(joint));
   }
+}
+
+// What impact.longest has ended too early, per grasp; and what it has done to the balance of energy.
+void describe_unfinished(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
+                         CompliantRun& run) {
+  run.unfinished.resize(yielding.size());
+  if (outcome.status != CompliantOutcome::Status::time_over) return;
+  const double longest = task.problem.impact->compliant.longest;
+  std::vector<std::string> places;
+  for (std::size_t i = 0; i < yielding.size(); ++i) {
+    const ForceHistory& h = yielding.history(outcome, i);
+    std::string& how = run.unfinished[i];
+    const bool contact = task.problem.grasps[i].contact;
+    if (h.deformation.back() > 0 && (!contact || norm(h.force.back()) > 0)) {
+      how =
+          fmt::format("still {} by {:.4g} m at impact.longest = {:.4g} s, with {:.4g} J in the springs",
+                      contact ? "compressed" : "deformed", h.deformation.back(), longest, outcome.elastic_energy_after);
+    } else if (contact && h.touches == 0) {
+      how = fmt::format("not in touch yet at impact.longest = {:.4g} s", longest);
+    }
+    if (!how.empty()) places.push_back(fmt::format("{} is {}", task.problem.grasps[i].end_effector, how));
+  }
+  // Nobody gets it back: the balance does not close.
+  if (outcome.kinetic_energy_before > 0)
+    run.energy_residual += outcome.elastic_energy_after / outcome.kinetic_energy_before;
+  run.warnings.push_back(
+      fmt::format("impact: it was not over after impact.longest = {:.4g} s, and what follows is not to be trusted: {}. "
+                  "The {:.4g} J in "
+                  "springs are deleted, and grips take the rest of the relative motion out at once (a larger "
+                  "impact.longest lets it "
+                  "end)",
+                  longest, places.empty() ? "relative motion is left" : fmt::format("{}", fmt::join(places, "; ")),
+                  outcome.elastic_energy_after));
 }
 
 // One grip or contact; `after`: of the system.
@@ -252,12 +285,7 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
     run.from_ground =
         momentum_about_origin(task.system.model, run.after) - momentum_about_origin(task.system.model, last);
   }
-  if (outcome.status == CompliantOutcome::Status::time_over) {
-    run.warnings.push_back(
-        fmt::format("impact: after impact.longest = {:.4g} s it was not over; the rest is taken out at once where "
-                    "grips hold",
-                    setup.longest));
-  }
+  describe_unfinished(task, yielding, outcome, run);
   return run;
 }
 

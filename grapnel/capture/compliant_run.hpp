@@ -23,7 +23,10 @@ struct CompliantRun {
   std::vector<CompliantSample> samples;
   State after;          // of the system given
   double duration = 0;  // [s]
+  /// Of the balance, over the kinetic energy before; what springs still held when impact.longest ended it is missing.
   double energy_residual = 0;
+  /// Per grasp of the problem: empty, or how it still was under way when impact.longest ended it, in words.
+  std::vector<std::string> unfinished;
   Momentumd from_ground = Momentumd::zero();  // as in ImpactOutcome, since the last sample
   std::vector<std::string> warnings;
   std::string failure;  // not empty: it could not be integrated

@@ -42,7 +42,9 @@ void ImpactBook::write(Ledger& ledger) const {
         "largest excess of a tangential impulse over friction times the normal one, over the largest normal one");
   }
   add("compliant_energy_residual", compliant_,
-      "kinetic and elastic energy after an impact in time, and what was lost, over the kinetic energy before", 1e-8);
+      "kinetic and elastic energy after an impact in time, and what was lost, over the kinetic energy before; what "
+      "springs still held when impact.longest ended it counts as missing",
+      1e-8);
   add("brake_energy_identity_residual", brake_, "the same for the impulse that locks the joints");
 }
 

@@ -1,7 +1,10 @@
 #include "grapnel/capture/impact_report.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -11,6 +14,7 @@
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/bilateral_restitution.hpp"
+#include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {
 namespace {
@@ -264,18 +268,55 @@ ImpactSolution solve_contacts(const ImpactTask& task, const Kinematics& before, 
 // Brakes and drives: P theta-dot over the impact is (before + after) / 2 times the impulse.
 void describe_held(const ImpactTask& task, const ImpactSolution& solution, ImpactReport& report) {
   report.joints_during = name_of(task.problem.impact->joints);
-  const Model& model = task.system.model;
+  const std::vector<bool> gave_way = which_gave_way(task.system.model, task.held, solution.velocity);
   for (std::size_t i = 0; i < task.held.size() && i < solution.held_impulses.size(); ++i) {
-    for (int body : model.joints()) {
-      if (model.bodies()[body].v != task.held[i].velocity) continue;
-      const double before = task.contact.state.v[task.held[i].velocity], P = solution.held_impulses[i];
-      report.held_joints.push_back(
-          {model.bodies()[body].description.joint.name, P, 0.5 * P * (before + task.held[i].after)});
-    }
+    const double before = task.contact.state.v[task.held[i].velocity], after = solution.velocity[task.held[i].velocity];
+    HeldJoint joint;
+    joint.joint = held_joint(task.system.model, task.held[i]).name;
+    joint.impulse = solution.held_impulses[i];
+    joint.work = 0.5 * joint.impulse * (before + after);
+    joint.told_rate = task.held[i].after, joint.rate_after = after;
+    joint.gave_way = gave_way[i];
+    report.held_joints.push_back(std::move(joint));
   }
 }
 
 }  // namespace
+
+const JointDescription& held_joint(const Model& model, const HeldRate& held) {
+  for (int body : model.joints()) {
+    if (model.bodies()[body].v == held.velocity) return model.bodies()[body].description.joint;
+  }
+  throw std::logic_error("held_joint: the velocity is not a joint's");
+}
+
+std::string describe_giving_way(const Model& model, const ImpactReport& report) {
+  constexpr std::size_t kShown = 4;
+  struct Drive {
+    double by;
+    std::string text;
+  };
+  std::vector<Drive> drives;
+  for (const HeldJoint& held : report.held_joints) {
+    if (!held.gave_way) continue;
+    const char* unit = "rad/s";
+    for (int body : model.joints()) {
+      const JointDescription& joint = model.bodies()[body].description.joint;
+      if (joint.name == held.joint && joint.type == JointType::prismatic) unit = "m/s";
+    }
+    const double by = held.rate_after - held.told_rate;
+    drives.push_back({std::abs(by), fmt::format("{} by {:.4g} {} (told {:.4g}, now {:.4g})", held.joint, by, unit,
+                                                held.told_rate, held.rate_after)});
+  }
+  if (drives.empty()) return {};
+  std::stable_sort(drives.begin(), drives.end(), [](const Drive& a, const Drive& b) { return a.by > b.by; });
+  std::string text =
+      fmt::format("the grasps do not allow the rates that drives are to hold; as little as they must, {} give way: ",
+                  drives.size() == 1 ? "one" : fmt::format("{} of them", drives.size()));
+  for (std::size_t i = 0; i < std::min(kShown, drives.size()); ++i) text += (i > 0 ? ", " : "") + drives[i].text;
+  if (drives.size() > kShown) text += fmt::format(" and {} more", drives.size() - kShown);
+  return text;
+}
 
 const char* name_of(ImpactSetup::Joints joints) {
   return joints == ImpactSetup::Joints::braked ? "braked" : joints == ImpactSetup::Joints::driven ? "driven" : "free";
@@ -380,7 +421,11 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   outcome.from_ground =
       describe_change(problem, system, contact.state, outcome.after, impulses_at(contact.grasps, solution), report);
   if (!full) return outcome;
-  add_measures(task, report);
+  std::vector<HeldRate> kept(task.held.begin(), task.held.end());
+  for (HeldRate& h : kept) h.after = solution.velocity[h.velocity];
+  ImpactTask as_kept = task;
+  as_kept.held = kept;
+  add_measures(as_kept, report);
   if (task.law == ImpactSetup::Law::plastic) add_sensitivities(task, report);
   if (task.already_closed > 0) {
     report.as_published_absent = "a target is already held";

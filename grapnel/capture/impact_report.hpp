@@ -55,6 +55,12 @@ GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& cont
 const char* name_of(ImpactSetup::Law law);
 const char* name_of(ImpactSetup::Joints joints);
 
+/// The joint that a held rate is of.
+const JointDescription& held_joint(const Model& model, const HeldRate& held);
+
+/// Which drives gave way in an impact and by how much, in words; empty if none did.
+std::string describe_giving_way(const Model& model, const ImpactReport& report);
+
 struct BrakeOutcome {
   BrakeReport report;
   State after;

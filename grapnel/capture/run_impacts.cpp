@@ -6,6 +6,7 @@
 
 #include "grapnel/capture/load_margins.hpp"
 #include "grapnel/capture/problem_lookup.hpp"
+#include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {
 
@@ -206,6 +207,9 @@ Contact RunImpacts::meet(const std::vector<std::size_t>& closing) {
 
 void RunImpacts::keep(ImpactReport report) {
   add_margins(run_.problem, report);
+  const std::string giving_way = describe_giving_way(run_.free.model, report);
+  if (!giving_way.empty())
+    run_.result.warnings.push_back(fmt::format("impact at t = {:.6g} s: {}", report.time, giving_way));
   if (!run_.frame.is_world()) {
     const Momentumd h = momentum_about_origin(run_.state);
     to_world(run_.frame, h.linear, run_.free.model.mass(), report);
@@ -238,11 +242,13 @@ bool RunImpacts::holds_after(std::size_t grasp, ImpactSetup::Law law) const {
   return !run_.problem.grasps[grasp].contact && law != ImpactSetup::Law::bilateral_restitution;
 }
 
-// What has met holds, or is apart again. In the free system.
-void RunImpacts::hold_or_part(const std::vector<std::size_t>& closing, ImpactSetup::Law law,
-                              const ImpactReport& report) {
+// What has met holds, or is apart again. In the free system. `unfinished`: of an impact in time, per grasp that closes
+// (may be empty): how it was still under way at its end.
+void RunImpacts::hold_or_part(const std::vector<std::size_t>& closing, ImpactSetup::Law law, const ImpactReport& report,
+                              std::span<const std::string> unfinished) {
   const Kinematics k = forward_kinematics(run_.free.model, run_.state);
-  for (std::size_t i : closing) {
+  for (std::size_t n = 0; n < closing.size(); ++n) {
+    const std::size_t i = closing[n];
     if (holds_after(i, law)) {
       run_.grips.push_back(close_grip(run_.problem, run_.free, k, i));
       continue;
@@ -250,9 +256,11 @@ void RunImpacts::hold_or_part(const std::vector<std::size_t>& closing, ImpactSet
     run_.rebounded = true;
     for (const GraspImpulse& g : report.grasps) {
       if (g.end_effector != run_.problem.grasps[i].end_effector) continue;
-      run_.schedule.refuse({i}, fmt::format("{}: it parts at {:.4g} m/s",
-                                            run_.problem.grasps[i].contact ? "a contact, no grip" : "thrown back",
-                                            norm(g.relative_velocity_after)));
+      const bool cut_short = n < unfinished.size() && !unfinished[n].empty();
+      run_.schedule.refuse(
+          {i}, fmt::format("{}: it {}", run_.problem.grasps[i].contact ? "a contact, no grip" : "thrown back",
+                           cut_short ? "is " + unfinished[n]
+                                     : fmt::format("parts at {:.4g} m/s", norm(g.relative_velocity_after))));
     }
   }
 }
@@ -266,7 +274,7 @@ void RunImpacts::impact(const std::vector<std::size_t>& closing, ImpactSetup::La
   run_.bookkeeper.enter(outcome.from_ground);
   run_.impact_book.note(outcome.residuals);
   run_.state = outcome.after;
-  hold_or_part(closing, law, outcome.report);
+  hold_or_part(closing, law, outcome.report, {});
   outcome.report.brake = brake();
   keep(std::move(outcome.report));
   run_.to_joined();
@@ -302,7 +310,7 @@ void RunImpacts::yield(const std::vector<std::size_t>& closing) {
   run_.impact_book.note_compliant(run.energy_residual);
   run_.state = run.after;
   run_.time += run.duration;
-  stiffen(closing, run.report);
+  stiffen(closing, run.unfinished, run.report);
 }
 
 // Where a velocity of a joint of the robot is in another representation.
@@ -324,13 +332,22 @@ std::vector<double> RunImpacts::brake_at_once(std::span<const HeldRate> held) {
 }
 
 // Grips that have come to rest hold rigidly from now on.
-void RunImpacts::stiffen(const std::vector<std::size_t>& closing, ImpactReport& report) {
+void RunImpacts::stiffen(const std::vector<std::size_t>& closing, std::span<const std::string> unfinished,
+                         ImpactReport& report) {
   run_.to_free();
-  hold_or_part(closing, ImpactSetup::Law::compliant, report);
+  hold_or_part(closing, ImpactSetup::Law::compliant, report, unfinished);
   std::vector<Grasp> holding;
   const Kinematics k = forward_kinematics(run_.free.model, run_.state);
   for (const HeldGrip& grip : run_.grips) holding.push_back(grasp_of(grip, k));
-  const ImpactSolution rest = plastic_impact(run_.free.model, run_.state, holding, rates_in_impact());
+  const std::vector<HeldRate> held = rates_in_impact();
+  const ImpactSolution rest = plastic_impact(run_.free.model, run_.state, holding, held);
+  const std::vector<bool> gave_way = which_gave_way(run_.free.model, held, rest.velocity);
+  for (std::size_t i = 0; i < held.size(); ++i) {  // rigid grips may not allow the rates that springs did
+    const std::string& name = held_joint(run_.free.model, held[i]).name;
+    for (HeldJoint& joint : report.held_joints) {
+      if (joint.joint == name) joint.rate_after = rest.velocity[held[i].velocity], joint.gave_way = gave_way[i];
+    }
+  }
   for (const ContactImpulse& c : rest.contacts)
     report.compliant->residual_impulse = std::max(report.compliant->residual_impulse, norm(c.P_WC.linear));
   const Momentumd before = momentum_about_origin(run_.state);

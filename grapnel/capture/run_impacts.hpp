@@ -40,12 +40,13 @@ class RunImpacts {
   Contact meet(const std::vector<std::size_t>& closing);
   void keep(ImpactReport report);
   bool holds_after(std::size_t grasp, ImpactSetup::Law law) const;
-  void hold_or_part(const std::vector<std::size_t>& closing, ImpactSetup::Law law, const ImpactReport& report);
+  void hold_or_part(const std::vector<std::size_t>& closing, ImpactSetup::Law law, const ImpactReport& report,
+                    std::span<const std::string> unfinished);
   void impact(const std::vector<std::size_t>& closing, ImpactSetup::Law law);
   void yield(const std::vector<std::size_t>& closing);
   int velocity_in(const CaptureSystem& system, int free_velocity) const;
   std::vector<double> brake_at_once(std::span<const HeldRate> held);
-  void stiffen(const std::vector<std::size_t>& closing, ImpactReport& report);
+  void stiffen(const std::vector<std::size_t>& closing, std::span<const std::string> unfinished, ImpactReport& report);
   std::optional<BrakeReport> brake();
   ImpactOutcome solve_impact(const std::vector<std::size_t>& closing, const Contact& contact, ImpactSetup::Law law);
 

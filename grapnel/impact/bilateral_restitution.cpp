@@ -77,6 +77,7 @@ BilateralRestitution bilateral_restitution(const Model& model, const State& stat
   if (rows.J.rows() == 0) return result;
   // Where rows are redundant their velocities fulfil a relation, and E u- need not.
   const Eigen::Map<const Eigen::VectorXd> after(result.solution.velocity.data(), v.size());
+  wanted.tail(static_cast<Eigen::Index>(held.size())) = after(rows.held);  // of drives that gave way
   const Eigen::VectorXd size = rows.D.diagonal().cwiseSqrt();
   const Eigen::VectorXd missed = (rows.J * after - wanted).cwiseQuotient(size);
   const double fastest =

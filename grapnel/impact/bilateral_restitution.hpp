@@ -13,7 +13,7 @@ namespace grapnel {
 struct BilateralRestitution {
   ImpactSolution solution;
   /// Not empty: with redundant rows this E asks for velocities that no motion has; names the rows ("grip 2, linear y").
-  /// The solution then is the nearest in the least-squares sense and does not meet u+ = -E u-.
+  /// The solution then is the nearest in the least-squares sense. (Drives that hold rates against E just give way.)
   std::string inconsistent;
 };
 

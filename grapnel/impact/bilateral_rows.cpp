@@ -1,10 +1,12 @@
 #include "grapnel/impact/bilateral_rows.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
-#include "grapnel/constraint/impulsive_constraint.hpp"
+#include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {
 namespace {
@@ -14,10 +16,11 @@ Eigen::VectorXd as_vector(const std::vector<double>& v) {
 }
 
 // Solves and fills the books. `u_after` is what J v+ is to be; `impulse` receives P in constrained directions.
-ImpactSolution solve(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J, const State& state, const Eigen::MatrixXd& D,
+ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& state,
                      const Eigen::VectorXd& u_after, Eigen::VectorXd& impulse) {
+  const Eigen::MatrixXd& J = rows.J;
   const Eigen::VectorXd before = as_vector(state.v);
-  const ImpulsiveSolution solved = solve_impulsive_constraint(M, J, before, D, u_after);
+  const ImpulsiveSolution solved = solve_bilateral(M, rows, before, u_after);
   const Eigen::VectorXd& after = solved.velocity;
   const Eigen::VectorXd change = after - before;
   const Eigen::VectorXd u = J * before;
@@ -66,12 +69,19 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
   const Eigen::MatrixXd J_grips = grasp_jacobian(model, kinematics, grasps);
   const Eigen::Index grip_rows = J_grips.rows(), held_rows = static_cast<Eigen::Index>(held.size());
   const Eigen::Index count = grip_rows + held_rows;
-  BilateralRows rows{Eigen::MatrixXd::Zero(count, model.velocities()), Eigen::MatrixXd::Zero(count, count),
-                     Eigen::VectorXd::Zero(count)};
+  BilateralRows rows{Eigen::MatrixXd::Zero(count, model.velocities()),
+                     Eigen::MatrixXd::Zero(count, count),
+                     Eigen::VectorXd::Zero(count),
+                     Eigen::VectorXd(held_rows),
+                     {}};
   rows.J.topRows(grip_rows) = J_grips;
   for (Eigen::Index i = 0; i < held_rows; ++i) {
     rows.J(grip_rows + i, held[i].velocity) = 1;
     rows.held_after[grip_rows + i] = held[i].after;
+    rows.held_inertia[i] = drive_inertia(model, held[i].velocity);
+    if (std::find(rows.held.begin(), rows.held.end(), held[i].velocity) != rows.held.end())
+      throw std::invalid_argument("bilateral_rows: a velocity is held twice");
+    rows.held.push_back(held[i].velocity);
   }
   for (Eigen::Index row = 0; const Grasp& g : grasps) {
     rows.D.block(row, row, row_count(g.model), row_count(g.model)) = target_mobility(model, kinematics, g);
@@ -86,11 +96,58 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
   return rows;
 }
 
+ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const BilateralRows& rows, const Eigen::VectorXd& v,
+                                  const Eigen::VectorXd& u_after) {
+  const std::vector<int>& held = rows.held;
+  if (held.empty()) return solve_impulsive_constraint(M, rows.J, v, rows.D, u_after);
+  std::vector<int> free;
+  for (int i = 0; i < static_cast<int>(v.size()); ++i) {
+    if (std::find(held.begin(), held.end(), i) == held.end()) free.push_back(i);
+  }
+  const auto m = static_cast<Eigen::Index>(held.size()), g = rows.J.rows() - m;
+  const Eigen::MatrixXd J_g = rows.J.topRows(g), J_h = J_g(Eigen::all, held);
+  const Eigen::VectorXd s = u_after.tail(m);
+  ImpulsiveSolution part;  // of the velocities that are not held
+  part.impulse = Eigen::VectorXd(0);
+  if (!free.empty()) {  //                                                                                  (7.21)
+    const Eigen::MatrixXd M_ff = M(free, free);
+    const Eigen::VectorXd pushed = v(free) - M_ff.llt().solve(M(free, held) * (s - v(held)));
+    part = solve_impulsive_constraint(M_ff, J_g(Eigen::all, free), pushed, rows.D.topLeftCorner(g, g),
+                                      u_after.head(g) - J_h * s);
+  } else if (g > 0) {
+    throw std::invalid_argument("solve_bilateral: everything is held, the targets as well");
+  }
+  ImpulsiveSolution whole;
+  whole.rank = part.rank + static_cast<int>(m);
+  whole.velocity = v;
+  whole.velocity(free) = part.velocity;
+  whole.velocity(held) = s;
+  const Eigen::VectorXd change = M * (whole.velocity - v);
+  whole.impulse.resize(g + m);
+  whole.impulse << part.impulse, Eigen::VectorXd(change(held)) - J_h.transpose() * part.impulse;  //         (7.22)
+  const Eigen::Index count = part.null_space.cols();
+  whole.null_space.resize(g + m, count);
+  if (count == 0) return whole;
+  // Self-stresses of unit size in D, and the least P.
+  whole.null_space << part.null_space, -J_h.transpose() * part.null_space;
+  const Eigen::LLT<Eigen::MatrixXd> metric(rows.D);
+  const Eigen::MatrixXd scaled = metric.matrixU() * whole.null_space;
+  const Eigen::MatrixXd Z =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(scaled).householderQ() * Eigen::MatrixXd::Identity(g + m, count);
+  whole.null_space = metric.matrixU().solve(Z);
+  whole.impulse -= whole.null_space * (Z.transpose() * (metric.matrixU() * whole.impulse));
+  return whole;
+}
+
 ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& before,
                           const Eigen::VectorXd& u_after, std::span<const Grasp> grasps,
                           std::span<const HeldRate> held) {
-  Eigen::VectorXd impulse;
-  ImpactSolution result = solve(M, rows.J, before, rows.D, u_after, impulse);
+  Eigen::VectorXd impulse, wanted = u_after;
+  ImpactSolution result = solve(M, rows, before, wanted, impulse);
+  if (const auto allowed = rates_that_grips_allow(rows, wanted, result.null_space)) {
+    wanted.tail(rows.held_inertia.size()) = *allowed;
+    result = solve(M, rows, before, wanted, impulse);
+  }
   Eigen::Index row = 0;
   for (const Grasp& g : grasps) {
     const int count = row_count(g.model);
@@ -101,10 +158,7 @@ ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, c
          determined_components(A, result.null_space.middleRows(row, count), rows.D.block(row, row, count, count))});
     row += count;
   }
-  for (const HeldRate& h : held) {
-    result.held_impulses.push_back(impulse[row++]);
-    result.velocity[h.velocity] = h.after;  // exactly, not to rounding
-  }
+  for (std::size_t i = 0; i < held.size(); ++i) result.held_impulses.push_back(impulse[row++]);
   return result;
 }
 

@@ -8,10 +8,10 @@
 #include <limits>
 #include <stdexcept>
 
-#include "grapnel/constraint/impulsive_constraint.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/impact/bilateral_rows.hpp"
 #include "grapnel/impact/contact_path.hpp"
+#include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {
 namespace {
@@ -86,13 +86,13 @@ Felt felt(const Eigen::MatrixXd& M, const Eigen::LLT<Eigen::MatrixXd>& mass, con
     Eigen::MatrixXd response = mass.solve(J.transpose());
     const Eigen::VectorXd free = response.cwiseProduct(J.transpose()).colwise().sum();
     for (Eigen::Index i = 0; i < response.cols(); ++i) {
-      response.col(i) = solve_impulsive_constraint(M, rows.J, response.col(i), rows.D).velocity;
+      response.col(i) = solve_bilateral(M, rows, response.col(i), Eigen::VectorXd::Zero(rows.J.rows())).velocity;
     }
     f.W = response.transpose() * M * response;
     for (Eigen::Index i = 0; i < f.W.rows(); ++i) {
       if (f.W(i, i) < kNothingYields * free[i]) f.W.row(i).setZero(), f.W.col(i).setZero();
     }
-    f.velocity = solve_impulsive_constraint(M, rows.J, v, rows.D, rows.held_after).velocity;
+    f.velocity = solve_bilateral(M, rows, v, rows.held_after).velocity;
   }
   f.u = J * f.velocity;
   return f;
@@ -210,11 +210,16 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   const Kinematics kinematics = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state);
   const Eigen::LLT<Eigen::MatrixXd> mass(M);
-  const BilateralRows bilateral = bilateral_rows(model, kinematics, M, closed, held);
+  BilateralRows bilateral = bilateral_rows(model, kinematics, M, closed, held);
   const ContactRows rows = contact_rows(model, kinematics, contacts);
   const Eigen::VectorXd before =
       Eigen::Map<const Eigen::VectorXd>(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
 
+  if (!closed.empty() && !held.empty()) {
+    const Eigen::MatrixXd null = solve_bilateral(M, bilateral, before, bilateral.held_after).null_space;
+    if (const auto allowed = rates_that_grips_allow(bilateral, bilateral.held_after, null))
+      bilateral.held_after.tail(allowed->size()) = *allowed;
+  }
   ContactPathProblem problem = path_problem(felt(M, mass, rows.J, bilateral, before), contacts, rows.J, hypothesis);
   ContactImpactSolution solution;
   solution.message = unyielding(problem);

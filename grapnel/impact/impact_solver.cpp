@@ -9,6 +9,7 @@
 #include "grapnel/constraint/pivoted_cholesky.hpp"
 #include "grapnel/dynamics/recursion.hpp"
 #include "grapnel/impact/least_impulse.hpp"
+#include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {
 namespace {
@@ -48,12 +49,13 @@ struct ImpactSolver::Implementation {
   LoopColumns columns;
   PivotedCholesky factor;
   LeastImpulse least;
+  YieldingDrives drives;
   DynamicsWorkspace<double> workspace;
   std::vector<Posed> X_WL;                                       // per link
   std::vector<double> u, met, rhs, solution, left, scale, rows;  // per row
   std::vector<double> contact;                                   // W, rows x rows
   std::vector<double> zeros, change, force;                      // per velocity
-  std::vector<double> velocity, held_impulses, held_change;
+  std::vector<double> velocity, held_impulses, held_change, held_rate;
   std::vector<std::uint8_t> held;
   std::vector<Impulsed> impulses;
   double residual = 0;
@@ -82,6 +84,7 @@ struct ImpactSolver::Implementation {
         columns(m.tree(), paths),
         factor(count_rows(g)),
         least(count_rows(g)),
+        drives(m, count_rows(g)),
         workspace(m.tree()),
         X_WL(m.tree().links.size()),
         u(static_cast<std::size_t>(count_rows(g))),
@@ -98,6 +101,7 @@ struct ImpactSolver::Implementation {
         velocity(zeros),
         held_impulses(zeros),
         held_change(zeros),
+        held_rate(zeros),
         held(zeros.size()),
         impulses(paths.size(), Impulsed::zero()) {
     for (const Grasp& grip : grips) targets.emplace_back(m.bodies()[grip.target_body]);
@@ -118,6 +122,7 @@ struct ImpactSolver::Implementation {
       if (rate.velocity < 0 || rate.velocity >= model.velocities())
         throw std::invalid_argument("ImpactSolver: no such velocity to hold");
       held[rate.velocity] = 1;
+      held_rate[rate.velocity] = rate.after;
       held_change[rate.velocity] = rate.after - v[rate.velocity];
     }
     for (const TreeLink<double>& link : model.tree().links) {
@@ -174,6 +179,22 @@ struct ImpactSolver::Implementation {
       for (std::size_t j = 0; j < n; ++j) A[i * n + j] = scale[i] * scale[j] * contact[i * n + j];
     }
     factor.factor(kRankTolerance);
+  }
+
+  // Where grips are redundant and contradict what is held drives give way: changes what is held. Links then are at
+  // rest. After factor_contact_inertia().
+  void let_drives_give_way(DynamicsInput<double> in, std::span<const double> v) {
+    in.acceleration = zeros;
+    for (std::size_t r = 0; r < rows.size(); ++r) {
+      rest();
+      std::fill(solution.begin(), solution.end(), 0.0);
+      solution[r] = scale[r];
+      columns.impose(solution, in.prescribed, workspace.links);
+      articulated_accelerations<double>(model.tree(), in, workspace, change, force);
+      std::copy(force.begin(), force.end(), drives.response(static_cast<int>(r)).begin());
+    }
+    if (!drives.give_way(factor, held, held_rate)) return;
+    for (std::size_t i = 0; i < held.size(); ++i) held_change[i] = held[i] != 0 ? held_rate[i] - v[i] : 0;
   }
 
   // u- in `met`, in `u` with what held joints alone make of it; returns the scaled size of the terms.
@@ -270,8 +291,13 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
   if (holding) in.prescribed = s.held, in.acceleration = s.held_change;
   articulated_inertias<double>(s.model.tree(), in, s.workspace);
   s.place_grips(q, grips);
-  s.move_links(v);
   s.factor_contact_inertia(in);
+  if (holding && s.factor.rank() < s.factor.size()) {
+    s.let_drives_give_way(in, v);
+    articulated_inertias<double>(s.model.tree(), in, s.workspace);
+    s.factor_contact_inertia(in);
+  }
+  s.move_links(v);
   const double size = s.approach(holding);
   std::copy(v.begin(), v.end(), s.velocity.begin());
   std::fill(s.rows.begin(), s.rows.end(), 0.0);
@@ -289,7 +315,7 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
     left = s.meet();
   }
   s.residual = left / std::max(size, kSmallest);
-  for (const HeldRate& rate : held) s.velocity[rate.velocity] = rate.after;  // exactly, not to rounding
+  for (const HeldRate& rate : held) s.velocity[rate.velocity] = s.held_rate[rate.velocity];  // exactly, not to rounding
   s.least.choose(s.factor, s.paths, s.places, s.targets, s.rows);
   s.report();
 }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "grapnel/impact/varied_impact.hpp"
+#include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {
 namespace {
@@ -61,7 +62,8 @@ class SolvedImpact {
     }
     for (double P : solution.held_impulses) impulse_[row++] = P;
     decompose(solution.rank);
-    contradiction_ = solution.constraint_residual > kConsistent;
+    const std::vector<bool> gave_way = which_gave_way(model, held, solution.velocity);
+    contradiction_ = std::find(gave_way.begin(), gave_way.end(), true) != gave_way.end();
   }
 
   // Derivatives of v+ and of the impulses in all rows; empty where they do not exist.

@@ -16,8 +16,8 @@
 
 namespace grapnel {
 
-/// A velocity (index into State::v) that a drive or a brake makes what it is to be, whatever impulse that takes: the
-/// rate of a joint that follows its reference exactly, or zero for one that is locked.
+/// A velocity (index into State::v) that a drive or a brake makes what it is to be, whatever impulse that takes (a rate
+/// that is kept, or zero). If the grips do not allow all of them drives give way, least of all (yielding_drives.hpp).
 struct HeldRate {
   int velocity;
   double after = 0;  // [rad/s or m/s]

@@ -204,6 +204,20 @@ std::string profile_table(const ImpactReport& impact) {
   return any ? table.text() : "";
 }
 
+// Drives that the grasps did not let hold the rates they were told.
+std::string drive_table(const ImpactReport& impact) {
+  TextTable table;
+  table.row({"drive that gave way", "told", "rate after", "gave way by"});
+  table.row({"", "rad/s, m/s", "rad/s, m/s", "rad/s, m/s"});
+  bool any = false;
+  for (const HeldJoint& held : impact.held_joints) {
+    if (!held.gave_way) continue;
+    any = true;
+    table.row({held.joint, number(held.told_rate), number(held.rate_after), number(held.rate_after - held.told_rate)});
+  }
+  return any ? table.text() : "";
+}
+
 // Loads against ratings, the worst of each joint or gripper, and how much faster each arm may come.
 std::string margin_table(const ImpactReport& impact) {
   if (impact.margins.empty()) return "";
@@ -279,7 +293,7 @@ std::string impact_table(const CaptureResult& result, const ImpactReport& impact
   std::string out = "\n" + paragraph(fmt::format("{} at t = {} s: {}{}", name, number(impact.time), law_words(impact),
                                                  beyond(result, impact.time)),
                                      "");
-  out += grasp_table(impact) + rebound_table(impact) + profile_table(impact) + gap_lines(impact) +
+  out += grasp_table(impact) + rebound_table(impact) + profile_table(impact) + drive_table(impact) + gap_lines(impact) +
          published_line(impact) + margin_table(impact);
   TextTable table(3);
   table.row({"kinetic energy", "J",

@@ -104,7 +104,10 @@ Json to_json(const ForceProfile& profile) {
           {"touches", profile.touches}};
 }
 
-Json to_json(const HeldJoint& held) { return {{"joint", held.joint}, {"impulse", held.impulse}, {"work", held.work}}; }
+Json to_json(const HeldJoint& held) {
+  return {{"joint", held.joint},         {"impulse", held.impulse},       {"work", held.work},
+          {"told_rate", held.told_rate}, {"rate_after", held.rate_after}, {"gave_way", held.gave_way}};
+}
 
 Json to_json(const LoadMargin& margin) {
   return {{"of", margin.of},

@@ -270,18 +270,47 @@ TEST(CompliantImpact, WhileAnotherArmFollowsItsTrajectory) {
   }
 }
 
+// What springs still hold when the time is over is missing in the books, and is said.
 TEST(CompliantImpact, BrakesAfterwardsAndWarnsWhereItIsNotOver) {
   CaptureProblem p = yielding_case(1e4, 1);
   p.impact->compliant.longest = 5e-3;
   p.post_impact->joints = PostImpactSetup::Joints::braked;
   const CaptureResult r = simulate_capture(p);
-  expect_passes(r);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_EQ(r.impact->compliant->end, "time_over");
   EXPECT_NEAR(r.impact->duration, 5e-3, 1e-15);
   EXPECT_GT(r.impact->compliant->residual_impulse, 1e-3);
   EXPECT_TRUE(warns(r, "impact.longest"));
+  EXPECT_TRUE(warns(r, "hand0 is still deformed by "));
   EXPECT_TRUE(r.impact->brake);
   EXPECT_EQ(value_at(r, "joints/velocity", r.series.time.size() - 1, 0), 0);
+  const double missing = r.impact->compliant->elastic_energy_after / r.impact->kinetic_energy_before;
+  EXPECT_GT(missing, 1e-3);
+  EXPECT_NEAR(row(r, "compliant_energy_residual").value, missing, 1e-8);
+  for (const LedgerEntry& e : r.ledger.entries)
+    EXPECT_EQ(e.pass(), e.name != "compliant_energy_residual") << e.name << " " << e.value;
+}
+
+// A contact whose impact is cut off has not parted: its energy is not forgotten, and nobody says that it parts.
+TEST(CompliantContacts, StillCompressedWhenTheTimeIsOverFailTheBooks) {
+  const CaptureProblem whole = soft_rebound(2);
+  const CaptureResult over = simulate_capture(whole);
+  expect_passes(over);
+  EXPECT_EQ(over.impact->compliant->end, "separated");
+  EXPECT_THAT(over.grips[0].reason, HasSubstr("a contact, no grip: it parts at "));
+  CaptureProblem p = whole;
+  p.impact->compliant.longest = over.impact->grasps[0].profile->peak_force_time;  // the most compressed
+  const CaptureResult r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_EQ(r.impact->compliant->end, "time_over");
+  EXPECT_THAT(r.grips[0].reason, HasSubstr("a contact, no grip: it is still compressed by "));
+  EXPECT_THAT(r.grips[0].reason, HasSubstr(" J in it"));
+  EXPECT_FALSE(row(r, "compliant_energy_residual").pass());
+  EXPECT_FALSE(r.ledger.pass());
+  const double missing = r.impact->compliant->elastic_energy_after / over.impact->kinetic_energy_before;
+  EXPECT_GT(missing, 1e-6);
+  EXPECT_NEAR(row(r, "compliant_energy_residual").value, missing, 1e-8);
+  EXPECT_TRUE(warns(r, "hand0 is still compressed by "));
 }
 
 TEST(CompliantImpact, IsRefusedInClosedLoops) {

@@ -1,0 +1,155 @@
+/// Captures in which drives are told to hold rates that the grasps do not allow.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "capture/loop_case.hpp"
+
+namespace grapnel::testing {
+namespace {
+
+using During = ImpactSetup::Joints;
+using Law = ImpactSetup::Law;
+using ::testing::HasSubstr;
+
+CaptureProblem driven_loops(const std::vector<int>& targets, int joints, int index) {
+  CaptureProblem p = random_loops({targets, {}, joints, 0.3, 2}, index);
+  p.impact->joints = During::driven;
+  return p;
+}
+
+int gave_way(const ImpactReport& impact) {
+  int count = 0;
+  for (const HeldJoint& held : impact.held_joints) count += held.gave_way;
+  return count;
+}
+
+// What the report says about each drive is what the joint's velocity did, and its work what the energy did.
+void expect_told(const CaptureResult& r, const ImpactReport& impact) {
+  double work = 0;
+  ASSERT_FALSE(impact.held_joints.empty());
+  for (const HeldJoint& held : impact.held_joints) {
+    const auto at = std::find(impact.joint_names.begin(), impact.joint_names.end(), held.joint);
+    ASSERT_NE(at, impact.joint_names.end());
+    const double jump = impact.joint_velocity_change[static_cast<std::size_t>(at - impact.joint_names.begin())];
+    EXPECT_NEAR(held.rate_after - held.told_rate, jump, 1e-13);  // told: the rate before
+    EXPECT_EQ(held.gave_way, std::abs(jump) > 1e-9) << held.joint;
+    work += held.work;
+  }
+  for (const GraspImpulse& g : impact.grasps)
+    work +=
+        0.5 * (dot(g.impulse, g.relative_velocity_before) + dot(g.angular_impulse, g.relative_angular_velocity_before));
+  EXPECT_NEAR(impact.kinetic_energy_after - impact.kinetic_energy_before, work, 1e-11 * r.ledger.scale.energy);
+}
+
+// Two arms and three, redundant ones and such that cannot follow at all; joints free, held or braked afterwards.
+TEST(YieldingDrives, LetLoopsCloseWithMomentumKept) {
+  int most = 0;
+  for (const std::vector<int>& targets :
+       {std::vector<int>{0, 0}, std::vector<int>{0, 0, 0}, std::vector<int>{0, 0, 1}}) {
+    for (const int joints : {3, 6, 7}) {
+      for (const auto after :
+           {PostImpactSetup::Joints::free, PostImpactSetup::Joints::pd, PostImpactSetup::Joints::braked}) {
+        const int index = 200 + static_cast<int>(10 * targets.size()) + joints;
+        SCOPED_TRACE(seed_note(index));
+        CaptureProblem p = driven_loops(targets, joints, index);
+        p.post_impact->joints = after;
+        const CaptureResult r = simulate_capture(p);
+        expect_passes(r);
+        expect_finite(r);
+        EXPECT_LT(row(r, "impact_constraint_residual").value, 1e-11);
+        expect_told(r, *r.impact);
+        EXPECT_GT(gave_way(*r.impact), 0);
+        most = std::max(most, gave_way(*r.impact));
+        // The third arm has a target of its own: its drives hold what they are told.
+        for (const HeldJoint& held : r.impact->held_joints) {
+          if (targets.back() == 1 && held.joint.starts_with("arm2")) {
+            EXPECT_EQ(held.rate_after, held.told_rate);
+          }
+        }
+        EXPECT_LT(opening(p, r, "post_impact").position, 2e-12);
+        ASSERT_FALSE(r.warnings.empty());
+        EXPECT_THAT(r.warnings[0], HasSubstr("the grasps do not allow the rates that drives are to hold"));
+        EXPECT_THAT(r.warnings[0], HasSubstr("rad/s (told "));
+      }
+    }
+  }
+  EXPECT_GE(most, 14);
+}
+
+// Grasps that close one after the other: each later one makes the loop that its drives contradict.
+TEST(YieldingDrives, GiveWayAtEachGraspOfASeries) {
+  CaptureProblem p = driven_loops({0, 0, 0}, 6, 240);
+  for (std::size_t g = 1; g < 3; ++g)
+    p.grasps[g].closes = GraspSetup::Closes::at_time, p.grasps[g].closes_at = 0.5 * static_cast<double>(g);
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  ASSERT_EQ(r.later_impacts.size(), 2u);
+  EXPECT_EQ(gave_way(*r.impact), 0);  // one arm alone holds what it likes
+  for (const HeldJoint& held : r.impact->held_joints) EXPECT_EQ(held.rate_after, held.told_rate);
+  for (const ImpactReport& later : r.later_impacts) {
+    EXPECT_GT(gave_way(later), 0);
+    expect_told(r, later);
+  }
+}
+
+// The same while the others fly their approach exactly: these keep their paths.
+TEST(YieldingDrives, LeaveTheOthersOnTheirPaths) {
+  CaptureProblem p = driven_loops({0, 0, 0}, 6, 250);
+  p.approach.emplace();
+  p.approach->duration = 1.5;
+  p.approach->profile = JointProfile::quintic;
+  for (double q : p.joint_position) p.approach->final_position.push_back(q + 0.2);
+  for (TargetSetup& t : p.targets) t.given_at = TargetSetup::Instant::start;
+  for (std::size_t g = 0; g < 2; ++g)
+    p.grasps[g].closes = GraspSetup::Closes::at_time, p.grasps[g].closes_at = 0.5 * (1 + static_cast<double>(g));
+  for (const During during : {During::driven, During::braked}) {
+    p.impact->joints = during;
+    const CaptureResult r = simulate_capture(p);
+    expect_passes(r);
+    ASSERT_EQ(r.later_impacts.size(), 2u);
+    EXPECT_EQ(gave_way(*r.impact), 0);
+    EXPECT_EQ(gave_way(r.later_impacts[0]) > 0, during == During::driven);
+    for (const HeldJoint& held : r.later_impacts[0].held_joints) {
+      if (held.joint.starts_with("arm2")) {
+        EXPECT_EQ(held.rate_after, held.told_rate);
+      }
+    }
+  }
+}
+
+TEST(YieldingDrives, GiveWayUnderOtherLaws) {
+  for (const Law law : {Law::bilateral_restitution, Law::restitution, Law::friction, Law::compliant}) {
+    SCOPED_TRACE(static_cast<int>(law));
+    CaptureProblem p = driven_loops({0, 0, 0}, 6, 260);
+    p.impact->law = law;
+    p.impact->restitution = p.impact->angular_restitution = 0.4;
+    p.impact->friction = law == Law::friction ? 0.3 : 0;
+    if (law == Law::compliant) {
+      p.impact->grip = {1e5, 2e3, 5e3, 200};
+      p.impact->compliant.longest = 0.2;
+    } else if (law != Law::bilateral_restitution) {
+      // Two hands grip; the third only touches, later, while they hold.
+      p.grasps[2].contact = true;
+      p.grasps[2].closes = GraspSetup::Closes::at_time, p.grasps[2].closes_at = 0.1;
+      p.targets[0].grasp_points[2].normal = Vector3d{0, 0, 1};
+    }
+    const CaptureResult r = simulate_capture(p);
+    ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+    EXPECT_LT(row(r, "linear_momentum_drift").value, 1e-11);
+    EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-11);
+    EXPECT_GT(gave_way(*r.impact), 0);
+    if (law == Law::compliant) {
+      // Springs let the drives go on pulling until the time is over; then grips are rigid and drives give way.
+      EXPECT_EQ(r.impact->compliant->end, "time_over");
+      EXPECT_FALSE(row(r, "compliant_energy_residual").pass());
+    } else {
+      expect_passes(r);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace grapnel::testing
