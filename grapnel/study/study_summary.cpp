@@ -80,6 +80,34 @@ std::string reasons_text(const StudyTable& table) {
   return text;
 }
 
+// Of points that are ok: how many say yes, no, or neither. Columns that the study keeps.
+std::string verdicts_text(const StudyTable& table) {
+  const auto column = [&](const char* name) {
+    std::size_t c = 0;
+    while (c < table.columns.size() && table.columns[c].name != name) ++c;
+    return c;
+  };
+  const std::size_t captured = column("captured"), judged = column("captured/judged");
+  const std::size_t feasible = column("ledger/feasible"), none = table.columns.size();
+  std::map<std::string, std::size_t> captures, feasibilities;
+  for (const CaseRow& row : table.rows) {
+    if (row.status != CaseStatus::ok) continue;
+    if (captured < none && !std::isnan(row.values[captured])) {
+      const bool assumed = judged < none && row.values[judged] == 0;
+      ++captures[row.values[captured] == 0 ? "no" : assumed ? "assumed, no envelope judged it" : "yes"];
+    }
+    if (feasible < none)
+      ++feasibilities[std::isnan(row.values[feasible]) ? "not checked" : row.values[feasible] != 0 ? "yes" : "no"];
+  }
+  std::string text;
+  for (const auto& [what, counts] : {std::pair("captured", captures), std::pair("feasible", feasibilities)}) {
+    std::string line;
+    for (const auto& [answer, count] : counts) line += fmt::format("{}{} {}", line.empty() ? "" : "; ", count, answer);
+    if (!line.empty()) text += fmt::format("{}: {}\n", what, line);
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string study_summary(const StudyTable& table) {
@@ -88,7 +116,7 @@ std::string study_summary(const StudyTable& table) {
   for (const CaseStatus status : {CaseStatus::failed, CaseStatus::unreachable}) {
     if (table.count(status) > 0) text += fmt::format(", {} {}", table.count(status), name_of(status));
   }
-  text += "\n" + axes_text(table) + extremes_text(table) + reasons_text(table);
+  text += "\n" + verdicts_text(table) + axes_text(table) + extremes_text(table) + reasons_text(table);
   return text;
 }
 
