@@ -9,6 +9,7 @@
 #include "grapnel/result/hdf5_writer.hpp"
 #include "grapnel/result/result_table.hpp"
 #include "grapnel/result/scene.hpp"
+#include "grapnel/result/source_texts.hpp"
 #include "grapnel/result/summary.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "progress.hpp"
@@ -32,7 +33,7 @@ int bad_input(const fs::path& file, const std::exception& error) {
 }
 
 // Writes what there is, also of a run that failed: what was computed before the failure is not lost.
-void write_results(const CaptureResult& result, const fs::path& folder) {
+void write_results(const CaptureProblem& problem, const CaptureResult& result, const fs::path& folder) {
   if (result.series.time.empty()) {
     fs::remove(folder / "timeseries.h5");  // of an earlier run: it does not belong to this summary
   } else {
@@ -41,6 +42,12 @@ void write_results(const CaptureResult& result, const fs::path& folder) {
   }
   write_file_atomically(folder / "scene.json",
                         scene_json(result.scene, result.scenario_name, result.scenario_sha256, GRAPNEL_VERSION));
+  if (problem.source) {
+    write_file_atomically(folder / "scenario.json", source_texts_json(*problem.source, result.scenario_name,
+                                                                      result.scenario_sha256, GRAPNEL_VERSION));
+  } else {
+    fs::remove(folder / "scenario.json");
+  }
   write_file_atomically(folder / "summary.json", summary_json(result, GRAPNEL_VERSION));
 }
 
@@ -78,7 +85,7 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
     return bad_input(file, error);
   }
   try {
-    write_results(result, folder);
+    write_results(problem, result, folder);
   } catch (const std::exception& error) {
     to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;

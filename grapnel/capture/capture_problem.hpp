@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "grapnel/impact/contact_impact.hpp"
 #include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
+#include "grapnel/result/source_texts.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
@@ -285,7 +287,8 @@ struct ClearanceSetup {
 /// is the state at capture (t = 0).
 struct CaptureProblem {
   std::string name;
-  std::string sha256;  // of the input it came from; empty for a program's own
+  std::string sha256;                         // of the input it came from; empty for a program's own
+  std::shared_ptr<const SourceTexts> source;  // that input; null for a program's own
   RobotSetup robot;
   Vector3d gravity = Vector3d::zero();  // uniform, in W [m/s^2]
   std::vector<TargetSetup> targets;
@@ -306,7 +309,8 @@ struct CaptureProblem {
   std::vector<LoadSetup> loads;
   ClearanceSetup clearance;
   IntegrationSetup integration;
-  double output_interval = 0.05;  // [s]
+  double output_interval = 0.05;     // [s]
+  bool output_as_published = false;  // what the thesis's formulas give is shown beside, as with its own law
 };
 
 }  // namespace grapnel

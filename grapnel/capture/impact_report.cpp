@@ -392,6 +392,7 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   report.law = name_of(task.law);
   report.time = task.time;
   report.duration = problem.impact->duration;
+  report.show_as_published = problem.output_as_published || task.law == ImpactSetup::Law::as_published;
   for (std::size_t i = 0; i < contact.grasps.size(); ++i)
     report.grasps.push_back(describe_meeting(problem, contact, before, i));
 

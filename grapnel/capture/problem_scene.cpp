@@ -254,6 +254,10 @@ Scene scene_of(const CaptureProblem& problem) {
   const bool planar = is_planar(problem);  // first: it looks for faults
   Scene scene = SceneBuilder(problem).build();
   scene.planar = planar;
+  for (const EndEffectorSetup& e : problem.robot.end_effectors) {
+    if (e.envelope) scene.limits.grips.push_back({e.name, e.envelope->position, e.envelope->velocity});
+  }
+  if (problem.clearance.enabled) scene.limits.clearance = problem.clearance.required;
   return scene;
 }
 

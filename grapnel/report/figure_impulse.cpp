@@ -41,7 +41,9 @@ std::string text_or(const Json& object, const char* key, const std::string& othe
 
 void add_impact(const Json& impact, const std::string& when, std::vector<Bar>& bars) {
   if (!impact.is_object() || !impact.contains("grasps") || !impact["grasps"].is_array()) return;
-  const Json published = impact.value(Json::json_pointer("/as_published/grasps"), Json::array());
+  const bool shown = impact.value("show_as_published", Json(true)) != Json(false);  // of older results: always
+  const Json published =
+      shown ? impact.value(Json::json_pointer("/as_published/grasps"), Json::array()) : Json::array();
   std::size_t index = 0;
   for (const Json& grasp : impact["grasps"]) {
     if (!grasp.is_object()) continue;

@@ -34,7 +34,7 @@ std::string described(const Origin& origin) {
 
 // What a run has besides its summary.
 struct Parts {
-  Json scene, series;  // null: there is none
+  Json scene, series, source;  // null: there is none
   std::vector<std::string> notes;
 };
 
@@ -94,6 +94,25 @@ void add_series(const fs::path& folder, const Origin& origin, Parts& parts) {
   }
 }
 
+// Results of earlier versions have no scenario.json; the page says that the text is not there.
+void add_source(const fs::path& folder, const Origin& origin, Parts& parts) {
+  const fs::path path = folder / "scenario.json";
+  if (!fs::exists(path)) return;
+  try {
+    Json texts = read_json_document(path, "grapnel-scenario-texts/1");
+    const Origin own{required_text(texts, "/scenario/name", path), required_text(texts, "/scenario/sha256", path)};
+    if (!(own == origin)) {
+      note_other_origin("scenario.json", own, origin, parts);
+      return;  // the text of another scenario would mislead
+    }
+    parts.source = {{"description", required_text(texts, "/description", path)},
+                    {"settings", texts.value("settings", Json::array())},
+                    {"files", texts.value("files", Json::array())}};
+  } catch (const std::exception& error) {
+    parts.notes.push_back(fmt::format("the scenario's text is not shown: {}", error.what()));
+  }
+}
+
 template <class To, class From>
 std::vector<To> gathered(const std::vector<From>& values, const std::vector<std::size_t>& samples, std::size_t width) {
   std::vector<To> result;
@@ -141,11 +160,13 @@ Json run_data(const fs::path& folder, const std::string& label) {
   Parts parts;
   add_scene(folder, origin, parts);
   add_series(folder, origin, parts);
+  add_source(folder, origin, parts);
   return {{"label", label},
           {"folder", folder_name(folder)},
           {"summary", std::move(summary)},
           {"scene", std::move(parts.scene)},
           {"series", std::move(parts.series)},
+          {"source", std::move(parts.source)},
           {"notes", std::move(parts.notes)}};
 }
 

@@ -304,6 +304,7 @@ struct ImpactReport {
   std::vector<BodyMotion> targets_after;
   std::optional<AsPublished> as_published;
   std::string as_published_absent;  // why, if it is absent
+  bool show_as_published = false;   // the scenario asks for it, or goes on with it
   std::optional<BrakeReport> brake;
   std::string hypothesis;              // stronge, poisson or newton, of contacts
   bool energy_created = false;         // by the hypothesis: Newton's with friction can

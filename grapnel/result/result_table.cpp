@@ -149,15 +149,20 @@ bool all_of(const std::vector<bool>& determined) {
 
 std::string grasp_table(const ImpactReport& impact) {
   TextTable table;
-  table.row({"grasp", "impulse", "as publ.", "ang. impulse", "mean force", "gap", "rel. speed"});
-  table.row({"", "N s", "N s", "N m s", "N", "m", "m/s"});
+  const bool published = impact.show_as_published;
+  const auto row = [&](std::vector<std::string> cells) {
+    if (!published) cells.erase(cells.begin() + 2);
+    table.row(cells);
+  };
+  row({"grasp", "impulse", "as publ.", "ang. impulse", "mean force", "gap", "rel. speed"});
+  row({"", "N s", "N s", "N m s", "N", "m", "m/s"});
   bool all_determined = true;
   for (const GraspImpulse& g : impact.grasps) {
     const std::string mark = all_of(g.determined) ? "" : " *";
     all_determined = all_determined && all_of(g.determined);
-    table.row({grip(g.end_effector, g.target, g.grasp_point) + mark, number(g.impulse_magnitude),
-               published_impulse(impact, g.end_effector), number(norm(g.angular_impulse)), number(g.mean_force),
-               number(g.gap), number(norm(g.relative_velocity_before))});
+    row({grip(g.end_effector, g.target, g.grasp_point) + mark, number(g.impulse_magnitude),
+         published_impulse(impact, g.end_effector), number(norm(g.angular_impulse)), number(g.mean_force),
+         number(g.gap), number(norm(g.relative_velocity_before))});
   }
   std::string out = table.text();
   if (!all_determined) {
@@ -275,6 +280,7 @@ std::string gap_lines(const ImpactReport& impact) {
 }
 
 std::string published_line(const ImpactReport& impact) {
+  if (!impact.show_as_published) return "";
   if (impact.as_published) {
     return paragraph(fmt::format("as published, (3.8)-(3.13), breaks momentum: linear by {} N s ({} of scale), angular "
                                  "by {} N m s ({} of scale)",

@@ -69,6 +69,16 @@ Json end_effector_json(const SceneFrame& frame) {
           {"quaternion_wxyz", to_json(frame.X_BE.R)}};
 }
 
+Json limits_json(const SceneLimits& limits) {
+  const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
+  Json grips = Json::array();
+  for (const SceneLimits::Grip& grip : limits.grips)
+    grips.push_back({{"end_effector", grip.end_effector},
+                     {"position", finite(grip.position)},
+                     {"velocity", finite(grip.velocity)}});
+  return {{"grips", std::move(grips)}, {"clearance", limits.clearance ? Json(*limits.clearance) : Json(nullptr)}};
+}
+
 Json grasp_point_json(const SceneGraspPoint& point) {
   return {{"target", point.target},
           {"name", point.name},
@@ -265,7 +275,8 @@ std::string scene_json(const Scene& scene, std::string_view scenario_name, std::
                         {"end_effectors", list(scene.end_effectors, end_effector_json)},
                         {"grasp_points", list(scene.grasp_points, grasp_point_json)},
                         {"grasps", list(scene.grasps, grasp_json)},
-                        {"meshes", list(scene.meshes, mesh_json)}});
+                        {"meshes", list(scene.meshes, mesh_json)},
+                        {"limits", limits_json(scene.limits)}});
 }
 
 Scene read_scene(const std::filesystem::path& path) {

@@ -68,6 +68,17 @@ struct SceneGrasp {
   std::string model;  // rigid, hinge, point, contact
 };
 
+/// What a grip can close on, and what bodies are to keep from each other: lines in plots. Infinite: any.
+struct SceneLimits {
+  struct Grip {
+    std::string end_effector;
+    double position = 0;  // from the grasp point [m]
+    double velocity = 0;  // relative [m/s]
+  };
+  std::vector<Grip> grips;          // of end-effectors that have an envelope
+  std::optional<double> clearance;  // required distance [m]; absent: not watched
+};
+
 struct Scene {
   bool planar = false;            // everything moves along the plane z = 0 of W
   std::vector<SceneBody> bodies;  // base first, then links (parents before children), then targets
@@ -75,6 +86,7 @@ struct Scene {
   std::vector<SceneGraspPoint> grasp_points;
   std::vector<SceneGrasp> grasps;
   std::vector<SceneMesh> meshes;
+  SceneLimits limits;
 };
 
 /// scene.json (docs/formats/scene.md): JSON with keys in a fixed order and a newline at the end.

@@ -310,6 +310,7 @@ Json to_json(const ImpactReport& impact) {
   } else {
     json["as_published_absent"] = impact.as_published_absent;
   }
+  json["show_as_published"] = impact.show_as_published;
   if (impact.brake) json["brake"] = to_json(*impact.brake);
   json["joints_during"] = impact.joints_during;
   json["held_joints"] = list(impact.held_joints);

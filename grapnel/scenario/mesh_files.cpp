@@ -4,7 +4,7 @@
 
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_mesh.hpp"
-#include "grapnel/scenario/sha256.hpp"
+#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
 #include "grapnel/scenario/spelling.hpp"
 

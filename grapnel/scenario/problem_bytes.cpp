@@ -208,10 +208,11 @@ class Bytes {
         max_steps);
   }
   void put(const CaptureProblem& problem) {
-    const auto& [name, unused_sha256, robot, gravity, targets, grasps, X_WB, V_WB, momentum, joint_position, joint_rate,
-                 approach, contact, impact, post_impact, loads, clearance, integration, output_interval] = problem;
+    const auto& [name, unused_sha256, unused_source, robot, gravity, targets, grasps, X_WB, V_WB, momentum,
+                 joint_position, joint_rate, approach, contact, impact, post_impact, loads, clearance, integration,
+                 output_interval, output_as_published] = problem;
     all(name, robot, gravity, targets, grasps, X_WB, V_WB, momentum, joint_position, joint_rate, approach, contact,
-        impact, post_impact, loads, clearance, integration, output_interval);
+        impact, post_impact, loads, clearance, integration, output_interval, output_as_published);
   }
 };
 

@@ -13,7 +13,7 @@
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/sha256.hpp"
+#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
 #include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/study_document.hpp"

@@ -41,6 +41,7 @@ class ScenarioReader {
     read_clearance(reading_);
     read_integration(part(root_, "integration"));
     problem_.output_interval = number_at(part(root_, "output"), "interval").value_or(problem_.output_interval);
+    problem_.output_as_published = boolean_at(part(root_, "output"), "as_published");
     check_phases();
     check_lengths();
     problem_.robot = std::move(robot_.setup);

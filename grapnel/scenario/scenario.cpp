@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/overrides.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
@@ -9,7 +10,6 @@
 #include "grapnel/scenario/read_scenario.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
 #include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/yaml_document.hpp"
@@ -96,10 +96,23 @@ class Loader {
     for (const Fault& fault : robot_faults_.all()) faults_.add(fault);
     faults_.throw_if_any();
     problem.sha256 = sha256(bytes + robot_bytes + trajectory_bytes + bytes_of_meshes_ + bytes_of_overrides_);
+    problem.source = source_texts(text_at(*scenario, "description"), bytes, robot_bytes, trajectory_bytes, changes);
     return problem;
   }
 
  private:
+  static std::shared_ptr<const SourceTexts> source_texts(std::string description, const std::string& scenario,
+                                                         const std::string& robot, const std::string& trajectory,
+                                                         std::span<const Change> changes) {
+    SourceTexts texts;
+    texts.description = std::move(description);
+    texts.add("scenario", scenario);
+    if (!robot.empty()) texts.add("robot", robot);
+    if (!trajectory.empty()) texts.add("trajectory", trajectory);
+    for (const Change& change : changes) texts.settings.push_back(change.path + "=" + change.text);
+    return std::make_shared<const SourceTexts>(std::move(texts));
+  }
+
   // Replaces the robot's path by the file's content.
   void include_robot(Node& scenario, std::string& robot_bytes) {
     Node* named = scenario.find("robot");

@@ -13,6 +13,7 @@
 
 #include "grapnel/report/base64.hpp"
 #include "grapnel/report/decimate.hpp"
+#include "grapnel/result/source_texts.hpp"
 #include "report/report_folder.hpp"
 #include "result/sample_result.hpp"
 
@@ -69,6 +70,34 @@ TEST_F(ReportDataOf, ARunHasAllItsFiles) {
   EXPECT_EQ(run["summary"], json::parse(bytes_of(folder / "summary.json")));
   EXPECT_EQ(run["scene"], json::parse(bytes_of(folder / "scene.json")));
   EXPECT_THAT(notes(), IsEmpty());
+}
+
+TEST_F(ReportDataOf, TheScenariosTextsAreThere) {
+  write_run(folder.path());
+  EXPECT_TRUE(run()["source"].is_null());  // results of earlier versions have none
+  EXPECT_THAT(notes(), IsEmpty());
+  SourceTexts texts;
+  texts.description = "A <b>hand</b>";
+  texts.add("scenario", "name: sample\n");
+  texts.add("robot", std::string(SourceTexts::kLargestText + 1, 'x'));
+  texts.settings = {"approach.duration=10"};
+  put_bytes(folder / "scenario.json", source_texts_json(texts, "sample", "0123456789abcdef", "0.1.0"));
+  const json source = run()["source"];
+  EXPECT_EQ(source["description"], "A <b>hand</b>");
+  EXPECT_EQ(source["settings"], json({"approach.duration=10"}));
+  EXPECT_EQ(source["files"][0], (json{{"part", "scenario"}, {"bytes", 13}, {"text", "name: sample\n"}}));
+  EXPECT_EQ(source["files"][1]["text"], "");
+  EXPECT_EQ(source["files"][1]["bytes"], SourceTexts::kLargestText + 1);
+  EXPECT_THAT(notes(), IsEmpty());
+}
+
+TEST_F(ReportDataOf, TextsOfAnotherScenarioAreNotShown) {
+  write_run(folder.path());
+  put_bytes(folder / "scenario.json", source_texts_json({}, "sample", "fedcba9876543210", "0.1.0"));
+  EXPECT_TRUE(run()["source"].is_null());
+  EXPECT_THAT(notes(), ElementsAre(HasSubstr("scenario.json is of scenario 'sample' (sha256 fedcba987654)")));
+  put_bytes(folder / "scenario.json", "{");
+  EXPECT_THAT(notes(), ElementsAre(HasSubstr("the scenario's text is not shown: ")));
 }
 
 TEST_F(ReportDataOf, SeriesComeBackFromTheirPacking) {

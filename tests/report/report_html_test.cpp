@@ -42,6 +42,18 @@ TEST(ReportHtml, HasItsParts) {
   EXPECT_EQ(count(page, "http"), 1u);  // of http-equiv: the page names no address
 }
 
+// printf %s 'viewer();' | openssl dgst -sha256 -binary | base64
+TEST(ReportHtml, ThePolicyAllowsTheViewersScriptAndNoOther) {
+  const std::string page = report_html({"", "{}"}, kViewer);
+  const std::size_t at = page.find("script-src ");
+  const std::string sources = page.substr(at, page.find(';', at) - at);
+  EXPECT_EQ(sources, "script-src 'sha256-XOaGvdj6Hts3rFNpowfjRz7z4KOG+Rq8zrEGk2LUP3Y='");
+  EXPECT_THAT(page, HasSubstr("base-uri 'none'; form-action 'none'"));
+  // Of the text that stands in the page: what would end the element has been changed before.
+  EXPECT_THAT(report_html({"", "{}"}, {"a=\"</script>\";", ""}),
+              HasSubstr("script-src 'sha256-7bVrHDyGl/u7a4KJ5JUdd8mRWFT8RH9G0VcTbzD85Qg='"));
+}
+
 TEST(ReportHtml, HostileTextsStayTexts) {
   const std::string hostile = "</script><img src=x onerror=alert(1)> <!-- <script> & \" \xe2\x80\xa8\xe2\x80\xa9 é";
   const nlohmann::json data{{"name", hostile}};

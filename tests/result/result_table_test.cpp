@@ -81,6 +81,19 @@ TEST(ResultTable, SaysNoMoreThanWasChecked) {
   EXPECT_THAT(result_table(result), ContainsRegex("clearance_violation +- +0 +m +not checked"));
 }
 
+TEST(ResultTable, ShowsTheThesissFormulasOnlyWhereTheyAreAskedFor) {
+  CaptureResult result = test::sample_result();
+  result.impact->as_published->grasps[0].impulse_magnitude = 98.7654321;
+  result.impact->show_as_published = true;
+  EXPECT_THAT(result_table(result), HasSubstr("as publ."));
+  EXPECT_THAT(result_table(result), HasSubstr("98.765"));
+  EXPECT_THAT(result_table(result), HasSubstr("as published, (3.8)-(3.13), breaks momentum"));
+  result.impact->show_as_published = false;
+  for (ImpactReport& later : result.later_impacts) later.show_as_published = false;
+  EXPECT_THAT(result_table(result), Not(HasSubstr("publ")));
+  EXPECT_THAT(result_table(result), Not(HasSubstr("98.765")));
+}
+
 TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {
   CaptureResult result = test::sample_result();
   result.loops[0].unprojected_position = 1.25e-13;

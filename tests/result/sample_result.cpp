@@ -121,6 +121,7 @@ ImpactReport impact() {
   published.relative_linear_momentum_error = next();
   published.relative_angular_momentum_error = next();
   report.as_published = published;
+  report.show_as_published = true;
   report.brake = BrakeReport{
       {"left-1", "right-1"}, {next(), next()}, next(), next(), {{"left", "debris", next_vector(), next_vector()}},
       next_vector(),         next_vector()};

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "result/sample_result.hpp"
@@ -39,6 +40,8 @@ Scene sample_scene() {
   scene.grasp_points = {{"bus", "ring", {0, 1, 0}, {}}, {"bus", "bar", {0, 2, 0}, Vector3d{0, 0.8, 0.6}}};
   scene.grasps = {{"hand", "bus", "bar", "hinge"}};
   scene.meshes = {{"part.stl", {0, 0, 0, 1, 0, 0, 0, 0.1, 0, 0, 0, 1}, {0, 1, 2, 0, 3, 1}}};
+  scene.limits.grips = {{"hand", 0.02, std::numeric_limits<double>::infinity()}};
+  scene.limits.clearance = 0.05;
   return scene;
 }
 
@@ -129,7 +132,7 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
     return text;
   };
   const Json json = Json::parse(sample_text());
-  EXPECT_EQ(keys(json), "schema version scenario planar bodies end_effectors grasp_points grasps meshes ");
+  EXPECT_EQ(keys(json), "schema version scenario planar bodies end_effectors grasp_points grasps meshes limits ");
   EXPECT_EQ(json["schema"], "grapnel-scene/1");
   EXPECT_EQ(json["version"], "1.2.3");
   EXPECT_EQ(keys(json["scenario"]), "name sha256 ");
@@ -149,6 +152,10 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
   EXPECT_TRUE(json["grasp_points"][0]["approach_direction"].is_null());
   EXPECT_EQ(keys(json["grasps"][0]), "end_effector target grasp_point model ");
   EXPECT_EQ(keys(json["meshes"][0]), "name vertices triangles ");
+  EXPECT_EQ(keys(json["limits"]), "grips clearance ");
+  EXPECT_EQ(json["limits"]["grips"][0],
+            (Json{{"end_effector", "hand"}, {"position", 0.02}, {"velocity", nullptr}}));  // infinite: any
+  EXPECT_EQ(json["limits"]["clearance"], 0.05);
   EXPECT_EQ(sample_text().back(), '\n');
 }
 
@@ -192,7 +199,7 @@ TEST_F(SceneFile, SaysWhatIsDamagedAndWhere) {
 TEST_F(SceneFile, MissesNothing) {
   const Json whole = Json::parse(sample_text());
   for (const auto& [key, value] : whole.items()) {
-    if (key == "version" || key == "scenario") continue;  // of no use to drawings
+    if (key == "version" || key == "scenario" || key == "limits") continue;  // of no use to bodies
     Json json = whole;
     json.erase(key);
     EXPECT_THAT(fault_of(json.dump()), HasSubstr("'" + key + "' is missing"));

@@ -68,6 +68,7 @@ TEST(Summary, HasEveryKeyOfTheContract) {
                "targets_before",
                "targets_after",
                "as_published",
+               "show_as_published",
                "brake",
                "joints_during",
                "held_joints",

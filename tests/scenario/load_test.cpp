@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "grapnel/scenario/sha256.hpp"
+#include "grapnel/result/sha256.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
@@ -220,6 +220,26 @@ TEST(Load, NearlyUnitQuaternionIsNormalised) {
   const CaptureProblem p =
       load(edited(kSmallScenario, {{"state: {", "state: {quaternion_wxyz: [0.7071068, 0, 0, 0.7071068], "}}));
   EXPECT_NEAR(p.targets[0].X_WT.R(1, 0), 1, 1e-15);
+}
+
+TEST(Load, KeepsTheTextsItWasReadFrom) {
+  const TemporaryFolder folder;
+  folder.write("robot.yaml", small_robot());
+  const std::string scenario = "description: two words\nname: test\nrobot: robot.yaml\n" +
+                               std::string(kSmallScenario).substr(std::string(kSmallScenario).find("initial:"));
+  const auto path = folder.write("scenario.yaml", scenario);
+  const Override overrides[] = {{"approach.duration", "10"}, {"output.as_published", "true"}};
+  const CaptureProblem problem = load_scenario(path, overrides);
+  ASSERT_TRUE(problem.source);
+  EXPECT_EQ(problem.source->description, "two words");
+  ASSERT_EQ(problem.source->files.size(), 2u);
+  EXPECT_EQ(problem.source->files[0].part, "scenario");
+  EXPECT_EQ(problem.source->files[0].text, scenario);
+  EXPECT_EQ(problem.source->files[1].part, "robot");
+  EXPECT_EQ(problem.source->files[1].text, small_robot());
+  EXPECT_THAT(problem.source->settings, ElementsAre("approach.duration=10", "output.as_published=true"));
+  EXPECT_TRUE(problem.output_as_published);
+  EXPECT_FALSE(load_scenario(path).output_as_published);
 }
 
 TEST(Load, Sha256IsThatOfTheFilesOneAfterTheOther) {

@@ -1,4 +1,4 @@
-#include "grapnel/scenario/sha256.hpp"
+#include "grapnel/result/sha256.hpp"
 
 #include <array>
 #include <bit>

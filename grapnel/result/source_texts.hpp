@@ -1,0 +1,34 @@
+#pragma once
+
+/// @file
+/// The texts that a capture was read from, kept beside its results as scenario.json (docs/formats/summary.md), so that
+/// a report can show them and a comparison say what differs. Thread safety: plain values; free functions.
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace grapnel {
+
+/// Texts of one scenario. Files go by what they are, not by their names: these differ between places.
+struct SourceTexts {
+  struct File {
+    std::string part;  // "scenario", "robot", "trajectory"
+    std::string text;  // empty where the file is larger than kLargestText
+    std::size_t bytes = 0;
+  };
+  /// Larger files (trajectories) are not kept.
+  static constexpr std::size_t kLargestText = 256 * 1024;  // [bytes]
+
+  std::string description;            // of the scenario, in its author's words
+  std::vector<File> files;            // the scenario first
+  std::vector<std::string> settings;  // "path=value" of every --set, in their order
+
+  void add(std::string part, const std::string& text);
+};
+
+/// scenario.json: JSON with keys in a fixed order and a newline at the end.
+std::string source_texts_json(const SourceTexts& texts, std::string_view scenario_name,
+                              std::string_view scenario_sha256, std::string_view version);
+
+}  // namespace grapnel
