@@ -1,11 +1,46 @@
 // The instant shown, shared by replay and plots; and playback. Time is that of the simulation [s].
 
+// Slow motion within `before` and `after` about a time: playback is `factor` times as fast there.
+export interface SlowMotion {
+  time: number;
+  before: number;
+  after: number;
+  factor: number;
+}
+
+// Where playback is after `seconds` of watching: through slow parts at their own rate, however long a frame took.
+export function advance(now: number, seconds: number, speed: number, slow: readonly SlowMotion[], end: number): number {
+  let left = seconds;
+  while (left > 0 && now < end) {
+    const rate = speed * slowFactor(now, slow);
+    let next = end;
+    for (const { time, before, after } of slow) {
+      for (const edge of [time - before, time + after]) if (edge > now && edge < next) next = edge;
+    }
+    const needed = (next - now) / rate;
+    if (needed > left) return now + left * rate;
+    now = next;
+    left -= needed;
+  }
+  return Math.min(now, end);
+}
+
+export function slowFactor(now: number, slow: readonly SlowMotion[]): number {
+  let factor = 1;
+  for (const one of slow) if (now >= one.time - one.before && now < one.time + one.after) factor = Math.min(factor, one.factor);
+  return factor;
+}
+
+const kLongestPause = 0.1; // of what passed while the page was out of sight, so much is played [s]
+
 export class Clock {
   speed = 1; // seconds of simulation per second of watching
-  slowAround: { time: number; before: number; after: number; factor: number }[] = []; // slow motion about impacts
+  slowAround: SlowMotion[] = []; // about impacts
   private now: number;
+  private before = 0;
   private running = false;
   private last = 0;
+  private unseen = false; // the page was out of sight since the last frame: browsers stop frames then
   private readonly listeners = new Set<() => void>();
 
   constructor(
@@ -13,15 +48,27 @@ export class Clock {
     readonly end: number,
   ) {
     this.now = begin;
+    globalThis.document?.addEventListener?.("visibilitychange", () => {
+      if (document.hidden) this.unseen = true;
+    });
   }
 
   get time(): number {
     return this.now;
   }
   set time(time: number) {
+    this.show(time, 0);
+  }
+
+  // At an impact several samples have one time: how many of them come after the one that is shown; 0: the last is shown.
+  get back(): number {
+    return this.before;
+  }
+  show(time: number, back: number): void {
     const clamped = Math.min(this.end, Math.max(this.begin, Number.isFinite(time) ? time : this.begin));
-    if (clamped === this.now) return;
+    if (clamped === this.now && back === this.before) return;
     this.now = clamped;
+    this.before = back;
     this.tell();
   }
 
@@ -31,7 +78,9 @@ export class Clock {
   play(): void {
     if (this.running || this.end <= this.begin) return;
     if (this.now >= this.end) this.now = this.begin;
+    this.before = 0;
     this.running = true;
+    this.unseen = false;
     this.last = performance.now();
     requestAnimationFrame(this.tick);
     this.tell();
@@ -54,13 +103,11 @@ export class Clock {
 
   private readonly tick = (stamp: number): void => {
     if (!this.running) return;
-    const elapsed = Math.min(0.1, Math.max(0, (stamp - this.last) / 1000));
-    this.last = stamp;
-    let rate = this.speed;
-    for (const slow of this.slowAround) {
-      if (this.now > slow.time - slow.before && this.now < slow.time + slow.after) rate = this.speed * slow.factor;
-    }
-    this.now = Math.min(this.end, this.now + elapsed * rate);
+    const passed = Math.max(0, (stamp - this.last) / 1000);
+    const elapsed = this.unseen ? Math.min(kLongestPause, passed) : passed;
+    this.unseen = false;
+    this.last = Math.max(stamp, this.last);
+    this.now = advance(this.now, elapsed, this.speed, this.slowAround, this.end);
     if (this.now >= this.end) this.running = false;
     this.tell();
     if (this.running) requestAnimationFrame(this.tick);

@@ -1,14 +1,74 @@
-// Colours that people who cannot tell red from green can tell apart (after Okabe and Ito), for light and dark pages.
+// All colours that mean something, in one place: an arm, a target, an axis has one colour in the replay, in plots and in
+// legends. They stay apart for people who cannot tell red from green (targets are darker than arms on light pages and lighter on
+// dark ones), and keep a contrast of 3 to the page.
 
+export type Scheme = "light" | "dark";
+
+// Of charts of studies, where colours mean nothing by themselves (after Okabe and Ito).
 export const kSeriesColors = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a7400", "#56b4e9", "#e69f00", "#777777"];
 export const kDashes: number[][] = [[], [6, 3], [2, 2], [8, 3, 2, 3]];
 
-// Of lines beyond the eighth the dash changes.
+type Pair = [light: string, dark: string];
+
+const kArms: Pair[] = [
+  ["#0072b2", "#3f9be0"],
+  ["#e0631a", "#ff8a4c"],
+  ["#00906f", "#2fb08c"],
+  ["#c2569f", "#e27fbd"],
+  ["#5b57c9", "#b596ff"],
+  ["#7a5230", "#c99b6d"],
+];
+const kTargets: Pair[] = [
+  ["#6e5200", "#f2dd86"],
+  ["#5c1f78", "#e3c8ff"],
+  ["#1f5f68", "#a8ecf5"],
+  ["#4f5a14", "#bccb5a"],
+];
+// What has an order along a chain, and nothing else: joints, kinds of energy. From dark to bright.
+const kSteps: Pair[] = [
+  ["#150c5c", "#9d95ff"],
+  ["#6a1a9c", "#c98bff"],
+  ["#a92395", "#f07fd8"],
+  ["#d4456f", "#ff8a9c"],
+  ["#d96a2b", "#ffb066"],
+  ["#a8790a", "#f5d34a"],
+  ["#5d7a1e", "#c8e05a"],
+];
+const kFixed: Record<string, Pair> = {
+  base: ["#687483", "#a3b0bf"],
+  joint: ["#596573", "#7f8c9a"],
+  edge: ["#27323f", "#070a0e"],
+  ghost: ["#8794a3", "#8c99a8"],
+  second: ["#8f86d8", "#9aa0d8"],
+  impulse: ["#e0007a", "#ff4fa3"],
+  force: ["#a04a00", "#ffb066"],
+  system: ["#1c2733", "#f0f4f8"],
+  robot: ["#2f4858", "#c4dbea"],
+  mass: ["#1c2733", "#f0f4f8"],
+  grid: ["#5d7083", "#8fa3b8"],
+  limit: ["#b3261e", "#ff8a7d"],
+  panel: ["#27477f", "#335f9f"],
+  cell: ["#c9d6ea", "#b9cdea"],
+  "axis x": ["#b8001f", "#ff5a67"],
+  "axis y": ["#35a04a", "#8be88b"],
+  "axis z": ["#1f3fd0", "#7f9bff"],
+};
+
+// Of a role: "base", "arm 1", "target 0", "axis x", "step 3", ... Undefined: it is none.
+export function knownRole(role: string, scheme: Scheme): string | undefined {
+  const [kind, index] = role.split(" ");
+  const list: Record<string, Pair[]> = { arm: kArms, target: kTargets, step: kSteps };
+  const own = /^\d+$/.test(index ?? "") && Object.hasOwn(list, kind) ? list[kind] : undefined;
+  const pair = Object.hasOwn(kFixed, role) ? kFixed[role] : own?.[Number(index) % own.length];
+  return pair?.[scheme === "dark" ? 1 : 0];
+}
+export function roleColor(role: string, scheme: Scheme): string {
+  return knownRole(role, scheme) ?? kFixed.base[scheme === "dark" ? 1 : 0];
+}
+
+// Of lines that are steps of an order; beyond the last colour the dash changes.
 export function lineStyle(index: number): { color: string; dash: number[] } {
-  return {
-    color: kSeriesColors[index % kSeriesColors.length],
-    dash: kDashes[Math.floor(index / kSeriesColors.length) % kDashes.length],
-  };
+  return { color: `step ${index % kSteps.length}`, dash: kDashes[Math.floor(index / kSteps.length) % kDashes.length] };
 }
 
 // The name of what follows the first overlap of bodies.

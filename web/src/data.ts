@@ -25,6 +25,13 @@ export interface RunData {
   scene: Scene | null; // scene.json as it is; null: the folder has none
   series: PackedSeries | null; // timeseries.h5, decimated; null: the folder has none
   notes: string[]; // what is odd: files of different runs, a file missing
+  source?: SourceTexts | null; // scenario.json: what was simulated; results of earlier versions have none
+}
+
+export interface SourceTexts {
+  description: string;
+  settings: string[]; // "path=value" of every --set
+  files: { part: string; bytes: number; text: string }[]; // "scenario", "robot", "trajectory"; text "": too large to be kept
 }
 
 export interface Scene {
@@ -41,6 +48,10 @@ export interface Scene {
     approach_direction: Vec3 | null; // unit, in the target's frame
   }[];
   grasps: { end_effector: string; target: string; grasp_point: string; model: string }[];
+  limits?: {
+    grips: { end_effector: string; position: number | null; velocity: number | null }[]; // [m], [m/s]; null: any
+    clearance: number | null; // required [m]; null: not watched
+  };
   meshes: { name: string; vertices: number[]; triangles: number[] }[]; // x, y, z in turn, in the file's unit (a geometry's size makes it m); three indices in turn
 }
 

@@ -25,6 +25,21 @@ function build(host: HTMLElement): void {
   if (data.kind === "run" || data.kind === "comparison") buildRunPage(host, data);
   else if (data.kind === "campaign") buildCampaignPage(host, data);
   else buildStudyPage(host, data);
+  skipLink(host);
+}
+
+// The first stop of the Tab key: past head and navigation.
+function skipLink(host: HTMLElement): void {
+  document.querySelector("body > .skip")?.remove();
+  const first = host.querySelector<HTMLElement>("section[id]");
+  if (!first) return;
+  const link = element("a", { class: "skip", href: `#${first.id}` }, "Skip to the results");
+  link.addEventListener("click", (event) => {
+    event.preventDefault(); // addresses say which instant is shown
+    first.tabIndex = -1;
+    first.focus();
+  });
+  document.body.prepend(link);
 }
 
 function start(): void {

@@ -18,11 +18,16 @@ export interface PhaseSpan {
   last: number;
 }
 
+const kRounding = 1e-6; // of single precision, relative to the largest
+
 export class Run {
   readonly time: Float64Array; // [s], never decreasing; equal times at an impact
   readonly phase: Uint8Array;
   readonly phases: PhaseSpan[]; // in order of time; a name may come again
   private readonly byPath = new Map<string, Series>();
+  private readonly largest: Record<string, number> = {}; // by path
+  private ranked: Uint16Array | null = null;
+  private stated: { time: number; back: number }[] | null = null;
 
   constructor(readonly data: RunData) {
     const packed = data.series;
@@ -60,6 +65,27 @@ export class Run {
     return [...this.byPath.values()];
   }
 
+  // Per sample: which of the different states of its time it shows, counted from 0. At an impact that is 0 just before and
+  // 1 just after, though phases that meet there have a sample each of either.
+  get ranks(): Uint16Array {
+    return (this.ranked ??= stateRanks(this.time, (i, k) => this.alike(i, k)));
+  }
+
+  // Every different state in the order of time, as locate() finds it: what one steps through.
+  get states(): { time: number; back: number }[] {
+    return (this.stated ??= statesOf(this.time, this.ranks));
+  }
+
+  // Whether two samples show one motion: velocities alike but for rounding. Loads and references may differ where phases meet.
+  private alike(i: number, k: number): boolean {
+    for (const { path, data, width } of this.byPath.values()) {
+      if (!/(^|\/)(angular_)?velocity$/.test(path)) continue;
+      const scale = (this.largest[path] ??= data.reduce((most, x) => (Math.abs(x) > most ? Math.abs(x) : most), 0));
+      for (let c = 0; c < width; ++c) if (Math.abs(data[i * width + c] - data[k * width + c]) > kRounding * scale) return false;
+    }
+    return true;
+  }
+
   private decode(packed: PackedSeries): void {
     for (const one of packed.series) {
       const width = one.components.length;
@@ -70,8 +96,9 @@ export class Run {
     if (this.time.length !== packed.samples) throw new Error("time: damaged data");
   }
 
-  // Where an instant lies: between sample `index` and the next, `fraction` of the way.
-  locate(time: number): Instant {
+  // Where an instant lies: between sample `index` and the next, `fraction` of the way. Of several samples of that time it is
+  // the last, or with `back` so many before it.
+  locate(time: number, back = 0): Instant {
     const n = this.time.length;
     if (n === 0) return { index: 0, fraction: 0 };
     let low = 0;
@@ -80,6 +107,11 @@ export class Run {
       const mid = (low + high + 1) >> 1;
       if (this.time[mid] <= time) low = mid;
       else high = mid - 1;
+    }
+    if (back > 0 && this.time[low] === time) {
+      let index = low;
+      while (index > 0 && low - index < back && this.time[index - 1] === time) --index;
+      return { index, fraction: 0 };
     }
     if (low === n - 1) return { index: low, fraction: 0 };
     const step = this.time[low + 1] - this.time[low];
@@ -104,6 +136,28 @@ export class Run {
 export interface Instant {
   index: number;
   fraction: number;
+}
+
+export function stateRanks(time: ArrayLike<number>, alike: (i: number, k: number) => boolean): Uint16Array {
+  const ranks = new Uint16Array(time.length);
+  for (let i = 1; i < time.length; ++i)
+    if (time[i] === time[i - 1]) ranks[i] = ranks[i - 1] + (alike(i, i - 1) ? 0 : 1);
+  return ranks;
+}
+
+// Of alike samples of one time the first, which is of the phase that ends there; but what no `back` is needed for is the last.
+function statesOf(time: Float64Array, ranks: Uint16Array): { time: number; back: number }[] {
+  const states: { time: number; back: number }[] = [];
+  for (let first = 0; first < time.length; ) {
+    let last = first;
+    while (last + 1 < time.length && time[last + 1] === time[first]) ++last;
+    for (let i = first; i <= last; ++i) {
+      if (i > first && ranks[i] === ranks[i - 1]) continue;
+      states.push({ time: time[first], back: ranks[i] === ranks[last] ? 0 : last - i });
+    }
+    first = last + 1;
+  }
+  return states;
 }
 
 // The bytes that base64 stands for.

@@ -40,7 +40,21 @@ test("at samples of one time a value is that before or that after", () => {
 });
 
 test("differences of two runs keep the jumps of both", () => {
-  assert.deepEqual([...v.difference([0, 1, 1, 1, 2], [0, 1, 1, 5, 6], [0, 1, 1, 2], [1, 2, 7, 8])], [1, 1, 1, 2, 2]);
+  const a = { time: [0, 1, 1, 1, 2], values: [0, 1, 1, 5, 6] };
+  const b = { time: [0, 1, 1, 2], values: [1, 2, 7, 8] };
+  assert.deepEqual([...v.difference(a, b)], [1, 1, 1, 2, 2]);
+});
+
+test("at an impact with four samples before is compared with before, after with after", () => {
+  // The last of the approach, the first and last of the contact, the first of what follows: today's third was compared
+  // with what is before.
+  const time = [0, 20, 20, 20, 20, 30];
+  const a = { time, values: [0, 1, 1, 1.5, 1.5, 2], ranks: [0, 0, 0, 1, 1, 0] };
+  const b = { time, values: [0, 1.25, 1.25, 1.75, 1.75, 2.25], ranks: [0, 0, 0, 1, 1, 0] };
+  assert.deepEqual([...v.difference(a, b)], [0, 0.25, 0.25, 0.25, 0.25, 0.25]);
+  // Impacts whose times differ by rounding are one instant; a brake makes a third state.
+  const late = { time: [0, 20.000000001, 20.000000001, 20.000000001, 30], values: [0, 1, 5, 7, 7] };
+  assert.deepEqual([...v.difference(a, late)], [0, 0, 0, 5.5, 5.5, 5]);
 });
 
 test("ticks have the digits that tell them apart", () => {

@@ -4,6 +4,7 @@ import { number, unitText } from "../format";
 import type { Run } from "../run";
 import { keyFacts, type Fact } from "./facts";
 import { text } from "./read";
+import { scenarioDifferences } from "./scenario";
 import { shortVerdicts } from "./verdict";
 import { mark, table, type Cell, type Column } from "./table";
 
@@ -18,10 +19,8 @@ export function differingScenarios(runs: Run[]): HTMLElement {
     ["Impact law", text(a.impact?.law), text(b.impact?.law)],
     ["Result folder", runs[0].data.folder, runs[1].data.folder],
   ];
-  const said = same
-    ? "Both ran the same scenario, byte for byte."
-    : "The scenarios differ; a result does not hold its scenario, so how is not said here.";
-  return element("div", {}, element("p", {}, said), table("What was compared", columns, rows));
+  const said = same ? "Both ran the same scenario, byte for byte." : "The scenarios differ:";
+  return element("div", {}, table("What was compared", columns, rows), element("p", {}, said), ...(same ? [] : scenarioDifferences(runs)));
 }
 
 function code(value: any): Cell {

@@ -203,6 +203,11 @@ export function ratingUnit(quantity: any): string {
   return units[quantity] ?? "";
 }
 
+// What the thesis's formulas give is shown only where the scenario asks for it; summaries of earlier versions do not say, and show it.
+export function showsPublished(s: any): boolean {
+  return Boolean(s?.impact) && s.impact.show_as_published !== false;
+}
+
 // ---- The ledger ----
 
 export interface LedgerRow {

@@ -4,6 +4,7 @@ import { element } from "../dom";
 import { number } from "../format";
 import type { Run } from "../run";
 import { num, text, withUnit } from "./read";
+import { sourceOf } from "./scenario";
 import { themeToggle } from "./theme";
 
 export function header(data: ReportData, runs: Run[]): HTMLElement {
@@ -14,7 +15,13 @@ export function header(data: ReportData, runs: Run[]): HTMLElement {
     element("div", { class: "brand" }, element("span", { class: "kind" }, `Grapnel · ${kind}`), themeToggle()),
     element("h1", {}, data.title || "untitled"),
     ...runs.map((run) => facts(run, runs.length > 1)),
+    ...(runs.length === 1 ? descriptionOf(runs[0]) : []),
   );
+}
+
+function descriptionOf(run: Run): HTMLElement[] {
+  const said = sourceOf(run)?.description;
+  return said ? [element("p", { class: "description" }, said)] : [];
 }
 
 function facts(run: Run, several: boolean): HTMLElement {

@@ -5,9 +5,11 @@ import { element } from "../dom";
 import { number } from "../format";
 import { buildPlots, type PlotHandle } from "../plots/plots_panel";
 import { createReplay } from "../replay/replay";
+import { roving } from "../roving";
 import { Run } from "../run";
 import { answers, differingScenarios, keyNumbers } from "./compare";
 import { afterSection, costSection, feasibilitySection } from "./feasibility";
+import { showsPublished } from "./facts";
 import { header } from "./header";
 import { impactSection } from "./impact";
 import { ledgerOfBoth, ledgerSection } from "./ledger";
@@ -15,6 +17,7 @@ import { planSection } from "./plan";
 import { publishedSection } from "./published";
 import { list, text } from "./read";
 import { absent, mark } from "./table";
+import { scenarioSection } from "./scenario";
 import { verdict } from "./verdict";
 
 interface Section {
@@ -103,12 +106,9 @@ function runSections(run: Run): Section[] {
   return [
     { id: "verdict", title: "Verdict", short: "Verdict", build: () => verdict(run) },
     { id: "ledger", title: "Ledger", short: "Ledger", build: () => ledgerSection(s) },
-    {
-      id: "published",
-      title: "As published beside consistent",
-      short: "As published",
-      build: () => publishedSection(s),
-    },
+    ...(showsPublished(s)
+      ? [{ id: "published", title: "As published beside consistent", short: "As published", build: () => publishedSection(s) }]
+      : []),
     { id: "impact", title: "Impact", short: "Impact", build: () => impactSection(s) },
     { id: "after", title: "After the impact", short: "After", build: () => afterSection(s) },
     {
@@ -118,6 +118,7 @@ function runSections(run: Run): Section[] {
       build: () => feasibilitySection(run),
     },
     { id: "plan", title: "Plan", short: "Plan", build: () => planSection(s) },
+    { id: "scenario", title: "Scenario", short: "Scenario", build: () => scenarioSection(run) },
     { id: "cost", title: "Cost and samples", short: "Cost", build: () => costSection(s, samplesText(run)) },
   ];
 }
@@ -172,7 +173,9 @@ function sectionElement(section: Section): { root: HTMLElement; fill: () => void
 
 function navigation(sections: Section[]): HTMLElement {
   const links = sections.map((section) => element("a", { href: `#${section.id}` }, section.short));
-  return element("nav", { class: "page-nav", "aria-label": "Sections" }, ...links);
+  const nav = element("nav", { class: "page-nav", "aria-label": "Sections" }, ...links);
+  roving(nav);
+  return nav;
 }
 
 // ---- Replay and plots ----

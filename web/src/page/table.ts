@@ -36,7 +36,7 @@ export function tableBox(name: string, content: HTMLTableElement): HTMLElement {
 }
 
 export function headCell(column: Column): HTMLTableCellElement {
-  const cell = element("th", { scope: "col", ...(column.numeric ? { class: "numeric" } : {}) }, column.head);
+  const cell = column.head === "" ? element("td") : element("th", { scope: "col", ...(column.numeric ? { class: "numeric" } : {}) }, column.head);
   if (column.unit) cell.append(element("span", { class: "unit" }, ` [${unitText(column.unit)}]`));
   if (column.title) cell.title = column.title;
   return cell;

@@ -1,5 +1,6 @@
 // Light, dark, or as the system has it. What was chosen is kept where the browser allows it.
 import { element } from "../dom";
+import { roving } from "../roving";
 
 type Theme = "auto" | "light" | "dark";
 const kKey = "grapnel-theme";
@@ -38,5 +39,7 @@ export function themeToggle(): HTMLElement {
     });
     return button;
   });
-  return element("div", { class: "theme", role: "group", "aria-label": "Colours of the page" }, ...buttons);
+  const group = element("div", { class: "theme", role: "toolbar", "aria-label": "Colours of the page" }, ...buttons);
+  roving(group);
+  return group;
 }

@@ -69,6 +69,15 @@ export function padded(low: number, high: number): Range {
   return { min: low - room, max: high + room };
 }
 
+// The range of the data with the limits that lie near it: what is far away would press the lines flat, and is named at the edge
+// instead.
+export function withLimits(low: number, high: number, limits: readonly number[]): { low: number; high: number } {
+  if (!(high >= low)) return limits.length > 0 ? { low: Math.min(...limits), high: Math.max(...limits) } : { low, high };
+  const room = 1.5 * Math.max(high - low, 0.25 * Math.max(Math.abs(low), Math.abs(high)));
+  const near = limits.filter((limit) => limit >= low - room && limit <= high + room);
+  return { low: Math.min(low, ...near), high: Math.max(high, ...near) };
+}
+
 // Smallest and largest of what is shown within a window of time; null: nothing.
 export function extent(time: ArrayLike<number>, values: ArrayLike<number>, window: Range): Range | null {
   let min = Infinity;

@@ -1,11 +1,14 @@
 // Which plots a run has, from the series it has. Nothing here is drawn or computed yet.
 import { lineStyle } from "../colors";
+import { NamedRoles, roleStyles } from "../roles";
 import type { Run } from "../run";
 import { label } from "../format";
 import { armPlots } from "./catalog_joints";
+import { overviewOf } from "./catalog_key";
 import { contactPlots, endEffectorPlots, loopPlots } from "./catalog_grips";
 import { rotationVectors } from "./kinematics";
 import {
+  axisStyle,
   column,
   componentLine,
   components,
@@ -33,9 +36,15 @@ const kGroups = [
   "Other",
 ];
 
-export function plotsOf(run: Run, index: number): PlotSpec[] {
-  const context: Context = { run, index, planar: run.scene?.planar ?? false, used: new Set() };
-  const plots = [
+// The overview first; `absent`: what it lacks, and why.
+export interface Catalog {
+  plots: PlotSpec[];
+  absent: string[];
+}
+
+export function plotsOf(run: Run, index: number): Catalog {
+  const context: Context = { run, index, planar: run.scene?.planar ?? false, used: new Set(), roles: new NamedRoles(run.scene) };
+  const known = [
     ...armPlots(context),
     ...endEffectorPlots(context),
     ...contactPlots(context),
@@ -46,8 +55,11 @@ export function plotsOf(run: Run, index: number): PlotSpec[] {
     ...loopPlots(context),
     ...clearancePlots(context),
   ];
-  const all = [...plots, ...otherPlots(context)].filter((plot) => plot.lines.length > 0);
-  return kGroups.flatMap((group) => all.filter((plot) => plot.group === group));
+  const all = [...known, ...otherPlots(context)].filter((plot) => plot.lines.length > 0);
+  const overview = overviewOf(context, all);
+  const first = new Set(overview.plots.map((plot) => plot.id));
+  const rest = all.filter((plot) => !first.has(plot.id));
+  return { plots: [...overview.plots, ...kGroups.flatMap((group) => rest.filter((plot) => plot.group === group))], absent: overview.absent };
 }
 
 export function targetNames(run: Run): string[] {
@@ -63,12 +75,17 @@ function momentumPlots(context: Context): PlotSpec[] {
   ] as const) {
     const total = take(context, `system/${kind}_momentum`);
     const bodies = [
-      { name: "robot", series: take(context, `robot/${kind}_momentum`) },
-      ...targetNames(context.run).map((name) => ({ name, series: take(context, `targets/${name}/${kind}_momentum`) })),
+      { name: "robot", role: "robot", series: take(context, `robot/${kind}_momentum`) },
+      ...targetNames(context.run).map((name) => ({
+        name,
+        role: context.roles.target(name),
+        series: take(context, `targets/${name}/${kind}_momentum`),
+      })),
     ];
     for (const c of components(context, rotation)) {
-      const lines = bodies.flatMap(({ name, series }, i) =>
-        series ? [componentLine(context, series, c, { label: name, ...lineStyle(i) })] : [],
+      const style = roleStyles();
+      const lines = bodies.flatMap(({ name, role, series }) =>
+        series ? [componentLine(context, series, c, { label: name, ...style(role) })] : [],
       );
       if (total)
         lines.push(componentLine(context, total, c, { label: "total", color: "ink", width: 2.2, dash: [7, 3] }));
@@ -96,7 +113,7 @@ function basePlots(context: Context): PlotSpec[] {
         context,
         `base/rotation_vector/${kAxes[c]}`,
         "rad",
-        { label: context.planar ? "angle" : kAxes[c], ...lineStyle(c) },
+        { label: context.planar ? "angle" : kAxes[c], ...axisStyle(c) },
         () => column(vectors(), 3, c),
       ),
     );
@@ -258,7 +275,7 @@ function otherPlots(context: Context): PlotSpec[] {
       axis: label(series.path.split("/").pop()!.replace(/_/g, " "), series.unit),
       unit: series.unit,
       lines: series.components.map((name, c) =>
-        componentLine(context, series, c, { label: name || series.path, ...lineStyle(c) }),
+        componentLine(context, series, c, { label: name || series.path, ...lineStyle(c), ...(kAxes.includes(name) ? axisStyle(kAxes.indexOf(name)) : {}) }),
       ),
       note: series.description,
     }));

@@ -1,9 +1,10 @@
 // Plots of end-effectors and their grips: motion against the grasp points', distances, loads, closure of loops.
-import { lineStyle } from "../colors";
 import type { Vec3 } from "../data";
 import { label } from "../format";
+import { roleStyles } from "../roles";
 import type { PhaseSpan, Run } from "../run";
 import {
+  axisStyle,
   column,
   componentLine,
   components,
@@ -64,7 +65,7 @@ function velocityPlots(context: Context, name: string): PlotSpec[] {
     const rate = grip && context.run.series(`targets/${grip.target}/angular_velocity`);
     const other = rotation ? rate && (() => Float64Array.from(rate.data)) : graspPointVelocity(context, name);
     const lines = components(context, rotation).flatMap((c): Line[] => {
-      const style = lineStyle(c);
+      const style = axisStyle(c);
       const own = componentLine(context, series, c, { label: kAxes[c], ...style });
       if (!other || !grip) return [own];
       const of = rotation ? "target" : "grasp point";
@@ -104,7 +105,8 @@ function velocityPlots(context: Context, name: string): PlotSpec[] {
 
 // How fast the end-effectors move against their grasp points.
 function closingPlots(context: Context, all: string[]): PlotSpec[] {
-  const lines = all.flatMap((name, i) => {
+  const style = roleStyles();
+  const lines = all.flatMap((name) => {
     const series = context.run.series(`end_effectors/${name}/velocity`);
     const point = graspPointVelocity(context, name);
     if (!series || !point) return [];
@@ -119,7 +121,7 @@ function closingPlots(context: Context, all: string[]): PlotSpec[] {
       );
     };
     return [
-      derivedLine(context, `grasps/${name}/relative_speed`, series.unit, { label: name, ...lineStyle(i) }, values),
+      derivedLine(context, `grasps/${name}/relative_speed`, series.unit, { label: name, ...style(context.roles.endEffector(name)) }, values),
     ];
   });
   return [
@@ -136,9 +138,10 @@ function closingPlots(context: Context, all: string[]): PlotSpec[] {
 }
 
 function distancePlot(context: Context): PlotSpec[] {
-  const lines = names(context.run, "grasps").flatMap((name, i) => {
+  const style = roleStyles();
+  const lines = names(context.run, "grasps").flatMap((name) => {
     const series = take(context, `grasps/${name}/distance`);
-    return series ? [componentLine(context, series, 0, { label: name, ...lineStyle(i) })] : [];
+    return series ? [componentLine(context, series, 0, { label: name, ...style(context.roles.endEffector(name)) })] : [];
   });
   return [
     {
@@ -157,10 +160,11 @@ export function contactPlots(context: Context): PlotSpec[] {
   const all = names(context.run, "grasps");
   const magnitudePlot = (quantity: "force" | "moment"): PlotSpec => {
     const unit = quantity === "force" ? "N" : "N m";
-    const lines = all.flatMap((name, i) => {
+    const style = roleStyles();
+    const lines = all.flatMap((name) => {
       const series = take(context, `grasps/${name}/${quantity}`);
       context.used.add(`grasps/${name}/holds`);
-      return series && !isZero(series) ? [magnitudeLine(context, series, { label: name, ...lineStyle(i) })] : [];
+      return series && !isZero(series) ? [magnitudeLine(context, series, { label: name, ...style(context.roles.endEffector(name)) })] : [];
     });
     return {
       id: `grip-${quantity}`,
@@ -188,13 +192,14 @@ function within(line: Line, phase: PhaseSpan): Line {
 function historyPlots(context: Context, all: string[], phase: PhaseSpan, k: number): PlotSpec[] {
   return (["force", "moment"] as const).map((quantity) => {
     const unit = quantity === "force" ? "N" : "N m";
-    const lines = all.flatMap((name, i) => {
+    const style = roleStyles();
+    const lines = all.flatMap((name) => {
       const series = context.run.series(`grasps/${name}/${quantity}`);
       if (!series || isZero(series)) return [];
       const parts = [0, 1, 2].map((c) =>
         componentLine(context, series, c, {
           label: `${name} ${kAxes[c]}`,
-          color: lineStyle(i).color,
+          color: context.roles.endEffector(name),
           dash: [
             [5, 2],
             [2, 2],
@@ -205,7 +210,7 @@ function historyPlots(context: Context, all: string[], phase: PhaseSpan, k: numb
         }),
       );
       return [
-        magnitudeLine(context, series, { label: `${name} magnitude`, ...lineStyle(i), width: 1.8 }),
+        magnitudeLine(context, series, { label: `${name} magnitude`, ...style(context.roles.endEffector(name)), width: 1.8 }),
         ...parts,
       ].map((line) => within(line, phase));
     });
@@ -231,10 +236,11 @@ export function loopPlots(context: Context): PlotSpec[] {
     ] as const
   ).map(([path, unit, title]) => {
     const silent: string[] = [];
-    const lines = all.flatMap((name, i) => {
+    const style = roleStyles();
+    const lines = all.flatMap((name) => {
       const series = take(context, `loops/${name}/${path}`);
       if (series && isZero(series)) silent.push(name);
-      return series && !isZero(series) ? [componentLine(context, series, 0, { label: name, ...lineStyle(i) })] : [];
+      return series && !isZero(series) ? [componentLine(context, series, 0, { label: name, ...style(context.roles.endEffector(name)) })] : [];
     });
     if (lines.length > 0) lines.push(...boundLine(context, `loop_closure_${path.split("_")[0]}`, unit));
     const none = silent.length > 0 ? ` Closes none, or zero: ${silent.join(", ")}.` : "";

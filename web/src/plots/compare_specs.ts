@@ -1,7 +1,7 @@
 // Plots of two runs in one: A solid, B dashed; or their difference.
 import type { Run } from "../run";
-import { difference } from "./jumps";
-import { lazily, type Line, type PlotSpec } from "./spec";
+import { difference, type Sampled } from "./jumps";
+import { lazily, type Limit, type Line, type PlotSpec } from "./spec";
 
 export function overlay(a: PlotSpec[], b: PlotSpec[]): PlotSpec[] {
   const others = new Map(b.map((plot) => [plot.id, plot]));
@@ -13,7 +13,7 @@ export function overlay(a: PlotSpec[], b: PlotSpec[]): PlotSpec[] {
       plot.window && other.window
         ? [Math.min(plot.window[0], other.window[0]), Math.max(plot.window[1], other.window[1])]
         : plot.window;
-    return { ...plot, window, lines: interleaved(plot.lines, other.lines) };
+    return { ...plot, window, lines: interleaved(plot.lines, other.lines), limits: joinedLimits(plot.limits, other.limits) };
   });
   const onlyB = [...others.values()].map((plot) => ({
     ...plot,
@@ -21,6 +21,15 @@ export function overlay(a: PlotSpec[], b: PlotSpec[]): PlotSpec[] {
     note: joined(plot.note, "Only in B."),
   }));
   return [...result, ...onlyB];
+}
+
+// What both have alike stands once.
+function joinedLimits(a: Limit[] = [], b: Limit[] = []): Limit[] {
+  const alike = (x: Limit, y: Limit) => x.label === y.label && x.value === y.value && x.right === y.right;
+  const both = a.filter((one) => b.some((other) => alike(one, other)));
+  const own = (limits: Limit[], run: string) =>
+    limits.filter((one) => !both.some((other) => alike(one, other))).map((one) => ({ ...one, label: `${one.label}, ${run}` }));
+  return [...both, ...own(a, "A"), ...own(b, "B")];
 }
 
 function joined(...notes: (string | undefined)[]): string {
@@ -50,6 +59,10 @@ function interleaved(a: Line[], b: Line[]): Line[] {
   return [...result, ...marked([...others.values()], "B")];
 }
 
+function sampled(run: Run, line: Line): Sampled {
+  return { time: run.time, values: line.values(), ranks: run.ranks };
+}
+
 // B minus A of what both have, at A's samples.
 export function differences(plot: PlotSpec, runs: Run[]): Line[] {
   return plot.lines
@@ -57,7 +70,7 @@ export function differences(plot: PlotSpec, runs: Run[]): Line[] {
     .flatMap((line) => {
       const other = plot.lines.find((one) => one.run === 1 && one.key === line.key);
       if (!other) return [];
-      const values = lazily(() => difference(runs[0].time, line.values(), runs[1].time, other.values()));
+      const values = lazily(() => difference(sampled(runs[0], line), sampled(runs[1], other)));
       const name = line.label.replace(/ A$/, "");
       return [{ ...line, label: name, column: line.column.replace(/( \[|$)/, " B-A$1"), values }];
     });

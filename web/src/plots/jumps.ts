@@ -1,6 +1,8 @@
 // Samples of equal time. At an impact a run has several samples at one instant; a line is to go up or down vertically
 // there. Plots want times that grow, so equal ones are set apart by far less than a pixel of any zoom allowed.
 
+import { stateRanks } from "../run";
+
 export const kNudge = 1e-9; // of the whole duration
 
 // The smallest part of the duration that may fill a plot: a nudge then stays below 1/1000 of its width.
@@ -16,8 +18,14 @@ export function setApart(time: ArrayLike<number>, span: number): Float64Array {
 }
 
 // Value of a line at an instant, linear between samples; at a jump the value after it, or with `before` that before it.
-export function valueAt(time: ArrayLike<number>, values: ArrayLike<number>, instant: number, before = false): number {
+// With a number for `before`: so many samples of that time before the last.
+export function valueAt(time: ArrayLike<number>, values: ArrayLike<number>, instant: number, before: boolean | number = false): number {
   const n = time.length;
+  if (typeof before === "number") {
+    let last = valueIndex(time, instant);
+    for (let k = 0; k < before && last > 0 && time[last - 1] === instant; ++k) --last;
+    return last >= 0 && time[last] === instant ? values[last] : valueAt(time, values, instant);
+  }
   if (n === 0 || instant < time[0] || instant > time[n - 1]) return NaN;
   let low = 0;
   let high = n - 1; // ends at the last sample that is not after the instant (with `before`: first that is not before it)
@@ -35,19 +43,60 @@ export function valueAt(time: ArrayLike<number>, values: ArrayLike<number>, inst
   return values[low] + part * (values[next] - values[low]);
 }
 
-// B minus A at the samples of A. At a jump of A the sample before it is compared with B before it.
-export function difference(
-  timeA: ArrayLike<number>,
-  valuesA: ArrayLike<number>,
-  timeB: ArrayLike<number>,
-  valuesB: ArrayLike<number>,
-): Float64Array {
-  const result = new Float64Array(timeA.length);
-  for (let i = 0; i < timeA.length; ++i) {
-    const before = i + 1 < timeA.length && timeA[i + 1] === timeA[i];
-    result[i] = valueAt(timeB, valuesB, timeA[i], before) - valuesA[i];
+// The last sample that is not after the instant; -1: none.
+function valueIndex(time: ArrayLike<number>, instant: number): number {
+  let [low, high] = [-1, time.length - 1];
+  while (low < high) {
+    const mid = (low + high + 1) >> 1;
+    if (time[mid] <= instant) low = mid;
+    else high = mid - 1;
+  }
+  return low;
+}
+
+// A line's samples with their times, and which of the different states of its time each shows (Run.ranks); without it, as
+// the values themselves say.
+export interface Sampled {
+  time: ArrayLike<number>;
+  values: ArrayLike<number>;
+  ranks?: ArrayLike<number>;
+}
+
+// Times that are one instant for two runs, whose impacts are found to rounding: relative to the time's size.
+const kSameInstant = 1e-9;
+
+// B minus A at the samples of A. At an instant with several states each is compared with its like: what is before a jump
+// with what is before it, what is after with what is after.
+export function difference(a: Sampled, b: Sampled): Float64Array {
+  const [ranksA, ranksB] = [a, b].map(({ time, values, ranks }) => ranks ?? stateRanks(time, (i, k) => values[i] === values[k]));
+  const result = new Float64Array(a.time.length);
+  let k = 0;
+  for (let first = 0; first < a.time.length; ) {
+    const instant = a.time[first];
+    let last = first;
+    while (last + 1 < a.time.length && a.time[last + 1] === instant) ++last;
+    const near = kSameInstant * Math.max(1, Math.abs(instant));
+    while (k < b.time.length && b.time[k] < instant - near) ++k;
+    let end = k;
+    while (end < b.time.length && b.time[end] <= instant + near) ++end;
+    const alike = end - k === last - first + 1; // one sample for each
+    for (let i = first; i <= last; ++i) {
+      const at = alike ? k + i - first : like(ranksA[i], ranksA[last], ranksB, k, end);
+      const other = end > k ? b.values[at] : valueAt(b.time, b.values, instant);
+      result[i] = other - a.values[i];
+    }
+    first = last + 1;
   }
   return result;
+}
+
+// The sample of B's between `begin` and `end` that shows the state of that rank; where B has fewer states or more, its last
+// stands for the last, and the others are counted from the first.
+function like(rank: number, lastRank: number, ranks: ArrayLike<number>, begin: number, end: number): number {
+  if (rank === lastRank) return end - 1;
+  const most = ranks[end - 1] - (ranks[end - 1] > 0 ? 1 : 0);
+  for (let i = begin; i < end; ++i) if (ranks[i] === Math.min(rank, most)) return i;
+  return begin;
 }
 
 // Lines of several time bases on a common one, for uPlot: where a line has no sample `undefined` lets it pass straight

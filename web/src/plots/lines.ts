@@ -1,6 +1,6 @@
 // Lines from series: what the lists of plots are made with.
-import { kSeriesColors, lineStyle } from "../colors";
 import { columnHead } from "../format";
+import type { NamedRoles } from "../roles";
 import type { Run, Series } from "../run";
 import { magnitudes } from "./kinematics";
 import { lazily, type Line } from "./spec";
@@ -10,9 +10,15 @@ export interface Context {
   index: number; // of the run in the report
   planar: boolean;
   used: Set<string>; // paths that some plot shows
+  roles: NamedRoles;
 }
 
 export const kAxes = ["x", "y", "z"];
+
+// x red, y green, z blue, as in the replay.
+export function axisStyle(component: number): { color: string } {
+  return { color: `axis ${kAxes[component]}` };
+}
 
 export function take(context: Context, path: string): Series | undefined {
   context.used.add(path);
@@ -46,7 +52,7 @@ export function derivedLine(
     unit,
     column: columnHead(key, unit),
     run: context.index,
-    color: options.color ?? kSeriesColors[0],
+    color: options.color ?? "step 0",
     dash: options.dash ?? [],
     width: options.width ?? 1.5,
     hidden: options.hidden,
@@ -68,7 +74,7 @@ export function components(context: Context, rotation: boolean): number[] {
 export function vectorLines(context: Context, series: Series | undefined, rotation: boolean): Line[] {
   if (!series) return [];
   return components(context, rotation).map((c) =>
-    componentLine(context, series, c, { label: kAxes[c], ...lineStyle(c) }),
+    componentLine(context, series, c, { label: kAxes[c], ...axisStyle(c) }),
   );
 }
 

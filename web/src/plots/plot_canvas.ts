@@ -3,11 +3,12 @@ import uPlot from "uplot";
 import type { Clock } from "../clock";
 import { phaseTint } from "../colors";
 import { element } from "../dom";
+import { number } from "../format";
 import type { Run } from "../run";
-import { decadeText, decadeTicks, logFloor, logValues, padded, tickTexts, ticks } from "./axes";
+import { decadeText, decadeTicks, logFloor, logValues, padded, tickTexts, ticks, withLimits } from "./axes";
 import { onCommonTime, setApart } from "./jumps";
 import { shades } from "./phases";
-import type { Line } from "./spec";
+import type { Limit, Line } from "./spec";
 import { css, lineColor } from "./theme_colors";
 
 export interface CanvasSettings {
@@ -19,6 +20,8 @@ export interface CanvasSettings {
   shaded: boolean; // phases are
   xTitle: string;
   yTitle: string;
+  rightTitle?: string; // of the axis at the right; without it there is none
+  limits: Limit[];
   window: [number, number];
   width: number;
   height: number;
@@ -26,7 +29,8 @@ export interface CanvasSettings {
   reset: () => void; // the user wants all of it
 }
 
-const kFont = '11.5px system-ui, -apple-system, "Segoe UI", Roboto, sans-serif';
+// uPlot scales fonts by the screen's pixels only if their size is a whole number of px.
+export const kFont = '12px system-ui, -apple-system, "Segoe UI", Roboto, sans-serif';
 
 export class PlotCanvas {
   private readonly plot: uPlot;
@@ -107,15 +111,20 @@ export class PlotCanvas {
       select: { show: true, left: 0, top: 0, width: 0, height: 0 },
       scales: {
         x: { time: false, auto: false, min: settings.window[0], max: settings.window[1] },
-        y: { range: (_, low, high) => (settings.log ? decades(low, high) : flat(low, high)) },
+        y: { range: (_, low, high) => (settings.log ? decades(low, high) : flat(low, high, limitsOf(settings.limits, false))) },
+        right: { range: (_, low, high) => flat(low, high, limitsOf(settings.limits, true)) },
       },
-      axes: [axis(settings.xTitle, 2), axis(settings.yTitle, 3, settings.log)],
+      axes: [
+        axis(settings.xTitle, 2),
+        axis(settings.yTitle, 3, settings.log),
+        ...(settings.rightTitle ? [{ ...axis(settings.rightTitle, 1), scale: "right", grid: { show: false } }] : []),
+      ],
       series: [{}, ...settings.lines.map((line, i) => seriesOf(line, settings.shown[i]))],
       hooks: {
         drawClear: [(plot) => settings.shaded && shadePhases(plot, settings.runs, true)],
         drawAxes: [(plot) => shadePhases(plot, settings.runs, false)],
         setSelect: [(plot) => this.selected(plot)],
-        draw: [(plot) => this.moveCursor(plot)], // uPlot knows its scales and size only when it draws
+        draw: [(plot) => drawLimits(plot, settings.limits), (plot) => this.moveCursor(plot)], // uPlot knows its scales and size only when it draws
       },
     };
   }
@@ -152,9 +161,58 @@ export class PlotCanvas {
   }
 }
 
-function flat(low: number | null, high: number | null): [number, number] {
-  const range = low === null || high === null ? { min: -1, max: 1 } : padded(low, high);
+function limitsOf(limits: Limit[], right: boolean): number[] {
+  return limits.filter((limit) => (limit.right ?? false) === right).map((limit) => limit.value);
+}
+
+function flat(low: number | null, high: number | null, limits: number[]): [number, number] {
+  const wide = withLimits(low ?? NaN, high ?? NaN, limits);
+  const range = wide.high >= wide.low ? padded(wide.low, wide.high) : { min: -1, max: 1 };
   return [range.min, range.max];
+}
+
+// Across the plot, with its name and value; at the edge where it lies outside.
+function drawLimits(plot: uPlot, limits: Limit[]): void {
+  if (limits.length === 0) return;
+  const { ctx, bbox } = plot;
+  const px = devicePixelRatio || 1;
+  const taken: number[] = [];
+  ctx.save();
+  ctx.font = `600 ${Math.round(11 * px)}px system-ui, -apple-system, "Segoe UI", Roboto, sans-serif`;
+  ctx.strokeStyle = ctx.fillStyle = lineColor("limit");
+  ctx.lineWidth = 1.25 * px;
+  for (const limit of limits) {
+    const y = plot.valToPos(limit.value, limit.right ? "right" : "y", true);
+    const [above, below] = [y < bbox.top - 1, y > bbox.top + bbox.height + 1];
+    const text = `${above ? "↑ " : below ? "↓ " : ""}${limit.label} ${number(limit.value)}`;
+    if (!above && !below) {
+      ctx.setLineDash([7 * px, 3 * px, 1.5 * px, 3 * px]);
+      ctx.beginPath();
+      ctx.moveTo(bbox.left, y);
+      ctx.lineTo(bbox.left + bbox.width, y);
+      ctx.stroke();
+    }
+    const wish = above ? bbox.top + 13 * px : below ? bbox.top + bbox.height - 4 * px : y - bbox.top > 18 * px ? y - 4 * px : y + 13 * px;
+    const at = clear(wish, taken, 13 * px);
+    ctx.textAlign = limit.right ? "right" : "left";
+    const x = limit.right ? bbox.left + bbox.width - 5 * px : bbox.left + 5 * px;
+    ctx.lineWidth = 3 * px;
+    ctx.setLineDash([]);
+    ctx.strokeStyle = css("--card");
+    ctx.strokeText(text, x, at);
+    ctx.strokeStyle = lineColor("limit");
+    ctx.lineWidth = 1.25 * px;
+    ctx.fillText(text, x, at);
+  }
+  ctx.restore();
+}
+
+// Texts do not stand on each other.
+function clear(wish: number, taken: number[], height: number): number {
+  let at = wish;
+  while (taken.some((other) => Math.abs(other - at) < height)) at += height;
+  taken.push(at);
+  return at;
 }
 
 function decades(low: number | null, high: number | null): [number, number] {
@@ -166,6 +224,7 @@ function seriesOf(line: Line, shown: boolean): uPlot.Series {
   return {
     label: line.label,
     show: shown,
+    scale: line.right ? "right" : "y",
     stroke: () => lineColor(line.color),
     width: line.width,
     dash: line.dash.length > 0 ? line.dash : undefined,

@@ -1,5 +1,5 @@
 // A plot as a picture for files and printing.
-import { phaseTint } from "../colors";
+import { knownRole, phaseTint, roleColor } from "../colors";
 import type { Run } from "../run";
 import { logFloor, logValues } from "./axes";
 import { shades } from "./phases";
@@ -22,13 +22,16 @@ export function pictureOf(
     title: spec.title,
     xTitle: "time [s]",
     yTitle: spec.axis,
+    rightTitle: spec.rightAxis,
+    limits: (spec.limits ?? []).map((limit) => ({ ...limit, color: roleColor("limit", "light") })),
     window: { min: window[0], max: window[1] },
     log: spec.log ?? false,
     lines: spec.lines.map((line, i) => ({
       label: line.label,
-      color: line.color === "ink" ? "#000000" : line.color,
+      color: line.color === "ink" ? "#000000" : (knownRole(line.color, "light") ?? line.color),
       dash: line.dash,
       width: Math.max(1, line.width * 0.85),
+      right: line.right,
       time: runs[line.run].time,
       values: values[i],
     })),

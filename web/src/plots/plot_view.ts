@@ -7,7 +7,8 @@ import { plotCsv } from "./csv";
 import { valueAt } from "./jumps";
 import { PlotCanvas } from "./plot_canvas";
 import { pictureOf, pngOf } from "./plot_picture";
-import type { Line, PlotSpec } from "./spec";
+import { roving } from "../roving";
+import type { Limit, Line, PlotSpec } from "./spec";
 import { lineColor } from "./theme_colors";
 import type { TimeWindow } from "./time_window";
 
@@ -30,7 +31,7 @@ export class PlotView {
   private subtracted = ""; // in front of titles of differences
   private canvas: PlotCanvas | null = null;
   private own: [number, number] | null = null; // zoomed by itself
-  private readonly heading = element("h4");
+  private readonly heading = element("h3");
   private readonly body = element("div", { class: "plot-body", tabindex: "0", role: "slider" });
   private readonly legend = element("div", { class: "plot-legend" });
   private readonly print = element("div", { class: "plot-print" });
@@ -72,6 +73,8 @@ export class PlotView {
       log: this.log,
       xTitle: "time [s]",
       yTitle: `${this.subtracted}${this.spec.axis}`,
+      rightTitle: this.spec.rightAxis && `${this.subtracted}${this.spec.rightAxis}`,
+      limits: this.limits(),
       shaded: this.spec.window === undefined,
       window: [min, max],
       width: this.body.clientWidth,
@@ -109,7 +112,7 @@ export class PlotView {
     const { runs, clock } = this.environment;
     this.lines.forEach((line, i) => {
       if (!this.shown[i]) return;
-      const text = number(valueAt(runs[line.run].time, line.values(), clock.time));
+      const text = number(valueAt(runs[line.run].time, line.values(), clock.time, clock.back));
       if (this.readouts[i].textContent !== text) this.readouts[i].textContent = text;
     });
     this.body.setAttribute("aria-valuenow", clock.time.toFixed(4));
@@ -219,6 +222,12 @@ export class PlotView {
       this.windowCsv,
       enlarge,
     );
+    tools.setAttribute("role", "toolbar");
+    tools.setAttribute("aria-label", `Save or enlarge: ${spec.title}`);
+    roving(tools);
+    this.legend.setAttribute("role", "toolbar");
+    this.legend.setAttribute("aria-label", `Lines of ${spec.title}`);
+    roving(this.legend);
     const head = element("div", { class: "plot-head" }, this.heading, tools);
     const note = spec.note ? element("p", { class: "plot-note" }, spec.note) : null;
     return element(
@@ -258,6 +267,11 @@ export class PlotView {
     if (this.canvas) this.readValues();
   }
 
+  // A difference has none.
+  private limits(): Limit[] {
+    return this.subtracted ? [] : (this.spec.limits ?? []);
+  }
+
   private title(): string {
     return `${this.subtracted}${this.spec.title}`;
   }
@@ -270,7 +284,8 @@ export class PlotView {
   private picture(size = kFileSize): string {
     const lines = this.lines.filter((_, i) => this.shown[i]);
     const words = { title: this.title(), axis: `${this.subtracted}${this.spec.axis}` };
-    return pictureOf({ ...this.spec, ...words, lines, log: this.log }, this.environment.runs, this.window(), size);
+    const rightAxis = this.spec.rightAxis && `${this.subtracted}${this.spec.rightAxis}`;
+    return pictureOf({ ...this.spec, ...words, rightAxis, limits: this.limits(), lines, log: this.log }, this.environment.runs, this.window(), size);
   }
   private savePng(): void {
     pngOf(this.picture(), 3).then(

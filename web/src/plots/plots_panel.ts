@@ -3,7 +3,8 @@ import type { Clock } from "../clock";
 import { element } from "../dom";
 import { words } from "../page/read";
 import type { Run } from "../run";
-import { plotsOf } from "./catalog";
+import { plotsOf, type Catalog } from "./catalog";
+import { kOverview } from "./catalog_key";
 import { differences, overlay } from "./compare_specs";
 import { PlotView, type PlotEnvironment } from "./plot_view";
 import type { PlotSpec } from "./spec";
@@ -20,7 +21,7 @@ export interface PlotHandle {
 }
 
 export function buildPlots(host: HTMLElement, runs: Run[], clock: Clock, fileName: string): PlotHandle[] {
-  const specs = specsOf(runs);
+  const { plots: specs, absent } = specsOf(runs);
   if (specs.length === 0) {
     host.append(
       element("p", { class: "empty" }, "There is no time series in this result, so there is nothing to plot."),
@@ -32,6 +33,8 @@ export function buildPlots(host: HTMLElement, runs: Run[], clock: Clock, fileNam
   const views = specs.map((spec) => new PlotView(spec, environment));
   const groups = groupSections(views);
   host.append(controls(runs, views, groups, window), ...groups.values());
+  if (absent.length > 0)
+    groups.get(kOverview)?.append(element("p", { class: "hint" }, `Not shown here: ${absent.join("; ")}.`));
   drawWhenSeen(views);
   followClock(views, clock);
   window.listen(() => views.forEach((view) => view.followWindow()));
@@ -40,9 +43,18 @@ export function buildPlots(host: HTMLElement, runs: Run[], clock: Clock, fileNam
   return views.map(handle);
 }
 
-function specsOf(runs: Run[]): PlotSpec[] {
-  const each = runs.map((run, i) => (run.samples > 1 ? plotsOf(run, i) : []));
-  return each.length > 1 ? overlay(each[0], each[1]) : (each[0] ?? []);
+function specsOf(runs: Run[]): Catalog {
+  const each = runs.map((run, i) => (run.samples > 1 ? plotsOf(run, i) : { plots: [], absent: [] }));
+  if (each.length < 2) return each[0] ?? { plots: [], absent: [] };
+  const [a, b] = each;
+  const lacking = (own: string[], other: string[]) => own.filter((one) => other.includes(one));
+  return { plots: regrouped(overlay(a.plots, b.plots)), absent: lacking(a.absent, b.absent) };
+}
+
+// What only B has joins its group.
+function regrouped(plots: PlotSpec[]): PlotSpec[] {
+  const groups = [...new Set(plots.map((plot) => plot.group))].sort((x, y) => Number(y === kOverview) - Number(x === kOverview));
+  return groups.flatMap((group) => plots.filter((plot) => plot.group === group));
 }
 
 function handle(view: PlotView): PlotHandle {
@@ -60,18 +72,22 @@ function handle(view: PlotView): PlotHandle {
   };
 }
 
+// The overview stands open, the others are folded.
 function groupSections(views: PlotView[]): Map<string, HTMLElement> {
   const sections = new Map<string, HTMLElement>();
+  const grids = new Map<string, HTMLElement>();
   for (const view of views) {
     const { group } = view.spec;
-    if (!sections.has(group)) {
+    if (!grids.has(group)) {
       const grid = element("div", { class: "plot-grid" });
-      sections.set(
-        group,
-        element("section", { class: "plot-group", "aria-label": `Plots: ${group}` }, element("h3", {}, group), grid),
-      );
+      grids.set(group, grid);
+      const count = views.filter((one) => one.spec.group === group).length;
+      const folded = () =>
+        element("details", { class: "plot-group" }, element("summary", {}, group, element("span", { class: "count" }, ` ${count}`)), grid);
+      const open = () => element("section", { class: "plot-group", "aria-label": `Plots: ${group}` }, grid);
+      sections.set(group, group === kOverview ? open() : folded());
     }
-    sections.get(group)!.lastElementChild!.append(view.root);
+    grids.get(group)!.append(view.root);
   }
   return sections;
 }
@@ -79,24 +95,16 @@ function groupSections(views: PlotView[]): Map<string, HTMLElement> {
 // ---- Controls above the plots ----
 
 function controls(runs: Run[], views: PlotView[], groups: Map<string, HTMLElement>, window: TimeWindow): HTMLElement {
-  const chips = [...groups].map(([name, section]) => {
-    const chip = element("button", { type: "button", class: "chip", "aria-pressed": "true" }, name);
-    chip.addEventListener("click", () => {
-      section.hidden = !section.hidden;
-      chip.setAttribute("aria-pressed", String(!section.hidden));
-    });
-    return chip;
-  });
   return element(
     "div",
     { class: "plot-controls", role: "group", "aria-label": "Plots shown" },
-    element("div", { class: "chips" }, ...chips),
     element(
       "div",
       { class: "plot-options" },
       rangeChoice(runs[0], window),
       linkChoice(window),
       runs.length > 1 && differenceChoice(views, runs),
+      foldChoice([...groups.values()].filter((one) => one instanceof HTMLDetailsElement)),
     ),
     element(
       "p",
@@ -109,6 +117,21 @@ function controls(runs: Run[], views: PlotView[], groups: Map<string, HTMLElemen
       "Move over a plot to scrub the replay, drag to zoom, double click for all, click a name to hide its line.",
     ),
   );
+}
+
+function foldChoice(groups: HTMLDetailsElement[]): HTMLElement | null {
+  if (groups.length === 0) return null;
+  const button = element("button", { type: "button", class: "chip" });
+  const allOpen = () => groups.every((group) => group.open);
+  const name = () => (button.textContent = allOpen() ? "Fold all groups" : "Open all groups");
+  button.addEventListener("click", () => {
+    const open = !allOpen();
+    for (const group of groups) group.open = open;
+    name();
+  });
+  for (const group of groups) group.addEventListener("toggle", name);
+  name();
+  return button;
 }
 
 function rangeChoice(run: Run, window: TimeWindow): HTMLElement {

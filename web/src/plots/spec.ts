@@ -6,11 +6,19 @@ export interface Line {
   unit: string;
   column: string; // head of its column in a CSV file, with unit
   run: number; // index into the runs of the report
-  color: string; // "#rrggbb"; "ink": the page's own
+  color: string; // a role of colors.ts, or "#rrggbb"; "ink": the page's own
   dash: number[];
   width: number; // [px]
   hidden?: boolean; // at first; a click in the legend shows it
+  right?: boolean; // by the axis at the right
   values: () => Float64Array; // per sample of its run; NaN: nothing to show
+}
+
+// A value that is not to be passed, drawn across the plot.
+export interface Limit {
+  label: string; // "rating of tip-1"
+  value: number;
+  right?: boolean;
 }
 
 export interface PlotSpec {
@@ -18,8 +26,10 @@ export interface PlotSpec {
   group: string;
   title: string;
   axis: string; // "joint rate [rad/s]"
+  rightAxis?: string;
   unit: string;
   lines: Line[];
+  limits?: Limit[];
   log?: boolean;
   window?: [number, number]; // the part of time that it is about [s]; else everything
   note?: string;

@@ -1,16 +1,32 @@
 // The page's colours for canvases, which know no style sheets.
 
+import { knownRole } from "../colors";
+
+const kForced = window.matchMedia("(forced-colors: active)");
 let cache: Record<string, string> = {};
 let dark = false;
 const listeners = new Set<() => void>();
 
 function update(): void {
   cache = {};
-  dark = css("--scheme") === "dark";
+  dark = isDark();
   for (const listener of listeners) listener();
 }
 window.addEventListener("grapnel-theme", update);
 window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", update);
+kForced.addEventListener("change", update);
+
+// Where the reader's system chooses the colours, the page's background tells.
+function isDark(): boolean {
+  const named = css("--scheme") === "dark";
+  return kForced.matches ? isDarkColor(getComputedStyle(document.body).backgroundColor, named) : named;
+}
+
+// "rgb(0, 0, 0)"
+export function isDarkColor(color: string, otherwise: boolean): boolean {
+  const found = /^rgba?\((\d+),\s*(\d+),\s*(\d+)/.exec(color);
+  return found ? 0.2126 * Number(found[1]) + 0.7152 * Number(found[2]) + 0.0722 * Number(found[3]) < 110 : otherwise;
+}
 
 export function css(name: string): string {
   return (cache[name] ??= getComputedStyle(document.documentElement).getPropertyValue(name).trim());
@@ -32,8 +48,11 @@ const kOnDark: Record<string, string> = {
   "#777777": "#a0a0a0",
 };
 
+// Of a role of colors.ts, "ink", or a colour.
 export function lineColor(color: string): string {
-  if (cache["--scheme"] === undefined) dark = css("--scheme") === "dark";
+  if (cache["--scheme"] === undefined) dark = isDark();
   if (color === "ink") return css("--ink");
+  const role = knownRole(color, dark ? "dark" : "light");
+  if (role) return role;
   return dark ? (kOnDark[color] ?? color) : color;
 }

@@ -1,6 +1,7 @@
 // One run's bodies as a tree of solids, moved to where the run has them at an instant.
 import { BoxGeometry, Group, Vector3 } from "three";
 import type { Scene, SceneBody } from "../data";
+import { rolesOf } from "../roles";
 import type { Instant, Run } from "../run";
 import { inertiaBox } from "./inertia";
 import type { Paints } from "./palette";
@@ -14,22 +15,6 @@ export interface BodyView {
   object: Group;
   track: PoseTrack | undefined;
   radius: number; // about the frame's origin, of what is drawn [m]
-}
-
-// Roles of bodies and end-effectors: "base", "arm 0", "target 1". An arm is what hangs on one link of the base.
-export function rolesOf(scene: Scene): Map<string, string> {
-  const roles = new Map<string, string>();
-  let arms = 0;
-  let targets = 0;
-  for (const body of scene.bodies) {
-    if (body.kind === "base") roles.set(body.name, "base");
-    else if (body.kind === "target") roles.set(body.name, `target ${targets++}`);
-    else {
-      const parent = roles.get(body.parent ?? "");
-      roles.set(body.name, parent?.startsWith("arm") ? parent : `arm ${arms++}`);
-    }
-  }
-  return roles;
 }
 
 export function buildBodies(run: Run, scene: Scene, paints: Paints, style: Style): BodyView[] {

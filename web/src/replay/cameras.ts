@@ -23,6 +23,14 @@ interface View extends ViewSpec {
   fitted: boolean;
 }
 
+// A way from what is looked at to the camera, turned about z and towards it, which it never reaches.
+export function turned(offset: Vector3, right: number, up: number): Vector3 {
+  const size = offset.length();
+  const azimuth = Math.atan2(offset.y, offset.x) + right;
+  const height = Math.min(1.5, Math.max(-1.5, Math.asin(offset.z / size) + up));
+  return new Vector3(Math.cos(azimuth) * Math.cos(height), Math.sin(azimuth) * Math.cos(height), Math.sin(height)).multiplyScalar(size);
+}
+
 const kFieldOfView = 27; // [deg], upright: little distortion
 const kMargin = 1.06;
 
@@ -54,6 +62,13 @@ export class CameraRig {
   get active(): ViewSpec {
     return this.current;
   }
+  // What is looked at.
+  get target(): Vector3 {
+    return this.current.controls.target;
+  }
+  sight(): [number, number, number] {
+    return this.camera.position.clone().sub(this.target).normalize().toArray();
+  }
   get camera(): PerspectiveCamera | OrthographicCamera {
     return this.current.camera;
   }
@@ -83,6 +98,24 @@ export class CameraRig {
     else view.camera.position.sub(view.controls.target).divideScalar(factor).add(view.controls.target);
     view.camera.updateProjectionMatrix();
     view.controls.update();
+    this.changed();
+  }
+
+  // Turns about what is looked at; from above, where nothing turns, it moves along.
+  orbit(right: number, up: number): void {
+    const view = this.current;
+    view.touched = true;
+    const { camera, controls } = view;
+    const offset = camera.position.clone().sub(controls.target);
+    if (camera instanceof OrthographicCamera) {
+      const step = (camera.top - camera.bottom) / camera.zoom;
+      const shift = new Vector3(right * step, up * step, 0);
+      controls.target.add(shift);
+      camera.position.add(shift);
+    } else {
+      camera.position.copy(controls.target).add(turned(offset, right, up));
+    }
+    controls.update();
     this.changed();
   }
 

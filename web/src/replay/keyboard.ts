@@ -8,6 +8,7 @@ export interface KeyTargets {
   camera(index: number): void;
   reset(): void;
   zoom(factor: number): void;
+  orbit(right: number, up: number): void; // [rad]
 }
 
 // Returns what ends it.
@@ -33,7 +34,14 @@ function concerns(host: HTMLElement, event: KeyboardEvent): boolean {
   return true;
 }
 
-function action(event: KeyboardEvent, { clock, transport, camera, reset, zoom }: KeyTargets): (() => void) | undefined {
+const kTurn = Math.PI / 36; // 5 degrees for each press
+
+// By where keys lie, whatever letters a keyboard has there: W, A, S, D.
+const kOrbit: Record<string, [number, number]> = { KeyW: [0, kTurn], KeyA: [-kTurn, 0], KeyS: [0, -kTurn], KeyD: [kTurn, 0] };
+
+function action(event: KeyboardEvent, { clock, transport, camera, reset, zoom, orbit }: KeyTargets): (() => void) | undefined {
+  const turn = Object.hasOwn(kOrbit, event.code) ? kOrbit[event.code] : undefined;
+  if (turn) return () => orbit(turn[0] * (event.shiftKey ? 3 : 1), turn[1] * (event.shiftKey ? 3 : 1));
   switch (event.key) {
     case " ":
       return () => clock.toggle();

@@ -50,12 +50,13 @@ export class Labels {
     width: number,
     height: number,
     color: (role: string) => string,
+    halo = "#fff",
   ): void {
     context.save();
     context.font = "600 13px system-ui, sans-serif";
     context.textBaseline = "top";
     context.lineWidth = 3;
-    context.strokeStyle = "#fff";
+    context.strokeStyle = halo;
     for (const { label, x, y } of this.place(world, camera, width, height)) {
       context.strokeText(label.text, x, y);
       context.fillStyle = color(label.role);

@@ -2,50 +2,10 @@
 // role and recoloured when the theme changes.
 import { Color, LineBasicMaterial, type Material, MeshBasicMaterial, MeshStandardMaterial, ShaderMaterial, Vector2 } from "three";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { roleColor, type Scheme } from "../colors";
 
-export type Theme = "light" | "dark";
-
-// Hues that stay apart for colour-blind readers: arms are saturated, targets pale, the base grey. [light, dark]
-const kArms: [string, string][] = [
-  ["#2c7fb8", "#4a9fd8"],
-  ["#d9713a", "#e8854f"],
-  ["#259a78", "#38b48f"],
-  ["#b56f9e", "#cf8fba"],
-  ["#6f7bc8", "#8d99e4"],
-  ["#8a7a2a", "#b5a345"],
-];
-const kTargets: [string, string][] = [
-  ["#d8bf78", "#d0b468"],
-  ["#b9b3d6", "#aca6cf"],
-  ["#a9cfc0", "#9cc7b6"],
-  ["#dbb0a4", "#d0a193"],
-  ["#a8c4dd", "#9ab8d4"],
-  ["#c9c9a2", "#bdbd92"],
-];
-const kFixed: Record<string, [string, string]> = {
-  base: ["#a9b3bf", "#8f9baa"],
-  joint: ["#596573", "#7f8c9a"],
-  edge: ["#27323f", "#070a0e"],
-  ghost: ["#8794a3", "#8c99a8"],
-  second: ["#8a4fbf", "#bb8cf0"],
-  impulse: ["#c2185b", "#ff6b9d"],
-  force: ["#a04a00", "#ffb066"],
-  system: ["#1c2733", "#f0f4f8"],
-  robot: ["#48617a", "#9fb8d0"],
-  mass: ["#1c2733", "#f0f4f8"],
-  grid: ["#5d7083", "#8fa3b8"],
-  "axis x": ["#c0392b", "#ff7b6b"],
-  "axis y": ["#1e8449", "#58c98a"],
-  "axis z": ["#2457c5", "#7aa5ff"],
-};
-
-export function roleColor(role: string, theme: Theme): string {
-  const [kind, index] = role.split(" ");
-  const pair =
-    kFixed[role] ??
-    (kind === "arm" ? kArms[Number(index) % kArms.length] : kind === "target" ? kTargets[Number(index) % kTargets.length] : kFixed.base);
-  return pair[theme === "dark" ? 1 : 0];
-}
+export type Theme = Scheme;
+export { roleColor };
 
 // The page's theme: what its root says, else what the system prefers.
 export function currentTheme(): Theme {
@@ -82,9 +42,17 @@ void main() { gl_FragColor = vec4(color, opacity);
 #include <colorspace_fragment>
 }`;
 
+// Of materials: a role's own colour; large lit surfaces are paler on light pages, where it is dark for thin lines' sake.
+function paintColor(role: string, theme: Theme): Color {
+  const [, surface] = /^surface (.*)$/.exec(role) ?? [];
+  const color = new Color(roleColor(surface ?? role, theme));
+  const pale = surface === undefined || theme === "dark" ? 0 : surface.startsWith("target") ? 0.13 : surface === "base" ? 0.25 : 0;
+  return color.lerp(new Color(0xffffff), pale);
+}
+
 interface Painted {
   role: string;
-  set(color: string): void;
+  set(color: Color): void;
   material: Material;
 }
 
@@ -95,8 +63,8 @@ export class Paints {
 
   // Lit surfaces of bodies. Translucent ones still hide what is behind them of their own kind, so that a ghost stays readable.
   surface(role: string, opacity = 1): MeshStandardMaterial {
-    return this.keep(`surface ${opacity} ${role}`, role, () => {
-      const material = new MeshStandardMaterial({ roughness: 0.62, metalness: 0.04, transparent: opacity < 1, opacity });
+    return this.keep(`surface ${opacity} ${role}`, `surface ${role}`, () => {
+      const material = new MeshStandardMaterial({ roughness: role === "panel" ? 0.35 : 0.62, metalness: 0.04, transparent: opacity < 1, opacity });
       material.polygonOffset = true; // edges lie on faces, and solid faces before translucent ones in the same place
       material.polygonOffsetFactor = opacity < 1 ? 3 : 1;
       material.polygonOffsetUnits = opacity < 1 ? 6 : 1;
@@ -116,6 +84,12 @@ export class Paints {
       return new LineBasicMaterial({ transparent: opacity < 1, opacity, depthWrite: opacity === 1 });
     });
   }
+  // Lines whose vertices say how much of them is seen.
+  fading(role: string, opacity: number): LineBasicMaterial {
+    return this.keep(`fading ${opacity} ${role}`, role, () => {
+      return new LineBasicMaterial({ transparent: true, opacity, depthWrite: false, vertexColors: true });
+    });
+  }
   wideLine(role: string, width: number, opacity = 1): LineMaterial {
     return this.keep(
       `wide ${width} ${opacity} ${role}`,
@@ -130,7 +104,7 @@ export class Paints {
     const uniforms = {
       viewport: { value: this.viewport },
       width: { value: 1.1 },
-      color: { value: new Color(roleColor(role, this.theme)) },
+      color: { value: paintColor(role, this.theme) },
       opacity: { value: opacity },
     };
     const material = new ShaderMaterial({
@@ -140,7 +114,7 @@ export class Paints {
       side: 1, // back faces
       transparent: opacity < 1,
     });
-    this.made.set(key, { role, material, set: (color) => uniforms.color.value.set(color) });
+    this.made.set(key, { role, material, set: (color) => uniforms.color.value.copy(color) });
     return material;
   }
 
@@ -149,7 +123,7 @@ export class Paints {
   }
   apply(theme: Theme): void {
     this.theme = theme;
-    for (const one of this.made.values()) one.set(roleColor(one.role, theme));
+    for (const one of this.made.values()) one.set(paintColor(one.role, theme));
   }
   dispose(): void {
     for (const one of this.made.values()) one.material.dispose();
@@ -160,8 +134,8 @@ export class Paints {
     const found = this.made.get(key);
     if (found) return found.material as M;
     const material = make();
-    material.color.set(roleColor(role, this.theme));
-    this.made.set(key, { role, material, set: (color) => material.color.set(color) });
+    material.color.copy(paintColor(role, this.theme));
+    this.made.set(key, { role, material, set: (color) => material.color.copy(color) });
     return material;
   }
 }

@@ -9,11 +9,13 @@ import { makeStill } from "./print";
 import { webgl } from "./stage";
 import { Toolbar } from "./toolbar";
 import { Transport } from "./transport";
+import { VideoRecorder, videoType } from "./video";
 import { messageInstead, type Pose, Viewport } from "./viewport";
 
 export interface Replay {
   bodyPose(name: string, run?: number): Pose | null; // as drawn, in W; null: not drawn
   cameraName(): string; // "inertial", "follow base", "follow NAME", "top"; "": no picture
+  cameraDirection(): [number, number, number]; // unit, from what is looked at to the camera
   renderCount(): number; // pictures drawn so far
   dispose(): void;
 }
@@ -35,8 +37,9 @@ export function createReplay(host: HTMLElement, runs: Run[], clock: Clock): Repl
     root.append(toolbar.host);
     picture.append(toolbar.turn);
   }
-  root.append(picture);
+  root.append(picture, moreButton(root));
   if (clock.end > clock.begin) root.append(transport.host);
+  if (viewport && clock.end > clock.begin) offerVideo(transport, viewport, clock, first);
   const ends = [
     clock.listen(() => {
       transport.update();
@@ -48,12 +51,14 @@ export function createReplay(host: HTMLElement, runs: Run[], clock: Clock): Repl
       camera,
       reset: () => viewport?.rig.reset(),
       zoom: (factor) => viewport?.rig.zoom(factor),
+      orbit: (right, up) => viewport?.rig.orbit(right, up),
     }),
   ];
   if (viewport) ends.push(makeStill(root, viewport, clock, impactsOf(first)));
   return {
     bodyPose: (name, run) => viewport?.bodyPose(name, run) ?? null,
     cameraName: () => viewport?.rig.active.id ?? "",
+    cameraDirection: () => viewport?.rig.sight() ?? [0, 0, 0],
     renderCount: () => viewport?.stage.count ?? 0,
     dispose: () => {
       clock.pause();
@@ -62,6 +67,28 @@ export function createReplay(host: HTMLElement, runs: Run[], clock: Clock): Repl
       root.remove();
     },
   };
+}
+
+// On narrow screens, where the replay stays in sight, all but playing is behind this.
+function moreButton(root: HTMLElement): HTMLElement {
+  const button = element("button", { type: "button", class: "replay-more replay-chip", "aria-expanded": "false" }, "More");
+  button.addEventListener("click", () => {
+    const open = root.classList.toggle("opened");
+    button.setAttribute("aria-expanded", String(open));
+    button.textContent = open ? "Less" : "More";
+  });
+  return button;
+}
+
+function offerVideo(transport: Transport, viewport: Viewport, clock: Clock, run: Run): void {
+  const offer = videoType(globalThis as unknown as Parameters<typeof videoType>[0]);
+  if ("why" in offer) {
+    transport.offerVideo(null, offer.why);
+    return;
+  }
+  const name = String(run.summary?.scenario?.name ?? "replay");
+  const recorder = new VideoRecorder(clock, viewport, offer.type, name, (recording, said) => transport.recording(recording, said));
+  transport.offerVideo(() => (recorder.recording ? recorder.stop() : recorder.start()), "");
 }
 
 // Undefined: there is nothing to draw, or nothing to draw with; a message says so in its place.
@@ -74,7 +101,7 @@ function makeViewport(picture: HTMLElement, runs: Run[], clock: Clock): Viewport
     return undefined;
   }
   const canvas = element("canvas", { class: "replay-canvas", tabindex: "0", role: "img" });
-  canvas.setAttribute("aria-label", "Motion of base, arms and targets. Drag to turn; space plays; left and right step.");
+  canvas.setAttribute("aria-label", "Motion of base, arms and targets. Drag, or W, A, S, D, to turn; plus and minus to zoom; space plays; left and right step.");
   const context = webgl(canvas);
   if (!context) {
     messageInstead(picture, "No 3D picture", "This browser offers no WebGL 2, which the picture needs. Time, plots and tables still work.");

@@ -2,7 +2,8 @@
 import { Group, Quaternion, type Sprite, Vector3 } from "three";
 import type { Scene } from "../data";
 import type { Instant, Run } from "../run";
-import { buildBodies, type BodyView, poseBodies, rolesOf, typicalLink } from "./bodies";
+import { rolesOf } from "../roles";
+import { buildBodies, type BodyView, poseBodies, typicalLink } from "./bodies";
 import { type Impact, impactsOf } from "./impacts";
 import type { Label, Labels } from "./labels";
 import { attitudeAxes, graspPoint, massCentre } from "./markers";
@@ -22,6 +23,8 @@ export interface Shown {
   initial: boolean;
   mass: boolean;
   names: boolean;
+  ground: boolean;
+  sky: boolean;
 }
 
 export class RunView {
@@ -75,8 +78,8 @@ export class RunView {
     return true;
   }
 
-  update(time: number, shown: Shown): void {
-    const instant = this.run.locate(time);
+  update(time: number, back: number, shown: Shown): void {
+    const instant = this.run.locate(time, back);
     poseBodies(this.bodies, instant);
     for (const trail of this.trails) {
       trail.object.visible = shown.trails;
@@ -86,7 +89,7 @@ export class RunView {
     for (const group of this.points) group.visible = shown.points;
     this.initial.visible = shown.initial && !this.second;
     if (this.initial.visible && this.initial.children.length === 0) this.addGhost();
-    this.impulses.update(time, instant, shown);
+    this.impulses.update(time, instant, back, shown);
     this.momentum?.update(instant, shown.momentum);
     this.forces?.update(instant, shown.forces);
     this.placeMass(instant, shown);

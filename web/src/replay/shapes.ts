@@ -15,6 +15,7 @@ import {
 } from "three";
 import type { Geometry, Quat, Scene } from "../data";
 import type { Paints } from "./palette";
+import { cellLines, connectedParts, type Plate, plateOf, plateOfBox } from "./panels";
 
 // How the solids of a body are painted.
 export interface Look {
@@ -38,6 +39,7 @@ type Outline = "edges" | "rim" | "both";
 export function solid(geometry: BufferGeometry, look: Look, paints: Paints, outline: Outline, role = look.role): Group {
   const group = new Group();
   const mesh = new Mesh(geometry, paints.surface(role, look.opacity));
+  mesh.castShadow = mesh.receiveShadow = look.opacity === 1;
   group.add(mesh);
   const lineOpacity = look.opacity < 1 ? 0.55 * look.opacity + 0.1 : 0.55;
   if (outline !== "rim" && geometry.getAttribute("position").count <= kMostForEdges) {
@@ -53,16 +55,13 @@ export function geometrySolid(geometry: Geometry, scene: Scene, look: Look, pain
   const [a, b, c] = geometry.size;
   const group = new Group();
   let made: Group | undefined;
-  if (geometry.shape === "box" && a > 0 && b > 0 && c > 0) made = solid(new BoxGeometry(a, b, c), look, paints, "edges");
+  if (geometry.shape === "box" && a > 0 && b > 0 && c > 0) made = box([a, b, c], look, paints);
   if (geometry.shape === "sphere" && a > 0) made = sphere(a, look, paints);
   if (geometry.shape === "cylinder" && a > 0 && b > 0) made = along(solid(new CylinderGeometry(a, a, b, 40), look, paints, "both"), kZ);
   if (geometry.shape === "capsule" && a > 0) made = along(solid(new CapsuleGeometry(a, Math.max(b, 0), 8, 28), look, paints, "rim"), kZ);
   if (geometry.shape === "mesh") {
-    const mesh = meshGeometry(scene, geometry.mesh ?? -1);
-    if (mesh) {
-      made = solid(mesh, look, paints, "edges");
-      made.scale.set(a || 1, b || 1, c || 1);
-    }
+    made = meshSolid(scene, geometry.mesh ?? -1, look, paints);
+    made?.scale.set(a || 1, b || 1, c || 1);
   }
   if (!made) return undefined;
   group.add(made);
@@ -85,12 +84,43 @@ function sphere(radius: number, look: Look, paints: Paints): Group {
   return group;
 }
 
-function meshGeometry(scene: Scene, index: number): BufferGeometry | undefined {
+// A thin one is a panel.
+function box(size: [number, number, number], look: Look, paints: Paints): Group {
+  const plate = look.opacity === 1 ? plateOfBox(size) : undefined;
+  const group = solid(new BoxGeometry(...size), look, paints, "edges", plate ? "panel" : look.role);
+  if (plate) group.add(cells(plate, paints));
+  return group;
+}
+
+function cells(plate: Plate, paints: Paints): LineSegments {
+  return new LineSegments(cellLines(plate), paints.line("cell", 0.6));
+}
+
+const kMostForPanels = 60000; // triangles: looking for the parts of larger meshes takes long
+
+// Parts that are thin rectangles are panels; the rest has the body's colour.
+function meshSolid(scene: Scene, index: number, look: Look, paints: Paints): Group | undefined {
   const mesh = scene.meshes[index];
   if (!mesh || mesh.triangles.length === 0) return undefined;
+  const { vertices, triangles } = mesh;
+  const wanted = look.opacity === 1 && triangles.length <= 3 * kMostForPanels;
+  const parts = wanted ? connectedParts(vertices, triangles) : [];
+  const plates = parts.map((part) => plateOf(vertices, triangles, part));
+  if (!plates.some(Boolean)) return solid(meshGeometry(vertices, triangles), look, paints, "edges");
+  const group = new Group();
+  const of = (panel: boolean): number[] =>
+    parts.filter((_, k) => Boolean(plates[k]) === panel).flatMap((part) => part.flatMap((t) => [triangles[3 * t], triangles[3 * t + 1], triangles[3 * t + 2]]));
+  const rest = of(false);
+  if (rest.length > 0) group.add(solid(meshGeometry(vertices, rest), look, paints, "edges"));
+  group.add(solid(meshGeometry(vertices, of(true)), look, paints, "edges", "panel"));
+  for (const plate of plates) if (plate) group.add(cells(plate, paints));
+  return group;
+}
+
+function meshGeometry(vertices: number[], triangles: number[]): BufferGeometry {
   const indexed = new BufferGeometry();
-  indexed.setAttribute("position", new BufferAttribute(new Float32Array(mesh.vertices), 3));
-  indexed.setIndex(mesh.triangles.slice());
+  indexed.setAttribute("position", new BufferAttribute(new Float32Array(vertices), 3));
+  indexed.setIndex(triangles.slice());
   const flat = indexed.toNonIndexed(); // faces stay flat, as those of a CAD model
   flat.computeVertexNormals();
   return flat;

@@ -1,17 +1,20 @@
 // The renderer with its lights: draws when asked to, and then once.
-import { DirectionalLight, Group, HemisphereLight, Scene, Vector3, WebGLRenderer } from "three";
+import { DirectionalLight, Group, HemisphereLight, PCFSoftShadowMap, Scene, Vector3, WebGLRenderer } from "three";
 import type { Camera } from "three";
-import { BufferGeometry, Float32BufferAttribute, LineSegments } from "three";
-import type { Paints } from "./palette";
+import type { Sky } from "./sky";
+
+// From the scene to the sun, in W: its light does not go with the camera, so that attitudes are seen to change.
+export const kSun = new Vector3(0.42, -0.5, 0.76).normalize();
 
 export class Stage {
   readonly scene = new Scene();
   readonly world = new Group(); // W, moved as the view asks
   readonly renderer: WebGLRenderer;
   count = 0; // pictures drawn
-  private readonly key = new DirectionalLight(0xffffff, 1.75);
-  private readonly fill = new DirectionalLight(0xeef3ff, 0.85);
-  private readonly sky = new HemisphereLight(0xffffff, 0xb4bcc6, 1.65);
+  sky: Sky | null = null; // behind everything; null: the page's own background
+  private readonly sun = new DirectionalLight(0xffffff, 2.1);
+  private readonly fill = new DirectionalLight(0xeef3ff, 0.75); // goes with the camera
+  private readonly ambient = new HemisphereLight(0xffffff, 0xb4bcc6, 1.55);
   private pending = 0;
   private draw: () => void = () => {};
 
@@ -21,8 +24,25 @@ export class Stage {
   ) {
     this.renderer = new WebGLRenderer({ canvas, context, antialias: true, alpha: true });
     this.renderer.setClearColor(0x000000, 0); // the page's own background
-    this.sky.position.set(0, 0, 1);
-    this.scene.add(this.world, this.key, this.key.target, this.fill, this.fill.target, this.sky);
+    this.renderer.autoClear = false;
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.bias = -0.0006;
+    this.ambient.position.set(0, 0, 1);
+    this.world.add(this.sun, this.sun.target);
+    this.scene.add(this.world, this.fill, this.fill.target, this.ambient);
+  }
+
+  // What shadows are cast in: a ball in W.
+  lightUp(centre: Vector3, radius: number): void {
+    this.sun.target.position.copy(centre);
+    this.sun.position.copy(centre).addScaledVector(kSun, 3 * radius);
+    const camera = this.sun.shadow.camera;
+    Object.assign(camera, { left: -radius, right: radius, top: radius, bottom: -radius, near: radius, far: 6 * radius });
+    this.sun.shadow.normalBias = 0.004 * radius;
+    camera.updateProjectionMatrix();
   }
 
   onDraw(draw: () => void): void {
@@ -38,15 +58,15 @@ export class Stage {
     });
   };
 
-  // Lights go with the camera: from its upper left, and a weak one from its right.
   render(camera: Camera): void {
     const x = new Vector3();
     const y = new Vector3();
     const z = new Vector3();
     camera.updateMatrixWorld();
     camera.matrixWorld.extractBasis(x, y, z);
-    this.key.position.set(0, 0, 0).addScaledVector(x, -0.5).addScaledVector(y, 0.7).addScaledVector(z, 1);
-    this.fill.position.set(0, 0, 0).addScaledVector(x, 0.9).addScaledVector(y, -0.1).addScaledVector(z, 0.4);
+    this.fill.position.set(0, 0, 0).addScaledVector(x, -0.4).addScaledVector(y, 0.5).addScaledVector(z, 1);
+    this.renderer.clear();
+    this.sky?.render(this.renderer, camera, this.world);
     this.renderer.render(this.scene, camera);
     ++this.count;
   }
@@ -62,6 +82,7 @@ export class Stage {
       const geometry = (object as { geometry?: { dispose(): void } }).geometry;
       geometry?.dispose();
     });
+    this.sky?.dispose();
     this.renderer.dispose();
   }
 }
@@ -73,23 +94,4 @@ export function webgl(canvas: HTMLCanvasElement): WebGL2RenderingContext | null 
   } catch {
     return null;
   }
-}
-
-// Squares in a plane z = `height` about a centre, with a step of 1, 2 or 5 times a power of ten [m].
-export function grid(centre: Vector3, radius: number, height: number, paints: Paints): { object: LineSegments; step: number } {
-  const wish = radius / 5;
-  const power = 10 ** Math.floor(Math.log10(wish));
-  const step = [1, 2, 5, 10].map((k) => k * power).find((s) => s >= wish * 0.999) ?? wish;
-  const half = Math.ceil((3 * radius) / step);
-  const [cx, cy] = [Math.round(centre.x / step), Math.round(centre.y / step)];
-  const points: number[] = [];
-  for (let k = -half; k <= half; ++k) {
-    points.push((cx + k) * step, (cy - half) * step, height, (cx + k) * step, (cy + half) * step, height);
-    points.push((cx - half) * step, (cy + k) * step, height, (cx + half) * step, (cy + k) * step, height);
-  }
-  const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new Float32BufferAttribute(points, 3));
-  const object = new LineSegments(geometry, paints.line("grid", 0.2));
-  object.renderOrder = -1;
-  return { object, step };
 }

@@ -1,5 +1,6 @@
 // What is looked at and from where: the cameras, and what is shown.
 import { element } from "../dom";
+import { roving } from "../roving";
 import type { ViewSpec } from "./cameras";
 import type { Shown } from "./run_view";
 
@@ -12,6 +13,8 @@ const kNames: [keyof Shown, string, string][] = [
   ["mass", "Centre of mass", "Centre of mass of the whole system"],
   ["axes", "Axes", "Axes of base, targets and end-effectors: x red, y green, z blue"],
   ["initial", "Initial pose", "Where everything was at the beginning"],
+  ["ground", "Ground", "A grid that stands still in W, below everything, with the sun's shadows on it"],
+  ["sky", "Earth and stars", "For the eye: stars and an Earth that stand still in W; they are not computed"],
   ["names", "Names", "Names of bodies and end-effectors"],
 ];
 
@@ -32,7 +35,7 @@ export class Toolbar {
     reset.addEventListener("click", () => acts.reset());
     this.turn.classList.add("replay-turn"); // goes over the picture: bars keep their size when it comes and goes
     this.turn.addEventListener("click", () => acts.turn(flip(this.turn)));
-    const chips = element("div", { class: "replay-chips", role: "group", "aria-label": "Show" });
+    const chips = element("div", { class: "replay-chips", role: "toolbar", "aria-label": "Show" });
     for (const [what, label, title] of kNames) {
       if (!offers(what)) continue;
       const made = chip(label, title, shown[what]);
@@ -42,6 +45,7 @@ export class Toolbar {
       });
       chips.append(made);
     }
+    roving(chips);
     this.host.append(element("div", { class: "replay-group" }, this.cameras, reset), chips);
   }
 
@@ -86,7 +90,7 @@ export class Legend {
   }
 
   // The same along the lower edge of a picture for print.
-  draw(context: CanvasRenderingContext2D, height: number, color: (role: string) => string): void {
+  draw(context: CanvasRenderingContext2D, height: number, color: (role: string) => string, ink = "#333"): void {
     context.save();
     context.font = "12px system-ui, sans-serif";
     context.textBaseline = "middle";
@@ -98,7 +102,7 @@ export class Legend {
       context.fillStyle = color(row.role);
       context.fillRect(x, y - 5, 10, 10);
       context.globalAlpha = 1;
-      context.fillStyle = "#333";
+      context.fillStyle = ink;
       context.fillText(row.text, x + 15, y);
       x += 15 + context.measureText(row.text).width + 16;
     }

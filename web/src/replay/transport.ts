@@ -1,9 +1,10 @@
 // Playing and scrubbing: buttons, speed, and a track that shows phases and impacts.
-import type { Clock } from "../clock";
+import { slowFactor, type Clock } from "../clock";
 import { phaseTint } from "../colors";
 import { element, svgElement } from "../dom";
 import { number } from "../format";
 import { withUnit, words } from "../page/read";
+import { roving } from "../roving";
 import type { PhaseSpan, Run } from "../run";
 import type { Impact } from "./impacts";
 
@@ -25,9 +26,10 @@ export class Transport {
   private readonly phase = element("span", { class: "replay-phase" });
   private readonly elapsed = element("div", { class: "replay-elapsed" });
   private readonly speed = element("select", { "aria-label": "Speed", class: "replay-speed", title: "Seconds of simulation per second" });
+  private readonly video = element("button", { type: "button", class: "replay-chip", "aria-pressed": "false" }, "Record video");
+  private readonly videoSaid = element("span", { class: "replay-said", role: "status" });
   private readonly slow = element("input", { type: "checkbox" });
   private readonly boundaries: number[]; // beginnings of phases, and the end [s]
-  private readonly samples: number[]; // the run's instants, each once [s]
 
   constructor(
     private readonly clock: Clock,
@@ -35,7 +37,6 @@ export class Transport {
     private readonly impacts: Impact[],
   ) {
     this.boundaries = distinct([...run.phases.map((p) => p.begin), clock.begin, clock.end]);
-    this.samples = distinct([...run.time]);
     this.build();
     this.setSpeed(defaultSpeed(clock.end - clock.begin));
     this.update();
@@ -51,10 +52,9 @@ export class Transport {
       this.play.setAttribute("aria-label", label);
       this.play.title = label;
     }
-    const phase = this.phaseAt(clock.time);
+    const phase = this.phaseAt();
     const text = `${clock.time.toFixed(3)} s`;
     this.range.value = String(clock.time);
-    
     this.time.textContent = text;
     const until = this.run.validUntil;
     const beyond = until !== null && clock.time > until;
@@ -66,13 +66,28 @@ export class Transport {
     this.elapsed.style.width = `${(100 * part).toFixed(3)}%`;
   }
 
+  // A button that records a video, or the reason why none can be.
+  offerVideo(toggle: (() => void) | null, why: string): void {
+    this.video.disabled = toggle === null;
+    this.video.title = toggle ? "Record a WebM video of what is played from here on, in real time" : why;
+    if (toggle) this.video.addEventListener("click", toggle);
+    else this.videoSaid.textContent = why;
+    this.host.append(element("div", { class: "replay-video" }, this.video, this.videoSaid));
+  }
+  recording(on: boolean, said: string): void {
+    this.video.textContent = on ? "Stop and save" : "Record video";
+    this.video.setAttribute("aria-pressed", String(on));
+    this.videoSaid.textContent = said;
+  }
+
   // ---- What keys do ----
+  // An impact has two states or more at one time, which are stepped through one by one.
   step(samples: number): void {
-    this.clock.pause();
-    const now = this.clock.time;
-    const list = this.samples;
-    if (samples > 0) this.clock.time = list.find((t) => t > now + 1e-12) ?? this.clock.end;
-    else this.clock.time = lastBefore(list, now - 1e-12) ?? this.clock.begin;
+    const { clock } = this;
+    clock.pause();
+    const to = nextState(this.run.states, clock, samples > 0);
+    if (to) clock.show(to.time, to.back);
+    else clock.time = samples > 0 ? clock.end : clock.begin;
   }
   shift(seconds: number): void {
     this.clock.time += seconds;
@@ -92,17 +107,19 @@ export class Transport {
   // Seconds of simulation per second, here and now.
   private rate(): number {
     const { clock } = this;
-    const slow = clock.slowAround.find((s) => clock.time > s.time - s.before && clock.time < s.time + s.after);
-    return clock.speed * (slow?.factor ?? 1);
+    return clock.speed * slowFactor(clock.time, clock.slowAround);
   }
   private slowed(): boolean {
     return this.clock.playing && this.rate() < this.clock.speed;
   }
 
-  private phaseAt(time: number): string {
-    const index = this.run.locate(time).index;
-    const span = this.run.phases.find((p) => p.first <= index && index <= p.last);
-    return span ? words(span.name) : "";
+  private phaseAt(): string {
+    const { clock, run } = this;
+    const { index } = run.locate(clock.time, clock.back);
+    const span = run.phases.find((p) => p.first <= index && index <= p.last);
+    const beside = run.ranks.some((rank, i) => rank > 0 && run.time[i] === clock.time);
+    const side = !beside ? "" : clock.back > 0 && run.ranks[index] === 0 ? ", just before" : ", just after";
+    return `${span ? words(span.name) : ""}${side}`;
   }
 
   private build(): void {
@@ -122,7 +139,8 @@ export class Transport {
     this.slow.addEventListener("change", () => this.setSpeed(clock.speed));
     const slow = element("label", { class: "replay-check", title: "Slow motion around the impact" }, this.slow, "Slow at impact");
     slow.hidden = this.impacts.length === 0;
-    const left = element("div", { class: "replay-group" }, previous, this.play, next, impact);
+    const left = element("div", { class: "replay-group", role: "toolbar", "aria-label": "Play and go to" }, previous, this.play, next, impact);
+    roving(left);
     const middle = element("div", { class: "replay-now" }, this.time, this.phase);
     const right = element("div", { class: "replay-group" }, slow, this.speed);
     this.host.append(this.buildTrack(), element("div", { class: "replay-buttons" }, left, middle, right));
@@ -174,6 +192,19 @@ export class Transport {
           return { time, before, after: duration + (duration > 0 ? 0.1 * duration : 0.8), factor: Math.min(1, rate / speed) };
         });
   }
+}
+
+// The state after what is shown, or before it.
+export function nextState(
+  states: readonly { time: number; back: number }[],
+  now: { time: number; back: number },
+  forward: boolean,
+): { time: number; back: number } | undefined {
+  const order = (one: { time: number; back: number }): number =>
+    Math.abs(one.time - now.time) > 1e-12 ? one.time - now.time : now.back - one.back;
+  if (forward) return states.find((one) => order(one) > 0);
+  for (let i = states.length - 1; i >= 0; --i) if (order(states[i]) < 0) return states[i];
+  return undefined;
 }
 
 // The quickest of the offered speeds, but twice at most, that lets the whole be watched for twenty seconds.

@@ -10,8 +10,7 @@ import { contactPoint } from "./markers";
 import type { Paints } from "./palette";
 import { poseAt, type PoseTrack, poseTrack, vectorAt } from "./poses";
 
-const kBefore = 0.3; // an impulse is shown from so long before its impact [s of simulation]
-const kAfter = 1.5; // until so long after its end
+const kAfter = 1.5; // an impulse is shown from its impact until so long after its end [s of simulation]
 const kRounding = 1e-12; // impulses below this part of the momentum are rounding
 
 interface ImpulseArrow {
@@ -66,11 +65,12 @@ export class Impulses {
     return this.largest > 0 ? (0.34 * this.span) / this.largest : 0; // [m per N s]
   }
 
-  update(time: number, instant: Instant, shown: { impulses: boolean; points: boolean }): void {
+  // `back`: as Clock.back: states of the impact's time before the last have not met it yet.
+  update(time: number, instant: Instant, back: number, shown: { impulses: boolean; points: boolean }): void {
     for (const one of this.made) {
-      const { begin, end } = { begin: one.impact.time - kBefore, end: one.impact.time + one.impact.duration + kAfter };
-      const near = time >= begin && time <= end;
-      const held = time >= one.impact.time && one.holds !== undefined && this.run.at(one.holds, { ...instant, fraction: 0 })[0] > 0.5;
+      const met = hasMet(this.run, one.impact.time, time, instant, back);
+      const near = met && time <= one.impact.time + one.impact.duration + kAfter;
+      const held = met && one.holds !== undefined && this.run.at(one.holds, { ...instant, fraction: 0 })[0] > 0.5;
       const point = time > one.impact.time ? inWorld(one.hand, instant, one.inHand, one.grasp.point) : new Vector3(...one.grasp.point);
       one.marker.visible = shown.points && (near || held);
       one.marker.position.copy(point);
@@ -82,6 +82,11 @@ export class Impulses {
       one.label.visible = one.arrow.object.visible;
     }
   }
+}
+
+// Whether what is shown is after the impact: of several states of its time all but the first.
+export function hasMet(run: Run, impact: number, time: number, instant: Instant, back: number): boolean {
+  return time > impact || (time === impact && (back === 0 || run.ranks[instant.index] > 0));
 }
 
 function inFrame(hand: PoseTrack | undefined, time: number, point: [number, number, number]): Vector3 {

@@ -1,5 +1,5 @@
 // The picture: runs drawn on a stage, seen by a camera, with labels over it.
-import { type LineSegments, Quaternion, Vector3 } from "three";
+import { Quaternion, Vector3 } from "three";
 import type { Clock } from "../clock";
 import type { Quat, SceneBody, Vec3 } from "../data";
 import { element } from "../dom";
@@ -8,10 +8,13 @@ import type { Run } from "../run";
 import { type BodyView } from "./bodies";
 import { type Ball, CameraRig, type ViewSpec } from "./cameras";
 import { Labels } from "./labels";
+import { Compass } from "./compass";
+import { type Ground, makeGround } from "./ground";
 import { goodDirection } from "./outlook";
 import { currentTheme, listenTheme, Paints, roleColor, type Theme } from "./palette";
 import { RunView, type Shown } from "./run_view";
-import { grid, Stage } from "./stage";
+import { Sky } from "./sky";
+import { Stage } from "./stage";
 import { Legend, type LegendRow } from "./toolbar";
 
 export interface Pose {
@@ -30,7 +33,10 @@ export class Viewport {
   private readonly labels = new Labels();
   private readonly legend = new Legend();
   private readonly ends: (() => void)[] = [];
-  private readonly grid: { object: LineSegments; step: number };
+  private readonly compass = new Compass();
+  private readonly ground: Ground;
+  private readonly direction: Vector3; // from which the replay is seen at first
+  private filmed: (() => void) | null = null;
   private readonly planar: boolean;
   private readonly extents = new Map<BodyView | null, Ball[]>();
   private width = 0;
@@ -50,10 +56,11 @@ export class Viewport {
     const first = this.views[0];
     this.planar = first.scene.planar;
     this.shown = defaultShown(first);
+    this.direction = this.outlook(first);
     this.rig = this.makeRig(canvas, first);
-    this.grid = this.makeGrid();
-    this.stage.world.add(this.grid.object);
-    host.append(this.labels.host, this.legend.host);
+    this.ground = this.makeGround();
+    this.stage.world.add(this.ground.object);
+    host.append(this.labels.host, this.legend.host, this.compass.host);
     this.stage.onDraw(() => this.draw());
     this.ends.push(listenTheme(() => this.retheme()));
     this.watchSize();
@@ -74,7 +81,7 @@ export class Viewport {
   bodyPose(name: string, run = 0): Pose | null {
     const view = this.views[run]?.bodies.find((b) => b.body.name === name);
     if (!view?.track) return null;
-    this.pose(this.clock.time);
+    this.pose(this.clock.time, this.clock.back);
     this.stage.world.updateMatrixWorld(true);
     const matrix = this.stage.world.matrixWorld.clone().invert().multiply(view.object.matrixWorld);
     const [position, turn, scale] = [new Vector3(), new Quaternion(), new Vector3()];
@@ -106,6 +113,32 @@ export class Viewport {
     this.resize(this.width, this.height);
     this.draw();
   }
+  // For a video: the picture with its labels, legend and time, as large as its canvas.
+  onPicture(listener: (() => void) | null): void {
+    this.filmed = listener;
+  }
+  paint(context: CanvasRenderingContext2D): void {
+    const { width, height } = context.canvas;
+    const color = (role: string) => roleColor(role, this.shownTheme);
+    const dark = this.shownTheme === "dark";
+    context.fillStyle = dark ? "#10161d" : "#eef2f6";
+    context.fillRect(0, 0, width, height);
+    this.render(); // what WebGL has drawn is there until the frame ends
+    context.drawImage(this.stage.canvas, 0, 0, width, height);
+    context.save();
+    context.scale(width / this.width, height / this.height);
+    this.labels.draw(context, this.stage.world, this.rig.camera, this.width, this.height, color, dark ? "#10161d" : "#fff");
+    this.legend.draw(context, this.height, color, dark ? "#e6ebf0" : "#333");
+    context.font = "600 15px system-ui, sans-serif";
+    context.fillStyle = dark ? "#e6ebf0" : "#17202a";
+    context.fillText(`t = ${this.clock.time.toFixed(2)} s`, 12, 24);
+    context.restore();
+  }
+  // In whole pairs of pixels, as encoders want them.
+  size(): { width: number; height: number } {
+    const canvas = this.stage.canvas;
+    return { width: 2 * Math.max(8, canvas.width >> 1), height: 2 * Math.max(8, canvas.height >> 1) };
+  }
   dispose(): void {
     for (const end of this.ends) end();
     this.rig.dispose();
@@ -116,29 +149,47 @@ export class Viewport {
   // ---- Drawing ----
   private draw(): void {
     if (this.width === 0) return;
-    this.pose(this.clock.time);
+    this.pose(this.clock.time, this.clock.back);
     this.render();
-    this.labels.layout(this.stage.world, this.rig.camera, this.width, this.height, (role) => roleColor(role, this.paints.theme));
+    const color = (role: string) => roleColor(role, this.shownTheme);
+    this.labels.layout(this.stage.world, this.rig.camera, this.width, this.height, color);
+    this.compass.update(this.rig.camera, this.stage.world, this.rig.unitsPerPixel(this.rig.target), color);
+    this.filmed?.();
   }
-  private pose(time: number): void {
-    for (const view of this.views) view.update(time, this.shown);
+  // Before the sky it is dark.
+  private get shownTheme(): Theme {
+    return this.shown.sky ? "dark" : this.paints.theme;
+  }
+  private pose(time: number, back = 0): void {
+    for (const view of this.views) view.update(time, back, this.shown);
     this.rig.frame(this.stage.world);
   }
   private render(): void {
-    this.grid.object.visible = this.planar || this.rig.active.top;
+    this.ground.object.visible = this.shown.ground;
     this.stage.world.updateMatrixWorld(true);
     this.rig.camera.updateMatrixWorld();
     for (const { mass } of this.views) {
       const size = 22 * this.rig.unitsPerPixel(mass.position.clone().applyMatrix4(this.stage.world.matrixWorld));
       mass.scale.set(size, size, 1);
     }
+    this.light();
     this.stage.render(this.rig.camera);
+  }
+  // Shadows are sharp about what is looked at, and reach as far as bodies do.
+  private light(): void {
+    const view = this.views[0];
+    const body = this.rig.active.follow ?? view.bodies.find((one) => one.body.kind === "base") ?? null;
+    const all = this.extent(null);
+    const whole = radiusOf(all);
+    const near = 3.2 * view.span;
+    if (!body || whole <= near) this.stage.lightUp(middleOf(all), 1.15 * whole);
+    else this.stage.lightUp(body.object.position, near);
   }
 
   private retheme(): void {
     const theme: Theme = currentTheme();
     this.paints.apply(theme);
-    this.host.dataset.theme = theme;
+    this.host.dataset.theme = this.shownTheme;
     this.refreshLegend();
     this.invalidate();
   }
@@ -158,10 +209,16 @@ export class Viewport {
       rows.push({ role: "second", text: `${other.run.data.label || "B"}: translucent`, faint: true });
     }
     if (this.shown.initial) rows.push({ role: "ghost", text: "initial pose", faint: true });
-    if (this.planar || this.rig.active.top) rows.push({ role: "grid", text: `grid ${number(this.grid.step)} m`, faint: true });
-    this.legend.show(rows, (role) => roleColor(role, this.paints.theme));
+    if (this.shown.ground) rows.push({ role: "grid", text: `grid ${number(this.ground.step)} m`, faint: true });
+    this.legend.show(rows, (role) => roleColor(role, this.shownTheme));
   }
   refresh(): void {
+    if (this.shown.sky && !this.stage.sky) this.stage.sky = new Sky(earthDirection(this.direction));
+    else if (!this.shown.sky && this.stage.sky) {
+      this.stage.sky.dispose();
+      this.stage.sky = null;
+    }
+    this.host.dataset.theme = this.shownTheme;
     this.refreshLegend();
     this.invalidate();
   }
@@ -175,12 +232,11 @@ export class Viewport {
       ...follow("target").map((b) => ({ id: `follow ${b.body.name}`, label: `Follow ${b.body.name}`, follow: b, top: false })),
       { id: "top", label: "From above, orthographic", follow: null, top: true },
     ];
-    const direction = this.outlook(first);
     const extent = (body: BodyView | null) => this.extent(body);
     let start = this.planar ? specs.length - 1 : 0;
     const base = specs[1]?.follow;
     if (base && radiusOf(extent(null)) > 2.5 * radiusOf(extent(base))) start = 1; // all drifts far
-    return new CameraRig(specs, start, canvas, extent, direction, () => this.invalidate());
+    return new CameraRig(specs, start, canvas, extent, this.direction, () => this.invalidate());
   }
 
   private outlook(first: RunView): Vector3 {
@@ -221,12 +277,11 @@ export class Viewport {
     return balls;
   }
 
-  private makeGrid(): { object: LineSegments; step: number } {
+  private makeGround(): Ground {
     const balls = this.extent(null);
-    const centre = middleOf(balls);
     const radius = radiusOf(balls);
-    const lowest = Math.min(0, ...balls.map((b) => b.centre.z - b.radius));
-    return grid(centre, radius, lowest - 0.01 * radius, this.paints);
+    const lowest = Math.min(...balls.map((b) => b.centre.z - b.radius));
+    return makeGround(middleOf(balls), radius, (Number.isFinite(lowest) ? lowest : 0) - 0.04 * radius, this.paints);
   }
 
   private watchSize(): void {
@@ -264,6 +319,12 @@ function shownPart(body: SceneBody): number {
   return body.geometry?.shape === "sphere" ? 1 : 0.85;
 }
 
+// Where it stands behind what is seen at first, up and aside.
+function earthDirection(outlook: Vector3): Vector3 {
+  const right = new Vector3(-outlook.y, outlook.x, 0).normalize();
+  return outlook.clone().negate().addScaledVector(right, -0.3).addScaledVector(new Vector3().crossVectors(outlook, right).normalize(), 0.14);
+}
+
 function middleOf(balls: Ball[]): Vector3 {
   return balls.reduce((sum, b) => sum.add(b.centre), new Vector3()).divideScalar(Math.max(1, balls.length));
 }
@@ -283,6 +344,8 @@ function defaultShown(view: RunView): Shown {
     initial: false,
     mass: true,
     names: false,
+    ground: true,
+    sky: false,
   };
 }
 

@@ -1,6 +1,7 @@
 // The case of the selected point: its values, why it failed, and the command that replays it.
 import { element } from "../dom";
 import { unitText } from "../format";
+import { badgeOf } from "./badge";
 import { breakable, rowName, shown, shownWithUnit } from "./describe";
 import type { Field } from "./field";
 import { Neighbours } from "./shape";
@@ -56,8 +57,8 @@ function content(spec: PointCardSpec, neighbours: Neighbours, point: number, ope
 
 function head(spec: PointCardSpec, point: number): HTMLElement {
   const { state } = spec;
-  const status = state.table.status[point];
-  const pill = element("span", { class: `st-pill st-status-${/^\w+$/.test(status) ? status : "other"}` }, status);
+  const badge = badgeOf(state.table, point);
+  const pill = element("span", { class: `st-pill st-status-${badge.kind}` }, badge.text);
   const go = (by: number): HTMLButtonElement => {
     const made = button(by < 0 ? "‹" : "›", () => state.select(point + by), { "aria-label": `${state.table.noun} ${by < 0 ? "before" : "after"}` });
     made.disabled = point + by < 0 || point + by >= state.table.size;

@@ -1,5 +1,6 @@
 // All points as a table: sorted by a click on a head, filtered, only the rows in view made. Arrow keys move, Enter selects.
 import { download, element } from "../dom";
+import { badgeOf } from "./badge";
 import { tellingColumns } from "./choice";
 import { pointsToText } from "./csv";
 import { breakable, counted, fieldLabel, plural, rowNumber, shown } from "./describe";
@@ -160,8 +161,9 @@ export class PointTable {
       const kind = isText(column) ? "st-td st-text" : "st-td";
       const cell = this.sized(element("div", { class: kind, role: "gridcell" }, text), this.width(column));
       if (column === "status") {
-        cell.classList.add(`st-status-${/^\w+$/.test(text) ? text : "other"}`);
-        if (table.reason[k]) cell.title = table.reason[k];
+        const badge = badgeOf(table, k);
+        cell.classList.add(`st-status-${badge.kind}`);
+        cell.title = table.reason[k] || badge.text;
       }
       return cell;
     });

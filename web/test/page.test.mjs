@@ -1,0 +1,276 @@
+// The page of a run as people use it: letters on dense screens, keyboard and screen readers, chosen colours, the order of what is
+// shown, the replay beside the plots, the states of an impact, texts of scenarios, video, and what its policy forbids.
+import assert from "node:assert/strict";
+import { readFileSync, writeFileSync } from "node:fs";
+import { createRequire } from "node:module";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
+import { after, before, describe, test } from "node:test";
+import { grapnel, launch, open, scenario, scratch, scrollThrough } from "./browser.mjs";
+
+const modules = process.env.GRAPNEL_WEB_MODULES ?? path.join(path.dirname(fileURLToPath(import.meta.url)), "..");
+const axe = readFileSync(createRequire(path.join(modules, "package.json")).resolve("axe-core/axe.min.js"), "utf8");
+
+const folder = scratch();
+let browser, handles, planned, comparison;
+before(async () => {
+  browser = await launch();
+  const run = (name, file) => {
+    const out = path.join(folder, name);
+    grapnel(["run", scenario(file), "-o", out, "--quiet"]);
+    return out;
+  };
+  handles = path.join(run("handles", "dual-arm-satellite-handles.yaml"), "report.html");
+  planned = run("planned", "thesis/closed-loop.yaml");
+  const published = run("published", "thesis/closed-loop-published-angles.yaml");
+  comparison = path.join(folder, "comparison.html");
+  grapnel(["report", planned, published, "-o", comparison]);
+});
+after(async () => {
+  await browser?.close();
+});
+
+// The report with other data, with its script as it was.
+function changed(file, name, change) {
+  const text = readFileSync(file, "utf8");
+  const tag = '<script type="application/json" id="grapnel-data">';
+  const first = text.indexOf(tag) + tag.length;
+  const last = text.indexOf("</script>", first);
+  const data = JSON.parse(text.slice(first, last));
+  change(data);
+  const made = path.join(folder, name);
+  writeFileSync(made, text.slice(0, first) + JSON.stringify(data).replaceAll("<", "\\u003c") + text.slice(last));
+  return made;
+}
+
+const seen = (page, selector) => page.locator(selector).evaluateAll((all) => all.filter((one) => one.checkVisibility({ visibilityProperty: true })).map((one) => one.textContent));
+
+describe("letters", () => {
+  for (const ratio of [1, 1.5, 2, 3]) {
+    test(`of axes have 12 px on a screen with ${ratio} pixels per px`, async () => {
+      const { page, context } = await open(browser, handles, { deviceScaleFactor: ratio });
+      const sizes = await page.evaluate(async () => {
+        const met = new Set();
+        const fill = CanvasRenderingContext2D.prototype.fillText;
+        CanvasRenderingContext2D.prototype.fillText = function (...args) {
+          if (this.canvas.closest(".uplot")) met.add(Number(/([\d.]+)px/.exec(this.font)[1]) / devicePixelRatio);
+          return fill.apply(this, args);
+        };
+        document.querySelector(".plot").scrollIntoView();
+        window.dispatchEvent(new Event("grapnel-theme")); // draws anew
+        await new Promise((done) => setTimeout(done, 600));
+        return [...met];
+      });
+      assert.ok(sizes.length > 0);
+      for (const size of sizes) assert.ok(size >= 10.9, `${size} px`); // 5.5 at a ratio of 2 in earlier versions
+      await context.close();
+    });
+  }
+});
+
+describe("without a mouse or with other eyes", () => {
+  for (const [name, file, colorScheme] of [["light", () => handles, "light"], ["dark", () => handles, "dark"], ["two runs", () => comparison, "light"]]) {
+    test(`no fault that axe finds: ${name}`, async () => {
+      const { page, context } = await open(browser, file(), { colorScheme });
+      await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
+      await scrollThrough(page);
+      const faults = await page.evaluate(async (source) => {
+        (0, eval)(source);
+        const { violations } = await window.axe.run(document);
+        return violations.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.html.slice(0, 120)}`));
+      }, axe).catch(async () => {
+        // The policy forbids eval; the browser's own door is open.
+        await page.evaluate(axe);
+        const { violations } = await page.evaluate(() => window.axe.run(document));
+        return violations.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.html.slice(0, 120)}`));
+      });
+      assert.deepEqual(faults, []);
+      await context.close();
+    });
+  }
+
+  test("few stops of the Tab key, and the first skips the head", async () => {
+    const { page, context } = await open(browser, handles);
+    await page.waitForTimeout(500);
+    const stops = await page.evaluate(
+      () => [...document.querySelectorAll("a[href], button, input, select, summary, [tabindex]")].filter((one) => one.tabIndex >= 0 && !one.disabled && one.checkVisibility({ visibilityProperty: true })).length,
+    );
+    assert.ok(stops < 90, `${stops} stops`); // measured 55
+    await page.keyboard.press("Tab");
+    assert.equal(await page.evaluate(() => document.activeElement.textContent), "Skip to the results");
+    await page.keyboard.press("Enter");
+    assert.equal(await page.evaluate(() => document.activeElement.id), "verdict");
+    await context.close();
+  });
+
+  test("arrow keys move within a group of buttons", async () => {
+    const { page, context } = await open(browser, handles);
+    await page.locator(".replay-chips button").first().focus();
+    const named = () => page.evaluate(() => document.activeElement.textContent);
+    assert.equal(await named(), "Trails");
+    await page.keyboard.press("ArrowRight");
+    assert.equal(await named(), "Grips");
+    await page.keyboard.press("End");
+    assert.equal(await named(), "Names");
+    await page.keyboard.press("ArrowRight");
+    assert.equal(await named(), "Trails");
+    assert.equal(await page.evaluate(() => window.__grapnel.clock.time), 0); // the replay did not step
+    await context.close();
+  });
+
+  test("keys turn the replay", async () => {
+    const { page, context } = await open(browser, handles);
+    const at = () => page.evaluate(() => window.__grapnel.replay.cameraDirection());
+    const before = await at();
+    await page.locator(".replay-canvas").focus();
+    await page.keyboard.press("d");
+    await page.keyboard.press("w");
+    const now = await at();
+    assert.ok(now[2] > before[2] + 0.03, `${before} to ${now}`);
+    const turned = Math.atan2(now[1], now[0]) - Math.atan2(before[1], before[0]);
+    assert.ok(Math.abs(turned - Math.PI / 36) < 1e-6, `${turned}`);
+    await context.close();
+  });
+
+  test("colours that the reader's system chooses are kept", async () => {
+    const { page, context, faults } = await open(browser, handles, { forcedColors: "active" });
+    await scrollThrough(page);
+    const [ink, page_, pressed] = await page.evaluate(() => {
+      const style = getComputedStyle(document.body);
+      return [style.color, style.backgroundColor, getComputedStyle(document.querySelector('.replay-chip[aria-pressed="true"]')).backgroundColor];
+    });
+    assert.notEqual(pressed, page_); // what is on is seen to be on
+    // Plots are drawn in the system's ink, not in the page's own.
+    assert.match(await page.evaluate(() => getComputedStyle(document.documentElement).getPropertyValue("--ink")), /CanvasText/);
+    assert.notEqual(ink, page_);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+});
+
+describe("what stands where", () => {
+  test("six plots at first, the rest folded in groups that open", async () => {
+    const { page, context } = await open(browser, handles, { viewport: { width: 1600, height: 1000 } });
+    await page.waitForSelector(".plot");
+    const titles = await seen(page, ".plot h3");
+    assert.deepEqual(titles, ["Distance and relative speed", "Grip force", "Base rate", "Least clearance", "Energy and work", "Worst margin to a rating"]);
+    await page.getByText("Open all groups").click();
+    assert.ok((await seen(page, ".plot h3")).length > 20);
+    await page.getByText("Fold all groups").click();
+    assert.equal((await seen(page, ".plot h3")).length, 6);
+    await context.close();
+  });
+
+  test("on a narrow screen the replay stays in sight, small", async () => {
+    const { page, context } = await open(browser, handles, { viewport: { width: 800, height: 900 } });
+    await page.waitForSelector(".plot");
+    await page.evaluate(() => window.scrollTo(0, document.querySelectorAll(".plot")[2].getBoundingClientRect().top + window.scrollY - 500));
+    await page.waitForTimeout(300);
+    const box = await page.locator(".replay-viewport").boundingBox();
+    assert.ok(box.y >= 0 && box.y + box.height < 0.6 * 900, `${box.y} + ${box.height}`);
+    await context.close();
+  });
+
+  test("the picture has a grid, a scale and the axes of W, and may have a sky", async () => {
+    const { page, context, faults } = await open(browser, handles);
+    await page.waitForTimeout(500);
+    assert.match((await seen(page, ".replay-legend")).join(), /grid \d/);
+    assert.match((await seen(page, ".replay-scale")).join(), /^[\d.]+ m$/);
+    assert.deepEqual(await page.locator(".replay-compass text").evaluateAll((all) => all.map((one) => one.textContent).sort()), ["x", "y", "z"]);
+    await page.locator(".replay-chip", { hasText: "Earth and stars" }).click();
+    await page.waitForTimeout(800);
+    assert.equal(await page.locator(".replay-viewport").getAttribute("data-theme"), "dark");
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+
+  test("what the thesis published is not beside what has nothing to do with it", async () => {
+    const { page, context } = await open(browser, changed(handles, "own.html", (data) => (data.runs[0].summary.impact.show_as_published = false)));
+    assert.equal(await page.locator("#published").count(), 0);
+    assert.doesNotMatch(await page.locator("body").innerText(), /as published/i);
+    await context.close();
+  });
+});
+
+describe("an impact", () => {
+  const labels = (page) => page.locator(".replay-label:not([hidden])").evaluateAll((all) => all.map((one) => one.textContent));
+
+  test("has its arrows from contact on, and two states at one time", async () => {
+    const { page, context } = await open(browser, handles);
+    const go = async (time, back) => {
+      const drawn = await page.evaluate(([t, k]) => (window.__grapnel.clock.show(t, k), window.__grapnel.replay.renderCount()), [time, back]);
+      await page.waitForFunction((n) => window.__grapnel.replay.renderCount() > n, drawn);
+    };
+    await go(44.9, 0);
+    assert.deepEqual(await labels(page), []);
+    await go(45, 0);
+    assert.equal((await labels(page)).filter((text) => / N s$/.test(text)).length, 2);
+    assert.match(await page.locator(".replay-phase").textContent(), /just after/);
+    await page.locator(".replay-canvas").focus();
+    const drawn = await page.evaluate(() => window.__grapnel.replay.renderCount());
+    await page.keyboard.press("ArrowLeft"); // "previous sample"
+    await page.waitForFunction((n) => window.__grapnel.replay.renderCount() > n, drawn);
+    assert.equal(await page.evaluate(() => window.__grapnel.clock.time), 45);
+    assert.match(await page.locator(".replay-phase").textContent(), /just before/);
+    assert.deepEqual(await labels(page), []);
+    await context.close();
+  });
+});
+
+describe("what was simulated", () => {
+  const texts = (text, settings = []) => ({ description: "Two hands & <b>one</b> satellite", settings, files: [{ part: "scenario", bytes: text.length, text }] });
+
+  test("stands on the page, as text", async () => {
+    const file = changed(handles, "texts.html", (data) => (data.runs[0].source = texts("name: x\n# <script>\n", ["approach.duration=10"])));
+    const { page, context } = await open(browser, file);
+    assert.match(await page.locator(".page-head").innerText(), /Two hands & <b>one<\/b> satellite/);
+    await page.locator("#scenario summary").click();
+    assert.match(await page.locator("#scenario pre").innerText(), /# <script>/);
+    assert.match(await page.locator("#scenario").innerText(), /approach\.duration=10/);
+    await context.close();
+  });
+
+  test("is compared line by line, or said to be missing", async () => {
+    const file = changed(comparison, "differ.html", (data) => {
+      data.runs[0].source = texts("a: 1\nb: 2\nc: 3\n");
+      data.runs[1].source = texts("a: 1\nb: 5\nc: 3\n");
+    });
+    const one = await open(browser, file);
+    assert.deepEqual(await one.page.locator(".diff-a code, .diff-b code").allTextContents(), ["b: 2", "b: 5"]);
+    await one.context.close();
+    const two = await open(browser, changed(comparison, "missing.html", (data) => data.runs.forEach((run) => delete run.source)));
+    assert.match(await two.page.locator("#verdict").innerText(), /does not hold its scenario's text/);
+    assert.deepEqual(two.faults, []);
+    await two.context.close();
+  });
+});
+
+describe("files", () => {
+  test("a video of the replay", async () => {
+    const { page, context, faults } = await open(browser, handles);
+    await page.evaluate(() => {
+      window.__grapnel.clock.speed = 10;
+      window.__grapnel.clock.slowAround = [];
+      window.__grapnel.clock.time = window.__grapnel.clock.end - 12;
+    });
+    const saved = page.waitForEvent("download");
+    await page.getByText("Record video").click();
+    const file = await (await saved).path();
+    assert.deepEqual([...readFileSync(file).subarray(0, 4)], [0x1a, 0x45, 0xdf, 0xa3]); // EBML: WebM
+    assert.match(await page.locator(".replay-said").textContent(), /Video saved/);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+
+  test("the policy runs the viewer and no other script", async () => {
+    const text = readFileSync(handles, "utf8");
+    assert.doesNotMatch(/script-src ([^;]*)/.exec(text)[1], /unsafe/);
+    const file = path.join(folder, "planted.html");
+    writeFileSync(file, text.replace("</head>", "<script>window.planted = 1</script></head>").replace("<main", "<img src=x onerror='window.planted = 2'><main"));
+    const { page, context } = await open(browser, file);
+    await page.waitForTimeout(200);
+    assert.equal(await page.evaluate(() => window.planted), undefined);
+    assert.equal(await page.locator(".fault").count(), 0);
+    await context.close();
+  });
+});

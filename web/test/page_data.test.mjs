@@ -1,0 +1,337 @@
+// What the page says and shows, without a browser: playback, states at an impact, colours, the first plots and their limits,
+// differences of texts, badges, panels.
+import assert from "node:assert/strict";
+import { before, test } from "node:test";
+import { bundle } from "./bundle.mjs";
+
+let v;
+before(async () => {
+  v = await bundle([
+    "clock", "run", "colors", "roles", "plots/catalog", "plots/axes", "plots/svg", "plots/compare_specs", "page/line_diff", "page/facts",
+    "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/compass", "replay/cameras", "replay/panels", "replay/video",
+  ]);
+});
+
+const near = (a, b, bound) => assert.ok(Math.abs(a - b) < bound, `${a} is not ${b}`);
+const base64 = (array) => Buffer.from(array.buffer).toString("base64");
+
+// ---- Playback ----
+
+test("playback keeps to its speed whatever frames take, and through slow motion", () => {
+  near(v.advance(0, 0.5, 2, [], 100), 1, 1e-12); // one frame of half a second at 2x
+  const slow = [{ time: 10, before: 1, after: 1, factor: 0.1 }];
+  near(v.advance(8, 1, 2, slow, 100), 9.1, 1e-12); // half a second to its edge, the rest at a tenth
+  near(v.advance(8, 20, 2, slow, 100), 8 + 1 + 2 + 2 * 9.5, 1e-12); // through it in one frame
+  assert.equal(v.advance(99, 5, 2, slow, 100), 100);
+});
+
+test("a slow machine plays 2x at 2x; what passed out of sight is not played", () => {
+  const frames = [];
+  const listeners = {};
+  let now = 0;
+  const kept = { performance: globalThis.performance, requestAnimationFrame: globalThis.requestAnimationFrame, document: globalThis.document };
+  Object.defineProperty(globalThis, "performance", { value: { now: () => now }, configurable: true });
+  globalThis.requestAnimationFrame = (frame) => frames.push(frame);
+  globalThis.document = { hidden: false, addEventListener: (name, listener) => (listeners[name] = listener) };
+  try {
+    const clock = new v.Clock(0, 100);
+    clock.speed = 2;
+    clock.play();
+    for (let k = 0; k < 10; ++k) frames.shift()((now += 250)); // four frames a second, as on a software renderer
+    near(clock.time, 5, 1e-9);
+    document.hidden = true;
+    listeners.visibilitychange();
+    document.hidden = false;
+    frames.shift()((now += 60_000));
+    near(clock.time, 5.2, 1e-9);
+  } finally {
+    Object.defineProperty(globalThis, "performance", { value: kept.performance, configurable: true });
+    globalThis.requestAnimationFrame = kept.requestAnimationFrame;
+    globalThis.document = kept.document;
+  }
+});
+
+// ---- An impact has two states at one time ----
+
+// The approach ends at 1 s, the contact has a sample before and one after, and the last phase begins as the contact ends.
+function impactRun(scene = null, more = [], summary = {}) {
+  const time = Float64Array.of(0, 1, 1, 1, 1, 2);
+  const series = (path, unit, components, values) => ({ path, unit, description: "", components, data: base64(Float32Array.from(values.flat())) });
+  return new v.Run({
+    label: "",
+    folder: "x",
+    summary,
+    scene,
+    notes: [],
+    series: {
+      samples: 6,
+      of: 6,
+      bound: 0,
+      time: base64(time),
+      phase: base64(Uint8Array.of(0, 0, 1, 1, 2, 2)),
+      phases: ["approach", "contact", "post_impact"],
+      series: [series("base/angular_velocity", "rad/s", ["x", "y", "z"], [[0, 0, 0], [0, 0, 1], [0, 0, 1], [0, 0, 3], [0, 0, 3], [0, 0, 3]]), ...more.map((one) => series(...one))],
+    },
+  });
+}
+
+test("the states before and after an impact are two steps", () => {
+  const run = impactRun();
+  assert.deepEqual([...run.ranks], [0, 0, 0, 1, 1, 0]);
+  assert.deepEqual(run.states, [{ time: 0, back: 0 }, { time: 1, back: 3 }, { time: 1, back: 0 }, { time: 2, back: 0 }]);
+  const rate = (state) => run.at(run.series("base/angular_velocity"), run.locate(state.time, state.back))[2];
+  assert.deepEqual(run.states.map(rate), [0, 1, 3, 3]);
+  const back = v.nextState(run.states, { time: 1, back: 0 }, false);
+  assert.deepEqual(back, { time: 1, back: 3 }); // "previous sample" shows what was just before
+  assert.deepEqual(v.nextState(run.states, back, true), { time: 1, back: 0 });
+  assert.deepEqual(v.nextState(run.states, { time: 0.5, back: 0 }, true), { time: 1, back: 3 });
+  assert.equal(v.nextState(run.states, { time: 2, back: 0 }, true), undefined);
+});
+
+test("an impulse is shown from contact on", () => {
+  const run = impactRun();
+  const met = (time, back) => v.hasMet(run, 1, time, run.locate(time, back), back);
+  assert.equal(met(0.99, 0), false); // 0.3 s before it in earlier versions
+  assert.equal(met(1, 3), false);
+  assert.equal(met(1, 0), true);
+  assert.equal(met(1.2, 0), true);
+});
+
+// ---- Colours ----
+
+const linear = (c) => (c <= 0.04045 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4);
+const rgb = (hex) => [1, 3, 5].map((i) => linear(parseInt(hex.slice(i, i + 2), 16) / 255));
+const luminance = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+const contrast = (a, b) => {
+  const [low, high] = [luminance(rgb(a)), luminance(rgb(b))].sort((x, y) => x - y);
+  return (high + 0.05) / (low + 0.05);
+};
+function lab([r, g, b]) {
+  const f = (t) => (t > 0.008856 ? Math.cbrt(t) : 7.787 * t + 16 / 116);
+  const [x, y, z] = [f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.9505), f(0.2126 * r + 0.7152 * g + 0.0722 * b), f((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.089)];
+  return [116 * y - 16, 500 * (x - y), 200 * (y - z)];
+}
+// As people see them whose green cones are missing (Machado, Oliveira, Fernandes 2009).
+const withoutGreen = ([r, g, b]) => [0.367322 * r + 0.860646 * g - 0.227968 * b, 0.280085 * r + 0.672501 * g + 0.047413 * b, -0.01182 * r + 0.04294 * g + 0.968881 * b].map((c) => Math.max(0, c));
+const apart = (a, b, seen = (c) => c) => Math.hypot(...lab(seen(rgb(a))).map((x, i) => x - lab(seen(rgb(b)))[i]));
+
+test("arms, targets and axes have colours that stay apart and stand out from the page", () => {
+  const roles = ["arm 0", "arm 1", "arm 2", "arm 3", "target 0", "target 1", "axis x", "axis y", "axis z"];
+  for (const [scheme, page] of [["light", "#ffffff"], ["dark", "#171e26"]]) {
+    const colors = roles.map((role) => v.roleColor(role, scheme));
+    colors.forEach((color, i) => {
+      assert.ok(contrast(color, page) >= 3, `${roles[i]} on ${page}: ${contrast(color, page)}`);
+      for (let k = 0; k < i; ++k) {
+        assert.ok(apart(color, colors[k]) > 20, `${roles[i]} and ${roles[k]}, ${scheme}: ${apart(color, colors[k])}`); // measured 22 at least
+        const alike = [roles[i], roles[k]].every((role) => role.startsWith("axis")) || [roles[i], roles[k]].every((role) => !role.startsWith("axis"));
+        if (alike) assert.ok(apart(color, colors[k], withoutGreen) > 14, `${roles[i]} and ${roles[k]}, ${scheme}, without green: ${apart(color, colors[k], withoutGreen)}`);
+      }
+    });
+  }
+  const [r, g, b] = ["axis x", "axis y", "axis z"].map((role) => rgb(v.roleColor(role, "light")));
+  assert.ok(r[0] > r[1] && r[0] > r[2] && g[1] > g[0] && g[1] > g[2] && b[2] > b[0] && b[2] > b[1]); // x red, y green, z blue
+});
+
+function twoArms() {
+  const body = (name, kind, parent) => ({ name, kind, parent, joint: null, series: name, mass: 1, com: [0, 0, 0], inertia: [1, 1, 1, 0, 0, 0], geometry: null });
+  return {
+    planar: false,
+    bodies: [body("bus", "base", null), body("left", "link", "bus"), body("right", "link", "bus"), body("debris", "target", null)],
+    end_effectors: [{ name: "tip-1", body: "left" }, { name: "tip-2", body: "right" }].map((e) => ({ ...e, position: [0, 0, 0], quaternion_wxyz: [1, 0, 0, 0] })),
+    grasp_points: [{ target: "debris", name: "bar", position: [0, 0, 0], approach_direction: null }],
+    grasps: ["tip-1", "tip-2"].map((end_effector) => ({ end_effector, target: "debris", grasp_point: "bar", model: "rigid" })),
+    meshes: [],
+    limits: { grips: [{ end_effector: "tip-1", position: 0.03, velocity: 0.02 }, { end_effector: "tip-2", position: 0.03, velocity: 0.01 }], clearance: 0.05 },
+  };
+}
+
+function fullRun() {
+  const six = (...values) => values.map((one) => [one].flat());
+  const still = six([0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]);
+  const attitude = six(...Array(6).fill([1, 0, 0, 0]));
+  const moves = six([1, 0, 0], [0.5, 0, 0], [0.5, 0, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]);
+  const force = six([0, 0, 0], [0, 0, 0], [0, 0, 0], [30, 40, 0], [30, 40, 0], [0, 0, 0]);
+  const xyz = ["x", "y", "z"];
+  const more = [
+    ["targets/debris/position", "m", xyz, still], ["targets/debris/quaternion_wxyz", "1", ["w", "x", "y", "z"], attitude],
+    ["targets/debris/velocity", "m/s", xyz, still], ["targets/debris/angular_velocity", "rad/s", xyz, still],
+    ["targets/debris/linear_momentum", "N s", xyz, moves], ["robot/linear_momentum", "N s", xyz, moves],
+    ...["tip-1", "tip-2"].flatMap((name) => [
+      [`end_effectors/${name}/velocity`, "m/s", xyz, moves],
+      [`grasps/${name}/distance`, "m", [""], six(1, 0.5, 0.5, 0, 0, 0)],
+      [`grasps/${name}/force`, "N", xyz, force],
+    ]),
+    ["clearance/least", "m", [""], six(1, 1, 1, 1, 1, 1)], ["system/kinetic_energy", "J", [""], six(2, 2, 2, 1, 1, 1)],
+  ];
+  const summary = {
+    loads: [
+      { of: "tip-1", quantity: "force", phase: "approach", peak: 20, rating: 100, margin: 0.8 },
+      { of: "tip-1", quantity: "force", phase: "contact", peak: 120, rating: 100, margin: -0.2, assumed_duration: true },
+      { of: "tip-1", quantity: "force", phase: "post_impact", peak: 55, rating: 100, margin: 0.45 },
+      { of: "tip-2", quantity: "force", phase: "post_impact", peak: 5, rating: null, margin: null },
+    ],
+  };
+  return impactRun(twoArms(), more, summary);
+}
+
+test("one colour per arm, target and axis in every plot", () => {
+  const { plots } = v.plotsOf(fullRun(), 0);
+  const line = (plot, label) => plots.find((one) => one.id === plot).lines.find((one) => one.label === label);
+  assert.equal(line("grip-force", "tip-2").color, "arm 1");
+  assert.equal(line("closing", "tip-2 distance").color, "arm 1");
+  assert.equal(line("momentum-linear-x", "debris").color, "target 0"); // orange, as tip-2, in earlier versions
+  assert.deepEqual(plots.find((one) => one.id === "base-angular_velocity").lines.map((one) => one.color), ["axis x", "axis y", "axis z"]);
+  assert.equal(line("end-effector-velocity-tip-1", "z").color, "axis z");
+});
+
+// ---- The first plots ----
+
+test("six plots come first, with their limits; the rest follows in groups", () => {
+  const { plots, absent } = v.plotsOf(fullRun(), 0);
+  const first = plots.filter((plot) => plot.group === "Overview");
+  assert.deepEqual(first.map((plot) => plot.id), ["closing", "grip-force", "base-angular_velocity", "clearance", "energy", "worst-margin"]);
+  assert.deepEqual(plots.slice(0, 6), first);
+  assert.deepEqual(absent, []);
+  assert.equal(new Set(plots.map((plot) => plot.id)).size, plots.length);
+  assert.deepEqual(first[0].limits, [
+    { label: "allowed distance", value: 0.03 },
+    { label: "allowed speed of tip-1", value: 0.02, right: true },
+    { label: "allowed speed of tip-2", value: 0.01, right: true },
+  ]);
+  assert.deepEqual(first[0].lines.map((line) => Boolean(line.right)), [false, false, true, true]);
+  assert.deepEqual(first[1].limits, [{ label: "rating", value: 100 }]);
+  assert.deepEqual(first[3].limits, [{ label: "required", value: 0.05 }]);
+  const [sampled, phases] = first[5].lines.map((line) => [...line.values()]);
+  assert.deepEqual(sampled, [100, 100, 100, 50, 50, 100]); // |force| = 50 N of 100
+  assert.deepEqual(phases.map((x) => Math.round(x)), [80, 80, -20, -20, 45, 45]);
+  assert.match(first[5].note, /assumed duration/);
+});
+
+test("what a run lacks of the six is said", () => {
+  const { plots, absent } = v.plotsOf(impactRun(), 0);
+  assert.deepEqual(plots.map((plot) => plot.id), ["base-angular_velocity"]);
+  assert.equal(absent.length, 5);
+  assert.match(absent.join(";"), /the robot has no ratings/);
+});
+
+test("a limit near the lines widens the axis; one far away does not press them flat", () => {
+  assert.deepEqual(v.withLimits(0, 10, [12]), { low: 0, high: 12 });
+  assert.deepEqual(v.withLimits(0, 10, [1500]), { low: 0, high: 10 });
+  assert.deepEqual(v.withLimits(NaN, NaN, [0]), { low: 0, high: 0 });
+});
+
+test("files of a plot have its limits and its right axis", () => {
+  const line = { color: "#000000", dash: [], width: 1, time: [0, 1] };
+  const svg = v.svgPlot({
+    id: "a", title: "t", xTitle: "time", yTitle: "distance", rightTitle: "speed", window: { min: 0, max: 1 }, log: false, width: 400, height: 250, phases: [],
+    lines: [{ ...line, label: "near", values: [0, 1] }, { ...line, label: "fast", right: true, values: [0, 50] }],
+    limits: [{ label: "allowed", value: 0.5, color: "#b3261e" }, { label: "rating", value: 9000, right: true, color: "#b3261e" }],
+  });
+  assert.match(svg, />speed</);
+  assert.match(svg, />50</); // the right axis' own ticks
+  assert.match(svg, />allowed 0\.5</);
+  assert.match(svg, />↑ rating 9000</);
+  assert.doesNotMatch(svg, /NaN/);
+});
+
+test("two runs share limits that are alike and mark those that are not", () => {
+  const plot = (value) => ({ id: "p", group: "g", title: "", axis: "", unit: "N", lines: [], limits: [{ label: "contact", value: 0 }, { label: "rating", value }] });
+  const [joined] = v.overlay([plot(100)], [plot(200)]);
+  assert.deepEqual(joined.limits, [{ label: "contact", value: 0 }, { label: "rating, A", value: 100 }, { label: "rating, B", value: 200 }]);
+});
+
+// ---- Texts ----
+
+test("texts are compared line by line", () => {
+  const diff = v.lineDiff("a\nb\nc\nd\n", "a\nx\nc\nd\ne\n");
+  assert.deepEqual(diff.map(({ side, text }) => `${side} ${text}`), ["both a", "a b", "b x", "both c", "both d", "b e"]);
+  assert.deepEqual(diff.map(({ a, b }) => [a, b]), [[1, 1], [2, null], [null, 2], [3, 3], [4, 4], [null, 5]]);
+  assert.ok(v.lineDiff("", "").length === 0);
+  assert.deepEqual(v.lineDiff("", "q").map((line) => line.side), ["b"]);
+  const long = Array.from({ length: 60 }, (_, i) => `line ${i}`);
+  const shown = v.hunks(v.lineDiff(long.join("\n"), long.with(30, "other").join("\n")), 2);
+  assert.deepEqual(shown.map((line) => line?.text ?? "..."), ["...", "line 28", "line 29", "line 30", "other", "line 31", "line 32", "..."]);
+  // Random edits: what is kept or only in one makes up each text again.
+  let seed = 7;
+  const random = (n) => (seed = (seed * 48271) % 2147483647) % n;
+  for (let k = 0; k < 50; ++k) {
+    const [a, b] = [0, 1].map(() => Array.from({ length: random(25) }, () => "pqrs"[random(4)]));
+    const lines = v.lineDiff(a.join("\n"), b.join("\n"));
+    assert.deepEqual(lines.filter((line) => line.side !== "b").map((line) => line.text).join(""), a.join(""));
+    assert.deepEqual(lines.filter((line) => line.side !== "a").map((line) => line.text).join(""), b.join(""));
+  }
+  const other = (name) => Array.from({ length: 3000 }, (_, i) => `${name}${i}`).join("\n");
+  assert.equal(v.lineDiff(other("p"), other("q")), null);
+});
+
+test("the thesis's formulas are shown where they are asked for", () => {
+  assert.equal(v.showsPublished({ impact: { show_as_published: false, as_published: {} } }), false);
+  assert.equal(v.showsPublished({ impact: { show_as_published: true } }), true);
+  assert.equal(v.showsPublished({ impact: { as_published: {} } }), true); // of earlier versions
+  assert.equal(v.showsPublished({}), false);
+});
+
+// ---- Badges ----
+
+test("a case with numbers that is no success has no green badge", () => {
+  const columns = (values) => Object.entries(values).map(([name, value]) => new v.Field(name, name, "", "", "column", () => Float64Array.of(value)));
+  const badge = (status, values) => v.badgeOf(v.tableOf(1, [status], [""], [], columns(values)), 0);
+  assert.deepEqual(badge("ok", { success: 0 }), { text: "no success", kind: "failed" });
+  assert.deepEqual(badge("ok", { success: 0, captured: 0 }), { text: "no success: not captured", kind: "failed" });
+  assert.deepEqual(badge("ok", { success: 1 }), { text: "success", kind: "ok" });
+  assert.deepEqual(badge("ok", { "ledger/pass": 0 }), { text: "ledger fails", kind: "failed" });
+  assert.deepEqual(badge("ok", { feasible: 0 }), { text: "not feasible", kind: "unreachable" });
+  assert.deepEqual(badge("ok", { feasible: NaN, captured: 1 }), { text: "ok", kind: "ok" });
+  assert.deepEqual(badge("failed", { success: 0 }), { text: "failed", kind: "failed" });
+});
+
+// ---- The replay's picture ----
+
+test("the scale bar is 1, 2 or 5 times a power of ten and fits", () => {
+  for (const perPixel of [1e-5, 0.0031, 0.009, 0.02, 0.77, 12]) {
+    const bar = v.scaleBar(perPixel, 130);
+    assert.ok(bar.pixels <= 130.001 && bar.pixels > 130 / 2.6, `${bar.pixels} px at ${perPixel}`);
+    const lead = bar.length / 10 ** Math.floor(Math.log10(bar.length * 1.0001));
+    assert.ok([1, 2, 5].some((k) => Math.abs(lead - k) < 1e-6), `${bar.length}`);
+  }
+  assert.equal(v.scaleBar(0), null);
+  near(v.niceLength(0.3), 0.5, 1e-12);
+});
+
+test("keys turn the camera about what it looks at, and not over the pole", () => {
+  const start = { x: 3, y: 0, z: 4, length: () => 5 };
+  const right = v.turned(start, Math.PI / 2, 0);
+  near(right.x, 0, 1e-12);
+  near(right.y, 3, 1e-12);
+  near(right.z, 4, 1e-12);
+  const up = v.turned(start, 0, 9);
+  near(Math.hypot(up.x, up.y, up.z), 5, 1e-12);
+  assert.ok(up.z < 5 && up.x > 0);
+});
+
+test("thin rectangles of a mesh are panels, blocks and discs are not", () => {
+  // A block of 1 m and apart from it a plate of 2 x 1 x 0.02 m.
+  const box = (size, at) => Array.from({ length: 8 }, (_, i) => [0, 1, 2].map((k) => at[k] + (((i >> k) & 1) - 0.5) * size[k])).flat();
+  const faces = [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3]];
+  const vertices = [...box([1, 1, 1], [0, 0, 0]), ...box([2, 1, 0.02], [4, 0, 1])];
+  const triangles = [...faces.flat(), ...faces.flat().map((i) => i + 8)];
+  const parts = v.connectedParts(vertices, triangles);
+  assert.deepEqual(parts.map((part) => part.length), [12, 12]);
+  assert.equal(v.plateOf(vertices, triangles, parts[0]), undefined);
+  const plate = v.plateOf(vertices, triangles, parts[1]);
+  plate.size.forEach((size, k) => near(size, [2, 1, 0.02][k], 1e-9));
+  near(plate.centre.x, 4, 1e-9);
+  near(Math.abs(plate.u.x), 1, 1e-9);
+  assert.equal(v.plateOfBox([1, 1, 0.5]), undefined);
+  assert.deepEqual(v.plateOfBox([1, 0.01, 3]).size, [3, 1, 0.01]);
+  const disc = [0, 0, 0, ...Array.from({ length: 24 }, (_, i) => [Math.cos((i * Math.PI) / 12), Math.sin((i * Math.PI) / 12), 0]).flat()];
+  const fan = Array.from({ length: 24 }, (_, i) => [0, 1 + i, 1 + ((i + 1) % 24)]).flat();
+  assert.equal(v.plateOf(disc, fan, v.connectedParts(disc, fan)[0]), undefined);
+});
+
+test("a browser that cannot record says so", () => {
+  const canvas = { prototype: { captureStream() {} } };
+  assert.match(v.videoType({}).why, /cannot record/);
+  assert.match(v.videoType({ MediaRecorder: { isTypeSupported: () => false }, HTMLCanvasElement: canvas }).why, /WebM/);
+  assert.deepEqual(v.videoType({ MediaRecorder: { isTypeSupported: (type) => /vp8/.test(type) }, HTMLCanvasElement: canvas }), { type: "video/webm;codecs=vp8" });
+});
