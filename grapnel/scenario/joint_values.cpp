@@ -8,16 +8,16 @@
 #include <set>
 
 #include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
 namespace {
 
 std::string names_of(const std::vector<JointDescription>& joints) {
-  constexpr std::size_t kMost = 20;
-  std::string list;
-  for (std::size_t i = 0; i < joints.size() && i < kMost; ++i) list += (i == 0 ? "" : ", ") + shortened(joints[i].name);
-  return list + (joints.size() > kMost ? ", …" : "");
+  std::vector<std::string> names;
+  for (const JointDescription& joint : joints) names.push_back(joint.name);
+  return some_of(names);
 }
 
 // Calls visit(joint index, value, place, path) for every number that belongs to a joint.
@@ -39,12 +39,15 @@ void for_each_value(const Node& node, const std::string& path, const ReadRobot& 
   }
 }
 
+bool turns(const JointDescription& joint) {
+  return joint.type == JointType::revolute || joint.type == JointType::continuous;
+}
+
 // "; 30 degrees are 0.523598776" where an angle is larger than a turn and would be within the limits as degrees.
 std::string degrees_advice(const JointDescription& joint, double value) {
   const double as_degrees = value * std::numbers::pi / 180;
-  const bool is_angle = joint.type == JointType::revolute || joint.type == JointType::continuous;
   const bool fits = as_degrees >= joint.limits.lower && as_degrees <= joint.limits.upper;
-  if (!is_angle || !fits || std::abs(value) <= 2 * std::numbers::pi || std::abs(value) > 720) return {};
+  if (!turns(joint) || !fits || std::abs(value) <= 2 * std::numbers::pi || std::abs(value) > 720) return {};
   return fmt::format("; it is in rad, {} degrees are {:.9g}", value, as_degrees);
 }
 
@@ -112,7 +115,10 @@ std::optional<std::vector<double>> joint_values(const Node& node, const std::str
 void check_position_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     const JointLimits& limits = robot.joints[i].limits;
-    if (value >= limits.lower && value <= limits.upper) return;
+    if (value >= limits.lower && value <= limits.upper) {
+      if (turns(robot.joints[i])) doubt_angle(value, mark, name, faults);
+      return;
+    }
     faults.add(mark, fmt::format("{} is {}, beyond the joint's limits {} to {}{}", name, value, limits.lower,
                                  limits.upper, degrees_advice(robot.joints[i], value)));
   });
@@ -129,7 +135,10 @@ void check_agreement(const Node& node, const std::string& path, const ReadRobot&
 
 void check_rate_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
-    if (std::abs(value) <= robot.joints[i].limits.rate) return;
+    if (std::abs(value) <= robot.joints[i].limits.rate) {
+      if (turns(robot.joints[i])) doubt_angular_rate(value, mark, name, faults);
+      return;
+    }
     faults.add(mark,
                fmt::format("{} is {}, beyond the joint's rate limit {}", name, value, robot.joints[i].limits.rate));
   });

@@ -50,10 +50,12 @@ struct NodeEntry {
 };
 
 /// Collects faults; messages are built where they are found. Stops at kMost: nobody reads more, and input made to be
-/// slow stays harmless.
+/// slow stays harmless. What is allowed but hardly meant is a warning: it is kept apart and refuses nothing.
 class FaultList {
  public:
   static constexpr std::size_t kMost = 1000;
+  /// Longer messages are cut off: lists in them may have thousands of names.
+  static constexpr std::size_t kLongestMessage = 2000;  // [bytes]
 
   void add(const Mark& mark, std::string message) {
     add(Fault{mark.source ? *mark.source : std::string(), mark.line, mark.column, std::move(message)});
@@ -61,19 +63,35 @@ class FaultList {
   void add(Fault fault) {
     if (faults_.size() > kMost) return;
     if (faults_.size() == kMost) fault.message = "too many faults; the search for more ends here";
-    faults_.push_back(std::move(fault));
+    faults_.push_back(cut(std::move(fault)));
+  }
+  void warn(const Mark& mark, std::string message) {
+    warn(Fault{mark.source ? *mark.source : std::string(), mark.line, mark.column, std::move(message)});
+  }
+  void warn(Fault warning) {
+    warning.is_warning = true;
+    if (warnings_.size() < kMost) warnings_.push_back(cut(std::move(warning)));
   }
   bool full() const { return faults_.size() > kMost; }
   bool empty() const { return faults_.empty(); }
   std::size_t size() const { return faults_.size(); }
   const std::vector<Fault>& all() const { return faults_; }
+  const std::vector<Fault>& warnings() const { return warnings_; }
   /// @throws ScenarioError if there are any.
   void throw_if_any() {
     if (!faults_.empty()) throw ScenarioError(std::move(faults_));
   }
 
  private:
-  std::vector<Fault> faults_;
+  static Fault cut(Fault fault) {
+    if (fault.message.size() <= kLongestMessage) return fault;
+    std::size_t end = kLongestMessage;
+    while (end > 0 && (static_cast<unsigned char>(fault.message[end]) & 0xc0) == 0x80) --end;
+    fault.message = fault.message.substr(0, end) + "…";
+    return fault;
+  }
+
+  std::vector<Fault> faults_, warnings_;
 };
 
 inline const NodeEntry* Node::entry(std::string_view key) const {

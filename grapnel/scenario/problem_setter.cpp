@@ -113,6 +113,7 @@ class Finder {
   ProblemSetter inertia(Steps rest, Place place) const {
     constexpr std::string_view kOrder[] = {"xx", "yy", "zz", "xy", "xz", "yz"};
     std::vector<std::string> names;
+    if (rest.empty() && form_.is_sequence() && !form_.items.empty() && form_.items[0].is_sequence()) return nullptr;
     if (rest.empty() && form_.is_sequence() && (form_.items.size() == 3 || form_.items.size() == 6)) {
       for (std::size_t i = 0; i < form_.items.size(); ++i) names.emplace_back(kOrder[i]);
     } else if (rest.empty() && form_.is_mapping()) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
@@ -63,6 +64,8 @@ void read_body(const Node& node, const std::string& path, const Meshes& meshes, 
   body.com = vector_at(node, "com").value_or(Vector3d::zero());
   body.inertia = inertia_at(node, path, faults);
   const Geometry geometry = geometry_at(node, path, meshes, faults);
+  check_com(node, path, body.mass, body.com, body.inertia, faults);
+  doubt_inertia(node, path, body.mass, body.com, body.inertia, geometry, faults);
   if (geometry.shape != Geometry::Shape::none) setup.geometry.emplace_back(body.name, geometry);
 }
 
@@ -169,6 +172,7 @@ void read_end_effectors(const Node& list, const std::string& path, ReadRobot& ro
     robot.links.expect(link, part(node, "link").mark, here, faults);
     EndEffectorSetup end_effector{{text_at(node, "name"), link, pose_of(node, here, faults)}, {}, {}, {}};
     if (node.find("approach_axis")) end_effector.approach_axis = unit_vector_at(node, "approach_axis", here, faults);
+    doubt_approach_axis(node, here, end_effector, faults);
     if (const Node* envelope = node.find("envelope")) end_effector.envelope = read_envelope(*envelope);
     if (const Node* rating = node.find("rating")) end_effector.rating = read_rating(*rating);
     robot.setup.end_effectors.push_back(std::move(end_effector));

@@ -8,6 +8,7 @@
 
 #include "grapnel/scenario/grip_times.hpp"
 #include "grapnel/scenario/joint_values.hpp"
+#include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/read_approach.hpp"
 #include "grapnel/scenario/read_control.hpp"
 #include "grapnel/scenario/read_impact.hpp"
@@ -44,6 +45,7 @@ class ScenarioReader {
     problem_.output_as_published = boolean_at(part(root_, "output"), "as_published");
     check_phases();
     check_lengths();
+    doubt_shared_points(part(root_, "grasps"), problem_, faults_);
     problem_.robot = std::move(robot_.setup);
     return std::move(problem_);
   }

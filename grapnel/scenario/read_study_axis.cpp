@@ -81,6 +81,7 @@ void read_quantity_axis(const Node& node, ReadAxis& axis, const std::vector<Node
 
 void read_labelled_axis(const Node& node, ReadAxis& axis, const std::vector<Node>& values, FaultList& faults) {
   axis.shown.name = text_at(node, "name");
+  check_name(axis.shown.name, part(node, "name").mark, below(axis.place, "name"), faults);
   axis.shown.description = "labelled sets of values";
   for (const Node& value : values) {
     const std::string label = text_at(value, "label");

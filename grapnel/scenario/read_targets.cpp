@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "grapnel/scenario/grip_times.hpp"
+#include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
@@ -25,6 +26,8 @@ void read_target(const Node& node, const std::string& path, Reading& reading) {
   target.com = vector_at(node, "com").value_or(Vector3d::zero());
   target.inertia = inertia_at(node, path, faults);
   target.geometry = geometry_at(node, path, reading.meshes, faults);
+  check_com(node, path, target.mass, target.com, target.inertia, faults);
+  doubt_inertia(node, path, target.mass, target.com, target.inertia, target.geometry, faults);
   const Node& state = part(node, "state");
   target.given_at = text_at(state, "at") == "start" ? TargetSetup::Instant::start : TargetSetup::Instant::capture;
   target.X_WT = pose_of(state, below(path, "state"), faults);
@@ -38,6 +41,7 @@ void read_target(const Node& node, const std::string& path, Reading& reading) {
     points.add_from(list.items[i], here, faults);
     target.grasp_points.push_back(read_grasp_point(list.items[i], here, faults));
   }
+  doubt_grasp_points(node, path, target, faults);
   reading.points.emplace(target.name, std::move(points));
   reading.problem.targets.push_back(std::move(target));
 }

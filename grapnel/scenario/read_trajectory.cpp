@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <string_view>
+#include <utility>
 
+#include "grapnel/scenario/magnitudes.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/spelling.hpp"
 
@@ -19,9 +21,9 @@ struct Field {
   std::size_t begin = 0;  // of the text within its line [bytes]
 };
 
-std::vector<Field> split(std::string_view line) {
+std::vector<Field> split_from(std::string_view line, std::size_t begin) {
   std::vector<Field> fields;
-  for (std::size_t at = 0;;) {
+  for (std::size_t at = begin;;) {
     const std::size_t comma = std::min(line.find(',', at), line.size());
     const std::size_t first = std::min(line.find_first_not_of(" \t", at), comma);
     std::size_t end = comma;
@@ -30,6 +32,13 @@ std::vector<Field> split(std::string_view line) {
     if (comma == line.size()) return fields;
     at = comma + 1;
   }
+}
+
+std::vector<Field> split(std::string_view line) { return split_from(line, 0); }
+
+// Whether this may be what someone calls time. Other files have anything in their first line, and it is not shown.
+bool may_be_time(std::string_view text) {
+  return text.size() <= 2 || !nearest(text, {"time", "times", "time_s", "time [s]", "seconds"}).empty();
 }
 
 // What a column of numbers is.
@@ -53,12 +62,12 @@ class TrajectoryReader {
     motion_.positions.resize(robot_.joints.size());
     motion_.rates.resize(robot_.joints.size());
     const std::string_view text = file_.text;
-    for (std::size_t at = 0; at < text.size() && !faults_.full() && !separator_fault_;) {
+    for (std::size_t at = 0; at < text.size() && !faults_.full() && !foreign_;) {
       const std::size_t end = std::min(text.find('\n', at), text.size());
       read_line(text.substr(at, end - at));
       at = end + 1;
     }
-    if (!separator_fault_) check_whole();
+    if (!foreign_) check_whole();
     if (faults_.size() != before_ || !robot_.order_known) return {};
     const bool rates =
         std::any_of(columns_.begin(), columns_.end(), [](const Column& c) { return c.kind == Column::Kind::rate; });
@@ -71,15 +80,39 @@ class TrajectoryReader {
     ++line_number_;
     if (line.ends_with('\r')) line.remove_suffix(1);
     const std::size_t first = line.find_first_not_of(" \t");
-    if (first == std::string_view::npos || line[first] == '#') return;
+    if (first == std::string_view::npos) return;
+    if (line[first] == '#') {
+      if (columns_.empty()) note_comment(line, first + 1);
+      return;
+    }
     line_ = line;
     const std::vector<Field> fields = split(line);
-    if (columns_.empty() && !has_commas(line))
-      separator_fault_ = true;
+    if (columns_.empty() && commented_header_.number > 0 && is_number(fields[0]))
+      read_commented_header();
     else if (columns_.empty())
+      foreign_ = !has_commas(line);
+    if (foreign_) return;
+    if (columns_.empty())
       read_header(fields);
     else
       read_sample(fields);
+  }
+
+  // "# time,shoulder,elbow", as numpy.savetxt writes it: the header, if the first line without a sign is a sample.
+  void note_comment(std::string_view line, std::size_t begin) {
+    const std::vector<Field> fields = split_from(line, begin);
+    if (fields.size() > 1 && fields[0].text == "time") commented_header_ = {line, begin, line_number_};
+  }
+  void read_commented_header() {
+    const CommentedHeader header = commented_header_;
+    const std::string_view line = std::exchange(line_, header.line);
+    const int number = std::exchange(line_number_, header.number);
+    read_header(split_from(header.line, header.begin));
+    line_ = line, line_number_ = number;
+  }
+  bool is_number(const Field& field) {
+    scratch_.text.assign(field.text);
+    return number_of(scratch_).has_value();
   }
 
   // Columns count characters; only a fault needs them.
@@ -102,7 +135,11 @@ class TrajectoryReader {
   void read_header(const std::vector<Field>& fields) {
     const Mark here = mark_at(fields[0].begin);
     if (fields[0].text != "time") {
-      faults_.add(here, fmt::format("the first column is {}, must be 'time'", in_quotes(fields[0].text)));
+      const bool shown = may_be_time(fields[0].text) || robot_.joint_index.contains(fields[0].text);
+      faults_.add(here, shown ? fmt::format("the first column is {}, must be 'time'", in_quotes(fields[0].text))
+                              : "no trajectory: it must begin with a line time,<joint>,...");
+      foreign_ = !shown;
+      if (foreign_) return;
     }
     std::set<std::string_view> met;
     for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -147,17 +184,17 @@ class TrajectoryReader {
   // Every joint has a column; of the rates all or none.
   void check_columns(const Mark& mark, const std::set<std::string_view>& met) {
     if (!robot_.count_known()) return;
-    std::string joints, rates;
+    std::vector<std::string> joints, rates;
     for (const JointDescription& joint : robot_.joints) {
       const std::string rate = joint.name + std::string(kRateSuffix);
-      if (!met.contains(joint.name)) joints += (joints.empty() ? "" : ", ") + shortened(joint.name);
-      if (!met.contains(rate)) rates += (rates.empty() ? "" : ", ") + shortened(rate);
+      if (!met.contains(joint.name)) joints.push_back(joint.name);
+      if (!met.contains(rate)) rates.push_back(rate);
     }
-    if (!joints.empty()) faults_.add(mark, fmt::format("the header lacks joints: {}", joints));
+    if (!joints.empty()) faults_.add(mark, fmt::format("the header lacks joints: {}", some_of(joints)));
     const bool some_rate =
         std::any_of(columns_.begin(), columns_.end(), [](const Column& c) { return c.kind == Column::Kind::rate; });
     if (some_rate && !rates.empty()) {
-      faults_.add(mark, fmt::format("the header has rates of some joints but lacks: {}", rates));
+      faults_.add(mark, fmt::format("the header has rates of some joints but lacks: {}", some_of(rates)));
     }
   }
 
@@ -175,7 +212,13 @@ class TrajectoryReader {
   std::optional<double> number_in(const Field& field, const Column& column) {
     scratch_.text.assign(field.text);
     const auto value = number_of(scratch_);
-    if (value && std::isfinite(*value)) return value;
+    const double largest = magnitudes_of(column.kind == Column::Kind::time ? "s" : "rad").largest;
+    if (value && std::abs(*value) <= largest) return value;
+    if (value && std::isfinite(*value)) {
+      faults_.add(mark_at(field.begin), fmt::format("{} is {}, must be at most {:g} in magnitude{}",
+                                                    shortened(column.name), field.text, largest, unit(column)));
+      return {};
+    }
     const std::string why = field.text.empty() ? ", not empty" : why_no_number(scratch_);
     faults_.add(
         mark_at(field.begin),
@@ -248,7 +291,13 @@ class TrajectoryReader {
   std::string_view line_;
   int line_number_ = 0;
   std::vector<Column> columns_;
-  bool separator_fault_ = false;
+  bool foreign_ = false;  // it is no trajectory at all, which has been said
+  struct CommentedHeader {
+    std::string_view line;
+    std::size_t begin = 0;  // of its names
+    int number = 0;         // 0: there is none
+  };
+  CommentedHeader commented_header_;
   SampledMotion motion_;
   const std::size_t before_ = faults_.size();
   Node scratch_{Node::Kind::scalar, {}, {}, true, {}, {}};

@@ -4,7 +4,9 @@
 
 #include <cmath>
 
+#include "grapnel/result/printable.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/spelling.hpp"
 
 namespace grapnel {
@@ -30,7 +32,10 @@ Rotationd rotation_of(const Node& mapping, const std::string& path, FaultList& f
   const auto q = finite_list(node);
   if (!q || q->size() != 4) return Rotationd::identity();
   const auto& v = *q;
-  if (const auto R = rotation_from_wxyz(std::span<const double, 4>(v))) return *R;
+  if (const auto R = rotation_from_wxyz(std::span<const double, 4>(v))) {
+    doubt_quaternion(std::span<const double, 4>(v), node.mark, below(path, "quaternion_wxyz"), faults);
+    return *R;
+  }
   const double length = std::hypot(std::hypot(v[0], v[1]), std::hypot(v[2], v[3]));
   faults.add(node.mark,
              fmt::format("{} has length {:.9g}, must be 1 within 1e-6{}", below(path, "quaternion_wxyz"), length,
@@ -39,6 +44,32 @@ Rotationd rotation_of(const Node& mapping, const std::string& path, FaultList& f
                                            v[1] / length, v[2] / length, v[3] / length)
                              : ""));
   return Rotationd::identity();
+}
+
+bool is_matrix(const Node& node) { return node.is_sequence() && !node.items.empty() && node.items[0].is_sequence(); }
+
+// The six entries xx, yy, zz, xy, xz, yz of a symmetric 3 x 3 matrix; of two that differ by rounding their mean.
+std::optional<std::vector<double>> symmetric_entries(const Node& node, const std::string& path, FaultList& faults) {
+  constexpr double kSymmetric = 1e-6;  // of the largest entry: tables have six digits
+  std::vector<std::vector<double>> a;
+  double largest = 0;
+  for (const Node& row : node.items) {
+    const auto values = finite_list(row);
+    if (!values || values->size() != 3) return {};
+    for (const double value : *values) largest = std::max(largest, std::abs(value));
+    a.push_back(*values);
+  }
+  if (a.size() != 3) return {};
+  bool symmetric = true;
+  for (const auto& [i, j] : {std::pair{0, 1}, std::pair{0, 2}, std::pair{1, 2}}) {
+    if (std::abs(a[i][j] - a[j][i]) <= kSymmetric * largest) continue;
+    symmetric = false;
+    faults.add(node.items[j].items[i].mark, fmt::format("{} is not symmetric: [{}][{}] is {} and [{}][{}] is {}", path,
+                                                        i, j, a[i][j], j, i, a[j][i]));
+  }
+  if (!symmetric) return {};
+  return std::vector<double>{
+      a[0][0], a[1][1], a[2][2], (a[0][1] + a[1][0]) / 2, (a[0][2] + a[2][0]) / 2, (a[1][2] + a[2][1]) / 2};
 }
 
 }  // namespace
@@ -102,7 +133,9 @@ Vector3d unit_vector_at(const Node& mapping, std::string_view key, const std::st
 Symmetric3d inertia_at(const Node& mapping, const std::string& path, FaultList& faults) {
   const Node& node = part(mapping, "inertia");
   std::vector<double> v;
-  if (node.is_mapping()) {
+  if (is_matrix(node)) {
+    v = symmetric_entries(node, below(path, "inertia"), faults).value_or(std::vector<double>{});
+  } else if (node.is_mapping()) {
     for (const char* key : {"xx", "yy", "zz", "xy", "xz", "yz"}) v.push_back(number_at(node, key).value_or(NAN));
   } else {
     v = finite_list(node).value_or(std::vector<double>{});
@@ -147,6 +180,19 @@ Geometry geometry_at(const Node& mapping, const std::string& path, const Meshes&
   return geometry;
 }
 
+void check_name(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults) {
+  constexpr std::size_t kLongest = 200;  // [bytes]
+  std::string why;
+  if (name == "." || name == "..")
+    why = "; this is a folder's name";
+  else if (name.find('/') != std::string::npos)
+    why = " and must not contain '/'";
+  else if (name.size() > kLongest)
+    why = fmt::format(" and may have {} bytes, not {}", kLongest, name.size());
+  if (why.empty()) return;
+  faults.add(mark, fmt::format("{} {} cannot be a name: results are filed under names{}", path, in_quotes(name), why));
+}
+
 void NameTable::add_from(const Node& entry, const std::string& path, FaultList& faults) {
   const std::string name = text_at(entry, "name");
   if (name.empty()) {
@@ -154,6 +200,7 @@ void NameTable::add_from(const Node& entry, const std::string& path, FaultList& 
     return;
   }
   const Mark& mark = part(entry, "name").mark;
+  check_name(name, mark, below(path, "name"), faults);
   const auto [it, fresh] = marks_.emplace(name, mark);
   if (fresh) {
     names_.push_back(name);

@@ -47,11 +47,15 @@ using Meshes = std::map<std::string, std::shared_ptr<const TriangleMesh>, std::l
 /// The shape under "geometry", if any.
 Geometry geometry_at(const Node& mapping, const std::string& path, const Meshes& meshes, FaultList& faults);
 
+/// Results are filed under the names of things: a fault where a name cannot be a folder's.
+void check_name(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults);
+
 /// Names of one kind of thing and where they were given.
 class NameTable {
  public:
   explicit NameTable(std::string kind) : kind_(std::move(kind)) {}
-  /// Takes the "name" of an entry; reports one that occurs twice. An entry without a name makes the table incomplete.
+  /// Takes the "name" of an entry; reports one that cannot be a name or occurs twice. An entry without a name makes the
+  /// table incomplete.
   void add_from(const Node& entry, const std::string& path, FaultList& faults);
   /// Whether `name` is there, else a fault at the mark. True also where faults elsewhere leave the names in doubt.
   bool expect(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults) const;

@@ -2,10 +2,16 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string_view>
+
 #include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/overrides.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/read_robot.hpp"
 #include "grapnel/scenario/read_scenario.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
@@ -36,6 +42,37 @@ bool is_of_kind(const Node& tree, FileKind kind, FaultList& faults) {
   return false;
 }
 
+// Whether a line of the text begins with a key of such a file, or nothing but blanks and comments is there.
+bool may_be_of_kind(std::string_view text, const nlohmann::ordered_json& schema) {
+  bool any = false;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    std::string_view line = text.substr(at, end - at);
+    at = end + 1;
+    line.remove_prefix(std::min(line.find_first_not_of(" \t\r{\"'-"), line.size()));
+    if (line.empty() || line[0] == '#') continue;
+    any = true;
+    for (const auto& [key, unused] : schema.at("properties").items()) {
+      if (line.starts_with(key) && line.substr(key.size()).find(':') <= 2) return true;
+    }
+  }
+  return !any;
+}
+
+// A file that another one names may be anything that can be read on this machine: what is no file of the kind at all is
+// refused without a word of what it says.
+bool is_foreign(const std::string& text, FileKind kind, const std::shared_ptr<const std::string>& source,
+                FaultList& faults) {
+  const bool robot = kind == FileKind::robot;
+  const auto& schema = robot ? robot_schema_document() : scenario_schema_document();
+  if (may_be_of_kind(text, schema)) return false;
+  std::vector<std::string> keys;
+  for (const auto& [key, unused] : schema.at("properties").items()) keys.push_back(key);
+  faults.add({source, 1, 1}, fmt::format("this is no {} file: no line begins with a key of one, such as {}",
+                                         robot ? "robot" : "scenario", some_of(keys)));
+  return true;
+}
+
 // A file's tree, with its bytes added to `hashed`. Empty after a fault.
 std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, const Mark& blame, std::string& hashed,
                               ScenarioFiles& files, FaultList& faults, const std::string& named = {}) {
@@ -49,7 +86,7 @@ std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, 
   hashed += *bytes;
   const auto source = std::make_shared<const std::string>(path.string());
   const auto text = checked_text(*bytes, source, faults);
-  if (!text) return {};
+  if (!text || (!named.empty() && is_foreign(*text, kind, source, faults))) return {};
   std::optional<Node> tree = parse_document(*text, source, faults);
   if (!tree) return {};
   if (tree->kind == Node::Kind::null) {
@@ -67,7 +104,8 @@ class Loader {
   Loader(std::filesystem::path path, ScenarioFiles& files, FaultList faults = {})
       : path_(std::move(path)), files_(files), faults_(std::move(faults)) {}
 
-  CaptureProblem load(std::span<const Change> changes) {
+  /// The problem; into `doubts`, if any, what is allowed but hardly meant.
+  CaptureProblem load(std::span<const Change> changes, std::vector<Fault>* doubts = nullptr) {
     const Mark blame{std::make_shared<const std::string>(path_.string()), 0, 0};
     std::string bytes, robot_bytes;
     std::optional<Node> scenario = read_tree(path_, FileKind::scenario, blame, bytes, files_, faults_);
@@ -95,6 +133,16 @@ class Loader {
         read_scenario(*scenario, std::move(robot), trajectory ? &*trajectory : nullptr, meshes, faults_);
     for (const Fault& fault : robot_faults_.all()) faults_.add(fault);
     faults_.throw_if_any();
+    if (doubts) {
+      for (const Fault& warning : robot_faults_.warnings()) faults_.warn(warning);
+      try {
+        doubt_start(problem, *scenario, faults_);
+      } catch (const std::invalid_argument& error) {
+        faults_.add(scenario->mark, error.what());
+      }
+      faults_.throw_if_any();
+      *doubts = sorted_faults(faults_.warnings());
+    }
     problem.sha256 = sha256(bytes + robot_bytes + trajectory_bytes + bytes_of_meshes_ + bytes_of_overrides_);
     problem.source = source_texts(text_at(*scenario, "description"), bytes, robot_bytes, trajectory_bytes, changes);
     return problem;
@@ -211,7 +259,8 @@ Override parse_override(const std::string& argument) {
   return {argument.substr(0, equals), argument.substr(equals + 1)};
 }
 
-CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides) {
+CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides,
+                             std::vector<Fault>* doubts) {
   FaultList faults;
   std::vector<Change> changes;
   for (const Override& one : overrides) {
@@ -220,14 +269,14 @@ CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const 
       changes.push_back({one.path, mark, std::move(*value), one.value});
   }
   ScenarioFiles files;
-  return Loader(path, files, std::move(faults)).load(changes);
+  return Loader(path, files, std::move(faults)).load(changes, doubts);
 }
 
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files) {
   return Loader(path, files).load(changes);
 }
 
-RobotSetup load_robot(const std::filesystem::path& path) {
+RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* doubts) {
   FaultList faults;
   std::string bytes;
   const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
@@ -239,6 +288,7 @@ RobotSetup load_robot(const std::filesystem::path& path) {
   const Meshes meshes = read_mesh_files(*tree, path, files, bytes, faults);
   ReadRobot robot = read_robot(*tree, {}, meshes, faults);
   faults.throw_if_any();
+  if (doubts) *doubts = sorted_faults(faults.warnings());
   return std::move(robot.setup);
 }
 

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "grapnel/capture/capture_problem.hpp"
 #include "grapnel/scenario/fault.hpp"
@@ -26,11 +27,13 @@ Override parse_override(const std::string& argument);
 
 /// Reads a scenario and the robot and trajectory files it names, applies the overrides in order, and checks everything.
 /// CaptureProblem::sha256 is that of the scenario file's bytes, then the robot file's, then the trajectory file's, then
-/// "--set path=value\n" of every override. @throws ScenarioError with all faults.
-CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides = {});
+/// "--set path=value\n" of every override. Into `doubts`, where somebody reads them, what is allowed but hardly meant,
+/// such as an angle in degrees: warnings, in the order of their places. @throws ScenarioError with all faults.
+CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides = {},
+                             std::vector<Fault>* doubts = nullptr);
 
-/// Reads a robot file. @throws ScenarioError with all faults.
-RobotSetup load_robot(const std::filesystem::path& path);
+/// Reads a robot file; `doubts` as for load_scenario(). @throws ScenarioError with all faults.
+RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
 
 /// The published JSON Schemas (draft 7).
 std::string scenario_schema();

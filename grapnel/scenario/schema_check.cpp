@@ -5,8 +5,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/result/printable.hpp"
+#include "grapnel/scenario/magnitudes.hpp"
 #include "grapnel/scenario/number_advice.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/syntax_slip.hpp"
@@ -43,6 +46,14 @@ bool fits_type(const Node& node, const std::string& type) {
   return false;
 }
 
+// Whether a list of lists is given where one of lists is meant, as the first item says.
+bool fits_depth(const Json& root, const Node& node, const Json& array) {
+  const auto items = array.find("items");
+  if (node.items.empty() || items == array.end()) return true;
+  const Json* type = keyword(root, *items, "type");
+  return node.items[0].is_sequence() == (type && *type == "array");
+}
+
 bool fits_length(const Node& node, const Json& array) {
   const std::size_t size = node.items.size();
   return size >= array.value("minItems", std::size_t{0}) && size <= array.value("maxItems", size);
@@ -62,8 +73,8 @@ const Json* chosen_alternative(const Json& root, const Json& alternatives, const
   std::size_t count = 0;
   for (const Json& alternative : alternatives) {
     if (!fits_type(node, *keyword(root, alternative, "type"))) continue;
-    const bool fits =
-        node.is_sequence() ? fits_length(node, alternative) : !node.is_mapping() || fits_keys(node, alternative);
+    const bool fits = node.is_sequence() ? fits_length(node, alternative) && fits_depth(root, node, alternative)
+                                         : !node.is_mapping() || fits_keys(node, alternative);
     if (fits) return &alternative;
     of_type = &alternative, ++count;
   }
@@ -123,6 +134,7 @@ std::string decimal_comma_advice(const Node& list, std::size_t most) {
 struct Where {
   std::string path;       // as in --set; empty: the whole document
   std::string unit;       // of the numbers below
+  double largest = NAN;   // in magnitude, of the numbers below; NaN: by the unit
   std::string condition;  // "with type: continuous" inside a conditional part
 };
 
@@ -134,6 +146,7 @@ class Checker {
   // False if the node is of another type, so that nothing else can be said about it.
   bool check(Node& node, const Json& schema, Where where) {
     if (schema.contains("x-unit")) where.unit = schema["x-unit"];
+    if (schema.contains("x-largest")) where.largest = schema["x-largest"];
     if (schema.contains("type") && !check_type(node, schema["type"], schema, where)) return false;
     if (node.is_mapping()) mend_keys(node, schema, where);
     if (schema.contains("$ref") && !check(node, resolve(root_, schema["$ref"]), where)) return false;
@@ -146,6 +159,7 @@ class Checker {
     if (node.is_scalar() && schema.contains("minLength") && node.text.empty()) {
       faults_.add(node.mark, name_of(where) + " must not be empty");
     }
+    if (is_text(node)) check_text(node, where);
     if (node.is_sequence()) check_list(node, schema, where);
     if (node.is_mapping()) check_mapping(node, schema, where);
     return true;
@@ -233,11 +247,36 @@ class Checker {
     const auto bound = [&](const char* name) { return schema.contains(name) ? schema[name].get<double>() : NAN; };
     const double above = bound("exclusiveMinimum"), from = bound("minimum"), to = bound("maximum");
     const bool within = !(value <= above) && !(value < from) && !(value > to);
-    if (within) return;
+    if (within && std::isfinite(value)) {
+      const Magnitudes limits = magnitudes_of(where.unit);
+      const double largest = std::isnan(where.largest) ? limits.largest : where.largest;
+      if (std::abs(value) > largest)
+        return fault(fmt::format("at most {:g} in magnitude{}", largest, may_be_infinite ? " or .inf" : ""));
+      if (above == 0 && value < limits.smallest) return fault(fmt::format("at least {:g}", limits.smallest));
+    }
+    if (within) {
+      if (where.unit == "rad") doubt_angle(value, node.mark, name_of(where), faults_);
+      if (where.unit == "rad/s") doubt_angular_rate(value, node.mark, name_of(where), faults_);
+      return;
+    }
     if (!std::isnan(above) && !std::isnan(to)) return fault(fmt::format("greater than {} and at most {}", above, to));
     if (!std::isnan(above)) return fault(fmt::format("greater than {}", above));
     if (!std::isnan(to)) return fault(fmt::format("between {} and {}", from, to));
     fault(fmt::format("at least {}", from));
+  }
+
+  // What a text may not hold, since it is shown on terminals and pages, and names files.
+  void check_text(const Node& node, const Where& where) {
+    for (std::size_t i = 0; i < node.text.size();) {
+      const std::size_t length = std::max<std::size_t>(utf8_length(node.text, i), 1);
+      const char c = node.text[i];
+      if (c != '\n' && c != '\t' && is_control(node.text, i, length)) {
+        faults_.add(node.mark,
+                    fmt::format("{} must not hold control characters: {}", name_of(where), in_quotes(node.text)));
+        return;
+      }
+      i += length;
+    }
   }
 
   void check_list(Node& node, const Json& schema, const Where& where) {
@@ -350,7 +389,8 @@ class Checker {
     const auto other = schema.find("additionalProperties");
     for (NodeEntry& entry : node.entries) {
       if (faults_.full()) return;
-      Where below{joined_path(where.path, entry.key), where.unit, where.condition};
+      Where below = where;
+      below.path = joined_path(where.path, entry.key);
       if (const auto it = known.find(entry.key); it != known.end()) {
         if (is_forbidden(*it)) {
           const std::string why = it->is_object() ? it->value("description", "") : "";
@@ -479,7 +519,9 @@ void check_structure(Node& node, const Json& schema, const std::string& document
                      const std::string& path) {
   mend_missing_blanks(node, faults);
   check_duplicates(node, path, document, faults);
-  Checker(schema, document, faults).check(node, schema, {path, {}, {}});
+  Where whole;
+  whole.path = path;
+  Checker(schema, document, faults).check(node, schema, whole);
 }
 
 void fill_defaults(Node& node, const Json& schema) { fill(node, schema, schema); }

@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "grapnel/scenario/magnitudes.hpp"
 #include "grapnel/scenario/schema.hpp"
 
 namespace grapnel {
@@ -55,6 +56,7 @@ class Follower {
 
   static void note(const Json& schema, bool is_place, PlaceRule& rule) {
     if (schema.contains("x-unit")) rule.unit = schema["x-unit"];
+    if (schema.contains("x-largest")) rule.largest = schema["x-largest"];
     if (!is_place) return;
     if (schema.contains("description") && rule.description.empty()) rule.description = schema["description"];
     if (schema.contains("exclusiveMinimum")) rule.above = schema["exclusiveMinimum"];
@@ -71,6 +73,7 @@ PlaceRule place_rule(std::span<const PathStep> steps) {
   const Json& schema = scenario_schema_document();
   PlaceRule rule;
   rule.is_known = Follower(schema).follow(schema, steps, rule);
+  if (std::isinf(rule.largest)) rule.largest = magnitudes_of(rule.unit).largest;
   return rule;
 }
 

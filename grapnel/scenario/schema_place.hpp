@@ -3,6 +3,7 @@
 /// @file
 /// What the scenario's schema says about one place of a scenario. Thread safety: a free function.
 
+#include <cmath>
 #include <limits>
 #include <span>
 #include <string>
@@ -17,9 +18,12 @@ struct PlaceRule {
   std::string description;
   double above = -std::numeric_limits<double>::infinity();  // the number must be greater
   double from = -std::numeric_limits<double>::infinity(), to = std::numeric_limits<double>::infinity();
-  bool is_known = false;  // the schema has such a place
+  double largest = std::numeric_limits<double>::infinity();  // in magnitude
+  bool is_known = false;                                     // the schema has such a place
 
-  bool allows(double value) const { return value > above && value >= from && value <= to; }
+  bool allows(double value) const {
+    return value > above && value >= from && value <= to && std::abs(value) <= largest;
+  }
 };
 
 PlaceRule place_rule(std::span<const PathStep> steps);

@@ -1,11 +1,13 @@
 #include "grapnel/scenario/source_text.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <string_view>
 #include <vector>
 
@@ -60,6 +62,34 @@ bool begins_blank_line(std::string_view text) {
   return next == text.size() || text[next] == '\n' || text[next] == '#';
 }
 
+// How long a pipe may say nothing [s].
+constexpr int kPatience = 10;
+
+// A file, or what stands in the place of one, that never blocks for ever.
+struct OpenFile {
+  explicit OpenFile(const std::filesystem::path& path)
+      : descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC)) {}
+  ~OpenFile() {
+    if (descriptor >= 0) ::close(descriptor);
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  // Bytes that were read, 0 at the end; below 0 errno says why, ETIMEDOUT where nothing came. A pipe is at its end only
+  // when somebody has written to it and is gone.
+  ssize_t read(std::vector<char>& buffer) const {
+    for (;;) {
+      pollfd ready{descriptor, POLLIN, 0};
+      const int count = ::poll(&ready, 1, kPatience * 1000);
+      if (count == 0) errno = ETIMEDOUT;
+      const ssize_t got = count > 0 ? ::read(descriptor, buffer.data(), buffer.size()) : -1;
+      if (got >= 0 || (errno != EINTR && errno != EAGAIN)) return got;
+    }
+  }
+
+  int descriptor;
+};
+
 }  // namespace
 
 std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults,
@@ -85,19 +115,21 @@ std::optional<std::string> read_file(const std::filesystem::path& path, const Ma
   if (std::filesystem::is_regular_file(status) && std::filesystem::file_size(path, error) > largest) {
     return refuse(too_large);
   }
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return refuse(errno != 0 ? std::strerror(errno) : "it cannot be opened");
+  // Pipes are for people (stdin, the output of a command): what another file names might wait for ever.
+  if (!named.empty() && !std::filesystem::is_regular_file(status)) return refuse("it is no regular file");
+  OpenFile file(path);
+  if (file.descriptor < 0) return refuse(std::strerror(errno));
   // A pipe has no size beforehand: stop one byte beyond the limit.
   std::string bytes;
   std::vector<char> buffer(1u << 16);
-  while (file && bytes.size() <= largest) {
-    file.read(buffer.data(), static_cast<std::streamsize>(buffer.size()));
-    bytes.append(buffer.data(), static_cast<std::size_t>(file.gcount()));
+  while (bytes.size() <= largest) {
+    const ssize_t got = file.read(buffer);
+    if (got == 0) return bytes;
+    if (got < 0)
+      return refuse(errno == ETIMEDOUT ? fmt::format("nothing came from it in {} s", kPatience) : std::strerror(errno));
+    bytes.append(buffer.data(), static_cast<std::size_t>(got));
   }
-  if (bytes.size() > largest) return refuse(too_large);
-  if (file.bad()) return refuse("reading it failed");
-  return bytes;
+  return refuse(too_large);
 }
 
 std::optional<std::string> checked_text(const std::string& bytes, const std::shared_ptr<const std::string>& source,

@@ -17,7 +17,8 @@ inline constexpr std::size_t kLargestFile = 16u << 20;  // [bytes]
 inline constexpr std::size_t kLargestTrajectory = 64u << 20;  // [bytes]
 
 /// The bytes of a file; on failure empty, with a fault at `blame` (the place that names the file). `named` is the path
-/// as the input says it, for what may have been meant; empty: `path`.
+/// as the input says it, for what may have been meant; it must be a regular file. Empty: a person named it, and it may
+/// be a pipe, which is given ten seconds to say something.
 std::optional<std::string> read_file(const std::filesystem::path& path, const Mark& blame, FaultList& faults,
                                      std::size_t largest = kLargestFile, const std::filesystem::path& named = {});
 

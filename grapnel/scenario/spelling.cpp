@@ -56,12 +56,14 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
   if (const std::string near = nearest(word, candidates); !near.empty())
     return "; did you mean " + in_quotes(near) + "?";
   if (candidates.empty()) return "; there are none";
+  return "; " + std::string(kind) + " are " + some_of(candidates);
+}
+
+std::string some_of(const std::vector<std::string>& names) {
   constexpr std::size_t kMost = 20;
   std::string list;
-  for (std::size_t i = 0; i < std::min(candidates.size(), kMost); ++i)
-    list += (i == 0 ? "" : ", ") + shortened(candidates[i]);
-  if (candidates.size() > kMost) list += ", …";
-  return "; " + std::string(kind) + " are " + list;
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) list += (i == 0 ? "" : ", ") + shortened(names[i]);
+  return list + (names.size() > kMost ? ", …" : "");
 }
 
 std::string in_quotes(std::string_view text) {

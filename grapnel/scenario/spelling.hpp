@@ -20,6 +20,9 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ca
 /// The text in quotes on one line, shortened to 40 characters.
 std::string in_quotes(std::string_view text);
 
+/// "a, b, c": at most 20 of the names, each shortened.
+std::string some_of(const std::vector<std::string>& names);
+
 /// "1 item", "3 items".
 std::string counted(std::size_t count, std::string_view thing);
 

@@ -26,6 +26,8 @@
 #include <vector>
 
 #include "grapnel/capture/capture_system.hpp"
+#include "grapnel/result/printable.hpp"
+#include "grapnel/scenario/node.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::fuzz {
@@ -90,15 +92,19 @@ std::vector<std::string> lines_of(std::string_view text) {
   return lines;
 }
 
-// An error without a fault, or a fault that is not one line of text, is a bug as well.
+// A fault or warning that is not one line that a terminal may show is a bug as well.
+void require_sound(const std::vector<Fault>& faults) {
+  for (const Fault& fault : faults) {
+    const std::string text = fault.text();
+    const bool sound = !fault.message.empty() && fault.line >= 0 && fault.column >= 0 &&
+                       fault.message.size() <= FaultList::kLongestMessage + 3 && text == printable_line(text);
+    if (!sound) throw std::logic_error("a malformed fault: " + text);
+  }
+}
+
 Outcome refusal(const ScenarioError& error) {
   if (error.faults().empty()) throw std::logic_error("a ScenarioError without faults");
-  for (const Fault& fault : error.faults()) {
-    const std::string text = fault.text();
-    if (fault.message.empty() || text.find('\n') != std::string::npos || fault.line < 0 || fault.column < 0) {
-      throw std::logic_error("a malformed fault: " + text);
-    }
-  }
+  require_sound(error.faults());
   return Outcome::refused;
 }
 
@@ -107,7 +113,9 @@ Outcome load_and_build(const fs::path& scenario, const std::vector<std::string>&
   try {
     std::vector<Override> overrides;
     for (const std::string& argument : arguments) overrides.push_back(parse_override(argument));
-    problem = load_scenario(scenario, overrides);
+    std::vector<Fault> doubts;
+    problem = load_scenario(scenario, overrides, &doubts);
+    require_sound(doubts);
   } catch (const ScenarioError& error) {
     return refusal(error);
   }

@@ -137,7 +137,7 @@ const std::vector<FaultCase> kCases{
     {"inertia_length",
      {{"inertia: [1, 1, 1]", "inertia: [1, 1, 1, 0]"}},
      {"scenario.yaml:24:14: error: targets[0].inertia has 4 items, must be [Ixx, Iyy, Izz], [Ixx, Iyy, Izz, Ixy, Ixz, "
-      "Iyz] or a mapping {xx, yy, zz, xy, xz, yz} [kg m^2]"}},
+      "Iyz], a symmetric 3 x 3 matrix or a mapping {xx, yy, zz, xy, xz, yz} [kg m^2]"}},
     {"list_of_joints_too_short",
      {{"[0.2, -0.4]", "[0.2]"}},
      {"scenario.yaml:32:17: error: approach.final_joints has 1 item, must have 2, one for each moving joint: shoulder, "

@@ -223,6 +223,7 @@ void expect_known_keywords(const Json& schema, const std::string& where) {
                                             "default",
                                             "x-unit",
                                             "x-infinity",
+                                            "x-largest",
                                             "type",
                                             "enum",
                                             "const",

@@ -172,6 +172,17 @@ TEST_F(Trajectory, Header) {
               ElementsAre("motion.csv:2:7: error: joint 'elbow' is fixed and has no column"));
 }
 
+// As numpy.savetxt writes it.
+TEST_F(Trajectory, HeaderBehindASign) {
+  const CaptureProblem p = load("# made by hand\n# time,shoulder,elbow\n0.0e+00,5e-1,1\n20,0,0\n", {kWay});
+  EXPECT_THAT(p.approach->sampled->positions, ElementsAre(ElementsAre(0.5, 0), ElementsAre(1, 0)));
+  EXPECT_THAT(faults("#time,sholder,elbow\n0,0.5,1\n20,0,0\n"),
+              ElementsAre("motion.csv:1:2: error: the header lacks joints: shoulder",
+                          "motion.csv:1:7: error: unknown column 'sholder'; did you mean 'shoulder'?"));
+  // A header of its own goes before a comment that looks like one.
+  EXPECT_NO_THROW(load("# time,and other things\ntime,shoulder,elbow\n0,0.5,1\n20,0,0\n", {kWay}));
+}
+
 TEST_F(Trajectory, LinesAreComplete) {
   EXPECT_THAT(faults("time,shoulder,elbow\n0,0.5,1\n10,0\n20,0,0,0\n"),
               ElementsAre("motion.csv:3:1: error: the line has 2 fields, must have 3",

@@ -1,0 +1,313 @@
+#include "grapnel/scenario/plausibility.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "grapnel/capture/problem_lookup.hpp"
+#include "grapnel/capture/target_motion.hpp"
+#include "grapnel/capture/watches.hpp"
+#include "grapnel/scenario/magnitudes.hpp"
+#include "grapnel/scenario/spelling.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kFastest = 6;  // [rad/s], nearly a turn per second
+
+// --- Inertia
+// ----------------------------------------------------------------------------------------------------------
+
+// Nothing that flies is denser than the densest metal [kg/m^3].
+constexpr double kDensest = 22600;
+// Without a shape: a body of a tonne may be so large that its mass is this far from its centre on the mean [m], larger
+// ones in proportion.
+constexpr double kLargestGyration = 10, kMassOfLargest = 1000;
+// With a shape: the mass within three times its reach on the mean, and not within a twentieth.
+constexpr double kBeyondShape = 3, kWithinShape = 0.05;
+
+double largest_principal_moment(const Symmetric3d& I) {
+  // Of a symmetric matrix, by the trigonometric solution of its characteristic equation.
+  const double q = (I.xx + I.yy + I.zz) / 3;
+  const double off = I.xy * I.xy + I.xz * I.xz + I.yz * I.yz;
+  const double dx = I.xx - q, dy = I.yy - q, dz = I.zz - q;
+  const double p = std::sqrt((dx * dx + dy * dy + dz * dz + 2 * off) / 6);
+  if (p == 0) return q;
+  const double det = dx * (dy * dz - I.yz * I.yz) - I.xy * (I.xy * dz - I.yz * I.xz) + I.xz * (I.xy * I.yz - dy * I.xz);
+  return q + 2 * p * std::cos(std::acos(std::clamp(det / (2 * p * p * p), -1.0, 1.0)) / 3);
+}
+
+// Farthest distance of a shape's points from a point of its body's frame, for round shapes a little more.
+double farthest(const Geometry& shape, const Vector3d& from) {
+  const auto at = [&](const Vector3d& p) { return norm(shape.X_BG * p - from); };
+  double most = 0;
+  switch (shape.shape) {
+    case Geometry::Shape::none:
+      break;
+    case Geometry::Shape::sphere:
+      most = at(Vector3d::zero()) + shape.size[0];
+      break;
+    case Geometry::Shape::cylinder:
+    case Geometry::Shape::capsule:
+      for (const double end : {-0.5, 0.5}) most = std::max(most, at({0, 0, end * shape.size[1]}) + shape.size[0]);
+      break;
+    case Geometry::Shape::box:
+      for (int corner = 0; corner < 8; ++corner) {
+        const auto half = [&](int k) { return ((corner >> k) & 1 ? 0.5 : -0.5) * shape.size[k]; };
+        most = std::max(most, at({half(0), half(1), half(2)}));
+      }
+      break;
+    case Geometry::Shape::mesh:
+      for (const Vector3d& p : shape.mesh->vertices) most = std::max(most, at(shape.size[0] * p));
+      break;
+  }
+  return most;
+}
+
+// The slip of units that would explain a radius of gyration that is too large by a factor: tonnes make one of 31.6,
+// square millimetres one of 1000.
+std::string unit_slip(double too_large_by) {
+  if (too_large_by > 300) return "; is the inertia in kg mm^2?";
+  if (too_large_by > 10) return "; is the mass in t?";
+  if (too_large_by < 0.1 && too_large_by > 0.003) return "; is the inertia in t m^2, or the mass in g?";
+  return "";
+}
+
+// --- Directions
+// -------------------------------------------------------------------------------------------------------
+
+// Cosine of the angle between two vectors; nothing for one without direction.
+std::optional<double> cosine(const Vector3d& a, const Vector3d& b) {
+  const double length = norm(a) * norm(b);
+  if (!(length > 1e-9)) return {};
+  return dot(a, b) / length;
+}
+constexpr double kOpposite = 0.5;  // of a cosine: 60 degrees
+
+// The middle of what is to be gripped.
+Vector3d middle_of(const TargetSetup& target) {
+  return target.geometry.shape == Geometry::Shape::none ? target.com : target.geometry.X_BG.p;
+}
+
+void doubt_directions(const Node& node, const std::string& path, const GraspPoint& point, const Vector3d& middle,
+                      FaultList& faults) {
+  const Vector3d outward = point.X_TG.p - middle;
+  const auto along = [&](const std::optional<Vector3d>& direction) {
+    return direction ? cosine(*direction, outward).value_or(0) : 0;
+  };
+  const auto reversed = [](const Vector3d& v) {
+    return fmt::format("[{:g}, {:g}, {:g}]", 0 - v[0], 0 - v[1], 0 - v[2]);
+  };
+  if (along(point.approach_direction) > kOpposite) {
+    faults.warn(part(node, "approach_direction").mark,
+                fmt::format("{} leads away from the target: it is the direction in which the end-effector comes in; is "
+                            "{} meant?",
+                            below(path, "approach_direction"), reversed(*point.approach_direction)));
+  }
+  if (along(point.normal) < -kOpposite) {
+    faults.warn(part(node, "normal").mark,
+                fmt::format("{} leads into the target: it is the surface's outward normal; is {} meant?",
+                            below(path, "normal"), reversed(*point.normal)));
+  }
+}
+
+// --- The start
+// --------------------------------------------------------------------------------------------------------
+
+// Flying back from the capture to the start takes time in proportion to the turns.
+constexpr double kMostTurned = 1e5;  // [rad]
+
+bool start_is_cheap(const CaptureProblem& problem) {
+  const double T = problem.approach ? problem.approach->duration : 0;
+  return std::all_of(problem.targets.begin(), problem.targets.end(), [&](const TargetSetup& t) {
+    const auto acts = [&](const LoadSetup& load) { return load.body == target_body_name(t.name); };
+    if (t.given_at == TargetSetup::Instant::start) return true;
+    return T * norm(t.V_WT.angular) < kMostTurned && std::none_of(problem.loads.begin(), problem.loads.end(), acts);
+  });
+}
+
+// Where a body is described: a target's position, else the robot.
+const Mark& place_of_body(const Node& scenario, const CaptureProblem& problem, const std::string& body) {
+  for (std::size_t t = 0; t < problem.targets.size(); ++t) {
+    const Node& list = part(scenario, "targets");
+    if (target_body_name(problem.targets[t].name) == body && t < list.items.size())
+      return part(part(list.items[t], "state"), "position").mark;
+  }
+  return part(scenario, "robot").mark;
+}
+
+std::string shown_body(const CaptureProblem& problem, const std::string& body) {
+  for (const TargetSetup& t : problem.targets) {
+    if (target_body_name(t.name) == body) return "target " + in_quotes(t.name);
+  }
+  return in_quotes(body);
+}
+
+}  // namespace
+
+void doubt_angle(double angle, const Mark& mark, const std::string& name, FaultList& faults) {
+  if (!(std::abs(angle) > 2 * kPi * (1 + 1e-6)) || !std::isfinite(angle)) return;
+  faults.warn(mark, fmt::format("{} is {} rad, more than a full turn; angles are in rad, {} degrees would be {:.9g}",
+                                name, angle, angle, angle * kPi / 180));
+}
+
+void doubt_angular_rate(double rate, const Mark& mark, const std::string& name, FaultList& faults) {
+  if (!(std::abs(rate) > kFastest) || !std::isfinite(rate)) return;
+  faults.warn(mark, fmt::format("{} is {} rad/s, {:.3g} turns per second; rates are in rad/s, {} deg/s would be {:.9g}",
+                                name, rate, std::abs(rate) / (2 * kPi), rate, rate * kPi / 180));
+}
+
+void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std::string& name, FaultList& faults) {
+  // As w, x, y, z a turn by more than 150 degrees, as x, y, z, w by less than 30.
+  if (!(std::abs(q[0]) < std::cos(75 * kPi / 180) && std::abs(q[3]) > std::cos(15 * kPi / 180))) return;
+  const double turn = 2 * std::acos(std::min(1.0, std::abs(q[0]))) * 180 / kPi;
+  const double other = 2 * std::acos(std::min(1.0, std::abs(q[3]))) * 180 / kPi;
+  faults.warn(mark,
+              fmt::format("{} turns by {:.4g} degrees; in the order x, y, z, w it would turn by {:.4g}. The order "
+                          "is w, x, y, z; a half turn that is meant can be said by rpy",
+                          name, turn, other));
+}
+
+void doubt_inertia(const Node& body, const std::string& path, double mass, const Vector3d& com,
+                   const Symmetric3d& inertia, const Geometry& shape, FaultList& faults) {
+  if (!body.find("mass") || !body.find("inertia") || !(mass > 0)) return;
+  const double largest = largest_principal_moment(inertia);
+  const double gyration = std::sqrt(largest / mass);
+  // Mean square distance from the centre of mass: of a ball of the densest metal, and of this body.
+  const double ball = 0.6 * std::pow(3 * mass / (4 * kPi * kDensest), 2.0 / 3);
+  const double spread = (inertia.xx + inertia.yy + inertia.zz) / (2 * mass);
+  const double reach = farthest(shape, com);
+  const bool has_shape = shape.shape != Geometry::Shape::none && reach > 0;
+  const double most =
+      has_shape ? kBeyondShape * reach : kLargestGyration * std::max(1.0, std::cbrt(mass / kMassOfLargest));
+  std::string why;
+  double off = 1;
+  if (gyration > most) {
+    off = gyration / (has_shape ? reach : 1);
+    why = has_shape ? fmt::format("the shape ends {:.3g} m from the centre of mass", reach)
+                    : fmt::format("more than {:.3g} m is hardly meant", most);
+  } else if (spread < ball) {
+    off = std::sqrt(spread / ball) * 0.1;
+    why = "a ball of the densest metal has more";
+  } else if (has_shape && spread < std::pow(kWithinShape * reach, 2)) {
+    off = std::sqrt(spread) / reach;
+    why = fmt::format("the shape ends {:.3g} m from the centre of mass", reach);
+  }
+  if (why.empty()) return;
+  faults.warn(part(body, "inertia").mark,
+              fmt::format("{}: the moment of inertia {:.6g} kg m^2 and the mass {:.6g} kg make a radius of gyration of "
+                          "{:.3g} m, and {}{}",
+                          below(path, "inertia"), largest, mass, gyration, why, unit_slip(off)));
+}
+
+void check_com(const Node& body, const std::string& path, double mass, const Vector3d& com, const Symmetric3d& inertia,
+               FaultList& faults) {
+  constexpr double kLost = 1e-12;                 // of mass |com|^2: four digits are left of the inertia
+  const Magnitudes lengths = magnitudes_of("m");  // beyond them is another fault
+  const double smallest = kLost * mass * dot(com, com);
+  if (!body.find("com") || !std::isfinite(mass) || norm(com) > lengths.largest ||
+      std::min({inertia.xx, inertia.yy, inertia.zz}) >= smallest)
+    return;
+  faults.add(
+      part(body, "com").mark,
+      fmt::format("{} is {:.6g} m from the body's origin: beside mass times its square, {:.6g} kg m^2, the inertia "
+                  "is lost to rounding; put the origin nearer to the body",
+                  below(path, "com"), norm(com), mass * dot(com, com)));
+}
+
+void doubt_approach_axis(const Node& end_effector, const std::string& path, const EndEffectorSetup& read,
+                         FaultList& faults) {
+  if (!read.approach_axis) return;
+  const Vector3d axis = read.X_BE.R * *read.approach_axis;
+  if (cosine(axis, read.X_BE.p).value_or(0) > -0.7) return;
+  faults.warn(part(end_effector, "approach_axis").mark,
+              fmt::format("{} points back from the end-effector to the origin of its link {}: it is the direction in "
+                          "which the end-effector reaches out",
+                          below(path, "approach_axis"), in_quotes(read.body)));
+}
+
+void doubt_grasp_points(const Node& target, const std::string& path, const TargetSetup& read, FaultList& faults) {
+  const Node& list = part(target, "grasp_points");
+  const double reach = farthest(read.geometry, Vector3d::zero());
+  for (std::size_t i = 0; i < list.items.size() && i < read.grasp_points.size(); ++i) {
+    const GraspPoint& point = read.grasp_points[i];
+    const std::string here = item(below(path, "grasp_points"), i);
+    const double distance = norm(point.X_TG.p);
+    if (reach > 0 && distance > 1.25 * reach) {
+      faults.warn(part(list.items[i], "position").mark,
+                  fmt::format("{} is {:.4g} m from the target's origin, and its shape ends at {:.4g} m; positions of "
+                              "grasp points are in the target's frame, in m",
+                              below(here, "position"), distance, reach));
+    }
+    doubt_directions(list.items[i], here, point, middle_of(read), faults);
+  }
+}
+
+void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultList& faults) {
+  constexpr double kSame = 1e-3;  // [m]
+  const bool lets_go = problem.post_impact && !problem.post_impact->releases.empty();
+  const auto position = [&](const GraspSetup& grasp) -> const Vector3d* {
+    for (const TargetSetup& t : problem.targets) {
+      if (t.name != grasp.target) continue;
+      for (const GraspPoint& p : t.grasp_points) {
+        if (p.name == grasp.grasp_point) return &p.X_TG.p;
+      }
+    }
+    return nullptr;
+  };
+  for (std::size_t b = 1; b < problem.grasps.size() && b < list.items.size(); ++b) {
+    const Vector3d* at_b = position(problem.grasps[b]);
+    for (std::size_t a = 0; a < b && at_b; ++a) {
+      const GraspSetup &first = problem.grasps[a], &second = problem.grasps[b];
+      const Vector3d* at_a = first.target == second.target ? position(first) : nullptr;
+      // One hand may take over from another.
+      const bool in_turn = lets_go && (first.closes != second.closes || first.closes_at != second.closes_at);
+      if (!at_a || in_turn || norm(*at_a - *at_b) > kSame) continue;
+      faults.warn(part(list.items[b], "point").mark,
+                  fmt::format("{}: end-effectors {} and {} grip the same place of target {}, where two hands have no "
+                              "room",
+                              item("grasps", b), in_quotes(first.end_effector), in_quotes(second.end_effector),
+                              in_quotes(second.target)));
+      break;
+    }
+  }
+}
+
+void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList& faults) {
+  CaptureProblem watched = problem;
+  watched.clearance.enabled = true;
+  const CaptureSystem system = make_capture_system(watched);
+  State state = initial_servicer_state(watched, system);
+  const ClearanceModel clearance = make_clearance_model(watched, system);
+  if (clearance.pairs().empty() || !start_is_cheap(problem)) return;
+  const TargetPlan targets = plan_targets(watched);
+  for (std::size_t t = 0; t < watched.targets.size(); ++t) {
+    set_root_pose(system.model, system.model.frames()[system.target_frames[t]].body, targets.start[t].X_WT, state);
+  }
+  const auto is_target = [&](int body) {
+    const std::string& name = system.model.bodies()[body].description.name;
+    return std::any_of(watched.targets.begin(), watched.targets.end(),
+                       [&](const TargetSetup& t) { return target_body_name(t.name) == name; });
+  };
+  const Kinematics kinematics = forward_kinematics(system.model, state);
+  for (std::size_t p = 0; p < clearance.pairs().size(); ++p) {
+    const int pair = static_cast<int>(p);
+    constexpr double kTouching = 1e-6;  // [m]
+    // Shapes of a robot's own links are rough where they fold; the run says whether they are feasible.
+    const bool of_robot = !is_target(clearance.pairs()[p].body_a) && !is_target(clearance.pairs()[p].body_b);
+    if (of_robot || clearance.lower_bound(pair, kinematics) > 0) continue;
+    const double distance = clearance.distance(pair, kinematics).distance;
+    if (!(distance < -kTouching)) continue;
+    const auto name = [&](int body) { return system.model.bodies()[body].description.name; };
+    const std::string a = name(clearance.pairs()[p].body_a), b = name(clearance.pairs()[p].body_b);
+    // A target stands behind the robot in the model: it is the more likely suspect.
+    faults.warn(place_of_body(scenario, problem, b),
+                fmt::format("{} and {} overlap by {:.3g} m at t = 0, by their shapes", shown_body(problem, a),
+                            shown_body(problem, b), -distance));
+  }
+}
+
+}  // namespace grapnel

@@ -1,0 +1,41 @@
+#pragma once
+
+/// @file
+/// Warnings of what is allowed but hardly meant: the slips that otherwise end in a plan that fails for no reason in
+/// sight. Each names its suspect and what may have been meant; none of them refuses anything. The thresholds are stated
+/// in docs/formats/scenario.md. Thread safety: free functions.
+
+#include "grapnel/scenario/reader.hpp"
+
+namespace grapnel {
+
+/// An angle beyond a full turn, or a rate beyond 6 rad/s: degrees? `name` is the value's, "initial.joints.elbow".
+void doubt_angle(double angle, const Mark& mark, const std::string& name, FaultList& faults);
+void doubt_angular_rate(double rate, const Mark& mark, const std::string& name, FaultList& faults);
+
+/// A half turn that would be next to no rotation with its numbers in the order x, y, z, w.
+void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std::string& name, FaultList& faults);
+
+/// An inertia that no body of this mass and shape has. `body` is its mapping, `path` leads to it.
+void doubt_inertia(const Node& body, const std::string& path, double mass, const Vector3d& com,
+                   const Symmetric3d& inertia, const Geometry& shape, FaultList& faults);
+
+/// A fault where the centre of mass is so far from the body's origin that rounding takes the inertia about it.
+void check_com(const Node& body, const std::string& path, double mass, const Vector3d& com, const Symmetric3d& inertia,
+               FaultList& faults);
+
+/// An approach axis that points back along the hand.
+void doubt_approach_axis(const Node& end_effector, const std::string& path, const EndEffectorSetup& read,
+                         FaultList& faults);
+
+/// Grasp points far off the target's shape, approach directions that lead away from it, normals that lead into it.
+void doubt_grasp_points(const Node& target, const std::string& path, const TargetSetup& read, FaultList& faults);
+
+/// Hands that hold the same place at the same time. `list` is that of the grasps.
+void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultList& faults);
+
+/// Targets that overlap anything at t = 0. The problem must be without faults; `scenario` is what it was read from.
+/// @throws std::invalid_argument where no system can be made of it all the same.
+void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList& faults);
+
+}  // namespace grapnel
