@@ -18,6 +18,12 @@ int bad_input(const ScenarioError& error) {
   return kBadInput;
 }
 
+std::vector<std::string> messages_of(const std::vector<Fault>& doubts) {
+  std::vector<std::string> messages;
+  for (const Fault& doubt : doubts) messages.push_back(doubt.message);
+  return messages;
+}
+
 std::vector<Override> parse_overrides(const std::vector<std::string>& arguments) {
   std::vector<Override> overrides;
   for (const std::string& a : arguments) overrides.push_back(parse_override(a));
@@ -28,8 +34,9 @@ std::vector<Override> parse_overrides(const std::vector<std::string>& arguments)
 
 int run(const RunOptions& options) {
   CaptureProblem problem;
+  std::vector<Fault> doubts;
   try {
-    problem = load_scenario(options.scenario, parse_overrides(options.overrides));
+    problem = load_scenario(options.scenario, parse_overrides(options.overrides), &doubts);
   } catch (const ScenarioError& error) {
     return bad_input(error);
   }
@@ -40,13 +47,19 @@ int run(const RunOptions& options) {
   }
   const std::optional<fs::path> made = results_folder(options.output, options.scenario);
   if (!made) return kBadInput;
-  return run_problem(problem, options.scenario, *made, {options.quiet, options.no_report});
+  say_faults(doubts);
+  return run_problem(problem, options.scenario, *made,
+                     {.quiet = options.quiet, .no_report = options.no_report, .doubts = messages_of(doubts)});
 }
 
 int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
   try {
-    const CaptureProblem problem = load_scenario(scenario, parse_overrides(overrides));
-    to_stdout("{}: no faults ({}, sha256 {})\n", scenario.string(), problem.name, problem.sha256.substr(0, 12));
+    std::vector<Fault> doubts;
+    const CaptureProblem problem = load_scenario(scenario, parse_overrides(overrides), &doubts);
+    say_faults(doubts);
+    to_stdout("{}: no faults{} ({}, sha256 {})\n", scenario.string(),
+              doubts.empty() ? "" : fmt::format(", {} warning{}", doubts.size(), doubts.size() == 1 ? "" : "s"),
+              problem.name, problem.sha256.substr(0, 12));
     return kDone;
   } catch (const ScenarioError& error) {
     return bad_input(error);

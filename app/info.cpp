@@ -63,7 +63,9 @@ void print_bodies(const Model& model) {
 int info(const std::filesystem::path& file) {
   try {
     CaptureProblem problem;
-    problem.robot = load_robot(file);
+    std::vector<Fault> doubts;
+    problem.robot = load_robot(file, &doubts);
+    say_faults(doubts);
     const CaptureSystem system = make_servicer(problem);
     const Model& model = system.model;
     const Kinematics k = forward_kinematics(model, zero_state(model));

@@ -19,7 +19,8 @@ int main(int argc, char** argv) {
   RunOptions run_options;
   CLI::App* run_command = app.add_subcommand("run", "Simulate one capture; writes its results and report.html");
   run_command->add_option("scenario", run_options.scenario, "Scenario file (YAML)")->required();
-  run_command->add_option("-o,--output", run_options.output, "Result folder (default: out/NAME-OF-THE-SCENARIO)");
+  run_command->add_option("-o,--output", run_options.output,
+                          "Result folder (default: out/ and the scenario file's name without .yaml)");
   run_command->add_option("--set", run_options.overrides, "Replace a value: path=value, e.g. approach.duration=10")
       ->allow_extra_args(false);
   run_command->add_flag("--no-report", run_options.no_report, "Write no report.html");
@@ -30,7 +31,9 @@ int main(int argc, char** argv) {
   CLI::App* sweep_command = app.add_subcommand(
       "sweep", "Simulate a grid of captures; writes table.csv, table.h5, study.json and report.html");
   sweep_command->add_option("study", sweep_options.study, "Study file (YAML)")->required();
-  sweep_command->add_option("-o,--output", sweep_options.output, "Result folder (default: out/NAME-OF-THE-STUDY)");
+  sweep_command->add_option("-o,--output", sweep_options.output,
+                            "Result folder (default: out/ and the study file's name without .yaml; with "
+                            "--only NAME-point-N)");
   sweep_command->add_option("-j,--jobs", sweep_options.threads, "Threads (default: one per processor)")
       ->check(CLI::Range(1, 4096));
   sweep_command->add_option("--only", sweep_options.only,
@@ -74,7 +77,7 @@ int main(int argc, char** argv) {
       "Look for the best of many captures; writes best.yaml, comparison.json, evaluations.csv, report.html");
   optimize_command->add_option("study", optimize_options.study, "Optimization file (YAML)")->required();
   optimize_command->add_option("-o,--output", optimize_options.output,
-                               "Result folder (default: out/NAME-OF-THE-STUDY)");
+                               "Result folder (default: out/ and the study file's name without .yaml)");
   optimize_command->add_option("-j,--jobs", optimize_options.threads, "Threads (default: one per processor)")
       ->check(CLI::Range(1, 4096));
   optimize_command->add_flag("--no-report", optimize_options.no_report, "Write no report.html");
@@ -86,8 +89,9 @@ int main(int argc, char** argv) {
   report_command
       ->add_option("folder", report_options.folder, "Result folder of run, sweep, optimize, campaign or envelope")
       ->required();
-  report_command->add_option("second", report_options.second, "Result folder of a run to compare with");
-  report_command->add_option("-o,--output", report_options.output, "File (default: report.html in the folder)");
+  report_command->add_option("second", report_options.second, "Result folder of a run to compare with (default: none)");
+  report_command->add_option("-o,--output", report_options.output,
+                             "File (default: report.html in the folder; of a comparison report-vs-SECOND.html)");
   report_command->callback([&] { code = report(report_options); });
 
   FigureOptions figure_options;
@@ -98,23 +102,31 @@ int main(int argc, char** argv) {
   figure_command->add_flag("--list", figure_options.list, "Print which figures the folder offers")->excludes(what);
   figure_command->add_option("-o,--output", figure_options.output,
                              "File: .pdf, .svg or .png (default: figures/WHAT.pdf in the folder)");
-  figure_command->add_option("--width", figure_options.width, "Width [cm]")->check(CLI::Range(3.0, 100.0));
-  figure_command->add_option("--height", figure_options.height, "Height [cm]")->check(CLI::Range(2.0, 100.0));
-  figure_command->add_option("--phase", figure_options.phases, "Only this phase; may be repeated")
+  figure_command
+      ->add_option("--width", figure_options.width, "Width [cm] (default: 8.8, with panels side by side 17.8)")
+      ->check(CLI::Range(3.0, 100.0));
+  figure_command->add_option("--height", figure_options.height, "Height [cm] (default: by the figure)")
+      ->check(CLI::Range(2.0, 100.0));
+  figure_command->add_option("--phase", figure_options.phases, "Only this phase; may be repeated (default: all)")
       ->allow_extra_args(false);
-  figure_command->add_option("--from", figure_options.from, "Only from this time on [s]");
-  figure_command->add_option("--to", figure_options.to, "Only up to this time [s]");
+  figure_command->add_option("--from", figure_options.from, "Only from this time on [s] (default: the start)");
+  figure_command->add_option("--to", figure_options.to, "Only up to this time [s] (default: the end)");
   figure_command->add_option("--instants", figure_options.instants, "strobe: how many per panel (default: 6)")
       ->check(CLI::Range(1, 100));
-  figure_command->add_option("--times", figure_options.times, "strobe: which instants, e.g. 0,10,20 [s]")
+  figure_command
+      ->add_option("--times", figure_options.times, "strobe: which instants, e.g. 0,10,20 [s] (default: evenly spread)")
       ->delimiter(',')
       ->allow_extra_args(false);
   figure_command->add_option("--view", figure_options.view, "strobe: direction in space (default: iso)")
       ->check(CLI::IsMember({"x", "y", "z", "iso"}));
-  figure_command->add_option("--column", figure_options.columns, "impulse-map: column of the table; may be repeated")
+  figure_command
+      ->add_option("--column", figure_options.columns,
+                   "impulse-map: column of the table; may be repeated (default: the impulses of the grasps)")
       ->allow_extra_args(false);
-  figure_command->add_option("--x", figure_options.x_axis, "impulse-map: axis that goes to the right");
-  figure_command->add_option("--lines", figure_options.lines_axis, "impulse-map: axis with a line per value");
+  figure_command->add_option("--x", figure_options.x_axis,
+                             "impulse-map: axis that goes to the right (default: the one with the most values)");
+  figure_command->add_option("--lines", figure_options.lines_axis,
+                             "impulse-map: axis with a line per value (default: the first other one)");
   figure_command->add_flag("--heat-map", figure_options.heat_map, "impulse-map: two axes and colours instead of lines");
   figure_command->callback([&] {
     figure_options.command = command_line("grapnel", argc, argv);
@@ -130,7 +142,7 @@ int main(int argc, char** argv) {
 
   std::string which = "scenario";
   CLI::App* schema_command = app.add_subcommand("schema", "Print the JSON Schema of a kind of file");
-  schema_command->add_option("kind", which, "scenario, robot, study, optimization or campaign")
+  schema_command->add_option("kind", which, "scenario, robot, study, optimization or campaign (default: scenario)")
       ->check(CLI::IsMember({"scenario", "robot", "study", "optimization", "campaign"}));
   schema_command->callback([&] { code = print_schema(which); });
 

@@ -4,6 +4,8 @@
 /// One capture, simulated, written and said.
 
 #include <filesystem>
+#include <string>
+#include <vector>
 
 #include "grapnel/capture/capture_problem.hpp"
 
@@ -13,10 +15,12 @@ struct RunSwitches {
   bool quiet = false;      // errors and warnings only
   bool no_report = false;  // no report.html
   bool mute = false;       // not even warnings and why a simulation failed: one of many runs
+  /// What in the input is hardly meant: it has been said, and is kept with the result.
+  std::vector<std::string> doubts = {};
 };
 
 /// Simulates, writes summary.json, timeseries.h5, scene.json and report.html into `folder`, prints what came out, and
-/// warns naming `file`. Returns the exit code.
+/// warns naming `file`. What cannot be written is said, and costs nothing of the rest. Returns the exit code.
 int run_problem(const CaptureProblem& problem, const std::filesystem::path& file, const std::filesystem::path& folder,
                 const RunSwitches& switches);
 

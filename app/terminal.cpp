@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <mutex>
 
@@ -12,6 +13,23 @@ namespace {
 
 std::mutex mutex;
 bool progress_shown = false;  // a line without an end stands on the terminal; guarded by mutex
+
+// Longer lines of stderr are cut: a list in a message may have any length.
+constexpr std::size_t kLongestLine = 16384;  // [bytes]
+
+std::string with_short_lines(std::string text) {
+  for (std::size_t begin = 0; begin < text.size();) {
+    std::size_t end = std::min(text.find('\n', begin), text.size());
+    if (end - begin > kLongestLine) {
+      std::size_t last = begin + kLongestLine;
+      while (last > begin && (static_cast<unsigned char>(text[last]) & 0xc0) == 0x80) --last;
+      text.replace(last, end - last, "…");
+      end = text.find('\n', last) == std::string::npos ? text.size() : text.find('\n', last);
+    }
+    begin = end + 1;
+  }
+  return text;
+}
 
 // With `mutex` held. What could not be written shows in ferror(stdout); of stderr nobody asks.
 void put(std::FILE* stream, const std::string& text) { (void)!std::fwrite(text.data(), 1, text.size(), stream); }
@@ -36,7 +54,7 @@ void write_stderr(std::string_view lines) {
   erase_line();
   // The buffer of stdout is written wherever it is full: without this a line of stderr would stand within one of it.
   std::fflush(stdout);
-  put(stderr, printable_lines(lines));
+  put(stderr, with_short_lines(printable_lines(lines)));
   std::fflush(stderr);
 }
 

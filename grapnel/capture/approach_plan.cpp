@@ -205,7 +205,7 @@ class Planner {
     if (!shot.valid) {
       throw Unplannable(
           "planning the approach: final joint rates did not converge; the final configuration may be near a "
-          "singularity of the generalized Jacobian");
+          "singularity of the generalized Jacobian; other final_joints, or final_rates that are given, may help");
     }
     warn_of_unmet(shot.unmet, shot.rate);
     warn_of_rates(shot.rate, reach.start.end);
@@ -410,9 +410,11 @@ class Planner {
         "planning the approach, straight in: {}: {}", text,
         path.damped
             ? fmt::format("its arm comes to a singularity of the generalized Jacobian at t = {:.4g} s (stretched "
-                          "out, say), beyond which it does not reach",
+                          "out, say), beyond which it does not reach; a shorter stand_off or another start of the arm "
+                          "(initial.joints, plan.guess) may help",
                           path.damped_begin)
-            : std::string("its joints cannot give the demanded motion")));
+            : std::string("its joints cannot give the demanded motion; more duration, orientation: free or another "
+                          "approach_direction may help")));
   }
 
   void take_straight_in(const StraightInProblem& in, const StraightInPath& path) {

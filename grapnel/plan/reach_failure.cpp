@@ -31,8 +31,10 @@ std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal
   }
   const double distance = norm(goal.X_WG.p - X_WB * X_BF.p);
   if (distance <= reach.length * (1 + 1e-12)) return {};
-  return fmt::format("the grasp point is {:.4g} m from joint '{}' and the arm is at most {:.4g} m long", distance,
-                     model.bodies()[reach.first_body].description.joint.name, reach.length);
+  return fmt::format(
+      "the grasp point is {:.4g} m from joint '{}' and the arm is at most {:.4g} m long; base and target "
+      "must be {:.4g} m nearer to each other when it closes",
+      distance, model.bodies()[reach.first_body].description.joint.name, reach.length, distance - reach.length);
 }
 
 // Limits that the joints would have to pass to come nearer: the gradient pushes against them.
@@ -106,9 +108,11 @@ std::string cause(FloatingBase& base, const ReachProblem& problem, const Settled
   if (std::string text = beyond_reach(base, settled.X_WB, arm.goals[i]); !text.empty()) return text;
   if (std::string text = in_others_way(base, problem, settled, a, i); !text.empty()) return text;
   const Eigen::VectorXd gradient = settled.nearest[a].J.transpose() * settled.nearest[a].error;
-  if (std::string text = at_limits(base, problem, arm, settled.theta, gradient); !text.empty()) return text;
-  return "its Jacobian is singular there: no joint moves it nearer (the arm is stretched out or folded, or its joints "
-         "do not give the direction or orientation asked for)";
+  if (std::string text = at_limits(base, problem, arm, settled.theta, gradient); !text.empty())
+    return text + "; wider limits, another grasp point or other initial joints may help";
+  return "no joint moves it nearer: the arm is stretched out or folded there, or its joints do not give the direction "
+         "or orientation asked for (its Jacobian is singular); another grasp point, another way to come in "
+         "(approach_direction, approach_axis), orientation: free, or a base that is placed otherwise may help";
 }
 
 }  // namespace

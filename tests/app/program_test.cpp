@@ -25,6 +25,12 @@ using testing::HasSubstr;
 
 class Program : public test::ProgramRun {};
 
+std::size_t occurrences(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
 const std::string kCase1 = "thesis/open-loop-case-1.yaml";
 // Short phases: what is tested here does not need long ones.
 const std::string kShort = " --set approach.duration=2 --set post_impact.duration=1 ";
@@ -251,6 +257,101 @@ TEST_F(Program, InfoDescribesARobot) {
   EXPECT_THAT(o.out, HasSubstr("mass 560 kg"));
   EXPECT_THAT(o.out, HasSubstr("tip-1"));
   EXPECT_EQ(run("info nowhere.yaml").code, 2);
+}
+
+// --- What is hardly meant
+// -----------------------------------------------------------------------------------------------
+
+std::string first_plan(const std::string& changes) {
+  return "run " GRAPNEL_SOURCE_DIR "/scenarios/first-plan.yaml --no-report -o r" + changes;
+}
+
+TEST_F(Program, CheckWarnsOfWhatIsHardlyMeant) {
+  const Outcome o = run("check " + scenario(kCase1) + " --set targets.target-1.inertia=[900,900,900]");
+  EXPECT_EQ(o.code, 0);
+  EXPECT_THAT(o.out, HasSubstr("no faults, 1 warning ("));
+  EXPECT_THAT(o.err,
+              HasSubstr("--set targets.target-1.inertia=[900,900,900]: warning: targets[0].inertia: the moment of "
+                        "inertia 900 kg m^2 and the mass 10 kg make a radius of gyration of 9.49 m"));
+  EXPECT_EQ(run("check " + scenario(kCase1)).err, "");
+}
+
+TEST_F(Program, WarningsAreKeptWithTheRunAndSaidOnce) {
+  const Outcome o = run("run " + scenario(kCase1) + kShort + "--set targets.target-1.inertia=[900,900,900] -o r");
+  EXPECT_EQ(o.code, 0) << o.err;
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"));
+  ASSERT_FALSE(summary["warnings"].empty());
+  EXPECT_THAT(summary["warnings"][0].get<std::string>(),
+              testing::StartsWith("targets[0].inertia: the moment of inertia"));
+  EXPECT_EQ(occurrences(o.out + o.err, "radius of gyration"), 1u);
+}
+
+TEST_F(Program, APlanThatFailsIsSaidOnceWithWhatWouldHelp) {
+  const Outcome o = run(first_plan(" --set targets[0].state.position=[9,0,0]"));
+  EXPECT_EQ(o.code, 1);
+  EXPECT_EQ(occurrences(o.out + o.err, "comes no closer"), 1u) << o.out << o.err;
+  EXPECT_THAT(o.err, HasSubstr("the arm is at most 3 m long; base and target must be 5."));
+  EXPECT_THAT(o.err, testing::Not(HasSubstr("Look first")));
+  EXPECT_THAT(read_text(folder_ / "r" / "summary.json"), HasSubstr("comes no closer"));
+}
+
+TEST_F(Program, APlanThatFailsNamesItsSuspects) {
+  const Outcome o = run(first_plan(" --set targets[0].grasp_points[0].position=[0,9,0]"));
+  EXPECT_EQ(o.code, 1);
+  EXPECT_THAT(o.err, HasSubstr(". Look first at this: targets[0].grasp_points[0].position is 9 m from the target's "
+                               "origin, and its shape ends at 0.5 m"));
+}
+
+// --- What is said, and where
+// --------------------------------------------------------------------------------------------
+
+TEST_F(Program, OutputsInOnePipeKeepTheirLines) {
+  const std::string both = (folder_ / "both").string();
+  const std::string command = "cd '" + folder_.string() + "' && '" GRAPNEL_PROGRAM "' run '" + scenario(kCase1) + "'" +
+                              kShort + "--set impact.law=as_published -o r >'" + both + "' 2>&1 </dev/null";
+  ASSERT_NE(std::system(command.c_str()), -1);
+  const std::string text = read_text(both);
+  const std::size_t results = text.find("\nresults in r: "), warning = text.find(".yaml: warning: ");
+  ASSERT_NE(results, std::string::npos) << text;
+  ASSERT_NE(warning, std::string::npos) << text;
+  EXPECT_LT(results, warning) << text;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t at = line.find(scenario(kCase1) + ": warning: ");
+    EXPECT_TRUE(at == std::string::npos || at == 0) << line;
+  }
+}
+
+TEST_F(Program, ControlCharactersDoNotReachTheTerminal) {
+  for (const char* arguments : {"report", "export --csv", "figure --list", "merge -o m", "run", "info"}) {
+    const Outcome o = run(std::string(arguments) + " \"$(printf 'x\\033[31m\\302\\233m\\007\\342\\200\\256')\"");
+    EXPECT_EQ(o.code, 2) << arguments;
+    EXPECT_THAT(o.out + o.err, HasSubstr("x?[31m?m??")) << arguments;
+    EXPECT_THAT(o.out + o.err, testing::Not(HasSubstr("\x1b"))) << arguments;
+    EXPECT_THAT(o.out + o.err, testing::Not(HasSubstr("\xc2\x9b"))) << arguments;
+  }
+}
+
+TEST_F(Program, SeriesThatCannotBeWrittenCostNothingElse) {
+  // A folder with something in it stands where the file should be.
+  fs::create_directories(folder_ / "r" / "timeseries.h5" / "x");
+  const Outcome o = run("run " + scenario(kCase1) + kShort + "-o r");
+  EXPECT_EQ(o.code, 1);
+  EXPECT_THAT(o.err, HasSubstr("timeseries.h5"));
+  EXPECT_THAT(o.out, HasSubstr("ledger"));
+  EXPECT_THAT(o.out, HasSubstr("results in r: summary.json, scene.json\n"));
+  EXPECT_EQ(nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"))["status"], "completed");
+  EXPECT_TRUE(fs::exists(folder_ / "r" / "scene.json"));
+  EXPECT_FALSE(fs::exists(folder_ / "r" / "report.html"));
+}
+
+TEST_F(Program, HelpNamesTheRealDefaults) {
+  EXPECT_THAT(run("run --help").out, HasSubstr("out/ and the scenario file's name without .yaml"));
+  EXPECT_THAT(run("report --help").out, HasSubstr("report-vs-SECOND.html"));
+  EXPECT_THAT(run("schema --help").out, HasSubstr("(default: scenario)"));
+  const Outcome o = run("run " + scenario(kCase1) + kShort + "--no-report");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_TRUE(fs::exists(folder_ / "out" / "open-loop-case-1" / "summary.json"));
 }
 
 // Killed at any moment, a run leaves the previous result or the new one, never half of one.
