@@ -124,12 +124,14 @@ ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const BilateralRows&
   whole.velocity(held) = s;
   const Eigen::VectorXd change = M * (whole.velocity - v);
   whole.impulse.resize(g + m);
-  whole.impulse << part.impulse, Eigen::VectorXd(change(held)) - J_h.transpose() * part.impulse;  //         (7.22)
+  whole.impulse.head(g) = part.impulse;
+  whole.impulse.tail(m) = Eigen::VectorXd(change(held)) - J_h.transpose() * part.impulse;  //               (7.22)
   const Eigen::Index count = part.null_space.cols();
   whole.null_space.resize(g + m, count);
   if (count == 0) return whole;
   // Self-stresses of unit size in D, and the least P.
-  whole.null_space << part.null_space, -J_h.transpose() * part.null_space;
+  whole.null_space.topRows(g) = part.null_space;
+  whole.null_space.bottomRows(m) = -J_h.transpose() * part.null_space;
   const Eigen::LLT<Eigen::MatrixXd> metric(rows.D);
   const Eigen::MatrixXd scaled = metric.matrixU() * whole.null_space;
   const Eigen::MatrixXd Z =

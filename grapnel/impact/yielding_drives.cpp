@@ -33,16 +33,20 @@ std::optional<Eigen::VectorXd> rates_that_grips_allow(const BilateralRows& rows,
                                                       const Eigen::MatrixXd& null_space) {
   const Eigen::Index held = rows.held_inertia.size();
   if (held == 0 || null_space.cols() == 0) return {};
-  // Self-stresses that reach the drives: S_h = -J_h^T S_g over the size of its terms.
+  // Self-stresses that reach the drives: S_h = -J_h^T S_g over the size that its terms can have.
   const Eigen::Index grips = rows.J.rows() - held;
   const Eigen::MatrixXd J_h = rows.J.topRows(grips)(Eigen::all, rows.held);
-  const Eigen::VectorXd size =
-      (J_h.cwiseAbs().transpose() * null_space.topRows(grips).cwiseAbs()).rowwise().maxCoeff().array().max(1e-300);
-  const Eigen::JacobiSVD<Eigen::MatrixXd> reach(size.cwiseInverse().asDiagonal() * null_space.bottomRows(held),
-                                                Eigen::ComputeFullV);
-  const Eigen::Index count = (reach.singularValues().array() > kGripsAlone).count();
+  const Eigen::VectorXd size = (J_h.cwiseAbs().transpose() * rows.D.diagonal().head(grips).cwiseSqrt().cwiseInverse());
+  Eigen::MatrixXd reach = null_space.bottomRows(held);
+  for (Eigen::Index i = 0; i < held; ++i) reach.row(i) *= size[i] > 0 ? 1 / size[i] : 0;
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(reach, Eigen::ComputeFullV);
+  const Eigen::Index count = (svd.singularValues().array() > kGripsAlone).count();
   if (count == 0) return {};
-  const Eigen::MatrixXd S = null_space * reach.matrixV().leftCols(count);
+  const Eigen::MatrixXd V = svd.matrixV().leftCols(count);
+  Eigen::MatrixXd S = null_space * V;
+  for (Eigen::Index i = 0; i < held; ++i) {
+    if ((reach.row(i) * V).norm() <= kGripsAlone) S.row(grips + i).setZero();  // a drive in no loop
+  }
   const Eigen::VectorXd work = S.transpose() * after;  // on the rates told
   const Eigen::VectorXd terms = S.cwiseAbs().transpose() * after.cwiseAbs();
   if ((work.array().abs() <= kRounding * terms.array()).all()) return {};

@@ -285,7 +285,7 @@ TEST(CompliantImpact, BrakesAfterwardsAndWarnsWhereItIsNotOver) {
   EXPECT_TRUE(r.impact->brake);
   EXPECT_EQ(value_at(r, "joints/velocity", r.series.time.size() - 1, 0), 0);
   const double missing = r.impact->compliant->elastic_energy_after / r.impact->kinetic_energy_before;
-  EXPECT_GT(missing, 1e-3);
+  EXPECT_GT(missing, 1e-6);
   EXPECT_NEAR(row(r, "compliant_energy_residual").value, missing, 1e-8);
   for (const LedgerEntry& e : r.ledger.entries)
     EXPECT_EQ(e.pass(), e.name != "compliant_energy_residual") << e.name << " " << e.value;

@@ -247,8 +247,7 @@ TEST(YieldingDrives, AreTheSameInTheFastSolver) {
     ImpactSolver fast(c.model, c.grasps);
     fast.solve(c.state.q, c.state.v, c.grasps, held);
     const std::vector<double> found(fast.velocity().begin(), fast.velocity().end());
-    EXPECT_EQ(fast.rank() + static_cast<int>(held.size()),
-              careful.rank + static_cast<int>(careful.null_space.cols()) - (fast.rows() - fast.rank()));
+    EXPECT_EQ(fast.rank() + static_cast<int>(held.size()), careful.rank);
     EXPECT_LT(velocities.note((eigen(found) - eigen(careful.velocity)).norm() / eigen(c.state.v).norm(), i), 1e-8);
     EXPECT_LT(fast.constraint_residual(), 1e-9);
     gave_way += any_gave_way(c, held, careful.velocity);
