@@ -9,6 +9,7 @@
 #include "grapnel/capture/approach_plan.hpp"
 #include "grapnel/capture/conservation_advice.hpp"
 #include "grapnel/capture/finite_result.hpp"
+#include "grapnel/capture/joint_loads.hpp"
 #include "grapnel/capture/problem_scene.hpp"
 #include "grapnel/capture/run_impacts.hpp"
 
@@ -122,6 +123,8 @@ class CaptureSteps::Sequence {
     run_.bookkeeper.write(run_.result.ledger);
     if (run_.result.impact) scale_published(run_.result.ledger.scale, *run_.result.impact);
     run_.loops.write(run_.result);
+    run_.loads.write(run_.result);
+    run_.watches.add(run_.loads.take_events());
     run_.watches.write(run_.result);
     if (!run_.result.ledger.pass()) advise(run_.problem, run_.bookkeeper.cause(), run_.result.ledger);
   }
@@ -182,7 +185,7 @@ class CaptureSteps::Sequence {
     run_.control.hold.assign(run_.system.robot_joints.size(), 0);
     if (!run_.problem.approach) return;
     std::optional<ApproachPlan> plan;
-    if (run_.detail == CaptureDetail::columns) plan = stated_approach(run_.problem, run_.system);
+    if (run_.detail != CaptureDetail::full) plan = stated_approach(run_.problem, run_.system);
     if (!plan) plan = plan_approach(run_.problem, targets, run_.detail);
     run_.result.plan = plan->report;
     for (const std::string& warning : plan->warnings) run_.result.warnings.push_back(warning);
@@ -266,12 +269,15 @@ class CaptureSteps::Sequence {
     run_.bookkeeper.begin_phase(controlled, dynamics_->is_disturbed() || !dynamics_->setup().recover_roots);
     run_.watches.begin_phase(name, run_.system, cut);
     run_.loops.begin_phase(name, run_.problem, run_.system);
+    if (run_.watches_loads()) run_.loads.begin_phase(name, run_.system, *dynamics_);
     kinematics_ = Kinematics(run_.system.model);
     // Joints that follow a reference exactly are on it from the first instant on.
     run_.state = dynamics_->unprojected_state(run_.time, dynamics_->initial(run_.state, run_.time));
     describe_task(name, end, controlled);
     if (run_.recorder) {
       task_.only_here = "it is recorded";
+    } else if (run_.watches_loads()) {
+      task_.only_here = "loads are looked for";
     } else if (!run_.system.closures.empty()) {
       task_.only_here = "loops are closed";
     } else if (stop_) {
@@ -321,7 +327,20 @@ class CaptureSteps::Sequence {
       };
     }
     if (progress_) watch.each_step = [&](double t) { progress_(task_.phase, t, task_.end); };
+    if (stage_ != Stage::arriving) watch.probe = load_probe();
     return simulate_phase(*dynamics_, task_.start, task_.begin, task_.end, task_.integration, watch, stop_);
+  }
+
+  StepProbe load_probe() {
+    if (!run_.watches_loads()) return {};
+    return [this](const PhaseStep& step) { run_.loads.step(step); };
+  }
+
+  // What joints pass on, for the record.
+  std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GripSample> grips) const {
+    std::vector<Wrenchd> on_robot;
+    for (const HeldGrip& grip : run_.system.grips) on_robot.push_back(grips[grip.grasp].F_WC);
+    return joint_wrenches(run_.system, kinematics_, sample, on_robot);
   }
 
   PhaseOutcome integrate_with_samples() {
@@ -340,15 +359,20 @@ class CaptureSteps::Sequence {
       std::copy(sample.motor.begin(), sample.motor.end(), motor.begin());
       const std::vector<GripSample> grips = run_.loops.sample(sample, kinematics_, motor);
       sample.motor = motor;
-      const double clearance = run_.watches.sample(sample.time, sample.state, sample.motor);
+      // Efforts have been looked at in every step where loads are.
+      const auto efforts = run_.watches_loads() ? std::span<const double>() : sample.motor;
+      const double clearance = run_.watches.sample(sample.time, sample.state, efforts);
       if (look++ % looks == 0 || sample.time == end) {
         run_.last_look = sample.time;
-        if (run_.recorder) run_.recorder->sample(run_.system, kinematics_, books, sample, grips, clearance);
+        if (run_.recorder) {
+          run_.recorder->sample(run_.system, kinematics_, books, sample, grips, clearance,
+                                joint_reactions(sample, grips));
+        }
       }
       if (progress_) progress_(task_.phase, sample.time, end);
     };
     return simulate_phase(*dynamics_, task_.start, task_.begin, end, interval / static_cast<double>(looks),
-                          task_.integration, observe, stop_);
+                          task_.integration, observe, stop_, load_probe());
   }
 
   // The piece is done: on from its end.
@@ -366,6 +390,7 @@ class CaptureSteps::Sequence {
     if (run_.recorder) run_.recorder->end_phase(outcome.integrals);
     run_.bookkeeper.end_phase(outcome.integrals);
     run_.watches.end_phase();
+    if (run_.watches_loads()) run_.loads.end_phase(), run_.watches.add(run_.loads.take_events());
     if (!outcome.stopped) impacts_.release_due(post_start_);
   }
 

@@ -110,23 +110,29 @@ std::vector<Wrenchd> wrenches_at(const Model& model, const Yielding& yielding, c
   return joint_wrenches(model, outcome.states[s], outcome.accelerations[s], external);
 }
 
-// Largest loads of the joints over the samples; `through`: per sample.
-void describe_peaks(const Model& model, const CompliantOutcome& outcome,
-                    const std::vector<std::vector<Wrenchd>>& through, ImpactReport& report) {
+// Largest loads of the joints over the samples, and when they are; `through`: per sample.
+std::vector<JointPeakTimes> describe_peaks(const Model& model, const CompliantOutcome& outcome,
+                                           const std::vector<std::vector<Wrenchd>>& through, ImpactReport& report) {
+  std::vector<JointPeakTimes> times(report.joints.size());
   for (std::size_t s = 0; s < outcome.times.size(); ++s) {
     const Kinematics k = forward_kinematics(model, outcome.states[s]);
-    for (JointImpulse& joint : report.joints) {
+    const auto raise = [&](double value, double& peak, double& time) {
+      if (value > peak) peak = value, time = outcome.times[s];
+    };
+    for (std::size_t j = 0; j < report.joints.size(); ++j) {
+      JointImpulse& joint = report.joints[j];
       const int body = model.body_index(joint.body);
       const JointDescription& description = model.bodies()[body].description.joint;
       const Vector3d axis = k.X_WB[body].R * description.axis;
       const Wrenchd& F = through[s][body];
-      joint.peak_force = std::max(joint.peak_force, norm(F.linear));
-      joint.peak_moment = std::max(joint.peak_moment, norm(F.angular));
+      raise(norm(F.linear), joint.peak_force, times[j].force);
+      raise(norm(F.angular), joint.peak_moment, times[j].moment);
       if (velocity_count(description.type) != 1) continue;
       const double driving = dot(axis, description.type == JointType::prismatic ? F.linear : F.angular);
-      joint.peak_driving = std::max(joint.peak_driving, std::abs(driving));
+      raise(std::abs(driving), joint.peak_driving, times[j].driving);
     }
   }
+  return times;
 }
 
 Momentumd momentum_about_origin(const Model& model, const State& state) {
@@ -229,7 +235,8 @@ GraspImpulse describe_yielding(const CompliantTask& task, const Yielding& yieldi
 }
 
 void describe(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
-              const std::vector<std::vector<Wrenchd>>& through, ImpactReport& report) {
+              const std::vector<std::vector<Wrenchd>>& through, CompliantRun& run) {
+  ImpactReport& report = run.report;
   const CaptureSystem& system = task.system;
   report.law = name_of(ImpactSetup::Law::compliant);
   report.time = task.time;
@@ -255,7 +262,7 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
   report.compliant = c;
   describe_held(task, outcome, report);
   describe_change(task.problem, system, task.met, outcome.after, external, report);
-  describe_peaks(system.model, outcome, through, report);
+  run.joint_peaks = describe_peaks(system.model, outcome, through, report);
 }
 
 }  // namespace
@@ -279,7 +286,7 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   for (std::size_t s = 0; s < outcome.times.size(); ++s)
     through.push_back(wrenches_at(task.system.model, yielding, outcome, s));
   run.samples = samples_of(task, yielding, outcome, through);
-  describe(task, yielding, outcome, through, run.report);
+  describe(task, yielding, outcome, through, run);
   if (!task.system.model.has_free_root(task.system.base)) {
     const State& last = run.samples.empty() ? task.met : run.samples.back().state;
     run.from_ground =

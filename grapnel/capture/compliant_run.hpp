@@ -18,8 +18,14 @@ struct CompliantSample {
   Momentumd from_ground = Momentumd::zero();
 };
 
+/// When a joint's loads are largest, from the impact's beginning on [s].
+struct JointPeakTimes {
+  double force = 0, moment = 0, driving = 0;
+};
+
 struct CompliantRun {
   ImpactReport report;
+  std::vector<JointPeakTimes> joint_peaks;  // per entry of report.joints
   std::vector<CompliantSample> samples;
   State after;          // of the system given
   double duration = 0;  // [s]

@@ -466,8 +466,11 @@ BrakeOutcome run_brake(const CaptureProblem& problem, const CaptureSystem& syste
   const Twistd jump = k1.V_WB[system.base] - k0.V_WB[system.base];
   report.base_velocity_change = jump.linear;
   report.base_angular_velocity_change = jump.angular;
-  outcome.from_ground =
-      from_ground(system, k0, joint_impulses(model, state, outcome.after, impulses_at(grasps, solution)));
+  const std::vector<Impulsed> through = joint_impulses(model, state, outcome.after, impulses_at(grasps, solution));
+  ImpactReport reactions;
+  describe_reactions(system, k0, through, reactions);
+  outcome.joints = std::move(reactions.joints);
+  outcome.from_ground = from_ground(system, k0, through);
   return outcome;
 }
 

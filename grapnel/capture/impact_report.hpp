@@ -63,6 +63,7 @@ std::string describe_giving_way(const Model& model, const ImpactReport& report);
 
 struct BrakeOutcome {
   BrakeReport report;
+  std::vector<JointImpulse> joints;  // what joints pass on because of it
   State after;
   double energy_identity_residual = 0;
   Momentumd from_ground = Momentumd::zero();  // as in ImpactOutcome

@@ -1,5 +1,8 @@
 #include "grapnel/capture/joint_loads.hpp"
 
+#include <algorithm>
+
+#include "grapnel/capture/captured_model.hpp"
 #include "grapnel/dynamics/body_acceleration.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 
@@ -22,7 +25,11 @@ Wrenchd inertial_wrench(const Body& body, const Posed& X_WB, const Twistd& V_WB,
 
 std::vector<Wrenchd> joint_wrenches(const Model& model, const State& state, std::span<const double> vdot,
                                     std::span<const ExternalWrench> external) {
-  const Kinematics k = forward_kinematics(model, state);
+  return joint_wrenches(model, forward_kinematics(model, state), vdot, external);
+}
+
+std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& k, std::span<const double> vdot,
+                                    std::span<const ExternalWrench> external) {
   const std::vector<BodyAcceleration> A = body_accelerations(model, k, vdot);
   std::vector<Wrenchd> needed;
   for (std::size_t i = 0; i < model.bodies().size(); ++i)
@@ -34,6 +41,34 @@ std::vector<Wrenchd> joint_wrenches(const Model& model, const State& state, std:
     if (parent >= 0) needed[parent] += shift(needed[i], k.X_WB[parent].p - k.X_WB[i].p);
   }
   return needed;
+}
+
+std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample,
+                                    std::span<const Wrenchd> grips) {
+  const PhaseDynamics& dynamics = *sample.dynamics;
+  std::vector<ExternalWrench> external(dynamics.external_wrenches().begin(), dynamics.external_wrenches().end());
+  const std::vector<Body>& bodies = system.model.bodies();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const BodyDescription& body = bodies[i].description;
+    external.push_back({static_cast<int>(i), k.X_WB[i] * body.com, {Vector3d::zero(), body.mass * dynamics.gravity()}});
+  }
+  for (std::size_t g = 0; g < system.grips.size(); ++g) {
+    if (system.grips[g].closure == HeldGrip::kInTree) continue;  // a joint of the tree carries the target
+    const Grasp grasp = grasp_of(system.grips[g], k);
+    external.push_back({grasp.robot_body, grasp.p_WC, grips[g]});
+    external.push_back({grasp.target_body, grasp.p_WC, -grips[g]});
+  }
+  return joint_wrenches(system.model, k, dynamics.acceleration(), external);
+}
+
+std::vector<int> carried_bodies(const CaptureSystem& system) {
+  std::vector<int> bodies;
+  for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {
+    const bool target = std::any_of(system.target_frames.begin(), system.target_frames.end(),
+                                    [&](int f) { return system.model.frames()[f].body == i; });
+    if (i != system.base && !target) bodies.push_back(i);
+  }
+  return bodies;
 }
 
 }  // namespace grapnel

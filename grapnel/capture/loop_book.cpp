@@ -15,12 +15,7 @@ void raise(double& largest, double value) {
 void LoopBook::begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system) {
   problem_ = &problem;
   system_ = &system;
-  first_load_ = loads_.size();
   phase_largest_ = {};
-  for (const HeldGrip& grip : system.grips) {
-    const GraspSetup& g = problem.grasps[grip.grasp];
-    loads_.push_back({name, g.end_effector, g.target, 0, 0, 0, 0, {}});
-  }
   if (system.closures.empty()) return;
   any_ = true;
   LoopReport report;
@@ -36,8 +31,7 @@ std::vector<GripSample> LoopBook::sample(const PhaseSample& sample, const Kinema
                                          std::span<double> motor) {
   std::vector<GripSample> result(problem_->grasps.size());
   if (system_->grips.empty()) return result;
-  const bool first = loads_[first_load_].determined.empty();
-  const std::vector<GripWrench> wrenches = grip_wrenches(*system_, kinematics, sample, first);
+  const std::vector<GripWrench> wrenches = grip_wrenches(*system_, kinematics, sample);
   Kinematics near;
   if (!system_->closures.empty()) {
     State at_origin = sample.state;
@@ -50,11 +44,6 @@ std::vector<GripSample> LoopBook::sample(const PhaseSample& sample, const Kinema
     GripSample& s = result[grip.grasp];
     s.holds = grip.closure < 0 || sample.dynamics->loops() != nullptr;  // or the loop is cut
     s.F_WC = wrenches[i].F_WC;
-    GripLoad& load = loads_[first_load_ + i];
-    if (first) load.determined = wrenches[i].determined;
-    const double force = norm(s.F_WC.linear), moment = norm(s.F_WC.angular);
-    if (!(force <= load.largest_force)) load.largest_force = force, load.force_time = sample.time;
-    if (!(moment <= load.largest_moment)) load.largest_moment = moment, load.moment_time = sample.time;
     if (grip.closure < 0) continue;
     s.defect = closure_defect(grip.frames, near);
     phase_largest_.raise(*s.defect);
@@ -80,7 +69,6 @@ void LoopBook::end_phase(const LoopOutcome& outcome) {
 
 void LoopBook::write(CaptureResult& result) const {
   result.loops = reports_;
-  result.grip_loads = loads_;
   const std::string none = "no closed loop in this run: no target is held by several arms";
   double unprojected = 0, corrections = 0, error = 0;
   for (const LoopReport& r : reports_) {

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The books of closed loops and of the loads on grips. Thread safety: one thread at a time.
+/// The books of closed loops, and what grips pass on at samples. Thread safety: one thread at a time.
 
 #include <optional>
 
@@ -32,10 +32,8 @@ class LoopBook {
   const CaptureProblem* problem_ = nullptr;
   const CaptureSystem* system_ = nullptr;
   bool any_ = false;
-  std::size_t first_load_ = 0;  // of loads_, in this phase
   ClosureDefect largest_, phase_largest_;
   std::vector<LoopReport> reports_;
-  std::vector<GripLoad> loads_;
 };
 
 }  // namespace grapnel

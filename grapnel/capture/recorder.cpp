@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "grapnel/capture/contact.hpp"
+#include "grapnel/capture/joint_loads.hpp"
 #include "grapnel/capture/watches.hpp"
 
 namespace grapnel {
@@ -13,23 +14,9 @@ BodyMotion motion(const std::string& name, const Posed& X, const Twistd& V) {
   return {name, X.p, quaternion_from(X.R), V.angular, V.linear};
 }
 
-bool is_target(const CaptureSystem& system, int body) {
-  return std::any_of(system.target_frames.begin(), system.target_frames.end(),
-                     [&](int f) { return system.model.frames()[f].body == body; });
-}
-
 bool is_shared(const CaptureProblem& problem, const std::string& target) {
   return std::count_if(problem.grasps.begin(), problem.grasps.end(),
                        [&](const GraspSetup& g) { return g.target == target; }) > 1;
-}
-
-// The robot's bodies but the base. Their order is the robot's in every model of one capture.
-std::vector<int> link_bodies(const CaptureSystem& system) {
-  std::vector<int> links;
-  for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {
-    if (i != system.base && !is_target(system, i)) links.push_back(i);
-  }
-  return links;
 }
 
 }  // namespace
@@ -90,7 +77,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     previous_.push_back(Quaterniond::identity());
   };
   add_body("base", "the base frame");
-  for (int i : link_bodies(system)) {
+  for (int i : carried_bodies(system)) {
     const std::string& name = system.model.bodies()[i].description.name;
     add("links/" + name + "/position", "m", "position of the link's frame, at its joint, in W", xyz);
     add("links/" + name + "/quaternion_wxyz", "1", "orientation of the link's frame in W", wxyz);
@@ -131,6 +118,13 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
       joints);
   add("joints/friction", "N m", "friction efforts" + (prismatic ? std::string("; N where the joint is prismatic") : ""),
       joints);
+  add("joints/reaction_force", "N",
+      "magnitude of the force that each joint passes on, at its origin; NaN at impacts, which take no time", joints);
+  add("joints/reaction_moment", "N m", "magnitude of the moment that each joint passes on, at its origin; likewise",
+      joints);
+  controls_base_ = (problem.approach && problem.approach->base_control) ||
+                   (problem.post_impact && problem.post_impact->base_control);
+  if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
   add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
   add("system/linear_momentum", "N s", "total linear momentum in W", xyz);
   add("system/angular_momentum", "N m s", "total angular momentum about the system's centre of mass, in W", xyz);
@@ -183,7 +177,7 @@ void Recorder::put(const Rotationd& R, Quaterniond& previous) {
 // Of the robot, then of each target, also when it hangs on an arm.
 void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, const Vector3d& com) {
   const Model& model = system.model;
-  std::vector<int> robot = link_bodies(system), target(1);
+  std::vector<int> robot = carried_bodies(system), target(1);
   robot.push_back(system.base);
   const auto put_group = [&](const std::vector<int>& bodies) {
     const Momentumd h = group_momentum(model, k, bodies, com);
@@ -224,7 +218,7 @@ void Recorder::put_motion(const CaptureSystem& system, const Kinematics& k) {
     put(V.linear);
   };
   put_body(k.X_WB[system.base], k.V_WB[system.base]);
-  for (int i : link_bodies(system)) {
+  for (int i : carried_bodies(system)) {
     put(k.X_WB[i].p);
     put(k.X_WB[i].R, previous_[body++]);
   }
@@ -262,7 +256,7 @@ void Recorder::put_books(const CaptureSystem& system, const Kinematics& k, const
 }
 
 void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books, const PhaseSample& s,
-                      std::span<const GripSample> grips, double clearance) {
+                      std::span<const GripSample> grips, double clearance, std::span<const Wrenchd> through) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
@@ -290,6 +284,12 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   ++next_;
   put_joints([&](int j) { return s.motor[j]; });
   put_joints([&](int j) { return s.friction[j]; });
+  const auto reaction = [&](int j, Vector3d Wrenchd::*part) {
+    return through.empty() ? std::numeric_limits<double>::quiet_NaN() : norm(through[model.joints()[j]].*part);
+  };
+  put_joints([&](int j) { return reaction(j, &Wrenchd::linear); });
+  put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
+  if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
   put_books(system, in_world, books, s);
   if (watches_clearance_) put(clearance);
 }

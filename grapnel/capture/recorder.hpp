@@ -29,8 +29,10 @@ class Recorder {
   /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
   /// `grips`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
+  /// `through`: what joints pass on, per body; empty: not known.
   void sample(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books,
-              const PhaseSample& sample, std::span<const GripSample> grips, double clearance);
+              const PhaseSample& sample, std::span<const GripSample> grips, double clearance,
+              std::span<const Wrenchd> through = {});
   /// The work done in the phase that ends is carried into the next.
   void end_phase(const PhaseIntegrals& integrals);
 
@@ -61,7 +63,7 @@ class Recorder {
     Vector3d com, momentum;
   };
   std::optional<PhaseStart> phase_start_;
-  bool watches_clearance_ = false;
+  bool watches_clearance_ = false, controls_base_ = false;
 };
 
 }  // namespace grapnel

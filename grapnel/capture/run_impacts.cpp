@@ -194,8 +194,8 @@ ImpactOutcome RunImpacts::solve_impact(const std::vector<std::size_t>& closing, 
 
 // The contact of what closes, in the free system, with targets where the rule for gaps puts them.
 Contact RunImpacts::meet(const std::vector<std::size_t>& closing) {
-  const std::string name = run_.next_name("contact");
-  if (run_.recorder) run_.recorder->begin_phase(name);
+  phase_ = run_.next_name("contact");
+  if (run_.recorder) run_.recorder->begin_phase(phase_);
   if (run_.control.approaching) {
     for (std::size_t i : closing) settle_arm(i);
   }
@@ -275,6 +275,7 @@ void RunImpacts::impact(const std::vector<std::size_t>& closing, ImpactSetup::La
   run_.impact_book.note(outcome.residuals);
   run_.state = outcome.after;
   hold_or_part(closing, law, outcome.report, {});
+  run_.loads.impact(phase_, outcome.report);
   outcome.report.brake = brake();
   keep(std::move(outcome.report));
   run_.to_joined();
@@ -306,11 +307,14 @@ void RunImpacts::yield(const std::vector<std::size_t>& closing) {
     run_.bookkeeper.enter(sample.from_ground);
     sample_yielding(closing, sample);
   }
+  std::vector<std::string> hands;
+  for (const HeldGrip& grip : run_.system.grips) hands.push_back(run_.problem.grasps[grip.grasp].end_effector);
+  run_.loads.held(phase_, run_.time, hands, run.samples);
   run_.bookkeeper.enter(run.from_ground);
   run_.impact_book.note_compliant(run.energy_residual);
   run_.state = run.after;
   run_.time += run.duration;
-  stiffen(closing, run.unfinished, run.report);
+  stiffen(closing, run);
 }
 
 // Where a velocity of a joint of the robot is in another representation.
@@ -332,10 +336,10 @@ std::vector<double> RunImpacts::brake_at_once(std::span<const HeldRate> held) {
 }
 
 // Grips that have come to rest hold rigidly from now on.
-void RunImpacts::stiffen(const std::vector<std::size_t>& closing, std::span<const std::string> unfinished,
-                         ImpactReport& report) {
+void RunImpacts::stiffen(const std::vector<std::size_t>& closing, CompliantRun& run) {
+  ImpactReport& report = run.report;
   run_.to_free();
-  hold_or_part(closing, ImpactSetup::Law::compliant, report, unfinished);
+  hold_or_part(closing, ImpactSetup::Law::compliant, report, run.unfinished);
   std::vector<Grasp> holding;
   const Kinematics k = forward_kinematics(run_.free.model, run_.state);
   for (const HeldGrip& grip : run_.grips) holding.push_back(grasp_of(grip, k));
@@ -354,6 +358,7 @@ void RunImpacts::stiffen(const std::vector<std::size_t>& closing, std::span<cons
   run_.state.v = rest.velocity;
   if (!run_.free.model.has_free_root(run_.free.base))  // only the ground can have changed it
     run_.bookkeeper.enter(momentum_about_origin(run_.state) - before);
+  run_.loads.impact(phase_, report, run.joint_peaks);
   report.brake = brake();
   keep(std::move(report));
   run_.to_joined();
@@ -375,7 +380,21 @@ std::optional<BrakeReport> RunImpacts::brake() {
   run_.bookkeeper.enter(outcome.from_ground);
   run_.impact_book.note_brake(outcome.energy_identity_residual);
   run_.state = std::move(outcome.after);
+  bear(run_.next_name("brake"), outcome);
   return outcome.report;
+}
+
+// The brakes' loads, as of an impact of their own.
+void RunImpacts::bear(const std::string& phase, const BrakeOutcome& brake) {
+  ImpactReport as_impact;
+  as_impact.time = run_.time, as_impact.duration = run_.problem.impact->duration;
+  as_impact.joints = brake.joints;
+  for (const BrakeGrip& g : brake.report.grasps) {
+    GraspImpulse& grasp = as_impact.grasps.emplace_back();
+    grasp.end_effector = g.end_effector, grasp.target = g.target;
+    grasp.impulse = g.impulse, grasp.angular_impulse = g.angular_impulse;
+  }
+  run_.loads.impact(phase, as_impact);
 }
 
 // Joints that settle while no grip closes still have to stop, if they are braked.

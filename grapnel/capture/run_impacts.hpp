@@ -37,6 +37,7 @@ class RunImpacts {
   const CaptureProblem& with_grasps(const std::vector<std::size_t>& grasps);
   void refuse_distant(const std::vector<std::size_t>& closing);
   Contact contact_of(const std::vector<std::size_t>& closing);
+  void bear(const std::string& phase, const BrakeOutcome& brake);
   Contact meet(const std::vector<std::size_t>& closing);
   void keep(ImpactReport report);
   bool holds_after(std::size_t grasp, ImpactSetup::Law law) const;
@@ -46,13 +47,14 @@ class RunImpacts {
   void yield(const std::vector<std::size_t>& closing);
   int velocity_in(const CaptureSystem& system, int free_velocity) const;
   std::vector<double> brake_at_once(std::span<const HeldRate> held);
-  void stiffen(const std::vector<std::size_t>& closing, std::span<const std::string> unfinished, ImpactReport& report);
+  void stiffen(const std::vector<std::size_t>& closing, CompliantRun& run);
   std::optional<BrakeReport> brake();
   ImpactOutcome solve_impact(const std::vector<std::size_t>& closing, const Contact& contact, ImpactSetup::Law law);
 
   RunState& run_;
   std::optional<CaptureProblem> part_;  // the problem with part_grasps_ alone
   std::vector<std::size_t> part_grasps_;
+  std::string phase_;         // of the last contact
   std::size_t released_ = 0;  // of PostImpactSetup::releases
 };
 

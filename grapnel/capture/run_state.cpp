@@ -14,6 +14,7 @@ RunState::RunState(const CaptureProblem& the_problem, const MovingFrame& the_fra
       system(free),
       bookkeeper(problem, free),
       watches(problem),
+      loads(problem),
       schedule(problem) {
   if (detail == CaptureDetail::full) recorder.emplace(problem, free, frame, result.series);
 }

@@ -13,6 +13,7 @@
 #include "grapnel/capture/captured_model.hpp"
 #include "grapnel/capture/grip_schedule.hpp"
 #include "grapnel/capture/impact_book.hpp"
+#include "grapnel/capture/load_book.hpp"
 #include "grapnel/capture/loop_book.hpp"
 #include "grapnel/capture/moving_frame.hpp"
 #include "grapnel/capture/phase_setups.hpp"
@@ -33,6 +34,8 @@ struct RunState {
 
   /// The first piece of a phase has its plain name.
   std::string next_name(const std::string& phase);
+  /// Whether loads are looked for in phases of motion.
+  bool watches_loads() const { return detail != CaptureDetail::columns; }
   bool holds_by(PostImpactSetup::Joints joints) const;
   const Body& joint_body(const CaptureSystem& of, std::size_t joint) const;
 
@@ -50,6 +53,7 @@ struct RunState {
   Bookkeeper bookkeeper;
   Watches watches;
   LoopBook loops;
+  LoadBook loads;
   ImpactBook impact_book;
   GripSchedule schedule;
   std::vector<JointTrajectory> trajectories;  // of the approach, per robot joint

@@ -121,6 +121,10 @@ void Watches::end_phase() {
   open_ = false;
 }
 
+void Watches::add(const std::vector<LimitEvent>& events) {
+  limit_events_.insert(limit_events_.end(), events.begin(), events.end());
+}
+
 void Watches::write(CaptureResult& result) {
   if (open_) end_phase();
   write_events(result);
@@ -148,6 +152,7 @@ void Watches::write_events(CaptureResult& result) {
   for (const auto& [a, b] : problem_.clearance.ignore) {
     result.clearance_unwatched.emplace_back(shown_name(a), shown_name(b));
   }
+  std::ranges::stable_sort(limit_events_, {}, &LimitEvent::begin_time);
   result.limit_events = limit_events_;
 }
 

@@ -31,6 +31,8 @@ class Watches {
   /// The same at an instant outside any phase, as at an impact.
   double instant(const CaptureSystem& system, const Kinematics& kinematics) const;
   void end_phase();
+  /// Events that somebody else has found.
+  void add(const std::vector<LimitEvent>& events);
   /// Least clearances, events, what of them is first, and the rows of the ledger, with what nobody looked at. Ends a
   /// phase that a failure has left open.
   void write(CaptureResult& result);

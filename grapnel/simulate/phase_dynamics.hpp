@@ -134,6 +134,8 @@ class PhaseDynamics {
   std::span<const double> acceleration() const { return vdot_; }
   std::span<const ExternalWrench> external_wrenches() const { return wrenches_; }
   const Vector3d& gravity() const { return setup_.gravity; }
+  /// The torque of attitude control, on the root's body, in its axes; zero without any [N m].
+  const Vector3d& control_torque() const { return attitude_torque_; }
 
  private:
   static constexpr int kIntegrals = 9;      // of the whole

@@ -72,6 +72,7 @@ class PhaseRun {
         stepper_.set_end_time(end);
         stepper_.reset_derivative(dynamics_);
       }
+      fresh_ = true;
       cross_interval(begin);
       if (stop_time_ || !usable()) break;
       begin = end;
@@ -157,6 +158,7 @@ class PhaseRun {
       }
       if (!hit) look_up(stepper_.time());
       const double reached = hit ? hit->time : stepper_.time();
+      if (watch_.probe) look_into(reached);
       while (next_ < outputs_.size() && (reached - outputs_[next_]) * direction_ > 0) {
         stepper_.interpolate(dynamics_, outputs_[next_], std::span<double>(y_));
         output(outputs_[next_], y_);
@@ -164,6 +166,17 @@ class PhaseRun {
       if (hit) return end_at(hit->time, locator_.state());
       if (stepper_.status() == StepStatus::running && outputs_[next_] == reached) output(reached, stepper_.state());
     }
+  }
+
+  // The step just made, as far as the phase goes.
+  void look_into(double end) {
+    const std::function<PhaseSample(double)> at = [&](double t) {
+      probed_.assign(stepper_.state().begin(), stepper_.state().end());
+      if (t != stepper_.time()) stepper_.interpolate(dynamics_, t, std::span<double>(probed_));
+      return sample(t, probed_);
+    };
+    watch_.probe({stepper_.previous_time(), end, fresh_, at});
+    fresh_ = false;
   }
 
   void end_at(double t, std::span<const double> y) {
@@ -176,10 +189,13 @@ class PhaseRun {
   void output(double t, std::span<const double> y) {
     ++next_;
     if (watch_.look) look(t, y);
-    if (!observe_) return;
+    if (observe_) observe_(sample(t, y));
+  }
+
+  PhaseSample sample(double t, std::span<const double> y) {
     dynamics_.efforts(t, y, motor_, friction_);
-    const PhaseIntegrals integrals = dynamics_.integrals(y);
-    observe_({t, dynamics_.evaluated_state(), integrals, motor_, friction_, &dynamics_});
+    integrals_ = dynamics_.integrals(y);
+    return {t, dynamics_.evaluated_state(), integrals_, motor_, friction_, &dynamics_};
   }
 
   PhaseOutcome outcome() {
@@ -223,8 +239,11 @@ class PhaseRun {
   LoopOutcome loops_;
   std::string loop_failure_;
   std::vector<double> correction_;
-  std::vector<double> y_;  // at a sample inside a step; at the stop
+  std::vector<double> y_;       // at a sample inside a step; at the stop
+  std::vector<double> probed_;  // inside a step that is looked into
   std::vector<double> motor_, friction_;
+  PhaseIntegrals integrals_;
+  bool fresh_ = true;  // an interval's first step
   std::vector<double> outputs_;
   std::size_t next_ = 0;  // of outputs_
   double direction_ = 1;
@@ -253,8 +272,10 @@ PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, d
 
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
-                            const StopCondition& stop) {
-  return run_phase(dynamics, start, t0, t1, interval, integration, observe, {}, stop);
+                            const StopCondition& stop, const StepProbe& probe) {
+  StepWatch watch;
+  watch.probe = probe;
+  return run_phase(dynamics, start, t0, t1, interval, integration, observe, watch, stop);
 }
 
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,

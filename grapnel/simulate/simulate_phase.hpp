@@ -21,6 +21,16 @@ struct PhaseSample {
   const PhaseDynamics* dynamics = nullptr;  // as evaluated at this state; null outside an integration
 };
 
+/// One step of a phase, to be looked at as closely as its dense output allows.
+struct PhaseStep {
+  double begin, end;  // [s]; the end is where the phase stops, if that is inside
+  bool fresh;         // efforts and accelerations may have jumped at `begin`: they go on from no step before
+  /// The system at a time from `begin` to `end`, as in an output instant. Valid until the next call.
+  const std::function<PhaseSample(double t)>& at;
+};
+/// Looks into every step, after it.
+using StepProbe = std::function<void(const PhaseStep&)>;
+
 /// Looks at a phase between its steps, where its books may be kept without output in between: no instant is
 /// interpolated and no effort worked out.
 struct StepWatch {
@@ -30,6 +40,7 @@ struct StepWatch {
   int looks = 32;
   /// After every step, with the time reached: ends the phase by throwing, when its time on the clock is up, say.
   std::function<void(double t)> each_step;
+  StepProbe probe;
 };
 
 /// A quantity whose first fall from positive to zero or below ends a phase.
@@ -69,11 +80,13 @@ struct PhaseOutcome {
 ///
 /// With `stop` the phase ends at the first time where it falls from positive to zero or below: at t0 if it is not
 /// positive there. It is looked at eight times a step, so that a shorter dip may go unseen.
+///
+/// `probe` looks into every step before the samples in it are handed out. It changes neither steps nor samples.
 /// @throws std::domain_error if `stop` becomes NaN.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration,
-                            const std::function<void(const PhaseSample&)>& observe = {},
-                            const StopCondition& stop = {});
+                            const std::function<void(const PhaseSample&)>& observe = {}, const StopCondition& stop = {},
+                            const StepProbe& probe = {});
 
 /// The same with a watch instead of samples. The steps, and so the outcome, are those without.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,

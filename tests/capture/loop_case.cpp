@@ -50,7 +50,9 @@ Vector3d hand_position(const CaptureProblem& p, std::size_t arm) {
   return frame_pose(robot.model, k, robot.end_effectors[arm]).p;
 }
 
-bool may_be_nan(const std::string& path) { return path.find("/reference_") != std::string::npos; }
+bool may_be_nan(const std::string& path) {
+  return path.find("/reference_") != std::string::npos || path.find("/reaction_") != std::string::npos;
+}
 
 // Eighth order.
 template <class Value>
