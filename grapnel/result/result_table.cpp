@@ -6,6 +6,7 @@
 #include <cmath>
 #include <set>
 
+#include "grapnel/result/load_table.hpp"
 #include "grapnel/result/text_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 
@@ -82,7 +83,7 @@ std::string verdict(const CaptureResult& result) {
       break;
   }
   std::string out = paragraph(result.scenario_name + ": " + text, "");
-  out += capture_lines(result) + ledger_line(result);
+  out += capture_lines(result) + worst_margin_line(result) + ledger_line(result);
   if (!result.ledger.entries.empty()) out += feasibility_lines(result);
   for (const std::string& warning : result.warnings) out += paragraph("warning: " + warning, "");
   return out;
@@ -223,12 +224,13 @@ std::string drive_table(const ImpactReport& impact) {
   return any ? table.text() : "";
 }
 
-// Loads against ratings, the worst of each joint or gripper, and how much faster each arm may come.
+// Loads of the impact against ratings, the worst of each joint or gripper, and how much faster each arm may come.
 std::string margin_table(const ImpactReport& impact) {
   if (impact.margins.empty()) return "";
   TextTable table;
   table.row({"rated", "load", "", "rating", "margin"});
   std::vector<std::string> done;
+  bool assumed = false;
   for (const LoadMargin& first : impact.margins) {
     if (std::find(done.begin(), done.end(), first.of) != done.end()) continue;
     done.push_back(first.of);
@@ -237,9 +239,12 @@ std::string margin_table(const ImpactReport& impact) {
       if (m.of == first.of && m.margin() < worst->margin()) worst = &m;
     }
     table.row({worst->of, worst->quantity, number(worst->load), number(worst->rating),
-               fmt::format("{:.1f} %{}", 100 * worst->margin(), worst->margin() < 0 ? "  EXCEEDED" : "")});
+               fmt::format("{:.1f} %{}{}", 100 * worst->margin(), worst->margin() < 0 ? "  EXCEEDED" : "",
+                           rests_on_duration(impact, *worst) ? " *" : "")});
+    assumed = assumed || rests_on_duration(impact, *worst);
   }
   std::string out = table.text();
+  if (assumed) out += fmt::format("  * a mean over an assumed {} ms\n", number(1e3 * impact.duration));
   for (const SpeedLimit& limit : impact.speed_limits) {
     if (limit.of.empty() || !(limit.largest_speed > 0)) continue;
     out += paragraph(
@@ -418,9 +423,9 @@ std::string ledger_table(const Ledger& ledger) {
 }  // namespace
 
 std::string result_table(const CaptureResult& result) {
-  return verdict(result) + plan_table(result) + approach_table(result) + impact_tables(result) + release_lines(result) +
-         post_impact_table(result) + loop_tables(result) + load_table(result) + clearance_table(result) +
-         ledger_table(result.ledger);
+  return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
+         release_lines(result) + post_impact_table(result) + loop_tables(result) + load_table(result) +
+         clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

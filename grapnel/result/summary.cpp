@@ -1,8 +1,10 @@
 #include "grapnel/result/summary.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "grapnel/result/json_text.hpp"
+#include "grapnel/result/load_table.hpp"
 #include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {
@@ -39,6 +41,7 @@ Json to_json(const LoopGap& loop);
 Json to_json(const BodyImpulse& body);
 Json to_json(const LoopReport& loops);
 Json to_json(const GripLoad& load);
+Json to_json(const PeakLoad& load);
 Json to_json(const ReleaseReport& release);
 
 template <class T>
@@ -322,6 +325,8 @@ Json to_json(const ImpactReport& impact) {
   if (impact.measures) json["measures"] = measures_json(impact);
   json["sensitivities"] = list(impact.sensitivities);
   json["margins"] = list(impact.margins);
+  for (std::size_t i = 0; i < impact.margins.size(); ++i)
+    json["margins"][i]["assumed_duration"] = rests_on_duration(impact, impact.margins[i]);
   json["speed_limits"] = list(impact.speed_limits);
   return json;
 }
@@ -370,6 +375,18 @@ Json to_json(const GripLoad& load) {
           {"largest_moment", load.largest_moment},
           {"moment_time", load.moment_time},
           {"determined", load.determined}};
+}
+
+Json to_json(const PeakLoad& load) {
+  const bool rated = std::isfinite(load.rating);
+  return {{"of", load.of},
+          {"quantity", load.quantity},
+          {"phase", load.phase},
+          {"peak", load.peak},
+          {"time", load.time},
+          {"rating", rated ? Json(load.rating) : Json()},
+          {"margin", rated ? Json(load.margin()) : Json()},
+          {"assumed_duration", load.assumed_duration}};
 }
 
 Json to_json(const ReleaseReport& release) {
@@ -525,6 +542,8 @@ Json document(const CaptureResult& result, std::string_view version) {
   if (result.post_impact_end) json["post_impact"]["end"] = to_json(*result.post_impact_end);
   if (!result.loops.empty()) json["post_impact"]["loops"] = list(result.loops);
   if (!result.grip_loads.empty()) json["post_impact"]["grip_loads"] = list(result.grip_loads);
+  if (!result.peak_loads.empty()) json["loads"] = list(result.peak_loads);
+  if (const PeakLoad* worst = worst_margin(result)) json["worst_margin"] = to_json(*worst);
   if (!result.clearance.empty()) {
     const auto least = std::min_element(result.clearance.begin(), result.clearance.end(),
                                         [](const auto& a, const auto& b) { return a.distance < b.distance; });

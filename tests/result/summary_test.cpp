@@ -134,7 +134,7 @@ TEST(Summary, HasWhatLawsMeasuresAndRatingsSay) {
               "impact.sensitivities[]");
   expect_keys(impact["sensitivities"][1], {"parameter", "unit", "end_effector", "target", "undefined"},
               "impact.sensitivities[], undefined");
-  expect_keys(impact["margins"][0], {"of", "quantity", "load", "rating", "margin"}, "impact.margins[]");
+  expect_keys(impact["margins"][0], {"of", "quantity", "load", "rating", "margin", "assumed_duration"}, "impact.margins[]");
   EXPECT_EQ(impact["margins"][0]["margin"], 0.75);
   expect_keys(impact["speed_limits"][0], {"end_effector", "factor", "largest_speed", "of", "quantity"},
               "impact.speed_limits[]");

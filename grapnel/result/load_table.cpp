@@ -1,0 +1,144 @@
+#include "grapnel/result/load_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "grapnel/result/text_table.hpp"
+
+namespace grapnel {
+namespace {
+
+std::string number(double value) { return fmt::format("{:.5g}", value); }
+
+// Worse first; what is not a number first of all.
+bool is_worse(const PeakLoad& a, const PeakLoad& b) {
+  if (std::isnan(a.margin()) || std::isnan(b.margin())) return std::isnan(a.margin()) && !std::isnan(b.margin());
+  return a.margin() < b.margin();
+}
+
+bool is_rated(const PeakLoad& load) { return std::isfinite(load.rating); }
+
+std::string percent(const PeakLoad& load) {
+  return fmt::format("{:.1f} %{}", 100 * load.margin(), load.peak > load.rating ? "  EXCEEDED" : "");
+}
+
+// "force of left 485 of 400 N at t = 31.2 s (post_impact)"
+std::string words(const CaptureResult& result, const PeakLoad& load) {
+  std::string text = fmt::format("{} of {}, {} of {} at t = {} s ({})", load.quantity, load.of, number(load.peak),
+                                 number(load.rating), number(load.time), load.phase);
+  if (load.assumed_duration)
+    text += fmt::format(", a mean over an assumed {} ms", number(1e3 * assumed_duration(result, load)));
+  return text;
+}
+
+// All saturation of one drive in one phase.
+struct Saturation {
+  std::string joint, phase;
+  double begin = 0, duration = 0, limit = 0;
+  int times = 0;
+};
+
+std::vector<Saturation> saturations(const CaptureResult& result) {
+  std::vector<Saturation> all;
+  for (const LimitEvent& e : result.limit_events) {
+    if (e.kind != LimitKind::effort_saturated) continue;
+    const auto same = [&](const Saturation& s) { return s.joint == e.joint && s.phase == e.phase; };
+    auto at = std::find_if(all.begin(), all.end(), same);
+    if (at == all.end()) at = all.insert(all.end(), {e.joint, e.phase, e.begin_time, 0, std::abs(e.limit), 0});
+    at->duration += e.end_time - e.begin_time;
+    ++at->times;
+  }
+  return all;
+}
+
+std::string saturation_lines(const CaptureResult& result) {
+  constexpr std::size_t kShown = 8;
+  std::vector<Saturation> all = saturations(result);
+  std::ranges::stable_sort(all, std::greater<>(), &Saturation::duration);
+  std::string out;
+  for (std::size_t i = 0; i < std::min(kShown, all.size()); ++i) {
+    const Saturation& s = all[i];
+    out += paragraph(fmt::format("saturated: {} at its limit {} in {} for {} s{}, first at t = {} s", s.joint,
+                                 number(s.limit), s.phase, number(s.duration),
+                                 s.times > 1 ? fmt::format(" ({} times)", s.times) : "", number(s.begin)),
+                     "");
+  }
+  if (all.size() > kShown) out += fmt::format("and {} more, see limits.events in summary.json\n", all.size() - kShown);
+  return out.empty() ? "" : "\n" + out;
+}
+
+}  // namespace
+
+const PeakLoad* worst_margin(const CaptureResult& result, bool without_assumed) {
+  const PeakLoad* worst = nullptr;
+  for (const PeakLoad& load : result.peak_loads) {
+    if (!is_rated(load) || (without_assumed && load.assumed_duration)) continue;
+    if (!worst || is_worse(load, *worst)) worst = &load;
+  }
+  return worst;
+}
+
+double assumed_duration(const CaptureResult& result, const PeakLoad& peak) {
+  if (!peak.assumed_duration || !(peak.peak > 0)) return 0;
+  const std::string whole = peak.quantity == "force"    ? "impulse"
+                            : peak.quantity == "moment" ? "angular_impulse"
+                                                        : "driving_impulse";
+  for (const PeakLoad& load : result.peak_loads) {
+    if (load.of == peak.of && load.phase == peak.phase && load.quantity == whole) return load.peak / peak.peak;
+  }
+  return 0;
+}
+
+bool rests_on_duration(const ImpactReport& impact, const LoadMargin& margin) {
+  return !impact.compliant && !margin.quantity.ends_with("impulse");
+}
+
+std::string worst_margin_line(const CaptureResult& result) {
+  const PeakLoad* worst = worst_margin(result);
+  if (!worst) return "";
+  std::string out = paragraph(fmt::format("worst margin: {}; {}", percent(*worst), words(result, *worst)), "");
+  if (!worst->assumed_duration) return out;
+  const PeakLoad* sure = worst_margin(result, true);
+  if (!sure) return out + "  every margin rests on that assumption\n";
+  return out + paragraph(fmt::format("without assumed durations: {}; {}", percent(*sure), words(result, *sure)), "  ");
+}
+
+std::string margins_table(const CaptureResult& result) {
+  constexpr std::size_t kShown = 12;
+  std::vector<const PeakLoad*> worst;  // of each thing that is rated
+  for (const PeakLoad& load : result.peak_loads) {
+    if (!is_rated(load)) continue;
+    const auto at = std::find_if(worst.begin(), worst.end(), [&](const PeakLoad* w) { return w->of == load.of; });
+    if (at == worst.end()) {
+      worst.push_back(&load);
+    } else if (is_worse(load, **at)) {
+      *at = &load;
+    }
+  }
+  if (worst.empty()) return saturation_lines(result);
+  std::stable_sort(worst.begin(), worst.end(), [](const PeakLoad* a, const PeakLoad* b) { return is_worse(*a, *b); });
+  TextTable table;
+  table.row({"worst load, all phases", "", "peak", "rating", "at", "phase", "margin"});
+  bool assumed = false;
+  for (std::size_t i = 0; i < std::min(kShown, worst.size()); ++i) {
+    const PeakLoad& load = *worst[i];
+    assumed = assumed || load.assumed_duration;
+    table.row({load.of, load.quantity, number(load.peak), number(load.rating), number(load.time), load.phase,
+               percent(load) + (load.assumed_duration ? " *" : "")});
+  }
+  std::string out = "\n" + table.text();
+  if (worst.size() > kShown) out += fmt::format("  and {} more, see loads in summary.json\n", worst.size() - kShown);
+  if (assumed) {
+    double duration = 0;
+    for (const PeakLoad* load : worst) duration = std::max(duration, assumed_duration(result, *load));
+    out += paragraph(fmt::format("* a mean over an assumed {} ms (impact.duration); the impact itself takes no time",
+                                 number(1e3 * duration)),
+                     "  ");
+  }
+  return out + saturation_lines(result);
+}
+
+}  // namespace grapnel
