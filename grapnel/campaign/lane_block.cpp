@@ -96,7 +96,7 @@ PhaseOutcome outcome_of(const lanes::LaneOutcome& lane) {
 class LaneBlock {
  public:
   LaneBlock(const Campaign& campaign, lanes::InstructionSet set, const std::stop_token& stop)
-      : campaign_(campaign), set_(set), stop_(stop) {}
+      : campaign_(campaign), detail_(detail_of(campaign.columns)), set_(set), stop_(stop) {}
 
   std::vector<CampaignRow> run(const Block& block) {
     for (std::uint64_t k = block.begin; k < block.end; ++k) {
@@ -139,7 +139,7 @@ class LaneBlock {
       flight.point = std::make_unique<StudyCase>(campaign_.problem(k));
       const bool impact = campaign_.mode == StudyMode::impact;
       flight.steps =
-          std::make_unique<CaptureSteps>(flight.point->problem, CaptureDetail::columns, flight.clock.watch(),
+          std::make_unique<CaptureSteps>(flight.point->problem, detail_, flight.clock.watch(),
                                          impact ? CaptureSteps::Part::impact_only : CaptureSteps::Part::whole);
       go_on(flight);
     });
@@ -236,6 +236,7 @@ class LaneBlock {
   }
 
   const Campaign& campaign_;
+  const CaptureDetail detail_;
   const lanes::InstructionSet set_;
   const std::stop_token& stop_;
   std::vector<std::unique_ptr<Flight>> flights_;

@@ -15,8 +15,8 @@
 namespace grapnel {
 
 /// Rows of a block's cases in the order of their indices. A piece of motion that lanes do not know (loops, loads from
-/// outside, a clearance that is watched) is integrated alone, as run_campaign_case() does it. Which pieces those are,
-/// and every number of a row, follow from the case alone. After a stop request fewer rows, or none.
+/// outside, columns that need the loads of all phases) is integrated alone, as run_campaign_case() does it. Which
+/// pieces those are, and every number of a row, follow from the case alone. After a stop request fewer rows, or none.
 std::vector<CampaignRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
                                             const std::stop_token& stop);
 

@@ -10,8 +10,8 @@
 
 namespace grapnel {
 
-/// Per column whether a pattern of the list chooses it; all of them where there is no list. A pattern that chooses none
-/// is a fault.
+/// Per column whether a pattern of the list chooses it; those kept by default where there is no list. A pattern that
+/// chooses none is a fault.
 std::vector<bool> chosen_columns(const Node& list, const std::vector<Column>& columns, FaultList& faults);
 
 }  // namespace grapnel

@@ -172,7 +172,7 @@ class CampaignReader {
   void check_design_point(const std::vector<std::size_t>& at) {
     try {
       CaptureProblem problem = points_->before_quantities(at);
-      merge_columns(columns_, standard_columns(problem, result_.mode == StudyMode::run));
+      merge_columns(columns_, offered_columns(problem, result_.mode == StudyMode::run));
       shas_ += problem.sha256;
       is_planned_ = is_planned_ || (problem.approach && has_something_to_plan(*problem.approach));
       if (result_.mode == StudyMode::impact && !problem.impact)

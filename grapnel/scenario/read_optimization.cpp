@@ -80,7 +80,7 @@ class OptimizationReader {
     try {
       auto base =
           std::make_shared<const CaptureProblem>(load_scenario(points_->scenario, points_->set, points_->files));
-      result_.columns = standard_columns(*base, result_.mode == StudyMode::run);
+      result_.columns = offered_columns(*base, result_.mode == StudyMode::run);
       if (result_.mode == StudyMode::impact && !base->impact)
         faults_.add(part(root_, "simulate").mark,
                     fmt::format("simulate: impact needs a scenario with 'impact', {} has none", in_quotes(base->name)));
@@ -128,7 +128,31 @@ class OptimizationReader {
     result_.maximize = maximize;
     result_.objective = read_objective(part(root_, key), key, maximize, result_.columns, faults_);
     result_.limits = read_limits(part(root_, "limits"), result_.columns, faults_);
+    keep_columns();
     result_.columns.push_back(feasibility_column());
+  }
+
+  // Those that every case has, and those that are measured.
+  void keep_columns() {
+    std::vector<bool> kept;
+    for (const Column& column : result_.columns) kept.push_back(column.by_default);
+    const auto each = [&](auto&& what) {
+      for (ObjectiveTerm& term : result_.objective) what(term.measured.columns);
+      for (OptimizationLimit& limit : result_.limits) what(limit.measured.columns);
+    };
+    each([&](const std::vector<std::size_t>& columns) {
+      for (const std::size_t column : columns) kept[column] = true;
+    });
+    std::vector<std::size_t> place(kept.size());
+    std::vector<Column> columns;
+    for (std::size_t c = 0; c < kept.size(); ++c) {
+      place[c] = columns.size();
+      if (kept[c]) columns.push_back(std::move(result_.columns[c]));
+    }
+    result_.columns = std::move(columns);
+    each([&](std::vector<std::size_t>& measured) {
+      for (std::size_t& column : measured) column = place[column];
+    });
   }
 
   void finish_variables() {

@@ -242,7 +242,7 @@ class StudyReader {
   std::shared_ptr<const CaptureProblem> check_problem(const Position& at) {
     try {
       auto problem = points_->problem(at);
-      merge_columns(columns_, standard_columns(*problem, study_.mode == StudyMode::run));
+      merge_columns(columns_, offered_columns(*problem, study_.mode == StudyMode::run));
       shas_ += problem->sha256;
       if (study_.mode == StudyMode::impact && !problem->impact)
         add_once(part(root_, "simulate").mark,

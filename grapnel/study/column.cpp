@@ -5,6 +5,8 @@
 #include <limits>
 #include <set>
 
+#include "grapnel/study/load_columns.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -117,14 +119,11 @@ class Builder {
         });
   }
 
-  void ratings() {
-    for (const auto& [joint, rating] : problem_.robot.ratings) margin_columns(joint, rating);
-    bool any = !problem_.robot.ratings.empty();
-    for (const EndEffectorSetup& e : problem_.robot.end_effectors) {
-      margin_columns(e.name, e.rating);
-      any = any || is_rated(e.rating);
+  void ratings(bool with_motion) {
+    for (Column& column : load_columns(problem_, with_motion)) {
+      if (column.by_default) columns_.push_back(std::move(column));
     }
-    if (!any) return;
+    if (!is_rated(problem_)) return;
     for (const GraspSetup& grasp : problem_.grasps) {
       speed_column(grasp.end_effector, "speed_factor", "1",
                    "by which relative velocities may grow until a rating of "
@@ -322,33 +321,6 @@ class Builder {
         });
   }
 
-  static bool is_rated(const LoadRating& r) {
-    const double least = std::min({r.force, r.moment, r.impulse, r.angular_impulse, r.driving, r.driving_impulse});
-    return std::isfinite(least);
-  }
-
-  void margin_columns(const std::string& of, const LoadRating& limits) {
-    const std::pair<const char*, double> rated[] = {
-        {"force", limits.force},     {"moment", limits.moment},
-        {"impulse", limits.impulse}, {"angular_impulse", limits.angular_impulse},
-        {"driving", limits.driving}, {"driving_impulse", limits.driving_impulse}};
-    for (const auto& [quantity, rating] : rated) {
-      if (!std::isfinite(rating)) continue;
-      add("margins/" + of + "/" + quantity, "1", "1 - load over rating, the worst of all impacts",
-          [of, name = std::string(quantity)](const StudyCase&, const CaptureResult& r) {
-            double worst = NAN;
-            const auto look = [&](const ImpactReport& impact) {
-              for (const LoadMargin& m : impact.margins) {
-                if (m.of == of && m.quantity == name) worst = std::fmin(worst, m.margin());
-              }
-            };
-            if (r.impact) look(*r.impact);
-            for (const ImpactReport& later : r.later_impacts) look(later);
-            return worst;
-          });
-    }
-  }
-
   void speed_column(const std::string& e, const std::string& name, const char* unit, const char* description,
                     double SpeedLimit::*field) {
     add("grasps/" + e + "/" + name, unit, description, [e, field](const StudyCase&, const CaptureResult& r) {
@@ -367,16 +339,27 @@ class Builder {
 
 }  // namespace
 
+CaptureDetail detail_of(std::span<const Column> columns) {
+  const bool loads = std::any_of(columns.begin(), columns.end(), [](const Column& c) { return c.needs_loads; });
+  return loads ? CaptureDetail::columns_and_loads : CaptureDetail::columns;
+}
+
 std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_motion_afterwards) {
   Builder build(problem);
   build.outcome();
   build.grasps();
   build.impact();
   build.joints();
-  build.ratings();
+  build.ratings(with_motion_afterwards);
   build.books();
   if (with_motion_afterwards) build.motion_afterwards();
   return build.take();
+}
+
+std::vector<Column> offered_columns(const CaptureProblem& problem, bool with_motion_afterwards) {
+  std::vector<Column> columns = standard_columns(problem, with_motion_afterwards);
+  merge_columns(columns, load_columns(problem, with_motion_afterwards));
+  return columns;
 }
 
 void merge_columns(std::vector<Column>& columns, const std::vector<Column>& more) {

@@ -5,10 +5,12 @@
 /// Thread safety: plain values; the functions are pure.
 
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "grapnel/capture/capture_detail.hpp"
 #include "grapnel/capture/capture_problem.hpp"
 #include "grapnel/result/capture_result.hpp"
 
@@ -26,14 +28,22 @@ struct Column {
   std::string unit;  // "1" for counts, ratios and yes (1) or no (0)
   std::string description;
   std::function<double(const StudyCase&, const CaptureResult&)> value;
+  bool needs_loads = false;  // the loads of all phases, CaptureDetail::columns_and_loads
+  bool by_default = true;    // kept unless others are asked for by name
 };
 
 /// The column that says whether momentum and energy were kept.
 inline constexpr std::string_view kConservationColumn = "ledger/pass";
 
+/// The least detail in which captures have all that the columns take.
+CaptureDetail detail_of(std::span<const Column> columns);
+
 /// The standard columns of a problem: what its grasps, joints and ratings ask for. `with_motion_afterwards`: those of
 /// the whole run too.
 std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_motion_afterwards);
+
+/// The same and those that are only kept where they are asked for (Column::by_default).
+std::vector<Column> offered_columns(const CaptureProblem& problem, bool with_motion_afterwards);
 
 /// Adds those whose names are not there yet.
 void merge_columns(std::vector<Column>& columns, const std::vector<Column>& more);

@@ -59,9 +59,9 @@ CaseRow case_row(const StudyCase& point, const CaptureResult& result, std::span<
 CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column> columns,
                  const CaptureProgress& progress) {
   try {
-    const CaptureResult result = mode == StudyMode::impact
-                                     ? simulate_impact_only(point.problem, CaptureDetail::columns, progress)
-                                     : simulate_capture(point.problem, progress, CaptureDetail::columns);
+    const CaptureDetail detail = detail_of(columns);
+    const CaptureResult result = mode == StudyMode::impact ? simulate_impact_only(point.problem, detail, progress)
+                                                           : simulate_capture(point.problem, progress, detail);
     return case_row(point, result, columns);
   } catch (const std::exception& error) {
     return failed_case(error.what(), columns.size());

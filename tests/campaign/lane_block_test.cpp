@@ -104,6 +104,23 @@ TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
   }
 }
 
+// Loads are found in every step of a case alone, also where its neighbours are in lanes: the same bits.
+TEST(LaneBlock, LoadsAreThoseOfCasesAlone) {
+  Campaign campaign = campaign_of(watched_problem());
+  for (const Column& column : offered_columns(watched_problem(), true)) {
+    if (column.needs_loads) campaign.columns.push_back(column);
+  }
+  campaign.cases = 3;
+  const std::vector<CampaignRow> alone = one_by_one(campaign);
+  const std::size_t first = column(campaign, "loads/arm-1-joint-1/force");
+  for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
+    const std::vector<CampaignRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+    ASSERT_EQ(rows.size(), alone.size());
+    EXPECT_EQ(difference(campaign, rows, alone, 0, campaign.columns.size()), 0);
+    for (const CampaignRow& row : rows) EXPECT_GT(row.values[first], 1e-3) << row.reason;
+  }
+}
+
 // A stop while some cases are complete and others are under way.
 TEST(LaneBlock, AStoppedBlockIsGivenUpWhole) {
   Campaign campaign = campaign_of(watched_problem());

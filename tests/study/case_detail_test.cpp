@@ -75,6 +75,38 @@ TEST_P(CaseDetail, AnImpactAloneHasTheColumnsOfACompleteOne) {
   expect_same(point, simulate_impact_only(point.problem), StudyMode::impact);
 }
 
+// Columns of loads, which are there where they are asked for, and then over all phases.
+TEST_P(CaseDetail, LoadsAreThoseOfACompleteRun) {
+  const StudyCase point = shipped_case(GetParam());
+  const CaptureResult full = simulate_capture(point.problem);
+  const std::vector<Column> columns = offered_columns(point.problem, true);
+  ASSERT_EQ(detail_of(columns), CaptureDetail::columns_and_loads);
+  const CaseRow row = run_case(point, StudyMode::run, columns);
+  int numbers = 0;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    if (!columns[c].needs_loads) continue;
+    const double whole = columns[c].value(point, full);
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(whole), std::bit_cast<std::uint64_t>(row.values[c])) << columns[c].name;
+    numbers += whole == whole;
+  }
+  EXPECT_GT(numbers, 40);
+}
+
+TEST(CaseDetail, LoadsAreOnlyLookedForWhereTheyAreAskedFor) {
+  StudyCase point = shipped_case({"", "thesis/open-loop-case-1.yaml", false});
+  EXPECT_EQ(detail_of(standard_columns(point.problem, true)), CaptureDetail::columns);
+  point.problem.robot.end_effectors[0].rating.force = 10;
+  EXPECT_EQ(detail_of(standard_columns(point.problem, true)), CaptureDetail::columns_and_loads);
+  EXPECT_EQ(detail_of(offered_columns(point.problem, false)), CaptureDetail::columns);
+  int loads = 0;
+  for (const Column& column : offered_columns(point.problem, true)) {
+    const bool load = column.name.starts_with("loads/") || column.name.starts_with("load_times/");
+    loads += load;
+    EXPECT_EQ(column.by_default, !load) << column.name;
+  }
+  EXPECT_EQ(loads, 2 * (6 * 6 + 2 * 4));
+}
+
 TEST(CaseDetail, WhatIsStatedNeedsNoPlanning) {
   StudyCase point = shipped_case({"", "thesis/open-loop-case-1.yaml", false});
   const CaptureResult planned = simulate_impact_only(point.problem);

@@ -75,6 +75,31 @@ TEST(ReadOptimization, OneObjective) {
               ElementsAre(EndsWith("this is a study file where an optimization is expected")));
 }
 
+TEST(ReadOptimization, LoadsMayBeLimitedAndAreKeptOnlyThen) {
+  const test::Folder folder;
+  const std::string head = "name: x\nscenario: " GRAPNEL_SOURCE_DIR
+                           "/scenarios/thesis/closed-loop.yaml\n"
+                           "variables: [{path: approach.duration, from: 10, to: 20}]\n";
+  const Optimization with = load_optimization(folder.write(
+      "with.yaml", head + "minimize: loads/tip-1/force\n"
+                          "limits: [{column: loads/*/driving, at_most: 5}, {column: rank, at_least: 1}]\n"));
+  EXPECT_EQ(detail_of(with.columns), CaptureDetail::columns_and_loads);
+  ASSERT_EQ(with.objective.size(), 1u);
+  std::size_t loads = 0;
+  ASSERT_EQ(with.objective[0].measured.columns.size(), 1u);
+  EXPECT_EQ(with.columns.at(with.objective[0].measured.columns[0]).name, "loads/tip-1/force");
+  for (const std::size_t c : with.limits.at(0).measured.columns) {
+    const std::string& name = with.columns.at(c).name;
+    EXPECT_TRUE(name.starts_with("loads/") && name.find("/driving") != std::string::npos) << name;
+    ++loads;
+  }
+  EXPECT_GE(loads, 6u);
+  EXPECT_EQ(with.columns.at(with.limits.at(1).measured.columns.at(0)).name, "rank");
+  EXPECT_EQ(with.columns.back().name, feasibility_column().name);
+  const Optimization without = load_optimization(folder.write("without.yaml", head + "minimize: rank\n"));
+  EXPECT_EQ(detail_of(without.columns), CaptureDetail::columns);
+}
+
 TEST(ReadOptimization, SeveralColumnsAreTakenByTheWorstOrAsAVector) {
   const test::Folder folder;
   const Optimization o = load_optimization(folder.write(
