@@ -128,7 +128,9 @@ export function baseRateAfter(run: Run): number | null {
   return Math.hypot(...[0, 1, 2].map((c) => series.data[sample * series.width + c]));
 }
 
+// Over all phases; of results without loads, over the impacts.
 export function worstMargin(s: any): any | null {
+  if (num(s.worst_margin?.margin) !== null) return { ...s.worst_margin, load: s.worst_margin.peak };
   const impacts = [s.impact, ...list(s.later_impacts)].filter(Boolean);
   const margins = impacts.flatMap((impact) => list(impact.margins)).filter((one) => num(one.margin) !== null);
   return margins.reduce((worst, one) => (worst === null || one.margin < worst.margin ? one : worst), null);
@@ -144,13 +146,12 @@ function marginFact(s: any): Fact {
     percent: true,
     detail: "the robot has no ratings",
   };
-  if (!s.impact) return { ...fact, detail: "no impact" };
-  if (!worst) return fact;
+  if (!worst) return s.impact || s.loads ? fact : { ...fact, detail: "no impact" };
   const unit = ratingUnit(worst.quantity);
   return {
     ...fact,
     value: 100 * worst.margin,
-    detail: `${text(worst.of)}: ${words(worst.quantity)} ${number(num(worst.load))} of ${withUnit(num(worst.rating), unit)}`,
+    detail: `${text(worst.of)}: ${words(worst.quantity)} ${number(num(worst.load))} of ${withUnit(num(worst.rating), unit)}${worst.phase ? ` (${words(worst.phase)})` : ""}${worst.assumed_duration ? ", over an assumed duration" : ""}`,
     ...(worst.margin < 0
       ? { tone: "bad", word: "exceeded:" }
       : worst.margin < 0.1
@@ -200,7 +201,7 @@ export function ratingUnit(quantity: any): string {
     driving: "N m",
     driving_impulse: "N m s",
   };
-  return units[quantity] ?? "";
+  return units[String(quantity).split("/")[0]] ?? ""; // "driving/x" of base control
 }
 
 // What the thesis's formulas give is shown only where the scenario asks for it; summaries of earlier versions do not say, and show it.

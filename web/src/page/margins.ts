@@ -47,7 +47,7 @@ function cells(one: any): Cell[] {
 }
 
 // Full at the rating; beyond it the bar is striped.
-function bar(used: number): HTMLElement {
+export function bar(used: number): HTMLElement {
   const width = Math.min(100, Math.max(0, 100 * used));
   const fill = element("span", { style: `width:${width.toFixed(1)}%` });
   const kind = used > 1 ? "bad" : used > 0.9 ? "warn" : "";

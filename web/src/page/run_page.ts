@@ -8,6 +8,7 @@ import { createReplay } from "../replay/replay";
 import { roving } from "../roving";
 import { Run } from "../run";
 import { answers, differingScenarios, keyNumbers } from "./compare";
+import { loadsSection } from "./loads";
 import { afterSection, costSection, feasibilitySection } from "./feasibility";
 import { showsPublished } from "./facts";
 import { header } from "./header";
@@ -110,6 +111,7 @@ function runSections(run: Run): Section[] {
       ? [{ id: "published", title: "As published beside consistent", short: "As published", build: () => publishedSection(s) }]
       : []),
     { id: "impact", title: "Impact", short: "Impact", build: () => impactSection(s) },
+    { id: "loads", title: "Loads over all phases", short: "Loads", build: () => loadsSection(s) },
     { id: "after", title: "After the impact", short: "After", build: () => afterSection(s) },
     {
       id: "feasibility",

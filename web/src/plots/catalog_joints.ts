@@ -33,6 +33,18 @@ const kQuantities: Quantity[] = [
     sliding: { title: "Joint forces", axis: "motor force", unit: "N" },
   },
   {
+    path: "joints/reaction_force",
+    group: "Torques",
+    turning: { title: "Force passed on by joints", axis: "reaction force", unit: "N" },
+    sliding: { title: "Force passed on by sliding joints", axis: "reaction force", unit: "N" },
+  },
+  {
+    path: "joints/reaction_moment",
+    group: "Torques",
+    turning: { title: "Moment passed on by joints", axis: "reaction moment", unit: "N m" },
+    sliding: { title: "Moment passed on by sliding joints", axis: "reaction moment", unit: "N m" },
+  },
+  {
     path: "joints/friction",
     group: "Torques",
     turning: { title: "Joint friction", axis: "friction torque", unit: "N m" },
