@@ -123,6 +123,7 @@ void Bookkeeper::sample(const SystemBooks& books, const PhaseIntegrals& integral
 }
 
 void Bookkeeper::take(const PhaseMeasures& measures) {
+  if (measures.trees.empty()) return;  // nobody has looked
   started_ = true;
   for (Group& group : groups_) {
     const TreeMeasures& tree = measures.trees.at(group.trees.front());
