@@ -38,7 +38,9 @@ const std::string kShort = " --set approach.duration=2 --set post_impact.duratio
 TEST_F(Program, RunWritesTheContractsFiles) {
   const Outcome o = run("run " + scenario(kCase1) + kShort + "-o result");
   ASSERT_EQ(o.code, 0) << o.err;
-  EXPECT_EQ(o.err, "");
+  EXPECT_THAT(o.err,
+              testing::MatchesRegex(".*open-loop-case-1.yaml: warning: captured: assumed, by moving target-1 .* and "
+                                    "target-2 .*: no envelope says what tip-1 and tip-2 can close on\n"));
   EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0"));
   EXPECT_THAT(o.out, HasSubstr("sha256"));
   EXPECT_THAT(o.out, HasSubstr("ledger"));
@@ -177,6 +179,46 @@ TEST_F(Program, ARunThatBreaksConservationIsNoResult) {
   EXPECT_EQ(run("run " + planned + " -o good --no-report").code, 0);
 }
 
+// The published case: a target moved to a tip that nobody judged, and shapes that overlap later.
+TEST_F(Program, SaysWhatIsAssumedAndUntilWhenItIsValid) {
+  const Outcome o = run("run " + scenario(kCase1) + " -o r");
+  EXPECT_EQ(o.code, 0) << o.err;
+  EXPECT_THAT(
+      o.out, HasSubstr("\ncaptured: assumed, by moving target-1 106 mm and target-2 64.8 mm (2 of 2 grips, t = 20 s,"));
+  EXPECT_THAT(o.out, testing::ContainsRegex("\nfeasible: NO, valid until 3[0-9.]+ s: .* overlap from then on"));
+  EXPECT_THAT(o.out, HasSubstr("worst in post_impact: base and target-1 overlap by 0.68"));
+  EXPECT_THAT(o.out, testing::Not(HasSubstr("n/a")));
+  EXPECT_THAT(o.err, HasSubstr("warning: captured: assumed, by moving target-1 106 mm"));
+  EXPECT_THAT(o.err, HasSubstr("warning: feasible: NO, valid until 3"));
+  const auto summary = nlohmann::json::parse(read_text(folder_ / "r" / "summary.json"));
+  EXPECT_EQ(summary["schema"], "grapnel-summary/2");
+  EXPECT_EQ(summary["capture"]["captured"], "assumed");
+  EXPECT_NEAR(summary["capture"]["grasps"][0]["target_moved"].get<double>(), 0.1056, 1e-3);
+  EXPECT_EQ(summary["ledger"]["feasible"], "no");
+  EXPECT_EQ(summary["feasibility"]["first"]["kind"], "overlap");
+  EXPECT_EQ(summary["feasibility"]["first"]["time"], summary["feasibility"]["valid_until"]);
+  EXPECT_EQ(summary["feasibility"]["worst"]["kind"], "overlap");
+
+  // Nobody looks: neither yes nor no; and from far away it is no capture.
+  const Outcome unseen = run("run " + scenario(kCase1) + kShort + "--set clearance.enabled=false -o r");
+  EXPECT_THAT(unseen.out, HasSubstr("\nfeasible: not checked; clearance: switched off by clearance.enabled\n"));
+  const Outcome far = run("run " + scenario(kCase1) + kShort +
+                          "--set contact.gap=weld_as_found --set 'targets.target-1.state.position=[40,-2,0]' -o r");
+  EXPECT_EQ(far.code, 1);
+  EXPECT_THAT(far.err,
+              HasSubstr("m from grasp point 'grip' of target 'target-1', more than a tenth of its arm's reach"));
+  EXPECT_THAT(far.out, HasSubstr("\ncaptured: NO (0 of 2 grips"));
+}
+
+// The first example: a capture that arrives, judged by envelopes, all of whose bodies and limits are watched and kept.
+TEST_F(Program, TheFirstExampleIsACaptureThatIsFeasible) {
+  const Outcome o = run("run " + scenario("dual-arm-satellite-handles.yaml") + " -o r");
+  EXPECT_EQ(o.code, 0);
+  EXPECT_EQ(o.err, "");
+  EXPECT_THAT(o.out, HasSubstr("\ncaptured: yes (2 of 2 grips, t = 45 s, largest gap 6.6"));
+  EXPECT_THAT(o.out, HasSubstr("\nfeasible: yes, clearance and joint limits are kept\n"));
+}
+
 TEST_F(Program, AFailedSimulationKeepsWhatWasComputed) {
   const Outcome o =
       run("run " + scenario(kCase1) + " --set integration.max_steps=300 --set approach.tracking.kp=490 -o r");
@@ -218,7 +260,7 @@ TEST_F(Program, ThePlanThatCannotBeSaysWhatStopsIt) {
   ASSERT_EQ(run("run " + first + " --quiet -o p --set post_impact.duration=0.1").code, 0);
   EXPECT_TRUE(fs::exists(folder_ / "p" / "timeseries.h5"));
   const auto summary = nlohmann::json::parse(read_text(folder_ / "p" / "summary.json"));
-  EXPECT_EQ(summary["capture"]["captured"], "assumed");  // the robot has no grippers
+  EXPECT_EQ(summary["capture"]["captured"], "assumed");                              // the robot has no grippers
   EXPECT_LT(summary["approach"]["end"]["end_effectors"][0]["miss_distance"], 1e-9);  // measured 7e-13
 
   const Outcome o = run("run " + first + " -o p --set 'targets.debris.state.position=[5,-2,0]'");

@@ -104,7 +104,8 @@ TEST_P(Planned, CapturesWithinItsBooksAndLimits) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   ASSERT_TRUE(r.captured() && r.impact && r.post_impact_end);
-  EXPECT_TRUE(r.ledger.feasible());
+  EXPECT_EQ(r.capture_verdict(), Captured::yes);  // judged by envelopes
+  EXPECT_EQ(r.ledger.feasibility(), Verdict::yes);
   for (const LedgerEntry& e : r.ledger.entries) EXPECT_TRUE(e.pass()) << e.name << " " << e.value << " > " << e.bound;
   for (const std::string& warning : r.warnings) ADD_FAILURE() << warning;
   EXPECT_TRUE(r.limit_events.empty());  // no drive saturates either
