@@ -303,10 +303,18 @@ void RunImpacts::yield(const std::vector<std::size_t>& closing) {
       run_compliant({meeting, run_.free, contact, run_.system, met, run_.time, held, stopping}, run_.state);
   if (!run.failure.empty()) throw RunFailure(run.failure);
   for (const std::string& warning : run.warnings) run_.result.warnings.push_back(warning);
+  // Where the approach was: not if the impact alone is asked for.
+  const bool watched = run_.watches.watching();
+  if (watched) {
+    run_.watches.begin_phase(phase_, run_.system, false);
+    run_.watches.sample(run_.time, met, {});
+  }
   for (const CompliantSample& sample : run.samples) {
     run_.bookkeeper.enter(sample.from_ground);
+    if (watched) run_.watches.sample(run_.time + sample.time, sample.state, {});
     sample_yielding(closing, sample);
   }
+  if (watched) run_.watches.end_phase();
   std::vector<std::string> hands;
   for (const HeldGrip& grip : run_.system.grips) hands.push_back(run_.problem.grasps[grip.grasp].end_effector);
   run_.loads.held(phase_, run_.time, hands, run.samples);
