@@ -325,6 +325,8 @@ TEST(CompliantGrip, HasAForceProfileAndMargins) {
   for (const std::string& warning : r.warnings) ADD_FAILURE() << warning;
   ASSERT_TRUE(r.captured() && r.impact && r.impact->compliant);
   EXPECT_EQ(r.impact->compliant->end, "settled");
+  ASSERT_EQ(r.clearance.size(), 3u);  // approach, the impact, afterwards
+  EXPECT_EQ(r.clearance[1].phase, "contact");
   ASSERT_EQ(r.impact->speed_limits.size(), 2u);
   for (std::size_t i = 0; i < 2; ++i) {
     const GraspImpulse& g = r.impact->grasps.at(i);
