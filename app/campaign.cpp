@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <optional>
 #include <stdexcept>
@@ -9,6 +10,7 @@
 #include "campaign_case.hpp"
 #include "campaign_results.hpp"
 #include "commands.hpp"
+#include "grapnel/campaign/campaign_cost.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "job_array.hpp"
 #include "output_folder.hpp"
@@ -52,6 +54,21 @@ int part_is_done(const JobShard& shard, const StoreCounts& all, const CampaignPr
   return own.not_ok > 0 ? kSomeFailed : kDone;
 }
 
+// A long campaign says so before it begins, and what in it takes the time. The cases computed for that are not kept.
+void say_how_long(const Campaign& campaign, const ShardStore& store, const JobShard& shard, int threads,
+                  StopSignal& stop) {
+  constexpr double kLong = 20;  // [s]
+  const auto seconds = [] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+  };
+  const std::vector<ShardStore::Missing> missing = store.missing(shard.number, shard.count);
+  const auto estimate = estimate_campaign(block_work(campaign), missing, threads, seconds, stop.token());
+  if (!estimate || estimate->seconds < kLong) return;
+  to_stderr("grapnel: {}\n", estimate_text(*estimate));
+  for (const std::string& line : slow_settings(campaign, missing.front().block.begin, stop.token()))
+    to_stderr("grapnel: what takes time: {}\n", line);
+}
+
 CampaignProgress compute(const Campaign& campaign, ShardStore& store, const JobShard& shard,
                          const CampaignRunOptions& options, StopSignal& stop) {
   Progress progress(options.quiet);
@@ -75,6 +92,7 @@ int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& sh
   take_total(campaign, store);
   command = options.resume;
   if (!options.quiet) say_beginning(store, shard.is_part() ? "part " + shard.text() + " of it" : "");
+  if (!options.quiet) say_how_long(campaign, store, shard, threads_of(options.threads), stop);
   const CampaignProgress done = compute(campaign, store, shard, options, stop);
   if (done.stopped) {
     say_stopped(folder, done.done, done.total, options.resume);

@@ -14,6 +14,7 @@
 #include "grapnel/result/scene.hpp"
 #include "grapnel/result/source_texts.hpp"
 #include "grapnel/result/summary.hpp"
+#include "grapnel/study/slow_run.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "progress.hpp"
 #include "report_file.hpp"
@@ -116,7 +117,8 @@ void name_suspects(CaptureResult& result, const std::vector<std::string>& doubts
     result.failure += (i == 0 ? ". Look first at this: " : "; and at this: ") + doubts[i];
 }
 
-void warn(const CaptureResult& result, const fs::path& file) {
+void warn(const CaptureProblem& problem, const CaptureResult& result, const fs::path& file) {
+  for (const std::string& slow : slow_phases(problem, result)) to_stderr("{}: warning: {}\n", file.string(), slow);
   for (const std::string& warning : result.warnings) to_stderr("{}: warning: {}\n", file.string(), warning);
   for (const GripOutcome& grip : result.grips) {
     if (grip.captured) continue;
@@ -162,7 +164,7 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   const bool complete = written.faults.empty();
   const FolderReport report = write_folder_report(folder, ResultKind::run, switches.no_report || !complete);
   if (!switches.quiet) to_stdout("{}\nresults in {}: {}\n{}", table, folder.string(), written.names(), report.line);
-  if (!switches.mute) warn(result, file);
+  if (!switches.mute) warn(problem, result, file);
   for (const std::string& fault : written.faults) to_stderr("grapnel: error: {}\n", fault);
   if (result.status == CaptureStatus::completed) {
     if (!switches.mute) refuse_result(result.ledger, file);

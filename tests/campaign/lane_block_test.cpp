@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "capture/capture_case.hpp"
+#include "grapnel/campaign/campaign_cost.hpp"
 #include "grapnel/campaign/run_block.hpp"
 #include "grapnel/study/quantity.hpp"
 
@@ -144,6 +145,30 @@ TEST(LaneBlock, AWatchThatThrowsFailsItsCaseAlone) {
     EXPECT_EQ(row.reason, "took longer than the time limit of 1e-09 s");
     EXPECT_EQ(row.values.size(), campaign.columns.size());
   }
+}
+
+// What is watched, and what is not for lanes and why, is found by one case.
+TEST(SlowSettings, NameWhatTakesTime) {
+  CaptureProblem base = watched_problem();
+  const auto text = [&](CampaignPlan plan) {
+    Campaign campaign = campaign_of(base);
+    campaign.plan = plan;
+    std::string all;
+    for (const std::string& line : slow_settings(campaign, 0)) all += line + "\n";
+    return all;
+  };
+  const std::string watched = text(CampaignPlan::per_case);
+  EXPECT_NE(watched.find("every case is planned anew (plan: nominal plans once)\n"), std::string::npos) << watched;
+  EXPECT_NE(watched.find("no criterion asks for them (clearance: {enabled: false} in 'set')\n"), std::string::npos)
+      << watched;
+  EXPECT_EQ(watched.find("case by case"), std::string::npos) << "all of it is in lanes\n" << watched;
+  base.clearance.enabled = false;
+  base.gravity = {0, 0, -1e-3};
+  const std::string heavy = text(CampaignPlan::nominal);
+  EXPECT_NE(heavy.find("approach is integrated case by case instead of several at once: there is gravity (gravity)\n"),
+            std::string::npos)
+      << heavy;
+  EXPECT_EQ(heavy.find("distances"), std::string::npos) << heavy;
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 #include "grapnel/campaign/run_campaign.hpp"
+#include "grapnel/campaign/campaign_cost.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -283,6 +284,33 @@ TEST(RunCampaign, KilledAtAnyMomentItGoesOn) {
   EXPECT_GE(kills, 60);
   EXPECT_GE(in_the_middle, 10);
   std::printf("%d kills, %d of them with some rows on disk\n", kills, in_the_middle);
+}
+
+// By a clock that the work itself advances: 5 ms a case alone, 1 ms in larger parts.
+TEST(CampaignEstimate, IsThatOfLargerParts) {
+  double now = 100;
+  std::vector<std::uint64_t> sizes;
+  const BlockWork work = [&](const Block& block, const std::stop_token&) {
+    const std::uint64_t size = block.end - block.begin;
+    sizes.push_back(size);
+    now += size < 4 ? 5e-3 : 1e-3 * static_cast<double>(size);
+    return std::vector<CampaignRow>(size);
+  };
+  std::vector<ShardStore::Missing> missing;
+  for (std::uint64_t b = 0; b < 256; ++b) missing.push_back({{b, 500 * b, 500 * (b + 1)}, b == 0 ? 100u : 0u});
+  const auto clock = [&] { return now; };
+  const auto estimate = estimate_campaign(work, missing, 4, clock);
+  ASSERT_TRUE(estimate);
+  EXPECT_EQ(sizes, (std::vector<std::uint64_t>{1, 4, 16, 64, 256}));
+  EXPECT_EQ(estimate->cases, 256u * 500 - 100);
+  EXPECT_NEAR(estimate->seconds, 1e-3 * (256 * 500 - 100) / 4, 1e-6);
+  EXPECT_EQ(estimate_text(*estimate), "about 32 s for 127900 cases on 4 threads");
+  EXPECT_EQ(estimate_text({400, 10, 1}), "about 7 min for 10 cases on 1 thread");
+  EXPECT_EQ(estimate_text({1e5, 10, 2}), "about 28 h for 10 cases on 2 threads");
+  missing.resize(1);
+  EXPECT_EQ(estimate_campaign(work, missing, 8, clock)->threads, 1) << "one block is one thread's";
+  missing.clear();
+  EXPECT_FALSE(estimate_campaign(work, missing, 4, clock));
 }
 
 }  // namespace
