@@ -1,5 +1,6 @@
 // The frame of every chart: title, what is chosen, the picture, its legend, and what can be downloaded.
 import { download, element } from "../dom";
+import { roving } from "../roving";
 import { composeSvg, downloadPng, fileName, type LegendItem, svgText } from "./export";
 import { breakable } from "./describe";
 import { button } from "./ui";
@@ -31,7 +32,7 @@ export function chartCard(spec: ChartCardSpec): ChartCard {
   const picture = (): SVGSVGElement => composeSvg(body, `${(heading.textContent ?? "").replace(/\u200b/g, "")} – ${spec.study}`, () => legend);
   const downloads = element(
     "div",
-    { class: "st-downloads", role: "group", "aria-label": `Download ${spec.title}` },
+    { class: "st-downloads", role: "toolbar", "aria-label": `Download ${spec.title}` },
     button("SVG", () => download(name("svg"), svgText(picture()), "image/svg+xml"), { title: "Download as SVG, in light colours" }),
     button("PNG", () => void downloadPng(name("png"), picture()), { title: "Download as PNG, in light colours" }),
     button("CSV", () => download(name("csv"), spec.csv(), "text/csv"), { title: "Download the numbers shown" }),
@@ -45,6 +46,8 @@ export function chartCard(spec: ChartCardSpec): ChartCard {
     body,
     note,
   );
+  roving(downloads);
+  new MutationObserver(() => unnamedParts(body)).observe(body, { childList: true, subtree: true });
   return {
     root,
     controls,
@@ -56,6 +59,11 @@ export function chartCard(spec: ChartCardSpec): ChartCard {
       legendBox.replaceChildren(...items.map(legendEntry));
     },
   };
+}
+
+// A chart is one picture with one name; groups of marks inside it have none that anyone could hear.
+function unnamedParts(body: HTMLElement): void {
+  for (const part of body.querySelectorAll("svg g[aria-label]:not([role])")) part.removeAttribute("aria-label");
 }
 
 function legendEntry(item: LegendItem): HTMLElement {

@@ -45,6 +45,7 @@ export class ParallelCoordinates {
     const stage = element("div", { class: "st-parallel" }, this.canvas, this.overlay);
     this.card.body.append(stage);
     this.card.body.classList.add("st-scroll");
+    Object.assign(this.card.body, { tabIndex: 0, role: "group", ariaLabel: "Parallel coordinates" }); // it scrolls sideways
     this.buildControls();
     this.listenPointer();
     onWidth(this.card.body, (width) => {
