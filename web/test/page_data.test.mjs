@@ -207,6 +207,15 @@ test("six plots come first, with their limits; the rest follows in groups", () =
   assert.match(first[5].note, /assumed duration/);
 });
 
+test("what joints pass on counts among the rated loads", () => {
+  const six = (...values) => values.map((one) => [one].flat());
+  const more = [["joints/reaction_force", "N", ["elbow", "wrist"], six([10, 1], [20, 1], [20, 1], [90, 1], [90, 1], [0, 1])]];
+  const summary = { loads: [{ of: "elbow", quantity: "force", phase: "approach", peak: 25, rating: 100, margin: 0.75 }] };
+  const { plots } = v.plotsOf(impactRun(null, more, summary), 0);
+  const [sampled] = plots.find((plot) => plot.id === "worst-margin").lines;
+  assert.deepEqual([...sampled.values()].map(Math.round), [90, 80, 80, 10, 10, 100]);
+});
+
 test("what a run lacks of the six is said", () => {
   const { plots, absent } = v.plotsOf(impactRun(), 0);
   assert.deepEqual(plots.map((plot) => plot.id), ["base-angular_velocity"]);

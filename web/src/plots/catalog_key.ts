@@ -139,13 +139,16 @@ function sampledMargin(context: Context): Line[] {
   ];
 }
 
+const kJointLoads: Record<string, string> = { driving: "joints/effort", force: "joints/reaction_force", moment: "joints/reaction_moment" };
+
 function loadSeries(run: Run, of: string, quantity: string): (() => ArrayLike<number>) | null {
   const grip = run.series(`grasps/${of}/${quantity}`);
   if (grip && (quantity === "force" || quantity === "moment")) return isZero(grip) ? null : () => magnitudes(grip.data, grip.width);
-  const effort = run.series("joints/effort");
-  const joint = effort?.components.indexOf(of) ?? -1;
-  if (!effort || joint < 0 || quantity !== "driving") return null;
-  return () => Float64Array.from({ length: run.samples }, (_, i) => effort.data[i * effort.width + joint]);
+  const path = Object.hasOwn(kJointLoads, quantity) ? kJointLoads[quantity] : "";
+  const series = run.series(path);
+  const joint = series?.components.indexOf(of) ?? -1;
+  if (!series || joint < 0) return null;
+  return () => Float64Array.from({ length: run.samples }, (_, i) => series.data[i * series.width + joint]);
 }
 
 // Of each phase as a whole, also between the samples: a step per phase.
