@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "grapnel/capture/capture_system.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
@@ -88,6 +89,7 @@ CaptureProblem random_loops(const LoopOptions& options, int index) {
   Random random(5000 + index);
   CaptureProblem p;
   p.name = "loops " + std::to_string(index);
+  p.contact.largest_gap = std::numeric_limits<double>::infinity();  // grips may close on their way
   p.robot.name = "random";
   p.robot.base = "base";
   p.robot.bodies = {base_body()};
