@@ -109,7 +109,7 @@ bool reads_capture(const Campaign& campaign, const Criterion& criterion) {
 
 // What a row fails by, in numbers that are quickly compared: per criterion its verdict, per grasp its limiting
 // tolerance, plus one; 0: it closed.
-using Signature = std::vector<std::uint8_t>;
+using Signature = std::vector<std::uint16_t>;  // not bytes: g++ 12 warns falsely of their comparison at -O3
 
 class CriteriaCounter {
  public:
