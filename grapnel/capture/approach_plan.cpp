@@ -29,7 +29,8 @@ struct Unplannable : std::runtime_error {
 // One plan, leg by leg. Joints are those of the servicer alone, which are the robot's in the same order.
 class Planner {
  public:
-  Planner(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail, ApproachPlan& plan)
+  Planner(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail,
+          const CaptureProgress& progress, ApproachPlan& plan)
       : problem_(problem),
         approach_(*problem.approach),
         targets_(targets),
@@ -38,7 +39,9 @@ class Planner {
         servicer_(make_servicer(problem)),
         start_state_(initial_servicer_state(problem, servicer_)),
         base_(servicer_.model, problem.robot.base_mode == RobotSetup::Base::free),
-        motion_(free_motion(servicer_.model, start_state_, 0, problem.gravity)) {
+        motion_(free_motion(servicer_.model, start_state_, 0, problem.gravity)),
+        watch_(most_evaluations(), look_of(progress, most_evaluations())) {
+    base_.be_watched_by(&watch_);
     const std::size_t n = servicer_.robot_joints.size();
     position_ = problem.joint_position;
     rate_ = problem.joint_rate.empty() ? std::vector<double>(n, 0.0) : problem.joint_rate;
@@ -67,6 +70,17 @@ class Planner {
     }
   }
 
+  // Why it was given up, and what would help.
+  std::string given_up() const {
+    const PlanSetup plan = approach_.plan.value_or(PlanSetup{});
+    return fmt::format(
+        "planning the approach: given up after {} evaluations of the servicer's motion, at the leg from t = {:.6g} s "
+        "on; the approach lasts {:.6g} s, and the longer a leg, the further joints swing on it and the more each of the "
+        "search's {} beginnings costs: a shorter last leg (waypoints, straight_in), fewer approach.plan.starts or "
+        "approach.plan.measure: as_found take less, and approach.plan.max_evaluations allows more",
+        plan.max_evaluations, time_, approach_.duration, plan.starts);
+  }
+
   // What was reached, also where planning failed.
   void close() {
     plan_.report.final_position = position_;
@@ -74,9 +88,19 @@ class Planner {
   }
 
  private:
+  long most_evaluations() const { return approach_.plan.value_or(PlanSetup{}).max_evaluations; }
+  static WorkWatch::Look look_of(const CaptureProgress& progress, long most) {
+    if (!progress) return {};
+    return [&progress, most](long done) {
+      progress(kPlanning, static_cast<double>(done), static_cast<double>(most));
+    };
+  }
+
   // --- Legs ---------------------------------------------------------------------------------------------------------
 
-  LegStart leg_to(double end) const { return {time_, end, approach_.profile, position_, rate_, X_WB_}; }
+  LegStart leg_to(double end) const {
+    return {time_, end, approach_.profile, position_, rate_, X_WB_, problem_.integration.max_steps};
+  }
 
   // Flies a leg to final values and goes on from there.
   void advance(double end, const std::vector<double>& position, const std::vector<double>& rate) {
@@ -169,7 +193,13 @@ class Planner {
 
   TargetMotion target_at(std::size_t target, double time) const {
     return propagate_target(problem_.targets[target], targets_.capture[target], approach_.duration, time,
-                            problem_.gravity, problem_.integration, problem_.loads);
+                            problem_.gravity, problem_.integration, problem_.loads, each_step());
+  }
+
+  // For integrations of the whole dynamics.
+  std::function<void(double)> each_step() const {
+    constexpr long kOfOneStep = 12;  // of the method of order 8
+    return [this](double) { watch_.count(kOfOneStep); };
   }
 
   // --- The final leg ------------------------------------------------------------------------------------------------
@@ -280,7 +310,10 @@ class Planner {
           {reach.start.begin, reach.start.end, leg.path(static_cast<int>(j), position[j], rate[j])});
     }
     PhaseDynamics dynamics(servicer_.model, approach_setup(problem_, servicer_, start_state_, joints, true));
-    const PhaseOutcome outcome = simulate_phase(dynamics, start_state_, 0, reach.start.end, 0, problem_.integration);
+    StepWatch watch;
+    watch.each_step = each_step();
+    const PhaseOutcome outcome =
+        simulate_phase(dynamics, start_state_, 0, reach.start.end, problem_.integration, watch);
     if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
     plan_.report.rhs_evaluations += outcome.rhs_evaluations;
     return outcome.end_state;
@@ -365,6 +398,7 @@ class Planner {
     StraightInProblem in;
     in.begin = begin, in.end = approach_.duration;
     in.motion = motion_, in.gravity = problem_.gravity;
+    in.most_steps = problem_.integration.max_steps;
     in.stand_off = setup.stand_off, in.final_speed = setup.final_speed;
     for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
       const TargetMotion at = target_at(t, begin);
@@ -471,6 +505,7 @@ class Planner {
   State start_state_;
   FloatingBase base_;
   FreeMotion motion_;
+  mutable WorkWatch watch_;
   double time_ = 0;
   std::vector<double> position_, rate_, lower_, upper_, rate_limit_;
   Posed X_WB_;
@@ -478,13 +513,16 @@ class Planner {
 
 }  // namespace
 
-ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail) {
+ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail,
+                           const CaptureProgress& progress) {
   ApproachPlan plan;
-  Planner planner(problem, targets, detail, plan);
+  Planner planner(problem, targets, detail, progress, plan);
   try {
     planner.run();
   } catch (const Unplannable& error) {
     plan.failure = error.what();
+  } catch (const WorkLimit&) {
+    plan.failure = planner.given_up();
   }
   planner.close();
   return plan;

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "grapnel/capture/capture_detail.hpp"
+#include "grapnel/capture/capture_progress.hpp"
 #include "grapnel/capture/target_motion.hpp"
 #include "grapnel/result/plan_report.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
@@ -22,9 +23,10 @@ struct ApproachPlan {
 
 /// Plans the approach of a problem whose targets move as `targets` says. The plan assumes that the joints follow it
 /// exactly. With `detail` columns the base's way along the last leg is not looked at, if nothing depends on it.
-/// @throws std::runtime_error if an integration fails.
+/// `progress` is told how far it is; what it throws passes through. Ends as a failure where PlanSetup::max_evaluations
+/// are reached. @throws std::runtime_error if an integration fails.
 ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets,
-                           CaptureDetail detail = CaptureDetail::full);
+                           CaptureDetail detail = CaptureDetail::full, const CaptureProgress& progress = {});
 
 /// The same where nothing has to be worked out: final joint values and rates are stated, and there is one leg, or the
 /// motion is stated piece by piece. Else nothing. `system`: of the problem, with or without targets. The base's way is

@@ -73,7 +73,9 @@ class CaptureSteps::Sequence {
  public:
   Sequence(const CaptureProblem& problem, const MovingFrame& frame, CaptureDetail detail, CaptureProgress progress,
            Part part, CaptureResult& result)
-      : part_(part), progress_(std::move(progress)), run_(problem, frame, result, detail), impacts_(run_) {}
+      : part_(part), run_(problem, frame, result, detail), impacts_(run_) {
+    run_.progress = std::move(progress);
+  }
 
   // `impact_only`: nothing is recorded of the approach, whose joints follow their plan exactly, and nothing follows the
   // impact.
@@ -173,7 +175,9 @@ class CaptureSteps::Sequence {
 
   // The servicer's initial state, and the targets where they are at the start.
   void place() {
-    const TargetPlan targets = plan_targets(run_.problem);
+    const auto planning = [&](double) { run_.progress(kPlanning, 0, 0); };
+    const TargetPlan targets =
+        plan_targets(run_.problem, run_.progress ? std::function<void(double)>(planning) : nullptr);
     run_.state = initial_servicer_state(run_.problem, run_.system);
     for (std::size_t t = 0; t < run_.problem.targets.size(); ++t) {
       const int body = run_.system.model.frames()[run_.system.target_frames[t]].body;
@@ -186,7 +190,7 @@ class CaptureSteps::Sequence {
     if (!run_.problem.approach) return;
     std::optional<ApproachPlan> plan;
     if (run_.detail != CaptureDetail::full) plan = stated_approach(run_.problem, run_.system);
-    if (!plan) plan = plan_approach(run_.problem, targets, run_.detail);
+    if (!plan) plan = plan_approach(run_.problem, targets, run_.detail, run_.progress);
     run_.result.plan = plan->report;
     for (const std::string& warning : plan->warnings) run_.result.warnings.push_back(warning);
     if (!plan->failure.empty()) throw RunFailure(plan->failure);
@@ -326,7 +330,7 @@ class CaptureSteps::Sequence {
         run_.last_look = t;
       };
     }
-    if (progress_) watch.each_step = [&](double t) { progress_(task_.phase, t, task_.end); };
+    if (run_.progress) watch.each_step = [&](double t) { run_.progress(task_.phase, t, task_.end); };
     if (stage_ != Stage::arriving) watch.probe = load_probe();
     return simulate_phase(*dynamics_, task_.start, task_.begin, task_.end, task_.integration, watch, stop_);
   }
@@ -369,7 +373,7 @@ class CaptureSteps::Sequence {
                                 joint_reactions(sample, grips));
         }
       }
-      if (progress_) progress_(task_.phase, sample.time, end);
+      if (run_.progress) run_.progress(task_.phase, sample.time, end);
     };
     return simulate_phase(*dynamics_, task_.start, task_.begin, end, interval / static_cast<double>(looks),
                           task_.integration, observe, stop_, load_probe());
@@ -395,7 +399,6 @@ class CaptureSteps::Sequence {
   }
 
   const Part part_;
-  const CaptureProgress progress_;
   RunState run_;
   RunImpacts impacts_;
   Stage stage_ = Stage::beginning;

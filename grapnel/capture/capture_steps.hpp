@@ -20,14 +20,11 @@
 #include "grapnel/capture/bookkeeper.hpp"
 #include "grapnel/capture/capture_detail.hpp"
 #include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/capture/capture_progress.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
-
-/// Told where a run is: the phase, the simulated time reached and the phase's end. At output instants, or after every
-/// step where there are none (CaptureDetail::columns). What it throws ends the run, unless it is a std::runtime_error.
-using CaptureProgress = std::function<void(const std::string& phase, double time, double end)>;
 
 /// One piece of motion, between two events.
 struct MotionTask {

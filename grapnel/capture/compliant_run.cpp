@@ -273,7 +273,7 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   for (const HeldRate& h : task.held) held.push_back(h.velocity);
   const CompliantSetup& setup = task.problem.impact->compliant;
   const CompliantOutcome outcome =
-      compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grips(), setup, held);
+      compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grips(), setup, held, task.each_step);
   CompliantRun run;
   if (outcome.status == CompliantOutcome::Status::failed) {
     run.failure = fmt::format("impact in time from t = {:.6g} s: {}", task.time, outcome.message);

@@ -4,6 +4,8 @@
 /// An impact that is resolved in time (ImpactSetup::Law::compliant): from a contact to what its grips and contacts
 /// bear, instant by instant. Thread safety: pure functions.
 
+#include <functional>
+
 #include "grapnel/capture/impact_report.hpp"
 
 namespace grapnel {
@@ -47,6 +49,7 @@ struct CompliantTask {
   double time = 0;                        // [s]
   std::span<const HeldRate> held = {};    // velocities of `system` that drives and brakes keep
   std::span<const double> stopping = {};  // impulses with which they bring them there at once, likewise
+  std::function<void(double t)> each_step = {};  // with the time since the beginning; may throw to end it
 };
 /// From the state `met`, with what brakes make of it at once, until all is over.
 CompliantRun run_compliant(const CompliantTask& task, const State& braked);

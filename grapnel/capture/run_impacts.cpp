@@ -299,8 +299,11 @@ void RunImpacts::yield(const std::vector<std::size_t>& closing) {
   touch(closing);
   const State met = run_.state;
   const std::vector<double> stopping = brake_at_once(held);
+  std::function<void(double)> each_step;
+  if (run_.progress)
+    each_step = [&](double t) { run_.progress("contact", run_.time + t, run_.time + meeting.impact->compliant.longest); };
   CompliantRun run =
-      run_compliant({meeting, run_.free, contact, run_.system, met, run_.time, held, stopping}, run_.state);
+      run_compliant({meeting, run_.free, contact, run_.system, met, run_.time, held, stopping, each_step}, run_.state);
   if (!run.failure.empty()) throw RunFailure(run.failure);
   for (const std::string& warning : run.warnings) run_.result.warnings.push_back(warning);
   // Where the approach was: not if the impact alone is asked for.

@@ -10,6 +10,7 @@
 
 #include "grapnel/capture/bookkeeper.hpp"
 #include "grapnel/capture/capture_detail.hpp"
+#include "grapnel/capture/capture_progress.hpp"
 #include "grapnel/capture/captured_model.hpp"
 #include "grapnel/capture/grip_schedule.hpp"
 #include "grapnel/capture/impact_book.hpp"
@@ -47,6 +48,7 @@ struct RunState {
   const MovingFrame frame;  // in which all states are
   CaptureResult& result;
   const CaptureDetail detail;
+  CaptureProgress progress = {};
   const CaptureSystem free;          // all targets free
   CaptureSystem system;              // as it is now
   std::optional<Recorder> recorder;  // of full detail

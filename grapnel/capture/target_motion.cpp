@@ -59,7 +59,7 @@ TargetMotion fly_freely(const TargetSetup& target, const TargetMotion& at_t0, do
 
 TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
                               const Vector3d& gravity, const IntegrationSetup& integration,
-                              std::span<const LoadSetup> loads) {
+                              std::span<const LoadSetup> loads, const std::function<void(double t)>& each_step) {
   if (t0 == t1) return at_t0;
   const std::string body = target_body_name(target.name);
   if (std::none_of(loads.begin(), loads.end(), [&](const LoadSetup& load) { return load.body == body; }))
@@ -72,19 +72,21 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
   State state = zero_state(model);
   set_root_pose(model, 0, at_t0.X_WT, state);
   set_root_twist(model, 0, at_t0.V_WT, state);
-  const PhaseOutcome outcome = simulate_phase(dynamics, state, t0, t1, 0, integration);
+  StepWatch watch;
+  watch.each_step = each_step;
+  const PhaseOutcome outcome = simulate_phase(dynamics, state, t0, t1, integration, watch);
   if (!outcome.finished)
     throw std::runtime_error(fmt::format("propagating target '{}': {}", target.name, outcome.failure));
   return {root_pose(model, outcome.end_state, 0), root_twist(model, outcome.end_state, 0)};
 }
 
-TargetPlan plan_targets(const CaptureProblem& problem) {
+TargetPlan plan_targets(const CaptureProblem& problem, const std::function<void(double t)>& each_step) {
   const double T = problem.approach ? problem.approach->duration : 0.0;
   TargetPlan plan;
   for (const TargetSetup& t : problem.targets) {
     const TargetMotion given{t.X_WT, t.V_WT};
     const auto propagate = [&](double from, double to) {
-      return propagate_target(t, given, from, to, problem.gravity, problem.integration, problem.loads);
+      return propagate_target(t, given, from, to, problem.gravity, problem.integration, problem.loads, each_step);
     };
     const bool at_start = t.given_at == TargetSetup::Instant::start;
     plan.start.push_back(at_start ? given : propagate(T, 0));

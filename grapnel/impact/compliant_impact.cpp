@@ -87,13 +87,15 @@ void check(const Model& model, const State& state, const CompliantSetup& setup) 
 class Run {
  public:
   Run(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-      std::span<const CompliantGrip> grips, const CompliantSetup& setup, std::span<const int> held)
+      std::span<const CompliantGrip> grips, const CompliantSetup& setup, std::span<const int> held,
+      const std::function<void(double t)>& each_step)
       : model_(model),
         state_(state),
         contacts_(contacts),
         grips_(grips),
         setup_(setup),
         held_(held),
+        each_step_(each_step),
         system_(model, state, contacts, grips, held) {}
 
   CompliantOutcome outcome();
@@ -115,6 +117,7 @@ class Run {
   std::span<const CompliantGrip> grips_;
   const CompliantSetup& setup_;
   std::span<const int> held_;
+  const std::function<void(double t)>& each_step_;
   CompliantSystem system_;
   CompliantScales scales_;
   CompliantOutcome result_;
@@ -205,6 +208,7 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
     }
     const StiffIntegrator::Result made = integrator.step();
     ++result_.steps;
+    if (each_step_) each_step_(integrator.time());
     if (made == StiffIntegrator::Result::failed) {
       result_.message = integrator.message();
       return;
@@ -300,12 +304,12 @@ CompliantOutcome Run::outcome() {
 
 CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                   std::span<const CompliantGrip> grips, const CompliantSetup& setup,
-                                  std::span<const int> held) {
+                                  std::span<const int> held, const std::function<void(double t)>& each_step) {
   check(model, state, setup);
   for (std::size_t i = 0; i < contacts.size(); ++i) check_contact(model, contacts[i], i);
   for (std::size_t i = 0; i < grips.size(); ++i) check_grip(model, grips[i], i);
   check_held(model, held);
-  return Run(model, state, contacts, grips, setup, held).outcome();
+  return Run(model, state, contacts, grips, setup, held, each_step).outcome();
 }
 
 }  // namespace grapnel

@@ -10,6 +10,8 @@
 /// Limitations: motors, joint friction and gravity do nothing meanwhile; a contact is a point against a plane; grips
 /// turn by less than half a turn. Thread safety: pure functions.
 
+#include <functional>
+#include <span>
 #include <string>
 
 #include "grapnel/constraint/grasp.hpp"
@@ -94,10 +96,11 @@ struct CompliantOutcome {
 
 /// Integrates until every contact has separated and moves apart and every grip has come to rest, or the time is over.
 /// `held`: velocities (indices into State::v) that keep the value they have, whatever effort that takes; of a free root
-/// or a spherical joint all or none.
+/// or a spherical joint all or none. `each_step` is called with the time reached and may throw to end it.
 /// @throws std::invalid_argument for coefficients out of range, bad normals or another model's state.
 CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                   std::span<const CompliantGrip> grips, const CompliantSetup& setup,
-                                  std::span<const int> held = {});
+                                  std::span<const int> held = {},
+                                  const std::function<void(double t)>& each_step = {});
 
 }  // namespace grapnel

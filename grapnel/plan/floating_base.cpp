@@ -27,6 +27,7 @@ FloatingBase::FloatingBase(const Model& model, bool floats) : model_(model), flo
 }
 
 void FloatingBase::place(std::span<const double> theta) {
+  if (watch_) watch_->count();
   const auto& links = model_.tree().links;
   for (int j = 0; j < joints(); ++j) q_[links[joint_link_[j]].q] = theta[j];
   link_motion<double>(model_.tree(), q_, {}, motion_);

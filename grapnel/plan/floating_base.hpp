@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/integrate/work_watch.hpp"
 
 namespace grapnel {
 
@@ -37,6 +38,10 @@ class FloatingBase {
   int joints() const { return static_cast<int>(joint_link_.size()); }
   bool floats() const { return floats_; }
   const Model& model() const { return model_; }
+
+  /// Everything that plans places the base for each of its evaluations: `watch` counts them, and what it throws ends the
+  /// planning. It must outlive the object; null: nobody watches.
+  void be_watched_by(WorkWatch* watch) { watch_ = watch; }
 
   /// Places the links for these joint values (one per joint).
   void place(std::span<const double> theta);
@@ -71,6 +76,7 @@ class FloatingBase {
  private:
   const Model& model_;
   bool floats_;
+  WorkWatch* watch_ = nullptr;
   std::vector<int> joint_link_;  // per joint: its link in the tree
   std::vector<int> link_joint_;  // per link: its joint, -1 for the root
   std::vector<double> q_;        // coordinates with the root at the identity

@@ -22,6 +22,12 @@ Tolerances tolerances(double rtol, double atol) {
   return t;
 }
 
+StepControl control(std::int64_t most_steps) {
+  StepControl c;
+  c.max_steps = most_steps;
+  return c;
+}
+
 Posed pose_in(std::span<const double> y) {
   return {rotation_matrix(Quaterniond{y[kQuaternion], y[kQuaternion + 1], y[kQuaternion + 2], y[kQuaternion + 3]}),
           {y[kPosition], y[kPosition + 1], y[kPosition + 2]}};
@@ -47,8 +53,8 @@ Leg::Leg(FloatingBase& base, LegStart start, FreeMotion motion, double relative_
       start_(std::move(start)),
       motion_(motion),
       tolerances_(tolerances(relative_tolerance, absolute_tolerance)),
-      plain_(manifold(0), tolerances_),
-      with_sensitivities_(manifold(2 * base.joints()), tolerances_),
+      plain_(manifold(0), tolerances_, control(start_.most_steps)),
+      with_sensitivities_(manifold(2 * base.joints()), tolerances_, control(start_.most_steps)),
       theta_(base.joints()),
       theta_dot_(base.joints()) {}
 

@@ -10,6 +10,7 @@
 ///   d(dxi/dx)/dt = A dxi/dx + dV_B/dtheta dtheta/dx + dV_B/dtheta_dot dtheta_dot/dx,   dxi/dx = 0 at the start,
 /// which is integrated beside the pose. Thread safety: one thread at a time.
 
+#include <cstdint>
 #include <string>
 
 #include "grapnel/integrate/dormand_prince_853.hpp"
@@ -38,6 +39,7 @@ struct LegStart {
   JointProfile profile = JointProfile::quintic;
   std::vector<double> position, rate;  // per joint
   Posed X_WB = Posed::identity();
+  std::int64_t most_steps = 10'000'000;  // of one integration
 };
 
 /// Where it ends.

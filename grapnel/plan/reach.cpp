@@ -168,6 +168,8 @@ class Search {
       take(closest_);
       const Failure why = explain_failure(base_, problem_, closest_, result_.starts);
       result_.failure = why.text;
+      if (!shooting_.trouble().empty())
+        result_.failure += fmt::format("; integrations of the base's motion ended early: {}", shooting_.trouble());
       result_.miss = why.miss;
       return;
     }

@@ -78,6 +78,7 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0;; ++i) {
     end = leg_.fly(shot.position, shot.rate, true);
+    if (!end.finished) trouble_ = end.failure;
     if (!end.finished || i == kMost) return shot;
     base_.place(shot.position);
     if (given || n == 0) break;

@@ -26,6 +26,8 @@ class Shooting {
   /// Evaluates at `position`; `rate` is where settling begins.
   Shot shoot(const std::vector<double>& position, const std::vector<double>& rate);
   long rhs_evaluations() const { return leg_.rhs_evaluations(); }
+  /// Why the latest integration that did not reach its end stopped; empty if all did.
+  const std::string& trouble() const { return trouble_; }
 
  private:
   Eigen::VectorXd rho(const Posed& X_WB, double* unmet = nullptr) const;
@@ -35,6 +37,7 @@ class Shooting {
   FloatingBase& base_;
   const ReachProblem& problem_;
   Leg leg_;
+  std::string trouble_;
 };
 
 }  // namespace grapnel

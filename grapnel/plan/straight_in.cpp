@@ -187,7 +187,9 @@ bool fit(FloatingBase& base, const StraightInProblem& problem, int pieces, Strai
   Motion motion(base, problem, path);
   Tolerances tolerances;
   tolerances.rtol = 1e-12, tolerances.atol = 1e-13;
-  DormandPrince853<double> stepper(motion.manifold(), tolerances);
+  StepControl control;
+  control.max_steps = problem.most_steps;
+  DormandPrince853<double> stepper(motion.manifold(), tolerances, control);
   std::vector<double> times;
   const double h = (problem.end - problem.begin) / pieces;
   for (int i = 0; i < pieces; ++i) {

@@ -9,6 +9,7 @@
 /// rates of least norm. The joint motion that comes out is kept as Chebyshev series, so that it can be followed exactly
 /// by a simulation that knows nothing of its origin. Thread safety: one thread at a time.
 
+#include <cstdint>
 #include <string>
 
 #include "grapnel/plan/goal.hpp"
@@ -48,6 +49,7 @@ struct StraightInProblem {
   std::vector<StraightGoal> goals;
   double stand_off = 0;    // [m]
   double final_speed = 0;  // [m/s]
+  std::int64_t most_steps = 10'000'000;  // of one integration
 };
 
 struct StraightInPath {

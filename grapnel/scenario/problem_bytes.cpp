@@ -131,8 +131,8 @@ class Bytes {
     all(kp, kd, limit, R_WD);
   }
   void put(const PlanSetup& plan) {
-    const auto& [measure, guess, starts, seed] = plan;
-    all(measure, guess, starts, seed);
+    const auto& [measure, guess, starts, seed, max_evaluations] = plan;
+    all(measure, guess, starts, seed, max_evaluations);
   }
   void put(const Waypoint::Place& place) {
     const auto& [end_effector, target, position, velocity] = place;

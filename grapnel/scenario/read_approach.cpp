@@ -100,6 +100,7 @@ class ApproachReader {
     if (const Node* guess = node.find("guess")) plan.guess = positions_of(*guess, "approach.plan.guess");
     plan.starts = static_cast<int>(whole_number_at(node, "starts", 1000));
     plan.seed = seed_at(node);
+    plan.max_evaluations = static_cast<long>(whole_number_at(node, "max_evaluations", 1'000'000'000'000));
     if (!reading_.root.entry("grasps")) {
       faults_.add(entry.mark, "approach.plan needs 'grasps': there is nothing to reach");
     }
