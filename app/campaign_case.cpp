@@ -12,7 +12,8 @@ constexpr std::size_t kMostListed = 40;
 
 std::string comment_of(const Campaign& campaign, std::uint64_t k) {
   std::string text = fmt::format("Made by grapnel {} campaign from {} (sha256 {}): case {}, seed {}.\n",
-                                 GRAPNEL_VERSION, campaign.file, campaign.sha256.substr(0, 12), k, campaign.seed);
+                                 GRAPNEL_VERSION, std::filesystem::path(campaign.file).filename().string(),
+                                 campaign.sha256.substr(0, 12), k, campaign.seed);
   const std::vector<double> drawn = campaign.draw(k);
   for (std::size_t i = 0; i < std::min(drawn.size(), kMostListed); ++i) {
     const CampaignInput& input = campaign.inputs[i];

@@ -90,13 +90,16 @@ enum class KeptRun { there, impossible, not_written };
 
 // A case's complete run. Failures are what some of these are for: their runs say why, unless there is no capture to
 // run.
-KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& place, bool no_report) {
+KeptRun keep_run(const Campaign& campaign, std::uint64_t k, const fs::path& place, bool no_report,
+                 const StopSignal& stop) {
   const fs::path summary = place / "summary.json";
   try {
     fs::create_directories(place);
     fs::remove(summary);
-    const int code = run_case_completely(campaign, k, place, {.quiet = true, .no_report = no_report, .mute = true});
+    const int code = run_case_completely(campaign, k, place,
+                                         {.quiet = true, .no_report = no_report, .mute = true, .stop = stop.token()});
     std::error_code none;
+    if (stop.poll()) fs::remove(summary, none);  // the same command makes it again
     if (fs::is_regular_file(summary, none)) return KeptRun::there;
     if (code == kBadInput) return KeptRun::impossible;
   } catch (const std::exception& error) {
@@ -117,6 +120,7 @@ KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, con
   KeptSeries result;
   const std::set<std::uint64_t> cases = cases_to_keep(campaign, table);
   const fs::path series = folder / "series";
+  refuse_link(series);
   remove_others(series, cases);
   if (!cases.empty() && !campaign.scenario_text) {
     to_stderr("grapnel: warning: time series of {} cases are kept by grapnel campaign {} -o {}\n", cases.size(),
@@ -129,7 +133,7 @@ KeptSeries keep_series(const Campaign& campaign, const CampaignTable& table, con
       return result;
     }
     const fs::path place = series / folder_of(k);
-    switch (keep_run(campaign, k, place, what.no_report)) {
+    switch (keep_run(campaign, k, place, what.no_report, stop)) {
       case KeptRun::there:
         ++result.kept;
         break;

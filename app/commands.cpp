@@ -1,10 +1,12 @@
 #include "commands.hpp"
 
 #include "grapnel/report/gltf_export.hpp"
+#include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/export_files.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"
+#include "stop_signal.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -48,8 +50,10 @@ int run(const RunOptions& options) {
   const std::optional<fs::path> made = results_folder(options.output, options.scenario);
   if (!made) return kBadInput;
   say_faults(doubts);
-  return run_problem(problem, options.scenario, *made,
-                     {.quiet = options.quiet, .no_report = options.no_report, .doubts = messages_of(doubts)});
+  const StopSignal stop;
+  return run_problem(
+      problem, options.scenario, *made,
+      {.quiet = options.quiet, .no_report = options.no_report, .doubts = messages_of(doubts), .stop = stop.token()});
 }
 
 int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
@@ -82,7 +86,10 @@ int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {
     if (mat) to_stdout("{}\n", export_mat(folder).string());
     if (glb) to_stdout("{}\n", export_glb(folder, GRAPNEL_VERSION).string());
     return kDone;
-  } catch (const std::exception& error) {
+  } catch (const CannotWrite& error) {
+    to_stderr("grapnel: error: {}\n", error.what());
+    return kSimulationFailed;
+  } catch (const std::exception& error) {  // of what is read
     to_stderr("grapnel: error: {}\n", error.what());
     return kBadInput;
   }

@@ -5,11 +5,13 @@
 
 #include "campaign_arguments.hpp"
 #include "commands.hpp"
+#include "process.hpp"
 #include "terminal.hpp"
 
 // Argument parsing only; what the subcommands do is in commands.hpp.
 int main(int argc, char** argv) {
   using namespace grapnel::app;
+  prepare_process();
   CLI::App app{"Grapnel: what happens when a space robot catches a tumbling object"};
   app.name("grapnel");
   app.require_subcommand(1);

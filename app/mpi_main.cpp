@@ -2,11 +2,13 @@
 
 #include "campaign_arguments.hpp"
 #include "mpi_campaign.hpp"
+#include "process.hpp"
 #include "terminal.hpp"
 
 // Argument parsing only, by every rank; the first one prints.
 int main(int argc, char** argv) {
   using namespace grapnel::app;
+  prepare_process();
   const World world(argc, argv);
   CLI::App app{"Grapnel's campaigns on the ranks of an MPI job"};
   app.name("grapnel-mpi");

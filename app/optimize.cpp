@@ -29,8 +29,9 @@ std::string comment_of(const Optimization& optimization, const OptimizationOutco
   std::string text = fmt::format(
       "Made by grapnel {} optimize from {} (sha256 {}).\n{}: {:.9g}, in the scenario as it was {:.9g}; point {} of "
       "{}.\n",
-      GRAPNEL_VERSION, optimization.file, optimization.sha256.substr(0, 12), objective_text(optimization),
-      best.score.objective, outcome.before.score.objective, best.row.index, outcome.evaluations.size());
+      GRAPNEL_VERSION, fs::path(optimization.file).filename().string(), optimization.sha256.substr(0, 12),
+      objective_text(optimization), best.score.objective, outcome.before.score.objective, best.row.index,
+      outcome.evaluations.size());
   for (std::size_t k = 0; k < optimization.variables.size(); ++k) {
     const OptimizationVariable& v = optimization.variables[k];
     text += fmt::format("  {}: {:.9g}{}\n", v.name, best.values[k], v.unit.empty() ? "" : " " + v.unit);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "grapnel/campaign/statistics.hpp"
+#include "grapnel/capture/capture_progress.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
@@ -26,8 +27,10 @@ void Progress::report(const std::string& phase, double at, double end) {
   if (!is_due(now)) return;
   const double elapsed = std::chrono::duration<double>(now - phase_start_).count();
   const double rate = elapsed > 0 ? (at - first_) / elapsed : 0;
-  const std::string text = fmt::format("{}: t = {:.3g} of {:.3g} s, {:.3g} simulated s per s, {:.0f} s left", phase, at,
-                                       end, rate, rate > 0 ? (end - at) / rate : 0.0);
+  const std::string text = phase == kPlanning
+                               ? fmt::format("planning: {:.3g} evaluations, it gives up at {:.3g}", at, end)
+                               : fmt::format("{}: t = {:.3g} of {:.3g} s, {:.3g} simulated s per s, {:.0f} s left",
+                                             phase, at, end, rate, rate > 0 ? (end - at) / rate : 0.0);
   show(text, now);
 }
 

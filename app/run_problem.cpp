@@ -1,5 +1,7 @@
 #include "run_problem.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <set>
 #include <stdexcept>
@@ -7,6 +9,7 @@
 #include <utility>
 
 #include "commands.hpp"
+#include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
@@ -14,8 +17,8 @@
 #include "grapnel/result/scene.hpp"
 #include "grapnel/result/source_texts.hpp"
 #include "grapnel/result/summary.hpp"
-#include "grapnel/study/slow_run.hpp"
 #include "grapnel/result/verdicts.hpp"
+#include "grapnel/study/slow_run.hpp"
 #include "progress.hpp"
 #include "report_file.hpp"
 #include "terminal.hpp"
@@ -24,6 +27,9 @@ namespace grapnel::app {
 namespace {
 
 namespace fs = std::filesystem;
+
+// Temporaries of killed runs that are older are removed [s].
+constexpr double kAbandoned = 3600;
 
 // One line of stderr for each line of the message.
 int bad_input(const fs::path& file, const std::exception& error) {
@@ -45,6 +51,25 @@ CaptureResult failed(const CaptureProblem& problem, const char* why) {
   return result;
 }
 
+// Long series are said before anybody waits for them.
+void announce_series(const CaptureProblem& problem, const fs::path& file, const fs::path& folder) {
+  constexpr double kFew = 20'000, kLarge = 1e9;  // samples, bytes
+  const double duration = (problem.approach ? problem.approach->duration : 0.0) +
+                          (problem.post_impact ? problem.post_impact->duration : 0.0);
+  if (!(problem.output_interval > 0) || duration / problem.output_interval < kFew) return;
+  const ExpectedSeries expected = expected_series(problem);
+  if (expected.bytes() < kLarge) return;
+  std::error_code unknown;
+  const fs::space_info space = fs::space(folder, unknown);
+  const bool short_of_room = !unknown && static_cast<double>(space.available) < expected.bytes();
+  to_stderr(
+      "{}: warning: output.interval = {:g} s makes about {:.3g} samples of {:g} numbers: {:.3g} GB in timeseries.h5 "
+      "before "
+      "compression{}; a longer interval makes fewer\n",
+      file.string(), problem.output_interval, expected.samples, expected.columns, 1e-9 * expected.bytes(),
+      short_of_room ? fmt::format(", where {:.3g} GB are free", 1e-9 * static_cast<double>(space.available)) : "");
+}
+
 // What was written of a result, and why the rest was not.
 struct Written {
   std::set<std::string> files;
@@ -61,7 +86,8 @@ struct Written {
 
 // Writes what there is, also of a run that failed: what was computed before the failure is not lost, and what does not
 // fit costs nothing of what does. The summary comes first, the series, which are large, last.
-Written write_results(const CaptureProblem& problem, const CaptureResult& result, const fs::path& folder) {
+Written write_results(const CaptureProblem& problem, CaptureResult& result, TimeSeriesFile& series,
+                      const fs::path& folder) {
   Written written;
   // Of an earlier run: it does not belong to this one.
   const auto remove = [&](const char* name) {
@@ -91,12 +117,10 @@ Written write_results(const CaptureProblem& problem, const CaptureResult& result
   } else {
     remove("scenario.json");
   }
-  if (result.series.time.empty()) {
+  if (series.samples() + result.series.time.size() == 0) {
     remove("timeseries.h5");
   } else {
-    write("timeseries.h5", [&](const fs::path& file) {
-      write_timeseries_hdf5(result.series, {GRAPNEL_VERSION, result.scenario_name, result.scenario_sha256}, file);
-    });
+    write("timeseries.h5", [&](const fs::path&) { series.finish(result.series); });
   }
   return written;
 }
@@ -143,11 +167,17 @@ void refuse_result(const Ledger& ledger, const fs::path& file) {
 
 int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::path& folder,
                 const RunSwitches& switches) {
+  remove_leftovers(folder, kAbandoned);
+  if (!switches.mute) announce_series(problem, file, folder);
   CaptureResult result;
+  TimeSeriesFile series(folder / "timeseries.h5", {GRAPNEL_VERSION, problem.name, problem.sha256});
   try {
     Progress progress(switches.quiet);
-    result = simulate_capture(
-        problem, [&](const std::string& phase, double at, double end) { progress.report(phase, at, end); });
+    const auto follow = [&](const std::string& phase, double at, double end) {
+      if (switches.stop.stop_requested()) throw std::runtime_error("stopped");
+      progress.report(phase, at, end);
+    };
+    result = simulate_capture(problem, follow, CaptureDetail::full, &series);
   } catch (const CaptureProblemError& error) {
     return bad_input(file, error);
   } catch (const ModelError& error) {
@@ -159,7 +189,7 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   const std::string table = switches.quiet ? std::string() : table_of(result);
   const std::vector<std::string> warnings = result.warnings;
   result.warnings.insert(result.warnings.begin(), switches.doubts.begin(), switches.doubts.end());
-  const Written written = write_results(problem, result, folder);
+  const Written written = write_results(problem, result, series, folder);
   result.warnings = warnings;  // what is doubtful has been said
   const bool complete = written.faults.empty();
   const FolderReport report = write_folder_report(folder, ResultKind::run, switches.no_report || !complete);
@@ -169,6 +199,10 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   if (result.status == CaptureStatus::completed) {
     if (!switches.mute) refuse_result(result.ledger, file);
     return report.failed || !complete || !result.ledger.pass() ? kSimulationFailed : kDone;
+  }
+  if (switches.stop.stop_requested()) {
+    if (!switches.mute) to_stderr("{}: stopped; what there was by then is in {}\n", file.string(), folder.string());
+    return kInterrupted;
   }
   if (!switches.mute) to_stderr("{}: error: the simulation failed: {}\n", file.string(), result.failure);
   return kSimulationFailed;

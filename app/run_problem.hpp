@@ -4,6 +4,7 @@
 /// One capture, simulated, written and said.
 
 #include <filesystem>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct RunSwitches {
   bool mute = false;       // not even warnings and why a simulation failed: one of many runs
   /// What in the input is hardly meant: it has been said, and is kept with the result.
   std::vector<std::string> doubts = {};
+  std::stop_token stop = {};  // asks to end with what there is by then
 };
 
 /// Simulates, writes summary.json, timeseries.h5, scene.json and report.html into `folder`, prints what came out, and

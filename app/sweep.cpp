@@ -23,7 +23,10 @@ namespace fs = std::filesystem;
 // Rows as they come, for the case that the program is killed before the table is complete.
 class PartialTable {
  public:
-  PartialTable(fs::path path, const Study& study) : path_(std::move(path)), table_(empty_table(study)), file_(path_) {
+  PartialTable(fs::path path, const Study& study) : path_(std::move(path)), table_(empty_table(study)) {
+    std::error_code ignored;
+    fs::remove(path_, ignored);  // a new file, not one that a link here leads to
+    file_.open(path_);
     file_ << csv_head(table_);
   }
   void add(const CaseRow& row) {

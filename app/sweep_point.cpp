@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 std::string comment_of(const Study& study, const std::vector<std::size_t>& position, std::size_t point,
                        std::size_t points) {
   std::string text = fmt::format("Made by grapnel {} sweep from {} (sha256 {}): point {} of {}.\n", GRAPNEL_VERSION,
-                                 study.file, study.sha256.substr(0, 12), point, points);
+                                 fs::path(study.file).filename().string(), study.sha256.substr(0, 12), point, points);
   for (std::size_t a = 0; a < study.axes.size(); ++a) {
     const StudyAxis& axis = study.axes[a];
     const AxisValue& value = axis.values[position[a]];

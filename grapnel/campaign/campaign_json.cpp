@@ -21,7 +21,7 @@ std::string name_of_number(const Campaign& campaign, std::size_t i) {
 Json settings_of(const Campaign& campaign) {
   return {{"name", campaign.name},
           {"description", campaign.description},
-          {"file", campaign.file},
+          {"file", std::filesystem::path(campaign.file).filename().string()},
           {"sha256", campaign.sha256},
           {"seed", std::to_string(campaign.seed)},
           {"sampling", name_of(campaign.sampling)},

@@ -20,6 +20,8 @@
 #include <system_error>
 #include <thread>
 
+#include "grapnel/result/atomic_file.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -169,7 +171,7 @@ class LockFile {
     }, after{};
     if (::fstat(descriptor_, &before) != 0) return 0;
     const fs::path probe = path_.string() + fmt::format(".probe-{}", ::getpid());
-    const int now = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666);
+    const int now = ::open(probe.c_str(), O_WRONLY | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (now < 0) return 0;
     const bool known = ::fstat(now, &after) == 0;
     ::close(now);
@@ -183,13 +185,14 @@ class LockFile {
 
  private:
   void open() {
-    descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    refuse_link(path_);
+    descriptor_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_NOFOLLOW | O_CLOEXEC, 0666);
     if (descriptor_ < 0) fail(path_, errno);
   }
   bool is_current() const {
     struct stat mine {
     }, named{};
-    return ::fstat(descriptor_, &mine) == 0 && ::stat(path_.c_str(), &named) == 0 && mine.st_ino == named.st_ino &&
+    return ::fstat(descriptor_, &mine) == 0 && ::lstat(path_.c_str(), &named) == 0 && mine.st_ino == named.st_ino &&
            mine.st_dev == named.st_dev;
   }
 

@@ -163,13 +163,12 @@ std::string sensitivity_text(const Campaign& campaign, const CampaignReport& rep
   return lines == 0 ? "" : text;
 }
 
-std::string campaign_command(const Campaign& campaign) {
+std::string campaign_command(std::string file) {
   // For a shell: a name with other characters stands in quotes.
-  const bool plain = std::all_of(campaign.file.begin(), campaign.file.end(), [](char c) {
+  const bool plain = std::all_of(file.begin(), file.end(), [](char c) {
     const auto byte = static_cast<unsigned char>(c);
     return std::isalnum(byte) || byte >= 0x80 || std::string_view("/._-+,:@%=").find(c) != std::string_view::npos;
   });
-  std::string file = campaign.file;
   if (!plain || file.empty()) {
     for (std::size_t at = 0; (at = file.find('\'', at)) != std::string::npos; at += 4) file.replace(at, 1, "'\\''");
     file = "'" + file + "'";
@@ -187,7 +186,7 @@ std::string worst_text(const Campaign& campaign, const CampaignReport& report) {
     table.row({with_unit(column.name, column.unit), number(found.value), fmt::format("--only {}", found.index)});
   }
   if (lines == 0) return "";
-  return fmt::format("\nworst cases; to look at one: {} --only K\n", campaign_command(campaign)) + table.text() +
+  return fmt::format("\nworst cases; to look at one: {} --only K\n", campaign_command(campaign.file)) + table.text() +
          and_more(lines, kMostLines, "numbers");
 }
 
@@ -206,7 +205,8 @@ std::string failures_text(const CampaignReport& report) {
 }  // namespace
 
 std::string replay_command(const Campaign& campaign, std::uint64_t k) {
-  return fmt::format("{} --only {}", campaign_command(campaign), k);
+  // A name without a folder: the same campaign gives the same results wherever its file is.
+  return fmt::format("{} --only {}", campaign_command(std::filesystem::path(campaign.file).filename().string()), k);
 }
 
 std::string campaign_summary(const Campaign& campaign, const CampaignReport& report) {

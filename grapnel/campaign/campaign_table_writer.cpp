@@ -5,11 +5,11 @@
 #include <unordered_map>
 
 #include "grapnel/campaign/campaign_table.hpp"
-#include "grapnel/campaign/growing_dataset.hpp"
 #include "grapnel/campaign/shard_store.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/file_seal.hpp"
+#include "grapnel/result/growing_dataset.hpp"
 #include "grapnel/result/hdf5_file.hpp"
 #include "grapnel/study/grid.hpp"
 #include "grapnel/study/study_table.hpp"
@@ -37,20 +37,13 @@ std::vector<std::size_t> position_of(const Campaign& campaign, const std::vector
   return grid_position(sizes, static_cast<std::size_t>(k / campaign.cases));
 }
 
-Handle open_for_writing(const fs::path& path) {
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file access");
-  // The oldest format that can hold it, so that MATLAB and old h5py read it.
-  hdf5::check(H5Pset_libver_bounds(access.id(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18), "format version");
-  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose, "the file"};
-}
-
 /// table.h5 while it is written. HDF5 is held for one block of rows at a time: reading the shards needs it too.
 class TableFile {
  public:
   TableFile(const fs::path& path, const Campaign& campaign, const std::string& version)
       : campaign_(campaign), sizes_(sizes_of(campaign)) {
     const hdf5::Session session;
-    file_.emplace(open_for_writing(path));
+    file_.emplace(hdf5::create_on_disk(path));
     try {
       write_root(version);
       begin_datasets();

@@ -26,15 +26,6 @@ fs::path made(fs::path folder) {
   return folder;
 }
 
-// Temporaries of writers that were killed. Only where nobody else writes: theirs look alike.
-void remove_leftovers(const fs::path& folder) {
-  std::error_code none;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
-    const std::string name = entry.path().filename().string();
-    if (name.starts_with('.') && name.find(".tmp-") != std::string::npos) fs::remove(entry.path(), none);
-  }
-}
-
 std::string refusal(const fs::path& folder, const std::vector<std::string>& lines) {
   std::string text = fmt::format("'{}' holds another campaign:", folder.string());
   for (const std::string& line : lines) text += "\n  " + line;
@@ -48,10 +39,11 @@ std::string refusal(const fs::path& folder, const std::vector<std::string>& line
 
 ShardStore::ShardStore(fs::path folder, const Campaign& campaign, const StoreOptions& options)
     : folder_(made(std::move(folder))), campaign_(campaign), lock_(folder_, options.writer) {
+  refuse_link(folder_ / "shards");
   make_folder(folder_ / "shards");
-  if (options.writer.empty()) {
-    remove_leftovers(folder_);
-    remove_leftovers(folder_ / "shards");
+  if (options.writer.empty()) {  // nobody else writes here
+    remove_leftovers(folder_, 0);
+    remove_leftovers(folder_ / "shards", 0);
   }
   const CampaignLock::Turn turn(lock_);
   begin(options);

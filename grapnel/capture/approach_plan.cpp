@@ -75,7 +75,8 @@ class Planner {
     const PlanSetup plan = approach_.plan.value_or(PlanSetup{});
     return fmt::format(
         "planning the approach: given up after {} evaluations of the servicer's motion, at the leg from t = {:.6g} s "
-        "on; the approach lasts {:.6g} s, and the longer a leg, the further joints swing on it and the more each of the "
+        "on; the approach lasts {:.6g} s, and the longer a leg, the further joints swing on it and the more each of "
+        "the "
         "search's {} beginnings costs: a shorter last leg (waypoints, straight_in), fewer approach.plan.starts or "
         "approach.plan.measure: as_found take less, and approach.plan.max_evaluations allows more",
         plan.max_evaluations, time_, approach_.duration, plan.starts);
@@ -91,9 +92,7 @@ class Planner {
   long most_evaluations() const { return approach_.plan.value_or(PlanSetup{}).max_evaluations; }
   static WorkWatch::Look look_of(const CaptureProgress& progress, long most) {
     if (!progress) return {};
-    return [&progress, most](long done) {
-      progress(kPlanning, static_cast<double>(done), static_cast<double>(most));
-    };
+    return [&progress, most](long done) { progress(kPlanning, static_cast<double>(done), static_cast<double>(most)); };
   }
 
   // --- Legs ---------------------------------------------------------------------------------------------------------

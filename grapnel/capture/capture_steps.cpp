@@ -72,9 +72,10 @@ IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynami
 class CaptureSteps::Sequence {
  public:
   Sequence(const CaptureProblem& problem, const MovingFrame& frame, CaptureDetail detail, CaptureProgress progress,
-           Part part, CaptureResult& result)
+           Part part, SeriesSink* sink, CaptureResult& result)
       : part_(part), run_(problem, frame, result, detail), impacts_(run_) {
     run_.progress = std::move(progress);
+    if (run_.recorder) run_.recorder->stream_to(sink);
   }
 
   // `impact_only`: nothing is recorded of the approach, whose joints follow their plan exactly, and nothing follows the
@@ -320,6 +321,12 @@ class CaptureSteps::Sequence {
     return joints;
   }
 
+  // Who waits hears of every step.
+  std::function<void(double)> each_step() const {
+    if (!run_.progress) return {};
+    return [this](double t) { run_.progress(task_.phase, t, task_.end); };
+  }
+
   PhaseOutcome integrate_between_looks() {
     StepWatch watch;
     watch.looks = static_cast<int>(kLeastLooks);
@@ -330,7 +337,7 @@ class CaptureSteps::Sequence {
         run_.last_look = t;
       };
     }
-    if (run_.progress) watch.each_step = [&](double t) { run_.progress(task_.phase, t, task_.end); };
+    watch.each_step = each_step();
     if (stage_ != Stage::arriving) watch.probe = load_probe();
     return simulate_phase(*dynamics_, task_.start, task_.begin, task_.end, task_.integration, watch, stop_);
   }
@@ -373,10 +380,9 @@ class CaptureSteps::Sequence {
                                 joint_reactions(sample, grips));
         }
       }
-      if (run_.progress) run_.progress(task_.phase, sample.time, end);
     };
     return simulate_phase(*dynamics_, task_.start, task_.begin, end, interval / static_cast<double>(looks),
-                          task_.integration, observe, stop_, load_probe());
+                          task_.integration, observe, stop_, load_probe(), each_step());
   }
 
   // The piece is done: on from its end.
@@ -415,14 +421,15 @@ class CaptureSteps::Sequence {
   bool watched_elsewhere_ = false;  // its watch has been called
 };
 
-CaptureSteps::CaptureSteps(const CaptureProblem& problem, CaptureDetail detail, CaptureProgress progress, Part part) {
+CaptureSteps::CaptureSteps(const CaptureProblem& problem, CaptureDetail detail, CaptureProgress progress, Part part,
+                           SeriesSink* sink) {
   result_.scenario_name = problem.name;
   result_.scenario_sha256 = problem.sha256;
   result_.status = CaptureStatus::failed;
   const MovingFrame frame = moving_frame(problem);
   if (!frame.is_world()) seen_ = std::make_unique<CaptureProblem>(seen_from(frame, problem));
   sequence_ = std::make_unique<Sequence>(seen_ ? *seen_ : problem, frame, detail, std::move(progress), part,
-                                         result_);  // checks the problem
+                                         sink, result_);  // checks the problem
   if (detail == CaptureDetail::full && part == Part::whole) result_.scene = scene_of(problem);
 }
 

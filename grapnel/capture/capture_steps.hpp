@@ -22,6 +22,7 @@
 #include "grapnel/capture/capture_problem.hpp"
 #include "grapnel/capture/capture_progress.hpp"
 #include "grapnel/result/capture_result.hpp"
+#include "grapnel/result/series_sink.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
@@ -49,9 +50,10 @@ class CaptureSteps {
   /// Which part of the sequence: all of it, or the impact alone as simulate_impact_only() has it.
   enum class Part { whole, impact_only };
 
-  /// The problem must outlive the object. @throws CaptureProblemError or ModelError if it contradicts itself.
+  /// The problem must outlive the object, and so must `sink`, which gets the samples as they come (null: they are kept
+  /// in CaptureResult::series). @throws CaptureProblemError or ModelError if it contradicts itself.
   explicit CaptureSteps(const CaptureProblem& problem, CaptureDetail detail = CaptureDetail::full,
-                        CaptureProgress progress = {}, Part part = Part::whole);
+                        CaptureProgress progress = {}, Part part = Part::whole, SeriesSink* sink = nullptr);
   ~CaptureSteps();
   CaptureSteps(const CaptureSteps&) = delete;
   CaptureSteps& operator=(const CaptureSteps&) = delete;

@@ -41,14 +41,14 @@ struct CompliantRun {
 };
 
 struct CompliantTask {
-  const CaptureProblem& problem;          // with the grasps that close now
-  const CaptureSystem& free;              // all targets free
-  const Contact& contact;                 // of these grasps, in `free`; its state is the same as `met`
-  const CaptureSystem& system;            // with what is held already hanging on its arms; no closed loops
-  const State& met;                       // of `system`, before brakes
-  double time = 0;                        // [s]
-  std::span<const HeldRate> held = {};    // velocities of `system` that drives and brakes keep
-  std::span<const double> stopping = {};  // impulses with which they bring them there at once, likewise
+  const CaptureProblem& problem;                 // with the grasps that close now
+  const CaptureSystem& free;                     // all targets free
+  const Contact& contact;                        // of these grasps, in `free`; its state is the same as `met`
+  const CaptureSystem& system;                   // with what is held already hanging on its arms; no closed loops
+  const State& met;                              // of `system`, before brakes
+  double time = 0;                               // [s]
+  std::span<const HeldRate> held = {};           // velocities of `system` that drives and brakes keep
+  std::span<const double> stopping = {};         // impulses with which they bring them there at once, likewise
   std::function<void(double t)> each_step = {};  // with the time since the beginning; may throw to end it
 };
 /// From the state `met`, with what brakes make of it at once, until all is over.

@@ -10,6 +10,8 @@
 namespace grapnel {
 namespace {
 
+constexpr std::size_t kBlockBytes = 64 << 20;  // of samples that are handed to a sink at once
+
 BodyMotion motion(const std::string& name, const Posed& X, const Twistd& V) {
   return {name, X.p, quaternion_from(X.R), V.angular, V.linear};
 }
@@ -148,6 +150,23 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     add("clearance/least", "m",
         "least distance of all watched bodies, by their shapes; negative: how deep they overlap", {"least"});
   }
+  std::size_t row = sizeof(double) + sizeof(int);
+  for (const Series& s : series_.series) row += sizeof(double) * s.components.size();
+  most_kept_ = std::max<std::size_t>(kBlockBytes / row, 1);
+}
+
+ExpectedSeries expected_series(const CaptureProblem& problem) {
+  TimeSeries names;
+  const Recorder recorder(problem, make_capture_system(problem), {}, names);
+  ExpectedSeries expected;
+  expected.columns = 1;  // the time
+  for (const Series& s : names.series) expected.columns += s.width();
+  const auto add = [&](double duration) {
+    expected.samples += 2 + (problem.output_interval > 0 ? duration / problem.output_interval : 0);
+  };
+  if (problem.approach) add(problem.approach->duration);
+  if (problem.post_impact) add(problem.post_impact->duration);
+  return expected;
 }
 
 void Recorder::add(std::string path, std::string unit, std::string description, std::vector<std::string> components) {
@@ -292,6 +311,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
   put_books(system, in_world, books, s);
   if (watches_clearance_) put(clearance);
+  if (sink_ && series_.time.size() >= most_kept_) sink_->take(series_);
 }
 
 void Recorder::end_phase(const PhaseIntegrals& integrals) {

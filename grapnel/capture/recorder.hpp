@@ -10,6 +10,7 @@
 #include "grapnel/capture/loop_book.hpp"
 #include "grapnel/capture/moving_frame.hpp"
 #include "grapnel/result/capture_result.hpp"
+#include "grapnel/result/series_sink.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
@@ -21,11 +22,21 @@ PhaseEnd describe(const CaptureProblem& problem, const CaptureSystem& system, co
 std::vector<BodyMotion> describe_targets(const CaptureProblem& problem, const CaptureSystem& system,
                                          const Kinematics& kinematics);
 
+/// What the time series of a run will need, before it is run: as many samples as the durations and the output interval
+/// make; phases that end earlier make fewer, impacts a few more.
+struct ExpectedSeries {
+  double samples = 0, columns = 0;
+  double bytes() const { return 8 * samples * columns; }
+};
+ExpectedSeries expected_series(const CaptureProblem& problem);
+
 /// Collects samples of all phases under the same names.
 class Recorder {
  public:
   /// `frame`: in which problem and states are; the series are in W.
   Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame, TimeSeries& series);
+  /// Samples go to the sink block by block, and are not kept. Null: all are kept.
+  void stream_to(SeriesSink* sink) { sink_ = sink; }
   /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
   /// `grips`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
@@ -50,6 +61,8 @@ class Recorder {
 
   const CaptureProblem& problem_;
   TimeSeries& series_;
+  SeriesSink* sink_ = nullptr;
+  std::size_t most_kept_ = 0;          // samples of a block
   std::size_t next_ = 0;               // series to be filled next within a sample
   std::vector<Quaterniond> previous_;  // for quaternions without jumps of sign
   std::span<const JointTrajectory> reference_;

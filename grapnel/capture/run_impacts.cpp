@@ -301,7 +301,9 @@ void RunImpacts::yield(const std::vector<std::size_t>& closing) {
   const std::vector<double> stopping = brake_at_once(held);
   std::function<void(double)> each_step;
   if (run_.progress)
-    each_step = [&](double t) { run_.progress("contact", run_.time + t, run_.time + meeting.impact->compliant.longest); };
+    each_step = [&](double t) {
+      run_.progress("contact", run_.time + t, run_.time + meeting.impact->compliant.longest);
+    };
   CompliantRun run =
       run_compliant({meeting, run_.free, contact, run_.system, met, run_.time, held, stopping, each_step}, run_.state);
   if (!run.failure.empty()) throw RunFailure(run.failure);

@@ -4,21 +4,22 @@ namespace grapnel {
 namespace {
 
 CaptureResult simulate(const CaptureProblem& problem, CaptureDetail detail, const CaptureProgress& progress,
-                       CaptureSteps::Part part) {
-  CaptureSteps steps(problem, detail, progress, part);
+                       CaptureSteps::Part part, SeriesSink* sink) {
+  CaptureSteps steps(problem, detail, progress, part, sink);
   while (steps.next()) steps.move();
   return steps.finish();
 }
 
 }  // namespace
 
-CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgress& progress, CaptureDetail detail) {
-  return simulate(problem, detail, progress, CaptureSteps::Part::whole);
+CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgress& progress, CaptureDetail detail,
+                               SeriesSink* sink) {
+  return simulate(problem, detail, progress, CaptureSteps::Part::whole, sink);
 }
 
 CaptureResult simulate_impact_only(const CaptureProblem& problem, CaptureDetail detail,
                                    const CaptureProgress& progress) {
-  return simulate(problem, detail, progress, CaptureSteps::Part::impact_only);
+  return simulate(problem, detail, progress, CaptureSteps::Part::impact_only, nullptr);
 }
 
 }  // namespace grapnel

@@ -100,7 +100,6 @@ struct CompliantOutcome {
 /// @throws std::invalid_argument for coefficients out of range, bad normals or another model's state.
 CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                   std::span<const CompliantGrip> grips, const CompliantSetup& setup,
-                                  std::span<const int> held = {},
-                                  const std::function<void(double t)>& each_step = {});
+                                  std::span<const int> held = {}, const std::function<void(double t)>& each_step = {});
 
 }  // namespace grapnel

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <stdexcept>
 
+#include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/json_document.hpp"
 
 namespace grapnel {
@@ -57,10 +58,10 @@ bool CsvTable::read(std::vector<std::string>& fields) {
   for (;;) {
     if (at_ < text_.size() && text_[at_] == '"') {
       ++at_;
-      fields.push_back(quoted_field());
+      fields.push_back(csv_text_of(quoted_field()));
     } else {
       const std::size_t end = std::min(text_.find_first_of(",\n", at_), text_.size());
-      fields.push_back(text_.substr(at_, end - at_));
+      fields.push_back(csv_text_of(std::string_view(text_).substr(at_, end - at_)));
       at_ = end;
     }
     if (at_ == text_.size()) fail("the file ends within a line");

@@ -74,11 +74,16 @@ FigureFiles write_figure(const Figure& figure, const std::filesystem::path& imag
   const std::string script = figure_script(figure, image.filename().string(), files.data.filename().string());
   write_file_atomically(files.data, figure_data(figure));
   write_file_atomically(files.script, script);
-  const GnuplotOutcome outcome = run_gnuplot(image.parent_path(), files.script.filename().string());
+  // The same script with another output: gnuplot follows links, and leaves half an image where it is stopped.
+  AtomicFile drawn(image), drawing(files.script);
+  const auto name = [](const AtomicFile& file) { return file.temporary().filename().string(); };
+  drawing.write(figure_script(figure, image.filename().string(), files.data.filename().string(), name(drawn)));
+  const GnuplotOutcome outcome = run_gnuplot(image.parent_path(), name(drawing));
   files.drawn = outcome.found;
   if (outcome.found && outcome.status != 0)
     throw std::runtime_error(fmt::format("{}: gnuplot fails with status {}: {}", files.script.string(), outcome.status,
                                          plain_line(outcome.message)));
+  if (outcome.found) drawn.commit();
   return files;
 }
 

@@ -107,7 +107,7 @@ Figure impulse_figure(const RunSource& run, const FigureRequest& request) {
   if (bars.empty()) throw std::runtime_error((run.folder / "summary.json").string() + ": there was no impact");
   Figure figure;
   figure.what = request.what;
-  figure.heads = figure_heads(run.metadata, request);
+  figure.heads = figure_heads(run, request);
   figure.width = request.width > 0 ? request.width : 8.8;
   figure.height = request.height;
   figure.panel_height = 3.6;

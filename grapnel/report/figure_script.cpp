@@ -307,7 +307,8 @@ std::string figure_data(const Figure& figure) {
   return text;
 }
 
-std::string figure_script(const Figure& figure, const std::string& image, const std::string& data) {
+std::string figure_script(const Figure& figure, const std::string& image, const std::string& data,
+                          const std::string& output) {
   const Layout layout(figure);
   std::string text = "# gnuplot draws the figure anew from this file and its data: gnuplot " +
                      plain_line(std::filesystem::path(image).stem().string()) + ".gp\n";
@@ -315,7 +316,7 @@ std::string figure_script(const Figure& figure, const std::string& image, const 
   text += "#\n";  // a head that ends with a backslash takes the next line into its comment
   text += "set encoding utf8\n";
   text += terminal_of(image, figure.width, layout.height()) + "\n";
-  text += "set output " + gnuplot_file(image) + "\n";
+  text += "set output " + gnuplot_file(output.empty() ? image : output) + "\n";
   text += fmt::format("set border 3 lw 0.6 lc rgb '{}'\n", kMuted);
   text += fmt::format("set tics out nomirror scale 0.5,0.25 font ',{:g}' textcolor rgb '{}'\n", kSmallFont, kInk);
   text += "set grid back lc rgb '#e4e4e4' lw 0.5 dt solid\nset xtics offset 0,0.2; set ytics offset 0.4,0\n";

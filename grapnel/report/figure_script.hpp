@@ -13,7 +13,9 @@ namespace grapnel {
 std::string figure_data(const Figure& figure);
 
 /// The script: `image`, `data` and the script itself are names in one folder; the image's ending chooses the terminal.
+/// `output`: where the image is drawn instead, for the time being.
 /// @throws std::invalid_argument if the ending is none of .pdf, .svg, .png.
-std::string figure_script(const Figure& figure, const std::string& image, const std::string& data);
+std::string figure_script(const Figure& figure, const std::string& image, const std::string& data,
+                          const std::string& output = "");
 
 }  // namespace grapnel

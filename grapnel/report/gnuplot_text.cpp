@@ -49,8 +49,12 @@ std::string plain_line(std::string_view text) {
 }
 
 std::string gnuplot_quoted(std::string_view text) {
-  std::string quoted = "'";
-  for (const char c : plain_line(text)) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  const std::string line = plain_line(text);
+  // gnuplot takes three apostrophes for an empty constant and the beginning of another. Those at the beginning stand in
+  // a constant of their own, with nothing else.
+  const std::size_t first = std::min(line.find_first_not_of('\''), line.size());
+  std::string quoted = first > 0 ? '"' + line.substr(0, first) + "\".'" : "'";
+  for (const char c : line.substr(first)) quoted += c == '\'' ? std::string("''") : std::string(1, c);
   return quoted + "'";
 }
 

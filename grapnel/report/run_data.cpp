@@ -80,12 +80,18 @@ void add_series(const fs::path& folder, const Origin& origin, Parts& parts) {
     return;
   }
   try {
-    const TimeSeriesMetadata metadata = read_timeseries_metadata(path);
-    const TimeSeries series = read_timeseries_hdf5(path);
+    const ReadTimeSeries read = read_timeseries(path, kShownBytes);
+    const TimeSeries& series = read.series;
+    const TimeSeriesMetadata& metadata = read.head.metadata;
     if (series.phases.size() > kMostPhases)
       throw std::runtime_error(
           fmt::format("{}: {} phases, more than {}", path.string(), series.phases.size(), kMostPhases));
     parts.series = packed_series(series);
+    if (read.head.every > 1)
+      parts.notes.push_back(
+          fmt::format("timeseries.h5 has {} samples; what is shown is made from every {}th of them and the ends of the "
+                      "phases, so that shorter peaks may be missing; the extremes in the summary have seen all",
+                      read.head.samples, read.head.every));
     note_other_origin("timeseries.h5", {metadata.scenario_name, metadata.scenario_sha256}, origin, parts);
     if (!parts.scene.is_null()) note_still_bodies(parts.scene, series, parts);
   } catch (const std::exception& error) {
@@ -162,7 +168,6 @@ Json run_data(const fs::path& folder, const std::string& label) {
   add_series(folder, origin, parts);
   add_source(folder, origin, parts);
   return {{"label", label},
-          {"folder", folder_name(folder)},
           {"summary", std::move(summary)},
           {"scene", std::move(parts.scene)},
           {"series", std::move(parts.series)},

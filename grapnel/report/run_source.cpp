@@ -29,8 +29,10 @@ const Series& wanted(const TimeSeries& series, const std::string& path, int widt
 RunSource read_run_source(const std::filesystem::path& folder) {
   RunSource run;
   run.folder = folder;
-  run.series = read_timeseries_hdf5(folder / "timeseries.h5");
-  run.metadata = read_timeseries_metadata(folder / "timeseries.h5");
+  ReadTimeSeries read = read_timeseries(folder / "timeseries.h5", kShownBytes);
+  run.series = std::move(read.series);
+  run.metadata = std::move(read.head.metadata);
+  run.every = read.head.every;
   if (run.series.time.empty()) throw std::runtime_error((folder / "timeseries.h5").string() + ": no samples");
   if (std::filesystem::exists(folder / "scene.json")) run.scene = read_scene(folder / "scene.json");
   const std::filesystem::path summary = folder / "summary.json";

@@ -3,6 +3,7 @@
 /// @file
 /// A run's result folder as figures and exports need it. Thread safety: plain values; reading is reentrant.
 
+#include <cstdint>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -18,6 +19,7 @@ struct RunSource {
   std::filesystem::path folder;
   TimeSeriesMetadata metadata;
   TimeSeries series;
+  std::uint64_t every = 1;  // of the file's samples every n-th is in `series`, where it has more than can be shown
   std::optional<Scene> scene;                     // absent: no scene.json
   std::optional<nlohmann::ordered_json> summary;  // absent: no summary.json
 };

@@ -178,6 +178,13 @@ std::vector<std::string> figure_heads(const TimeSeriesMetadata& metadata, const 
           "made by: " + request.command};
 }
 
+std::vector<std::string> figure_heads(const RunSource& run, const FigureRequest& request) {
+  std::vector<std::string> heads = figure_heads(run.metadata, request);
+  if (run.every > 1)
+    heads.push_back(fmt::format("made from every {}th sample of timeseries.h5 and the ends of the phases", run.every));
+  return heads;
+}
+
 Figure assemble(const RunSource& run, const FigureRequest& request, const std::vector<SeriesPanel>& panels,
                 int columns) {
   const TimeSeries& series = run.series;
@@ -185,7 +192,7 @@ Figure assemble(const RunSource& run, const FigureRequest& request, const std::v
   const Clock clock = clock_of(series, samples);
   Figure figure;
   figure.what = request.what;
-  figure.heads = figure_heads(run.metadata, request);
+  figure.heads = figure_heads(run, request);
   figure.width = request.width > 0 ? request.width : columns > 1 ? 17.8 : 8.8;
   figure.height = request.height;
   figure.columns = figure.width < 6.0 * columns ? 1 : columns;

@@ -37,6 +37,8 @@ std::vector<std::size_t> samples_shown(const TimeSeries& series, const FigureReq
 
 /// Lines above a figure's data: scenario, version, hash, command.
 std::vector<std::string> figure_heads(const TimeSeriesMetadata& metadata, const FigureRequest& request);
+/// And that samples are left out, where they are.
+std::vector<std::string> figure_heads(const RunSource& run, const FigureRequest& request);
 
 /// The figure of these panels, `columns` of them side by side. Samples of equal time stay apart by phase: lines jump at
 /// an impact. Times of less than 2 s are in milliseconds.

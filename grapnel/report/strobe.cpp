@@ -365,7 +365,7 @@ Figure strobe_figure(const RunSource& run, const FigureRequest& request) {
   const std::vector<Actor> actors = actors_of(run);
   Figure figure;
   figure.what = request.what;
-  figure.heads = figure_heads(run.metadata, request);
+  figure.heads = figure_heads(run, request);
   Box box;
   for (const std::string& phase : phases_of(run.series, request))
     draw_panel(figure, box, run, actors, request, phase, view, planar);

@@ -1,11 +1,15 @@
 #include "grapnel/result/atomic_file.hpp"
 
 #include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <cstdio>
+#include <ctime>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -15,7 +19,7 @@ namespace grapnel {
 namespace {
 
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
-  throw std::runtime_error("cannot write " + path.string() + ": " + std::generic_category().message(error));
+  throw CannotWrite("cannot write " + path.string() + ": " + std::generic_category().message(error));
 }
 
 /// A name that no other writer of this or another process uses at the same time.
@@ -25,10 +29,40 @@ std::filesystem::path temporary_for(const std::filesystem::path& path) {
                                std::to_string(count.fetch_add(1)));
 }
 
+/// The process whose temporary has this name; 0: it is none. As temporary_for() makes them.
+long process_in(const std::string& name) {
+  const std::size_t mark = name.rfind(".tmp-");
+  if (!name.starts_with('.') || mark == std::string::npos || mark < 2) return 0;
+  long process = 0, number = 0;
+  const char* const end = name.data() + name.size();
+  const auto first = std::from_chars(name.data() + mark + 5, end, process);
+  if (first.ec != std::errc() || first.ptr == end || *first.ptr != '-') return 0;
+  const auto second = std::from_chars(first.ptr + 1, end, number);
+  return second.ec == std::errc() && second.ptr == end && process > 0 ? process : 0;
+}
+
 }  // namespace
 
+void remove_leftovers(const std::filesystem::path& folder, double age) {
+  std::error_code none;
+  for (const std::filesystem::directory_entry& entry : std::filesystem::directory_iterator(folder, none)) {
+    const long process = process_in(entry.path().filename().string());
+    struct stat status;
+    if (process == 0 || ::lstat(entry.path().c_str(), &status) != 0 || !S_ISREG(status.st_mode)) continue;
+    if (process == ::getpid() || ::kill(static_cast<pid_t>(process), 0) == 0 || errno != ESRCH) continue;
+    if (std::difftime(std::time(nullptr), status.st_mtime) < age) continue;
+    ::unlink(entry.path().c_str());
+  }
+}
+
+void refuse_link(const std::filesystem::path& path) {
+  std::error_code none;
+  if (std::filesystem::is_symlink(std::filesystem::symlink_status(path, none)))
+    throw CannotWrite("cannot write " + path.string() + ": it is a symbolic link, which is not followed; remove it");
+}
+
 AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
-  if (!path_.has_filename()) throw std::runtime_error("cannot write '" + path_.string() + "': not the name of a file");
+  if (!path_.has_filename()) throw CannotWrite("cannot write '" + path_.string() + "': not the name of a file");
   // O_EXCL: never somebody else's file. A name in use was left by a killed process with our number; take the next.
   do {
     temporary_ = temporary_for(path_);

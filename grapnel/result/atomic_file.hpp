@@ -6,11 +6,18 @@
 /// perhaps a `.NAME.tmp-PID-N`, which may be deleted).
 
 #include <filesystem>
+#include <stdexcept>
 #include <string_view>
 
 namespace grapnel {
 
-/// One file being written. Failures throw std::runtime_error with the path and the system's reason; without a commit()
+/// A file could not be written: with its path and the system's reason. Where files are read and written, it tells the
+/// one failure from the other.
+struct CannotWrite : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// One file being written. Failures throw CannotWrite; without a commit()
 /// the destructor removes the temporary. Thread safety: one thread per object; any number of objects at once.
 class AtomicFile {
  public:
@@ -32,6 +39,15 @@ class AtomicFile {
   std::filesystem::path temporary_;
   int descriptor_ = -1;
 };
+
+/// Removes temporaries that killed processes left in a folder: plain files with the names that AtomicFile gives, of
+/// whatever file. Of processes of this machine that still run, none; `age`: none that was written to later than so many
+/// seconds ago, where others may write in the folder, from other machines too.
+void remove_leftovers(const std::filesystem::path& folder, double age);
+
+/// Throws CannotWrite if the path is a symbolic link: somebody may have put it where we write, to have something else
+/// written.
+void refuse_link(const std::filesystem::path& path);
 
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
 

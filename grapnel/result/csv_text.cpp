@@ -2,10 +2,27 @@
 
 #include <charconv>
 #include <cmath>
+#include <string_view>
 
 namespace grapnel {
 
-std::string csv_quoted(const std::string& text) {
+namespace {
+
+// A text that a spreadsheet would compute, or one that looks as if it had been kept from it.
+bool csv_is_formula(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of('\'');
+  return begin != std::string_view::npos && std::string_view("=+-@\t\r").find(text[begin]) != std::string_view::npos;
+}
+
+}  // namespace
+
+std::string csv_text_of(std::string_view field) {
+  if (field.starts_with('\'') && csv_is_formula(field)) field.remove_prefix(1);
+  return std::string(field);
+}
+
+std::string csv_quoted(const std::string& plain) {
+  const std::string text = csv_is_formula(plain) ? "'" + plain : plain;
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string field = "\"";
   for (const char c : text) {

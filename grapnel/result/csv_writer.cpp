@@ -1,9 +1,12 @@
 #include "grapnel/result/csv_writer.hpp"
 
+#include <limits>
+#include <optional>
 #include <string>
 
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/csv_text.hpp"
+#include "grapnel/result/hdf5_reader.hpp"
 
 namespace grapnel {
 namespace {
@@ -26,12 +29,7 @@ std::string header(const TimeSeries& series) {
   return line + "\n";
 }
 
-}  // namespace
-
-void write_timeseries_csv(const TimeSeries& series, const std::filesystem::path& path) {
-  check_time_series(series);
-  AtomicFile file(path);
-  std::string text = header(series);
+void append_rows(const TimeSeries& series, AtomicFile& file, std::string& text) {
   for (std::size_t sample = 0; sample < series.time.size(); ++sample) {
     append_csv_number(series.time[sample], text);
     text += ",";
@@ -49,8 +47,31 @@ void write_timeseries_csv(const TimeSeries& series, const std::filesystem::path&
       text.clear();
     }
   }
+}
+
+}  // namespace
+
+void write_timeseries_csv(const TimeSeries& series, const std::filesystem::path& path) {
+  check_time_series(series);
+  AtomicFile file(path);
+  std::string text = header(series);
+  append_rows(series, file, text);
   file.write(text);
   file.commit();
+}
+
+void copy_timeseries_csv(const std::filesystem::path& timeseries, const std::filesystem::path& path) {
+  std::optional<AtomicFile> file;  // not before there is something to write
+  std::string text;
+  read_timeseries_blocks(
+      timeseries, std::numeric_limits<std::uint64_t>::max(),
+      [&](const TimeSeriesHead& head) {
+        file.emplace(path);
+        text = header(head.names);
+      },
+      [&](const TimeSeries& block) { append_rows(block, *file, text); });
+  file->write(text);
+  file->commit();
 }
 
 }  // namespace grapnel

@@ -7,7 +7,13 @@ namespace {
 
 constexpr hsize_t kCompressAbove = 16 << 10;  // [bytes]; smaller datasets are stored as they are
 constexpr hsize_t kChunk = 256 << 10;         // [bytes]
-constexpr unsigned kDeflateLevel = 4;
+
+// The oldest format that can hold it, so that MATLAB and old h5py read it.
+Handle old_format() {
+  Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file access");
+  check(H5Pset_libver_bounds(access.id(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18), "format version");
+  return access;
+}
 
 Handle dataset_layout(const std::vector<hsize_t>& extent, hsize_t item_size, bool may_compress) {
   Handle layout(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "dataset layout");
@@ -15,7 +21,7 @@ Handle dataset_layout(const std::vector<hsize_t>& extent, hsize_t item_size, boo
   const hsize_t row = item_size * (extent.size() > 1 ? extent[1] : 1);
   if (!may_compress || row * extent[0] <= kCompressAbove) return layout;
   std::vector<hsize_t> chunk = extent;
-  chunk[0] = std::clamp<hsize_t>(kChunk / row, 1, extent[0]);
+  chunk[0] = std::min(rows_of_chunk(row), extent[0]);
   check(H5Pset_chunk(layout.id(), static_cast<int>(chunk.size()), chunk.data()), "chunks");
   check(H5Pset_shuffle(layout.id()), "shuffle");
   check(H5Pset_deflate(layout.id(), kDeflateLevel), "deflate");
@@ -24,11 +30,16 @@ Handle dataset_layout(const std::vector<hsize_t>& extent, hsize_t item_size, boo
 
 }  // namespace
 
+hsize_t rows_of_chunk(hsize_t row_bytes) { return std::max<hsize_t>(kChunk / row_bytes, 1); }
+
+Handle create_on_disk(const std::filesystem::path& path) {
+  const Handle access = old_format();
+  return {H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose, "the file"};
+}
+
 Handle create_in_memory(const char* name) {
-  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file access");
+  const Handle access = old_format();
   check(H5Pset_fapl_core(access.id(), 1 << 20, false), "file in memory");
-  // The oldest format that can hold it, so that MATLAB and old h5py read it.
-  check(H5Pset_libver_bounds(access.id(), H5F_LIBVER_EARLIEST, H5F_LIBVER_V18), "format version");
   return {H5Fcreate(name, H5F_ACC_TRUNC, H5P_DEFAULT, access.id()), H5Fclose, "file in memory"};
 }
 

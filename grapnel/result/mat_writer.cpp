@@ -245,7 +245,7 @@ void write_timeseries_mat(const TimeSeries& series, const TimeSeriesMetadata& me
     check_size(series);
     save(*document(series, metadata), file.temporary());
   } catch (const std::exception& e) {
-    throw std::runtime_error("cannot write " + path.string() + ": " + e.what());
+    throw CannotWrite("cannot write " + path.string() + ": " + e.what());
   }
   file.commit();
 }

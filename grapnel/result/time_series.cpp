@@ -3,6 +3,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "grapnel/result/series_sink.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -22,6 +24,8 @@ std::vector<std::string> groups_of(const std::string& path) {
   }
 }
 
+}  // namespace
+
 void check_samples(const TimeSeries& series) {
   const std::size_t samples = series.time.size();
   if (series.phase.size() != samples) {
@@ -40,7 +44,20 @@ void check_samples(const TimeSeries& series) {
   }
 }
 
-}  // namespace
+void append_samples(const TimeSeries& block, TimeSeries& series) {
+  series.time.insert(series.time.end(), block.time.begin(), block.time.end());
+  series.phase.insert(series.phase.end(), block.phase.begin(), block.phase.end());
+  for (std::size_t i = 0; i < series.series.size(); ++i) {
+    const std::vector<double>& more = block.series[i].data;
+    series.series[i].data.insert(series.series[i].data.end(), more.begin(), more.end());
+  }
+}
+
+void drop_samples(TimeSeries& block) {
+  block.time.clear();
+  block.phase.clear();
+  for (Series& s : block.series) s.data.clear();
+}
 
 void check_time_series(const TimeSeries& series) {
   check_samples(series);

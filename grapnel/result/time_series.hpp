@@ -36,5 +36,10 @@ struct TimeSeriesMetadata {
 /// Throws std::invalid_argument, naming the series, unless sizes agree, phases exist, and every path is a unique, plain
 /// a/b/c that neither hides `time` or `phase` nor is a group of another series.
 void check_time_series(const TimeSeries& series);
+/// Sizes and phases alone.
+void check_samples(const TimeSeries& series);
+
+/// The block's samples behind those of `series`, which has the same series in the same order.
+void append_samples(const TimeSeries& block, TimeSeries& series);
 
 }  // namespace grapnel

@@ -12,20 +12,26 @@
 namespace grapnel {
 namespace {
 
-// t0, t0 + interval, ..., t1; a last regular instant within rounding of t1 is left out.
-std::vector<double> output_times(double t0, double t1, double interval) {
-  std::vector<double> times{t0};
-  if (interval > 0) {
-    const double direction = t1 < t0 ? -1 : 1;
-    for (long k = 1;; ++k) {
-      const double t = t0 + direction * static_cast<double>(k) * interval;
-      if ((t1 - t) * direction <= 1e-9 * interval) break;
-      times.push_back(t);
-    }
+// t0, t0 + interval, ..., t1; a last regular instant within rounding of t1 is left out. There may be more than memory
+// holds.
+class OutputTimes {
+ public:
+  OutputTimes() = default;
+  OutputTimes(double t0, double t1, double interval) : t0_(t0), t1_(t1), step_(t1 < t0 ? -interval : interval) {
+    constexpr double kMost = 1e15;  // beyond, multiples are no longer told apart
+    if (interval > 0) regular_ = static_cast<std::size_t>(std::min(std::abs((t1 - t0) / interval), kMost));
+    const auto is_before_end = [&](std::size_t k) { return (t1_ - at(k)) * (step_ < 0 ? -1 : 1) > 1e-9 * interval; };
+    if (interval > 0 && is_before_end(regular_ + 1)) ++regular_;
+    while (regular_ > 0 && !is_before_end(regular_)) --regular_;
   }
-  if (t1 != t0) times.push_back(t1);
-  return times;
-}
+  std::size_t size() const { return 1 + regular_ + (t1_ != t0_ ? 1 : 0); }
+  double operator[](std::size_t k) const { return k <= regular_ ? at(k) : t1_; }
+
+ private:
+  double at(std::size_t k) const { return t0_ + static_cast<double>(k) * step_; }
+  double t0_ = 0, t1_ = 0, step_ = 0;
+  std::size_t regular_ = 0;  // instants after t0, without the end
+};
 
 // What rounding in a step is worth in the measure of corrections: where light links close heavy loops, projection
 // answers rounding with corrections of that size.
@@ -56,7 +62,7 @@ class PhaseRun {
 
   PhaseOutcome run(const State& start, double t0, double t1, double interval) {
     direction_ = t1 < t0 ? -1 : 1;
-    outputs_ = output_times(t0, t1, interval);
+    outputs_ = OutputTimes(t0, t1, interval);
     next_look_ = t0, between_looks_ = (t1 - t0) / std::max(watch_.looks, 1);
     std::vector<double> y0 = dynamics_.initial(start, t0);
     close_loops(t0, y0, 0);
@@ -244,7 +250,7 @@ class PhaseRun {
   std::vector<double> motor_, friction_;
   PhaseIntegrals integrals_;
   bool fresh_ = true;  // an interval's first step
-  std::vector<double> outputs_;
+  OutputTimes outputs_;
   std::size_t next_ = 0;  // of outputs_
   double direction_ = 1;
   double next_look_ = 0, between_looks_ = 0;
@@ -272,9 +278,11 @@ PhaseOutcome run_phase(PhaseDynamics& dynamics, const State& start, double t0, d
 
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration, const std::function<void(const PhaseSample&)>& observe,
-                            const StopCondition& stop, const StepProbe& probe) {
+                            const StopCondition& stop, const StepProbe& probe,
+                            const std::function<void(double t)>& each_step) {
   StepWatch watch;
   watch.probe = probe;
+  watch.each_step = each_step;
   return run_phase(dynamics, start, t0, t1, interval, integration, observe, watch, stop);
 }
 

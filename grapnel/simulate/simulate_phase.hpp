@@ -82,11 +82,12 @@ struct PhaseOutcome {
 /// positive there. It is looked at eight times a step, so that a shorter dip may go unseen.
 ///
 /// `probe` looks into every step before the samples in it are handed out. It changes neither steps nor samples.
+/// `each_step` is called after every step, as StepWatch::each_step.
 /// @throws std::domain_error if `stop` becomes NaN.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1, double interval,
                             const IntegrationSetup& integration,
                             const std::function<void(const PhaseSample&)>& observe = {}, const StopCondition& stop = {},
-                            const StepProbe& probe = {});
+                            const StepProbe& probe = {}, const std::function<void(double t)>& each_step = {});
 
 /// The same with a watch instead of samples. The steps, and so the outcome, are those without.
 PhaseOutcome simulate_phase(PhaseDynamics& dynamics, const State& start, double t0, double t1,

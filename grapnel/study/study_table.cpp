@@ -83,7 +83,7 @@ std::string study_settings_json(const StudyTable& table, const std::string& vers
             {"version", version},
             {"study",
              {{"name", table.study_name},
-              {"file", table.study_file},
+              {"file", std::filesystem::path(table.study_file).filename().string()},
               {"sha256", table.sha256},
               {"simulate", name_of(table.mode)}}},
             {"points", table.rows.size()}};

@@ -58,6 +58,33 @@ TEST(GnuplotText, QuotesWhatCouldBeExecuted) {
   EXPECT_THROW(gnuplot_file("a\nb"), std::invalid_argument);
 }
 
+TEST(GnuplotText, ApostrophesAtTheBeginningAreText) {
+  EXPECT_EQ(gnuplot_quoted("'left' arm"), "\"'\".'left'' arm'");
+  EXPECT_EQ(gnuplot_quoted("''"), "\"''\".''");
+  if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
+  const TemporaryFolder folder;
+  for (const std::string text : {"'left' arm", "'", "''a", "a'", "'%d`id`", "'\\"}) {
+    std::ofstream(folder / "a.gp") << "set print 'out'\nprint " << gnuplot_quoted(text) << "\nset label "
+                                   << gnuplot_quoted(text) << " at 1,1 noenhanced\nset xtics ("
+                                   << gnuplot_tic_label(text) << " 1)\n";
+    const GnuplotOutcome outcome = run_gnuplot(folder.path(), "a.gp");
+    EXPECT_EQ(outcome.status, 0) << text << ": " << outcome.message;
+    EXPECT_EQ(test::bytes_of(folder / "out"), text + "\n");
+  }
+}
+
+TEST(Figure, ALinkInItsPlaceIsReplacedAndNothingHalfIsLeft) {
+  if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
+  const TemporaryFolder folder;
+  test::put_bytes(folder / "precious", "x");
+  fs::create_symlink(folder / "precious", folder / "joints.svg");
+  ASSERT_TRUE(write_figure(series_figure(sample_run(false), request_for("joints")), folder / "joints.svg").drawn);
+  EXPECT_EQ(test::bytes_of(folder / "precious"), "x");
+  EXPECT_FALSE(fs::is_symlink(folder / "joints.svg"));
+  EXPECT_NE(test::bytes_of(folder / "joints.svg").find("</svg>"), std::string::npos);
+  EXPECT_EQ(folder.files(), 4);  // image, data, script, and what was there
+}
+
 TEST(Figure, DataSayWhereTheyComeFromAndAreTheRecordedOnes) {
   const RunSource run = sample_run(true);
   const Figure figure = series_figure(run, request_for("joints"));

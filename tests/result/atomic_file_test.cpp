@@ -57,6 +57,34 @@ TEST(AtomicFile, ManyWritersAtOnceDoNotMeet) {
   EXPECT_EQ(folder.files(), 1);
 }
 
+TEST(AtomicFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
+  const TemporaryFolder folder;
+  const std::string gone = ".summary.json.tmp-" + std::to_string(1 << 30) + "-0";  // no process has this number
+  const std::string mine = ".summary.json.tmp-" + std::to_string(::getpid()) + "-0";
+  for (const std::string& name : {gone, mine, std::string(".notes.tmp-old"), std::string(".tmp-1073741824-0"),
+                                  std::string("a.tmp-1073741824-0"), std::string(".b.tmp-1073741824-0x")})
+    test::put_bytes(folder / name, "x");
+  std::filesystem::create_directory(folder / ".c.tmp-1073741824-0");
+  std::filesystem::create_symlink(folder / "a.tmp-1073741824-0", folder / ".d.tmp-1073741824-0");
+  remove_leftovers(folder.path(), 3600);  // all are new
+  EXPECT_EQ(folder.files(), 8);
+  remove_leftovers(folder.path(), 0);
+  EXPECT_EQ(folder.files(), 7);
+  EXPECT_FALSE(std::filesystem::exists(folder / gone));
+}
+
+TEST(AtomicFile, ALinkIsReplacedAndNotFollowed) {
+  const TemporaryFolder folder;
+  test::put_bytes(folder / "precious", "x");
+  std::filesystem::create_symlink(folder / "precious", folder / "a");
+  write_file_atomically(folder / "a", "new");
+  EXPECT_EQ(bytes_of(folder / "precious"), "x");
+  EXPECT_FALSE(std::filesystem::is_symlink(folder / "a"));
+  std::filesystem::create_symlink(folder / "precious", folder / "b");
+  EXPECT_THAT(message_of([&] { refuse_link(folder / "b"); }), HasSubstr("b: it is a symbolic link"));
+  EXPECT_EQ(message_of([&] { refuse_link(folder / "precious"); }), "");
+}
+
 TEST(AtomicFile, NamesThePathAndTheReason) {
   const TemporaryFolder folder;
   EXPECT_THAT(message_of([&] { write_file_atomically(folder / "none/a", "x"); }),

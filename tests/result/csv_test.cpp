@@ -4,6 +4,7 @@
 
 #include <cstdlib>
 
+#include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/export_files.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
 #include "result/sample_result.hpp"
@@ -71,6 +72,21 @@ TEST(Csv, HasOneColumnPerComponentAndReadsBackExactly) {
   EXPECT_EQ(rows[1][2], "NaN");
   EXPECT_EQ(rows[1][3], "Inf");
   EXPECT_EQ(rows[1][4], "-Inf");
+}
+
+TEST(Csv, TextsAreNoFormulas) {
+  // What a spreadsheet would compute, or send elsewhere, stays a text.
+  EXPECT_EQ(csv_quoted("=HYPERLINK(\"http://a\")"), "\"'=HYPERLINK(\"\"http://a\"\")\"");
+  for (const std::string text : {"=1+1", "+1", "-1", "@SUM(A1)", "\tx", "\rx", "'=1", "''@x"}) {
+    std::string field = csv_quoted(text);
+    if (field.front() == '"') field = field.substr(1, field.size() - 2);
+    EXPECT_EQ(field, "'" + text);
+    EXPECT_EQ(csv_text_of(field), text);
+  }
+  for (const std::string text : {"", "approach", "'quoted'", "a=b", "1-2", "'"}) {
+    EXPECT_EQ(csv_quoted(text), text);
+    EXPECT_EQ(csv_text_of(text), text);
+  }
 }
 
 TEST(Csv, NamesAScalarOnceAndOneJointInFull) {

@@ -98,7 +98,6 @@ function run() {
   const time = Float64Array.of(0, 1, 1, 3);
   return new v.Run({
     label: "",
-    folder: "x",
     summary: {},
     scene: null,
     notes: [],

@@ -1,0 +1,82 @@
+#pragma once
+
+/// @file
+/// Reading a file in a child process, with a library that a damaged or hostile file can crash or send round in circles:
+/// what happens to the child is an error message here. For .cpp files that read such files.
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+namespace grapnel {
+
+/// The child's end: numbers and texts go to the parent. Writing ends the child where the parent no longer listens.
+class ToParent {
+ public:
+  explicit ToParent(int descriptor) : descriptor_(descriptor) {}
+  void put(const void* bytes, std::size_t size);
+  void count(std::uint64_t value) { put(&value, sizeof value); }
+  void text(const std::string& value);
+  template <class T>
+  void numbers(const std::vector<T>& values) {
+    static_assert(std::is_arithmetic_v<T>);
+    count(values.size());
+    put(values.data(), values.size() * sizeof(T));
+  }
+  void end(const std::string* fault);
+
+ private:
+  void flush();
+  int descriptor_;
+  std::string buffer_;
+};
+
+/// The parent's end. It trusts nothing: sizes are believed as far as bytes come. Throws std::runtime_error with what
+/// the child threw, or with what became of the child.
+class FromChild {
+ public:
+  FromChild(int descriptor, pid_t child) : descriptor_(descriptor), child_(child) {}
+  ~FromChild();
+  FromChild(const FromChild&) = delete;
+  FromChild& operator=(const FromChild&) = delete;
+  void get(void* bytes, std::size_t size);
+  std::uint64_t count();
+  std::string text();
+  template <class T>
+  std::vector<T> numbers() {
+    static_assert(std::is_arithmetic_v<T>);
+    constexpr std::uint64_t kAtOnce = (1 << 20) / sizeof(T);
+    std::vector<T> values;
+    for (std::uint64_t left = count(); left > 0;) {
+      const std::uint64_t now = left < kAtOnce ? left : kAtOnce;
+      const std::size_t before = values.size();
+      values.resize(before + static_cast<std::size_t>(now));
+      get(values.data() + before, static_cast<std::size_t>(now) * sizeof(T));
+      left -= now;
+    }
+    return values;
+  }
+  /// Nothing more may come: the child has ended well.
+  void expect_end();
+
+ private:
+  bool fill();
+  [[noreturn]] void died();
+  void read(void* bytes, std::size_t size);
+  int descriptor_;
+  pid_t child_;
+  std::size_t left_ = 0;  // of the block under way
+};
+
+/// Runs `work` in a child of this process and `take` here, on what it sends. The child has `seconds` of processor time;
+/// it prints nothing and changes nothing here. `work` may use what the calling thread uses, and must not wait for other
+/// threads, which the child does not have.
+void read_in_child(double seconds, const std::function<void(ToParent&)>& work,
+                   const std::function<void(FromChild&)>& take);
+
+}  // namespace grapnel

@@ -1,0 +1,41 @@
+/// @file
+/// timeseries.h5 of others, without a checksum: whatever stands in it, reading it ends, and ends here.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "grapnel/result/hdf5_reader.hpp"
+#include "grapnel/result/hdf5_writer.hpp"
+#include "result/sample_result.hpp"
+
+namespace grapnel {
+namespace {
+
+// Without the checksum damage reaches HDF5, which crashes on some of it and loops without end on other: an error all
+// the same, or numbers that fit together.
+TEST(ForeignHdf5, IsAnErrorOrReadNeverACrash) {
+  const test::TemporaryFolder folder;
+  const std::filesystem::path path = folder / "timeseries.h5";
+  write_timeseries_hdf5(test::sample_series(701), test::sample_metadata(), path);
+  const std::string bytes = test::bytes_of(path);
+  std::mt19937 random(3);
+  const std::string plain = bytes.substr(0, bytes.size() - 16);
+  int errors = 0;
+  for (int i = 0; i < 400; ++i) {
+    std::string damaged = plain;
+    // Every second in the first kilobytes, where what HDF5 believes stands.
+    const std::size_t reach = i % 2 == 0 ? damaged.size() : std::size_t{4096};
+    for (std::size_t hits = 1 + random() % 6; hits > 0; --hits) damaged[random() % reach] = static_cast<char>(random());
+    test::put_bytes(path, damaged);
+    const std::string said = test::message_of([&] { read_timeseries_hdf5(path); });
+    if (said.empty()) continue;
+    ++errors;
+    ASSERT_THAT(said, testing::HasSubstr("cannot read " + path.string())) << i;
+  }
+  EXPECT_GT(errors, 150);  // measured 2xx
+}
+
+}  // namespace
+}  // namespace grapnel
