@@ -64,8 +64,7 @@ void announce_series(const CaptureProblem& problem, const fs::path& file, const 
   const bool short_of_room = !unknown && static_cast<double>(space.available) < expected.bytes();
   to_stderr(
       "{}: warning: output.interval = {:g} s makes about {:.3g} samples of {:g} numbers: {:.3g} GB in timeseries.h5 "
-      "before "
-      "compression{}; a longer interval makes fewer\n",
+      "before compression{}; a longer interval makes fewer\n",
       file.string(), problem.output_interval, expected.samples, expected.columns, 1e-9 * expected.bytes(),
       short_of_room ? fmt::format(", where {:.3g} GB are free", 1e-9 * static_cast<double>(space.available)) : "");
 }
@@ -168,10 +167,10 @@ void refuse_result(const Ledger& ledger, const fs::path& file) {
 int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::path& folder,
                 const RunSwitches& switches) {
   remove_leftovers(folder, kAbandoned);
-  if (!switches.mute) announce_series(problem, file, folder);
   CaptureResult result;
   TimeSeriesFile series(folder / "timeseries.h5", {GRAPNEL_VERSION, problem.name, problem.sha256});
   try {
+    if (!switches.mute) announce_series(problem, file, folder);
     Progress progress(switches.quiet);
     const auto follow = [&](const std::string& phase, double at, double end) {
       if (switches.stop.stop_requested()) throw std::runtime_error("stopped");
