@@ -170,6 +170,22 @@ TEST_F(Report, OfASweepNamesWhatShowsAPoint) {
   EXPECT_TRUE(read_text(folder_ / "s" / "report.html") == first);
 }
 
+// A terminal would obey what somebody put into the table.
+TEST_F(Report, ADamagedTableIsNamedWithoutItsControlCharacters) {
+  write("study.yaml",
+        "name: two\nscenario: " GRAPNEL_SOURCE_DIR
+        "/scenarios/first-plan.yaml\nsimulate: impact\naxes:\n  - {path: targets[0].mass, values: [10, 20]}\n");
+  ASSERT_EQ(run("sweep study.yaml -o s --no-report --quiet").code, 0);
+  std::string table = read_text(folder_ / "s" / "table.csv");
+  const std::string column = "targets[0].mass";
+  ASSERT_NE(table.find(column), std::string::npos);
+  write("s/table.csv", table.replace(table.find(column), column.size(), "tar\x1b[31mgets\xc2\x9b\a"));
+  const Outcome o = run("report s");
+  EXPECT_EQ(o.code, 2);
+  EXPECT_THAT(o.err, HasSubstr("column 2 is 'tar?[31mgets?\?'"));
+  EXPECT_THAT(o.err, Not(HasSubstr("\x1b")));
+}
+
 TEST_F(Report, OfAnOptimizationIsWritten) {
   write("search.yaml", "name: search\nscenario: " GRAPNEL_SOURCE_DIR
                        "/scenarios/thesis/open-loop-case-1-planned.yaml\nset: {approach.plan.starts: 2}\n"
