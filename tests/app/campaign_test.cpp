@@ -97,11 +97,12 @@ class Campaign : public test::ProgramRun {
 };
 
 TEST_F(Campaign, CasesThatBreakConservationAreNoSuccess) {
-  const fs::path file = write("coarse.yaml", "schema: grapnel-campaign/1\nname: coarse\nscenario: " +
-                                                 scenario("thesis/open-loop-case-1-planned.yaml") +
-                                                 "\nset: {integration.method: rk4}\ncases: 6\nuncertain:\n"
-                                                 "  - {path: integration.step, discrete: {values: [0.02, 2]}}\n"
-                                                 "success: [captured]\n");
+  const fs::path file =
+      write("coarse.yaml",
+            "schema: grapnel-campaign/1\nname: coarse\nscenario: " + scenario("thesis/open-loop-case-1-planned.yaml") +
+                "\nset: {integration.method: rk4, contact: {gap: weld_as_found}}\ncases: 6\nuncertain:\n"
+                "  - {path: integration.step, discrete: {values: [0.02, 2]}}\n"
+                "success: [captured]\n");
   const Outcome o = run("campaign " + file.string() + " -o out --no-report");
   EXPECT_EQ(o.code, 3) << o.err;
   const auto json = nlohmann::json::parse(read_text(folder_ / "out" / "campaign.json"));

@@ -156,7 +156,8 @@ TEST_F(Program, WrongUsageIsBadInput) {
 }
 
 TEST_F(Program, ARunThatBreaksConservationIsNoResult) {
-  const std::string planned = scenario("thesis/open-loop-case-1-planned.yaml");
+  const std::string planned =
+      scenario("thesis/open-loop-case-1-planned.yaml") + " --set 'contact={gap: weld_as_found}'";
   const Outcome coarse =
       run("run " + planned + " --set integration.method=rk4 --set integration.step=2 -o r --no-report");
   EXPECT_EQ(coarse.code, 1);

@@ -184,7 +184,7 @@ TEST(Optimize, APointThatBreaksConservationNeverWins) {
   const Optimization optimization =
       loaded("schema: grapnel-optimization/1\nname: steps\nscenario: " +
              test::shipped("scenarios/thesis/open-loop-case-1-planned.yaml") +
-             "\nset: {integration.method: rk4, integration.step: 0.05}\nmaximize: "
+             "\nset: {integration.method: rk4, integration.step: 0.05, contact: {gap: weld_as_found}}\nminimize: "
              "end/base/angular_velocity/z\nfeasible: false\n"
              "variables:\n  - {path: integration.step, from: 0.05, to: 3}\nsearch: {evaluations: 6, refine: 0}\n");
   const OptimizationOutcome outcome = run(optimization);

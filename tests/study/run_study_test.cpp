@@ -81,10 +81,10 @@ TEST(RunStudy, APointThatFailsHasItsReasonAndTheOthersGoOn) {
 
 TEST(RunStudy, APointThatBreaksConservationHasFailed) {
   const test::Folder folder;
-  const Study study =
-      load_study(folder.write("study.yaml", "name: steps\nscenario: " + thesis("open-loop-case-1-planned.yaml") +
-                                                "\nset: {integration.method: rk4}\naxes:\n"
-                                                "  - {path: integration.step, values: [0.02, 1.9, 2]}\n"));
+  const Study study = load_study(
+      folder.write("study.yaml", "name: steps\nscenario: " + thesis("open-loop-case-1-planned.yaml") +
+                                     "\nset: {integration.method: rk4, contact: {gap: weld_as_found}}\naxes:\n"
+                                     "  - {path: integration.step, values: [0.02, 1.9, 2]}\n"));
   const StudyTable table = run_study(study, {});
   const std::size_t pass = column(table, "ledger/pass"), captured = column(table, "captured");
   EXPECT_EQ(table.rows[0].status, CaseStatus::ok) << table.rows[0].reason;
