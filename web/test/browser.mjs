@@ -67,8 +67,8 @@ export async function open(browser, file, options = {}) {
     const asked = request.url();
     if (asked !== url && !asked.startsWith("blob:") && !asked.startsWith("data:")) faults.push(`request: ${asked}`);
   });
-  await page.goto(url);
-  await page.waitForFunction(() => window.__grapnel || document.querySelector(".fault"));
+  await page.goto(url, { timeout: 120_000 });
+  await page.waitForFunction(() => window.__grapnel || document.querySelector(".fault"), null, { timeout: 120_000 }); // a busy machine is slow, not broken
   return { page, context, faults };
 }
 

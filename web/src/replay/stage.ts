@@ -1,5 +1,5 @@
 // The renderer with its lights: draws when asked to, and then once.
-import { DirectionalLight, Group, HemisphereLight, PCFSoftShadowMap, Scene, Vector3, WebGLRenderer } from "three";
+import { DirectionalLight, Group, HemisphereLight, PCFShadowMap, Scene, Vector3, WebGLRenderer } from "three";
 import type { Camera } from "three";
 import type { Sky } from "./sky";
 
@@ -26,9 +26,9 @@ export class Stage {
     this.renderer.setClearColor(0x000000, 0); // the page's own background
     this.renderer.autoClear = false;
     this.renderer.shadowMap.enabled = true;
-    this.renderer.shadowMap.type = PCFSoftShadowMap;
+    this.renderer.shadowMap.type = PCFShadowMap;
     this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(2048, 2048);
+    this.sun.shadow.mapSize.set(1536, 1536);
     this.sun.shadow.bias = -0.0006;
     this.ambient.position.set(0, 0, 1);
     this.world.add(this.sun, this.sun.target);
