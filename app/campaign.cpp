@@ -62,7 +62,7 @@ void say_how_long(const Campaign& campaign, const ShardStore& store, const JobSh
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   };
   const std::vector<ShardStore::Missing> missing = store.missing(shard.number, shard.count);
-  const auto estimate = estimate_campaign(block_work(campaign), missing, threads, seconds, stop.token());
+  const auto estimate = estimate_campaign(block_work(campaign), missing, threads, kLong, seconds, stop.token());
   if (!estimate || estimate->seconds < kLong) return;
   to_stderr("grapnel: {}\n", estimate_text(*estimate));
   for (const std::string& line : slow_settings(campaign, missing.front().block.begin, stop.token()))

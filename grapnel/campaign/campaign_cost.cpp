@@ -52,7 +52,7 @@ bool reads_clearance(const Campaign& campaign) {
 }  // namespace
 
 std::optional<CampaignEstimate> estimate_campaign(const BlockWork& work, std::span<const ShardStore::Missing> missing,
-                                                  int threads, const std::function<double()>& now,
+                                                  int threads, double quick, const std::function<double()>& now,
                                                   const std::stop_token& stop) {
   CampaignEstimate estimate;
   for (const ShardStore::Missing& one : missing) estimate.cases += one.block.end - one.block.begin - one.rows;
@@ -61,17 +61,16 @@ std::optional<CampaignEstimate> estimate_campaign(const BlockWork& work, std::sp
       static_cast<int>(std::clamp<std::uint64_t>(missing.size(), 1, static_cast<std::uint64_t>(std::max(threads, 1))));
   const Block& block = missing.front().block;
   const std::uint64_t begin = block.begin + missing.front().rows;
-  double spent = 0, each = 0;
+  double spent = 0;
   for (std::uint64_t size = 1; spent < kEnough; size *= kGrowth) {
     const std::uint64_t end = std::min(block.end, begin + size);
     const double started = now();
     if (work({block.number, begin, end}, stop).size() < end - begin || stop.stop_requested()) return std::nullopt;
     const double took = now() - started;
-    each = took / static_cast<double>(end - begin);
     spent += took;
-    if (end == block.end) break;
+    estimate.seconds = took / static_cast<double>(end - begin) * static_cast<double>(estimate.cases) / estimate.threads;
+    if (end == block.end || estimate.seconds < quick) break;
   }
-  estimate.seconds = each * static_cast<double>(estimate.cases) / estimate.threads;
   return estimate;
 }
 

@@ -23,10 +23,11 @@ struct CampaignEstimate {
 };
 
 /// Computes a few of the missing cases, more and more of them until that takes a third of a second, and takes the last
-/// ones' time for that of all. Their rows are not kept. `now` reads a clock [s]. Nothing where nothing is missing, or
-/// after a stop request. Rethrows what `work` throws.
+/// ones' time for that of all. Their rows are not kept. `now` reads a clock [s]. An estimate below `quick` [s] is not
+/// made better: more cases at once take less time each. Nothing where nothing is missing, or after a stop request.
+/// Rethrows what `work` throws.
 std::optional<CampaignEstimate> estimate_campaign(const BlockWork& work, std::span<const ShardStore::Missing> missing,
-                                                  int threads, const std::function<double()>& now,
+                                                  int threads, double quick, const std::function<double()>& now,
                                                   const std::stop_token& stop = {});
 
 /// "about 3 min for 100000 cases on 8 threads".

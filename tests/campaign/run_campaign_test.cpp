@@ -299,7 +299,7 @@ TEST(CampaignEstimate, IsThatOfLargerParts) {
   std::vector<ShardStore::Missing> missing;
   for (std::uint64_t b = 0; b < 256; ++b) missing.push_back({{b, 500 * b, 500 * (b + 1)}, b == 0 ? 100u : 0u});
   const auto clock = [&] { return now; };
-  const auto estimate = estimate_campaign(work, missing, 4, clock);
+  const auto estimate = estimate_campaign(work, missing, 4, 0, clock);
   ASSERT_TRUE(estimate);
   EXPECT_EQ(sizes, (std::vector<std::uint64_t>{1, 4, 16, 64, 256}));
   EXPECT_EQ(estimate->cases, 256u * 500 - 100);
@@ -307,10 +307,13 @@ TEST(CampaignEstimate, IsThatOfLargerParts) {
   EXPECT_EQ(estimate_text(*estimate), "about 32 s for 127900 cases on 4 threads");
   EXPECT_EQ(estimate_text({400, 10, 1}), "about 7 min for 10 cases on 1 thread");
   EXPECT_EQ(estimate_text({1e5, 10, 2}), "about 28 h for 10 cases on 2 threads");
+  sizes.clear();
+  EXPECT_LT(estimate_campaign(work, missing, 4, 200, clock)->seconds, 200);
+  EXPECT_EQ(sizes, (std::vector<std::uint64_t>{1})) << "a quick campaign begins at once";
   missing.resize(1);
-  EXPECT_EQ(estimate_campaign(work, missing, 8, clock)->threads, 1) << "one block is one thread's";
+  EXPECT_EQ(estimate_campaign(work, missing, 8, 0, clock)->threads, 1) << "one block is one thread's";
   missing.clear();
-  EXPECT_FALSE(estimate_campaign(work, missing, 4, clock));
+  EXPECT_FALSE(estimate_campaign(work, missing, 4, 0, clock));
 }
 
 }  // namespace
