@@ -337,7 +337,9 @@ TEST(Limits, OfPositionRateAndEffortAreFoundInBothPhases) {
   EXPECT_GE(kinds[1], 1);
   EXPECT_GE(kinds[2], 1);
   EXPECT_EQ(kinds[3], 0);  // ideal tracking is not cut
-  EXPECT_NEAR(row(limited, "joint_effort_violation").value, 0.3 / 0.7 * l3.effort, 1e-9);
+  // Between samples the effort may be larger.
+  EXPECT_GE(row(limited, "joint_effort_violation").value, 0.3 / 0.7 * l3.effort * (1 - 1e-9));
+  EXPECT_LE(row(limited, "joint_effort_violation").value, 0.3 / 0.7 * l3.effort * (1 + 1e-2));
   const auto [low_after, high_after] = range("joints/velocity", 1, "post_impact");
   const double fastest = std::max(l2.rate / 0.8, std::max(-low_after, high_after));
   EXPECT_NEAR(row(limited, "joint_rate_violation").value, fastest - l2.rate, 1e-4);
