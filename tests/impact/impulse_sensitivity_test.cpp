@@ -2,6 +2,7 @@
 /// changed: another target in the model, another target velocity, another configuration found by Newton's method.
 
 #include "grapnel/impact/impulse_sensitivity.hpp"
+#include "grapnel/impact/yielding_drives.hpp"
 
 #include <gtest/gtest.h>
 
@@ -545,10 +546,12 @@ TEST(ImpulseSensitivity, DrivesThatContradictAreSaid) {
   Problem p = spatial_problem(6, 3, true);
   for (Grasp& g : p.grasps) g.model = GraspModel::rigid;
   for (int j : p.model.joints()) p.held.push_back({p.model.bodies()[j].v, p.state.v[p.model.bodies()[j].v]});
-  ASSERT_GT(plastic_impact(p.model, p.state, p.grasps, p.held).constraint_residual, 1e-3);
-  for (const ImpulseSensitivity& s : impulse_sensitivities(p.model, p.state, p.root, p.grasps, p.held)) {
-    EXPECT_EQ(s.undefined, "the held rates ask for velocities that the grips do not allow");
-    EXPECT_TRUE(std::isnan(s.base.linear[0]));
+  const ImpactSolution s = plastic_impact(p.model, p.state, p.grasps, p.held);
+  const std::vector<bool> gave_way = which_gave_way(p.model, p.held, s.velocity);
+  ASSERT_TRUE(std::find(gave_way.begin(), gave_way.end(), true) != gave_way.end());
+  for (const ImpulseSensitivity& d : impulse_sensitivities(p.model, p.state, p.root, p.grasps, p.held)) {
+    EXPECT_EQ(d.undefined, "the held rates ask for velocities that the grips do not allow");
+    EXPECT_TRUE(std::isnan(d.base.linear[0]));
   }
 }
 
