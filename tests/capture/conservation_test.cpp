@@ -171,7 +171,7 @@ TEST_P(InOrbit, NothingChangesButTheFrame) {
   expect_passes(here);
   expect_passes(there);
   // A momentum of 1e7 N s has no digits left for what the base does by itself.
-  expect_alike(here, there, p.momentum ? 1e-7 : 1e-9);  // measured
+  expect_alike(here, there, p.momentum ? 1e-7 : 1e-9);
   const CaptureResult columns = simulate_capture(in_orbit(p), {}, CaptureDetail::columns);
   EXPECT_EQ(columns.post_impact_end->joints.position, there.post_impact_end->joints.position);
   // The time series in W, by its own means: momentum and energy of everything.
