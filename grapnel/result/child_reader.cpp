@@ -103,6 +103,8 @@ void FromChild::died() {
   child_ = 0;
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL))
     throw std::runtime_error("damaged: reading it does not come to an end");
+  if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGINT || WTERMSIG(status) == SIGTERM || WTERMSIG(status) == SIGHUP))
+    throw std::runtime_error("reading it was stopped");
   if (WIFSIGNALED(status))
     throw std::runtime_error(std::string("damaged: reading it ends in a crash (") + ::strsignal(WTERMSIG(status)) +
                              ")");
