@@ -8,6 +8,7 @@
 #include "grapnel/report/base64.hpp"
 #include "grapnel/report/campaign_source.hpp"
 #include "grapnel/report/report_data.hpp"
+#include "grapnel/report/run_data.hpp"
 #include "grapnel/report/shell_word.hpp"
 #include "grapnel/report/study_files.hpp"
 #include "grapnel/result/json_document.hpp"
@@ -140,7 +141,7 @@ Json campaign_data(const fs::path& folder) {
       notes.push_back(fmt::format("table.h5 has {} rows where campaign.json has {}: they were not made together.",
                                   table_rows, counted->get<std::uint64_t>()));
   } catch (const std::exception& error) {
-    notes.push_back(fmt::format("No single cases, only statistics: {}", error.what()));
+    notes.push_back("No single cases, only statistics: " + without_folder(error.what(), folder));
   }
   std::string command = case_command(statistics);
   return {{"statistics", std::move(statistics)}, {"command", std::move(command)}, {"rows", table_rows},

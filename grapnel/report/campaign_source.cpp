@@ -120,10 +120,28 @@ std::vector<std::size_t> least_hashed(std::vector<std::size_t> rows, const std::
 
 using Picked = std::vector<std::pair<std::size_t, bool>>;
 
+// A column's dataset. Where its name cannot be one, as "captured/judged" beside "captured", it has another (written by
+// GrowingDataset), and the attribute `name` tells it.
+Handle column_dataset(const Table& table, const std::string& group, const std::string& name) {
+  std::string other = name;
+  std::replace(other.begin(), other.end(), '/', '.');
+  constexpr int kMostTries = 4;
+  std::string candidate = name;
+  for (int i = 0; i <= kMostTries; ++i) {
+    const std::string path = group + "/" + candidate;
+    if (H5Oexists_by_name(table.file.id(), path.c_str(), H5P_DEFAULT) > 0) {
+      Handle dataset = dataset_of(table, path);
+      if (H5Aexists(dataset.id(), "name") <= 0 || hdf5::read_string_attribute(dataset, "name") == name) return dataset;
+    }
+    candidate = other + std::string(static_cast<std::size_t>(i), '_');
+  }
+  return dataset_of(table, group + "/" + name);  // which says that there is none
+}
+
 CampaignColumn read_column(const Table& table, const std::string& group, const std::string& name, const Picked& picked,
                            std::size_t rows) {
   const std::string path = group + "/" + name;
-  const Handle dataset = dataset_of(table, path);
+  const Handle dataset = column_dataset(table, group, name);
   CampaignColumn column{name, hdf5::read_string_attribute(dataset, "unit"),
                         hdf5::read_string_attribute(dataset, "description")};
   if (H5Aexists(dataset.id(), "names") > 0) column.labels = hdf5::read_strings_attribute(dataset, "names");

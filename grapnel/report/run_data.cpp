@@ -58,7 +58,7 @@ void add_scene(const fs::path& folder, const Origin& origin, Parts& parts) {
     note_other_origin("scene.json", own, origin, parts);
   } catch (const std::exception& error) {
     parts.scene = nullptr;
-    parts.notes.push_back(fmt::format("bodies cannot be drawn: {}", error.what()));
+    parts.notes.push_back("bodies cannot be drawn: " + without_folder(error.what(), folder));
   }
 }
 
@@ -96,7 +96,7 @@ void add_series(const fs::path& folder, const Origin& origin, Parts& parts) {
     if (!parts.scene.is_null()) note_still_bodies(parts.scene, series, parts);
   } catch (const std::exception& error) {
     parts.series = nullptr;
-    parts.notes.push_back(fmt::format("there is no motion and there are no plots: {}", error.what()));
+    parts.notes.push_back("there is no motion and there are no plots: " + without_folder(error.what(), folder));
   }
 }
 
@@ -115,7 +115,7 @@ void add_source(const fs::path& folder, const Origin& origin, Parts& parts) {
                     {"settings", texts.value("settings", Json::array())},
                     {"files", texts.value("files", Json::array())}};
   } catch (const std::exception& error) {
-    parts.notes.push_back(fmt::format("the scenario's text is not shown: {}", error.what()));
+    parts.notes.push_back("the scenario's text is not shown: " + without_folder(error.what(), folder));
   }
 }
 
@@ -173,6 +173,13 @@ Json run_data(const fs::path& folder, const std::string& label) {
           {"series", std::move(parts.series)},
           {"source", std::move(parts.source)},
           {"notes", std::move(parts.notes)}};
+}
+
+std::string without_folder(std::string text, const fs::path& folder) {
+  const std::string path = (folder / "").string();
+  if (path.empty()) return text;
+  for (std::size_t at = 0; (at = text.find(path, at)) != std::string::npos;) text.erase(at, path.size());
+  return text;
 }
 
 std::string folder_name(const fs::path& folder) {

@@ -22,6 +22,9 @@ inline constexpr std::size_t kMostSeriesBytes = 100'000'000;
 /// more. @throws std::runtime_error where that are more than `most_bytes`.
 nlohmann::ordered_json packed_series(const TimeSeries& series, std::size_t most_bytes = kMostSeriesBytes);
 
+/// A message without the folder before its files' names: pages do not say where results lie.
+std::string without_folder(std::string text, const std::filesystem::path& folder);
+
 /// The last part of a folder's path, also where that ends with "/" or "..".
 std::string folder_name(const std::filesystem::path& folder);
 

@@ -234,6 +234,7 @@ TEST_F(Surroundings, TheSameInputInAnotherPlaceGivesTheSameBytes) {
     ++compared;
   }
   EXPECT_GE(compared, 12u);
+  EXPECT_THAT(read_text(folder_ / "here/c/report.html"), Not(HasSubstr("No single cases")));
 }
 
 }  // namespace
