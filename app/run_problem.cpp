@@ -144,7 +144,7 @@ void warn(const CaptureProblem& problem, const CaptureResult& result, const fs::
   for (const std::string& slow : slow_phases(problem, result)) to_stderr("{}: warning: {}\n", file.string(), slow);
   for (const std::string& warning : result.warnings) to_stderr("{}: warning: {}\n", file.string(), warning);
   for (const GripOutcome& grip : result.grips) {
-    if (grip.captured) continue;
+    if (grip.captured || result.failure.find(grip.reason) != std::string::npos) continue;  // said once
     to_stderr("{}: warning: {} does not capture {}: {}\n", file.string(), grip.end_effector, grip.target, grip.reason);
   }
   if (result.capture_verdict() == Captured::assumed)

@@ -95,8 +95,8 @@ std::string gaps_too_wide(const CaptureProblem& problem, const CaptureSystem& sy
     text += problem.contact.largest_gap
                 ? fmt::format(", contact.largest_gap is {:.4g} m", stated)
                 : fmt::format(
-                      ", more than a tenth of its arm's reach of {:.4g} m, and no envelope says what it can "
-                      "close on; state one, or contact.largest_gap",
+                      ", more than a tenth of its arm's reach of {:.4g} m (it has no envelope with a "
+                      "position; state one, or contact.largest_gap)",
                       reach);
   }
   return text;

@@ -146,18 +146,34 @@ const CaptureProblem& RunImpacts::with_grasps(const std::vector<std::size_t>& gr
   return *part_;
 }
 
+// One that is too far away refuses the impact of all.
+void RunImpacts::refuse_wide_gaps(const std::vector<std::size_t>& closing, const Contact& contact) {
+  std::string all;
+  std::vector<std::string> own(closing.size(), "contact refused, since another grip's is");
+  for (std::size_t i = 0; i < closing.size(); ++i) {
+    Contact one;
+    one.gaps = {contact.gaps[i]}, one.displacement = {contact.displacement[i]};
+    const std::string text = gaps_too_wide(with_grasps({closing[i]}), run_.free, one);
+    if (text.empty()) continue;
+    all += (all.empty() ? "" : "; ") + text;
+    own[i] = "contact refused: " + text;
+  }
+  if (all.empty()) return;
+  for (std::size_t i = 0; i < closing.size(); ++i) run_.schedule.refuse({closing[i]}, own[i]);
+  throw RunFailure("contact refused: " + all);
+}
+
 // The contact of the grips that close, by the rule for gaps, after those that hold already.
 Contact RunImpacts::contact_of(const std::vector<std::size_t>& closing) {
   std::vector<bool> held(run_.problem.targets.size(), false);
   for (const HeldGrip& grip : run_.grips)
     held[target_index(run_.problem, run_.problem.grasps[grip.grasp].target)] = true;
   const Contact fresh = make_contact(with_grasps(closing), run_.free, run_.state, held);
-  const std::string refused =
-      fresh.refused.empty() ? gaps_too_wide(with_grasps(closing), run_.free, fresh) : fresh.refused;
-  if (!refused.empty()) {
-    run_.schedule.refuse(closing, "contact refused: " + refused);
-    throw RunFailure("contact refused: " + refused);
+  if (!fresh.refused.empty()) {
+    run_.schedule.refuse(closing, "contact refused: " + fresh.refused);
+    throw RunFailure("contact refused: " + fresh.refused);
   }
+  refuse_wide_gaps(closing, fresh);
   for (std::size_t i = 0; i < closing.size(); ++i) run_.schedule.moved(closing[i], norm(fresh.displacement[i]));
   Contact contact = fresh;
   contact.gaps.clear(), contact.displacement.clear(), contact.grasps.clear();

@@ -35,6 +35,7 @@ class RunImpacts {
   Momentumd momentum_about_origin(const State& state) const;
   /// Valid until the next call.
   const CaptureProblem& with_grasps(const std::vector<std::size_t>& grasps);
+  void refuse_wide_gaps(const std::vector<std::size_t>& closing, const Contact& contact);
   void refuse_distant(const std::vector<std::size_t>& closing);
   Contact contact_of(const std::vector<std::size_t>& closing);
   void bear(const std::string& phase, const BrakeOutcome& brake);

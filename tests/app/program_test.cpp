@@ -241,7 +241,7 @@ TEST_F(Program, TheFirstExampleIsACaptureThatIsFeasible) {
   const Outcome o = run("run " + scenario("dual-arm-satellite-handles.yaml") + " -o r");
   EXPECT_EQ(o.code, 0);
   EXPECT_EQ(o.err, "");
-  EXPECT_THAT(o.out, HasSubstr("\ncaptured: yes (2 of 2 grips, t = 45 s, largest gap 6.6"));
+  EXPECT_THAT(o.out, HasSubstr("\ncaptured: yes (2 of 2 grips, t = 45 s, largest gap 6.56 mm)"));
   EXPECT_THAT(o.out, HasSubstr("\nfeasible: yes, clearance and joint limits are kept\n"));
 }
 

@@ -119,7 +119,7 @@ TEST_F(Sweep, AKilledSweepLeavesReadableTables) {
     _exit(127);
   }
   const fs::path partial = folder_ / "r" / "table.partial.csv";
-  for (int tries = 0; tries < 3000 && (!fs::exists(partial) || fs::file_size(partial) < 3000); ++tries)
+  for (int tries = 0; tries < 3000 && (!fs::exists(partial) || fs::file_size(partial) < 20000); ++tries)
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   kill(child, SIGKILL);
   int status = 0;

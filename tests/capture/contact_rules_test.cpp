@@ -165,6 +165,7 @@ TEST(CapturedVerdict, SaysByHowMuchATargetWasMoved) {
 // From 38 m away nothing is captured unless somebody asks for it.
 TEST(LargestGap, IsATenthOfTheReachUnlessStated) {
   CaptureProblem p = thesis_case_pd();
+  p.contact.largest_gap.reset();
   p.targets[0].X_WT.p = {40, -2, 0};
   const CaptureResult far = simulate_capture(p);
   EXPECT_EQ(far.status, CaptureStatus::failed);
