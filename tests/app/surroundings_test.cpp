@@ -83,7 +83,7 @@ TEST_F(Surroundings, AStderrThatTakesNothingChangesNoExitCode) {
 
 TEST_F(Surroundings, ALimitOfFileSizesIsAnErrorAndTheSummarySurvives) {
   // 512-byte blocks: enough for the summary, not for the series.
-  EXPECT_EQ(shell("ulimit -f 128; $G run '" + scenario(kCase1) + "'" + kShort +
+  EXPECT_EQ(shell("ulimit -f 400; $G run '" + scenario(kCase1) + "'" + kShort +
                   "--set output.interval=0.001 --no-report -o r >out 2>err"),
             1);
   EXPECT_THAT(read_text(folder_ / "err"), AllOf(HasSubstr("timeseries.h5"), HasSubstr("File too large")));
@@ -230,11 +230,11 @@ TEST_F(Surroundings, TheSameInputInAnotherPlaceGivesTheSameBytes) {
   for (const auto& entry : fs::recursive_directory_iterator(folder_ / "here")) {
     const fs::path file = fs::relative(entry.path(), folder_ / "here");
     if (!entry.is_regular_file() || file.filename() == "manifest.json") continue;  // which says where the campaign is
-    EXPECT_EQ(read_text(entry.path()), read_text(folder_ / "there/under" / file)) << file;
+    EXPECT_TRUE(read_text(entry.path()) == read_text(folder_ / "there/under" / file)) << file;
     ++compared;
   }
   EXPECT_GE(compared, 12u);
-  EXPECT_THAT(read_text(folder_ / "here/c/report.html"), Not(HasSubstr("No single cases")));
+  EXPECT_EQ(read_text(folder_ / "here/c/report.html").find("No single cases"), std::string::npos);
 }
 
 }  // namespace
