@@ -112,7 +112,8 @@ TEST(Summary, HasWhatLawsMeasuresAndRatingsSay) {
               {"peak_force", "peak_force_time", "peak_moment", "peak_moment_time", "largest_deformation", "duration",
                "energy_lost", "touches"},
               "impact.grasps[].profile");
-  expect_keys(impact["held_joints"][0], {"joint", "impulse", "work"}, "impact.held_joints[]");
+  expect_keys(impact["held_joints"][0], {"joint", "impulse", "work", "told_rate", "rate_after", "gave_way"},
+              "impact.held_joints[]");
   expect_keys(impact["compliant"],
               {"end", "duration", "energy_lost", "elastic_energy_after", "residual_impulse", "energy_residual",
                "rhs_evaluations"},
@@ -134,7 +135,8 @@ TEST(Summary, HasWhatLawsMeasuresAndRatingsSay) {
               "impact.sensitivities[]");
   expect_keys(impact["sensitivities"][1], {"parameter", "unit", "end_effector", "target", "undefined"},
               "impact.sensitivities[], undefined");
-  expect_keys(impact["margins"][0], {"of", "quantity", "load", "rating", "margin", "assumed_duration"}, "impact.margins[]");
+  expect_keys(impact["margins"][0], {"of", "quantity", "load", "rating", "margin", "assumed_duration"},
+              "impact.margins[]");
   EXPECT_EQ(impact["margins"][0]["margin"], 0.75);
   expect_keys(impact["speed_limits"][0], {"end_effector", "factor", "largest_speed", "of", "quantity"},
               "impact.speed_limits[]");
