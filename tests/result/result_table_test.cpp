@@ -39,7 +39,7 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
   EXPECT_THAT(text, HasSubstr("right -> debris/rail: outside the envelope"));
   // The first violation leads, then the worst of each phase.
   EXPECT_THAT(text, HasSubstr("feasible: NO, valid until 32 s, where bodies overlap; first rate of left-1 passes its "
-                              "limit -0.2 at t =\n3 s (approach)\n"
+                              "limit -0.2 at\nt = 3 s (approach)\n"
                               "  worst in approach: rate of left-1 is -0.3, its limit -0.2 at t = 3.5 s\n"
                               "  worst in post_impact: base and debris overlap by 0.05 m at t = 33 s\n"));
   EXPECT_THAT(text, HasSubstr("after the impact, at its end (t = 70 s; beyond validity, which ends at t = 32 s)"));
