@@ -174,7 +174,7 @@ TEST_F(Report, OfASweepNamesWhatShowsAPoint) {
 TEST_F(Report, ADamagedTableIsNamedWithoutItsControlCharacters) {
   write("study.yaml",
         "name: two\nscenario: " GRAPNEL_SOURCE_DIR
-        "/scenarios/first-plan.yaml\nsimulate: impact\naxes:\n  - {path: targets[0].mass, values: [10, 20]}\n");
+        "/scenarios/first-plan.yaml\nsimulate: impact\naxes:\n  - {path: 'targets[0].mass', values: [10, 20]}\n");
   ASSERT_EQ(run("sweep study.yaml -o s --no-report --quiet").code, 0);
   std::string table = read_text(folder_ / "s" / "table.csv");
   const std::string column = "targets[0].mass";
