@@ -74,7 +74,7 @@ TEST_P(Margins, AtTheSpeedLimitTheRatingIsReachedExactly) {
     const CaptureResult r = simulate_impact_only(p);
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
     ASSERT_EQ(r.impact->margins.size(), 8u * 6 + 2 * 4);
-    for (const LoadMargin& m : r.impact->margins) EXPECT_EQ(m.load, load_of(*r.impact, m.of, m.quantity));
+    for (const LoadMargin& m : r.impact->margins) EXPECT_DOUBLE_EQ(m.load, load_of(*r.impact, m.of, m.quantity));
     ASSERT_EQ(r.impact->speed_limits.size(), 2u);
     for (const SpeedLimit& limit : r.impact->speed_limits) {
       const std::size_t arm = limit.end_effector == "hand0" ? 0 : 1;

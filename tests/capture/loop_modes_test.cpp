@@ -173,12 +173,13 @@ TEST_P(GripWrenches, ExplainTheMotionOfTargetAndRobot) {
       }
     }
   }
-  // The report's largest are those of the samples.
+  // The report's largest are those of the samples, and a little more: they are found between samples too.
   for (const GripLoad& load : r.grip_loads) {
     double largest = 0;
     for (std::size_t s = first_sample(r, "post_impact"); s <= last_sample(r, "post_impact"); ++s)
       largest = std::max(largest, norm(vector_at(r, "grasps/" + load.end_effector + "/force", s)));
-    EXPECT_NEAR(load.largest_force, largest, 1e-12 * largest);
+    EXPECT_GE(load.largest_force, largest * (1 - 1e-12));
+    EXPECT_LT(load.largest_force, largest * (1 + 1e-5));  // measured 8e-8
   }
 }
 
