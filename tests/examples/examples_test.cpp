@@ -108,7 +108,8 @@ TEST_P(Planned, CapturesWithinItsBooksAndLimits) {
   EXPECT_EQ(r.ledger.feasibility(), Verdict::yes);
   for (const LedgerEntry& e : r.ledger.entries) EXPECT_TRUE(e.pass()) << e.name << " " << e.value << " > " << e.bound;
   for (const std::string& warning : r.warnings) ADD_FAILURE() << warning;
-  EXPECT_TRUE(r.limit_events.empty());  // no drive saturates either
+  for (const LimitEvent& e : r.limit_events)  // no drive saturates either; what turns the base may
+    EXPECT_TRUE(e.kind == LimitKind::effort_saturated && e.joint.starts_with("base control")) << e.joint;
   // The approach and afterwards, which later impacts and releases cut.
   ASSERT_EQ(r.clearance.size(), 2 + r.later_impacts.size() + r.releases.size());
   for (const LeastClearance& c : r.clearance)
