@@ -47,9 +47,10 @@ std::string not_empty(const std::string& text) {
 void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options) {
   command.add_option("study", options.study, "Campaign file (YAML)")->required();
   command
-      .add_option("-o,--output", options.output,
-                  "Result folder (default: out/ and the study file's name without .yaml; with --only NAME-case-N); what "
-                  "is there already of this campaign is kept")
+      .add_option(
+          "-o,--output", options.output,
+          "Result folder (default: out/ and the study file's name without .yaml; with --only NAME-case-N); what "
+          "is there already of this campaign is kept")
       ->check(not_empty);
   command.add_option("--extend", options.extend, "Add so many cases to the campaign in the folder")
       ->check(CLI::Range(std::uint64_t{1}, kMostCases));

@@ -428,8 +428,8 @@ CaptureSteps::CaptureSteps(const CaptureProblem& problem, CaptureDetail detail, 
   result_.status = CaptureStatus::failed;
   const MovingFrame frame = moving_frame(problem);
   if (!frame.is_world()) seen_ = std::make_unique<CaptureProblem>(seen_from(frame, problem));
-  sequence_ = std::make_unique<Sequence>(seen_ ? *seen_ : problem, frame, detail, std::move(progress), part,
-                                         sink, result_);  // checks the problem
+  sequence_ = std::make_unique<Sequence>(seen_ ? *seen_ : problem, frame, detail, std::move(progress), part, sink,
+                                         result_);  // checks the problem
   if (detail == CaptureDetail::full && part == Part::whole) result_.scene = scene_of(problem);
 }
 

@@ -39,8 +39,8 @@ class FloatingBase {
   bool floats() const { return floats_; }
   const Model& model() const { return model_; }
 
-  /// Everything that plans places the base for each of its evaluations: `watch` counts them, and what it throws ends the
-  /// planning. It must outlive the object; null: nobody watches.
+  /// Everything that plans places the base for each of its evaluations: `watch` counts them, and what it throws ends
+  /// the planning. It must outlive the object; null: nobody watches.
   void be_watched_by(WorkWatch* watch) { watch_ = watch; }
 
   /// Places the links for these joint values (one per joint).

@@ -47,8 +47,8 @@ struct StraightInProblem {
   Vector3d gravity = Vector3d::zero();
   std::vector<FreeBody> targets;  // at `begin`
   std::vector<StraightGoal> goals;
-  double stand_off = 0;    // [m]
-  double final_speed = 0;  // [m/s]
+  double stand_off = 0;                  // [m]
+  double final_speed = 0;                // [m/s]
   std::int64_t most_steps = 10'000'000;  // of one integration
 };
 

@@ -19,8 +19,8 @@ struct RunSource {
   std::filesystem::path folder;
   TimeSeriesMetadata metadata;
   TimeSeries series;
-  std::uint64_t every = 1;  // of the file's samples every n-th is in `series`, where it has more than can be shown
-  std::optional<Scene> scene;                     // absent: no scene.json
+  std::uint64_t every = 1;     // of the file's samples every n-th is in `series`, where it has more than can be shown
+  std::optional<Scene> scene;  // absent: no scene.json
   std::optional<nlohmann::ordered_json> summary;  // absent: no summary.json
 };
 

@@ -20,9 +20,9 @@ using hdf5::check;
 using hdf5::Handle;
 
 constexpr const char* kSchema = "grapnel-timeseries/1";
-constexpr int kDeepest = 32;                     // nested groups; deeper is a damaged file that points to itself
-constexpr std::uintmax_t kInMemory = 256 << 20;  // [bytes] larger files are read from the disk
-constexpr std::uint64_t kBlockBytes = 8 << 20;   // of numbers that are handed over at once
+constexpr int kDeepest = 32;                            // nested groups; deeper is a damaged file that points to itself
+constexpr std::uintmax_t kInMemory = 256 << 20;         // [bytes] larger files are read from the disk
+constexpr std::uint64_t kBlockBytes = 8 << 20;          // of numbers that are handed over at once
 constexpr double kSeconds = 4, kSecondsPerByte = 2e-7;  // of the processor, for reading a file: generous
 
 // --- In the child: HDF5

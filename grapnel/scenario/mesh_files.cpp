@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_mesh.hpp"
-#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
 #include "grapnel/scenario/spelling.hpp"
 

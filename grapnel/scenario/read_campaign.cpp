@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/campaign_points.hpp"
 #include "grapnel/scenario/choose_columns.hpp"
 #include "grapnel/scenario/number_nodes.hpp"
@@ -13,7 +14,6 @@
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
 #include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/study_document.hpp"

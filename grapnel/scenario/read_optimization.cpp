@@ -8,13 +8,13 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/optimization_points.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_optimization_terms.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
 #include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/study_document.hpp"

@@ -9,13 +9,13 @@
 #include <mutex>
 #include <stdexcept>
 
+#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/changed_scenario.hpp"
 #include "grapnel/scenario/choose_columns.hpp"
 #include "grapnel/scenario/read_study_axis.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/source_text.hpp"
 #include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/study_document.hpp"
