@@ -64,7 +64,7 @@ TEST_F(StudyReport, ASweepHasItsTable) {
   EXPECT_EQ(all["title"], "speeds, \"quick\"");
   EXPECT_EQ(all["runs"], json::array());
   EXPECT_EQ(sweep["settings"], json::parse(bytes_of(folder / "study.json")));
-  EXPECT_EQ(sweep["command"], "grapnel sweep 'studies/my speeds.yaml' --only {K} -o 'out/my speeds-point-'{K}");
+  EXPECT_EQ(sweep["command"], "grapnel sweep 'my speeds.yaml' --only {K} -o 'out/my speeds-point-'{K}");
   EXPECT_EQ(sweep["axes"][0], (json{{"name", "relative_speed"}, {"unit", "m/s"}, {"description", "speed"}}));
   EXPECT_EQ(sweep["axes"][1]["labels"], (json{"at rest", "both, \"turn\"\nfast", "one"}));
   EXPECT_EQ(sweep["axis_values"], (json{{0.1, 0.1, 0.1, 0.2, 0.2, 0.2}, {0, 1, 2, 0, 1, 2}}));
