@@ -167,12 +167,14 @@ Json run_data(const fs::path& folder, const std::string& label) {
   add_scene(folder, origin, parts);
   add_series(folder, origin, parts);
   add_source(folder, origin, parts);
-  return {{"label", label},
-          {"summary", std::move(summary)},
-          {"scene", std::move(parts.scene)},
-          {"series", std::move(parts.series)},
-          {"source", std::move(parts.source)},
-          {"notes", std::move(parts.notes)}};
+  Json data{{"label", label},
+            {"summary", std::move(summary)},
+            {"scene", std::move(parts.scene)},
+            {"series", std::move(parts.series)},
+            {"source", std::move(parts.source)},
+            {"notes", std::move(parts.notes)}};
+  if (!label.empty()) data["folder"] = folder_name(folder);  // of two runs: the page of one is the same in every place
+  return data;
 }
 
 std::string without_folder(std::string text, const fs::path& folder) {

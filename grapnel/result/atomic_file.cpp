@@ -49,7 +49,8 @@ void remove_leftovers(const std::filesystem::path& folder, double age) {
     const long process = process_in(entry.path().filename().string());
     struct stat status;
     if (process == 0 || ::lstat(entry.path().c_str(), &status) != 0 || !S_ISREG(status.st_mode)) continue;
-    if (process == ::getpid() || ::kill(static_cast<pid_t>(process), 0) == 0 || errno != ESRCH) continue;
+    const bool runs = process == ::getpid() || ::kill(static_cast<pid_t>(process), 0) == 0 || errno != ESRCH;
+    if (age > 0 && runs) continue;
     if (std::difftime(std::time(nullptr), status.st_mtime) < age) continue;
     ::unlink(entry.path().c_str());
   }

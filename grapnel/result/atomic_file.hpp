@@ -41,8 +41,8 @@ class AtomicFile {
 };
 
 /// Removes temporaries that killed processes left in a folder: plain files with the names that AtomicFile gives, of
-/// whatever file. Of processes of this machine that still run, none; `age`: none that was written to later than so many
-/// seconds ago, where others may write in the folder, from other machines too.
+/// whatever file. With age 0, where nobody else writes, all of them; else none of a process that runs on this machine,
+/// and none that was written to later than `age` seconds ago, maybe by another machine.
 void remove_leftovers(const std::filesystem::path& folder, double age);
 
 /// Throws CannotWrite if the path is a symbolic link: somebody may have put it where we write, to have something else

@@ -453,7 +453,7 @@ TEST(Failure, AfterPlanningKeepsThePlanAndTheSamplesSoFar) {
   p.approach->tracking.mode = TrackingSetup::Mode::pd;
   p.approach->tracking.kp.assign(6, 49), p.approach->tracking.kd.assign(6, 14);
   for (TargetSetup& t : p.targets) t.given_at = TargetSetup::Instant::capture;
-  p.integration.max_steps = 14;
+  p.integration.max_step = 0.01, p.integration.max_steps = 1000;  // enough for any integration of the planning
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
   EXPECT_THAT(r.failure, ::testing::StartsWith("approach: "));

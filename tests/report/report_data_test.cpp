@@ -66,6 +66,7 @@ TEST_F(ReportDataOf, ARunHasAllItsFiles) {
   EXPECT_EQ(all["title"], "sample");
   EXPECT_EQ(all["runs"].size(), 1u);
   EXPECT_EQ(run["label"], "");
+  EXPECT_FALSE(run.contains("folder"));
   EXPECT_EQ(run["summary"], json::parse(bytes_of(folder / "summary.json")));
   EXPECT_EQ(run["scene"], json::parse(bytes_of(folder / "scene.json")));
   EXPECT_THAT(notes(), IsEmpty());
@@ -274,6 +275,7 @@ TEST_F(ReportDataOf, TwoRunsAreCompared) {
   EXPECT_EQ(all["title"], report.title);
   EXPECT_EQ(all["runs"][0]["label"], "A");
   EXPECT_EQ(all["runs"][1]["label"], "B");
+  EXPECT_EQ(all["runs"][0]["folder"], "first");
   EXPECT_EQ(all["runs"][1]["summary"]["scenario"]["name"], "other");
   put_bytes(folder / "second" / "study.json", "{}");
   fs::remove(folder / "second" / "summary.json");

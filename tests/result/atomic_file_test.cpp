@@ -5,6 +5,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
+
 #include "result/sample_result.hpp"
 
 namespace grapnel {
@@ -68,9 +70,15 @@ TEST(AtomicFile, WhatAKilledProcessLeftIsRemovedAndNothingElse) {
   std::filesystem::create_symlink(folder / "a.tmp-1073741824-0", folder / ".d.tmp-1073741824-0");
   remove_leftovers(folder.path(), 3600);  // all are new
   EXPECT_EQ(folder.files(), 8);
-  remove_leftovers(folder.path(), 0);
+  for (const std::string& name : {gone, mine})
+    std::filesystem::last_write_time(folder / name,
+                                     std::filesystem::file_time_type::clock::now() - std::chrono::hours(2));
+  remove_leftovers(folder.path(), 3600);
   EXPECT_EQ(folder.files(), 7);
   EXPECT_FALSE(std::filesystem::exists(folder / gone));
+  EXPECT_TRUE(std::filesystem::exists(folder / mine));  // its process runs
+  remove_leftovers(folder.path(), 0);                   // nobody else writes here
+  EXPECT_EQ(folder.files(), 6);
 }
 
 TEST(AtomicFile, ALinkIsReplacedAndNotFollowed) {

@@ -20,6 +20,7 @@ export interface ReportData {
 
 export interface RunData {
   label: string; // "A", "B" of a comparison; else ""
+  folder?: string; // name of the result folder, in a comparison
   summary: any; // summary.json as it is (docs/formats/summary.md)
   scene: Scene | null; // scene.json as it is; null: the folder has none
   series: PackedSeries | null; // timeseries.h5, decimated; null: the folder has none

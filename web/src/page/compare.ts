@@ -17,7 +17,7 @@ export function differingScenarios(runs: Run[]): HTMLElement {
     ["SHA-256", code(a.scenario?.sha256), code(b.scenario?.sha256)],
     ["Grapnel", text(a.version), text(b.version)],
     ["Impact law", text(a.impact?.law), text(b.impact?.law)],
-    ["Result folder", runs[0].data.folder, runs[1].data.folder],
+    ["Result folder", text(runs[0].data.folder), text(runs[1].data.folder)],
   ];
   const said = same ? "Both ran the same scenario, byte for byte." : "The scenarios differ:";
   return element("div", {}, table("What was compared", columns, rows), element("p", {}, said), ...(same ? [] : scenarioDifferences(runs)));
