@@ -101,7 +101,7 @@ TEST_F(Report, ADamagedSeriesIsANoteADamagedSummaryAnError) {
   const auto run_data = data("r/report.html")["runs"][0];
   EXPECT_TRUE(run_data["series"].is_null());
   ASSERT_EQ(run_data["notes"].size(), 1u);
-  EXPECT_THAT(run_data["notes"][0].get<std::string>(), HasSubstr("r/timeseries.h5"));
+  EXPECT_THAT(run_data["notes"][0].get<std::string>(), HasSubstr("cannot read timeseries.h5"));
 
   std::ofstream(folder_ / "r" / "summary.json") << "{\"schema\": \"grapnel-summary/1\",";
   const Outcome o = run("report r");
