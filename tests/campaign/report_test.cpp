@@ -391,7 +391,7 @@ TEST(CampaignReport, FindsTheWorstCases) {
   EXPECT_EQ(worst[0]["cases"][0]["value"], sample().rows[at].values[0]);
   EXPECT_EQ(worst[0]["cases"][0]["inputs"][1], sample().rows[at].inputs[1]);
   EXPECT_EQ(worst[0]["cases"][0]["success"], false);
-  EXPECT_EQ(worst[0]["cases"][0]["replay"], "grapnel campaign 'studies/it'\\''s.yaml' --only " + std::to_string(at));
+  EXPECT_EQ(worst[0]["cases"][0]["replay"], "grapnel campaign 'it'\\''s.yaml' --only " + std::to_string(at));
   EXPECT_GE(worst[0]["cases"][0]["value"], worst[0]["cases"][1]["value"]);
 }
 
