@@ -28,11 +28,10 @@ const std::vector<std::string> kBody{"name", "position", "quaternion_wxyz", "ang
 
 TEST(Summary, HasEveryKeyOfTheContract) {
   const json summary = parsed(test::sample_result_with_laws());
-  expect_keys(
-      summary,
-      {"schema", "version", "scenario", "status", "failure", "warnings", "approach", "impact", "post_impact",
-       "later_impacts", "releases", "capture", "clearance", "limits", "feasibility", "ledger", "feasibility", "cost"},
-      "");
+  expect_keys(summary,
+              {"schema", "version", "scenario", "status", "failure", "warnings", "approach", "impact", "post_impact",
+               "later_impacts", "releases", "capture", "clearance", "limits", "ledger", "feasibility", "cost"},
+              "");
   expect_keys(summary["scenario"], {"name", "sha256"}, "scenario");
   expect_keys(summary["approach"], {"start", "end", "planned_final_rates", "plan"}, "approach");
   expect_keys(summary["post_impact"], {"end", "loops", "grip_loads"}, "post_impact");
