@@ -88,6 +88,14 @@ std::string gaps_too_wide(const CaptureProblem& problem, const CaptureSystem& sy
     const double reach = arm_reach(system.model, system.model.frame_index(g.end_effector)).length;
     const double stated = problem.contact.largest_gap.value_or(kLargestGapOfReach * reach);
     const double gap = norm(contact.gaps[i].X_WE.p - contact.gaps[i].X_WG.p - contact.displacement[i]);
+    const double moved = norm(contact.displacement[i]), most = problem.contact.largest_gap.value_or(reach);
+    if (moved > most) {
+      text +=
+          fmt::format("{}target '{}' would have to be moved by {:.4g} m to end-effector '{}', more than {} of {:.4g} m",
+                      text.empty() ? "" : "; ", g.target, moved, g.end_effector,
+                      problem.contact.largest_gap ? "contact.largest_gap" : "its arm's reach", most);
+      continue;
+    }
     if (gap <= stated) continue;
     text += text.empty() ? "" : "; ";
     text += fmt::format("end-effector '{}' is {:.4g} m from grasp point '{}' of target '{}'", g.end_effector, gap,

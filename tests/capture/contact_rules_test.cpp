@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <algorithm>
 
 #include "capture/capture_case.hpp"
@@ -103,6 +105,20 @@ TEST(Refuse, WithinTheLimitIsWeldAsFound) {
 }
 
 // Two arms on one target: it moves by the mean of the two gaps.
+// A target is not moved from beyond the arm's reach, unless somebody asks for that.
+TEST(TranslateTarget, NoFurtherThanTheArmReaches) {
+  CaptureProblem p = lagging();
+  p.contact.gap = ContactSetup::Gap::translate_target;
+  p.contact.largest_gap.reset();
+  p.targets[0].X_WT.p = {38, 0, 0};
+  const CaptureResult far = simulate_capture(p);
+  EXPECT_EQ(far.status, CaptureStatus::failed);
+  EXPECT_NE(far.failure.find("more than its arm's reach of 3 m"), std::string::npos) << far.failure;
+  EXPECT_EQ(far.capture_verdict(), Captured::no);
+  p.contact.largest_gap = std::numeric_limits<double>::infinity();
+  EXPECT_EQ(simulate_capture(p).capture_verdict(), Captured::assumed);
+}
+
 TEST(TranslateTarget, SharedTargetMovesByTheMean) {
   CaptureProblem p = thesis_case_pd();
   p.targets.pop_back();
