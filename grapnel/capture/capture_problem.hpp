@@ -147,7 +147,7 @@ struct PlanSetup {
   int starts = 16;            // at most so many beginnings, the guess first
   std::uint64_t seed = 0;     // of the others
   /// Where planning gives up: evaluations of the servicer's kinematics and momentum, over the whole approach.
-  long max_evaluations = 10'000'000;
+  long max_evaluations = 30'000'000;
 };
 
 /// A place to pass on the way. Either joint values, or places of some end-effectors, found by planning.
