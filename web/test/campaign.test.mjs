@@ -223,13 +223,14 @@ describe("nothing lies on anything else", () => {
     });
   }
 
-  // Probabilities that fall from 1 to 0 within three cells.
+  // Probabilities that fall from 1 to 0 within three cells, of so many cases that their lower bounds, which the map
+  // opens with, do too.
   function steep() {
     const data = campaignData("envelope");
     const size = 13;
-    const successes = Array.from({ length: size * size }, (_, k) => Math.round(100 / (1 + Math.exp(3.2 * (Math.floor(k / size) - 8 + 0.2 * (k % size))))));
+    const successes = Array.from({ length: size * size }, (_, k) => Math.round(10000 / (1 + Math.exp(3.2 * (Math.floor(k / size) - 8 + 0.2 * (k % size))))));
     const axis = (name, unit) => ({ name, unit, description: "", is_numeric: true, values: Array.from({ length: size }, (_, k) => k / 100) });
-    data.statistics.envelope = { axes: [axis("relative_speed", "m/s"), axis("target_spin", "rad/s")], trials: successes.map(() => 100), ok: successes.map(() => 100), successes };
+    data.statistics.envelope = { axes: [axis("relative_speed", "m/s"), axis("target_spin", "rad/s")], trials: successes.map(() => 10000), ok: successes.map(() => 10000), successes };
     return data;
   }
 
