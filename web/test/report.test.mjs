@@ -376,7 +376,7 @@ describe("damage is said, never a blank page", () => {
     const text = readFileSync(scenario("thesis/open-loop-case-1.yaml"), "utf8")
       .replace(/^name: .*$/m, `name: ${JSON.stringify(hostile)}`)
       .replace(/\.\.\/\.\.\/robots/g, path.join(source, "robots"))
-      .replaceAll("target-1", "t<b>1</b>");
+      .replaceAll("target-1", "t<b>1<b>");
     writeFileSync(file, text);
     const out = result("hostile", ["run", file]);
     const { page, context, faults } = await open(browser, reportOf(out));
