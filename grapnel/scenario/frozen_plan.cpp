@@ -6,6 +6,7 @@
 
 #include "grapnel/capture/approach_plan.hpp"
 #include "grapnel/capture/motion_pieces.hpp"
+#include "grapnel/capture/moving_frame.hpp"
 #include "grapnel/scenario/number_nodes.hpp"
 
 namespace grapnel {
@@ -114,7 +115,9 @@ bool is_too_fast(const CaptureProblem& problem, const ApproachPlan& plan) {
 void freeze_plan(const CaptureProblem& problem, Node& scenario) {
   if (!problem.approach || !has_something_to_plan(*problem.approach)) return;
   const ApproachSetup& approach = *problem.approach;
-  const ApproachPlan plan = plan_approach(problem, plan_targets(problem));
+  // In the frame in which runs plan too: searches end within a tolerance, in another frame at another rounding.
+  const CaptureProblem seen = seen_from(moving_frame(problem), problem);
+  const ApproachPlan plan = plan_approach(seen, plan_targets(seen));
   if (!plan.failure.empty()) throw std::runtime_error(plan.failure);
   Node& node = *scenario.find("approach");
   if (approach.straight_in || is_too_fast(problem, plan))
