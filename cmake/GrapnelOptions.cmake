@@ -23,6 +23,11 @@ endif()
 if(GRAPNEL_SANITIZE)
   target_compile_options(grapnel_options INTERFACE -fsanitize=${GRAPNEL_SANITIZE} -fno-omit-frame-pointer
                                                    -fno-sanitize-recover=all)
+  if(GRAPNEL_SANITIZE MATCHES "undefined")
+    # Checks of every pointer before every use are a third of the compile time and say no more than the address
+    # sanitizer, under which a null pointer's use ends the test as well; Eigen asserts its own alignment.
+    target_compile_options(grapnel_options INTERFACE -fno-sanitize=null,alignment)
+  endif()
   target_link_options(grapnel_options INTERFACE -fsanitize=${GRAPNEL_SANITIZE})
 endif()
 if(GRAPNEL_COVERAGE)

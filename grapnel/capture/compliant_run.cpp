@@ -210,7 +210,7 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
     if (!how.empty()) places.push_back(fmt::format("{} is {}", task.problem.grasps[i].end_effector, how));
   }
   // Nobody gets it back: the balance does not close. Grips that turn with their target never come to rest entirely.
-  const double missing = outcome.elastic_energy_after / outcome.kinetic_energy_before;
+  const double missing = outcome.elastic_energy_after / outcome.kinetic_energy_taking_part;
   if (pressed || !(missing <= kLeftInGrips)) run.energy_residual += missing;
   run.warnings.push_back(
       fmt::format("impact: it was not over after impact.longest = {:.4g} s, and what follows is not to be trusted: {}. "

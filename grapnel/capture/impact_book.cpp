@@ -33,17 +33,17 @@ void ImpactBook::write(Ledger& ledger) const {
   };
   if (residuals_) {
     add("generalized_momentum_residual", residuals_->momentum,
-        "(3.6): |M dv - J^T P| over |M v| before the impact, energy norm");
+        "(3.6): |M dv - J^T P| over |M v| of what takes part in the impact, energy norm");
     add("energy_identity_residual", residuals_->energy,
-        "|dT - P^T (u- + u+) / 2| over the kinetic energy before the impact");
+        "|dT - P^T (u- + u+) / 2| over the kinetic energy of what takes part in the impact");
     add("impact_constraint_residual", residuals_->velocity,
-        "relative velocity left in the constrained directions over the largest velocity");
+        "relative velocity left in the constrained directions over the largest velocity of what takes part");
     add("friction_cone_residual", residuals_->cone,
         "largest excess of a tangential impulse over friction times the normal one, over the largest normal one");
   }
   add("compliant_energy_residual", compliant_,
-      "kinetic and elastic energy after an impact in time, and what was lost, over the kinetic energy before; what "
-      "springs still held when impact.longest ended it counts as missing",
+      "kinetic and elastic energy after an impact in time, and what was lost, over the kinetic energy of what takes "
+      "part; what springs still held when impact.longest ended it counts as missing",
       1e-8);
   add("brake_energy_identity_residual", brake_, "the same for the impulse that locks the joints");
 }

@@ -145,15 +145,11 @@ ImpactSolution published_solution(const CaptureSystem& system, const Contact& co
   }
   s.rows = static_cast<int>(J.rows());
   s.rank = static_cast<int>(J.fullPivLu().rank());
-  s.kinetic_energy_before = 0.5 * before.dot(M * before);
-  s.kinetic_energy_after = 0.5 * after.dot(M * after);
-  const Eigen::VectorXd u = J * before, left = J * after;
-  const double energy = std::max(s.kinetic_energy_before, 1e-300);
-  s.energy_identity_residual = std::abs(s.kinetic_energy_after - s.kinetic_energy_before - 0.5 * P.dot(u)) / energy;
-  s.constraint_residual = left.lpNorm<Eigen::Infinity>() /
-                          std::max({u.lpNorm<Eigen::Infinity>(), before.lpNorm<Eigen::Infinity>(), 1e-300});
-  const Eigen::VectorXd residual = M * (after - before) - J.transpose() * P;
-  s.generalized_momentum_residual = std::sqrt(std::abs(residual.dot(M.llt().solve(residual))) / (2 * energy));
+  const Eigen::VectorXd u = J * before, left = J * after, part = taking_part(model, J);
+  s.constraint_residual =
+      left.lpNorm<Eigen::Infinity>() / std::max({u.lpNorm<Eigen::Infinity>(),
+                                                 before.cwiseProduct(part).lpNorm<Eigen::Infinity>(), 1e-300});
+  static_cast<ImpactBooks&>(s) = impact_books(M, part, before, after, J.transpose() * P, 0.5 * P.dot(u));
   return s;
 }
 
@@ -260,8 +256,7 @@ ImpactSolution solve_contacts(const ImpactTask& task, const Kinematics& before, 
     report.grasps[task.already_closed + i].rebound = describe_rebound(points[i], s.contacts[i]);
   }
   solution.held_impulses = s.held_impulses;
-  solution.energy_identity_residual = s.energy_identity_residual;
-  solution.generalized_momentum_residual = s.generalized_momentum_residual;
+  static_cast<ImpactBooks&>(solution) = s;
   return solution;
 }
 

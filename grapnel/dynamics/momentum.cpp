@@ -49,9 +49,10 @@ Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const
   return total;
 }
 
-double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state) {
+double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state, std::span<const int> roots) {
   double twice = 0;
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    if (!counts(model, roots, i)) continue;
     const Body& body = model.bodies()[i];
     const BodyDescription& d = body.description;
     const Posed& X_WB = kinematics.X_WB[i];

@@ -28,7 +28,9 @@ Vector3d center_of_mass(const Model& model, const Kinematics& kinematics, std::s
 Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const Vector3d& p_W,
                          std::span<const int> roots = {});
 
-/// Kinetic energy [J], rotors included: sum of V . I V / 2 over bodies plus reflected inertia times rate squared / 2.
-double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state);
+/// Kinetic energy [J], rotors included: sum of V . I V / 2 over bodies plus reflected inertia times rate squared / 2,
+/// of the trees rooted at `roots` (empty: of everything).
+double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state,
+                      std::span<const int> roots = {});
 
 }  // namespace grapnel

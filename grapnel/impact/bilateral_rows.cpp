@@ -22,7 +22,6 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
   const Eigen::VectorXd before = as_vector(state.v);
   const ImpulsiveSolution solved = solve_bilateral(M, rows, before, u_after);
   const Eigen::VectorXd& after = solved.velocity;
-  const Eigen::VectorXd change = after - before;
   const Eigen::VectorXd u = J * before;
   impulse = solved.impulse;
 
@@ -31,22 +30,13 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
   result.rank = solved.rank;
   result.rows = static_cast<int>(J.rows());
   result.null_space = solved.null_space;
-  result.kinetic_energy_before = 0.5 * before.dot(M * before);
-  result.kinetic_energy_after = 0.5 * after.dot(M * after);
   // dT = P^T (u- + u+) / 2, which is -u-^T W^+ u- / 2 where u+ is zero: P is in the row space up to self-stress, which
   // does no work on u- or u+.
   const double work = 0.5 * impulse.dot(u + u_after);
-  const double energy_scale = std::max(result.kinetic_energy_before, 1e-300);
-  result.energy_identity_residual =
-      std::abs((result.kinetic_energy_after - result.kinetic_energy_before) - work) / energy_scale;
-  const double speed = std::max(u.size() > 0 ? u.lpNorm<Eigen::Infinity>() : 0.0, before.lpNorm<Eigen::Infinity>());
-  if (speed > 0 && J.rows() > 0) result.constraint_residual = (J * after - u_after).lpNorm<Eigen::Infinity>() / speed;
-  // Over the size of M v-, not of M dv: a grip that meets its target's motion exactly has a dv of rounding alone.
-  if (result.kinetic_energy_before > 0) {
-    const Eigen::VectorXd residual = M * change - J.transpose() * impulse;
-    result.generalized_momentum_residual =
-        std::sqrt(std::abs(residual.dot(M.llt().solve(residual))) / (2 * result.kinetic_energy_before));
-  }
+  static_cast<ImpactBooks&>(result) = impact_books(M, rows.part, before, after, J.transpose() * impulse, work);
+  if (J.rows() == 0) return result;
+  const double speed = std::max(u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(rows.part).lpNorm<Eigen::Infinity>());
+  if (speed > 0) result.constraint_residual = (J * after - u_after).lpNorm<Eigen::Infinity>() / speed;
   return result;
 }
 
@@ -73,6 +63,7 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
                      Eigen::MatrixXd::Zero(count, count),
                      Eigen::VectorXd::Zero(count),
                      Eigen::VectorXd(held_rows),
+                     {},
                      {}};
   rows.J.topRows(grip_rows) = J_grips;
   for (Eigen::Index i = 0; i < held_rows; ++i) {
@@ -83,6 +74,7 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
       throw std::invalid_argument("bilateral_rows: a velocity is held twice");
     rows.held.push_back(held[i].velocity);
   }
+  rows.part = taking_part(model, rows.J);
   for (Eigen::Index row = 0; const Grasp& g : grasps) {
     rows.D.block(row, row, row_count(g.model), row_count(g.model)) = target_mobility(model, kinematics, g);
     row += row_count(g.model);

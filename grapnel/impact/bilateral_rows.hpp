@@ -15,6 +15,7 @@ struct BilateralRows {
   Eigen::VectorXd held_after;    // rows: zero for grips, HeldRate::after for held rates
   Eigen::VectorXd held_inertia;  // per held rate: drive_inertia(), with which it resists grips that contradict it
   std::vector<int> held;         // their indices in State::v
+  Eigen::VectorXd part;          // per velocity: taking_part() of these rows
 };
 
 /// `kinematics` of the state at which `M` is the mass matrix.

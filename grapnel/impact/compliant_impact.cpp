@@ -263,12 +263,9 @@ void Run::close_books(double t, std::span<const double> y) {
     result_.held_impulses.push_back(y[system_.held_offset(static_cast<int>(i))]);
   }
   result_.held_work = y[system_.work_offset()];
-  const double before = result_.kinetic_energy_before;
-  if (before > 0) {
-    result_.energy_residual =
-        std::abs((result_.kinetic_energy_after - before) + result_.elastic_energy_after + lost - result_.held_work) /
-        before;
-  }
+  const double before = result_.kinetic_energy_taking_part, after = system_.kinetic_energy_taking_part_now();
+  const double missing = std::abs((after - before) + result_.elastic_energy_after + lost - result_.held_work);
+  if (missing > 0) result_.energy_residual = missing / std::max(before, after);
 }
 
 CompliantOutcome Run::outcome() {
@@ -277,6 +274,7 @@ CompliantOutcome Run::outcome() {
   const std::vector<double> start(system_.size(), 0.0);
   system_.load(0, start);
   result_.kinetic_energy_before = system_.kinetic_energy_now();
+  result_.kinetic_energy_taking_part = system_.kinetic_energy_taking_part_now();
   scales_ = compliant_scales(model_, state_, system_, contacts_, grips_);
   CompliantRecorder recorder(system_, setup_.samples,
                              scales_.speed > 0 ? scales_.shortest_time / setup_.samples : setup_.longest);

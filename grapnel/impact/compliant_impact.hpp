@@ -90,7 +90,9 @@ struct CompliantOutcome {
   std::vector<double> held_impulses;  // per held velocity: integral of the effort that keeps it [N m s or N s]
   double held_work = 0;               // [J] done by these efforts
   double kinetic_energy_before = 0, kinetic_energy_after = 0, elastic_energy_after = 0;
-  double energy_residual = 0;  // |T+ + V+ + lost - held_work - T-| / T-
+  double kinetic_energy_taking_part = 0;  // before, of the trees that an interface or a held velocity acts on [J]
+  /// |T+ + V+ + lost - held_work - T-| of these trees, over their T- or T+, whichever is larger.
+  double energy_residual = 0;
   long rhs_evaluations = 0, steps = 0;
 };
 

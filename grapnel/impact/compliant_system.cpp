@@ -69,6 +69,11 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
       vdot_(model.velocities()),
       qdot_(model.coordinates()) {
   phase.assign(contacts.size(), ContactPhase::apart);
+  const auto touch = [&](int b) { taking_part_.push_back(model.bodies()[b].root); };
+  for (int i = 0; i < interfaces(); ++i) touch(body_of(i, true)), touch(body_of(i, false));
+  for (const Body& body : model.bodies()) {
+    if (velocity_count(body.description.joint.type) > 0 && prescribed_[body.v] != 0) touch(body.root);
+  }
   for (const CompliantContact& c : contacts) point_.push_back(c.p_WC);
   for (const CompliantGrip& g : grips) point_.push_back(g.grasp.p_WC);
   std::vector<std::uint8_t> recovered(model.velocities());
@@ -234,6 +239,10 @@ void CompliantSystem::load_grip(std::size_t index) {
 }
 
 double CompliantSystem::kinetic_energy_now() const { return kinetic_energy(model_, workspace_.kinematics, now_); }
+
+double CompliantSystem::kinetic_energy_taking_part_now() const {
+  return taking_part_.empty() ? 0 : kinetic_energy(model_, workspace_.kinematics, now_, taking_part_);
+}
 
 Twistd CompliantSystem::in_target_axes(int grip) const {
   const Quaterniond& q = displacement_[grips_[grip].grasp.target_body].turn;

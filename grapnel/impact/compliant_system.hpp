@@ -60,6 +60,8 @@ class CompliantSystem {
   const State& now() const { return now_; }
   std::span<const InterfaceLoad> loads() const { return loads_; }
   double kinetic_energy_now() const;
+  /// Of the trees that an interface or a held velocity acts on [J].
+  double kinetic_energy_taking_part_now() const;
   /// Rates of all velocities under the present loads, per State::v; held ones zero.
   const std::vector<double>& accelerations_now();
   /// A grip's relative twist in the axes that its target had at the start.
@@ -90,6 +92,7 @@ class CompliantSystem {
   std::vector<CompliantContact> contacts_;
   std::vector<CompliantGrip> grips_;
   std::vector<int> held_;
+  std::vector<int> taking_part_;  // roots of the trees that an interface or a held velocity acts on
   State start_, now_;
   std::vector<std::uint8_t> prescribed_, by_momentum_;
   std::vector<int> rates_;

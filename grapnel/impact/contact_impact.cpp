@@ -173,18 +173,6 @@ void fill_contacts(const ContactPath& path, const ContactRows& rows, std::span<c
   solution.energy_created = gained > kCreated * turned_over;
 }
 
-// The impact's books over all rows: contacts, grips, held rates.
-void fill_books(const Eigen::MatrixXd& M, const Eigen::LLT<Eigen::MatrixXd>& mass, const Eigen::VectorXd& before,
-                const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, ContactImpactSolution& solution) {
-  const double T = solution.kinetic_energy_before = 0.5 * before.dot(M * before);
-  solution.kinetic_energy_after = 0.5 * after.dot(M * after);
-  if (!(T > 0)) return;
-  const double work = 0.5 * impulse.dot(before + after);
-  solution.energy_identity_residual = std::abs(solution.kinetic_energy_after - T - work) / T;
-  const Eigen::VectorXd residual = M * (after - before) - impulse;
-  solution.generalized_momentum_residual = std::sqrt(std::abs(residual.dot(mass.solve(residual))) / (2 * T));
-}
-
 // What grips give in all, as a generalized impulse.
 Eigen::VectorXd generalized_impulse(const BilateralRows& rows, std::span<const Grasp> closed,
                                     const ImpactSolution& kept) {
@@ -247,7 +235,10 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
     solution.held_impulses = std::move(kept.held_impulses);
   }
   const Eigen::Map<const Eigen::VectorXd> after(solution.velocity.data(), before.size());
-  fill_books(M, mass, before, after, impulse, solution);
+  Eigen::MatrixXd all(rows.J.rows() + bilateral.J.rows(), rows.J.cols());
+  all << rows.J, bilateral.J;
+  static_cast<ImpactBooks&>(solution) = impact_books(M, taking_part(model, all), before, after, impulse,
+                                                     0.5 * impulse.dot(before + after));
   fill_contacts(path, rows, contacts, before, after, solution);
   if (solution.status == ContactImpactSolution::Status::solved) vary_order(problem, path, solution);
   return solution;

@@ -47,7 +47,7 @@ struct ContactPointImpulse {
   double spread = 0;
 };
 
-struct ContactImpactSolution {
+struct ContactImpactSolution : ImpactBooks {
   enum class Status { solved, not_converged };
   Status status = Status::not_converged;
   std::string message;           // what did not converge, where; empty if solved
@@ -55,13 +55,10 @@ struct ContactImpactSolution {
   std::vector<ContactPointImpulse> contacts;
   std::vector<ContactImpulse> grips;  // impulses of `closed`, as of plastic_impact()
   std::vector<double> held_impulses;
-  double kinetic_energy_before = 0, kinetic_energy_after = 0;  // [J]
-  bool energy_created = false;               // by the hypothesis (Newton's with friction can): flagged, never altered
-  bool unique = true;                        // whether all spreads are below 1e-6
-  int steps = 0;                             // of the path that was followed
-  double energy_identity_residual = 0;       // |dT - sum P^T (u- + u+) / 2| / T-
-  double generalized_momentum_residual = 0;  // as of ImpactSolution
-  double cone_residual = 0;                  // largest violation of |P_t| <= mu P_n, over the largest P_n
+  bool energy_created = false;  // by the hypothesis (Newton's with friction can): flagged, never altered
+  bool unique = true;           // whether all spreads are below 1e-6
+  int steps = 0;                // of the path that was followed
+  double cone_residual = 0;     // largest violation of |P_t| <= mu P_n, over the largest P_n
 };
 
 /// Solves the impact. `closed`: grips that hold and pass on what the contacts bring; `held`: as of plastic_impact(),

@@ -13,6 +13,7 @@
 
 #include "grapnel/constraint/grasp.hpp"
 #include "grapnel/dynamics/state.hpp"
+#include "grapnel/impact/impact_books.hpp"
 
 namespace grapnel {
 
@@ -29,18 +30,14 @@ struct ContactImpulse {
   std::vector<bool> determined;  // per component [angular; linear]: the same in every solution
 };
 
-struct ImpactSolution {
+struct ImpactSolution : ImpactBooks {
   std::vector<double> velocity;          // v+ of the whole model
   std::vector<ContactImpulse> contacts;  // per grip
   std::vector<double> held_impulses;     // per held rate [N m s or N s]
   int rank = 0;
   int rows = 0;
-  Eigen::MatrixXd null_space;        // self-stresses, rows x (rows - rank): constrained directions, then held rates
-  double kinetic_energy_before = 0;  // [J], by the mass matrix
-  double kinetic_energy_after = 0;
-  double energy_identity_residual = 0;       // |dT - P^T (u- + u+) / 2| / T-
-  double constraint_residual = 0;            // largest |J v+ - u+| over the largest |u-| or rate
-  double generalized_momentum_residual = 0;  // (3.6): |M dv - J^T P| in the energy norm over that of M v-
+  Eigen::MatrixXd null_space;      // self-stresses, rows x (rows - rank): constrained directions, then held rates
+  double constraint_residual = 0;  // (9.7): largest |J v+ - u+| over the largest |u-| or rate of what takes part
 };
 
 /// Solves the impact. If rows are redundant the impulse with the least sum over grips of P^T (J_t M_t^-1 J_t^T) P is
