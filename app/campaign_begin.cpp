@@ -15,7 +15,9 @@ void say_lines(const char* text) { to_stderr("grapnel: error: {}\n", text); }
 
 std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bool say) {
   try {
-    Campaign campaign = load_campaign(options.study);
+    std::vector<Fault> doubts;
+    Campaign campaign = load_campaign(options.study, &doubts);
+    if (say) say_faults(doubts);
     if (!options.envelope || !campaign.design.empty()) return campaign;
     if (say)
       to_stderr(

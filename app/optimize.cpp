@@ -85,7 +85,9 @@ int search_and_write(const Optimization& optimization, const OptimizeOptions& op
 int optimize(const OptimizeOptions& options) {
   Optimization optimization;
   try {
-    optimization = load_optimization(options.study);
+    std::vector<Fault> doubts;
+    optimization = load_optimization(options.study, &doubts);
+    say_faults(doubts);
   } catch (const ScenarioError& error) {
     say_faults(error.faults());
     return kBadInput;

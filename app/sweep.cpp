@@ -67,8 +67,10 @@ int sweep(const SweepOptions& options) {
   Study study;
   std::size_t points = 0;
   try {
-    study = load_study(options.study);
+    std::vector<Fault> doubts;
+    study = load_study(options.study, &doubts);
     points = point_count(study);
+    say_faults(doubts);
   } catch (const ScenarioError& error) {
     say_faults(error.faults());
     return kBadInput;

@@ -143,10 +143,12 @@ class CriteriaCounter {
       const auto verdict = static_cast<Verdict>(signature[c]);
       CampaignReport::CriterionCount& counted = report_.criteria[c];
       counted.met += verdict == Verdict::yes;
-      counted.only_this += unmet == 1 && verdict != Verdict::yes;
+      // Where one fails, what could not be checked, as impulses where nothing was caught, counts for nothing.
+      const bool fails = refused > 0 ? verdict == Verdict::no : verdict != Verdict::yes;
+      counted.only_this += fails && (refused > 0 ? refused : unmet) == 1;
       counted.not_checked += verdict == Verdict::not_checked;
       counted.undecided += refused == 0 && verdict == Verdict::not_checked;
-      if (verdict != Verdict::yes && !report_.envelope.empty())
+      if (fails && !report_.envelope.empty())
         ++report_.envelope[rows_.index[row] / rows_.campaign.cases].unmet[c];
     }
     if (unmet == 0) {

@@ -20,8 +20,8 @@ namespace grapnel {
 
 /// Numbers of all rows, without the rows.
 struct CampaignReport {
-  /// Rows that are ok and meet a criterion, those that are ok and would be a success but for it, and those that are ok
-  /// but have not the numbers to check it; of these, those that no other criterion refuses.
+  /// Rows that are ok and meet a criterion, those that are ok and in which no other one fails (others may not have been
+  /// checked), and those that are ok but have not the numbers to check it; of these, those that no criterion refuses.
   struct CriterionCount {
     std::uint64_t met = 0, only_this = 0, not_checked = 0, undecided = 0;
   };

@@ -18,7 +18,7 @@ namespace grapnel {
 struct EnvelopePoint {
   std::uint64_t ok = 0;
   Proportion success;                // of all rows of the point
-  std::vector<std::uint64_t> unmet;  // per criterion: rows that are ok and do not meet it
+  std::vector<std::uint64_t> unmet;  // per criterion: rows that are ok and fail it, as counted for only_this
 
   /// What decides: the criterion that most rows do not meet, of equal ones the first; the number of criteria if more
   /// rows are not ok. Nothing where all are a success.

@@ -73,8 +73,8 @@ std::vector<Change> CampaignPoints::design_changes(std::span<const std::size_t> 
   return all;
 }
 
-CaptureProblem CampaignPoints::before_quantities(std::span<const std::size_t> at) {
-  return load_scenario(scenario, design_changes(at), files);
+CaptureProblem CampaignPoints::before_quantities(std::span<const std::size_t> at, std::vector<Fault>* doubts) {
+  return load_scenario(scenario, design_changes(at), files, doubts);
 }
 
 std::shared_ptr<const DesignPoint> CampaignPoints::design_point(std::uint64_t number) {

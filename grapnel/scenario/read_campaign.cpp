@@ -42,7 +42,7 @@ class CampaignReader {
   explicit CampaignReader(const std::filesystem::path& path)
       : path_(path), points_(std::make_shared<CampaignPoints>()) {}
 
-  Campaign read() {
+  Campaign read(std::vector<Fault>* doubts) {
     read_text();
     read_settings();
     read_design();
@@ -59,6 +59,7 @@ class CampaignReader {
     keep_columns();
     faults_.throw_if_any();
     prefer_setters();
+    if (doubts) points_->before_quantities(std::vector<std::size_t>(points_->axes.size(), 0), doubts);
     result_.sha256 = sha256(result_.text + shas_);
     result_.draw = [points = points_](std::uint64_t k) { return points->inputs(k); };
     result_.problem = [points = points_](std::uint64_t k) { return points->study_case(k); };
@@ -481,6 +482,8 @@ class CampaignReader {
 
 }  // namespace
 
-Campaign load_campaign(const std::filesystem::path& path) { return CampaignReader(path).read(); }
+Campaign load_campaign(const std::filesystem::path& path, std::vector<Fault>* doubts) {
+  return CampaignReader(path).read(doubts);
+}
 
 }  // namespace grapnel

@@ -27,7 +27,7 @@ class OptimizationReader {
   explicit OptimizationReader(const std::filesystem::path& path)
       : path_(path), points_(std::make_shared<OptimizationPoints>()) {}
 
-  Optimization read() {
+  Optimization read(std::vector<Fault>* doubts) {
     read_text();
     points_->named = text_at(root_, "scenario");
     points_->scenario = path_beside(path_, points_->named);
@@ -37,7 +37,7 @@ class OptimizationReader {
     result_.mode = text_at(root_, "simulate") == "impact" ? StudyMode::impact : StudyMode::run;
     result_.feasible = boolean_at(root_, "feasible");
     read_search();
-    const auto base = read_base();
+    const auto base = read_base(doubts);
     read_variables(base.get());
     if (base && structure_is_sound_) check_ends(*base);
     read_measures();
@@ -72,14 +72,14 @@ class OptimizationReader {
   }
 
   // The scenario as it is, with "set".
-  std::shared_ptr<const CaptureProblem> read_base() {
+  std::shared_ptr<const CaptureProblem> read_base(std::vector<Fault>* doubts) {
     if (points_->named.empty()) return nullptr;
     const std::size_t before = faults_.size();
     read_file(points_->scenario, part(root_, "scenario").mark, faults_, kLargestFile, points_->named);
     if (faults_.size() != before) return nullptr;
     try {
-      auto base =
-          std::make_shared<const CaptureProblem>(load_scenario(points_->scenario, points_->set, points_->files));
+      auto base = std::make_shared<const CaptureProblem>(
+          load_scenario(points_->scenario, points_->set, points_->files, doubts));
       result_.columns = offered_columns(*base, result_.mode == StudyMode::run);
       if (result_.mode == StudyMode::impact && !base->impact)
         faults_.add(part(root_, "simulate").mark,
@@ -171,6 +171,8 @@ class OptimizationReader {
 
 }  // namespace
 
-Optimization load_optimization(const std::filesystem::path& path) { return OptimizationReader(path).read(); }
+Optimization load_optimization(const std::filesystem::path& path, std::vector<Fault>* doubts) {
+  return OptimizationReader(path).read(doubts);
+}
 
 }  // namespace grapnel

@@ -51,6 +51,13 @@ class Points {
     return made;
   }
 
+  std::vector<Fault> doubts(std::span<const std::size_t> at) {
+    const Changed changed = changes(at);
+    std::vector<Fault> found;
+    load_scenario(changed.scenario, changed.changes, files_, &found);
+    return found;
+  }
+
   StudyCase point(std::span<const std::size_t> at) {
     const auto base = problem(at);
     StudyCase result{*base, inward_normals(*base)};
@@ -124,7 +131,7 @@ class StudyReader {
  public:
   explicit StudyReader(const std::filesystem::path& path) : path_(path), points_(std::make_shared<Points>()) {}
 
-  Study read() {
+  Study read(std::vector<Fault>* doubts) {
     read_text();
     points_->file = path_;
     points_->scenario = text_at(root_, "scenario");
@@ -137,6 +144,7 @@ class StudyReader {
     if (can_make_points()) check_points();
     choose_columns();
     faults_.throw_if_any();
+    if (doubts) *doubts = points_->doubts(Position(points_->axes.size(), 0));
     study_.sha256 = sha256(study_.text + shas_);
     study_.point = [points = points_](std::span<const std::size_t> at) { return points->point(at); };
     study_.scenario_text = [points = points_](std::span<const std::size_t> at, const std::filesystem::path& place,
@@ -308,6 +316,8 @@ class StudyReader {
 
 }  // namespace
 
-Study load_study(const std::filesystem::path& path) { return StudyReader(path).read(); }
+Study load_study(const std::filesystem::path& path, std::vector<Fault>* doubts) {
+  return StudyReader(path).read(doubts);
+}
 
 }  // namespace grapnel

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "grapnel/scenario/fault.hpp"
 #include "grapnel/study/study.hpp"
 
 namespace grapnel {
@@ -12,7 +13,7 @@ namespace grapnel {
 /// Reads a study and the scenarios it names, once: its points are made from the trees. Checked are the study itself,
 /// the scenario with the first value of every axis, and with every listed value of each axis (the ends of a range), the
 /// other axes at their first. What only a combination gets wrong is that point's reason. @throws ScenarioError with all
-/// faults.
-Study load_study(const std::filesystem::path& path);
+/// faults. Into `doubts`: as of load_scenario(), of the first point's scenario.
+Study load_study(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
 
 }  // namespace grapnel

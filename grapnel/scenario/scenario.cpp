@@ -272,8 +272,9 @@ CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const 
   return Loader(path, files, std::move(faults)).load(changes, doubts);
 }
 
-CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files) {
-  return Loader(path, files).load(changes);
+CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files,
+                             std::vector<Fault>* doubts) {
+  return Loader(path, files).load(changes, doubts);
 }
 
 RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* doubts) {

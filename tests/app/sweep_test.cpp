@@ -55,6 +55,27 @@ TEST_F(Sweep, WritesItsTable) {
   EXPECT_FALSE(fs::exists(folder_ / "r" / "table.partial.csv"));
 }
 
+// What grapnel check and run say of a scenario, the commands say that run it many times: 8 t with 17 kg m^2.
+TEST_F(Sweep, AllStudiesSayWhatIsDoubtfulInTheScenario) {
+  const std::string head = "name: doubts\nscenario: " + scenario("thesis/open-loop-case-1-planned.yaml") +
+                           "\nsimulate: impact\nset: {'targets[0].mass': 8000, approach.plan.starts: 1}\n";
+  const std::string says = "targets[0].inertia: the moment of inertia";
+  ASSERT_THAT(run("check " + scenario("thesis/open-loop-case-1-planned.yaml") + " --set 'targets[0].mass=8000'").err,
+              HasSubstr(says));
+  write("sweep.yaml", head + "axes:\n  - {quantity: relative_speed, values: [0.1]}\n");
+  write("optimize.yaml", head +
+                             "minimize: grasps/tip-1/impulse_magnitude\nsearch: {evaluations: 2, refine: 0}\n"
+                             "variables: [{quantity: approach_angle, grasp: tip-1, from: -1, to: 1, unit: deg}]\n");
+  write("campaign.yaml", "schema: grapnel-campaign/1\n" + head +
+                             "cases: 2\nuncertain:\n  - {path: 'targets[1].mass', as: factor, "
+                             "uniform: {from: 0.9, to: 1.1}}\n");
+  for (const std::string command : {"sweep", "optimize", "campaign"}) {
+    const Outcome o = run(command + " " + command + ".yaml --quiet -o " + command);
+    EXPECT_THAT(o.err, HasSubstr(says)) << command << o.out;
+    EXPECT_EQ(o.err.find(says), o.err.rfind(says)) << command << ": said more than once";
+  }
+}
+
 TEST_F(Sweep, TheSameBytesForAnyNumberOfThreads) {
   angles("0, 10, 20");
   for (const char* j : {"1", "2", "4"})

@@ -347,6 +347,22 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
   EXPECT_NE(warnings(none).find("there is no criterion: every case"), std::string::npos);
 }
 
+// Where nothing is caught there is no impulse to check: it is the miss that decides.
+TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
+  Gripping gripping;
+  std::uint64_t missed = 0, hard = 0;
+  for (const CampaignRow& row : gripping.rows) {
+    missed += row.values[0] == 0;
+    hard += row.values[0] == 1 && row.values[3] >= 4;
+  }
+  ASSERT_GT(missed, 100u);
+  ASSERT_GT(hard, 10u);
+  const Analyzed a = gripping.with({"captured", "grasps/tip-1/impulse < 4"});
+  EXPECT_EQ(a.json["criteria"][0]["only_this"], missed);
+  EXPECT_EQ(a.json["criteria"][1]["only_this"], hard);
+  EXPECT_EQ(a.json["criteria"][1]["not_checked"], missed);
+}
+
 TEST(CampaignReport, SixCoordinatesOfAGraspPointAreOneInput) {
   const Analyzed a = Gripping().with({"captured", "grasps/tip-1/impulse < 4"});
   const Json& sensitivity = a.json["sensitivity"];

@@ -142,6 +142,36 @@ describe("envelopes", () => {
   });
 });
 
+describe("an envelope over one axis", () => {
+  function one() {
+    const data = campaignData("envelope");
+    const { envelope } = data.statistics;
+    const [trials, successes] = [[100, 100, 0], [99, 40, 0]];
+    data.statistics.envelope = { axes: [envelope.axes[0]], trials, ok: trials, successes, unmet: [{ criterion: "soft", counts: [1, 60, 0] }], deciding: ["soft", "soft", null] };
+    data.sample.design = data.sample.design.slice(0, 1);
+    return data;
+  }
+
+  test("is a curve with its intervals, walked by the keyboard", async () => {
+    const { page: p, context, faults } = await shown(page("envelope-curve", one()));
+    const plot = p.locator("#study-envelope .st-chart svg").first();
+    assert.equal(await plot.locator("circle").count(), 2, "a point without cases is none");
+    await plot.focus();
+    await p.keyboard.press("ArrowRight");
+    const said = await p.locator("#study-envelope [role=status]").innerText();
+    assert.match(said, /success 0\.4000 · 95\u202f% ?: 0\.3094 to 0\.4980 · 40 of 100 cases · fails most often: soft \(60 cases\) · relative_speed: 0\.1 m\/s/);
+    await p.keyboard.press("Enter");
+    assert.equal(await p.evaluate(() => window.__grapnel.study.kept), 68, "cases 4 to 7, 16 to 19 and so on");
+    await p.locator("#study-envelope").getByLabel("what fails").check();
+    assert.ok((await p.locator("#study-envelope .st-legend").innerText()).includes("share of cases that fail “soft”"));
+    const lines = (await csv(p, "#study-envelope")).trim().split("\n");
+    assert.equal(lines.length, 4);
+    assert.ok(lines[2].startsWith("0.1,40,100,0.4,0.309"), lines[2]);
+    assert.deepEqual(faults, []);
+    await context.close();
+  });
+});
+
 describe("envelopes lead to their cases", () => {
   test("the map shows what the headline counts, a cell keeps its cases, saved ones are linked", async () => {
     const { page: p, context, faults } = await shown(page("envelope-cells", campaignData("envelope")));

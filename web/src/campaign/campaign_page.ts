@@ -13,6 +13,7 @@ import { pointCard } from "../study/point_card";
 import { PointTable } from "../study/point_table";
 import { StudyState } from "../study/state";
 import { DistributionChart } from "./distribution";
+import { EnvelopeCurve } from "./envelope_curve";
 import { EnvelopeMap } from "./envelope_map";
 import { InfluenceChart } from "./influence";
 import { InputsChart } from "./inputs_chart";
@@ -64,7 +65,8 @@ export function commandFor(campaign: CampaignData, index: number): string {
 }
 
 function envelopeOrNote(model: CampaignModel, name: string, state: StudyState): HTMLElement {
-  return EnvelopeMap.of(model, name, state)?.card.root ?? emptyCard("The envelope has no two axes to draw.");
+  const card = (EnvelopeMap.of(model, name, state) ?? EnvelopeCurve.of(model, name, state))?.card.root;
+  return card ?? emptyCard("The design's axes have no values to draw over.");
 }
 
 function emptyCard(said: string): HTMLElement {
@@ -148,7 +150,7 @@ function tiles(model: CampaignModel): Tile[] {
   if (model.envelope) return made;
   const strict = [...model.criteria].filter((c) => Number.isFinite(c.onlyThis)).sort((a, b) => b.onlyThis - a.onlyThis)[0];
   if (strict && model.criteria.length > 1 && strict.onlyThis > 0)
-    made.push({ name: "decides most often", value: breakable(strict.name), detail: `${plural(strict.onlyThis, "case")} would be a success but for it` });
+    made.push({ name: "decides most often", value: breakable(strict.name), detail: `${plural(strict.onlyThis, "case")} in which nothing else fails` });
   const success = model.sensitivities.find((s) => s.output === "success");
   const known = (success && success.groups.length > 0 ? success.groups : (success?.influences ?? [])).filter((i) => Number.isFinite(i.firstOrder));
   const first = known.length > 0 ? known.reduce((best, i) => (i.firstOrder > best.firstOrder ? i : best)) : undefined;

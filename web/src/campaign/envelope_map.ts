@@ -2,11 +2,9 @@
 // Arrow keys walk over its points, and each is said with its interval.
 import * as Plot from "@observablehq/plot";
 import { element, svgElement } from "../dom";
-import { columnHead, label, withUnit } from "../format";
 import { css, onThemeChange } from "../plots/theme_colors";
 import { chartCard, type ChartCard } from "../study/chart_card";
-import { rowsToText } from "../study/csv";
-import { clipped, counted, plural, shortened } from "../study/describe";
+import { counted, plural } from "../study/describe";
 import { kStyle } from "../study/scales";
 import { hideTooltip, showTooltip } from "../study/tooltip";
 import type { StudyState } from "../study/state";
@@ -15,8 +13,9 @@ import { crosses, type LineLabel, type NamedLine, overlap, placeLabels } from ".
 import { contourSegments, joined } from "./contours";
 import { cellEdges, gridOf } from "./envelope_grid";
 import { flatRamp, kProbabilityColor, kRampWidth, uprightRamp } from "./envelope_ramp";
+import { axisOf, choosePoint, envelopeCsv, kCriteria, nameOf, pointWords } from "./envelope_words";
 import type { CampaignModel, Envelope, EnvelopeAxis, EnvelopePoint } from "./model";
-import { interval, percent, probability, share } from "./words";
+import { percent } from "./words";
 
 const kLevels = [0.5, 0.9, 0.99];
 const kDashes = ["2,3", "6,3", ""];
@@ -26,7 +25,6 @@ type Shown = "lower" | "estimate" | "upper" | "deciding";
 // The headline counts points by the lower end: so does the map that is shown first.
 const kShown: Record<Shown, string> = { lower: "probability of success, lower end of its interval", estimate: "probability of success", upper: "upper end of its interval", deciding: "what fails most often" };
 const kLine: Record<Shown, string> = { estimate: "probability", lower: "lower end", upper: "upper end", deciding: "" };
-const kCriteria = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442"];
 
 export class EnvelopeMap {
   readonly card: ChartCard;
@@ -51,7 +49,7 @@ export class EnvelopeMap {
     private readonly state: StudyState | null,
   ) {
     [this.y, this.x] = envelope.axes;
-    this.card = chartCard({ id: "envelope", title: "Capture envelope", study, csv: () => csv(envelope) });
+    this.card = chartCard({ id: "envelope", title: "Capture envelope", study, csv: () => envelopeCsv(envelope) });
     const options = (Object.keys(kShown) as Shown[]).filter((value) => value !== "deciding" || envelope.points.some((p) => p.deciding !== "")).map((value) => ({ value, text: kShown[value] }));
     this.card.controls.append(select("Show", options, this.shown, (value) => ((this.shown = value as Shown), this.draw())));
     this.card.body.after(this.said);
@@ -73,13 +71,13 @@ export class EnvelopeMap {
     this.card.setTitle(`Capture envelope: ${kShown[this.shown]}`);
     const plot = Plot.plot({
       width, height, marginLeft, ...kMargins, style: kStyle,
-      x: this.axis(x, width - marginLeft, [ex[0], ex[ex.length - 1]], 70),
-      y: { ...this.axis(y, height, [ey[0], ey[ey.length - 1]], 50), labelAnchor: "top" },
+      x: axisOf(x, width - marginLeft, [ex[0], ex[ex.length - 1]], 70, this.width),
+      y: { ...axisOf(y, height, [ey[0], ey[ey.length - 1]], 50, this.width), labelAnchor: "top" },
       marks: [(_i, scales) => this.paint(scales as unknown as Places, ex, ey)],
     }) as SVGSVGElement & Plot.Plot;
     plot.setAttribute("role", "application");
     plot.setAttribute("tabindex", "0");
-    plot.setAttribute("aria-label", `${kShown[this.shown]} over ${name(x)} and ${name(y)}; arrow keys walk over the points`);
+    plot.setAttribute("aria-label", `${kShown[this.shown]} over ${nameOf(x)} and ${nameOf(y)}; arrow keys walk over the points`);
     this.pointAt(plot, ex, ey);
     const ramp = this.shown === "deciding" ? null : beside ? uprightRamp(kShown[this.shown], height) : flatRamp(kShown[this.shown], this.width);
     const map = element("div", { class: `st-map cp-envelope${beside ? " cp-beside" : ""}` }, plot, ramp && element("div", { class: "st-ramp" }, ramp));
@@ -93,14 +91,6 @@ export class EnvelopeMap {
   // Between labels there is nothing.
   private drawsLines(): boolean {
     return !this.x.labels && !this.y.labels && this.shown !== "deciding";
-  }
-
-  private axis(a: EnvelopeAxis, pixels: number, domain: [number, number], each: number): Plot.ScaleOptions {
-    const title = shortened(name(a), Math.max(14, Math.floor((this.width - 90) / 6.6)));
-    const few = a.values.length <= pixels / each;
-    const ticks = few ? a.values : Math.max(3, Math.floor(pixels / each));
-    const format = a.labels ? { tickFormat: (k: number) => clipped(a.labels![k] ?? "", 18) } : few ? { tickFormat: (v: number) => String(Number(v.toPrecision(6))) } : {};
-    return { label: title, labelArrow: "none", labelAnchor: "center", domain, ticks: a.labels ? a.values : ticks, ...format };
   }
 
   private value(p: EnvelopePoint | undefined): number {
@@ -158,7 +148,7 @@ export class EnvelopeMap {
       this.cursor = [i, j];
       const [a, b, c, d] = [sx.apply(ex[i]), sx.apply(ex[i + 1]), sy.apply(ey[j + 1]), sy.apply(ey[j])];
       for (const [key, v] of Object.entries({ x: a, y: c, width: b - a, height: d - c, visibility: "visible" })) ring.setAttribute(key, String(v));
-      this.said.textContent = this.words(grid[j]?.[i], i, j).join(" · ");
+      this.said.textContent = this.words(grid, i, j).join(" · ");
     };
     const cellAt = (event: PointerEvent): [number, number] | null => {
       const box = plot.getBoundingClientRect();
@@ -166,16 +156,19 @@ export class EnvelopeMap {
       const [i, j] = [ex.findIndex((e, k) => k + 1 < ex.length && u >= e && u < ex[k + 1]), ey.findIndex((e, k) => k + 1 < ey.length && v >= e && v < ey[k + 1])];
       return i >= 0 && j >= 0 ? [i, j] : null;
     };
+    const choose = (i: number, j: number): void => {
+      if (this.state) choosePoint(this.state, [{ axis: this.x, edges: ex, at: i }, { axis: this.y, edges: ey, at: j }]);
+    };
     plot.addEventListener("pointermove", (event) => {
       const cell = cellAt(event);
       if (!cell) return hideTooltip();
-      if (event.pointerType !== "touch") showTooltip(this.words(grid[cell[1]]?.[cell[0]], ...cell), event.clientX, event.clientY);
+      if (event.pointerType !== "touch") showTooltip(this.words(grid, ...cell), event.clientX, event.clientY);
     });
     plot.addEventListener("click", (event) => {
       const cell = cellAt(event as PointerEvent);
       if (!cell) return;
       this.moveTo(...cell);
-      this.choose(...cell, ex, ey);
+      choose(...cell);
     });
     plot.addEventListener("pointerleave", hideTooltip);
     plot.addEventListener("focus", () => this.moveTo(...this.cursor));
@@ -184,7 +177,7 @@ export class EnvelopeMap {
       const by = step[event.key];
       if (event.key === "Enter" || event.key === " ") {
         event.preventDefault();
-        this.choose(...this.cursor, ex, ey);
+        choose(...this.cursor);
       }
       if (!by) return;
       event.preventDefault();
@@ -192,26 +185,8 @@ export class EnvelopeMap {
     });
   }
 
-  // A cell keeps its cases alone, in all charts and the table; the same cell again lets all come back.
-  private choose(i: number, j: number, ex: number[], ey: number[]): void {
-    const { state } = this;
-    if (!state) return;
-    const ranges = [{ axis: this.x, edges: ex, at: i }, { axis: this.y, edges: ey, at: j }].map(({ axis, edges, at }) => {
-      const field = state.table.axes.find((f) => f.name === axis.name);
-      return field && { field, from: edges[at], to: edges[at + 1] };
-    });
-    if (ranges.some((r) => r === undefined)) return;
-    const chosen = state.filter.ranges.filter((r) => ranges.some((one) => one!.field === r.field && one!.from === r.from && one!.to === r.to)).length === ranges.length;
-    for (const r of ranges) state.setRange(r!.field.key, chosen ? null : r!);
-    const first = chosen ? -1 : state.kept.indexOf(1);
-    if (first >= 0) state.select(first);
-  }
-
-  private words(p: EnvelopePoint | undefined, i: number, j: number): string[] {
-    const where = [`${this.x.name}: ${valueOf(this.x, i)}`, `${this.y.name}: ${valueOf(this.y, j)}`];
-    if (!p || p.trials === 0) return [...where, "no cases"];
-    const fails = p.deciding === "" ? [] : [`fails most often: ${p.deciding}${p.unmet.filter((u) => u.criterion === p.deciding).map((u) => ` (${plural(u.count, "case")})`).join("")}`];
-    return [`success ${probability(p.estimate)}`, `${percent(this.model.confidence)}: ${interval(p)}`, `${share(p)} cases`, ...fails, ...where];
+  private words(grid: (EnvelopePoint | undefined)[][], i: number, j: number): string[] {
+    return pointWords(this.model, [this.y, this.x], grid[j]?.[i], [j, i]);
   }
 }
 
@@ -249,23 +224,9 @@ function clamp(k: number, size: number): number {
   return Math.max(0, Math.min(size - 1, k));
 }
 
-function name(a: EnvelopeAxis): string {
-  return label(a.name, a.unit);
-}
-
-function valueOf(a: EnvelopeAxis, k: number): string {
-  return a.labels ? (a.labels[k] ?? "?") : withUnit(a.values[k], a.unit);
-}
-
 function note(model: CampaignModel, e: Envelope): string {
   const trials = e.points.map((p) => p.trials);
   const [least, most] = [Math.min(...trials), Math.max(...trials)];
   const cases = least === most ? `${plural(least, "case")} per point` : `${counted(least)} to ${plural(most, "case")} per point`;
   return `${cases}, ${plural(e.points.length, "point")}. Lines are straight between points; cells that one passes have no number. Point at a cell, or walk over it with the arrow keys, for its ${percent(model.confidence)} interval and what fails there; a click or Enter keeps its cases alone in the charts and the table below.`;
-}
-
-function csv(e: Envelope): string {
-  const head = [...e.axes.map((a) => columnHead(a.name, a.unit)), "successes", "cases", "probability", "lower", "upper", "fails most often"];
-  const rows = e.points.map((p) => [...p.at.map((k, a) => e.axes[a].labels?.[k] ?? e.axes[a].values[k]), p.successes, p.trials, p.estimate, p.lower, p.upper, p.deciding]);
-  return rowsToText([head, ...rows]);
 }
