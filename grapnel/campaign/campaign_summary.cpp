@@ -154,10 +154,12 @@ std::string sensitivity_text(const Campaign& campaign, const CampaignReport& rep
   std::string text = grouped ? "\nvariance that goes with one input, or group of inputs, alone:\n"
                              : "\nvariance that goes with one input alone:\n";
   std::size_t lines = 0;
+  std::set<std::string> told;
   for (const CampaignReport::Measure& measure : report.measures) {
     const bool constant = measure.name == "success" && (report.success == 0 || report.success == report.rows);
     const bool asked = measure.of == CampaignReport::Measure::Of::criterion || wanted.contains(measure.name);
-    if (constant || !asked || lines++ >= kMostLines) continue;
+    const bool again = !told.insert(measure.name).second;  // a criterion that is a column
+    if (constant || !asked || again || lines++ >= kMostLines) continue;
     text += paragraph(measure.name + ": " + influences(report, measure), "  ");
   }
   return lines == 0 ? "" : text;

@@ -361,6 +361,10 @@ TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
   EXPECT_EQ(a.json["criteria"][0]["only_this"], missed);
   EXPECT_EQ(a.json["criteria"][1]["only_this"], hard);
   EXPECT_EQ(a.json["criteria"][1]["not_checked"], missed);
+  const std::string text = campaign_summary(a.campaign, a.report);
+  const std::string line = "\n  captured: targets.box.grasp_points.grip ";
+  EXPECT_NE(text.find(line), std::string::npos) << text;
+  EXPECT_EQ(text.find(line), text.rfind(line)) << "a criterion that is a column is told once\n" << text;
 }
 
 TEST(CampaignReport, SixCoordinatesOfAGraspPointAreOneInput) {
