@@ -3,7 +3,7 @@ include(GoogleTest)
 # grapnel_test(<name> SOURCES <file>... [LIBRARIES <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [PROGRAM])
 #
 # Defines the test executable <name> on GoogleTest and GoogleMock (their main included) and registers each of its cases
-# with ctest as <name>.<Suite>.<Case>. Labels select: "slow" stays out of the sanitizer runs, "engine" compares with
+# with ctest as <name>.<Suite>.<Case>. Labels select: "slow" stays out of sanitizer builds, "engine" compares with
 # another engine. PROGRAM: the test runs the grapnel program, which is then built first.
 #
 # In the sources: GRAPNEL_SOURCE_DIR is the repository root and GRAPNEL_PROGRAM the program's path, both as strings.
@@ -15,6 +15,9 @@ function(grapnel_test name)
   endif()
   if(NOT ARG_SOURCES)
     message(FATAL_ERROR "grapnel_test(${name}): no SOURCES")
+  endif()
+  if(GRAPNEL_SANITIZE AND "slow" IN_LIST ARG_LABELS)
+    return()
   endif()
   if(NOT ARG_TIMEOUT)
     # For one case, sanitizers included: it stops what hangs, and times nothing.

@@ -27,6 +27,11 @@ struct Outcome {
   std::string out, err;
 };
 
+/// What a run had to say on stderr besides its progress, which a slow machine sees.
+inline std::string complaints(const Outcome& o) {
+  return o.err.find("warning") == std::string::npos && o.err.find("error") == std::string::npos ? "" : o.err;
+}
+
 /// A test with a folder of its own, removed afterwards.
 class ProgramRun : public testing::Test {
  protected:

@@ -23,6 +23,7 @@ namespace grapnel {
 namespace {
 
 namespace fs = std::filesystem;
+using test::complaints;
 using test::Outcome;
 using test::read_text;
 using testing::HasSubstr;
@@ -241,7 +242,7 @@ TEST_F(Program, SaysWhatIsAssumedAndUntilWhenItIsValid) {
 TEST_F(Program, TheFirstExampleIsACaptureThatIsFeasible) {
   const Outcome o = run("run " + scenario("dual-arm-satellite-handles.yaml") + " -o r");
   EXPECT_EQ(o.code, 0);
-  EXPECT_EQ(o.err, "");
+  EXPECT_EQ(complaints(o), "");
   EXPECT_THAT(o.out, HasSubstr("\ncaptured: yes (2 of 2 grips, t = 45 s, largest gap 6.56 mm)"));
   EXPECT_THAT(o.out, HasSubstr("\nfeasible: yes, clearance and joint limits are kept\n"));
 }
@@ -394,6 +395,7 @@ TEST_F(Program, OutputsInOnePipeKeepTheirLines) {
 TEST_F(Program, ControlCharactersDoNotReachTheTerminal) {
   for (const char* arguments : {"report", "export --csv", "figure --list", "merge -o m", "run", "info"}) {
     const Outcome o = run(std::string(arguments) + " \"$(printf 'x\\033[31m\\302\\233m\\007\\342\\200\\256')\"");
+    if (o.err.find("was built without Node.js") != std::string::npos) continue;  // no reports, whatever they are of
     EXPECT_EQ(o.code, 2) << arguments;
     EXPECT_THAT(o.out + o.err, HasSubstr("x?[31m?m??")) << arguments;
     EXPECT_THAT(o.out + o.err, testing::Not(HasSubstr("\x1b"))) << arguments;

@@ -105,6 +105,43 @@ TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
   }
 }
 
+// What lanes book is judged per group of bodies that touch, too: a heavy body that passes by hides no error.
+TEST(LaneBlock, AHeavyBystanderHidesNothing) {
+  const auto rows_with = [](double mass, lanes::InstructionSet set) {
+    CaptureProblem p = watched_problem();
+    p.integration.relative_tolerance = p.integration.absolute_tolerance = 1e-4;
+    TargetSetup bystander;
+    bystander.name = "bystander";
+    bystander.mass = mass;
+    bystander.inertia = Symmetric3d::diagonal(mass, mass, mass);
+    bystander.X_WT.p = {300, 400, 0};
+    bystander.V_WT = {{0, 0, 0.1}, {1, -2, 0}};
+    p.targets.push_back(bystander);
+    Campaign campaign = campaign_of(p);
+    campaign.cases = 8;
+    campaign.columns.clear();
+    for (const std::string name : {"work_energy_residual", "linear_momentum_drift", "energy_identity_residual"}) {
+      campaign.columns.push_back({name, "", "", [name](const StudyCase&, const CaptureResult& r) {
+                                    for (const LedgerEntry& e : r.ledger.entries)
+                                      if (e.name == name) return e.value;
+                                    return std::nan("");
+                                  }});
+    }
+    return run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+  };
+  for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
+    const std::vector<CampaignRow> light = rows_with(1, set), heavy = rows_with(1e9, set);
+    ASSERT_EQ(heavy.size(), light.size());
+    for (std::size_t k = 0; k < light.size(); ++k) {
+      const double energy = light[k].values[0];
+      EXPECT_GT(energy, 1e-9) << "nothing to hide";
+      EXPECT_NEAR(heavy[k].values[0], energy, 1e-3 * energy);
+      EXPECT_LT(heavy[k].values[1], 1e-11);
+      EXPECT_LT(heavy[k].values[2], 1e-10);
+    }
+  }
+}
+
 // Loads are found in every step of a case alone, also where its neighbours are in lanes: the same bits.
 TEST(LaneBlock, LoadsAreThoseOfCasesAlone) {
   Campaign campaign = campaign_of(watched_problem());

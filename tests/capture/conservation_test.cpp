@@ -8,6 +8,7 @@
 
 #include "capture/capture_case.hpp"
 #include "capture/impact_case.hpp"
+#include "grapnel/capture/finite_result.hpp"
 #include "grapnel/result/ledger.hpp"
 
 namespace grapnel::testing {
@@ -280,6 +281,32 @@ TEST(Conservation, AdviceFitsTheCause) {
 
 TEST(Conservation, ARunThatPassesHasNoAdvice) {
   for (const LedgerEntry& entry : simulate_capture(thesis_case()).ledger.entries) EXPECT_EQ(entry.advice, "");
+}
+
+// --- Results whose numbers are none ---
+
+TEST(FiniteResult, NamesTheFirstNumberThatIsNone) {
+  const CaptureResult good = simulate_capture(thesis_case());
+  EXPECT_EQ(first_not_finite(good), "");
+  CaptureResult bad = good;
+  bad.ledger.scale.energy = INFINITY;
+  EXPECT_EQ(first_not_finite(bad), "the kinetic energy");
+  bad.impact->grasps[1].impulse = {0, NAN, 0};
+  EXPECT_EQ(first_not_finite(bad), "the impulse on " + bad.impact->grasps[1].end_effector);
+  bad.grips[0].distance = INFINITY;
+  EXPECT_EQ(first_not_finite(bad), "the distance of " + bad.grips[0].end_effector + " from its grasp point");
+  bad.approach_end->base.velocity = {1e200, 0, 0};  // finite, but not its square
+  EXPECT_EQ(first_not_finite(bad), "the base's velocity at the approach's end");
+}
+
+// "Parts at inf m/s" is no result.
+TEST(FiniteResult, ARunWithoutFiniteNumbersFails) {
+  CaptureProblem p = head_on({1, 0, 0});
+  p.targets[0].V_WT.linear = {-1e200, 0, 0};
+  p.post_impact.reset();
+  const CaptureResult r = simulate_capture(p);
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  EXPECT_THAT(r.failure, HasSubstr("not a finite number"));
 }
 
 LedgerEntry entry(const char* name, double value, double bound, const char* unit = "1") {
