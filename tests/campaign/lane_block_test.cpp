@@ -109,14 +109,15 @@ TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
 TEST(LaneBlock, AHeavyBystanderHidesNothing) {
   const auto rows_with = [](double mass, lanes::InstructionSet set) {
     CaptureProblem p = watched_problem();
-    p.integration.relative_tolerance = p.integration.absolute_tolerance = 1e-4;
-    TargetSetup bystander;
-    bystander.name = "bystander";
+    p.contact.gap = ContactSetup::Gap::weld_as_found;
+    p.robot.end_effectors[1].envelope = CaptureEnvelope{};
+    p.robot.end_effectors[1].envelope->position = 0.01;
+    p.approach->match.reset();
+    TargetSetup& bystander = p.targets[1];  // out of reach of its arm
     bystander.mass = mass;
     bystander.inertia = Symmetric3d::diagonal(mass, mass, mass);
     bystander.X_WT.p = {300, 400, 0};
     bystander.V_WT = {{0, 0, 0.1}, {1, -2, 0}};
-    p.targets.push_back(bystander);
     Campaign campaign = campaign_of(p);
     campaign.cases = 8;
     campaign.columns.clear();
@@ -133,9 +134,10 @@ TEST(LaneBlock, AHeavyBystanderHidesNothing) {
     const std::vector<CampaignRow> light = rows_with(1, set), heavy = rows_with(1e9, set);
     ASSERT_EQ(heavy.size(), light.size());
     for (std::size_t k = 0; k < light.size(); ++k) {
+      ASSERT_EQ(heavy[k].status, CaseStatus::ok) << heavy[k].reason;
       const double energy = light[k].values[0];
-      EXPECT_GT(energy, 1e-9) << "nothing to hide";
-      EXPECT_NEAR(heavy[k].values[0], energy, 1e-3 * energy);
+      EXPECT_GT(energy, 1e-13) << "nothing to hide";
+      EXPECT_GT(heavy[k].values[0], 0.5 * energy);  // over the scene's energy it would be 1e-10 of that
       EXPECT_LT(heavy[k].values[1], 1e-11);
       EXPECT_LT(heavy[k].values[2], 1e-10);
     }
