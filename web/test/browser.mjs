@@ -1,7 +1,7 @@
 // Reports in a headless browser: what the tests share. A page counts every console error and every request it makes:
 // a report that is one file has none of either.
 import { execFileSync } from "node:child_process";
-import { existsSync, mkdtempSync, rmSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { createRequire } from "node:module";
 import os from "node:os";
 import path from "node:path";
@@ -70,6 +70,16 @@ export async function open(browser, file, options = {}) {
   await page.goto(url, { timeout: 120_000 });
   await page.waitForFunction(() => window.__grapnel || document.querySelector(".fault"), null, { timeout: 120_000 }); // a busy machine is slow, not broken
   return { page, context, faults };
+}
+
+// What axe finds wrong with the page for those who use it without a mouse or with other eyes, everything unfolded.
+export async function axeFaults(page) {
+  await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
+  await scrollThrough(page);
+  // A text that the browser's own door takes: the page's policy forbids it scripts.
+  await page.evaluate(readFileSync(createRequire(path.join(modules, "package.json")).resolve("axe-core/axe.min.js"), "utf8"));
+  const { violations } = await page.evaluate(() => window.axe.run(document));
+  return violations.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.html.slice(0, 120)}`));
 }
 
 // Scrolls through the page, so that what is built when it comes into view is built.

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { after, before, describe, test } from "node:test";
-import { grapnel, launch, open, scenario, scratch, scrollThrough } from "./browser.mjs";
+import { axeFaults, grapnel, launch, open, scenario, scratch, scrollThrough } from "./browser.mjs";
 import { campaignData, campaignStatistics } from "./made_campaign.mjs";
 
 const folder = scratch();
@@ -51,6 +51,7 @@ describe("campaigns open, with no error and no request", () => {
       assert.equal(await p.getByText("cannot be shown").count(), 0);
       for (const id of ["probability", "distribution", "influence", "inputs", "worst", "failures", "spread", "parallel", "table", "point"]) assert.ok((await charts(p)).includes(id), id);
       assert.ok(await p.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), "wider than the screen");
+      if (name !== "on a phone") assert.deepEqual(await axeFaults(p), []);
       await context.close();
     });
   }
@@ -137,6 +138,7 @@ describe("envelopes", () => {
     const lines = (await csv(p, "#study-envelope")).trim().split("\n");
     assert.equal(lines.length, 13);
     assert.ok(lines[6].startsWith("0.1,10,95,100,0.95,0.888"), lines[6]);
+    assert.deepEqual(await axeFaults(p), []);
     assert.deepEqual(faults, []);
     await context.close();
   });
@@ -167,6 +169,7 @@ describe("an envelope over one axis", () => {
     const lines = (await csv(p, "#study-envelope")).trim().split("\n");
     assert.equal(lines.length, 4);
     assert.ok(lines[2].startsWith("0.1,40,100,0.4,0.309"), lines[2]);
+    assert.deepEqual(await axeFaults(p), []);
     assert.deepEqual(faults, []);
     await context.close();
   });

@@ -2,14 +2,9 @@
 // shown, the replay beside the plots, the states of an impact, texts of scenarios, video, and what its policy forbids.
 import assert from "node:assert/strict";
 import { readFileSync, writeFileSync } from "node:fs";
-import { createRequire } from "node:module";
 import path from "node:path";
-import { fileURLToPath } from "node:url";
 import { after, before, describe, test } from "node:test";
-import { grapnel, launch, open, scenario, scratch, scrollThrough } from "./browser.mjs";
-
-const modules = process.env.GRAPNEL_WEB_MODULES ?? path.join(path.dirname(fileURLToPath(import.meta.url)), "..");
-const axe = readFileSync(createRequire(path.join(modules, "package.json")).resolve("axe-core/axe.min.js"), "utf8");
+import { axeFaults, grapnel, launch, open, scenario, scratch, scrollThrough } from "./browser.mjs";
 
 const folder = scratch();
 let browser, handles, planned, comparison;
@@ -72,19 +67,7 @@ describe("without a mouse or with other eyes", () => {
   for (const [name, file, colorScheme] of [["light", () => handles, "light"], ["dark", () => handles, "dark"], ["two runs", () => comparison, "light"]]) {
     test(`no fault that axe finds: ${name}`, async () => {
       const { page, context } = await open(browser, file(), { colorScheme });
-      await page.evaluate(() => document.querySelectorAll("details").forEach((one) => (one.open = true)));
-      await scrollThrough(page);
-      const faults = await page.evaluate(async (source) => {
-        (0, eval)(source);
-        const { violations } = await window.axe.run(document);
-        return violations.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.html.slice(0, 120)}`));
-      }, axe).catch(async () => {
-        // The policy forbids eval; the browser's own door is open.
-        await page.evaluate(axe);
-        const { violations } = await page.evaluate(() => window.axe.run(document));
-        return violations.flatMap((one) => one.nodes.map((node) => `${one.id}: ${node.html.slice(0, 120)}`));
-      });
-      assert.deepEqual(faults, []);
+      assert.deepEqual(await axeFaults(page), []);
       await context.close();
     });
   }

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
 import { after, before, describe, test } from "node:test";
-import { grapnel, launch, open, scenario, scratch, scrollThrough, source } from "./browser.mjs";
+import { axeFaults, grapnel, launch, open, scenario, scratch, scrollThrough, source } from "./browser.mjs";
 
 const folder = scratch();
 let browser;
@@ -87,6 +87,7 @@ describe("every kind of report opens, with no error and no request", () => {
       assert.equal(await page.locator(".fault").count(), 0);
       // No section gave up.
       assert.equal(await page.getByText("cannot be shown").count(), 0);
+      if (["a sweep", "an optimization"].includes(name)) assert.deepEqual(await axeFaults(page), []);
       await context.close();
     });
   }

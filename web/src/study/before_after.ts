@@ -29,7 +29,7 @@ export function beforeAfterCard(comparison: any, study: string): HTMLElement {
   const fill = (all: boolean): void => {
     const shown = all ? columns : columns.filter(tells);
     const made = [...parts, ["Columns", shown] as [string, Row[]]].filter(([, rows]) => rows.length > 0);
-    const head = element("tr", {}, ...["", "before", "after", "change"].map((text) => element("th", { scope: "col" }, text)));
+    const head = element("tr", {}, ...["what", "before", "after", "change"].map((text) => element("th", { scope: "col" }, text)));
     body.replaceChildren(element("table", { class: "st-grid st-change" }, element("thead", {}, head), ...made.map(([name, rows]) => section(name, rows))));
   };
   fill(false);

@@ -95,7 +95,7 @@ function optimizationHeader(data: ReportData, found: OptimizationData, table: St
       ["SHA-256", text(c?.optimization?.sha256)],
     ],
     text: text(c?.text),
-    more: found.command ? element("div", {}, element("h3", { class: "st-sub" }, "Run the best"), commandLine(found.command)) : null,
+    more: found.command ? element("div", {}, element("h2", { class: "st-sub" }, "Run the best"), commandLine(found.command)) : null,
   });
 }
 
