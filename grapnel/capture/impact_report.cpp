@@ -147,8 +147,8 @@ ImpactSolution published_solution(const CaptureSystem& system, const Contact& co
   s.rank = static_cast<int>(J.fullPivLu().rank());
   const Eigen::VectorXd u = J * before, left = J * after, part = taking_part(model, J);
   s.constraint_residual =
-      left.lpNorm<Eigen::Infinity>() / std::max({u.lpNorm<Eigen::Infinity>(),
-                                                 before.cwiseProduct(part).lpNorm<Eigen::Infinity>(), 1e-300});
+      left.lpNorm<Eigen::Infinity>() /
+      std::max({u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(part).lpNorm<Eigen::Infinity>(), 1e-300});
   static_cast<ImpactBooks&>(s) = impact_books(M, part, before, after, J.transpose() * P, 0.5 * P.dot(u));
   return s;
 }

@@ -49,7 +49,8 @@ Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const
   return total;
 }
 
-double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state, std::span<const int> roots) {
+double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state,
+                      std::span<const int> roots) {
   double twice = 0;
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     if (!counts(model, roots, i)) continue;

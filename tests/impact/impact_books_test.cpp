@@ -20,7 +20,8 @@ TEST(ImpactBooks, ThoseTakePartOnWhoseTreeARowActs) {
       for (const Grasp& g : c.grasps) {
         for (int b : {g.robot_body, g.target_body}) gripped = gripped || c.model.bodies()[b].root == body.root;
       }
-      for (int k = 0; k < velocity_count(body.description.joint.type); ++k) EXPECT_EQ(part[body.v + k], gripped ? 1 : 0);
+      for (int k = 0; k < velocity_count(body.description.joint.type); ++k)
+        EXPECT_EQ(part[body.v + k], gripped ? 1 : 0);
     }
     EXPECT_TRUE(taking_part(c.model, Eigen::MatrixXd(0, c.model.velocities())).isZero(0));
   }
