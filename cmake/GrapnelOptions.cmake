@@ -24,8 +24,9 @@ if(GRAPNEL_SANITIZE)
   target_compile_options(grapnel_options INTERFACE -fsanitize=${GRAPNEL_SANITIZE} -fno-omit-frame-pointer
                                                    -fno-sanitize-recover=all)
   if(GRAPNEL_SANITIZE MATCHES "undefined")
-    # Checks of every pointer before every use are a third of the compile time and say no more than the address
-    # sanitizer, under which a null pointer's use ends the test as well; Eigen asserts its own alignment.
+    # Checks of every pointer before every use took a third of the compile time. A null pointer that is read or written
+    # ends a test under the address sanitizer as well, and Eigen asserts the alignment of its own; a reference to null
+    # that nobody reads, and misaligned numbers elsewhere, are not found.
     target_compile_options(grapnel_options INTERFACE -fno-sanitize=null,alignment)
   endif()
   target_link_options(grapnel_options INTERFACE -fsanitize=${GRAPNEL_SANITIZE})

@@ -20,7 +20,7 @@ struct EnvelopePoint {
   Proportion success;                // of all rows of the point
   std::vector<std::uint64_t> unmet;  // per criterion: rows that are ok and fail it, as counted for only_this
 
-  /// What decides: the criterion that most rows do not meet, of equal ones the first; the number of criteria if more
+  /// What decides: the criterion that most rows fail, of equal ones the first; the number of criteria if more
   /// rows are not ok. Nothing where all are a success.
   std::optional<std::size_t> deciding() const;
 };
