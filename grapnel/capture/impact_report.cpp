@@ -149,7 +149,7 @@ ImpactSolution published_solution(const CaptureSystem& system, const Contact& co
   s.constraint_residual =
       left.lpNorm<Eigen::Infinity>() /
       std::max({u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(part).lpNorm<Eigen::Infinity>(), 1e-300});
-  static_cast<ImpactBooks&>(s) = impact_books(M, part, before, after, J.transpose() * P, 0.5 * P.dot(u));
+  static_cast<ImpactChecks&>(s) = impact_checks(M, part, before, after, J.transpose() * P, 0.5 * P.dot(u));
   return s;
 }
 
@@ -256,7 +256,7 @@ ImpactSolution solve_contacts(const ImpactTask& task, const Kinematics& before, 
     report.grasps[task.already_closed + i].rebound = describe_rebound(points[i], s.contacts[i]);
   }
   solution.held_impulses = s.held_impulses;
-  static_cast<ImpactBooks&>(solution) = s;
+  static_cast<ImpactChecks&>(solution) = s;
   return solution;
 }
 

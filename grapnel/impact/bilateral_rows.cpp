@@ -33,7 +33,7 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
   // dT = P^T (u- + u+) / 2, which is -u-^T W^+ u- / 2 where u+ is zero: P is in the row space up to self-stress, which
   // does no work on u- or u+.
   const double work = 0.5 * impulse.dot(u + u_after);
-  static_cast<ImpactBooks&>(result) = impact_books(M, rows.part, before, after, J.transpose() * impulse, work);
+  static_cast<ImpactChecks&>(result) = impact_checks(M, rows.part, before, after, J.transpose() * impulse, work);
   if (J.rows() == 0) return result;
   const double speed = std::max(u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(rows.part).lpNorm<Eigen::Infinity>());
   if (speed > 0) result.constraint_residual = (J * after - u_after).lpNorm<Eigen::Infinity>() / speed;

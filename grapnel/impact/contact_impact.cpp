@@ -237,8 +237,8 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   const Eigen::Map<const Eigen::VectorXd> after(solution.velocity.data(), before.size());
   Eigen::MatrixXd all(rows.J.rows() + bilateral.J.rows(), rows.J.cols());
   all << rows.J, bilateral.J;
-  static_cast<ImpactBooks&>(solution) =
-      impact_books(M, taking_part(model, all), before, after, impulse, 0.5 * impulse.dot(before + after));
+  static_cast<ImpactChecks&>(solution) =
+      impact_checks(M, taking_part(model, all), before, after, impulse, 0.5 * impulse.dot(before + after));
   fill_contacts(path, rows, contacts, before, after, solution);
   if (solution.status == ContactImpactSolution::Status::solved) vary_order(problem, path, solution);
   return solution;

@@ -47,7 +47,7 @@ struct ContactPointImpulse {
   double spread = 0;
 };
 
-struct ContactImpactSolution : ImpactBooks {
+struct ContactImpactSolution : ImpactChecks {
   enum class Status { solved, not_converged };
   Status status = Status::not_converged;
   std::string message;           // what did not converge, where; empty if solved

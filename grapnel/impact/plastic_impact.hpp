@@ -13,7 +13,7 @@
 
 #include "grapnel/constraint/grasp.hpp"
 #include "grapnel/dynamics/state.hpp"
-#include "grapnel/impact/impact_books.hpp"
+#include "grapnel/impact/impact_checks.hpp"
 
 namespace grapnel {
 
@@ -30,7 +30,7 @@ struct ContactImpulse {
   std::vector<bool> determined;  // per component [angular; linear]: the same in every solution
 };
 
-struct ImpactSolution : ImpactBooks {
+struct ImpactSolution : ImpactChecks {
   std::vector<double> velocity;          // v+ of the whole model
   std::vector<ContactImpulse> contacts;  // per grip
   std::vector<double> held_impulses;     // per held rate [N m s or N s]

@@ -10,7 +10,7 @@
 
 namespace grapnel {
 
-struct ImpactBooks {
+struct ImpactChecks {
   double kinetic_energy_before = 0;  // [J], by the mass matrix, of the whole model
   double kinetic_energy_after = 0;
   double energy_identity_residual = 0;       // |dT - work of the impulses|, over T before or after of what takes part
@@ -20,9 +20,9 @@ struct ImpactBooks {
 /// Per velocity: one if rows `J` (rows x velocities) act on the tree that it belongs to, zero otherwise.
 Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J);
 
-/// Books of the impact that makes `after` of the velocities `before`, under the generalized impulse `impulse` (J^T P).
+/// Checks of the impact that makes `after` of the velocities `before`, under the generalized impulse `impulse` (J^T P).
 /// `work` [J]: what the impulses do, P^T (u- + u+) / 2. `part` is taking_part() of all rows.
-ImpactBooks impact_books(const Eigen::MatrixXd& M, const Eigen::VectorXd& part, const Eigen::VectorXd& before,
-                         const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, double work);
+ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Eigen::VectorXd& part, const Eigen::VectorXd& before,
+                           const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, double work);
 
 }  // namespace grapnel

@@ -1,4 +1,4 @@
-#include "grapnel/impact/impact_books.hpp"
+#include "grapnel/impact/impact_checks.hpp"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -26,20 +26,20 @@ Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J) {
   return part;
 }
 
-ImpactBooks impact_books(const Eigen::MatrixXd& M, const Eigen::VectorXd& part, const Eigen::VectorXd& before,
-                         const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, double work) {
-  ImpactBooks books;
-  books.kinetic_energy_before = kinetic_energy(M, before);
-  books.kinetic_energy_after = kinetic_energy(M, after);
+ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Eigen::VectorXd& part, const Eigen::VectorXd& before,
+                           const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, double work) {
+  ImpactChecks checks;
+  checks.kinetic_energy_before = kinetic_energy(M, before);
+  checks.kinetic_energy_after = kinetic_energy(M, after);
   const double T0 = kinetic_energy(M, before.cwiseProduct(part)), T1 = kinetic_energy(M, after.cwiseProduct(part));
   // Of M v, not of M dv: a grip that meets its target's motion exactly has a dv of rounding alone. After the impact
   // there may be more of it than before, where drives work.
   const double scale = std::max(T0, T1);
-  books.energy_identity_residual = ratio(std::abs((T1 - T0) - work), scale);
+  checks.energy_identity_residual = ratio(std::abs((T1 - T0) - work), scale);
   // Over everything: a body that takes no part must not change its motion.
   const Eigen::VectorXd residual = M * (after - before) - impulse;
-  books.generalized_momentum_residual = std::sqrt(ratio(std::abs(residual.dot(M.llt().solve(residual))), 2 * scale));
-  return books;
+  checks.generalized_momentum_residual = std::sqrt(ratio(std::abs(residual.dot(M.llt().solve(residual))), 2 * scale));
+  return checks;
 }
 
 }  // namespace grapnel
