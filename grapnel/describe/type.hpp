@@ -1,0 +1,360 @@
+#pragma once
+
+/// @file
+/// Plain structures described once, as data: each field's key, member, unit, range and meaning. Whatever walks over
+/// all fields (readers, writers, schemas, tables of the documentation, setters by path, checks that numbers are finite,
+/// bytes to compare) is then an ordinary function over a `Type` and an address, written once for all structures, and a
+/// field that is added to a structure needs one more line: the one that describes it.
+///
+///     struct Envelope { double position = 0; std::optional<double> angle; };
+///
+///     template <> struct Described<Envelope> {
+///       static constexpr auto fields = std::to_array<Field>({
+///         field<&Envelope::position>("position", "m", "Largest distance from the grasp point.").at_least(0),
+///         field<&Envelope::angle>("angle", "rad", "Largest angle; absent: any."),
+///         derived<[](const Envelope& e) { return 2 * e.position; }>("width", "m", "Of the whole envelope."),
+///       });
+///       static constexpr Type type = structure<Envelope>("Envelope", "What an end-effector can close on.", fields);
+///     };
+///
+/// type_of<T>() is the description of bool, whole numbers, double, std::string, Vector3d, Quaterniond, std::vector,
+/// std::optional, std::array and std::pair of described types, of enumerations and structures with a Described<T>.
+/// Descriptions are constants; nothing is registered, and nothing runs before main().
+
+#include <array>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "grapnel/spatial/rotation.hpp"
+#include "grapnel/spatial/vector3.hpp"
+
+namespace grapnel {
+
+struct Type;
+
+/// A call for the value at an address, which is valid for the length of the call.
+struct ValueVisitor {
+  void (*call)(void* context, const void* value);
+  void* context;
+  void operator()(const void* value) const { call(context, value); }
+};
+
+/// The numbers that a field may have. Of lists and vectors: each of them.
+struct Range {
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+  bool least_excluded = false, most_excluded = false;
+
+  constexpr bool contains(double x) const {
+    return (least_excluded ? x > least : x >= least) && (most_excluded ? x < most : x <= most);
+  }
+};
+
+/// One field of a structure.
+struct Field {
+  std::string_view key;   ///< its name in files, tables and pages
+  std::string_view unit;  ///< of its numbers, such as "N s"; "1": without dimension; "": no numbers
+  std::string_view text;  ///< what it is, in which frame, who computes it; sentences
+  const Type& (*type)() = nullptr;
+  /// Shows the value: of a member, or of what is computed from the structure.
+  void (*show)(const void* owner, ValueVisitor visitor) = nullptr;
+  void* (*place)(void* owner) = nullptr;            ///< the member's address; null: computed
+  bool (*is_present)(const void* owner) = nullptr;  ///< whether it is written; null: always (an empty optional is not)
+  Range range = {};
+  bool is_required = false;     ///< in files that are read
+  bool is_null_absent = false;  ///< an empty optional, or a number that is not finite, is written as null
+
+  constexpr Field at_least(double x) const {
+    Field f = *this;
+    f.range.least = x;
+    return f;
+  }
+  constexpr Field above(double x) const {
+    Field f = *this;
+    f.range.least = x, f.range.least_excluded = true;
+    return f;
+  }
+  constexpr Field at_most(double x) const {
+    Field f = *this;
+    f.range.most = x;
+    return f;
+  }
+  constexpr Field required() const {
+    Field f = *this;
+    f.is_required = true;
+    return f;
+  }
+  constexpr Field or_null() const {
+    Field f = *this;
+    f.is_null_absent = true;
+    return f;
+  }
+  /// Written only where the predicate, a lambda of the structure without captures, holds.
+  template <auto Predicate>
+  constexpr Field when() const;
+};
+
+/// A name that an enumeration's value has in files.
+struct Choice {
+  std::int64_t value;
+  std::string_view name;
+  std::string_view text;  ///< what it means; may be empty
+};
+
+/// What a value is, and how to get at its parts.
+struct Type {
+  enum class Kind { boolean, whole, real, text, choice, list, optional, structure };
+  Kind kind = Kind::structure;
+  std::string_view name = {};  ///< of structures and enumerations, as in the sources
+  std::string_view text = {};  ///< of structures: what they are
+  std::span<const Field> fields = {};
+  std::span<const Choice> choices = {};
+  std::size_t fixed_size = 0;     ///< of lists: that all of them have (vectors: 3, quaternions: 4); 0: any
+  const Type& (*of)() = nullptr;  ///< of lists and optionals: what they hold
+
+  std::int64_t (*whole)(const void* value) = nullptr;  ///< of whole numbers, choices and booleans
+  void (*set_whole)(void* value, std::int64_t number) = nullptr;
+  std::size_t (*size)(const void* value) = nullptr;         ///< of lists; of optionals 0 or 1
+  void (*resize)(void* value, std::size_t size) = nullptr;  ///< as size(); null where the size is fixed
+  void (*show_item)(const void* value, std::size_t i, ValueVisitor visitor) = nullptr;
+  void* (*item)(void* value, std::size_t i) = nullptr;  ///< null where items have no address
+};
+
+/// Specialised for every structure and enumeration that is described.
+template <class T>
+struct Described;
+
+/// The description of T. T's own must be visible where this is instantiated.
+template <class T>
+const Type& type_of();
+
+/// Calls visit(const Value&) for what a ValueVisitor shows.
+template <class Call>
+ValueVisitor visitor_of(Call& call) {
+  return {[](void* context, const void* value) { (*static_cast<Call*>(context))(value); },
+          const_cast<void*>(static_cast<const void*>(&call))};
+}
+
+// ---- How descriptions are written ----
+
+namespace detail {
+
+template <class>
+struct MemberOf;
+template <class Owner, class Value>
+struct MemberOf<Value Owner::*> {
+  using owner = Owner;
+  using value = Value;
+};
+
+template <class>
+struct ArgumentOf;
+template <class Result, class Function, class Owner>
+struct ArgumentOf<Result (Function::*)(const Owner&) const> {
+  using owner = Owner;
+  using value = std::remove_cvref_t<Result>;
+};
+
+}  // namespace detail
+
+/// A member, possibly one of the structure's first base class.
+template <auto Member>
+constexpr Field field(std::string_view key, std::string_view unit, std::string_view text) {
+  using Owner = typename detail::MemberOf<decltype(Member)>::owner;
+  using Value = typename detail::MemberOf<decltype(Member)>::value;
+  Field f;
+  f.key = key, f.unit = unit, f.text = text;
+  f.type = &type_of<Value>;
+  f.show = [](const void* owner, ValueVisitor visitor) { visitor(&(static_cast<const Owner*>(owner)->*Member)); };
+  f.place = [](void* owner) -> void* { return &(static_cast<Owner*>(owner)->*Member); };
+  return f;
+}
+
+/// A member of a structure without numbers.
+template <auto Member>
+constexpr Field field(std::string_view key, std::string_view text) {
+  return field<Member>(key, "", text);
+}
+
+/// A value that is computed from the structure by a lambda without captures when it is written.
+template <auto Function>
+constexpr Field derived(std::string_view key, std::string_view unit, std::string_view text) {
+  using Signature = detail::ArgumentOf<decltype(&decltype(Function)::operator())>;
+  using Owner = typename Signature::owner;
+  using Value = typename Signature::value;
+  Field f;
+  f.key = key, f.unit = unit, f.text = text;
+  f.type = &type_of<Value>;
+  f.show = [](const void* owner, ValueVisitor visitor) {
+    const Value value = Function(*static_cast<const Owner*>(owner));
+    visitor(&value);
+  };
+  return f;
+}
+
+template <auto Predicate>
+constexpr Field Field::when() const {
+  using Owner = typename detail::ArgumentOf<decltype(&decltype(Predicate)::operator())>::owner;
+  Field f = *this;
+  f.is_present = [](const void* owner) { return bool(Predicate(*static_cast<const Owner*>(owner))); };
+  return f;
+}
+
+template <class T>
+constexpr Type structure(std::string_view name, std::string_view text, std::span<const Field> fields) {
+  Type type;
+  type.kind = Type::Kind::structure, type.name = name, type.text = text, type.fields = fields;
+  return type;
+}
+
+template <class Enum>
+requires std::is_enum_v<Enum>
+constexpr Choice choice(Enum value, std::string_view name, std::string_view text = {}) {
+  return {static_cast<std::int64_t>(value), name, text};
+}
+
+template <class Enum>
+requires std::is_enum_v<Enum>
+constexpr Type enumeration(std::string_view name, std::span<const Choice> choices) {
+  Type type;
+  type.kind = Type::Kind::choice, type.name = name, type.choices = choices;
+  type.whole = [](const void* value) { return static_cast<std::int64_t>(*static_cast<const Enum*>(value)); };
+  type.set_whole = [](void* value, std::int64_t number) { *static_cast<Enum*>(value) = static_cast<Enum>(number); };
+  return type;
+}
+
+/// The name of a described enumeration's value. @throws std::logic_error if it has none.
+std::string_view name_of_choice(const Type& type, std::int64_t value);
+template <class Enum>
+std::string_view name_in_files(Enum value) {
+  return name_of_choice(type_of<Enum>(), static_cast<std::int64_t>(value));
+}
+/// The value of a name; empty if no value is called so.
+std::optional<std::int64_t> choice_named(const Type& type, std::string_view name);
+/// The field of a structure with the key; null if there is none.
+const Field* field_named(const Type& type, std::string_view key);
+
+// ---- The descriptions of values that are no structures ----
+
+namespace detail {
+
+template <class T>
+struct IsVector : std::false_type {};
+template <class T>
+struct IsVector<std::vector<T>> : std::true_type {};
+template <class T>
+struct IsArray : std::false_type {};
+template <class T, std::size_t n>
+struct IsArray<std::array<T, n>> : std::true_type {};
+template <class T>
+struct IsOptional : std::false_type {};
+template <class T>
+struct IsOptional<std::optional<T>> : std::true_type {};
+
+template <class List>
+constexpr Type vector_type() {
+  using Item = typename List::value_type;
+  Type type;
+  type.kind = Type::Kind::list;
+  type.of = &type_of<Item>;
+  type.size = [](const void* value) { return static_cast<const List*>(value)->size(); };
+  type.resize = [](void* value, std::size_t size) { static_cast<List*>(value)->resize(size); };
+  type.show_item = [](const void* value, std::size_t i, ValueVisitor visitor) {
+    const Item& item = (*static_cast<const List*>(value))[i];  // bool: a copy that lives as long as the reference
+    visitor(&item);
+  };
+  if constexpr (!std::same_as<Item, bool>) {
+    type.item = [](void* value, std::size_t i) -> void* { return &(*static_cast<List*>(value))[i]; };
+  }
+  return type;
+}
+
+// Three numbers, four, or any fixed number, by operator[].
+template <class List, class Item, std::size_t n>
+constexpr Type fixed_list_type() {
+  Type type;
+  type.kind = Type::Kind::list, type.fixed_size = n;
+  type.of = &type_of<Item>;
+  type.size = [](const void*) { return n; };
+  type.show_item = [](const void* value, std::size_t i, ValueVisitor visitor) {
+    const Item& item = (*static_cast<const List*>(value))[static_cast<int>(i)];
+    visitor(&item);
+  };
+  type.item = [](void* value, std::size_t i) -> void* { return &(*static_cast<List*>(value))[static_cast<int>(i)]; };
+  return type;
+}
+
+template <class T>
+constexpr Type optional_type() {
+  using Value = typename T::value_type;
+  Type type;
+  type.kind = Type::Kind::optional;
+  type.of = &type_of<Value>;
+  type.size = [](const void* value) { return std::size_t{static_cast<const T*>(value)->has_value()}; };
+  type.resize = [](void* value, std::size_t size) {
+    T& optional = *static_cast<T*>(value);
+    if (size == 0) optional.reset();
+    if (size == 1 && !optional) optional.emplace();
+  };
+  type.show_item = [](const void* value, std::size_t, ValueVisitor visitor) {
+    visitor(&**static_cast<const T*>(value));
+  };
+  type.item = [](void* value, std::size_t) -> void* { return &**static_cast<T*>(value); };
+  return type;
+}
+
+template <class T>
+constexpr Type whole_type(Type::Kind kind) {
+  Type type;
+  type.kind = kind;
+  type.whole = [](const void* value) { return static_cast<std::int64_t>(*static_cast<const T*>(value)); };
+  type.set_whole = [](void* value, std::int64_t number) { *static_cast<T*>(value) = static_cast<T>(number); };
+  return type;
+}
+
+// w, x, y, z in this order.
+Type quaternion_type();
+
+template <class T>
+Type make_type() {
+  if constexpr (std::same_as<T, bool>) {
+    return whole_type<bool>(Type::Kind::boolean);
+  } else if constexpr (std::integral<T>) {
+    return whole_type<T>(Type::Kind::whole);
+  } else if constexpr (std::same_as<T, double>) {
+    return {.kind = Type::Kind::real};
+  } else if constexpr (std::same_as<T, std::string>) {
+    return {.kind = Type::Kind::text};
+  } else if constexpr (std::same_as<T, Vector3d>) {
+    return fixed_list_type<Vector3d, double, 3>();
+  } else if constexpr (std::same_as<T, Quaterniond>) {
+    return quaternion_type();
+  } else if constexpr (IsVector<T>::value) {
+    return vector_type<T>();
+  } else if constexpr (IsArray<T>::value) {
+    return fixed_list_type<T, typename T::value_type, std::tuple_size_v<T>>();
+  } else if constexpr (IsOptional<T>::value) {
+    return optional_type<T>();
+  } else {
+    return Described<T>::type;
+  }
+}
+
+}  // namespace detail
+
+template <class T>
+const Type& type_of() {
+  static const Type type = detail::make_type<T>();
+  return type;
+}
+
+}  // namespace grapnel
