@@ -1,9 +1,9 @@
 #include "grapnel/capture/flown_solution.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <optional>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/plan/newton_step.hpp"
 
 namespace grapnel {

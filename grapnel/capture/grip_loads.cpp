@@ -1,10 +1,9 @@
 #include "grapnel/capture/grip_loads.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <cmath>
 
 #include "grapnel/capture/captured_model.hpp"
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/body_acceleration.hpp"
 
 namespace grapnel {

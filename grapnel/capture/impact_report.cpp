@@ -6,11 +6,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include "grapnel/capture/contact_normal.hpp"
 #include "grapnel/capture/measure_report.hpp"
 #include "grapnel/capture/recorder.hpp"
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/bilateral_restitution.hpp"

@@ -1,6 +1,5 @@
 #include "grapnel/study/optimization_moves.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -8,6 +7,7 @@
 #include "grapnel/capture/capture_system.hpp"
 #include "grapnel/capture/problem_lookup.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/plan/floating_base.hpp"
 
 namespace grapnel {

@@ -1,7 +1,6 @@
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
+#include "oracle/partitioned_dynamics.hpp"
 
-#include "grapnel/constraint/constrained_dynamics.hpp"
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/body_acceleration.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 
