@@ -19,7 +19,7 @@ LEFT_OUT = (
     ("table.h5, shards", "the same numbers as table.csv; campaigns' shards depend on where a run was stopped"),
     ("timeseries.h5", "read through `grapnel export`: --csv in full, --mat and --glb as text with digests of the numbers"),
     ("pictures of figures", "gnuplot's; their data and scripts are recorded"),
-    ("progress lines", "they depend on the machine"),
+    ("lines of progress and of how long it will take", "which appear depends on how busy the machine is"),
 )
 
 # Laws, models and modes that the shipped scenarios do not have, each as overrides of one of them.
