@@ -10,7 +10,6 @@
 namespace grapnel {
 namespace {
 
-
 // A bijection of 32 bits without visible pattern (finalizer of MurmurHash3, Appleby).
 std::uint32_t scattered(std::uint32_t i) {
   i ^= i >> 16;
