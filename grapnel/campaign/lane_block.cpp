@@ -59,14 +59,14 @@ void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector
 
 Vector3d vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-GroupBooks books_of(const lanes::LaneTree& tree) {
+GroupQuantities quantities_of(const lanes::LaneTree& tree) {
   return {vector_of(tree.com), {vector_of(tree.angular), vector_of(tree.linear)}, tree.size};
 }
 
 PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
   PhaseMeasures measures;
   for (const lanes::LaneTreeBooks& tree : outcome.trees) {
-    measures.trees.push_back({books_of(tree.start),
+    measures.trees.push_back({quantities_of(tree.start),
                               tree.linear_deviation,
                               tree.angular_deviation,
                               tree.energy_deviation,

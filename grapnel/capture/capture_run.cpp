@@ -124,8 +124,8 @@ void CaptureRun::to_free() {
 }
 
 void CaptureRun::to_joined() {
-  if (bodies.grips.empty()) return;
-  CapturedSystem joined = join_targets(bodies.free, bodies.state, bodies.grips);
+  if (bodies.held.empty()) return;
+  CapturedSystem joined = join_targets(bodies.free, bodies.state, bodies.held);
   bodies.system = std::move(joined.system);
   bodies.state = std::move(joined.state);
   monitor.set_system(bodies.system);

@@ -8,13 +8,12 @@
 #include <stdexcept>
 #include <string>
 
-#include "grapnel/capture/capture_detail.hpp"
-#include "grapnel/capture/capture_progress.hpp"
-#include "grapnel/capture/captured_model.hpp"
-#include "grapnel/capture/grip_schedule.hpp"
-#include "grapnel/capture/moving_frame.hpp"
-#include "grapnel/capture/phase_setups.hpp"
+#include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/capture/grasp_schedule.hpp"
 #include "grapnel/capture/run_monitor.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/captured_model.hpp"
+#include "grapnel/problem/moving_frame.hpp"
 
 namespace grapnel {
 
@@ -29,7 +28,7 @@ struct RunBodies {
 
   const CaptureSystem free;     // all targets free
   CaptureSystem system;         // as it is now: targets that are held hang on the arms that hold them
-  std::vector<HeldGrip> grips;  // that hold now, in the free system's bodies
+  std::vector<HeldGrasp> held;  // grasps that hold now, in the free system's bodies
   State state;                  // of `system`
   double time = 0;              // [s]
 };
@@ -104,7 +103,7 @@ struct CaptureRun {
   CaptureResult& result;
   RunBodies bodies;
   RunJoints joints;
-  GripSchedule schedule;
+  GraspSchedule schedule;
   RunMonitor monitor;
   bool rebounded = false;  // something has been thrown back
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "grapnel/capture/load_margins.hpp"
-#include "grapnel/capture/problem_lookup.hpp"
+#include "grapnel/impact_report/impact_figures.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
 namespace {
@@ -42,7 +42,7 @@ Contact contact_of(CaptureRun& run, const std::vector<std::size_t>& closing) {
   const CaptureProblem& problem = run.problem;
   const CaptureSystem& free = run.bodies.free;
   std::vector<bool> held(problem.targets.size(), false);
-  for (const HeldGrip& grip : run.bodies.grips) held[target_index(problem, problem.grasps[grip.grasp].target)] = true;
+  for (const HeldGrasp& each : run.bodies.held) held[target_index(problem, problem.grasps[each.grasp].target)] = true;
   const Contact fresh = make_contact(run.with_grasps(closing), free, run.bodies.state, held);
   if (!fresh.refused.empty()) {
     run.schedule.refuse(closing, "contact refused: " + fresh.refused);
@@ -54,10 +54,10 @@ Contact contact_of(CaptureRun& run, const std::vector<std::size_t>& closing) {
   contact.gaps.clear(), contact.displacement.clear(), contact.grasps.clear();
   const Kinematics k = forward_kinematics(free.model, fresh.state);
   const std::vector<GraspGap> gaps = grasp_gaps(problem, free, k);
-  for (const HeldGrip& grip : run.bodies.grips) {
-    contact.gaps.push_back(gaps[grip.grasp]);
+  for (const HeldGrasp& each : run.bodies.held) {
+    contact.gaps.push_back(gaps[each.grasp]);
     contact.displacement.push_back(Vector3d::zero());
-    contact.grasps.push_back(grasp_of(grip, k));
+    contact.grasps.push_back(grasp_of(each, k));
   }
   for (std::size_t i = 0; i < closing.size(); ++i) {
     contact.gaps.push_back(fresh.gaps[i]);
@@ -110,17 +110,17 @@ void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
   for (; phase.released < releases.size(); ++phase.released) {
     const PostImpactSetup::Release& release = releases[phase.released];
     const double due = phase.begin + release.after;
-    if (due > now && !GripSchedule::is_now(due, now)) return;
+    if (due > now && !GraspSchedule::is_now(due, now)) return;
     ReleaseReport report;
     report.time = now;
     run.to_free();
-    std::erase_if(run.bodies.grips, [&](const HeldGrip& grip) {
-      const GraspSetup& g = run.problem.grasps[grip.grasp];
+    std::erase_if(run.bodies.held, [&](const HeldGrasp& each) {
+      const GraspSetup& g = run.problem.grasps[each.grasp];
       const auto& named = release.end_effectors;
       if (!named.empty() && std::find(named.begin(), named.end(), g.end_effector) == named.end()) return false;
       report.end_effectors.push_back(g.end_effector);
       report.targets.push_back(g.target);
-      run.schedule.release(grip.grasp, now);
+      run.schedule.release(each.grasp, now);
       return true;
     });
     run.to_joined();
@@ -151,7 +151,7 @@ void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law,
   for (std::size_t n = 0; n < meeting.closing.size(); ++n) {
     const std::size_t i = meeting.closing[n];
     if (holds_after(problem, i, law)) {
-      run.bodies.grips.push_back(close_grip(problem, free, k, i));
+      run.bodies.held.push_back(hold_grasp(problem, free, k, i));
       continue;
     }
     run.rebounded = true;

@@ -11,7 +11,7 @@ namespace {
 
 // The checks of conservation look at least so often, however few samples are to be kept: scales are maxima over time.
 constexpr double kLeastLooks = 32;
-// Watches that are shown the ends of steps, without dense output in between, see at least so many.
+// SafetyMonitor that are shown the ends of steps, without dense output in between, see at least so many.
 constexpr double kLeastWatched = 64;
 
 // Tolerances of a piece of motion. What acts from outside is integrated, not recovered from conserved momenta, and
@@ -42,14 +42,14 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
   const double now = run.bodies.time;
   double next = phase.end;
   const auto consider = [&](double t) {
-    if (t > now && !GripSchedule::is_now(t, now) && t < next) next = t;
+    if (t > now && !GraspSchedule::is_now(t, now) && t < next) next = t;
   };
   for (double t : run.schedule.stated_times()) consider(t);
   if (!run.joints.approaching()) {
     for (const PostImpactSetup::Release& release : run.problem.post_impact->releases)
       consider(phase.begin + release.after);
   }
-  return GripSchedule::is_now(next, phase.end) ? phase.end : next;
+  return GraspSchedule::is_now(next, phase.end) ? phase.end : next;
 }
 
 // Why a segment has to be integrated here; empty: it need not.

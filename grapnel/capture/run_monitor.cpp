@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "grapnel/capture/conservation_advice.hpp"
-#include "grapnel/capture/joint_loads.hpp"
-#include "grapnel/capture/problem_lookup.hpp"
+#include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
 
@@ -41,10 +41,10 @@ bool RunMonitor::needs_samples() const { return recorder_ || !system_->closures.
 void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   PhaseSample sample = at_instant;
   forward_kinematics(system_->model, sample.state, kinematics_);
-  const SystemBooks books = system_books(system_->model, kinematics_, sample.state);
-  conservation_.sample(books, sample.integrals);
+  const ConservedQuantities quantities = conserved_quantities(system_->model, kinematics_, sample.state);
+  conservation_.sample(quantities, sample.integrals);
   std::copy(sample.motor.begin(), sample.motor.end(), motor_.begin());
-  const std::vector<GripSample> grips = loops_.sample(sample, kinematics_, motor_);
+  const std::vector<GraspSample> grips = loops_.sample(sample, kinematics_, motor_);
   sample.motor = motor_;
   // Efforts have been looked at in every step where loads are.
   const auto efforts = seeks_loads() ? std::span<const double>() : sample.motor;
@@ -52,19 +52,19 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   if (!keep) return;
   last_look_ = sample.time;
   if (recorder_)
-    recorder_->sample(*system_, kinematics_, books, sample, grips, clearance, joint_reactions(sample, grips));
+    recorder_->sample(*system_, kinematics_, quantities, sample, grips, clearance, joint_reactions(sample, grips));
 }
 
 // What joints pass on, for the record.
-std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std::span<const GripSample> grips) const {
+std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grips) const {
   std::vector<Wrenchd> on_robot;
-  for (const HeldGrip& grip : system_->grips) on_robot.push_back(grips[grip.grasp].F_WC);
+  for (const HeldGrasp& grip : system_->grips) on_robot.push_back(grips[grip.grasp].F_WC);
   return joint_wrenches(*system_, kinematics_, sample, on_robot);
 }
 
 void RunMonitor::look(double time, const State& state, const PhaseIntegrals& integrals) {
   forward_kinematics(system_->model, state, kinematics_);
-  conservation_.sample(system_books(system_->model, kinematics_, state), integrals);
+  conservation_.sample(conserved_quantities(system_->model, kinematics_, state), integrals);
   last_look_ = time;
 }
 
@@ -100,15 +100,15 @@ void RunMonitor::touch(const std::vector<std::size_t>& grasps) {
 
 // A sample outside any integration.
 void RunMonitor::instant(const CaptureSystem& system, const State& state, double time,
-                         std::span<const GripSample> grips) {
+                         std::span<const GraspSample> grips) {
   const Kinematics kinematics = forward_kinematics(system.model, state);
-  const SystemBooks books = system_books(system.model, kinematics, state);
-  conservation_.instant(books);
+  const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
+  conservation_.instant(quantities);
   last_look_ = time;
   if (!recorder_) return;
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
   const PhaseIntegrals none;
-  recorder_->sample(system, kinematics, books, {time, state, none, zeros, zeros}, grips,
+  recorder_->sample(system, kinematics, quantities, {time, state, none, zeros, zeros}, grips,
                     watches_.instant(system, kinematics));
 }
 
@@ -133,7 +133,7 @@ void RunMonitor::impact_in_time(const std::string& phase, const CaptureSystem& s
   }
   if (watched) watches_.end_phase();
   std::vector<std::string> end_effectors;
-  for (const HeldGrip& grip : system.grips) end_effectors.push_back(problem_.grasps[grip.grasp].end_effector);
+  for (const HeldGrasp& grip : system.grips) end_effectors.push_back(problem_.grasps[grip.grasp].end_effector);
   loads_.held(phase, begin, end_effectors, run.samples);
   conservation_.enter(run.from_ground);
   impact_checks_.note_compliant(run.energy_residual);
@@ -142,13 +142,13 @@ void RunMonitor::impact_in_time(const std::string& phase, const CaptureSystem& s
 // An instant of an impact in time, with the wrenches of grasps that close and of those that hold already.
 void RunMonitor::sample_yielding(const CaptureSystem& system, double begin, const std::vector<std::size_t>& closing,
                                  const CompliantSample& sample) {
-  std::vector<GripSample> grips(problem_.grasps.size());
+  std::vector<GraspSample> grips(problem_.grasps.size());
   for (std::size_t i = 0; i < closing.size(); ++i) {
     grips[closing[i]].holds = true;
     grips[closing[i]].F_WC = sample.grasp_wrenches[i];
   }
   for (std::size_t i = 0; i < system.grips.size(); ++i) {
-    GripSample& held = grips[system.grips[i].grasp];
+    GraspSample& held = grips[system.grips[i].grasp];
     held.holds = true;
     held.F_WC = sample.held_wrenches[i];
   }

@@ -4,14 +4,13 @@
 /// Everything that observes a run without changing it: the time series, the checks of conservation, of closed loops and
 /// of impacts, clearance and joint limits, and the loads. One object, told of every phase, sample and impact once.
 
-#include "grapnel/capture/bookkeeper.hpp"
-#include "grapnel/capture/capture_detail.hpp"
-#include "grapnel/capture/compliant_run.hpp"
-#include "grapnel/capture/impact_book.hpp"
-#include "grapnel/capture/load_book.hpp"
-#include "grapnel/capture/loop_book.hpp"
+#include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/capture/load_monitor.hpp"
+#include "grapnel/capture/loop_monitor.hpp"
 #include "grapnel/capture/recorder.hpp"
-#include "grapnel/capture/watches.hpp"
+#include "grapnel/capture/safety_monitor.hpp"
+#include "grapnel/impact_report/compliant_run.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
 
@@ -65,13 +64,13 @@ class RunMonitor {
   /// From now on until the next phase the servicer and the grasps' targets are one group of bodies.
   void touch(const std::vector<std::size_t>& grasps);
   /// An instant just before or after an impact. `grips`: per grasp of the problem; empty: none holds.
-  void instant(const CaptureSystem& system, const State& state, double time, std::span<const GripSample> grips = {});
+  void instant(const CaptureSystem& system, const State& state, double time, std::span<const GraspSample> grips = {});
   void impact(const std::string& phase, const ImpactOutcome& outcome);
   /// An impact in time from `begin` on, in which the system was in the state `met` before brakes, and `closing` are the
   /// problem's grasps that close.
   void impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
                       const std::vector<std::size_t>& closing, const CompliantRun& run);
-  /// What the grips' becoming rigid at the end of one has added: momentum from the ground, loads.
+  /// What the grasps' becoming rigid at the end of one has added: momentum from the ground, loads.
   void stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,
                  std::span<const JointPeakTimes> peaks);
   void brake(const std::string& phase, double time, const BrakeOutcome& outcome);
@@ -86,7 +85,7 @@ class RunMonitor {
   void write();
 
  private:
-  std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GripSample> grips) const;
+  std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grips) const;
   void sample_yielding(const CaptureSystem& system, double begin, const std::vector<std::size_t>& closing,
                        const CompliantSample& sample);
 
@@ -94,11 +93,11 @@ class RunMonitor {
   const CaptureDetail detail_;
   CaptureResult& result_;
   std::optional<Recorder> recorder_;  // of full detail
-  Bookkeeper conservation_;
-  Watches watches_;
-  LoopBook loops_;
-  LoadBook loads_;
-  ImpactBook impact_checks_;
+  ConservationMonitor conservation_;
+  SafetyMonitor watches_;
+  LoopMonitor loops_;
+  LoadMonitor loads_;
+  ImpactMonitor impact_checks_;
   double last_look_ = 0;
   // The phase under way:
   std::string name_;

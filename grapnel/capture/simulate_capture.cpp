@@ -2,10 +2,10 @@
 
 #include <stdexcept>
 
-#include "grapnel/capture/approach_plan.hpp"
+#include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/capture/finite_result.hpp"
 #include "grapnel/capture/grasp_events.hpp"
-#include "grapnel/capture/problem_scene.hpp"
+#include "grapnel/problem/problem_scene.hpp"
 
 namespace grapnel {
 namespace {
@@ -125,7 +125,7 @@ MotionPhase begin_approach(CaptureRun& run) {
 // Whether there is motion after the approach's end: something has been met, or still may be.
 bool goes_on(const CaptureRun& run) {
   return run.problem.impact && run.problem.post_impact &&
-         (!run.bodies.grips.empty() || run.rebounded || run.schedule.any_left());
+         (!run.bodies.held.empty() || run.rebounded || run.schedule.any_left());
 }
 
 MotionPhase begin_post_impact(CaptureRun& run) {

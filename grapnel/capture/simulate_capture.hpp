@@ -8,11 +8,9 @@
 #include <span>
 #include <string>
 
-#include "grapnel/capture/bookkeeper.hpp"
-#include "grapnel/capture/capture_detail.hpp"
-#include "grapnel/capture/capture_problem.hpp"
-#include "grapnel/capture/capture_progress.hpp"
-#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/result/series_sink.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -28,7 +26,7 @@ CaptureResult simulate_capture(const CaptureProblem& problem, const CaptureProgr
 
 /// The impact at the end of the approach alone, for studies: the joints follow their plan exactly to the planned final
 /// configuration, of which nothing is recorded, and nothing follows the impact. Tracking errors, envelopes on the way,
-/// and grips that close at other times than the approach's end do not show. @throws as simulate_capture().
+/// and grasps that close at other times than the approach's end do not show. @throws as simulate_capture().
 CaptureResult simulate_impact_only(const CaptureProblem& problem, CaptureDetail detail = CaptureDetail::full,
                                    const CaptureProgress& progress = {});
 

@@ -25,12 +25,12 @@ Elsewhere integrate(const MotionTask& task) {
   watch.looks = 1'000'000;  // after every step
   watch.look = [&](double, const State& state, const PhaseIntegrals& integrals) {
     forward_kinematics(*task.model, state, k);
-    const SystemBooks books = system_books(*task.model, k, state);
+    const ConservedQuantities books = conserved_quantities(*task.model, k, state);
     PhaseMeasures& m = e.measures;
     if (first) m.trees.resize(books.trees.size());
     for (std::size_t i = 0; i < books.trees.size(); ++i) {
       TreeMeasures& tree = m.trees[i];
-      const GroupBooks& now = books.trees[i];
+      const GroupQuantities& now = books.trees[i];
       if (first) tree.start = now;
       const Momentumd deviation = now.h - tree.start.h;
       tree.linear_deviation = std::max(tree.linear_deviation, norm(deviation.linear));
