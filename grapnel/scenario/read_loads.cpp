@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/spelling.hpp"
 

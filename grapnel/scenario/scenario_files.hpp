@@ -12,7 +12,7 @@
 #include <span>
 #include <string>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/node.hpp"
 
 namespace grapnel {

@@ -25,7 +25,7 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/printable.hpp"
 #include "grapnel/scenario/node.hpp"
 #include "grapnel/scenario/scenario.hpp"
