@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "grapnel/lanes/dispatch.hpp"
+#include "lane_kernels/kernel_table.hpp"
 #include "support/random_robot.hpp"
 
 namespace grapnel::lanes::testing {
