@@ -3,6 +3,8 @@
 #include "grapnel/report/gltf_export.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/export_files.hpp"
+#include "grapnel/result/json_document.hpp"
+#include "grapnel/result/summary.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"
@@ -70,13 +72,27 @@ int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
   }
 }
 
-int print_schema(const std::string& which) {
-  const std::string text = which == "robot"          ? robot_schema()
-                           : which == "study"        ? study_schema()
-                           : which == "optimization" ? optimization_schema()
-                           : which == "campaign"     ? campaign_schema()
-                                                     : scenario_schema();
-  write_stdout(text);
+int print_schema(const SchemaOptions& options) {
+  const std::string& kind = options.kind;
+  if (!options.page.empty() || options.typescript) {
+    if (kind != "summary") {
+      to_stderr("grapnel: error: --typescript and --page are for the kind summary\n");
+      return kBadInput;
+    }
+    try {
+      write_stdout(options.typescript ? summary_types() : summary_page(file_bytes(options.page)));
+      return kDone;
+    } catch (const std::runtime_error& error) {
+      to_stderr("grapnel: error: {}\n", error.what());
+      return kBadInput;
+    }
+  }
+  write_stdout(kind == "robot"          ? robot_schema()
+               : kind == "study"        ? study_schema()
+               : kind == "optimization" ? optimization_schema()
+               : kind == "campaign"     ? campaign_schema()
+               : kind == "summary"      ? summary_schema()
+                                        : scenario_schema());
   return kDone;
 }
 

@@ -108,7 +108,7 @@ std::string typescript_of(const Type& type, const Field& field) {
       return std::string(type.name);
     case Kind::list: {
       const std::string item = typescript_of(type.of(), field);
-      if (type.fixed_size == 0) return item.find(' ') == std::string::npos ? item + "[]" : "(" + item + ")[]";
+      if (type.fixed_size == 0) return item.find('|') == std::string::npos ? item + "[]" : "(" + item + ")[]";
       std::string items = item;
       for (std::size_t i = 1; i < type.fixed_size; ++i) items += ", " + item;
       return "[" + items + "]";

@@ -107,8 +107,7 @@ const Type& type_of<GraspImpulse>() {
       field<&G::impulse>("impulse", "N s", "on the robot at the contact point, in W"),
       field<&G::angular_impulse>("angular_impulse", "N m s", "on the robot about the contact point, in W"),
       field<&G::impulse_magnitude>("impulse_magnitude", "N s", "of the impulse"),
-      field<&G::mean_force>("mean_force", "N",
-                            "impulse over `duration` of the impact; law `compliant`: over `profile.duration`"),
+      field<&G::mean_force>("mean_force", "N", "impulse over impact.duration; law compliant: over profile.duration"),
       field<&G::determined>("determined",
                             "six, per component, angular x, y, z then linear x, y, z, in W: unique, or open to a "
                             "self-stress of closed loops"),
@@ -464,11 +463,9 @@ const Type& type_of<SpeedLimit>() {
   using S = SpeedLimit;
   static constexpr Field fields[] = {
       field<&S::end_effector>("end_effector", "of the arm"),
-      field<&S::factor>("factor", "1",
-                        "by which relative velocities may grow until a rating of the arm is reached; null: no load")
+      field<&S::factor>("factor", "1", "by which relative velocities may grow until a rating of the arm is reached")
           .or_null(),
-      field<&S::largest_speed>("largest_speed", "m/s",
-                               "relative speed of the contact point at which a rating of the arm is reached")
+      field<&S::largest_speed>("largest_speed", "m/s", "relative speed at which a rating of the arm is reached")
           .or_null(),
       field<&S::of>("of", "joint or end-effector whose rating is reached first"),
       field<&S::quantity>("quantity", "which of its ratings"),
@@ -476,7 +473,7 @@ const Type& type_of<SpeedLimit>() {
   static constexpr Type type = structure<S>("SpeedLimit",
                                             "by how much all relative motion of the impact may grow, scaled alike, "
                                             "until the first rating of an arm (gripper, "
-                                            "and joints down to the base) is reached.",
+                                            "and joints down to the base) is reached. null: nothing bears a load.",
                                             fields);
   return type;
 }
@@ -496,8 +493,7 @@ const Type& type_of<ImpactReport>() {
           "over which mean forces are taken: `impact.duration` of the scenario, while the impact itself "
           "takes no time. Law `compliant`: how long it took"),
       field<&I::grasps>("grasps", "grips that closed, and contacts that touched"),
-      field<&I::rank>("rank", "1",
-                      "independent ones among the rows; smaller: some impulse components are not determined"),
+      field<&I::rank>("rank", "1", "independent ones among the rows"),
       field<&I::rows>("rows", "1", "conditions that the grips pose"),
       derived<[](const I& i) { return with_names(i.null_space, i); }>(
           "null_space", "",
@@ -505,7 +501,7 @@ const Type& type_of<ImpactReport>() {
       field<&I::loops>("loops", "per further grip of a target, against its first"),
       field<&I::body_impulses>("body_impulses", "per body"),
       field<&I::kinetic_energy_before>("kinetic_energy_before", "J", "of robot and targets, just before the impact"),
-      field<&I::kinetic_energy_after>("kinetic_energy_after", "J", "just after it, and before brakes"),
+      field<&I::kinetic_energy_after>("kinetic_energy_after", "J", "just after it"),
       field<&I::base_velocity_change>("base_velocity_change", "m/s", "of the base's origin, in the impact, in W"),
       field<&I::base_angular_velocity_change>("base_angular_velocity_change", "rad/s",
                                               "of the base, in the impact, in W"),

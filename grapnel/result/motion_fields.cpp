@@ -163,11 +163,8 @@ const Type& type_of<GripOutcome>() {
                           "the key of the envelope (`position`, `angle`, `velocity`, `angular_velocity`) that was "
                           "missed by the largest factor; empty if none was"),
       field<&G::distance>("distance", "m", "distance from the grasp point when it was to close").or_null(),
-      field<&G::angle>("angle", "rad",
-                       "angle from what the grasp's orientation asks for, at that instant; 0 if that is free (between "
-                       "the frames: `gap_angle` of `GraspImpulse`)")
-          .or_null(),
-      field<&G::velocity>("velocity", "m/s", "speed relative to the grasp point, at that instant").or_null(),
+      field<&G::angle>("angle", "rad", "angle from what the grasp's orientation asks for, at that instant").or_null(),
+      field<&G::velocity>("velocity", "m/s", "relative to the grasp point, at that instant").or_null(),
       field<&G::angular_velocity>("angular_velocity", "rad/s", "relative to the target, at that instant").or_null(),
       field<&G::time>("time", "s",
                       "when this grip closed, or was to close. The deviations above are those of this instant; of a "
@@ -177,8 +174,11 @@ const Type& type_of<GripOutcome>() {
                               "by which `contact.gap: translate_target` moved its target so that it closes"),
       field<&G::released>("released", "s", "when it let go; absent if it did not"),
   };
-  static constexpr Type type =
-      structure<G>("GripOutcome", "whether one grip closes at the instant of capture: what success means.", fields);
+  static constexpr Type type = structure<G>(
+      "GripOutcome",
+      "whether one grip closes at the instant of capture: what success means. The angle is 0 if the grasp leaves it "
+      "free (that between the frames is `gap_angle` of `GraspImpulse`).",
+      fields);
   return type;
 }
 
