@@ -2,6 +2,8 @@
 // here and nowhere else. SI units and radians; vectors in the world frame W; quaternions w, x, y, z. The C++ side is
 // grapnel/report/report_data.hpp; both change together.
 
+import type { Summary } from "./summary_types";
+
 export type Vec3 = [number, number, number];
 export type Quat = [number, number, number, number]; // w, x, y, z
 
@@ -18,10 +20,18 @@ export interface ReportData {
 
 // ---- One run ----
 
+// What may be missing in whole or in part.
+export type Partly<T> = T extends readonly (infer Item)[]
+  ? Partly<Item>[]
+  : T extends object
+    ? { [Key in keyof T]?: Partly<T[Key]> }
+    : T;
+export type PartlySummary = Partly<Summary>;
+
 export interface RunData {
   label: string; // "A", "B" of a comparison; else ""
   folder?: string; // name of the result folder, in a comparison
-  summary: any; // summary.json as it is (docs/formats/summary.md)
+  summary: PartlySummary | null; // summary.json as it is
   scene: Scene | null; // scene.json as it is; null: the folder has none
   series: PackedSeries | null; // timeseries.h5, decimated; null: the folder has none
   notes: string[]; // what is odd: files of different runs, a file missing
