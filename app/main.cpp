@@ -146,12 +146,12 @@ int main(int argc, char** argv) {
   CLI::App* schema_command = app.add_subcommand("schema", "Print the JSON Schema of a kind of file");
   schema_command
       ->add_option("kind", schema_options.kind,
-                   "scenario, robot, study, optimization, campaign or summary (default: scenario)")
-      ->check(CLI::IsMember({"scenario", "robot", "study", "optimization", "campaign", "summary"}));
+                   "scenario, robot, study, optimization, campaign, summary or scene (default: scenario)")
+      ->check(CLI::IsMember({"scenario", "robot", "study", "optimization", "campaign", "summary", "scene"}));
   auto* typescript = schema_command->add_flag("--typescript", schema_options.typescript,
-                                              "Print TypeScript types of a summary instead");
+                                              "Print TypeScript types of a summary or scene instead");
   schema_command
-      ->add_option("--page", schema_options.page, "Print this page on summaries with its tables remade instead")
+      ->add_option("--page", schema_options.page, "Print this page of docs/formats with its tables remade instead")
       ->excludes(typescript);
   schema_command->callback([&] { code = print_schema(schema_options); });
 

@@ -411,7 +411,7 @@ const Type& type_of<PhaseCost>() {
 
 namespace {
 
-enum class Format { second };
+enum class SummaryFormat { second };
 
 struct ScenarioNamed {
   const CaptureResult* result = nullptr;
@@ -432,9 +432,9 @@ bool has_post_impact(const CaptureResult& r) { return r.post_impact_end || !r.lo
 }  // namespace
 
 template <>
-const Type& type_of<Format>() {
-  static constexpr Choice choices[] = {choice(Format::second, "grapnel-summary/2")};
-  static constexpr Type type = enumeration<Format>("SummaryFormat", choices);
+const Type& type_of<SummaryFormat>() {
+  static constexpr Choice choices[] = {choice(SummaryFormat::second, "grapnel-summary/2")};
+  static constexpr Type type = enumeration<SummaryFormat>("SummaryFormat", choices);
   return type;
 }
 
@@ -521,7 +521,7 @@ template <>
 const Type& type_of<Summary>() {
   using S = Summary;
   static constexpr Field fields[] = {
-      derived<[](const S&) { return Format::second; }>("schema", "", "the format of this file"),
+      derived<[](const S&) { return SummaryFormat::second; }>("schema", "", "the format of this file"),
       field<&S::version>("version", "of Grapnel"),
       derived<[](const S& s) { return ScenarioNamed{&s.result}; }>("scenario", "", "what was simulated"),
       derived<[](const S& s) { return s.result.status; }>("status", "", "how the run ended"),

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/describe/contract.hpp"
+#include "grapnel/result/result_fields.hpp"
 #include "grapnel/result/summary.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "support/schema_check.hpp"
@@ -16,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<std::string> faults_of(const fs::path& scenario, const std::vector<Override>& overrides = {}) {
-  static const test::SchemaCheck schema(summary_schema());
+  static const test::SchemaCheck schema(json_schema(type_of<Summary>(), "summary"));
   const CaptureResult result =
       simulate_capture(load_scenario(fs::path(GRAPNEL_SOURCE_DIR) / "scenarios" / scenario, overrides));
   return schema.faults_of(nlohmann::json::parse(summary_json(result, "test")));

@@ -10,6 +10,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "grapnel/describe/contract.hpp"
+#include "grapnel/result/result_fields.hpp"
 #include "grapnel/result/summary.hpp"
 #include "scenario/scenario_files.hpp"
 #include "support/schema_check.hpp"
@@ -86,7 +88,7 @@ void expect_finite(const CaptureResult& result) {
     const bool unasked = line.find("\"pass\"") < 12 || line.find("\"rating\"") < 12 || line.find("\"margin\"") < 12;
     if (!unasked) RC_FAIL("not finite: summary " + line);
   }
-  static const test::SchemaCheck schema(summary_schema());
+  static const test::SchemaCheck schema(json_schema(type_of<Summary>(), "summary"));
   for (const std::string& fault : schema.faults_of(nlohmann::json::parse(summary)))
     RC_FAIL("the summary is not as its schema says: " + fault);
 }

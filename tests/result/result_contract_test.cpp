@@ -1,10 +1,14 @@
-// What is published of summary.json: its schema, its page, and the viewer's types say the same as the file.
+// What is published of results: schemas, pages, and the viewer's types say the same as the files.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/describe/contract.hpp"
+#include "grapnel/result/result_contract.hpp"
+#include "grapnel/result/result_fields.hpp"
 #include "grapnel/result/summary.hpp"
 #include "result/sample_result.hpp"
 #include "support/schema_check.hpp"
@@ -12,6 +16,7 @@
 namespace grapnel::test {
 namespace {
 
+namespace fs = std::filesystem;
 using nlohmann::json;
 using testing::IsEmpty;
 using testing::Not;
@@ -19,7 +24,7 @@ using testing::Not;
 json parsed(const CaptureResult& result) { return json::parse(summary_json(result, "1.2.3")); }
 
 const SchemaCheck& schema() {
-  static const SchemaCheck check(summary_schema());
+  static const SchemaCheck check(json_schema(type_of<Summary>(), "summary"));
   return check;
 }
 
@@ -59,20 +64,26 @@ TEST(SummaryContract, TheSchemaSeesFaults) {
   EXPECT_THAT(schema().faults_of(parsed(result)), Not(IsEmpty()));
 }
 
-TEST(SummaryContract, PageAndTypesAreAsTheProgramMakesThem) {
-  const std::filesystem::path root = GRAPNEL_SOURCE_DIR;
-  const std::string page = bytes_of(root / "docs/formats/summary.md");
-  EXPECT_EQ(summary_page(page), page) << "run scripts/tables";
-  EXPECT_EQ(summary_types(), bytes_of(root / "web/src/summary_types.ts")) << "run scripts/tables";
+const fs::path kRoot = GRAPNEL_SOURCE_DIR;
+
+TEST(ResultContracts, PagesAndTypesAreAsTheProgramMakesThem) {
+  for (const ResultContract& contract : result_contracts()) {
+    const std::string kind(contract.kind);
+    const std::string page = bytes_of(kRoot / "docs/formats" / (kind + ".md"));
+    EXPECT_EQ(page_with_tables(page, contract.document()), page) << "run scripts/tables";
+    EXPECT_EQ(typescript_types(contract.document(), kOriginOfTypes), bytes_of(kRoot / "web/src" / (kind + "_types.ts")))
+        << "run scripts/tables";
+  }
 }
 
-TEST(SummaryContract, APageThatLacksATableIsRefused) {
-  const std::string page = bytes_of(std::filesystem::path(GRAPNEL_SOURCE_DIR) / "docs/formats/summary.md");
+TEST(ResultContracts, APageThatLacksATableIsRefused) {
+  const std::string page = bytes_of(kRoot / "docs/formats/summary.md");
+  const auto remade = [](const std::string& text) { return page_with_tables(text, type_of<Summary>()); };
   std::string other = page;
   other.replace(other.find("<!-- table LoopGap -->"), 22, "<!-- table LoopGaps -->");
-  EXPECT_THROW(summary_page(other), std::runtime_error);
-  EXPECT_THROW(summary_page(page.substr(page.find("<!-- table Approach -->"))), std::runtime_error);
-  EXPECT_THROW(summary_page("<!-- table Summary -->"), std::runtime_error);
+  EXPECT_THROW(remade(other), std::runtime_error);
+  EXPECT_THROW(remade(page.substr(page.find("<!-- table Approach -->"))), std::runtime_error);
+  EXPECT_THROW(remade("<!-- table Summary -->"), std::runtime_error);
 }
 
 }  // namespace
