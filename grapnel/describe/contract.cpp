@@ -40,7 +40,8 @@ void add_range(const Range& range, Json& schema) {
   if (std::isfinite(range.most)) schema[range.most_excluded ? "exclusiveMaximum" : "maximum"] = range.most;
 }
 
-Json schema_of(const Type& type, const Field& field) {
+// `nullable`: its numbers may be null, an optional itself.
+Json schema_of(const Type& type, const Field& field, bool nullable) {
   switch (type.kind) {
     case Kind::boolean:
       return {{"type", "boolean"}};
@@ -53,18 +54,18 @@ Json schema_of(const Type& type, const Field& field) {
     case Kind::real: {
       Json schema = {{"type", type.kind == Kind::whole ? "integer" : "number"}};
       add_range(field.range, schema);
-      return type.kind == Kind::real && field.is_null_absent ? with_null(schema) : schema;
+      return type.kind == Kind::real && nullable ? with_null(schema) : schema;
     }
     case Kind::list: {
-      Json schema = {{"type", "array"}, {"items", schema_of(type.of(), field)}};
+      Json schema = {{"type", "array"}, {"items", schema_of(type.of(), field, nullable)}};
       if (type.fixed_size > 0) schema["minItems"] = schema["maxItems"] = type.fixed_size;
       return schema;
     }
     case Kind::optional:
       break;
   }
-  const Json schema = schema_of(type.of(), field);
-  return field.is_null_absent && type.of().kind != Kind::real ? with_null(schema) : schema;
+  const Json schema = schema_of(type.of(), field, false);
+  return nullable ? with_null(schema) : schema;
 }
 
 Json definition_of(const Type& type) {
@@ -77,11 +78,11 @@ Json definition_of(const Type& type) {
   Json required = Json::array(), properties = Json::object(), others = false;
   for (const Field& field : type.fields) {
     if (field.key_of_item) {
-      others = schema_of(field.type().of(), field);
+      others = schema_of(field.type().of(), field, false);
       continue;
     }
     if (!may_be_absent(field)) required.push_back(field.key);
-    Json schema = schema_of(field.type(), field);
+    Json schema = schema_of(field.type(), field, field.is_null_absent);
     schema["description"] = with_unit(field);
     properties[std::string(field.key)] = std::move(schema);
   }
@@ -93,21 +94,21 @@ Json definition_of(const Type& type) {
 
 // ---- TypeScript ----
 
-std::string typescript_of(const Type& type, const Field& field) {
+std::string typescript_of(const Type& type, bool nullable) {
   switch (type.kind) {
     case Kind::boolean:
       return "boolean";
     case Kind::whole:
       return "number";
     case Kind::real:
-      return field.is_null_absent ? "number | null" : "number";
+      return nullable ? "number | null" : "number";
     case Kind::text:
       return "string";
     case Kind::choice:
     case Kind::structure:
       return std::string(type.name);
     case Kind::list: {
-      const std::string item = typescript_of(type.of(), field);
+      const std::string item = typescript_of(type.of(), nullable);
       if (type.fixed_size == 0) return item.find('|') == std::string::npos ? item + "[]" : "(" + item + ")[]";
       std::string items = item;
       for (std::size_t i = 1; i < type.fixed_size; ++i) items += ", " + item;
@@ -116,15 +117,14 @@ std::string typescript_of(const Type& type, const Field& field) {
     case Kind::optional:
       break;
   }
-  const std::string value = typescript_of(type.of(), field);
-  return field.is_null_absent && type.of().kind != Kind::real ? value + " | null" : value;
+  return typescript_of(type.of(), false) + (nullable ? " | null" : "");
 }
 
 std::string interface_of(const Type& type) {
   std::string text = "// " + std::string(type.text) + "\nexport interface " + std::string(type.name) + " {\n";
   std::vector<std::string> values;
   for (const Field& field : type.fields) {
-    const std::string value = typescript_of(field.key_of_item ? field.type().of() : field.type(), field);
+    const std::string value = typescript_of(field.key_of_item ? field.type().of() : field.type(), field.is_null_absent);
     if (std::count(values.begin(), values.end(), value) == 0) values.push_back(value);
     if (field.key_of_item) continue;
     text += "  /** " + with_unit(field) + " */\n";

@@ -30,6 +30,7 @@ struct Book {
   std::vector<Row> rows;
   Mood mood = Mood::lively;
   std::optional<double> absent, unknown;
+  std::optional<Vector3d> way;
   double none = NAN;
   std::vector<Vector3d> axes = {{1, 2, 3}};
   std::array<std::string, 2> pair = {"a", "b"};
@@ -55,6 +56,7 @@ struct Described<Book> {
       field<&Book::mood>("mood", "of the reader."),
       field<&Book::absent>("absent", "s", "left out"),
       field<&Book::unknown>("unknown", "s", "not known").or_null(),
+      field<&Book::way>("way", "1", "unit, or null").or_null(),
       field<&Book::none>("none", "kg", "a|b").or_null(),
       field<&Book::axes>("axes", "1", "unit"),
       field<&Book::pair>("pair", "of names"),
@@ -75,12 +77,13 @@ Book book() {
 TEST(Json, FollowsTheDescription) {
   Book b = book();
   EXPECT_EQ(json_of(b).dump(),
-            R"({"first":{"value":1.0},"second":{"value":2.0},"mood":"lively","unknown":null,"none":null,)"
+            R"({"first":{"value":1.0},"second":{"value":2.0},"mood":"lively","unknown":null,"way":null,"none":null,)"
             R"("axes":[[1.0,2.0,3.0]],"pair":["a","b"],"many":true})");
-  b.hidden = false, b.absent = 0.5, b.unknown = 2, b.none = 3;
-  EXPECT_EQ(json_of(b).dump(),
-            R"({"first":{"value":1.0},"second":{"value":2.0},"mood":"lively","absent":0.5,"unknown":2.0,"none":3.0,)"
-            R"("axes":[[1.0,2.0,3.0]],"pair":["a","b"],"hidden":false,"many":true})");
+  b.hidden = false, b.absent = 0.5, b.unknown = 2, b.way = {0, 0, 1}, b.none = 3;
+  EXPECT_EQ(
+      json_of(b).dump(),
+      R"({"first":{"value":1.0},"second":{"value":2.0},"mood":"lively","absent":0.5,"unknown":2.0,"way":[0.0,0.0,1.0],"none":3.0,)"
+      R"("axes":[[1.0,2.0,3.0]],"pair":["a","b"],"hidden":false,"many":true})");
 }
 
 TEST(Schema, TakesWhatIsWrittenAndNothingElse) {
@@ -97,6 +100,8 @@ TEST(Schema, TakesWhatIsWrittenAndNothingElse) {
   EXPECT_THAT(faults("/absent", nullptr), Not(IsEmpty()));
   EXPECT_THAT(faults("/absent", 1), IsEmpty());
   EXPECT_THAT(faults("/axes/0", {1, 2}), Not(IsEmpty()));
+  EXPECT_THAT(faults("/way", {0, 0, 1}), IsEmpty());
+  EXPECT_THAT(faults("/way", {0, 0, nullptr}), Not(IsEmpty()));
   EXPECT_THAT(faults("/pair", {"a"}), Not(IsEmpty()));
   EXPECT_THAT(faults("/first/value", -1), Not(IsEmpty()));
   EXPECT_THAT(faults("/third", {{"value", 1}}), IsEmpty());
@@ -117,6 +122,8 @@ export interface Book {
   absent?: number;
   /** not known [s] */
   unknown: number | null;
+  /** unit, or null [1] */
+  way: [number, number, number] | null;
   /** a|b [kg] */
   none: number | null;
   /** unit [1] */
@@ -128,7 +135,7 @@ export interface Book {
   /** whether there are several */
   many: boolean;
   /** each row */
-  [NAME: string]: Row | Mood | number | number | null | [number, number, number][] | [string, string] | boolean;
+  [NAME: string]: Row | Mood | number | number | null | [number, number, number] | null | [number, number, number][] | [string, string] | boolean;
 }
 
 // one of many.
@@ -148,6 +155,7 @@ TEST(Tables, AreRemadeInTheirPlaces) {
                                "| `mood` | `calm` or `lively` |  | of the reader. `calm`: Sleeps. |\n"
                                "| `absent`? | number | s | left out |\n"
                                "| `unknown` | number or null | s | not known |\n"
+                               "| `way` | vector or null | 1 | unit, or null |\n"
                                "| `none` | number or null | kg | a\\|b |\n"
                                "| `axes` | vectors | 1 | unit |\n"
                                "| `pair` | 2 texts |  | of names |\n"));
