@@ -7,7 +7,7 @@
 #include "grapnel/capture/approach_plan.hpp"
 #include "grapnel/capture/motion_pieces.hpp"
 #include "grapnel/capture/moving_frame.hpp"
-#include "grapnel/scenario/number_nodes.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

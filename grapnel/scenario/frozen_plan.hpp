@@ -6,7 +6,7 @@
 #include <string>
 
 #include "grapnel/capture/capture_problem.hpp"
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

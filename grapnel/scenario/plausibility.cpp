@@ -10,7 +10,7 @@
 #include "grapnel/capture/target_motion.hpp"
 #include "grapnel/capture/watches.hpp"
 #include "grapnel/scenario/magnitudes.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string_view>
 
-#include "grapnel/scenario/number_nodes.hpp"
 #include "grapnel/scenario/read_robot.hpp"
 #include "grapnel/scenario/schema_place.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -7,10 +7,10 @@
 
 #include "grapnel/capture/motion_pieces.hpp"
 #include "grapnel/scenario/joint_values.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_control.hpp"
 #include "grapnel/scenario/read_motion_pieces.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

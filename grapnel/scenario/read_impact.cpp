@@ -6,7 +6,7 @@
 #include <initializer_list>
 
 #include "grapnel/capture/contact_normal.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "grapnel/capture/capture_system.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "grapnel/scenario/plausibility.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <numbers>
 
-#include "grapnel/scenario/flow_text.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/scenario/spelling.hpp"
 #include "grapnel/study/grid.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/write_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

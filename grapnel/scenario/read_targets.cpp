@@ -4,7 +4,7 @@
 
 #include "grapnel/scenario/grip_times.hpp"
 #include "grapnel/scenario/plausibility.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {

@@ -4,10 +4,9 @@
 
 #include <cmath>
 
-#include "grapnel/result/printable.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/plausibility.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "grapnel/capture/capture_problem.hpp"
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

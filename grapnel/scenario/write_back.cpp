@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "grapnel/capture/capture_goals.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include "grapnel/scenario/changed_scenario.hpp"
-#include "grapnel/scenario/flow_text.hpp"
-#include "grapnel/scenario/number_nodes.hpp"
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/text/parse_yaml.hpp"
+#include "grapnel/text/write_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -9,8 +9,8 @@
 #include <valijson/schema_parser.hpp>
 #include <valijson/validator.hpp>
 
-#include "grapnel/scenario/plain_scalar.hpp"
-#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/text/parse_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {

@@ -1,9 +1,11 @@
-#include "grapnel/scenario/write_yaml.hpp"
+#include "grapnel/text/write_yaml.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <string_view>
+
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -116,6 +118,25 @@ class Writer {
   }
 };
 
+std::string quoted_in_flow(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (c == '\n')
+      out += "\\n";
+    else if (c == '\t')
+      out += "\\t";
+    else
+      out += c;
+  }
+  return out + "\"";
+}
+
+std::string scalar_in_flow(const std::string& text, bool plain) {
+  const bool simple = plain && !text.empty() && text.find_first_of(",[]{}:#\"'&*!|>%@`\n\t") == std::string::npos;
+  return simple ? text : quoted_in_flow(text);
+}
+
 }  // namespace
 
 std::string yaml_text(const Node& tree, const std::string& comment) {
@@ -130,6 +151,24 @@ std::string yaml_text(const Node& tree, const std::string& comment) {
   else
     writer.block(tree, 0);
   return writer.out;
+}
+
+std::string flow_text(const Node& node) {
+  std::string out;
+  switch (node.kind) {
+    case Node::Kind::null:
+      return "null";
+    case Node::Kind::scalar:
+      return scalar_in_flow(node.text, node.plain);
+    case Node::Kind::sequence:
+      for (const Node& item : node.items) out += (out.empty() ? "" : ", ") + flow_text(item);
+      return "[" + out + "]";
+    case Node::Kind::mapping:
+      for (const NodeEntry& e : node.entries)
+        out += (out.empty() ? "" : ", ") + scalar_in_flow(e.key, true) + ": " + flow_text(e.value);
+      break;
+  }
+  return "{" + out + "}";
 }
 
 }  // namespace grapnel
