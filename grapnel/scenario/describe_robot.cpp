@@ -270,7 +270,7 @@ struct Described<EndEffectorSetup> {
           .as("unit vector")
           .optional(),
       field<&T::envelope>("envelope", "", "").optional(),
-      group<T, GripperRatingKeys>("rating", "").optional(),
+      field<&T::rating>(&type_of<GripperRatingKeys>, "rating", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       not_both("quaternion_wxyz, rpy"),

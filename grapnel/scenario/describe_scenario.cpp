@@ -520,7 +520,7 @@ struct Described<Waypoint> {
                        "Joint rates; joints left out of a mapping are at rest. Absent: all at rest.")
           .as("joint values")
           .optional(),
-      field<&T::places>("end_effectors", "", "").as("places by end-effector").items(1, 0).optional(),
+      field<&T::places>("end_effectors", "", "Where end-effectors are to be; others are free.").as("places by end-effector").items(1, 0).optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       one_of("joints, end_effectors"),

@@ -15,14 +15,6 @@
 namespace grapnel {
 namespace {
 
-Node number_node(double value, const Mark& mark) {
-  Node node;
-  node.kind = Node::Kind::scalar;
-  node.mark = mark;
-  node.text = fmt::format("{}", value);
-  return node;
-}
-
 // Values one by one, or those of a range, as nodes.
 std::vector<Node> value_nodes(const Node& node, const std::string& place, FaultList& faults) {
   if (const Node* values = node.find("values")) return values->items;
