@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <stdexcept>
+
 #include "grapnel/capture/capture_problem.hpp"
 #include "grapnel/scenario/descriptions.hpp"
 
@@ -520,7 +523,10 @@ struct Described<Waypoint> {
                        "Joint rates; joints left out of a mapping are at rest. Absent: all at rest.")
           .as("joint values")
           .optional(),
-      field<&T::places>("end_effectors", "", "Where end-effectors are to be; others are free.").as("places by end-effector").items(1, 0).optional(),
+      field<&T::places>("end_effectors", "", "Where end-effectors are to be; others are free.")
+          .as("places by end-effector")
+          .items(1, 0)
+          .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       one_of("joints, end_effectors"),
@@ -900,5 +906,18 @@ struct Described<CaptureProblem> {
 };
 
 const Type& scenario_description() { return type_of<CaptureProblem>(); }
+
+const Type& description_at(std::string_view path) {
+  const Type* type = &scenario_description();
+  for (std::string_view rest = path; !rest.empty();) {
+    const std::size_t dot = std::min(rest.find('.'), rest.size());
+    const Field* field = field_named(*type, rest.substr(0, dot));
+    if (!field) throw std::logic_error("nothing is described at " + std::string(path));
+    type = &field->type();
+    while (type->kind == Type::Kind::optional || type->kind == Type::Kind::list) type = &type->of();
+    rest.remove_prefix(std::min(dot + 1, rest.size()));
+  }
+  return *type;
+}
 
 }  // namespace grapnel

@@ -2,9 +2,9 @@
 
 /// @file
 /// What robot and scenario files hold, described once: every key with its place in RobotSetup and CaptureProblem, its
-/// unit, range, default and meaning. The published schemas, the check of a file's structure, its reading, values that
-/// campaigns set in place and the tables of docs/formats follow from these descriptions. Where a value stands in files
-/// in another form than in the structure, the field names the form; what forms there are stands in input_forms.hpp.
+/// unit, range, default and meaning. The published schemas, the check of a file's structure, its reading and values that
+/// campaigns set in place follow from these descriptions; the tables of docs/formats are tested against them. Where a
+/// value stands in files in another form than in the structure, the field names the form, which schema_of.cpp lists.
 
 #include "grapnel/describe/type.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
@@ -38,6 +38,9 @@ struct Described<std::pair<std::string, std::string>> {
 const Type& robot_description();
 /// Of a Geometry.
 const Type& geometry_description();
+/// What stands at a path of a scenario: "impact.contact", "robot.end_effectors.envelope". Of lists and optional values:
+/// what they hold. @throws std::logic_error if there is no such place.
+const Type& description_at(std::string_view path);
 /// Of a CaptureProblem, its robot included.
 const Type& scenario_description();
 

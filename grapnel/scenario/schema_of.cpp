@@ -109,9 +109,9 @@ Json restitution_form(const Field& field) {
 }
 
 Json number_or_any_form(const Field& field) {
-  return {
-      {"anyOf",
-       {titled(number_schema(field.range), "a number"), {{"type", "string"}, {"enum", Json::array({"any"})}, {"title", "any"}}}}};
+  return {{"anyOf",
+           {titled(number_schema(field.range), "a number"),
+            {{"type", "string"}, {"enum", Json::array({"any"})}, {"title", "any"}}}}};
 }
 
 Json series_form(const Field&) {
@@ -329,10 +329,11 @@ class SchemaWriter {
   }
 
   Json robot_form(const Field& field) {
-    return {
-        {"anyOf",
-         {titled(name_schema(), "the path of a robot file"),
-          {{"allOf", Json::array({reference(field.type())})}, {"type", "object"}, {"title", "a mapping with a robot's content"}}}}};
+    return {{"anyOf",
+             {titled(name_schema(), "the path of a robot file"),
+              {{"allOf", Json::array({reference(field.type())})},
+               {"type", "object"},
+               {"title", "a mapping with a robot's content"}}}}};
   }
 
   Json by_type(const Type& type, const Field& field) {
