@@ -4,7 +4,6 @@
 #include <cstdlib>
 #include <optional>
 #include <stdexcept>
-#include <thread>
 
 #include "campaign_begin.hpp"
 #include "campaign_case.hpp"
@@ -14,6 +13,7 @@
 #include "grapnel/campaign/run_campaign.hpp"
 #include "job_array.hpp"
 #include "output_folder.hpp"
+#include "process.hpp"
 #include "progress.hpp"
 #include "terminal.hpp"
 
@@ -21,11 +21,6 @@ namespace grapnel::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-int threads_of(int asked) {
-  if (asked > 0) return asked;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
 
 int only(const Campaign& campaign, const CampaignRunOptions& options) {
   const std::uint64_t k = *options.only;

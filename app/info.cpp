@@ -1,8 +1,8 @@
 #include <algorithm>
 
 #include "commands.hpp"
-#include "grapnel/capture/capture_system.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "terminal.hpp"
 

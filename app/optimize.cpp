@@ -3,7 +3,6 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
-#include <thread>
 
 #include "commands.hpp"
 #include "grapnel/result/atomic_file.hpp"
@@ -12,6 +11,7 @@
 #include "grapnel/study/optimization_report.hpp"
 #include "grapnel/study/quantity.hpp"
 #include "output_folder.hpp"
+#include "process.hpp"
 #include "progress.hpp"
 #include "report_file.hpp"
 #include "terminal.hpp"
@@ -55,8 +55,7 @@ Evaluation write_best(const Optimization& optimization, const OptimizationOutcom
 OptimizationOutcome search(const Optimization& optimization, const OptimizeOptions& options) {
   Progress progress(options.quiet);
   StudyOptions run;
-  run.threads =
-      options.threads > 0 ? options.threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+  run.threads = threads_of(options.threads);
   run.progress = [&](const StudyProgress& at) { progress.report_points(at.done, at.total, at.not_ok); };
   return optimize(optimization, run);
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What a program settles with the system before anything else.
+/// What a program settles with the system about itself.
 
 namespace grapnel::app {
 
@@ -9,5 +9,8 @@ namespace grapnel::app {
 /// stdin, stdout or stderr are closed, something that takes nothing is put in their place, so that no file that is
 /// opened later gets their messages. Once, first of all.
 void prepare_process();
+
+/// How many threads work: as many as are asked for; 0: one per processor.
+int threads_of(int asked);
 
 }  // namespace grapnel::app

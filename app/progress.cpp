@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "grapnel/campaign/statistics.hpp"
-#include "grapnel/capture/capture_progress.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

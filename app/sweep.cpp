@@ -1,6 +1,5 @@
 #include <chrono>
 #include <fstream>
-#include <thread>
 
 #include "commands.hpp"
 #include "grapnel/result/atomic_file.hpp"
@@ -10,6 +9,7 @@
 #include "grapnel/study/study_summary.hpp"
 #include "grapnel/study/study_table.hpp"
 #include "output_folder.hpp"
+#include "process.hpp"
 #include "progress.hpp"
 #include "report_file.hpp"
 #include "sweep_point.hpp"
@@ -49,11 +49,6 @@ class PartialTable {
   std::ofstream file_;
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
 };
-
-int threads_of(int asked) {
-  if (asked > 0) return asked;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
 
 void write_table(const StudyTable& table, const fs::path& folder) {
   write_study_hdf5(table, GRAPNEL_VERSION, folder / "table.h5");

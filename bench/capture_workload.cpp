@@ -4,10 +4,10 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/capture/contact.hpp"
-#include "grapnel/capture/impact_report.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/impact_report/contact.hpp"
+#include "grapnel/impact_report/impact_report.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::bench {
@@ -54,8 +54,8 @@ CapturedSystem weld(const CaptureWorkload& workload, const State& arrived) {
   const Contact contact = make_contact(problem, workload.free, arrived);
   const ImpactOutcome outcome = run_impact({problem, workload.free, contact, problem.approach->duration});
   const Kinematics k = forward_kinematics(workload.free.model, outcome.after);
-  std::vector<HeldGrip> grips;
-  for (std::size_t i = 0; i < problem.grasps.size(); ++i) grips.push_back(close_grip(problem, workload.free, k, i));
+  std::vector<HeldGrasp> grips;
+  for (std::size_t i = 0; i < problem.grasps.size(); ++i) grips.push_back(hold_grasp(problem, workload.free, k, i));
   return join_targets(workload.free, outcome.after, grips);
 }
 

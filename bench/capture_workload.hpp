@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/capture/approach_plan.hpp"
-#include "grapnel/capture/captured_model.hpp"
+#include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"
 
 namespace grapnel::bench {

@@ -3,7 +3,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/dynamics_bench.hpp"
-#include "grapnel/capture/approach_plan.hpp"
+#include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::bench {

@@ -1,5 +1,6 @@
 # Modules in dependency order: a module may use only those before it.
-set(GRAPNEL_MODULES text spatial describe model dynamics clearance integrate constraint impact simulate lanes plan result report capture study campaign scenario)
+set(GRAPNEL_MODULES text spatial describe dense model dynamics clearance integrate constraint impact simulate lanes plan result report
+    problem approach impact_report capture study campaign scenario)
 
 # grapnel_module(<name> [SOURCES <file>...] [USES <module>...] [LIBRARIES <target>...] [PRIVATE_LIBRARIES <target>...])
 #
@@ -26,6 +27,16 @@ function(grapnel_module name)
   list(TRANSFORM ARG_USES PREPEND grapnel:: OUTPUT_VARIABLE used_targets)
   if(ARG_SOURCES)
     add_library(${target} STATIC ${ARG_SOURCES})
+    # Eight files compile as one: headers are read and templates compiled once for all of them. A file with compile
+    # options of its own stays alone.
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ${GRAPNEL_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+    if(name MATCHES "^(result|capture|scenario)$")
+      set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
+    endif()
+    if(GRAPNEL_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+      # A class of one file may have members of that file's own types; the warning takes the file for a header.
+      target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+    endif()
     set(scope PUBLIC)
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE_LIBRARIES})
   else()

@@ -1,5 +1,19 @@
 include(GoogleTest)
 
+# What nearly every test includes, read once: half of a test's compile time otherwise. Tests include what they use all the
+# same; the builds by clang have no such header and show what is missing.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/test_headers.cpp CONTENT "")
+  add_library(grapnel_test_headers OBJECT ${CMAKE_CURRENT_BINARY_DIR}/test_headers.cpp)
+  target_link_libraries(grapnel_test_headers PRIVATE grapnel::options)
+  target_include_directories(grapnel_test_headers SYSTEM PRIVATE ${EIGEN3_INCLUDE_DIRS})
+  target_compile_options(grapnel_test_headers PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_precompile_headers(grapnel_test_headers PRIVATE
+    <gmock/gmock.h> <gtest/gtest.h> <Eigen/Core>
+    <algorithm> <cmath> <filesystem> <fstream> <functional> <map> <memory> <optional> <random> <span> <sstream> <string>
+    <vector>)
+endif()
+
 # grapnel_test(<name> SOURCES <file>... [LIBRARIES <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [PROGRAM])
 #
 # Defines the test executable <name> on GoogleTest and GoogleMock (their main included) and registers each of its cases
@@ -25,6 +39,15 @@ function(grapnel_test name)
   endif()
 
   add_executable(${name} ${ARG_SOURCES})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    target_precompile_headers(${name} REUSE_FROM grapnel_test_headers)
+    foreach(source ${ARG_SOURCES})
+      get_source_file_property(own_options ${source} COMPILE_OPTIONS)
+      if(own_options)
+        set_source_files_properties(${source} PROPERTIES SKIP_PRECOMPILE_HEADERS ON)
+      endif()
+    endforeach()
+  endif()
   target_link_libraries(${name} PRIVATE ${ARG_LIBRARIES} GTest::gtest GTest::gmock GTest::gtest_main grapnel::options)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/tests)
   # What a test checks is the library, which is compiled at -O3 wherever the test's own code is not; at -O1 that code

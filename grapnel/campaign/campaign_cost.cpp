@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "grapnel/campaign/case_clock.hpp"
-#include "grapnel/capture/capture_steps.hpp"
+#include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
 #include "grapnel/study/slow_run.hpp"
 
@@ -104,7 +104,6 @@ std::vector<std::string> slow_settings(const Campaign& campaign, std::uint64_t k
         lines.push_back(fmt::format("{} is integrated case by case instead of several at once: {}", task->phase,
                                     with_setting(reason)));
       watched = watched || task->watch != nullptr;
-      steps.move();
     }
     const CaptureResult result = steps.finish();
     if (point.problem.clearance.enabled && !result.clearance.empty())

@@ -12,7 +12,7 @@ namespace grapnel {
 namespace {
 
 constexpr std::size_t kMostLines = 8;  // of any table
-constexpr std::size_t kMostReasons = 6;
+constexpr std::size_t kShownReasons = 6;
 constexpr std::size_t kMostInputs = 3;  // that matter most, per number
 constexpr double kMatters = 0.01;       // first-order index below which an input is not named
 constexpr double kUnexplained = 0.05;   // share below which it is not said
@@ -195,13 +195,13 @@ std::string worst_text(const Campaign& campaign, const CampaignReport& report) {
 std::string failures_text(const CampaignReport& report) {
   if (report.failures.empty()) return "";
   std::string text = "\nwhy cases are no success:\n";
-  for (std::size_t i = 0; i < std::min(report.failures.size(), kMostReasons); ++i) {
+  for (std::size_t i = 0; i < std::min(report.failures.size(), kShownReasons); ++i) {
     const CampaignReport::Reason& reason = report.failures[i];
     const std::string status = reason.status == CaseStatus::ok ? "" : std::string(name_of(reason.status)) + ": ";
     text += paragraph(
         fmt::format("{} × {}{} (case {})", reason.count, status, reason.text, reason.examples.front().first), "  ");
   }
-  return text + and_more(report.failures.size(), kMostReasons, "reasons");
+  return text + and_more(report.failures.size(), kShownReasons, "reasons");
 }
 
 }  // namespace

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace grapnel {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kDependent = 1e-7;  // what is left of a term that follows from those before, relative to itself
 
 double product(std::span<const double> a, std::span<const double> b) {
@@ -34,7 +32,7 @@ std::vector<double> scaled(std::vector<double> numbers) {
   for (const double x : numbers)
     if (std::isfinite(x)) squares += (x - mean) * (x - mean);
   const double deviation = std::sqrt(squares / std::max(count, 1.0));
-  for (double& x : numbers) x = std::isfinite(x) ? (deviation > 0 ? (x - mean) / deviation : 0) : kNaN;
+  for (double& x : numbers) x = std::isfinite(x) ? (deviation > 0 ? (x - mean) / deviation : 0) : NAN;
   return numbers;
 }
 
@@ -85,10 +83,10 @@ Sensitivity GroupSensitivity::of(std::span<const double> y) {
     if (used[row]) numbers.push_back(y[row]);
   }
   const double n = static_cast<double>(numbers.size());
-  if (numbers.size() < 10 + 2 * terms_.size()) return {kNaN, kNaN, kNaN};
+  if (numbers.size() < 10 + 2 * terms_.size()) return {NAN, NAN, NAN};
   center(numbers);
   const double all = product(numbers, numbers);
-  if (!(all > 0)) return {kNaN, kNaN, kNaN};
+  if (!(all > 0)) return {NAN, NAN, NAN};
   if (used != used_) fit_rows(used);
   const double p = static_cast<double>(basis_.size());
   double explained = 0;
@@ -96,7 +94,7 @@ Sensitivity GroupSensitivity::of(std::span<const double> y) {
     const double part = product(q, numbers);
     explained += part * part / all;
   }
-  Sensitivity s{1 - (1 - std::min(explained, 1.0)) * (n - 1) / (n - 1 - p), 0, kNaN};
+  Sensitivity s{1 - (1 - std::min(explained, 1.0)) * (n - 1) / (n - 1 - p), 0, NAN};
   const double share = std::clamp(s.first_order, 0.0, 1.0), rest = 1 - share;
   s.error = std::sqrt(4 * share * rest * rest / n + 2 * p / (n * n));
   return s;

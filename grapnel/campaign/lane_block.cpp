@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "grapnel/campaign/case_clock.hpp"
-#include "grapnel/capture/capture_steps.hpp"
+#include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/lanes/lane_phase.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
 
@@ -59,14 +59,14 @@ void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector
 
 Vector3d vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
 
-GroupBooks books_of(const lanes::LaneTree& tree) {
+GroupQuantities quantities_of(const lanes::LaneTree& tree) {
   return {vector_of(tree.com), {vector_of(tree.angular), vector_of(tree.linear)}, tree.size};
 }
 
 PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
   PhaseMeasures measures;
   for (const lanes::LaneTreeBooks& tree : outcome.trees) {
-    measures.trees.push_back({books_of(tree.start),
+    measures.trees.push_back({quantities_of(tree.start),
                               tree.linear_deviation,
                               tree.angular_deviation,
                               tree.energy_deviation,
@@ -145,7 +145,7 @@ class LaneBlock {
     });
   }
 
-  // To the next piece of motion that is for lanes, or to the end.
+  // To the next piece of motion that is for lanes, or to the end; what is not is integrated on the way.
   void go_on(Flight& flight) {
     while ((flight.task = flight.steps->next())) {
       if (flight.task->only_here.empty()) {
@@ -157,7 +157,6 @@ class LaneBlock {
           return;
         }
       }
-      flight.steps->move();
     }
     take(flight, case_row(*flight.point, flight.steps->finish(), campaign_.columns));
   }
@@ -218,11 +217,7 @@ class LaneBlock {
         if (flight.trouble) std::rethrow_exception(flight.trouble);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
                               structure.integration.max_steps < flight.task->integration.max_steps;
-        if (too_long) {
-          flight.steps->move();
-        } else {
-          flight.steps->moved(outcome_of(outcome), measures_of(outcome));
-        }
+        if (!too_long) flight.steps->integrated(outcome_of(outcome), measures_of(outcome));
         go_on(flight);
       });
     };

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace grapnel {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kFewest = 4;
 
 struct Group {
@@ -65,7 +63,7 @@ void first_order_of(std::span<const double> y, Sensitivity& s) {
 RankedNumbers::RankedNumbers(std::span<const double> numbers) : RankedNumbers(numbers, ranking_of(numbers)) {}
 
 RankedNumbers::RankedNumbers(std::span<const double> numbers, const Ranking& ranking)
-    : items(numbers.size(), Item{kNaN, kNaN}), count(ranking.order.size()) {
+    : items(numbers.size(), Item{NAN, NAN}), count(ranking.order.size()) {
   const std::vector<double> ranks = mean_ranks(ranking, numbers.size());
   // About one of them: large numbers that hardly differ keep their differences.
   const double origin = count > 0 ? numbers[ranking.order[count / 2]] : 0;
@@ -98,7 +96,7 @@ Sensitivity sensitivity_of(const Ranking& x, const RankedNumbers& y) {
     tied_rank += rank;
   }
   end_tie();
-  if (sorted.size() < kFewest || !(xx > 0) || !(yy > 0)) return {kNaN, kNaN, kNaN};
+  if (sorted.size() < kFewest || !(xx > 0) || !(yy > 0)) return {NAN, NAN, NAN};
   Sensitivity s;
   s.rank_correlation = std::clamp(xy / std::sqrt(xx * yy), -1.0, 1.0);
   first_order_of(sorted, s);

@@ -10,8 +10,6 @@
 namespace grapnel {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
 // A bijection of 32 bits without visible pattern (finalizer of MurmurHash3, Appleby).
 std::uint32_t scattered(std::uint32_t i) {
   i ^= i >> 16;
@@ -36,7 +34,7 @@ class Sum {
 };
 
 double quantile_of_sorted(std::span<const double> sorted, double p) {
-  if (sorted.empty()) return kNaN;
+  if (sorted.empty()) return NAN;
   const double at = p * static_cast<double>(sorted.size() - 1);
   const auto below = static_cast<std::size_t>(std::clamp(std::floor(at), 0.0, static_cast<double>(sorted.size() - 1)));
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
@@ -48,7 +46,7 @@ double quantile_of_sorted(std::span<const double> sorted, double p) {
 }  // namespace
 
 Proportion wilson(std::uint64_t successes, std::uint64_t trials, double confidence) {
-  Proportion p{successes, trials, kNaN, 0, 1};
+  Proportion p{successes, trials, NAN, 0, 1};
   if (trials == 0) return p;
   const double n = static_cast<double>(trials);
   const double z = normal_quantile(0.5 + confidence / 2);
@@ -88,7 +86,7 @@ Ranking ranking_of(std::span<const double> numbers) {
 }
 
 std::vector<double> mean_ranks(const Ranking& ranking, std::size_t size) {
-  std::vector<double> ranks(size, kNaN);
+  std::vector<double> ranks(size, NAN);
   const std::size_t n = ranking.order.size();
   for (std::size_t begin = 0; begin < n;) {
     std::size_t end = begin + 1;
@@ -136,7 +134,7 @@ QuantileRanks quantile_ranks(std::uint64_t n, double p, double confidence) {
 
 Description describe_sorted(std::span<const double> sorted, std::uint64_t missing,
                             std::span<const double> probabilities, double confidence) {
-  Description d{sorted.size(), missing, kNaN, kNaN, kNaN, kNaN, kNaN, {}};
+  Description d{sorted.size(), missing, NAN, NAN, NAN, NAN, NAN, {}};
   if (!sorted.empty()) {
     const double n = static_cast<double>(sorted.size());
     Sum sum, squares;
@@ -155,7 +153,7 @@ Description describe_sorted(std::span<const double> sorted, std::uint64_t missin
   for (const double p : probabilities) {
     const QuantileRanks ranks = quantile_ranks(sorted.size(), p, confidence);
     const auto at = [&](std::int64_t i) {
-      return i < 0 || i >= static_cast<std::int64_t>(sorted.size()) ? kNaN : sorted[static_cast<std::size_t>(i)];
+      return i < 0 || i >= static_cast<std::int64_t>(sorted.size()) ? NAN : sorted[static_cast<std::size_t>(i)];
     };
     d.quantiles.push_back({p, quantile_of_sorted(sorted, p), at(ranks.lower), at(ranks.upper)});
   }
@@ -248,7 +246,7 @@ double correlation(std::span<const double> x, std::span<const double> y) {
     xy.add(dx * dy);
   }
   const double r = xy.value() / std::sqrt(xx.value()) / std::sqrt(yy.value());
-  return std::isfinite(r) ? std::clamp(r, -1.0, 1.0) : kNaN;
+  return std::isfinite(r) ? std::clamp(r, -1.0, 1.0) : NAN;
 }
 
 double rank_correlation(std::span<const double> x, std::span<const double> y) {

@@ -1,13 +1,16 @@
 #pragma once
 
 /// @file
-/// The largest magnitudes that quantities reach in a motion, found step by step on the integrator's dense output,
-/// whatever interval of output there is. Thread safety: one thread at a time.
+/// The largest magnitudes that quantities reach in a motion, and when efforts pass their limits: found step by step on
+/// the integrator's dense output, whatever interval of output there is.
 
 #include <functional>
 #include <limits>
 #include <span>
+#include <string>
 #include <vector>
+
+#include "grapnel/clearance/clearance_result.hpp"
 
 namespace grapnel {
 
@@ -17,6 +20,7 @@ struct Peak {
   double time = 0;        // [s]
 };
 
+/// Finds the largest magnitudes of some quantities, step by step.
 class PeakSearch {
  public:
   /// Writes all quantities at a time.
@@ -49,6 +53,37 @@ class PeakSearch {
   std::vector<Peak> peaks_;
   std::vector<Point> points_;  // room is kept from step to step
   std::size_t used_ = 0;
+};
+
+/// Notes when drives run at the limits of their effort, or motions take more than these allow, from what PeakSearch has
+/// evaluated.
+class EffortWatch {
+ public:
+  void begin_phase(std::string name);
+  /// An effort (entry `quantity` of the points) with a finite limit on its magnitude. `cut`: the drive saturates there;
+  /// else beyond it the limit is violated.
+  void watch(std::string joint, std::size_t quantity, double limit, bool cut);
+  /// The next step: its points, and the quantities between them, where a limit is crossed. What passes a limit and
+  /// comes back between two points goes unseen.
+  void step(std::span<const PeakSearch::Point> points, const PeakSearch::Quantities& at);
+  /// What there was in the phase, in the order of time; an event that its end cuts short ends there.
+  std::vector<LimitEvent> end_phase();
+
+ private:
+  struct Monitor {
+    LimitKind kind;
+    std::string joint;
+    std::size_t quantity;
+    double sign, limit, threshold;  // of sign times the effort
+    int open = -1;                  // event under way
+    double beyond(const PeakSearch::Point& p) const { return sign * p.values[quantity] - threshold; }
+  };
+  void note(Monitor& monitor, double time, double value);
+
+  std::string name_;
+  std::vector<Monitor> monitors_;
+  std::vector<LimitEvent> events_;
+  std::vector<double> values_;  // at a crossing
 };
 
 }  // namespace grapnel

@@ -3,18 +3,14 @@
 #include <algorithm>
 #include <limits>
 
-#include "grapnel/capture/contact.hpp"
-#include "grapnel/capture/joint_loads.hpp"
-#include "grapnel/capture/watches.hpp"
+#include "grapnel/capture/safety_monitor.hpp"
+#include "grapnel/impact_report/contact.hpp"
+#include "grapnel/impact_report/internal_loads.hpp"
 
 namespace grapnel {
 namespace {
 
 constexpr std::size_t kBlockBytes = 64 << 20;  // of samples that are handed to a sink at once
-
-BodyMotion motion(const std::string& name, const Posed& X, const Twistd& V) {
-  return {name, X.p, quaternion_from(X.R), V.angular, V.linear};
-}
 
 bool is_shared(const CaptureProblem& problem, const std::string& target) {
   return std::count_if(problem.grasps.begin(), problem.grasps.end(),
@@ -22,50 +18,6 @@ bool is_shared(const CaptureProblem& problem, const std::string& target) {
 }
 
 }  // namespace
-
-PhaseEnd describe(const CaptureProblem& problem, const CaptureSystem& system, const State& state, double time) {
-  const Model& model = system.model;
-  const Kinematics k = forward_kinematics(model, state);
-  PhaseEnd end;
-  end.time = time;
-  end.base = motion(problem.robot.base, k.X_WB[system.base], k.V_WB[system.base]);
-  for (int j : system.robot_joints) {
-    const Body& body = model.bodies()[model.joints()[j]];
-    end.joints.names.push_back(body.description.joint.name);
-    end.joints.position.push_back(state.q[body.q]);
-    end.joints.velocity.push_back(state.v[body.v]);
-  }
-  const std::vector<GraspGap> gaps = grasp_gaps(problem, system, k);
-  for (int f : system.end_effectors) {
-    const Twistd V = frame_twist(model, k, f);
-    EndEffectorMotion e;
-    e.name = model.frames()[f].name;
-    e.position = frame_pose(model, k, f).p;
-    e.velocity = V.linear;
-    e.angular_velocity = V.angular;
-    for (std::size_t i = 0; i < gaps.size(); ++i) {
-      if (problem.grasps[i].end_effector != e.name) continue;
-      e.target = problem.grasps[i].target;
-      e.grasp_point = problem.grasps[i].grasp_point;
-      e.miss_distance = gaps[i].distance;
-      e.relative_velocity = V.linear - gaps[i].V_WG.linear;
-      e.relative_angular_velocity = V.angular - gaps[i].V_WG.angular;
-    }
-    end.end_effectors.push_back(e);
-  }
-  end.targets = describe_targets(problem, system, k);
-  return end;
-}
-
-std::vector<BodyMotion> describe_targets(const CaptureProblem& problem, const CaptureSystem& system,
-                                         const Kinematics& k) {
-  std::vector<BodyMotion> targets;
-  for (std::size_t t = 0; t < problem.targets.size(); ++t) {
-    const int f = system.target_frames[t];
-    targets.push_back(motion(problem.targets[t].name, frame_pose(system.model, k, f), frame_twist(system.model, k, f)));
-  }
-  return targets;
-}
 
 Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame,
                    TimeSeries& series)
@@ -210,9 +162,9 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
   }
 }
 
-void Recorder::put_grips(const std::vector<GraspGap>& gaps, std::span<const GripSample> grips) {
-  const GripSample none;
-  const auto of = [&](std::size_t i) -> const GripSample& { return grips.empty() ? none : grips[i]; };
+void Recorder::put_grips(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grips) {
+  const GraspSample none;
+  const auto of = [&](std::size_t i) -> const GraspSample& { return grips.empty() ? none : grips[i]; };
   for (std::size_t i = 0; i < gaps.size(); ++i) {
     put(gaps[i].distance);
     put(of(i).holds ? 1.0 : 0.0);
@@ -246,19 +198,20 @@ void Recorder::put_motion(const CaptureSystem& system, const Kinematics& k) {
 }
 
 // The integral of t dH since the phase's start, H the impulse from outside: t H(t) less the integral of H, which is
-// what the centre of mass went beyond its uniform motion, times the mass. `books`: in the frame of the computation.
-Vector3d Recorder::late_impulse(const SystemBooks& books, const PhaseSample& s) const {
+// what the centre of mass went beyond its uniform motion, times the mass. `quantities`: in the frame of the
+// computation.
+Vector3d Recorder::late_impulse(const ConservedQuantities& quantities, const PhaseSample& s) const {
   double mass = 0;
-  for (const GroupBooks& tree : books.trees) mass += tree.size.mass;
+  for (const GroupQuantities& tree : quantities.trees) mass += tree.size.mass;
   const Vector3d beyond =
-      mass * (books.com - phase_start_->com) - (s.time - phase_start_->time) * phase_start_->momentum;
+      mass * (quantities.com - phase_start_->com) - (s.time - phase_start_->time) * phase_start_->momentum;
   return s.time * s.integrals.external_impulse.linear - beyond;
 }
 
-// `books`: in the frame of the computation.
-void Recorder::put_books(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books,
-                         const PhaseSample& s) {
-  const SystemBooks in_world = frame_.is_world() ? books : system_books(system.model, k, s.state);
+// `quantities`: in the frame of the computation.
+void Recorder::put_conserved(const CaptureSystem& system, const Kinematics& k, const ConservedQuantities& quantities,
+                             const PhaseSample& s) {
+  const ConservedQuantities in_world = frame_.is_world() ? quantities : conserved_quantities(system.model, k, s.state);
   put(in_world.com);
   put(in_world.about_com.linear);
   put(in_world.about_com.angular);
@@ -267,15 +220,16 @@ void Recorder::put_books(const CaptureSystem& system, const Kinematics& k, const
   put(finished_.motor_work + s.integrals.motor_work);
   put(finished_.friction_work + s.integrals.friction_work);
   const Momentumd impulse = finished_.external_impulse + s.integrals.external_impulse;
-  if (!phase_start_) phase_start_ = {s.time, books.com, books.about_com.linear};
-  if (dot(impulse.linear, impulse.linear) > 0) late_ = late_impulse(books, s);
+  if (!phase_start_) phase_start_ = {s.time, quantities.com, quantities.about_com.linear};
+  if (dot(impulse.linear, impulse.linear) > 0) late_ = late_impulse(quantities, s);
   put(finished_.external_work + s.integrals.external_work + dot(frame_.velocity, impulse.linear));
   put(impulse.linear);
   put(impulse.angular + cross(frame_.origin, impulse.linear) + cross(frame_.velocity, finished_late_ + late_));
 }
 
-void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const SystemBooks& books, const PhaseSample& s,
-                      std::span<const GripSample> grips, double clearance, std::span<const Wrenchd> through) {
+void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const ConservedQuantities& quantities,
+                      const PhaseSample& s, std::span<const GraspSample> grips, double clearance,
+                      std::span<const Wrenchd> through) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
@@ -309,7 +263,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Sy
   put_joints([&](int j) { return reaction(j, &Wrenchd::linear); });
   put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
-  put_books(system, in_world, books, s);
+  put_conserved(system, in_world, quantities, s);
   if (watches_clearance_) put(clearance);
   if (sink_ && series_.time.size() >= most_kept_) sink_->take(series_);
 }

@@ -1,26 +1,18 @@
 #pragma once
 
 /// @file
-/// Turns states into what users read: motion of base, joints, end-effectors and targets at an instant, and the time
-/// series. Thread safety: one thread at a time.
+/// The time series of a run.
 
-#include "grapnel/capture/bookkeeper.hpp"
-#include "grapnel/capture/capture_system.hpp"
-#include "grapnel/capture/contact.hpp"
-#include "grapnel/capture/loop_book.hpp"
-#include "grapnel/capture/moving_frame.hpp"
+#include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/capture/loop_monitor.hpp"
+#include "grapnel/impact_report/contact.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/moving_frame.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/result/series_sink.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
-
-/// The system at an instant, before or after the capture.
-PhaseEnd describe(const CaptureProblem& problem, const CaptureSystem& system, const State& state, double time);
-
-/// The targets alone.
-std::vector<BodyMotion> describe_targets(const CaptureProblem& problem, const CaptureSystem& system,
-                                         const Kinematics& kinematics);
 
 /// What the time series of a run will need, before it is run: as many samples as the durations and the output interval
 /// make; phases that end earlier make fewer, impacts a few more.
@@ -41,8 +33,8 @@ class Recorder {
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
   /// `grips`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
   /// `through`: what joints pass on, per body; empty: not known.
-  void sample(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books,
-              const PhaseSample& sample, std::span<const GripSample> grips, double clearance,
+  void sample(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
+              const PhaseSample& sample, std::span<const GraspSample> grips, double clearance,
               std::span<const Wrenchd> through = {});
   /// The work done in the phase that ends is carried into the next.
   void end_phase(const PhaseIntegrals& integrals);
@@ -50,10 +42,10 @@ class Recorder {
  private:
   void add(std::string path, std::string unit, std::string description, std::vector<std::string> components);
   void put_motion(const CaptureSystem& system, const Kinematics& kinematics);
-  void put_books(const CaptureSystem& system, const Kinematics& kinematics, const SystemBooks& books,
-                 const PhaseSample& sample);
-  Vector3d late_impulse(const SystemBooks& books, const PhaseSample& sample) const;
-  void put_grips(const std::vector<GraspGap>& gaps, std::span<const GripSample> grips);
+  void put_conserved(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
+                     const PhaseSample& sample);
+  Vector3d late_impulse(const ConservedQuantities& quantities, const PhaseSample& sample) const;
+  void put_grips(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grips);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
   void put(double value);
   void put(const Vector3d& v);

@@ -1,12 +1,207 @@
 #include "grapnel/capture/simulate_capture.hpp"
 
+#include <stdexcept>
+
+#include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/capture/finite_result.hpp"
+#include "grapnel/capture/grasp_events.hpp"
+#include "grapnel/problem/problem_scene.hpp"
+
 namespace grapnel {
+namespace {
+
+// The phases, below, in the order in which they come.
+void warn_of_comparisons(CaptureRun& run);
+void plan_motion(CaptureRun& run);
+MotionPhase begin_approach(CaptureRun& run);
+bool goes_on(const CaptureRun& run);
+MotionPhase begin_post_impact(CaptureRun& run);
+void check_and_report(CaptureRun& run);
+
+// A capture from its plan to its report, or its impact alone. Stops at every piece of motion; who resumes it may have
+// integrated that elsewhere, else it is integrated then.
+Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part) {
+  try {
+    // Planning: where targets will be, and how the joints get there.
+    warn_of_comparisons(run);
+    plan_motion(run);
+
+    // The approach: pieces of motion between grasps that close at stated times or on arrival.
+    if (run.problem.approach && part == CaptureSteps::Part::impact_only) {
+      PhaseSegment whole = PhaseSegment::unobserved_approach(run);
+      co_await whole;
+      run.result.approach_end = run.describe_now();
+    } else if (run.problem.approach) {
+      const MotionPhase approach = begin_approach(run);
+      while (close_due_grasps(run, approach)) {
+        PhaseSegment segment(run, approach);
+        co_await segment;
+      }
+      run.result.approach_end = run.describe_now();
+    }
+
+    // Contact and impact, of all that closes at the approach's end.
+    run.joints.settle_all(run.bodies);
+    const bool closed = close_grasps(run, run.schedule.due_together(run.bodies.time));
+
+    // Motion after the impact: pieces between releases, and grasps that close later.
+    if (part == CaptureSteps::Part::whole && goes_on(run)) {
+      if (!closed) stop_joints(run);
+      MotionPhase post_impact = begin_post_impact(run);
+      while (close_due_grasps(run, post_impact)) {
+        PhaseSegment segment(run, post_impact);
+        const bool reached_event = co_await segment;
+        if (reached_event) release_due_grasps(run, post_impact);
+      }
+      run.result.post_impact_end = run.describe_now();
+    }
+    run.result.status = CaptureStatus::completed;
+  } catch (const std::runtime_error& error) {
+    run.result.failure = error.what();
+  }
+
+  // Checks of conservation, limits and loads, and what became of every grasp; of a run that has failed too.
+  check_and_report(run);
+}
+
+// --- Planning ---
+
+// Settings that are there to be compared with, not to be trusted.
+void warn_of_comparisons(CaptureRun& run) {
+  const CaptureProblem& problem = run.problem;
+  const auto warn = [&](const std::string& text) { run.result.warnings.push_back(text); };
+  if (problem.impact && problem.impact->law == ImpactSetup::Law::as_published)
+    warn("impact.law: as_published is for comparison: it does not conserve momentum");
+  const std::string loops = "integration.loops: ";
+  switch (problem.integration.loops) {
+    case IntegrationSetup::Loops::projection:
+      break;
+    case IntegrationSetup::Loops::baumgarte:
+      warn(loops + "baumgarte is for comparison: defects decay instead of being taken out");
+      break;
+    case IntegrationSetup::Loops::acceleration:
+      warn(loops + "acceleration is for comparison: nothing brings loops back, defects stay and grow");
+      break;
+    case IntegrationSetup::Loops::open:
+      warn(loops + "open is for comparison: loops are cut, further grips of a target do not hold it");
+  }
+}
+
+// The servicer's initial state, and the targets where they are at the start.
+void place_bodies(const CaptureProblem& problem, const TargetPlan& targets, RunBodies& bodies) {
+  const Model& model = bodies.system.model;
+  bodies.state = initial_servicer_state(problem, bodies.system);
+  for (std::size_t t = 0; t < problem.targets.size(); ++t) {
+    const int body = model.frames()[bodies.system.target_frames[t]].body;
+    set_root_pose(model, body, targets.start[t].X_WT, bodies.state);
+    set_root_twist(model, body, targets.start[t].V_WT, bodies.state);
+  }
+}
+
+// The targets' motion, where everything is at the start, and what the joints follow in the approach.
+void plan_motion(CaptureRun& run) {
+  const auto planning = [&](double) { run.progress(kPlanning, 0, 0); };
+  const TargetPlan targets = plan_targets(run.problem, run.progress ? std::function<void(double)>(planning) : nullptr);
+  place_bodies(run.problem, targets, run.bodies);
+  if (!run.problem.approach) return;
+  std::optional<ApproachPlan> plan;
+  if (run.detail != CaptureDetail::full) plan = stated_approach(run.problem, run.bodies.system);
+  if (!plan) plan = plan_approach(run.problem, targets, run.detail, run.progress);
+  run.result.plan = plan->report;
+  for (const std::string& warning : plan->warnings) run.result.warnings.push_back(warning);
+  if (!plan->failure.empty()) throw RunFailure(plan->failure);
+  run.joints.follow(std::move(plan->joints));
+}
+
+// --- Approach and motion after the impact ---
+
+MotionPhase begin_approach(CaptureRun& run) {
+  const ApproachSetup& setup = *run.problem.approach;
+  run.result.approach_start = run.describe_now();
+  run.joints.control_attitude(setup.base_control, run.bodies);
+  return {"approach", 0, setup.duration};
+}
+
+// Whether there is motion after the approach's end: something has been met, or still may be.
+bool goes_on(const CaptureRun& run) {
+  return run.problem.impact && run.problem.post_impact &&
+         (!run.bodies.held.empty() || run.rebounded || run.schedule.any_left());
+}
+
+MotionPhase begin_post_impact(CaptureRun& run) {
+  const PostImpactSetup& setup = *run.problem.post_impact;
+  run.joints.control_attitude(setup.base_control, run.bodies);
+  return {"post_impact", run.bodies.time, run.bodies.time + setup.duration};
+}
+
+// --- Checks and report ---
+
+void check_and_report(CaptureRun& run) {
+  CaptureResult& result = run.result;
+  run.schedule.write(run.monitor.last_look(), run.bodies.system, run.bodies.state, result);
+  run.monitor.write();
+  if (result.status != CaptureStatus::completed) return;
+  if (const std::string what = first_not_finite(result); !what.empty()) {
+    result.status = CaptureStatus::failed;
+    result.failure = what + " is not a finite number: lengths and speeds are beyond what can be computed with";
+  }
+}
+
+}  // namespace
+
+// --- Piece by piece ---
+
+struct CaptureSteps::Work {
+  Work(const CaptureProblem& problem, CaptureDetail detail, CaptureProgress progress, Part part, SeriesSink* sink)
+      : frame(moving_frame(problem)),
+        seen(frame.is_world() ? nullptr : std::make_unique<CaptureProblem>(seen_from(frame, problem))),
+        run(seen ? *seen : problem, frame, detail, std::move(progress), sink, result),
+        body(capture(run, part)) {
+    result.scenario_name = problem.name;
+    result.scenario_sha256 = problem.sha256;
+    result.status = CaptureStatus::failed;  // until it has been completed
+    if (detail == CaptureDetail::full && part == Part::whole) result.scene = scene_of(problem);
+  }
+
+  CaptureResult result;
+  const MovingFrame frame;
+  const std::unique_ptr<const CaptureProblem> seen;  // in the frame in which it is computed; null: the problem itself
+  CaptureRun run;
+  Resumable<PhaseSegment> body;
+  PhaseSegment* segment = nullptr;  // at which it has stopped
+};
+
+CaptureSteps::CaptureSteps(const CaptureProblem& problem, CaptureDetail detail, CaptureProgress progress, Part part,
+                           SeriesSink* sink)
+    : work_(std::make_unique<Work>(problem, detail, std::move(progress), part, sink)) {}
+
+CaptureSteps::~CaptureSteps() = default;
+
+const MotionTask* CaptureSteps::next() {
+  work_->segment = nullptr;
+  work_->segment = work_->body.next();
+  return work_->segment ? &work_->segment->task() : nullptr;
+}
+
+void CaptureSteps::integrated(PhaseOutcome outcome, const PhaseMeasures& measures) {
+  if (!work_->segment) throw std::logic_error("CaptureSteps: there is no piece of motion to integrate");
+  work_->segment->take(std::move(outcome), measures);
+}
+
+CaptureResult CaptureSteps::finish() {
+  if (!work_->body.done()) throw std::logic_error("CaptureSteps: the run has not ended");
+  return std::move(work_->result);
+}
+
+// --- At once ---
+
 namespace {
 
 CaptureResult simulate(const CaptureProblem& problem, CaptureDetail detail, const CaptureProgress& progress,
                        CaptureSteps::Part part, SeriesSink* sink) {
   CaptureSteps steps(problem, detail, progress, part, sink);
-  while (steps.next()) steps.move();
+  while (steps.next()) {
+  }
   return steps.finish();
 }
 

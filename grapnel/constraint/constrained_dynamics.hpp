@@ -76,16 +76,4 @@ class LoopSolver {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// The same accelerations by coordinate partitioning, dense: the closures determine some velocities from the others
-/// ("determinate" and "indeterminate"; Chaudhary and Saha 2008), v = T v_i, T^T M T vdot_i = T^T (tau - c - M Tdot
-/// v_i). An independent route, O(n^3). `tau`: generalized forces beside gravity (empty: zero).
-struct PartitionedSolution {
-  std::vector<double> vdot;
-  std::vector<double> multipliers;  // least squares of J^T lambda = M vdot + c - tau
-  std::vector<int> independent;     // velocities chosen as independent
-};
-PartitionedSolution partitioned_dynamics(const Model& model, const State& state, std::span<const LoopClosure> closures,
-                                         const std::vector<double>& tau = {},
-                                         const Vector3d& gravity = Vector3d::zero());
-
 }  // namespace grapnel

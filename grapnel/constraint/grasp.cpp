@@ -1,9 +1,8 @@
 #include "grapnel/constraint/grasp.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
 #include <cmath>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 
 namespace grapnel {

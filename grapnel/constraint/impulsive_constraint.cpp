@@ -1,8 +1,8 @@
 #include "grapnel/constraint/impulsive_constraint.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <stdexcept>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 

@@ -1,7 +1,8 @@
 #include "grapnel/dynamics/free_floating.hpp"
 
-#include <Eigen/Cholesky>
 #include <stdexcept>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -1,11 +1,10 @@
 #include "grapnel/impact/bilateral_rows.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {

@@ -14,7 +14,7 @@ namespace grapnel {
 namespace {
 
 // Of every number, what no method can be asked for.
-constexpr double kRounding = 1e-14;
+constexpr double kRelativeTolerance = 1e-14;
 
 struct Free {
   void operator()(N_Vector v) const { N_VDestroy(v); }
@@ -87,7 +87,7 @@ StiffIntegrator::StiffIntegrator(CompliantSystem& system, std::span<const double
   require(CVodeSetErrHandlerFn(cvode, say, &m), "CVodeSetErrHandlerFn");
   require(CVodeInit(cvode, rates, 0.0, m.y.get()), "CVodeInit");
   require(CVodeSetUserData(cvode, &m), "CVodeSetUserData");
-  require(CVodeSVtolerances(cvode, kRounding, m.tolerances.get()), "CVodeSVtolerances");
+  require(CVodeSVtolerances(cvode, kRelativeTolerance, m.tolerances.get()), "CVodeSVtolerances");
   m.matrix.reset(SUNDenseMatrix(n, n, m.context));
   m.solver.reset(SUNLinSol_Dense(m.y.get(), m.matrix.get(), m.context));
   require(CVodeSetLinearSolver(cvode, m.solver.get(), m.matrix.get()), "CVodeSetLinearSolver");

@@ -1,10 +1,9 @@
 #include "grapnel/impact/compliant_scales.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 
 namespace grapnel {

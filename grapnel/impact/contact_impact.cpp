@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/impact/bilateral_rows.hpp"
 #include "grapnel/impact/contact_path.hpp"

@@ -1,8 +1,9 @@
 #include "grapnel/impact/contact_path_motion.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

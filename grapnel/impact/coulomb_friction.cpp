@@ -1,10 +1,11 @@
 #include "grapnel/impact/coulomb_friction.hpp"
 
 #include <Eigen/Jacobi>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

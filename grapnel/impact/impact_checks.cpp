@@ -1,9 +1,10 @@
 #include "grapnel/impact/impact_checks.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <vector>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

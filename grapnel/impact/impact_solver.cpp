@@ -17,7 +17,7 @@ namespace {
 // As for LoopSolver: pivots of the scaled W below this are redundant rows.
 constexpr double kRankTolerance = 1e-12;
 // Of the size of velocities: what is left of the relative motion is not solved for again.
-constexpr double kRounding = 4e-16;
+constexpr double kRoundingLeft = 4e-16;
 constexpr double kSmallest = 1e-300;
 
 bool same_grip(const Grasp& x, const Grasp& y) {
@@ -305,7 +305,7 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
   s.solve_rows();
   s.respond(in);
   double left = s.meet();
-  if (left > kRounding * size) {
+  if (left > kRoundingLeft * size) {
     // What rounding left is solved for once more.
     std::copy(s.met.begin(), s.met.end(), s.u.begin());
     s.rest();

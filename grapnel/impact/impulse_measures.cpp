@@ -1,14 +1,12 @@
 #include "grapnel/impact/impulse_measures.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 

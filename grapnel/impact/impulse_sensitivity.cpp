@@ -1,12 +1,11 @@
 #include "grapnel/impact/impulse_sensitivity.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <limits>
 #include <optional>
 #include <stdexcept>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/impact/varied_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 

@@ -1,10 +1,8 @@
 #include "grapnel/impact/published_impact.hpp"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 
 namespace grapnel {

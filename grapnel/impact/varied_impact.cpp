@@ -1,7 +1,6 @@
 #include "grapnel/impact/varied_impact.hpp"
 
-#include <Eigen/Cholesky>
-
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/composite_body.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/symmetric_solve.hpp"

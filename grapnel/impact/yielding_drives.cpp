@@ -1,9 +1,9 @@
 #include "grapnel/impact/yielding_drives.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 // of the grips alone.
 constexpr double kGripsAlone = 1e-8;
 // Of the size of its terms: what a self-stress does on the rates told is zero.
-constexpr double kRounding = 1e-13;
+constexpr double kWorkRounding = 1e-13;
 // Of the largest rate, in the metric J_r: a drive that misses what it was told by less has not given way.
 constexpr double kNoticed = 1e-9;
 // Pivots of self-stresses of unit size that are one another's sum.
@@ -49,7 +49,7 @@ std::optional<Eigen::VectorXd> rates_that_grips_allow(const BilateralRows& rows,
   }
   const Eigen::VectorXd work = S.transpose() * after;  // on the rates told
   const Eigen::VectorXd terms = S.cwiseAbs().transpose() * after.cwiseAbs();
-  if ((work.array().abs() <= kRounding * terms.array()).all()) return {};
+  if ((work.array().abs() <= kWorkRounding * terms.array()).all()) return {};
   // x = J_r^(1/2) (w_h - s) is the least solution of B^T x = S^T w, B = J_r^(-1/2) S_h.                        (7.20)
   const Eigen::VectorXd root = rows.held_inertia.cwiseSqrt();
   const Eigen::MatrixXd B = root.cwiseInverse().asDiagonal() * S.bottomRows(held);
@@ -111,7 +111,7 @@ bool YieldingDrives::give_way(const PivotedCholesky& factor, std::span<const std
       work += S[v] * after[v], terms += std::abs(S[v] * after[v]);
     }
     right_[k] = work;
-    contradict = contradict || std::abs(work) > kRounding * terms;
+    contradict = contradict || std::abs(work) > kWorkRounding * terms;
     for (std::size_t l = 0; size > 0 && l < k; ++l) {
       double sum = 0;
       for (std::size_t v = 0; v < velocities_; ++v) sum += S[v] * stress_[l * velocities_ + v] / inertia_[v];

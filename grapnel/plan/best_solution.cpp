@@ -1,10 +1,11 @@
 #include "grapnel/plan/best_solution.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <nlopt.hpp>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -15,11 +15,11 @@
 ///   dV_B/dtheta_j = -I_c^-1 dh/dtheta_j,   dV_B/dtheta_dot_j = -I_c^-1 I^c_j S_j.                                (3)
 /// Thread safety: one thread at a time (it owns its scratch).
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <span>
 #include <vector>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/integrate/work_watch.hpp"
 

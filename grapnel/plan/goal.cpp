@@ -1,7 +1,8 @@
 #include "grapnel/plan/goal.hpp"
 
-#include <Eigen/QR>
 #include <cmath>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

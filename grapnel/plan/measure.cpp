@@ -1,7 +1,8 @@
 #include "grapnel/plan/measure.hpp"
 
-#include <Eigen/SVD>
 #include <cmath>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -38,11 +38,11 @@ double half_square(const std::vector<double>& x, std::vector<double>& gradient, 
 // The best of several beginnings: where joints are, and random values.
 Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                         std::vector<double>& theta) {
-  constexpr int kTrials = 12;
+  constexpr int kInitialGuesses = 12;
   std::mt19937_64 random(problem.seed + 1);
   std::vector<double> best_theta = theta;
   Nearest best = approach_goals(base, X_WB, arm, problem, best_theta);
-  for (int trial = 0; trial < kTrials && best.error.norm() > 1e-7; ++trial) {
+  for (int trial = 0; trial < kInitialGuesses && best.error.norm() > 1e-7; ++trial) {
     std::vector<double> from = theta;
     for (int j : arm.joints) {
       const double u = static_cast<double>(random() >> 11) * 0x1p-53, start = problem.start.position[j];

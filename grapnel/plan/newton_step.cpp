@@ -1,7 +1,8 @@
 #include "grapnel/plan/newton_step.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

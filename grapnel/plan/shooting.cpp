@@ -1,8 +1,9 @@
 #include "grapnel/plan/shooting.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

@@ -2,18 +2,18 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/integrate/integrate.hpp"
 
 namespace grapnel {
 namespace {
 
 constexpr double kGain = 5;            // k of (1) [1/s]: pulls in what damping or rounding left
-constexpr double kStructural = 1e-9;   // singular values below, relative to the largest: directions there are not
+constexpr double kNoDirection = 1e-9;  // singular values below, relative to the largest: directions there are not
 constexpr double kDampedBelow = 0.02;  // relative to the largest
 constexpr int kDegree = 16;            // of the series, per piece
 constexpr int kMostPieces = 64;
@@ -128,7 +128,7 @@ class Motion {
     const double edge = kDampedBelow * sigma[0];
     for (Eigen::Index i = 0; i < sigma.size(); ++i) {
       const double s = sigma[i];
-      if (s <= kStructural * sigma[0]) {
+      if (s <= kNoDirection * sigma[0]) {
         z[i] = 0;
         continue;
       }

@@ -1,9 +1,10 @@
 #include "grapnel/report/drawn_shape.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 namespace {

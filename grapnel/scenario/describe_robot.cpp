@@ -1,4 +1,4 @@
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/descriptions.hpp"
 
 namespace grapnel {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/descriptions.hpp"
 
 namespace grapnel {

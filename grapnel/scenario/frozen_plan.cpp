@@ -4,9 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/capture/approach_plan.hpp"
-#include "grapnel/capture/motion_pieces.hpp"
-#include "grapnel/capture/moving_frame.hpp"
+#include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/moving_frame.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {

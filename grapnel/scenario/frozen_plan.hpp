@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {

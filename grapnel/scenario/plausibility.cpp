@@ -6,9 +6,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "grapnel/capture/problem_lookup.hpp"
-#include "grapnel/capture/target_motion.hpp"
-#include "grapnel/capture/watches.hpp"
+#include "grapnel/approach/target_motion.hpp"
+#include "grapnel/capture/safety_monitor.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/magnitudes.hpp"
 #include "grapnel/text/message_text.hpp"
 

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "grapnel/capture/problem_conflicts.hpp"
+#include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/scenario/descriptions.hpp"
 #include "grapnel/scenario/magnitudes.hpp"
 #include "grapnel/scenario/read_robot.hpp"

@@ -7,7 +7,7 @@
 #include <functional>
 #include <span>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/yaml_paths.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 

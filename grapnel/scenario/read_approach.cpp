@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/capture/motion_pieces.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/read_control.hpp"
 #include "grapnel/scenario/read_motion_pieces.hpp"

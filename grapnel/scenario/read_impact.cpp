@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <initializer_list>
 
-#include "grapnel/capture/contact_normal.hpp"
+#include "grapnel/impact_report/contact.hpp"
 #include "grapnel/scenario/descriptions.hpp"
 #include "grapnel/text/message_text.hpp"
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"
 

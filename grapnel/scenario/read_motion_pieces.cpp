@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "grapnel/capture/motion_pieces.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"

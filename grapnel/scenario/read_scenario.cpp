@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include "grapnel/capture/problem_conflicts.hpp"
+#include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/scenario/grip_times.hpp"
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/plausibility.hpp"

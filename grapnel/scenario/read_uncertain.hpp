@@ -8,7 +8,7 @@
 
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/campaign/uncertain_value.hpp"
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
 #include "grapnel/scenario/uncertain_places.hpp"
 

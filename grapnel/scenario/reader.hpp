@@ -15,7 +15,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {

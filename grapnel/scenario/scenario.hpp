@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/faults.hpp"
 #include "grapnel/text/yaml_paths.hpp"
 

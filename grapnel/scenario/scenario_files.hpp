@@ -12,8 +12,9 @@
 #include <span>
 #include <string>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

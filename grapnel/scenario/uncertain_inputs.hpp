@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/read_uncertain.hpp"
 
 namespace grapnel {

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "grapnel/capture/capture_goals.hpp"
+#include "grapnel/approach/capture_goals.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {

@@ -4,7 +4,7 @@
 /// A capture that was changed as plain data, written back into the scenario it came from. Thread safety: a free
 /// function.
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {

@@ -40,7 +40,7 @@ constexpr double kRounding = 1e-12;
 // up. Samples are closed all the same. [m, rad, and these per second]
 constexpr double kNegligible = 3e-14;
 // Of the velocities of a closure's two sides: what joints that move as prescribed may leave of their relative one.
-constexpr double kContradiction = 1e-6;
+constexpr double kVelocityContradiction = 1e-6;
 
 // One phase with one stepper.
 template <class Method>
@@ -107,7 +107,8 @@ class PhaseRun {
     for (std::size_t i = 0; i < y.size(); ++i) correction_[i] = y[i] - correction_[i];
     loops_.correction_total += relative_tolerance_ * norm_(y, correction_);
     if (result.converged) return true;
-    loop_failure_ = dynamics_.loops()->contradiction() > kContradiction ? contradiction(t) : unclosed(t, result);
+    loop_failure_ =
+        dynamics_.loops()->contradiction() > kVelocityContradiction ? contradiction(t) : unclosed(t, result);
     return true;
   }
 

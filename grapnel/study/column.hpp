@@ -10,8 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grapnel/capture/capture_detail.hpp"
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/result/capture_result.hpp"
 
 namespace grapnel {

@@ -1,14 +1,14 @@
 #include "grapnel/study/optimization_moves.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/capture/capture_system.hpp"
-#include "grapnel/capture/problem_lookup.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/plan/floating_base.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel {
 namespace {

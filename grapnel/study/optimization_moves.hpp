@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
 

@@ -7,12 +7,11 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/capture/capture_system.hpp"
-#include "grapnel/capture/contact.hpp"
-#include "grapnel/capture/contact_normal.hpp"
-#include "grapnel/capture/problem_lookup.hpp"
-#include "grapnel/capture/target_motion.hpp"
+#include "grapnel/approach/target_motion.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/impact_report/contact.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel {
 namespace {

@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
 

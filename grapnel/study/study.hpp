@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/study/column.hpp"
 
 namespace grapnel {

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "capture/capture_case.hpp"
-#include "grapnel/capture/target_motion.hpp"
+#include "grapnel/approach/target_motion.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {

@@ -1,10 +1,9 @@
 /// A capture whose motion is integrated outside.
 
-#include "grapnel/capture/capture_steps.hpp"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "capture/capture_case.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
@@ -26,12 +25,12 @@ Elsewhere integrate(const MotionTask& task) {
   watch.looks = 1'000'000;  // after every step
   watch.look = [&](double, const State& state, const PhaseIntegrals& integrals) {
     forward_kinematics(*task.model, state, k);
-    const SystemBooks books = system_books(*task.model, k, state);
+    const ConservedQuantities books = conserved_quantities(*task.model, k, state);
     PhaseMeasures& m = e.measures;
     if (first) m.trees.resize(books.trees.size());
     for (std::size_t i = 0; i < books.trees.size(); ++i) {
       TreeMeasures& tree = m.trees[i];
-      const GroupBooks& now = books.trees[i];
+      const GroupQuantities& now = books.trees[i];
       if (first) tree.start = now;
       const Momentumd deviation = now.h - tree.start.h;
       tree.linear_deviation = std::max(tree.linear_deviation, norm(deviation.linear));
@@ -79,7 +78,7 @@ TEST(CaptureSteps, MotionMayBeIntegratedElsewhere) {
     EXPECT_EQ(task->only_here, "");
     phases.push_back(task->phase);
     const Elsewhere e = integrate(*task);
-    steps.moved(e.outcome, e.measures);
+    steps.integrated(e.outcome, e.measures);
   }
   const CaptureResult there = steps.finish(), here = simulate_capture(p, {}, CaptureDetail::columns);
   EXPECT_EQ(phases, (std::vector<std::string>{"approach", "post_impact"}));
@@ -107,7 +106,7 @@ TEST(CaptureSteps, DeviationsThatSomebodyElseMeasuredCount) {
     while (const MotionTask* task = steps.next()) {
       Elsewhere e = integrate(*task);
       e.measures.trees.back().*field += value;
-      steps.moved(e.outcome, e.measures);
+      steps.integrated(e.outcome, e.measures);
     }
     return steps.finish();
   };
@@ -125,7 +124,7 @@ TEST(CaptureSteps, WhatFailsElsewhereFailsTheRun) {
   ASSERT_NE(steps.next(), nullptr);
   PhaseOutcome outcome;
   outcome.failure = "too many steps at t = 3";
-  steps.moved(outcome, {});
+  steps.integrated(outcome, {});
   EXPECT_EQ(steps.next(), nullptr);
   const CaptureResult r = steps.finish();
   EXPECT_EQ(r.status, CaptureStatus::failed);
@@ -138,7 +137,7 @@ TEST(CaptureSteps, WhatIsRecordedIsIntegratedHere) {
   const MotionTask* task = recorded.next();
   ASSERT_NE(task, nullptr);
   EXPECT_NE(task->only_here, "");
-  EXPECT_THROW(recorded.moved({}, {}), std::logic_error);
+  EXPECT_THROW(recorded.integrated({}, {}), std::logic_error);
 }
 
 // Shows a piece of motion to what watches it, at its longest looks.
@@ -152,19 +151,16 @@ TEST(CaptureSteps, WhatIsWatchedMayBeIntegratedElsewhere) {
   CaptureProblem p = problem();
   watch_closely(p);
   CaptureSteps steps(p, CaptureDetail::columns);
-  bool twice = false;
+  bool first = true;
   while (const MotionTask* task = steps.next()) {
     ASSERT_EQ(task->only_here, "");
     ASSERT_TRUE(task->watch);
     EXPECT_NEAR(task->longest_look, (task->end - task->begin) / 64, 1e-12);
     look_at(*task);
-    if (!twice) {
-      twice = true;
-      steps.move();  // after all: what has been seen counts once
-    } else {
-      const Elsewhere e = integrate(*task);
-      steps.moved(e.outcome, e.measures);
-    }
+    // The first piece is integrated by next() after all: what has been seen counts once.
+    if (std::exchange(first, false)) continue;
+    const Elsewhere e = integrate(*task);
+    steps.integrated(e.outcome, e.measures);
   }
   const CaptureResult there = steps.finish(), here = simulate_capture(p, {}, CaptureDetail::columns);
   ASSERT_EQ(there.status, CaptureStatus::completed) << there.failure;
@@ -185,7 +181,7 @@ TEST(CaptureSteps, TheImpactAloneNeedsTheApproachOnly) {
   int pieces = 0;
   while (const MotionTask* task = steps.next()) {
     ++pieces;
-    steps.moved(integrate(*task).outcome, {});
+    steps.integrated(integrate(*task).outcome, {});
   }
   EXPECT_EQ(pieces, 1);
   const CaptureResult there = steps.finish(), here = simulate_impact_only(p);

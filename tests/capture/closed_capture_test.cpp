@@ -7,8 +7,8 @@
 #include <cstring>
 
 #include "capture/loop_case.hpp"
-#include "grapnel/capture/capture_system.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel::testing {
 namespace {

@@ -1,6 +1,6 @@
 /// Newton's method on flights, with a formula in the place of a flight.
 
-#include "grapnel/capture/flown_solution.hpp"
+#include "grapnel/approach/flown_solution.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "capture/impact_case.hpp"
-#include "grapnel/capture/joint_loads.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/impact_report/internal_loads.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {

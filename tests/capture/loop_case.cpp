@@ -5,8 +5,8 @@
 #include <cmath>
 #include <limits>
 
-#include "grapnel/capture/capture_system.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::testing {

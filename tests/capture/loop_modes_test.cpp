@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 
 #include "capture/loop_case.hpp"
-#include "grapnel/capture/capture_system.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel::testing {
 namespace {

@@ -1,5 +1,5 @@
 // Motion stated piece by piece: the same as the trajectories that it was made from, and followed exactly.
-#include "grapnel/capture/motion_pieces.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "capture/recorded.hpp"
-#include "grapnel/capture/approach_plan.hpp"
+#include "grapnel/approach/approach_plan.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {

@@ -6,7 +6,6 @@
 #include <numbers>
 
 #include "capture/impact_case.hpp"
-#include "grapnel/capture/effort_watch.hpp"
 #include "grapnel/capture/peak_search.hpp"
 #include "support/worst.hpp"
 

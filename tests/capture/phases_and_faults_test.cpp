@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "capture/capture_case.hpp"
-#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel::testing {
 namespace {

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "capture/capture_case.hpp"
-#include "grapnel/capture/problem_scene.hpp"
+#include "grapnel/problem/problem_scene.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::testing {

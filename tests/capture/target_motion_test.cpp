@@ -1,6 +1,6 @@
 /// Free targets: what propagate_target() makes of them in closed books against the general integration.
 
-#include "grapnel/capture/target_motion.hpp"
+#include "grapnel/approach/target_motion.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,6 +8,7 @@
 #include "constraint/closed_case.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "oracle/partitioned_dynamics.hpp"
 #include "support/eigen_values.hpp"
 #include "support/worst.hpp"
 

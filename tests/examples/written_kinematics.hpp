@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/result/capture_result.hpp"
 
 namespace grapnel::testing {

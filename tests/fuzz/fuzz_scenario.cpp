@@ -25,7 +25,7 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/capture/capture_system.hpp"
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_tree.hpp"

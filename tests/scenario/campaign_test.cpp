@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/campaign/run_block.hpp"
-#include "grapnel/capture/approach_plan.hpp"
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/study/run_case.hpp"
 #include "grapnel/text/faults.hpp"

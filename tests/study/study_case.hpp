@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string>
 
-#include "grapnel/capture/capture_problem.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel::test {
 

@@ -1,0 +1,529 @@
+#include "grapnel/approach/approach_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+#include "grapnel/approach/capture_goals.hpp"
+#include "grapnel/approach/flown_solution.hpp"
+#include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/plan/reach.hpp"
+#include "grapnel/plan/reach_failure.hpp"
+#include "grapnel/plan/shooting.hpp"
+#include "grapnel/plan/straight_in.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+namespace {
+
+// Ends planning; becomes ApproachPlan::failure.
+struct Unplannable : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// One plan, leg by leg. Joints are those of the servicer alone, which are the robot's in the same order.
+class Planner {
+ public:
+  Planner(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail,
+          const CaptureProgress& progress, ApproachPlan& plan)
+      : problem_(problem),
+        approach_(*problem.approach),
+        targets_(targets),
+        detail_(detail),
+        plan_(plan),
+        servicer_(make_servicer(problem)),
+        start_state_(initial_servicer_state(problem, servicer_)),
+        base_(servicer_.model, problem.robot.base_mode == RobotSetup::Base::free),
+        motion_(free_motion(servicer_.model, start_state_, 0, problem.gravity)),
+        watch_(most_evaluations(), look_of(progress, most_evaluations())) {
+    base_.be_watched_by(&watch_);
+    const std::size_t n = servicer_.robot_joints.size();
+    position_ = problem.joint_position;
+    rate_ = problem.joint_rate.empty() ? std::vector<double>(n, 0.0) : problem.joint_rate;
+    X_WB_ = problem.X_WB;
+    plan_.joints.resize(n);
+    for (int j : servicer_.robot_joints) {
+      const JointDescription& joint = servicer_.model.bodies()[servicer_.model.joints()[j]].description.joint;
+      plan_.report.joints.push_back(joint.name);
+      lower_.push_back(joint.limits.lower);
+      upper_.push_back(joint.limits.upper);
+      rate_limit_.push_back(joint.limits.rate);
+    }
+  }
+
+  void run() {
+    if (approach_.sampled || !approach_.pieces.empty()) {
+      follow_stated();
+    } else {
+      for (const Waypoint& w : approach_.waypoints) pass(w);
+      const double final_leg_end = approach_.duration - (approach_.straight_in ? approach_.straight_in->duration : 0);
+      if (approach_.straight_in) {
+        stand_off_and_in(final_leg_end);
+      } else {
+        final_leg(final_leg_end);
+      }
+    }
+  }
+
+  // Why it was given up, and what would help.
+  std::string given_up() const {
+    const PlanSetup plan = approach_.plan.value_or(PlanSetup{});
+    return fmt::format(
+        "planning the approach: given up after {} evaluations of the servicer's motion, at the leg from t = {:.6g} s "
+        "on; the approach lasts {:.6g} s, and the longer a leg, the further joints swing on it and the more each of "
+        "the "
+        "search's {} beginnings costs: a shorter last leg (waypoints, straight_in), fewer approach.plan.starts or "
+        "approach.plan.measure: as_found take less, and approach.plan.max_evaluations allows more",
+        plan.max_evaluations, time_, approach_.duration, plan.starts);
+  }
+
+  // What was reached, also where planning failed.
+  void close() {
+    plan_.report.final_position = position_;
+    plan_.report.final_rates = rate_;
+  }
+
+ private:
+  long most_evaluations() const { return approach_.plan.value_or(PlanSetup{}).max_evaluations; }
+  static WorkWatch::Look look_of(const CaptureProgress& progress, long most) {
+    if (!progress) return {};
+    return [&progress, most](long done) { progress(kPlanning, static_cast<double>(done), static_cast<double>(most)); };
+  }
+
+  // --- Legs ---------------------------------------------------------------------------------------------------------
+
+  LegStart leg_to(double end) const {
+    return {time_, end, approach_.profile, position_, rate_, X_WB_, problem_.integration.max_steps};
+  }
+
+  // Flies a leg to final values and goes on from there.
+  void advance(double end, const std::vector<double>& position, const std::vector<double>& rate) {
+    Leg leg(base_, leg_to(end), motion_, 1e-12, 1e-14);
+    LegEnd at_end;
+    // Where the base then is matters to what follows, and as a check.
+    if (end < approach_.duration || detail_ == CaptureDetail::full) {
+      at_end = leg.fly(position, rate, false);
+      if (!at_end.finished) throw std::runtime_error("planning the approach: " + at_end.failure);
+    }
+    for (std::size_t j = 0; j < position.size(); ++j) {
+      plan_.joints[j].pieces.push_back({time_, end, leg.path(static_cast<int>(j), position[j], rate[j])});
+    }
+    plan_.report.rhs_evaluations += leg.rhs_evaluations();
+    time_ = end, position_ = position, rate_ = rate, X_WB_ = at_end.X_WB;
+  }
+
+  ReachProblem reach_to(double end, std::vector<Goal> goals, RateDemand demand) const {
+    ReachProblem reach;
+    reach.start = leg_to(end);
+    reach.motion = motion_;
+    reach.goals = std::move(goals);
+    reach.demand = demand;
+    reach.lower = lower_, reach.upper = upper_;
+    reach.rate_limit = rate_limit_;
+    reach.guess = position_;
+    reach.measure = Measure(Measure::Kind::excursion, reach.start, reach.guess, lower_, upper_);
+    return reach;
+  }
+
+  // The settings of approach.plan.
+  void set_search(ReachProblem& reach) const {
+    const PlanSetup& plan = *approach_.plan;
+    reach.starts = plan.starts, reach.seed = plan.seed;
+    if (!plan.guess.empty()) reach.guess = plan.guess;
+    reach.measure = Measure(kind_of(plan.measure), reach.start, reach.guess, lower_, upper_);
+  }
+
+  ReachSolution solve(const ReachProblem& reach, const std::string& what) {
+    const ReachSolution solution = plan_reach(base_, reach);
+    plan_.report.rhs_evaluations += solution.rhs_evaluations;
+    if (!solution.found) {
+      report(reach, solution);
+      throw Unplannable(fmt::format("planning the approach{}: {}", what, solution.failure));
+    }
+    return solution;
+  }
+
+  void report(const ReachProblem& reach, const ReachSolution& solution) {
+    PlanReport& r = plan_.report;
+    r.searched = true;
+    r.found = solution.found;
+    r.measure = approach_.plan ? name_of(approach_.plan->measure) : "excursion";
+    r.measure_value = solution.measure;
+    r.miss.clear();
+    for (std::size_t i = 0; i < reach.goals.size(); ++i) {
+      r.miss.push_back({reach.goals[i].name, solution.miss[i].distance, solution.miss[i].angle});
+    }
+    r.starts = solution.starts, r.solutions = solution.solutions, r.iterations = solution.iterations;
+    r.smallest_singular_value = solution.smallest_singular_value;
+    r.unmet_rate = solution.unmet_rate;
+    if (!solution.found) position_ = solution.position, rate_ = solution.rate;
+  }
+
+  // --- Waypoints ----------------------------------------------------------------------------------------------------
+
+  void pass(const Waypoint& w) {
+    if (!w.joints.empty() || w.places.empty()) {
+      advance(w.time, w.joints, w.rates ? *w.rates : std::vector<double>(w.joints.size(), 0.0));
+      return;
+    }
+    std::vector<Goal> goals;
+    for (const Waypoint::Place& place : w.places) {
+      Goal g;
+      g.frame = servicer_.model.frame_index(place.end_effector);
+      g.name = place.end_effector;
+      TargetMotion frame{Posed::identity(), Twistd::zero()};
+      if (!place.target.empty()) frame = target_at(target_index(problem_, place.target), w.time);
+      g.X_WG = frame.X_WT * Posed{Rotationd::identity(), place.position};
+      g.V_WG = shift(frame.V_WT, frame.X_WT.R * place.position);
+      g.V_WG.linear += frame.X_WT.R * place.velocity;
+      goals.push_back(g);
+    }
+    const ReachProblem reach = reach_to(w.time, std::move(goals), RateDemand::linear);
+    const std::string what = fmt::format(", waypoint at t = {:.6g} s", w.time);
+    ReachSolution s = solve(reach, what);
+    if (disturbed()) s = allow_for_disturbance(reach, s, what);
+    advance(w.time, s.position, s.rate);
+  }
+
+  TargetMotion target_at(std::size_t target, double time) const {
+    return propagate_target(problem_.targets[target], targets_.capture[target], approach_.duration, time,
+                            problem_.gravity, problem_.integration, problem_.loads, each_step());
+  }
+
+  // For integrations of the whole dynamics.
+  std::function<void(double)> each_step() const {
+    constexpr long kOfOneStep = 12;  // of the method of order 8
+    return [this](double) { watch_.count(kOfOneStep); };
+  }
+
+  // --- The final leg ------------------------------------------------------------------------------------------------
+
+  void final_leg(double end) {
+    ReachProblem reach = reach_to(end, capture_goals(problem_, servicer_.model, targets_), rate_demand(approach_));
+    if (approach_.final_rates) reach.given_rates = *approach_.final_rates;
+    std::vector<double> position = approach_.final_position, rate;
+    if (approach_.plan) {
+      set_search(reach);
+      ReachSolution s = solve(reach, "");
+      if (s.approximate) warn_of_approximation(reach, s);
+      if (disturbed() && !s.approximate) s = allow_for_disturbance(reach, s, "");
+      report(reach, s);
+      position = s.position, rate = s.rate;
+      warn_of_unmet(s.unmet_rate, rate);
+      warn_of_rates(rate, end);
+    } else {
+      rate = settled_rates(reach, position);
+      if (disturbed() && reach.demand != RateDemand::given) rate = disturbed_rates(reach, position, rate);
+    }
+    advance(end, position, rate);
+  }
+
+  // Rates that meet the demand at given final values.
+  std::vector<double> settled_rates(const ReachProblem& reach, const std::vector<double>& position) {
+    const std::size_t n = position.size();
+    if (reach.demand == RateDemand::given)
+      return reach.given_rates.empty() ? std::vector<double>(n, 0.0) : reach.given_rates;
+    Shooting shooting(base_, reach);
+    const Shot shot = shooting.shoot(position, std::vector<double>(n, 0.0));
+    plan_.report.rhs_evaluations += shooting.rhs_evaluations();
+    if (!shot.valid) {
+      throw Unplannable(
+          "planning the approach: final joint rates did not converge; the final configuration may be near a "
+          "singularity of the generalized Jacobian; other final_joints, or final_rates that are given, may help");
+    }
+    warn_of_unmet(shot.unmet, shot.rate);
+    warn_of_rates(shot.rate, reach.start.end);
+    plan_.report.unmet_rate = shot.unmet;
+    return shot.rate;
+  }
+
+  void warn_of_unmet(double unmet, const std::vector<double>& rates) {
+    double largest = 1e-3;
+    for (double r : rates) largest = std::max(largest, std::abs(r));
+    if (unmet <= 1e-9 * largest) return;
+    plan_.warnings.push_back(
+        fmt::format("approach: no joint rates give the end-effectors the demanded motion at the final configuration; "
+                    "the largest component left unmatched is {:.3g} (m/s or rad/s)",
+                    unmet));
+  }
+
+  void warn_of_approximation(const ReachProblem& reach, const ReachSolution& s) {
+    for (std::size_t i = 0; i < reach.goals.size(); ++i) {
+      if (s.miss[i].distance <= kArrived && s.miss[i].angle <= kArrived) continue;
+      plan_.warnings.push_back(fmt::format(
+          "approach: no exact solution for end-effector '{}'; the plan leaves {:.3g} m and {:.3g} rad, within "
+          "half its envelope (its joints, with the base they turn, cannot do more)",
+          reach.goals[i].name, s.miss[i].distance, s.miss[i].angle));
+    }
+  }
+
+  // Rates that no joint can have, or that make it swing on its way. Before the final leg is added to the plan.
+  void warn_of_rates(const std::vector<double>& rates, double end) {
+    constexpr double kSwing = 0.19;                 // of rate times duration: the largest |e(x)| of (6.1)
+    constexpr double kWide = 2 * std::numbers::pi;  // [rad or m]
+    std::size_t widest = 0;
+    double swing = 0;
+    for (std::size_t j = 0; j < rates.size(); ++j) {
+      if (std::abs(rates[j]) > rate_limit_[j]) {
+        plan_.warnings.push_back(fmt::format(
+            "approach: the demanded final motion takes a rate of {:.4g} at joint '{}', whose limit is {:.4g}{}",
+            rates[j], plan_.report.joints[j], rate_limit_[j],
+            approach_.plan ? "; no solution within the rate limits was found" : ""));
+      }
+      const double out = kSwing * std::abs(rates[j]) * (end - time_);
+      if (out > swing) swing = out, widest = j;
+    }
+    if (swing <= kWide) return;
+    plan_.warnings.push_back(fmt::format(
+        "approach: joints swing out on the way for the rates that they are to end with, '{}' by about {:.3g} "
+        "(rad or m) for {:.4g} on a leg of {:.4g} s; a shorter last leg (waypoints, straight_in) swings less",
+        plan_.report.joints[widest], swing, rates[widest], end - time_));
+  }
+
+  // --- What the momentum integral does not know ---------------------------------------------------------------------
+
+  // Loads on the servicer, or attitude control: the momentum is then no constant of the motion.
+  bool disturbed() const {
+    return approach_.base_control.has_value() || !loads_on(servicer_.model, problem_.loads).empty();
+  }
+
+  // Loads on a target that is to be gripped.
+  bool targets_loaded() const {
+    return std::any_of(problem_.loads.begin(), problem_.loads.end(), [&](const LoadSetup& load) {
+      return std::any_of(problem_.grasps.begin(), problem_.grasps.end(),
+                         [&](const GraspSetup& g) { return load.body == target_body_name(g.target); });
+    });
+  }
+
+  // Where joints that follow these final values exactly bring the servicer, with everything that acts on it.
+  State fly_disturbed(const ReachProblem& reach, const std::vector<double>& position, const std::vector<double>& rate) {
+    std::vector<JointTrajectory> joints = plan_.joints;
+    Leg leg(base_, reach.start, motion_, 1e-12, 1e-14);
+    for (std::size_t j = 0; j < position.size(); ++j) {
+      joints[j].pieces.push_back(
+          {reach.start.begin, reach.start.end, leg.path(static_cast<int>(j), position[j], rate[j])});
+    }
+    PhaseDynamics dynamics(servicer_.model, approach_setup(problem_, servicer_, start_state_, joints, true));
+    StepWatch watch;
+    watch.each_step = each_step();
+    const PhaseOutcome outcome =
+        simulate_phase(dynamics, start_state_, 0, reach.start.end, problem_.integration, watch);
+    if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
+    plan_.report.rhs_evaluations += outcome.rhs_evaluations;
+    return outcome.end_state;
+  }
+
+  // A disturbed motion's end, against the goals and the demand.
+  FlownEnd disturbed_end(const ReachProblem& reach, const std::vector<double>& position,
+                         const std::vector<double>& rate) {
+    const State end = fly_disturbed(reach, position, rate);
+    const Posed X_WB = root_pose(servicer_.model, end, servicer_.base);
+    base_.place(position);
+    FlownEnd result;
+    Eigen::MatrixXd unused, unused_too;
+    goal_error(base_, X_WB, reach.goals, result.error, unused, unused_too);
+    result.gap = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(rate.size()));
+    if (reach.demand == RateDemand::given) return result;
+    const FreeMotion now = free_motion(servicer_.model, end, reach.start.end, problem_.gravity);
+    const DemandedRates demanded =
+        demanded_rates(base_, X_WB, now.in_base(reach.start.end, X_WB), reach.goals, reach.demand);
+    for (std::size_t j = 0; j < rate.size(); ++j) {
+      const auto k = static_cast<Eigen::Index>(j);
+      result.gap[k] = demanded.rates[k] - rate[j];
+    }
+    result.unmet = demanded.unmet;
+    return result;
+  }
+  Flight disturbed_flight(const ReachProblem& reach) {
+    return [this, &reach](const std::vector<double>& position, const std::vector<double>& rate) {
+      return disturbed_end(reach, position, rate);
+    };
+  }
+
+  // From the solution without disturbance to the one with it.
+  ReachSolution allow_for_disturbance(const ReachProblem& reach, ReachSolution solution, const std::string& what) {
+    const FlownSolution flown =
+        solve_by_flights(disturbed_flight(reach), solution.position, solution.rate, lower_, upper_, kArrived);
+    solution.iterations += flown.iterations;
+    solution.position = flown.position, solution.rate = flown.rate;
+    solution.miss = misses(reach.goals, flown.end.error);
+    solution.unmet_rate = flown.end.unmet;
+    if (flown.found) return solution;
+    solution.found = false;
+    report(reach, solution);
+    std::string text;
+    for (std::size_t i = 0; i < solution.miss.size(); ++i) {
+      text += fmt::format("{}end-effector '{}' stays {:.3g} m", text.empty() ? "" : ", ", reach.goals[i].name,
+                          solution.miss[i].distance);
+      if (reach.goals[i].orientation != Goal::Orientation::free)
+        text += fmt::format(" and {:.3g} rad", solution.miss[i].angle);
+    }
+    throw Unplannable(fmt::format(
+        "planning the approach{}: without the loads or the base's attitude control there is a solution, with them none "
+        "was found from it after {} corrections: {} from its point; another approach.plan.guess may help",
+        what, flown.iterations, text));
+  }
+
+  // Rates that meet the demand at given final values at the end of the disturbed motion that they lead to; the
+  // undisturbed ones, with a warning, where none are found.
+  std::vector<double> disturbed_rates(const ReachProblem& reach, const std::vector<double>& position,
+                                      const std::vector<double>& undisturbed) {
+    // Where the end-effectors come to be is given: their error is no matter.
+    const Flight flight = [&](const std::vector<double>& p, const std::vector<double>& r) {
+      FlownEnd end = disturbed_end(reach, p, r);
+      end.error.setZero();
+      return end;
+    };
+    const FlownSolution flown = solve_by_flights(flight, position, undisturbed, {}, {}, kArrived);
+    if (flown.found) {
+      plan_.report.unmet_rate = flown.end.unmet;
+      return flown.rate;
+    }
+    plan_.warnings.push_back(
+        "approach: final joint rates did not converge under the loads or the base's attitude control; those of the "
+        "motion without them are taken, and the end-effectors' final motion is not the demanded one");
+    return undisturbed;
+  }
+
+  // --- Straight in --------------------------------------------------------------------------------------------------
+
+  void stand_off_and_in(double begin) {
+    const StraightIn& setup = *approach_.straight_in;
+    StraightInProblem in;
+    in.begin = begin, in.end = approach_.duration;
+    in.motion = motion_, in.gravity = problem_.gravity;
+    in.most_steps = problem_.integration.max_steps;
+    in.stand_off = setup.stand_off, in.final_speed = setup.final_speed;
+    for (std::size_t t = 0; t < problem_.targets.size(); ++t) {
+      const TargetMotion at = target_at(t, begin);
+      in.targets.push_back({at.X_WT, at.V_WT, problem_.targets[t].com, problem_.targets[t].inertia});
+    }
+    in.goals = straight_goals(problem_, servicer_.model);
+    ReachProblem reach = reach_to(begin, goals_at(in, in.targets, setup.stand_off, 0), RateDemand::task);
+    set_search(reach);
+    const ReachSolution s = solve(reach, ", stand-off");
+    report(reach, s);
+    advance(begin, s.position, s.rate);
+    in.position = position_, in.X_WB = X_WB_;
+    take_straight_in(in, plan_straight_in(base_, in));
+    if (disturbed() || targets_loaded()) {
+      plan_.warnings.push_back(
+          "approach: straight_in is planned without loads and attitude control; the end-effectors will miss by what "
+          "these do");
+    }
+  }
+
+  // A singularity on the way may be passed and made up for; one at the end may not.
+  void require_arrival(const StraightInPath& path) {
+    constexpr double kMissed = 1e-3;  // [m and rad]; less is a warning
+    double largest = 0;
+    std::string text;
+    for (std::size_t i = 0; i < path.miss.size(); ++i) {
+      plan_.report.miss[i].distance = path.miss[i].distance;
+      plan_.report.miss[i].angle = path.miss[i].angle;
+      largest = std::max({largest, path.miss[i].distance, path.miss[i].angle});
+      if (path.miss[i].distance <= kMissed && path.miss[i].angle <= kMissed) continue;
+      text += fmt::format("{}end-effector '{}' ends {:.4g} m and {:.4g} rad from its point", text.empty() ? "" : "; ",
+                          plan_.report.miss[i].end_effector, path.miss[i].distance, path.miss[i].angle);
+    }
+    if (text.empty()) {
+      if (largest > 1e-9) {
+        plan_.warnings.push_back(fmt::format(
+            "approach: straight in, the end-effectors end up to {:.3g} m or rad from their points", largest));
+      }
+      return;
+    }
+    plan_.report.found = false;
+    throw Unplannable(fmt::format(
+        "planning the approach, straight in: {}: {}", text,
+        path.damped
+            ? fmt::format("its arm comes to a singularity of the generalized Jacobian at t = {:.4g} s (stretched "
+                          "out, say), beyond which it does not reach; a shorter stand_off or another start of the arm "
+                          "(initial.joints, plan.guess) may help",
+                          path.damped_begin)
+            : std::string("its joints cannot give the demanded motion; more duration, orientation: free or another "
+                          "approach_direction may help")));
+  }
+
+  void take_straight_in(const StraightInProblem& in, const StraightInPath& path) {
+    plan_.report.rhs_evaluations += path.rhs_evaluations;
+    if (!path.finished) throw Unplannable("planning the approach, straight in: " + path.failure);
+    require_arrival(path);
+    for (std::size_t j = 0; j < plan_.joints.size(); ++j) {
+      auto& pieces = plan_.joints[j].pieces;
+      pieces.insert(pieces.end(), path.joints[j].pieces.begin(), path.joints[j].pieces.end());
+      position_[j] = evaluate(plan_.joints[j], in.end).position;
+    }
+    rate_ = path.rate_end;
+    plan_.report.straight_in =
+        StraightInReport{in.begin,        in.stand_off,      in.final_speed,  path.smallest_singular_value,
+                         path.damped,     path.damped_begin, path.damped_end, path.unmet,
+                         path.unmet_time, path.fit_error};
+    if (path.damped) {
+      plan_.warnings.push_back(fmt::format(
+          "approach: straight in, the arms pass a singularity of the generalized Jacobian between t = {:.4g} "
+          "and {:.4g} s (smallest singular value {:.3g}); joint rates are damped there and the demanded "
+          "motion is missed by up to {:.3g} (m/s or rad/s)",
+          path.damped_begin, path.damped_end, path.smallest_singular_value, path.unmet));
+    } else if (path.unmet > 1e-9) {
+      plan_.warnings.push_back(
+          fmt::format("approach: straight in, the joints cannot give the demanded motion; up to {:.3g} (m/s or rad/s) "
+                      "is left unmet, at t = {:.4g} s",
+                      path.unmet, path.unmet_time));
+    }
+  }
+
+  // --- Stated motion ------------------------------------------------------------------------------------------------
+
+  JointTrajectory stated(std::size_t joint) const {
+    if (!approach_.sampled) return trajectory_of(approach_.pieces, joint);
+    const SampledMotion& s = *approach_.sampled;
+    return interpolate_samples(s.times, s.positions[joint],
+                               s.rates.empty() ? std::span<const double>{} : std::span(s.rates[joint]));
+  }
+
+  void follow_stated() {
+    for (std::size_t j = 0; j < plan_.joints.size(); ++j) {
+      plan_.joints[j] = stated(j);
+      const JointPoint end = evaluate(plan_.joints[j], approach_.duration);
+      position_[j] = end.position, rate_[j] = end.rate;
+    }
+  }
+
+  const CaptureProblem& problem_;
+  const ApproachSetup& approach_;
+  const TargetPlan& targets_;
+  const CaptureDetail detail_;
+  ApproachPlan& plan_;
+  CaptureSystem servicer_;
+  State start_state_;
+  FloatingBase base_;
+  FreeMotion motion_;
+  mutable WorkWatch watch_;
+  double time_ = 0;
+  std::vector<double> position_, rate_, lower_, upper_, rate_limit_;
+  Posed X_WB_;
+};
+
+}  // namespace
+
+ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail,
+                           const CaptureProgress& progress) {
+  ApproachPlan plan;
+  Planner planner(problem, targets, detail, progress, plan);
+  try {
+    planner.run();
+  } catch (const Unplannable& error) {
+    plan.failure = error.what();
+  } catch (const WorkLimit&) {
+    plan.failure = planner.given_up();
+  }
+  planner.close();
+  return plan;
+}
+
+}  // namespace grapnel

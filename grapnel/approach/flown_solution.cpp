@@ -1,0 +1,116 @@
+#include "grapnel/approach/flown_solution.hpp"
+
+#include <algorithm>
+#include <optional>
+
+#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/plan/newton_step.hpp"
+
+namespace grapnel {
+namespace {
+
+constexpr double kDifference = 1e-6;  // of joint values and rates, for sensitivities: flights are good to 1e-12
+constexpr double kDamping = 1e-3;     // singular values below are damped [m/rad]
+constexpr double kLongestStep = 0.6;  // of one joint in one iteration [rad or m, rad/s or m/s]
+
+// Derivatives of error and gap.
+struct Sensitivities {
+  Eigen::MatrixXd error_position, error_rate, gap_position, gap_rate;
+};
+
+Sensitivities sensitivities(const Flight& flight, const FlownSolution& at, bool with_positions) {
+  const auto n = static_cast<Eigen::Index>(at.position.size());
+  const Eigen::Index rows = at.end.error.size();
+  Sensitivities s{Eigen::MatrixXd::Zero(rows, n), Eigen::MatrixXd::Zero(rows, n), Eigen::MatrixXd::Zero(n, n),
+                  Eigen::MatrixXd::Zero(n, n)};
+  std::vector<double> position = at.position, rate = at.rate;
+  const auto difference = [&](double& x, auto&& error, auto&& gap) {
+    const double before = x;
+    x += kDifference;
+    const FlownEnd end = flight(position, rate);
+    error = (end.error - at.end.error) / kDifference;
+    gap = (end.gap - at.end.gap) / kDifference;
+    x = before;
+  };
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const auto k = static_cast<std::size_t>(j);
+    if (with_positions) difference(position[k], s.error_position.col(j), s.gap_position.col(j));
+    difference(rate[k], s.error_rate.col(j), s.gap_rate.col(j));
+  }
+  return s;
+}
+
+// Changes of positions and rates.
+struct Step {
+  Eigen::VectorXd position, rate;
+  double longest() const { return std::max(position.lpNorm<Eigen::Infinity>(), rate.lpNorm<Eigen::Infinity>()); }
+};
+
+// With g + G_q dq + G_r dr = 0 the rates follow from the positions: dr = r0 + K dq; then least norm in dq.
+Step newton_step(const Sensitivities& s, const FlownSolution& at, const std::vector<double>& lower,
+                 const std::vector<double>& upper, bool rates_given) {
+  const Eigen::Index n = s.gap_rate.rows();
+  Eigen::VectorXd r0 = Eigen::VectorXd::Zero(n);
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n, n);
+  if (!rates_given) {
+    const Eigen::PartialPivLU<Eigen::MatrixXd> solver(-s.gap_rate);
+    r0 = solver.solve(at.end.gap);
+    K = solver.solve(s.gap_position);
+  }
+  Step step{Eigen::VectorXd::Zero(n), r0};
+  if (!lower.empty()) {
+    step.position = least_norm_step(s.error_position + s.error_rate * K, at.end.error + s.error_rate * r0, at.position,
+                                    lower, upper, kDamping)
+                        .d;
+    step.rate += K * step.position;
+  }
+  return step;
+}
+
+}  // namespace
+
+double FlownEnd::size() const {
+  double largest = 0;
+  for (const Eigen::VectorXd* v : {&error, &gap}) {
+    if (v->size() > 0) largest = std::max(largest, v->lpNorm<Eigen::Infinity>());
+    if (!v->allFinite()) return std::numeric_limits<double>::infinity();
+  }
+  return largest;
+}
+
+FlownSolution solve_by_flights(const Flight& flight, std::vector<double> position, std::vector<double> rate,
+                               const std::vector<double>& lower, const std::vector<double>& upper, double tolerance) {
+  constexpr int kMost = 40, kHalvings = 7;
+  FlownSolution now{false, std::move(position), std::move(rate), {}, 0};
+  now.end = flight(now.position, now.rate);
+  std::optional<Sensitivities> s;
+  for (; now.iterations < kMost && now.end.size() > tolerance; ++now.iterations) {
+    const bool fresh = !s;
+    if (fresh) s = sensitivities(flight, now, !lower.empty());
+    // Given rates leave no gap, whatever changes.
+    const bool rates_given = s->gap_rate.isZero(0) && now.end.gap.isZero(0);
+    const Step step = newton_step(*s, now, lower, upper, rates_given);
+    double fraction = std::min(1.0, kLongestStep / step.longest());
+    FlownSolution next = now;
+    bool better = false;
+    for (int i = 0; i < kHalvings && !better; ++i, fraction *= 0.5) {
+      for (std::size_t j = 0; j < now.position.size(); ++j) {
+        const auto k = static_cast<Eigen::Index>(j);
+        next.position[j] = now.position[j] + fraction * step.position[k];
+        next.rate[j] = now.rate[j] + fraction * step.rate[k];
+      }
+      next.end = flight(next.position, next.rate);
+      better = next.end.size() < (1 - 1e-2 * fraction) * now.end.size();
+      if (!fresh && !better) break;  // old sensitivities deserve no patience
+    }
+    if (!better && fresh) break;
+    // Sensitivities serve as long as they do.
+    if (!better || next.end.size() > 0.05 * now.end.size()) s.reset();
+    if (better) next.iterations = now.iterations, now = std::move(next);
+  }
+  // Flights are good to about the tolerance, and no better.
+  now.found = now.end.size() <= 10 * tolerance;
+  return now;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,95 @@
+#include "grapnel/approach/phase_setups.hpp"
+
+namespace grapnel {
+namespace {
+
+// What every phase of a problem has.
+PhaseSetup common_setup(const CaptureProblem& problem, const CaptureSystem& system,
+                        const std::optional<BaseControlSetup>& control, const State& start) {
+  PhaseSetup setup;
+  setup.drives.resize(system.model.joints().size());
+  setup.gravity = problem.gravity;
+  setup.recover_roots = problem.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
+  setup.loads = loads_on(system.model, problem.loads);
+  if (problem.integration.loops != IntegrationSetup::Loops::open) setup.closures = system.closures;
+  setup.project_loops = problem.integration.loops == IntegrationSetup::Loops::projection;
+  if (problem.integration.loops == IntegrationSetup::Loops::baumgarte)
+    setup.loop_feedback = 1 / problem.integration.baumgarte_time;
+  if (control) setup.attitude = attitude_control(*control, system, start);
+  return setup;
+}
+
+// A joint that follows its trajectory.
+JointDrive tracking_drive(const TrackingSetup& tracking, const JointTrajectory& trajectory, std::size_t joint,
+                          bool ideal) {
+  JointDrive drive;
+  drive.trajectory = trajectory;
+  drive.control = JointControl::prescribed;
+  if (ideal) return drive;
+  if (tracking.noise) drive.noise = NoiseSignal(*tracking.noise, static_cast<std::uint32_t>(joint));
+  if (tracking.mode == TrackingSetup::Mode::ideal) return drive;
+  drive.control = tracking.mode == TrackingSetup::Mode::pd ? JointControl::pd : JointControl::computed_torque;
+  drive.kp = tracking.kp[joint];
+  drive.kd = tracking.kd[joint];
+  return drive;
+}
+
+}  // namespace
+
+std::vector<ExternalLoad> loads_on(const Model& model, std::span<const LoadSetup> loads) {
+  std::vector<ExternalLoad> result;
+  for (const LoadSetup& load : loads) {
+    for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+      if (model.bodies()[i].description.name != load.body) continue;
+      const Vector3d p_BP = own_frame(model, static_cast<int>(i)) * load.p_BP;
+      result.push_back({static_cast<int>(i), p_BP, load.in_body, load.amplitude, load.profile});
+    }
+  }
+  return result;
+}
+
+AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSystem& system, const State& state) {
+  AttitudeControl control;
+  control.root = system.base;
+  control.R_WD = setup.R_WD ? *setup.R_WD : root_pose(system.model, state, system.base).R;
+  control.kp = setup.kp, control.kd = setup.kd, control.limit = setup.limit;
+  return control;
+}
+
+PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
+                          const std::vector<JointTrajectory>& joints, bool ideal) {
+  PhaseSetup setup = common_setup(problem, system, problem.approach->base_control, start);
+  setup.held_root = problem.robot.base_mode == RobotSetup::Base::held ? system.base : -1;
+  for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
+    setup.drives[system.robot_joints[j]] = tracking_drive(problem.approach->tracking, joints[j], j, ideal);
+  }
+  return setup;
+}
+
+PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
+                         const std::vector<JointTrajectory>& joints, const SegmentControl& control) {
+  const std::optional<PostImpactSetup>& post = problem.post_impact;
+  const std::optional<BaseControlSetup>& base =
+      control.approaching ? problem.approach->base_control : post->base_control;
+  PhaseSetup setup = common_setup(problem, system, base, start);
+  if (setup.attitude && control.attitude) setup.attitude->R_WD = *control.attitude;
+  // A base that is held in the approach is let go at the first grip.
+  const bool held = problem.robot.base_mode == RobotSetup::Base::held && control.approaching && system.grips.empty();
+  setup.held_root = held ? system.base : -1;
+  for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
+    JointDrive& drive = setup.drives[system.robot_joints[j]];
+    if (control.approaching && !control.settled[j]) {
+      drive = tracking_drive(problem.approach->tracking, joints[j], j, false);
+      continue;
+    }
+    if (!post || post->joints == PostImpactSetup::Joints::free) continue;
+    const bool braked = post->joints == PostImpactSetup::Joints::braked;
+    const double here = start.q[system.model.bodies()[system.model.joints()[system.robot_joints[j]]].q];
+    drive.trajectory = JointTrajectory::at_rest(braked ? here : control.hold[j]);
+    drive.control = braked ? JointControl::prescribed : JointControl::pd;
+    if (!braked) drive.kp = post->kp[j], drive.kd = post->kd[j];
+  }
+  return setup;
+}
+
+}  // namespace grapnel

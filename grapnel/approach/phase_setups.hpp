@@ -1,0 +1,34 @@
+#pragma once
+
+/// @file
+/// From the problem's settings to what drives a phase.
+
+#include <span>
+
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/simulate/phase_dynamics.hpp"
+
+namespace grapnel {
+
+/// Loads on the bodies that a model has; others are left out.
+std::vector<ExternalLoad> loads_on(const Model& model, std::span<const LoadSetup> loads);
+
+/// Attitude control of the base from a setting; without a desired attitude it keeps that of `state`.
+AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSystem& system, const State& state);
+
+/// The approach along these trajectories (one per robot joint), tracked as set; `ideal`: followed exactly without
+/// noise, whatever the tracking.
+PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
+                          const std::vector<JointTrajectory>& joints, bool ideal);
+
+/// What the robot's joints and base do in a piece of the run, between two events.
+struct SegmentControl {
+  bool approaching = true;            // before the approach's end: joints follow their trajectories,
+  std::vector<bool> settled;          // per robot joint: but these, whose arm holds a target, are as post_impact says
+  std::vector<double> hold;           // per robot joint: where PD holds it once settled [rad or m]
+  std::optional<Rotationd> attitude;  // R_WD of the base under control; absent: that of the piece's start
+};
+PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
+                         const std::vector<JointTrajectory>& joints, const SegmentControl& control);
+
+}  // namespace grapnel

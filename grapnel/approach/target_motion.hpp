@@ -1,0 +1,34 @@
+#pragma once
+
+/// @file
+/// Where the targets are at the start and at the instant of capture.
+
+#include <functional>
+#include <span>
+
+#include "grapnel/problem/capture_system.hpp"
+
+namespace grapnel {
+
+/// Pose and twist (at the frame's origin, in W) of a target.
+struct TargetMotion {
+  Posed X_WT;
+  Twistd V_WT;
+};
+
+/// A target's motion at time t1 from that at t0, under gravity and the loads that act on it (2.13). Without loads it is
+/// exact to rounding; with them to the tolerances of `integration`.
+/// @throws std::runtime_error if the integration fails. `each_step` may throw to end it.
+TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
+                              const Vector3d& gravity, const IntegrationSetup& integration,
+                              std::span<const LoadSetup> loads = {},
+                              const std::function<void(double t)>& each_step = {});
+
+/// Motion of a problem's targets at the start and at the instant of capture T.
+struct TargetPlan {
+  std::vector<TargetMotion> start;
+  std::vector<TargetMotion> capture;
+};
+TargetPlan plan_targets(const CaptureProblem& problem, const std::function<void(double t)>& each_step = {});
+
+}  // namespace grapnel

@@ -1,0 +1,116 @@
+#pragma once
+
+/// @file
+/// What a run works on: the problem, the bodies as they now are, what controls the joints, which grasps close when, who
+/// observes, and the result.
+
+#include <map>
+#include <stdexcept>
+#include <string>
+
+#include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/capture/grasp_schedule.hpp"
+#include "grapnel/capture/run_monitor.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/captured_model.hpp"
+#include "grapnel/problem/moving_frame.hpp"
+
+namespace grapnel {
+
+/// Ends a run early; becomes CaptureResult::failure.
+struct RunFailure : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Servicer and targets: where they are, and what holds what.
+struct RunBodies {
+  explicit RunBodies(const CaptureProblem& problem) : free(make_capture_system(problem)), system(free) {}
+
+  const CaptureSystem free;     // all targets free
+  CaptureSystem system;         // as it is now: targets that are held hang on the arms that hold them
+  std::vector<HeldGrasp> held;  // grasps that hold now, in the free system's bodies
+  State state;                  // of `system`
+  double time = 0;              // [s]
+};
+
+/// What the robot's joints are to do: their plan, and what becomes of it once their arm holds a target.
+class RunJoints {
+ public:
+  RunJoints(const CaptureProblem& problem, const RunBodies& bodies);
+
+  /// Before the approach's end.
+  bool approaching() const { return control_.approaching; }
+  /// Whether joints that have settled do this after the approach.
+  bool settle_to(PostImpactSetup::Joints joints) const;
+  bool is_settled(std::size_t joint) const { return control_.settled[joint]; }
+  std::size_t size() const { return control_.settled.size(); }
+
+  void follow(std::vector<JointTrajectory> trajectories) { trajectories_ = std::move(trajectories); }
+  /// The joints between the base and a grasp's end-effector do from now on what they do after the approach.
+  void settle_arm(const RunBodies& bodies, std::size_t grasp);
+  /// All do; the approach is over.
+  void settle_all(const RunBodies& bodies);
+  /// The base's attitude to be kept from now on is what a setting says, or the present one; absent: not controlled.
+  void control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies);
+
+  /// What drives the system from now on.
+  PhaseSetup setup(const RunBodies& bodies) const;
+  /// The same for the approach followed exactly, without noise.
+  PhaseSetup exact_approach(const RunBodies& bodies) const;
+  /// Whether motors work, or attitude control, in such a motion.
+  bool are_controlled() const;
+  /// Whether drives are cut at their effort limits in it.
+  bool efforts_are_cut() const;
+  /// What joints are to follow in the approach, one by one; empty afterwards.
+  std::vector<JointTrajectory> references() const;
+
+  /// Joints that follow a trajectory exactly keep its rate through an impact. In the free system.
+  std::vector<HeldRate> driven_rates(const RunBodies& bodies) const;
+  /// The same, and what impact.joints asks of the others.
+  std::vector<HeldRate> rates_in_impact(const RunBodies& bodies) const;
+
+ private:
+  void settle(const RunBodies& bodies, std::size_t joint);
+
+  const CaptureProblem& problem_;
+  std::vector<JointTrajectory> trajectories_;  // of the approach, per robot joint
+  SegmentControl control_;
+};
+
+/// The body that a joint of the robot carries.
+const Body& joint_body(const CaptureSystem& system, std::size_t joint);
+
+struct CaptureRun {
+  /// `the_problem` is as the frame sees it. @throws CaptureProblemError, ModelError.
+  CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the_frame, CaptureDetail the_detail,
+             CaptureProgress the_progress, SeriesSink* sink, CaptureResult& the_result);
+
+  /// The first piece of a phase has its plain name, others are numbered.
+  std::string next_name(const std::string& phase);
+  /// Between the representations: all targets free, or hanging on the arms that hold them.
+  void to_free();
+  void to_joined();
+  /// Momentum of everything about the origin, in W; the bodies are in the free system.
+  Momentumd momentum_about_origin() const;
+  /// The problem with some of its grasps. Valid until the next call.
+  const CaptureProblem& with_grasps(const std::vector<std::size_t>& grasps);
+  PhaseEnd describe_now() const;
+
+  const CaptureProblem& problem;
+  const MovingFrame frame;  // in which all states are
+  const CaptureDetail detail;
+  const CaptureProgress progress;
+  CaptureResult& result;
+  RunBodies bodies;
+  RunJoints joints;
+  GraspSchedule schedule;
+  RunMonitor monitor;
+  bool rebounded = false;  // something has been thrown back
+
+ private:
+  std::map<std::string, int> pieces_;   // of phases, by name
+  std::optional<CaptureProblem> part_;  // the problem with part_grasps_ alone
+  std::vector<std::size_t> part_grasps_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,394 @@
+#include "grapnel/capture/conservation_monitor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace grapnel {
+
+// --- Groups of bodies ---
+
+namespace {
+
+enum Row : std::size_t { kLinear, kAngular, kWorkEnergy, kEnergy, kRows };
+
+// Deviation over scale; nothing deviates from nothing by nothing.
+double relative(double deviation, double scale) { return deviation == 0 ? 0.0 : deviation / scale; }
+
+// The largest so far; a NaN stays.
+void raise(double& largest, double value) {
+  if (!(value <= largest)) largest = value;
+}
+
+void raise(GroupScale<double>& largest, const GroupScale<double>& scale) {
+  largest.linear = std::max(largest.linear, scale.linear);
+  largest.angular = std::max(largest.angular, scale.angular);
+  largest.energy = std::max(largest.energy, scale.energy);
+}
+
+bool is_zero(const Momentumd& h) { return dot(h.linear, h.linear) == 0 && dot(h.angular, h.angular) == 0; }
+
+// Which parts are in each tree of a model.
+std::vector<std::vector<int>> parts_of_trees(const CaptureSystem& system) {
+  const std::vector<int> tree_of = trees_of_bodies(system.model);
+  std::vector<std::vector<int>> parts(tree_of.empty() ? 0 : *std::max_element(tree_of.begin(), tree_of.end()) + 1);
+  parts[tree_of[system.base]].push_back(0);
+  for (std::size_t t = 0; t < system.target_frames.size(); ++t)
+    parts[tree_of[system.model.frames()[system.target_frames[t]].body]].push_back(static_cast<int>(t) + 1);
+  return parts;
+}
+
+}  // namespace
+
+ConservationMonitor::ConservationMonitor(const CaptureProblem& problem, const CaptureSystem& system) : rows_(kRows) {
+  names_.push_back("servicer");
+  for (const TargetSetup& target : problem.targets) names_.push_back(target.name);
+  tree_parts_ = parts_of_trees(system);
+  for (const std::vector<int>& parts : tree_parts_) groups_.emplace_back().parts = parts;
+  find_trees();
+}
+
+void ConservationMonitor::find_trees() {
+  for (Group& group : groups_) {
+    group.trees.clear();
+    for (std::size_t tree = 0; tree < tree_parts_.size(); ++tree) {
+      if (std::includes(group.parts.begin(), group.parts.end(), tree_parts_[tree].begin(), tree_parts_[tree].end()))
+        group.trees.push_back(tree);
+    }
+  }
+}
+
+void ConservationMonitor::set_system(const CaptureSystem& system) {
+  tree_parts_ = parts_of_trees(system);
+  find_trees();
+}
+
+// --- Phases ---
+
+void ConservationMonitor::begin_phase(bool controlled, bool integrated) {
+  controlled_ = controlled;
+  (controlled ? any_controlled_ : any_uncontrolled_) = true;
+  any_integrated_ = any_integrated_ || integrated;
+  std::vector<Group> next;
+  for (const std::vector<int>& parts : tree_parts_) {
+    const auto same = std::find_if(groups_.begin(), groups_.end(), [&](const Group& g) { return g.parts == parts; });
+    Group& group = next.emplace_back();
+    if (same != groups_.end()) {
+      group = std::move(*same);
+      groups_.erase(same);
+    }
+    group.parts = parts;
+    group.in_phase = false;
+  }
+  for (const Group& group : groups_) retire(group);
+  groups_ = std::move(next);
+  find_trees();
+}
+
+// Against what is expected; `impulse`: what has entered since, [moment about the centre of mass; force] over time.
+ConservationMonitor::Drift ConservationMonitor::look(Group& group, const GroupQuantities& now,
+                                                     const Momentumd& impulse) {
+  if (!group.known) group.expected = now.h;
+  if (group.known && !is_zero(group.entered)) {
+    // From the origin to the centre of mass, which has moved: l_c = l_c0 + H - c0 x H - (c - c0) x (p0 + H).
+    const Vector3d p = group.expected.linear + group.entered.linear;
+    group.expected.angular +=
+        group.entered.angular - cross(group.now.com, group.entered.linear) - cross(now.com - group.now.com, p);
+    group.expected.linear = p;
+    group.entered = Momentumd::zero();
+  }
+  group.known = true;
+  group.now = now;
+  const Momentumd difference = now.h - (group.expected + impulse);
+  raise(group.scale, {group_scale(now.size).linear, group_scale(now.size).angular, 0});
+  return {norm(difference.linear), norm(difference.angular)};
+}
+
+void ConservationMonitor::sample(const ConservedQuantities& quantities, const PhaseIntegrals& integrals) {
+  started_ = true;
+  add_scale(quantities);
+  for (Group& group : groups_) {
+    const TreeIntegrals outside = integrals.trees.empty() ? TreeIntegrals{} : integrals.trees[group.trees.front()];
+    const GroupQuantities& now = quantities.trees[group.trees.front()];
+    const Drift drift = look(group, now, outside.impulse);
+    const double energy = now.size.inner_energy;
+    if (!group.in_phase) group.phase_energy = energy, group.at_phase_start = drift;
+    group.in_phase = true;
+    raise(group.largest.linear, drift.linear);
+    raise(group.largest.angular, drift.angular);
+    raise(group.growth.linear, drift.linear - group.at_phase_start.linear);
+    raise(group.growth.angular, drift.angular - group.at_phase_start.angular);
+    double work = outside.work;
+    if (holds_servicer(group)) work += integrals.motor_work + integrals.friction_work;
+    raise(controlled_ ? group.work_energy : group.energy, std::abs(energy - group.phase_energy - work));
+    group.scale.energy = std::max(group.scale.energy, group_scale(now.size).energy);
+  }
+}
+
+void ConservationMonitor::take(const PhaseMeasures& measures) {
+  if (measures.trees.empty()) return;  // nobody has looked
+  started_ = true;
+  for (Group& group : groups_) {
+    const TreeMeasures& tree = measures.trees.at(group.trees.front());
+    const Drift before = look(group, tree.start, Momentumd::zero());
+    raise(group.largest.linear, before.linear + tree.linear_deviation);
+    raise(group.largest.angular, before.angular + tree.angular_deviation);
+    raise(group.growth.linear, tree.linear_deviation);
+    raise(group.growth.angular, tree.angular_deviation);
+    raise(controlled_ ? group.work_energy : group.energy, tree.energy_deviation);
+    raise(group.scale, tree.scale);
+  }
+  scale_.linear_momentum = std::max(scale_.linear_momentum, measures.scale.linear_momentum);
+  scale_.angular_momentum = std::max(scale_.angular_momentum, measures.scale.angular_momentum);
+  scale_.energy = std::max(scale_.energy, measures.scale.energy);
+}
+
+void ConservationMonitor::end_phase(const PhaseIntegrals& integrals) {
+  if (integrals.trees.empty()) return;
+  for (Group& group : groups_) group.expected += integrals.trees[group.trees.front()].impulse;
+}
+
+void ConservationMonitor::add_scale(const ConservedQuantities& quantities) {
+  scale_.linear_momentum = std::max(scale_.linear_momentum, quantities.linear_scale);
+  scale_.angular_momentum = std::max(scale_.angular_momentum, quantities.angular_scale);
+  scale_.energy = std::max(scale_.energy, quantities.kinetic_energy);
+}
+
+// --- Between phases ---
+
+void ConservationMonitor::instant(const ConservedQuantities& quantities) {
+  started_ = true;
+  add_scale(quantities);
+  std::vector<GroupQuantities> trees;
+  for (Group& group : groups_) {
+    trees.clear();
+    for (std::size_t tree : group.trees) trees.push_back(quantities.trees[tree]);
+    const Drift drift = look(group, together(trees), Momentumd::zero());
+    raise(group.jump.linear, drift.linear - group.largest.linear);
+    raise(group.jump.angular, drift.angular - group.largest.angular);
+    raise(group.largest.linear, drift.linear);
+    raise(group.largest.angular, drift.angular);
+  }
+}
+
+void ConservationMonitor::touch(std::span<const std::size_t> targets) {
+  std::vector<bool> which(names_.size(), false);
+  which[0] = true;
+  for (std::size_t t : targets) which[t + 1] = true;
+  merge(which);
+}
+
+// Groups that have any of these parts are one from now on: momenta add up, about the common centre of mass.
+void ConservationMonitor::merge(const std::vector<bool>& which) {
+  const auto meets = [&](const Group& g) {
+    return std::any_of(g.parts.begin(), g.parts.end(), [&](int part) { return which[part]; });
+  };
+  if (std::count_if(groups_.begin(), groups_.end(), meets) < 2) return;
+  Group all;
+  std::vector<GroupQuantities> actual, expected;
+  for (const Group& group : groups_) {
+    if (!meets(group)) continue;
+    all.parts.insert(all.parts.end(), group.parts.begin(), group.parts.end());
+    actual.push_back(group.now);
+    expected.push_back(group.now);
+    expected.back().h = group.expected;
+    all.known = group.known;
+    retire(group);
+  }
+  std::erase_if(groups_, meets);
+  std::sort(all.parts.begin(), all.parts.end());
+  all.now = together(actual);
+  all.expected = together(expected).h;
+  const GroupScale<double> scale = group_scale(all.now.size);
+  raise(all.scale, {scale.linear, scale.angular, 0});
+  groups_.push_back(std::move(all));
+  find_trees();
+}
+
+void ConservationMonitor::enter(const Momentumd& momentum) {
+  for (Group& group : groups_) {
+    if (holds_servicer(group)) group.entered += momentum;
+  }
+}
+
+// --- The rows ---
+
+void ConservationMonitor::judge(const Group& group, std::vector<Worst>& rows) const {
+  const auto note = [&](Row row, double deviation, double scale) {
+    const double value = relative(deviation, scale);
+    if (value <= rows[row].value || std::isnan(rows[row].value)) return;
+    rows[row] = {value, scale, group.parts};
+  };
+  note(kLinear, group.largest.linear, group.scale.linear);
+  note(kAngular, group.largest.angular, group.scale.angular);
+  note(kWorkEnergy, group.work_energy, group.scale.energy);
+  note(kEnergy, group.energy, group.scale.energy);
+}
+
+void ConservationMonitor::retire(const Group& group) {
+  judge(group, rows_);
+  raise(jump_,
+        std::max(relative(group.jump.linear, group.scale.linear), relative(group.jump.angular, group.scale.angular)));
+  raise(growth_, std::max(relative(group.growth.linear, group.scale.linear),
+                          relative(group.growth.angular, group.scale.angular)));
+}
+
+DriftCause ConservationMonitor::cause() const {
+  ConservationMonitor all = *this;
+  for (const Group& group : groups_) all.retire(group);
+  return {all.jump_ > all.growth_, any_integrated_};
+}
+
+void ConservationMonitor::write(Ledger& ledger) const {
+  std::vector<Worst> rows = rows_;
+  for (const Group& group : groups_) judge(group, rows);
+  ledger.scale = scale_;
+  const auto add = [&](const char* name, Row row, double bound, const char* unit, std::string note, bool applies) {
+    const Worst& worst = rows[row];
+    for (std::size_t i = 0; applies && i < worst.parts.size(); ++i)
+      note += (i == 0 ? "; largest: " : " + ") + names_[worst.parts[i]];
+    if (applies && !worst.parts.empty()) note += fmt::format(", scale {:.4g} {}", worst.scale, unit);
+    ledger.entries.push_back({name, applies ? worst.value : 0, bound, "1", std::move(note), applies});
+  };
+  add("linear_momentum_drift", kLinear, 1e-11, "N s",
+      "largest |p(t) - p(0) - external impulse| of any group of bodies that touch, over its scale, all phases",
+      started_);
+  add("angular_momentum_drift", kAngular, 1e-11, "N m s",
+      "the same for angular momentum about the group's centre of mass", started_);
+  add("work_energy_residual", kWorkEnergy, 1e-9, "J",
+      "largest |U(t) - U(0) - work of motors, friction and external forces| of any group, over its scale, controlled "
+      "phases; U: kinetic energy relative to its centre of mass",
+      any_controlled_);
+  add("energy_drift", kEnergy, 1e-10, "J", "the same in uncontrolled phases, where no motor works", any_uncontrolled_);
+}
+
+// --- Advice ---
+
+namespace {
+
+// The tightest tolerances that a scenario may ask for leave rounding alone.
+constexpr double kRounding = 1e-13;
+
+bool is_one_of(std::string_view name, std::initializer_list<std::string_view> names) {
+  for (std::string_view one : names) {
+    if (name == one) return true;
+  }
+  return false;
+}
+
+const char* comparison_loops(const IntegrationSetup& integration) {
+  switch (integration.loops) {
+    case IntegrationSetup::Loops::baumgarte:
+      return "baumgarte";
+    case IntegrationSetup::Loops::acceleration:
+      return "acceleration";
+    case IntegrationSetup::Loops::open:
+      return "open";
+    case IntegrationSetup::Loops::projection:
+      break;
+  }
+  return nullptr;
+}
+
+// Of what is integrated: there the size of the steps decides.
+std::string smaller_steps(const IntegrationSetup& integration) {
+  if (integration.method == IntegrationSetup::Method::rk4) {
+    return fmt::format(
+        "integration.method: rk4 takes steps of {} s whatever the error: choose a smaller integration.step, "
+        "or adaptive_8",
+        integration.step);
+  }
+  if (integration.relative_tolerance > kRounding || integration.absolute_tolerance > kRounding) {
+    return fmt::format(
+        "smaller integration.relative_tolerance and absolute_tolerance may mend it; they are {:.3g} and {:.3g}",
+        integration.relative_tolerance, integration.absolute_tolerance);
+  }
+  return "the tolerances are at rounding already: look for masses, stiffnesses or rates that differ by many orders of "
+         "magnitude";
+}
+
+constexpr const char* kImpactEquations =
+    "the equations of the impact are not solved to rounding, and no tolerance mends that: look for masses or inertias "
+    "that differ by many orders of magnitude, or a nearly singular configuration (impact.rank)";
+
+std::string advice_for(const CaptureProblem& problem, const DriftCause& drift, std::string_view row) {
+  const IntegrationSetup& integration = problem.integration;
+  const bool momentum = is_one_of(row, {"linear_momentum_drift", "angular_momentum_drift"});
+  const bool impact =
+      is_one_of(row, {"generalized_momentum_residual", "energy_identity_residual", "impact_constraint_residual",
+                      "brake_energy_identity_residual", "friction_cone_residual"});
+  if (problem.impact && problem.impact->law == ImpactSetup::Law::as_published &&
+      (impact || (momentum && drift.in_impact)))
+    return "impact.law: as_published is there to be compared with: it does not conserve momentum; impact.law: plastic "
+           "does";
+  if (impact) return kImpactEquations;
+  if (momentum && drift.in_impact)
+    return "momentum jumps at an impact, and no tolerance mends that: see the rows of the impact";
+  if (const char* loops = comparison_loops(integration); loops && !momentum)
+    return fmt::format("integration.loops: {} is there to be compared with; projection keeps loops closed", loops);
+  if (row == "compliant_energy_residual")
+    return "look for stiffness or damping that differs by many orders of magnitude between grips and contacts, and for "
+           "an impact that is longer than impact.longest; integration tolerances do not act during it";
+  if (momentum && !drift.integrated && integration.root_velocity == IntegrationSetup::RootVelocity::recovered)
+    return "momentum is recovered, not integrated, so that no tolerance mends it: look for positions, speeds or masses "
+           "that differ by many orders of magnitude within one group of bodies";
+  return smaller_steps(integration);
+}
+
+}  // namespace
+
+void advise(const CaptureProblem& problem, const DriftCause& drift, Ledger& ledger) {
+  for (LedgerEntry& entry : ledger.entries) {
+    if (entry.kind == LedgerEntry::Kind::conservation && !entry.pass())
+      entry.advice = advice_for(problem, drift, entry.name);
+  }
+}
+
+// --- Impacts ---
+
+namespace {
+
+void raise(std::optional<double>& largest, const std::optional<double>& value) {
+  if (!value) return;
+  if (!largest) largest = 0;
+  raise(*largest, *value);
+}
+
+}  // namespace
+
+void ImpactMonitor::note(const ImpactResiduals& residuals) {
+  if (!residuals_) residuals_.emplace();
+  raise(residuals_->momentum, residuals.momentum);
+  raise(residuals_->energy, residuals.energy);
+  raise(residuals_->velocity, residuals.velocity);
+  raise(residuals_->cone, residuals.cone);
+}
+
+void ImpactMonitor::note_compliant(double energy_residual) { raise(compliant_, energy_residual); }
+
+void ImpactMonitor::note_brake(double energy_identity_residual) { raise(brake_, energy_identity_residual); }
+
+void ImpactMonitor::write(Ledger& ledger) const {
+  const auto add = [&](const char* name, std::optional<double> value, const char* note, double bound = 1e-10) {
+    if (value) ledger.entries.push_back({name, *value, bound, "1", note});
+  };
+  if (residuals_) {
+    add("generalized_momentum_residual", residuals_->momentum,
+        "(3.6): |M dv - J^T P| over |M v| of what takes part in the impact, energy norm");
+    add("energy_identity_residual", residuals_->energy,
+        "|dT - P^T (u- + u+) / 2| over the kinetic energy of what takes part in the impact");
+    add("impact_constraint_residual", residuals_->velocity,
+        "relative velocity left in the constrained directions over the largest velocity of what takes part");
+    add("friction_cone_residual", residuals_->cone,
+        "largest excess of a tangential impulse over friction times the normal one, over the largest normal one");
+  }
+  add("compliant_energy_residual", compliant_,
+      "kinetic and elastic energy after an impact in time, and what was lost, over the kinetic energy of what takes "
+      "part; what springs still held when impact.longest ended it counts as missing",
+      1e-8);
+  add("brake_energy_identity_residual", brake_, "the same for the impulse that locks the joints");
+}
+
+}  // namespace grapnel

@@ -1,0 +1,200 @@
+#include "grapnel/capture/grasp_events.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grapnel/impact_report/impact_figures.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+
+namespace grapnel {
+namespace {
+
+// Without an impact nothing is welded, and what is too far away is not captured either.
+void refuse_distant(CaptureRun& run, const std::vector<std::size_t>& closing) {
+  const RunBodies& bodies = run.bodies;
+  for (std::size_t i : closing) {
+    const CaptureProblem& one = run.with_grasps({i});
+    const std::string refused = gaps_too_wide(one, bodies.free, make_contact(one, bodies.free, bodies.state));
+    if (!refused.empty()) run.schedule.refuse({i}, refused);
+  }
+}
+
+// One that is too far away refuses the impact of all.
+void refuse_wide_gaps(CaptureRun& run, const std::vector<std::size_t>& closing, const Contact& contact) {
+  std::string all;
+  std::vector<std::string> own(closing.size(), "contact refused, since another grip's is");
+  for (std::size_t i = 0; i < closing.size(); ++i) {
+    Contact one;
+    one.gaps = {contact.gaps[i]}, one.displacement = {contact.displacement[i]};
+    const std::string text = gaps_too_wide(run.with_grasps({closing[i]}), run.bodies.free, one);
+    if (text.empty()) continue;
+    all += (all.empty() ? "" : "; ") + text;
+    own[i] = "contact refused: " + text;
+  }
+  if (all.empty()) return;
+  for (std::size_t i = 0; i < closing.size(); ++i) run.schedule.refuse({closing[i]}, own[i]);
+  throw RunFailure("contact refused: " + all);
+}
+
+// The contact of the grasps that close, by the rule for gaps, after those that hold already.
+Contact contact_of(CaptureRun& run, const std::vector<std::size_t>& closing) {
+  const CaptureProblem& problem = run.problem;
+  const CaptureSystem& free = run.bodies.free;
+  std::vector<bool> held(problem.targets.size(), false);
+  for (const HeldGrasp& each : run.bodies.held) held[target_index(problem, problem.grasps[each.grasp].target)] = true;
+  const Contact fresh = make_contact(run.with_grasps(closing), free, run.bodies.state, held);
+  if (!fresh.refused.empty()) {
+    run.schedule.refuse(closing, "contact refused: " + fresh.refused);
+    throw RunFailure("contact refused: " + fresh.refused);
+  }
+  refuse_wide_gaps(run, closing, fresh);
+  for (std::size_t i = 0; i < closing.size(); ++i) run.schedule.moved(closing[i], norm(fresh.displacement[i]));
+  Contact contact = fresh;
+  contact.gaps.clear(), contact.displacement.clear(), contact.grasps.clear();
+  const Kinematics k = forward_kinematics(free.model, fresh.state);
+  const std::vector<GraspGap> gaps = grasp_gaps(problem, free, k);
+  for (const HeldGrasp& each : run.bodies.held) {
+    contact.gaps.push_back(gaps[each.grasp]);
+    contact.displacement.push_back(Vector3d::zero());
+    contact.grasps.push_back(grasp_of(each, k));
+  }
+  for (std::size_t i = 0; i < closing.size(); ++i) {
+    contact.gaps.push_back(fresh.gaps[i]);
+    contact.displacement.push_back(fresh.displacement[i]);
+    contact.grasps.push_back(fresh.grasps[i]);
+  }
+  return contact;
+}
+
+bool holds_after(const CaptureProblem& problem, std::size_t grasp, ImpactSetup::Law law) {
+  return !problem.grasps[grasp].contact && law != ImpactSetup::Law::bilateral_restitution;
+}
+
+}  // namespace
+
+// --- What happens when ---
+
+bool close_due_grasps(CaptureRun& run, const MotionPhase& phase) {
+  const RunBodies& bodies = run.bodies;
+  const bool moves = bodies.time < phase.end;
+  if (!moves && run.joints.approaching()) return false;  // what is due at its end closes with the others
+  close_grasps(run, run.schedule.arrived(bodies.system, bodies.state));
+  close_grasps(run, run.schedule.due_at(bodies.time));
+  if (!moves) return false;
+  return !ends_in_envelopes(run) || !run.schedule.together_in_envelopes(bodies.system, bodies.state);
+}
+
+bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps) {
+  const RunBodies& bodies = run.bodies;
+  const std::vector<std::size_t> closing = run.schedule.decide(grasps, bodies.system, bodies.state, bodies.time);
+  if (!run.problem.impact) refuse_distant(run, closing);
+  if (closing.empty() || !run.problem.impact) return false;
+  const ImpactSetup::Law law = run.problem.impact->law;
+  if (law == ImpactSetup::Law::compliant) {
+    impact_in_time(run, closing);
+    return true;
+  }
+  std::vector<std::size_t> gripping, touching;
+  for (std::size_t i : closing) (run.problem.grasps[i].contact ? touching : gripping).push_back(i);
+  const bool contacts_only = law == ImpactSetup::Law::restitution || law == ImpactSetup::Law::friction;
+  if (!gripping.empty()) impact_at_once(run, gripping, contacts_only ? ImpactSetup::Law::plastic : law);
+  if (!touching.empty()) impact_at_once(run, touching, law);
+  return true;
+}
+
+void release_due_grasps(CaptureRun& run, MotionPhase& phase) {
+  const auto& releases = run.problem.post_impact->releases;
+  const double now = run.bodies.time;
+  // In the order of time; an impact in time may have passed over some.
+  for (; phase.released < releases.size(); ++phase.released) {
+    const PostImpactSetup::Release& release = releases[phase.released];
+    const double due = phase.begin + release.after;
+    if (due > now && !GraspSchedule::is_now(due, now)) return;
+    ReleaseReport report;
+    report.time = now;
+    run.to_free();
+    std::erase_if(run.bodies.held, [&](const HeldGrasp& each) {
+      const GraspSetup& g = run.problem.grasps[each.grasp];
+      const auto& named = release.end_effectors;
+      if (!named.empty() && std::find(named.begin(), named.end(), g.end_effector) == named.end()) return false;
+      report.end_effectors.push_back(g.end_effector);
+      report.targets.push_back(g.target);
+      run.schedule.release(each.grasp, now);
+      return true;
+    });
+    run.to_joined();
+    if (!report.end_effectors.empty()) run.result.releases.push_back(std::move(report));
+  }
+}
+
+// --- What grasps that close have in common ---
+
+Meeting meet(CaptureRun& run, const std::vector<std::size_t>& closing) {
+  Meeting meeting{run.next_name("contact"), closing, {}};
+  run.monitor.begin_contact(meeting.phase);
+  if (run.joints.approaching()) {
+    for (std::size_t i : closing) run.joints.settle_arm(run.bodies, i);
+  }
+  run.to_free();
+  meeting.contact = contact_of(run, closing);
+  // Of a target that is put elsewhere the momentum about its own centre of mass stays.
+  run.bodies.state = meeting.contact.state;
+  return meeting;
+}
+
+void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law, const ImpactReport& report,
+                  std::span<const std::string> unfinished) {
+  const CaptureProblem& problem = run.problem;
+  const CaptureSystem& free = run.bodies.free;
+  const Kinematics k = forward_kinematics(free.model, run.bodies.state);
+  for (std::size_t n = 0; n < meeting.closing.size(); ++n) {
+    const std::size_t i = meeting.closing[n];
+    if (holds_after(problem, i, law)) {
+      run.bodies.held.push_back(hold_grasp(problem, free, k, i));
+      continue;
+    }
+    run.rebounded = true;
+    for (const GraspImpulse& g : report.grasps) {
+      if (g.end_effector != problem.grasps[i].end_effector) continue;
+      const bool cut_short = n < unfinished.size() && !unfinished[n].empty();
+      run.schedule.refuse({i},
+                          fmt::format("{}: it {}", problem.grasps[i].contact ? "a contact, no grip" : "thrown back",
+                                      cut_short ? "is " + unfinished[n]
+                                                : fmt::format("parts at {:.4g} m/s", norm(g.relative_velocity_after))));
+    }
+  }
+}
+
+void keep_report(CaptureRun& run, ImpactReport report) {
+  const auto warn = [&](std::string text) { run.result.warnings.push_back(std::move(text)); };
+  add_margins(run.problem, report);
+  const std::string giving_way = describe_giving_way(run.bodies.free.model, report);
+  if (!giving_way.empty()) warn(fmt::format("impact at t = {:.6g} s: {}", report.time, giving_way));
+  if (!run.frame.is_world()) {
+    const Momentumd h = run.momentum_about_origin();
+    to_world(run.frame, h.linear, run.bodies.free.model.mass(), report);
+  }
+  if (report.energy_created) {
+    warn(fmt::format(
+        "impact: the result has more energy than there was before; the {} hypothesis can do this with friction "
+        "(impact.hypothesis: stronge cannot)",
+        report.hypothesis));
+  }
+  if (!report.inconsistent.empty()) {
+    warn("impact: no motion has the restitution that is asked for; in the least-squares sense it is not met in: " +
+         report.inconsistent);
+  }
+  if (!report.unique) {
+    warn(
+        "impact: simultaneous contacts; how they share the impulse depends on their stiffnesses, which this law does "
+        "not know (impact.grasps.rebound.spread)");
+  }
+  if (run.result.impact) {
+    run.result.later_impacts.push_back(std::move(report));
+  } else {
+    run.result.impact = std::move(report);
+  }
+}
+
+}  // namespace grapnel

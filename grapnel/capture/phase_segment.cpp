@@ -1,0 +1,167 @@
+#include "grapnel/capture/phase_segment.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace grapnel {
+namespace {
+
+// The checks of conservation look at least so often, however few samples are to be kept: scales are maxima over time.
+constexpr double kLeastLooks = 32;
+// SafetyMonitor that are shown the ends of steps, without dense output in between, see at least so many.
+constexpr double kLeastWatched = 64;
+
+// Tolerances of a piece of motion. What acts from outside is integrated, not recovered from conserved momenta, and
+// integration errors of the impulse show in the ledger at full size: such phases take tolerances a tenth of the
+// others'.
+IntegrationSetup tolerances_for(const IntegrationSetup& asked, const PhaseDynamics& dynamics, double duration,
+                                bool controlled) {
+  IntegrationSetup integration = asked;
+  // Dense output is of order 7: over the long steps of a smoothly driven motion the work between steps would miss its
+  // bound.
+  constexpr double kLeastSteps = 100;
+  if (integration.max_step == 0 && controlled) integration.max_step = duration / kLeastSteps;
+  if (dynamics.is_disturbed()) {
+    integration.relative_tolerance = std::max(1e-14, 0.1 * integration.relative_tolerance);
+    integration.absolute_tolerance *= 0.1;
+  } else if (!controlled) {
+    // Its energy is conserved and nothing mends it. The steps are long and few: keeping the ledger's bound of 1e-10
+    // costs little, whatever tolerance the driven motion is content with.
+    constexpr double kFree = 1e-11;
+    integration.relative_tolerance = std::min(integration.relative_tolerance, kFree);
+    integration.absolute_tolerance = std::min(integration.absolute_tolerance, kFree);
+  }
+  return integration;
+}
+
+// When the present motion has to stop next: where grasps close at stated times or, after the impact, open.
+double next_event(const CaptureRun& run, const MotionPhase& phase) {
+  const double now = run.bodies.time;
+  double next = phase.end;
+  const auto consider = [&](double t) {
+    if (t > now && !GraspSchedule::is_now(t, now) && t < next) next = t;
+  };
+  for (double t : run.schedule.stated_times()) consider(t);
+  if (!run.joints.approaching()) {
+    for (const PostImpactSetup::Release& release : run.problem.post_impact->releases)
+      consider(phase.begin + release.after);
+  }
+  return GraspSchedule::is_now(next, phase.end) ? phase.end : next;
+}
+
+// Why a segment has to be integrated here; empty: it need not.
+std::string reason_for_here(const CaptureRun& run, bool stops_on_arrival) {
+  if (run.monitor.records()) return "it is recorded";
+  if (run.monitor.seeks_loads()) return "loads are looked for";
+  if (!run.bodies.system.closures.empty()) return "loops are closed";
+  return stops_on_arrival ? "grips close on arrival" : "";
+}
+
+}  // namespace
+
+bool ends_in_envelopes(const CaptureRun& run) {
+  return run.joints.approaching() && run.problem.approach->capture_at == ApproachSetup::CaptureAt::envelope;
+}
+
+// --- Preparation ---
+
+PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
+    : run_(run),
+      observed_(true),
+      dynamics_(run.bodies.system.model, run.joints.setup(run.bodies)),
+      stop_(run.schedule.stop_condition(run.bodies.system, ends_in_envelopes(run))) {
+  RunBodies& bodies = run.bodies;
+  RunMonitor& monitor = run.monitor;
+  const double end = next_event(run, phase);
+  const std::string name = run.next_name(phase.name);
+  const bool controlled = run.joints.are_controlled();
+  monitor.begin_phase({name, bodies.system, dynamics_, controlled, run.joints.efforts_are_cut(),
+                       monitor.records() ? run.joints.references() : std::vector<JointTrajectory>()});
+  // Joints that follow a reference exactly are on it from the first instant on.
+  bodies.state = dynamics_.unprojected_state(bodies.time, dynamics_.initial(bodies.state, bodies.time));
+  describe(name, end, controlled);
+  task_.only_here = reason_for_here(run, stop_ != nullptr);
+  if (!task_.only_here.empty() || !monitor.watches()) return;
+  task_.longest_look = (end - bodies.time) / kLeastWatched;
+  task_.watch = [this](double t, const State& state, std::span<const double> motor) {
+    watched_elsewhere_ = true;
+    run_.monitor.watch(t, state, motor);
+  };
+}
+
+PhaseSegment::PhaseSegment(CaptureRun& run)
+    : run_(run), observed_(false), dynamics_(run.bodies.system.model, run.joints.exact_approach(run.bodies)) {
+  describe("approach", run.problem.approach->duration, true);
+}
+
+void PhaseSegment::describe(const std::string& name, double end, bool controlled) {
+  const RunBodies& bodies = run_.bodies;
+  task_.phase = name;
+  task_.model = &bodies.system.model, task_.setup = &dynamics_.setup();
+  task_.start = bodies.state;
+  task_.begin = bodies.time, task_.end = end;
+  task_.integration = tolerances_for(run_.problem.integration, dynamics_, end - bodies.time, controlled);
+}
+
+// --- Integration ---
+
+void PhaseSegment::take(PhaseOutcome outcome, const PhaseMeasures& measures) {
+  if (!task_.only_here.empty())
+    throw std::logic_error("a piece of motion that has to be integrated where the run is: " + task_.only_here);
+  if (observed_) run_.monitor.take(measures);
+  run_.monitor.note_last_look(outcome.end_time);
+  elsewhere_ = std::move(outcome);
+}
+
+bool PhaseSegment::await_resume() {
+  const PhaseOutcome outcome = elsewhere_ ? *std::move(elsewhere_) : integrate();
+  if (observed_) run_.monitor.end_phase(outcome);
+  if (!outcome.finished) throw RunFailure(fmt::format("{}: {}", task_.phase, outcome.failure));
+  run_.bodies.state = outcome.end_state;
+  run_.bodies.time = outcome.end_time;
+  return !outcome.stopped;
+}
+
+PhaseOutcome PhaseSegment::integrate() {
+  if (watched_elsewhere_) run_.monitor.restart_watch();
+  return observed_ && run_.monitor.needs_samples() ? integrate_with_samples() : integrate_between_looks();
+}
+
+// Who waits hears of every step.
+std::function<void(double)> PhaseSegment::each_step() const {
+  if (!run_.progress) return {};
+  return [this](double t) { run_.progress(task_.phase, t, task_.end); };
+}
+
+PhaseOutcome PhaseSegment::integrate_between_looks() {
+  StepWatch watch;
+  watch.looks = static_cast<int>(kLeastLooks);
+  watch.each_step = each_step();
+  if (observed_) {
+    watch.look = [&](double t, const State& state, const PhaseIntegrals& integrals) {
+      run_.monitor.look(t, state, integrals);
+    };
+    watch.probe = run_.monitor.load_probe();
+  }
+  return simulate_phase(dynamics_, task_.start, task_.begin, task_.end, task_.integration, watch, stop_);
+}
+
+PhaseOutcome PhaseSegment::integrate_with_samples() {
+  const double end = task_.end, duration = end - task_.begin;
+  const bool any_interval = run_.problem.output_interval > 0;
+  const double interval = any_interval ? run_.problem.output_interval : duration;
+  // A power of two, so that the samples' times are exact multiples of the interval.
+  const double wanted = std::log2(std::clamp(kLeastLooks * interval / duration, 1.0, 0x1p40));
+  const long looks = stop_ ? 1 : 1L << std::lround(std::ceil(wanted));
+  long look = 0;
+  const auto observe = [&](const PhaseSample& sample) {
+    run_.monitor.sample(sample, look++ % looks == 0 || sample.time == end);
+  };
+  return simulate_phase(dynamics_, task_.start, task_.begin, end, interval / static_cast<double>(looks),
+                        task_.integration, observe, stop_, run_.monitor.load_probe(), each_step());
+}
+
+}  // namespace grapnel

@@ -1,0 +1,192 @@
+#include "grapnel/capture/run_monitor.hpp"
+
+#include <algorithm>
+
+#include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+
+namespace grapnel {
+
+RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame,
+                       CaptureDetail detail, SeriesSink* sink, CaptureResult& result)
+    : problem_(problem),
+      detail_(detail),
+      result_(result),
+      conservation_(problem, free),
+      watches_(problem),
+      loads_(problem) {
+  if (detail != CaptureDetail::full) return;
+  recorder_.emplace(problem, free, frame, result.series);
+  recorder_->stream_to(sink);
+}
+
+// --- Phases of motion ---
+
+void RunMonitor::begin_phase(Phase phase) {
+  name_ = std::move(phase.name), system_ = &phase.system;
+  references_ = std::move(phase.references);
+  if (recorder_) recorder_->begin_phase(name_, references_);
+  conservation_.begin_phase(phase.controlled, phase.dynamics.is_disturbed() || !phase.dynamics.setup().recover_roots);
+  watches_.begin_phase(name_, phase.system, phase.efforts_are_cut);
+  loops_.begin_phase(name_, problem_, phase.system);
+  if (seeks_loads()) loads_.begin_phase(name_, phase.system, phase.dynamics);
+  kinematics_ = Kinematics(phase.system.model);
+  motor_.assign(phase.system.model.joints().size(), 0.0);
+}
+
+// Steps suffice for the checks of conservation, and to see an end-effector arrive, but not to watch anything.
+bool RunMonitor::needs_samples() const { return recorder_ || !system_->closures.empty() || watches_.watching(); }
+
+void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
+  PhaseSample sample = at_instant;
+  forward_kinematics(system_->model, sample.state, kinematics_);
+  const ConservedQuantities quantities = conserved_quantities(system_->model, kinematics_, sample.state);
+  conservation_.sample(quantities, sample.integrals);
+  std::copy(sample.motor.begin(), sample.motor.end(), motor_.begin());
+  const std::vector<GraspSample> grips = loops_.sample(sample, kinematics_, motor_);
+  sample.motor = motor_;
+  // Efforts have been looked at in every step where loads are.
+  const auto efforts = seeks_loads() ? std::span<const double>() : sample.motor;
+  const double clearance = watches_.sample(sample.time, sample.state, efforts);
+  if (!keep) return;
+  last_look_ = sample.time;
+  if (recorder_)
+    recorder_->sample(*system_, kinematics_, quantities, sample, grips, clearance, joint_reactions(sample, grips));
+}
+
+// What joints pass on, for the record.
+std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grips) const {
+  std::vector<Wrenchd> on_robot;
+  for (const HeldGrasp& grip : system_->grips) on_robot.push_back(grips[grip.grasp].F_WC);
+  return joint_wrenches(*system_, kinematics_, sample, on_robot);
+}
+
+void RunMonitor::look(double time, const State& state, const PhaseIntegrals& integrals) {
+  forward_kinematics(system_->model, state, kinematics_);
+  conservation_.sample(conserved_quantities(system_->model, kinematics_, state), integrals);
+  last_look_ = time;
+}
+
+StepProbe RunMonitor::load_probe() {
+  if (!seeks_loads()) return {};
+  return [this](const PhaseStep& step) { loads_.step(step); };
+}
+
+void RunMonitor::end_phase(const PhaseOutcome& outcome) {
+  result_.cost.push_back({name_, outcome.rhs_evaluations, outcome.steps, outcome.rejected,
+                          outcome.momentum_mended.linear, outcome.momentum_mended.angular});
+  loops_.end_phase(outcome.loops);
+  if (!outcome.finished) return;  // write() ends the others
+  if (recorder_) recorder_->end_phase(outcome.integrals);
+  conservation_.end_phase(outcome.integrals);
+  watches_.end_phase();
+  if (!seeks_loads()) return;
+  loads_.end_phase();
+  watches_.add(loads_.take_events());
+}
+
+// --- Between phases ---
+
+void RunMonitor::begin_contact(const std::string& phase) {
+  if (recorder_) recorder_->begin_phase(phase);
+}
+
+void RunMonitor::touch(const std::vector<std::size_t>& grasps) {
+  std::vector<std::size_t> targets;
+  for (std::size_t i : grasps) targets.push_back(target_index(problem_, problem_.grasps[i].target));
+  conservation_.touch(targets);
+}
+
+// A sample outside any integration.
+void RunMonitor::instant(const CaptureSystem& system, const State& state, double time,
+                         std::span<const GraspSample> grips) {
+  const Kinematics kinematics = forward_kinematics(system.model, state);
+  const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
+  conservation_.instant(quantities);
+  last_look_ = time;
+  if (!recorder_) return;
+  const std::vector<double> zeros(system.model.joints().size(), 0.0);
+  const PhaseIntegrals none;
+  recorder_->sample(system, kinematics, quantities, {time, state, none, zeros, zeros}, grips,
+                    watches_.instant(system, kinematics));
+}
+
+void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) {
+  conservation_.enter(outcome.from_ground);
+  impact_checks_.note(outcome.residuals);
+  loads_.impact(phase, outcome.report);
+}
+
+void RunMonitor::impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
+                                const std::vector<std::size_t>& closing, const CompliantRun& run) {
+  // Where the approach was: not if the impact alone is asked for.
+  const bool watched = watches_.watching();
+  if (watched) {
+    watches_.begin_phase(phase, system, false);
+    watches_.sample(begin, met, {});
+  }
+  for (const CompliantSample& sample : run.samples) {
+    conservation_.enter(sample.from_ground);
+    if (watched) watches_.sample(begin + sample.time, sample.state, {});
+    sample_yielding(system, begin, closing, sample);
+  }
+  if (watched) watches_.end_phase();
+  std::vector<std::string> end_effectors;
+  for (const HeldGrasp& grip : system.grips) end_effectors.push_back(problem_.grasps[grip.grasp].end_effector);
+  loads_.held(phase, begin, end_effectors, run.samples);
+  conservation_.enter(run.from_ground);
+  impact_checks_.note_compliant(run.energy_residual);
+}
+
+// An instant of an impact in time, with the wrenches of grasps that close and of those that hold already.
+void RunMonitor::sample_yielding(const CaptureSystem& system, double begin, const std::vector<std::size_t>& closing,
+                                 const CompliantSample& sample) {
+  std::vector<GraspSample> grips(problem_.grasps.size());
+  for (std::size_t i = 0; i < closing.size(); ++i) {
+    grips[closing[i]].holds = true;
+    grips[closing[i]].F_WC = sample.grasp_wrenches[i];
+  }
+  for (std::size_t i = 0; i < system.grips.size(); ++i) {
+    GraspSample& held = grips[system.grips[i].grasp];
+    held.holds = true;
+    held.F_WC = sample.held_wrenches[i];
+  }
+  instant(system, sample.state, begin + sample.time, grips);
+}
+
+void RunMonitor::stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,
+                           std::span<const JointPeakTimes> peaks) {
+  conservation_.enter(from_ground);
+  loads_.impact(phase, report, peaks);
+}
+
+// The brakes' loads are as of an impact of their own.
+void RunMonitor::brake(const std::string& phase, double time, const BrakeOutcome& outcome) {
+  conservation_.enter(outcome.from_ground);
+  impact_checks_.note_brake(outcome.energy_identity_residual);
+  ImpactReport as_impact;
+  as_impact.time = time, as_impact.duration = problem_.impact->duration;
+  as_impact.joints = outcome.joints;
+  for (const BrakeGrip& g : outcome.report.grasps) {
+    GraspImpulse& grasp = as_impact.grasps.emplace_back();
+    grasp.end_effector = g.end_effector, grasp.target = g.target;
+    grasp.impulse = g.impulse, grasp.angular_impulse = g.angular_impulse;
+  }
+  loads_.impact(phase, as_impact);
+}
+
+// --- The end ---
+
+void RunMonitor::write() {
+  impact_checks_.write(result_.ledger);
+  conservation_.write(result_.ledger);
+  if (result_.impact) scale_published(result_.ledger.scale, *result_.impact);
+  loops_.write(result_);
+  loads_.write(result_);
+  watches_.add(loads_.take_events());
+  watches_.write(result_);
+  if (!result_.ledger.pass()) advise(problem_, conservation_.cause(), result_.ledger);
+}
+
+}  // namespace grapnel

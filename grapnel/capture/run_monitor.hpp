@@ -1,0 +1,110 @@
+#pragma once
+
+/// @file
+/// Everything that observes a run without changing it: the time series, the checks of conservation, of closed loops and
+/// of impacts, clearance and joint limits, and the loads. One object, told of every phase, sample and impact once.
+
+#include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/capture/load_monitor.hpp"
+#include "grapnel/capture/loop_monitor.hpp"
+#include "grapnel/capture/recorder.hpp"
+#include "grapnel/capture/safety_monitor.hpp"
+#include "grapnel/impact_report/compliant_run.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+
+namespace grapnel {
+
+class RunMonitor {
+ public:
+  /// `free`: the system with all targets free. What is observed goes into `result` with write(), samples at once, to
+  /// the sink or, where it is null, to the result's series.
+  RunMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame, CaptureDetail detail,
+             SeriesSink* sink, CaptureResult& result);
+
+  // --- Phases of motion ---
+
+  struct Phase {
+    std::string name;
+    const CaptureSystem& system;  // this and the next live until the phase ends
+    const PhaseDynamics& dynamics;
+    bool controlled = false;                       // motors work in it, or attitude control
+    bool efforts_are_cut = false;                  // drives saturate at the effort limits
+    std::vector<JointTrajectory> references = {};  // what joints are to follow, for the record
+  };
+  void begin_phase(Phase phase);
+  /// Whether samples are recorded.
+  bool records() const { return recorder_.has_value(); }
+  /// Whether clearance or joint limits are observed in the phase.
+  bool watches() const { return watches_.watching(); }
+  /// Whether loads are looked for in every step of a phase.
+  bool seeks_loads() const { return detail_ != CaptureDetail::columns; }
+  /// Whether the phase needs samples; else looks between steps are enough.
+  bool needs_samples() const;
+
+  /// A sample. `keep`: it goes into the time series, which need not have all.
+  void sample(const PhaseSample& sample, bool keep);
+  /// The ends of some steps, instead of samples.
+  void look(double time, const State& state, const PhaseIntegrals& integrals);
+  /// Looks into every step; empty where nobody wants to.
+  StepProbe load_probe();
+  /// Of a phase that is integrated by somebody else: clearance and joint limits,
+  void watch(double time, const State& state, std::span<const double> motor) { watches_.sample(time, state, motor); }
+  /// forgetting them again, since the phase is integrated here after all,
+  void restart_watch() { watches_.restart_phase(); }
+  /// and what its conservation checks have found.
+  void take(const PhaseMeasures& measures) { conservation_.take(measures); }
+  void note_last_look(double time) { last_look_ = time; }
+  void end_phase(const PhaseOutcome& outcome);
+
+  // --- Between phases ---
+
+  /// The bodies hang together in another way.
+  void set_system(const CaptureSystem& system) { conservation_.set_system(system); }
+  void begin_contact(const std::string& phase);
+  /// From now on until the next phase the servicer and the grasps' targets are one group of bodies.
+  void touch(const std::vector<std::size_t>& grasps);
+  /// An instant just before or after an impact. `grips`: per grasp of the problem; empty: none holds.
+  void instant(const CaptureSystem& system, const State& state, double time, std::span<const GraspSample> grips = {});
+  void impact(const std::string& phase, const ImpactOutcome& outcome);
+  /// An impact in time from `begin` on, in which the system was in the state `met` before brakes, and `closing` are the
+  /// problem's grasps that close.
+  void impact_in_time(const std::string& phase, const CaptureSystem& system, const State& met, double begin,
+                      const std::vector<std::size_t>& closing, const CompliantRun& run);
+  /// What the grasps' becoming rigid at the end of one has added: momentum from the ground, loads.
+  void stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,
+                 std::span<const JointPeakTimes> peaks);
+  void brake(const std::string& phase, double time, const BrakeOutcome& outcome);
+  /// Of joints that are at rest from the first instant of an impact in time on.
+  void brake_at_once(double energy_identity_residual) { impact_checks_.note_brake(energy_identity_residual); }
+
+  // --- The end ---
+
+  /// Time of the last sample or look [s].
+  double last_look() const { return last_look_; }
+  /// Ends a phase that a failure has left open. Ledger, loads, clearance, limits, loops; advice where a check fails.
+  void write();
+
+ private:
+  std::vector<Wrenchd> joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grips) const;
+  void sample_yielding(const CaptureSystem& system, double begin, const std::vector<std::size_t>& closing,
+                       const CompliantSample& sample);
+
+  const CaptureProblem& problem_;
+  const CaptureDetail detail_;
+  CaptureResult& result_;
+  std::optional<Recorder> recorder_;  // of full detail
+  ConservationMonitor conservation_;
+  SafetyMonitor watches_;
+  LoopMonitor loops_;
+  LoadMonitor loads_;
+  ImpactMonitor impact_checks_;
+  double last_look_ = 0;
+  // The phase under way:
+  std::string name_;
+  const CaptureSystem* system_ = nullptr;
+  std::vector<JointTrajectory> references_;
+  Kinematics kinematics_;
+  std::vector<double> motor_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,196 @@
+#include "grapnel/capture/safety_monitor.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/result/verdicts.hpp"
+
+namespace grapnel {
+namespace {
+
+// A body's name as a user knows it: a target without its prefix.
+std::string shown_name(const std::string& name) {
+  const std::string prefix = target_body_name("");
+  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+}
+
+// Bodies that a fixed joint ties to this one.
+std::vector<int> tied_to(const Model& model, int body) {
+  std::vector<int> bodies;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    if (model.bodies()[i].placement.link == model.bodies()[body].placement.link) bodies.push_back(static_cast<int>(i));
+  }
+  return bodies;
+}
+
+// Why nobody looked whether bodies keep clear of each other, or not at all of them; empty: somebody did.
+std::string clearance_not_checked(const CaptureProblem& problem) {
+  if (!problem.clearance.enabled) return "switched off by clearance.enabled";
+  std::vector<std::string> without;
+  for (const BodyDescription& body : problem.robot.bodies) {
+    const auto is_its = [&](const auto& shape) { return shape.first == body.name; };
+    if (std::none_of(problem.robot.geometry.begin(), problem.robot.geometry.end(), is_its))
+      without.push_back(body.name);
+  }
+  for (const TargetSetup& t : problem.targets) {
+    if (t.geometry.shape == Geometry::Shape::none) without.push_back(t.name);
+  }
+  const std::size_t bodies = problem.robot.bodies.size() + problem.targets.size();
+  if (without.empty() || bodies < 2) return "";
+  if (without.size() == bodies) return "no body has a shape";
+  constexpr std::size_t kNamed = 4;
+  const std::size_t named = std::min(kNamed, without.size());
+  std::string text = fmt::format("no shape is given for {}", fmt::join(without.begin(), without.begin() + named, ", "));
+  if (named < without.size()) text += fmt::format(" and {} more", without.size() - named);
+  return text;
+}
+
+}  // namespace
+
+ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system) {
+  const Model& model = system.model;
+  std::vector<BodyShape> shapes;
+  if (!problem.clearance.enabled) return {};
+  for (const auto& [body, geometry] : problem.robot.geometry) shapes.push_back({model.body_index(body), geometry});
+  for (const TargetSetup& t : problem.targets) {
+    if (t.geometry.shape == Geometry::Shape::none) continue;
+    const int body = model.body_index(target_body_name(t.name));
+    Geometry geometry = t.geometry;
+    geometry.X_BG = own_frame(model, body) * geometry.X_BG;
+    shapes.push_back({body, geometry});
+  }
+  std::vector<std::pair<int, int>> ignored;
+  for (const auto& [a, b] : problem.clearance.ignore) ignored.emplace_back(model.body_index(a), model.body_index(b));
+  for (const GraspSetup& g : problem.grasps) {
+    const int hand = model.frames()[model.frame_index(g.end_effector)].body;
+    const int target = model.body_index(target_body_name(g.target));
+    for (int body : tied_to(model, hand)) ignored.emplace_back(body, target);
+  }
+  // A target that is caught is a child of the gripping link, and still may touch that link alone.
+  std::vector<int> targets;
+  for (const TargetSetup& t : problem.targets) targets.push_back(model.body_index(target_body_name(t.name)));
+  return ClearanceModel(model, std::move(shapes), ignored, targets);
+}
+
+SafetyMonitor::SafetyMonitor(const CaptureProblem& problem)
+    : problem_(problem), clearance_(problem.clearance.required) {}
+
+void SafetyMonitor::begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut) {
+  open_ = any_phase_ = true;
+  name_ = name, system_ = &system.model, efforts_are_cut_ = efforts_are_cut;
+  model_ = make_clearance_model(problem_, system);
+  any_pair_ = any_pair_ || !model_.pairs().empty();
+  begin();
+  for (int body : system.model.joints()) {
+    const JointLimits& l = system.model.bodies()[body].description.joint.limits;
+    any_position_limit_ = any_position_limit_ || std::isfinite(l.lower) || std::isfinite(l.upper);
+    any_rate_limit_ = any_rate_limit_ || std::isfinite(l.rate);
+    any_effort_limit_ = any_effort_limit_ || std::isfinite(l.effort);
+  }
+}
+
+void SafetyMonitor::begin() {
+  clearance_.begin_phase(name_, *system_, model_);
+  limits_.emplace(efforts_are_cut_);
+  limits_->begin_phase(name_, *system_);
+}
+
+void SafetyMonitor::restart_phase() {
+  clearance_.forget_phase();
+  begin();
+}
+
+double SafetyMonitor::sample(double time, const State& state, std::span<const double> motor) {
+  if (any_limit()) limits_->sample(time, state, motor);
+  if (model_.pairs().empty()) return std::numeric_limits<double>::quiet_NaN();
+  return clearance_.sample(time, state).distance;
+}
+
+double SafetyMonitor::instant(const CaptureSystem& system, const Kinematics& kinematics) const {
+  const ClearanceModel model = make_clearance_model(problem_, system);
+  return model.pairs().empty() ? std::numeric_limits<double>::quiet_NaN() : model.minimum(kinematics).distance;
+}
+
+void SafetyMonitor::end_phase() {
+  clearance_.end_phase();
+  limits_->end_phase();
+  for (const LimitEvent& e : limits_->events()) limit_events_.push_back(e);
+  open_ = false;
+}
+
+void SafetyMonitor::add(const std::vector<LimitEvent>& events) {
+  limit_events_.insert(limit_events_.end(), events.begin(), events.end());
+}
+
+void SafetyMonitor::write(CaptureResult& result) {
+  if (open_) end_phase();
+  write_events(result);
+  write_rows(result);
+  const std::vector<GradedViolation> violations = violations_of(result);
+  if (!violations.empty()) result.first_violation = violations.front();
+  const auto overlap =
+      std::find_if(violations.begin(), violations.end(), [](const auto& v) { return v.kind == "overlap"; });
+  if (overlap != violations.end()) result.valid_until = overlap->time;
+}
+
+void SafetyMonitor::write_events(CaptureResult& result) {
+  for (LeastClearance least : clearance_.least()) {
+    if (least.body_a.empty()) continue;
+    least.body_a = shown_name(least.body_a), least.body_b = shown_name(least.body_b);
+    result.clearance.push_back(least);
+  }
+  for (ClearanceEvent e : clearance_.events()) {
+    e.least.body_a = shown_name(e.least.body_a), e.least.body_b = shown_name(e.least.body_b);
+    result.clearance_events.push_back(e);
+  }
+  for (const GraspSetup& g : problem_.grasps) {
+    result.clearance_unwatched.emplace_back(end_effector_of(problem_, g).body, g.target);
+  }
+  for (const auto& [a, b] : problem_.clearance.ignore) {
+    result.clearance_unwatched.emplace_back(shown_name(a), shown_name(b));
+  }
+  std::ranges::stable_sort(limit_events_, {}, &LimitEvent::begin_time);
+  result.limit_events = limit_events_;
+}
+
+void SafetyMonitor::write_rows(CaptureResult& result) const {
+  double overlap = 0;
+  for (const LeastClearance& least : result.clearance)
+    overlap = std::max(overlap, problem_.clearance.required - least.distance);
+  const auto excess = [&](LimitKind kind) {
+    double largest = 0;
+    for (const LimitEvent& e : limit_events_) {
+      if (e.kind == kind) largest = std::max(largest, std::abs(e.worst_value - e.limit));
+    }
+    return largest;
+  };
+  const std::string early = !result.failure.empty() ? "the run failed before its end"
+                            : any_phase_            ? ""
+                                                    : "no motion is simulated";
+  const auto row = [&](const char* name, double value, const char* unit, const std::string& note, bool applies,
+                       const std::string& not_checked) {
+    LedgerEntry entry{name, value, 0, unit, note, applies && any_phase_, LedgerEntry::Kind::feasibility};
+    entry.not_checked = not_checked;
+    result.ledger.entries.push_back(std::move(entry));
+  };
+  const auto limit = [&](const char* name, LimitKind kind, bool any, const char* unit, const std::string& note) {
+    row(name, excess(kind), unit, any ? note : note + "; no such limits are stated", any, any ? early : "");
+  };
+  const std::string unseen = clearance_not_checked(problem_);
+  row("clearance_violation", overlap, "m",
+      fmt::format("how much nearer than {:g} m two bodies come, by their shapes, at any time; not felt by the motion",
+                  problem_.clearance.required),
+      any_pair_, unseen.empty() ? early : unseen);
+  limit("joint_position_violation", LimitKind::position, any_position_limit_, "rad or m",
+        "largest excess over a joint's position limits");
+  limit("joint_rate_violation", LimitKind::rate, any_rate_limit_, "rad/s or m/s",
+        "largest excess over a joint's rate limit");
+  limit("joint_effort_violation", LimitKind::effort, any_effort_limit_, "N m or N",
+        "largest excess over a joint's effort limit, by a motion that is followed exactly");
+}
+
+}  // namespace grapnel

@@ -1,0 +1,60 @@
+#pragma once
+
+/// @file
+/// What is watched besides the physics: clearance of all bodies with shapes, and joint limits, in every phase.
+///
+
+#include "grapnel/clearance/clearance_watch.hpp"
+#include "grapnel/clearance/limit_watch.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/result/capture_result.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+
+/// Shapes of robot and targets on the bodies of a model of the capture, and the pairs that may touch: those a user
+/// names, and a gripping link with its target.
+ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system);
+
+class SafetyMonitor {
+ public:
+  explicit SafetyMonitor(const CaptureProblem& problem);
+  /// `system` must live until the phase ends. `efforts_are_cut`: the drives saturate at the effort limits.
+  void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut);
+  /// Whether there is anything to watch in the phase.
+  bool watching() const { return any_limit() || !model_.pairs().empty(); }
+  /// Forgets what has been seen of the phase under way, for one that is integrated once more.
+  void restart_phase();
+  /// The state at a time, later ones after earlier ones, with the motors' efforts per joint [N m or N]. Returns the
+  /// least clearance of all pairs there [m]; NaN where nothing is watched.
+  double sample(double time, const State& state, std::span<const double> motor);
+  /// The same at an instant outside any phase, as at an impact.
+  double instant(const CaptureSystem& system, const Kinematics& kinematics) const;
+  void end_phase();
+  /// Events that somebody else has found.
+  void add(const std::vector<LimitEvent>& events);
+  /// Least clearances, events, what of them is first, and the rows of the ledger, with what nobody looked at. Ends a
+  /// phase that a failure has left open.
+  void write(CaptureResult& result);
+
+ private:
+  void begin();
+  bool any_limit() const { return any_position_limit_ || any_rate_limit_ || any_effort_limit_; }
+  void write_events(CaptureResult& result);
+  void write_rows(CaptureResult& result) const;
+
+  const CaptureProblem& problem_;
+  // The phase under way:
+  std::string name_;
+  const Model* system_ = nullptr;
+  bool efforts_are_cut_ = false;
+  ClearanceModel model_;
+  ClearanceWatch clearance_;
+  std::optional<LimitWatch> limits_;
+  std::vector<LimitEvent> limit_events_;
+  bool open_ = false;
+  bool any_pair_ = false, any_phase_ = false;
+  bool any_position_limit_ = false, any_rate_limit_ = false, any_effort_limit_ = false;
+};
+
+}  // namespace grapnel

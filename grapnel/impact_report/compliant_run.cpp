@@ -1,0 +1,305 @@
+#include "grapnel/impact_report/compliant_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/impact_report/contact.hpp"
+#include "grapnel/impact_report/internal_loads.hpp"
+#include "grapnel/problem/captured_model.hpp"
+
+namespace grapnel {
+namespace {
+
+// Of the kinetic energy before: what springs of grips may hold when the time is over, as they may when grips are at
+// rest and the joined bodies turn.
+constexpr double kLeftInGrips = 1e-3;
+
+// Where a grasp of the problem is in the solver's lists.
+struct Place {
+  bool contact = false;
+  std::size_t index = 0;
+};
+
+int same_body(const Model& from, int body, const Model& in) {
+  return in.body_index(from.bodies()[body].description.name);
+}
+
+const char* name_of(CompliantOutcome::Status status) {
+  switch (status) {
+    case CompliantOutcome::Status::separated:
+      return "separated";
+    case CompliantOutcome::Status::settled:
+      return "settled";
+    case CompliantOutcome::Status::time_over:
+      return "time_over";
+    case CompliantOutcome::Status::failed:
+      break;
+  }
+  return "failed";
+}
+
+ForceProfile profile_of(const ForceHistory& history) {
+  ForceProfile p;
+  p.peak_force = history.peak_force, p.peak_force_time = history.peak_force_time;
+  p.peak_moment = history.peak_moment, p.peak_moment_time = history.peak_moment_time;
+  p.largest_deformation = history.largest_deformation;
+  p.duration = history.duration;
+  p.energy_lost = history.energy_lost;
+  p.touches = history.touches;
+  return p;
+}
+
+// The grips' and contacts' side of the impact, in the bodies of `system`.
+class Yielding {
+ public:
+  Yielding(const CaptureProblem& problem, const CaptureSystem& free, const Contact& contact,
+           const CaptureSystem& system) {
+    const ImpactSetup& impact = *problem.impact;
+    const Kinematics k = forward_kinematics(free.model, contact.state);
+    for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
+      Grasp grasp = contact.grasps[i];
+      grasp.robot_body = same_body(free.model, grasp.robot_body, system.model);
+      grasp.target_body = same_body(free.model, grasp.target_body, system.model);
+      if (!problem.grasps[i].contact) {
+        places_.push_back({false, grips_.size()});
+        const GripComplianceSetup& g = impact.grip;
+        grips_.push_back({grasp, g.linear_stiffness, g.linear_damping, g.angular_stiffness, g.angular_damping});
+        continue;
+      }
+      places_.push_back({true, contacts_.size()});
+      const ContactComplianceSetup& c = impact.contact;
+      CompliantContact yielding;
+      yielding.robot_body = grasp.robot_body, yielding.target_body = grasp.target_body;
+      yielding.p_WC = grasp.p_WC;
+      yielding.n_W = contact_normal_in_world(problem, free, k, problem.grasps[i]);
+      yielding.model = c.model, yielding.stiffness = c.stiffness, yielding.damping = c.damping;
+      yielding.exponent = c.exponent, yielding.friction = impact.friction, yielding.slip_speed = c.slip_speed;
+      contacts_.push_back(yielding);
+    }
+  }
+
+  std::span<const CompliantContact> contacts() const { return contacts_; }
+  std::span<const CompliantGrip> grips() const { return grips_; }
+  std::size_t size() const { return places_.size(); }
+
+  const ForceHistory& history(const CompliantOutcome& outcome, std::size_t grasp) const {
+    const Place& p = places_[grasp];
+    return p.contact ? outcome.contacts[p.index] : outcome.grips[p.index];
+  }
+  // The two bodies that a grasp joins.
+  std::pair<int, int> bodies(std::size_t grasp) const {
+    const Place& p = places_[grasp];
+    if (p.contact) return {contacts_[p.index].robot_body, contacts_[p.index].target_body};
+    return {grips_[p.index].grasp.robot_body, grips_[p.index].grasp.target_body};
+  }
+
+ private:
+  std::vector<Place> places_;
+  std::vector<CompliantContact> contacts_;
+  std::vector<CompliantGrip> grips_;
+};
+
+// What joints pass on at a sample.
+std::vector<Wrenchd> wrenches_at(const Model& model, const Yielding& yielding, const CompliantOutcome& outcome,
+                                 std::size_t s) {
+  std::vector<ExternalWrench> external;
+  for (std::size_t i = 0; i < yielding.size(); ++i) {
+    const ForceHistory& h = yielding.history(outcome, i);
+    const Wrenchd F{h.moment[s], h.force[s]};
+    external.push_back({yielding.bodies(i).first, h.point[s], F});
+    external.push_back({yielding.bodies(i).second, h.point[s], -F});
+  }
+  return joint_wrenches(model, outcome.states[s], outcome.accelerations[s], external);
+}
+
+// Largest loads of the joints over the samples, and when they are; `through`: per sample.
+std::vector<JointPeakTimes> describe_peaks(const Model& model, const CompliantOutcome& outcome,
+                                           const std::vector<std::vector<Wrenchd>>& through, ImpactReport& report) {
+  std::vector<JointPeakTimes> times(report.joints.size());
+  for (std::size_t s = 0; s < outcome.times.size(); ++s) {
+    const Kinematics k = forward_kinematics(model, outcome.states[s]);
+    const auto raise = [&](double value, double& peak, double& time) {
+      if (value > peak) peak = value, time = outcome.times[s];
+    };
+    for (std::size_t j = 0; j < report.joints.size(); ++j) {
+      JointImpulse& joint = report.joints[j];
+      const int body = model.body_index(joint.body);
+      const JointDescription& description = model.bodies()[body].description.joint;
+      const Vector3d axis = k.X_WB[body].R * description.axis;
+      const Wrenchd& F = through[s][body];
+      raise(norm(F.linear), joint.peak_force, times[j].force);
+      raise(norm(F.angular), joint.peak_moment, times[j].moment);
+      if (velocity_count(description.type) != 1) continue;
+      const double driving = dot(axis, description.type == JointType::prismatic ? F.linear : F.angular);
+      raise(std::abs(driving), joint.peak_driving, times[j].driving);
+    }
+  }
+  return times;
+}
+
+Momentumd momentum_about_origin(const Model& model, const State& state) {
+  return momentum_about(model, forward_kinematics(model, state), Vector3d::zero());
+}
+
+std::vector<CompliantSample> samples_of(const CompliantTask& task, const Yielding& yielding,
+                                        const CompliantOutcome& outcome,
+                                        const std::vector<std::vector<Wrenchd>>& through) {
+  const Model& model = task.system.model;
+  const bool fixed = !model.has_free_root(task.system.base);
+  Momentumd before = momentum_about_origin(model, task.met);
+  std::vector<CompliantSample> samples;
+  for (std::size_t s = 0; s < outcome.times.size(); ++s) {
+    CompliantSample sample{outcome.times[s], outcome.states[s], {}, {}};
+    for (std::size_t i = 0; i < yielding.size(); ++i) {
+      const ForceHistory& h = yielding.history(outcome, i);
+      sample.grasp_wrenches.push_back(Wrenchd{h.moment[s], h.force[s]});
+    }
+    const Kinematics k = forward_kinematics(model, sample.state);
+    for (const HeldGrasp& grip : task.system.grips) {  // its target hangs on the robot: what reaches it, reversed
+      const Grasp grasp = grasp_of(grip, k);
+      const int target = grasp.target_body;
+      sample.held_wrenches.push_back(-shift(through[s][target], grasp.p_WC - k.X_WB[target].p));
+    }
+    if (fixed) {  // nothing else acts on the whole
+      const Momentumd now = momentum_about_origin(model, sample.state);
+      sample.from_ground = now - before;
+      before = now;
+    }
+    samples.push_back(std::move(sample));
+  }
+  return samples;
+}
+
+// Brakes and drives: at once at the beginning, then at a rate that does not change.
+void describe_held(const CompliantTask& task, const CompliantOutcome& outcome, ImpactReport& report) {
+  report.joints_during = name_of(task.problem.impact->joints);
+  for (std::size_t i = 0; i < task.held.size(); ++i) {
+    const HeldRate& held = task.held[i];
+    const double before = task.met.v[held.velocity], kept = outcome.held_impulses[i];
+    HeldJoint joint;
+    joint.joint = held_joint(task.system.model, held).name;
+    joint.impulse = task.stopping[i] + kept;
+    joint.work = 0.5 * task.stopping[i] * (before + held.after) + kept * held.after;
+    joint.told_rate = joint.rate_after = held.after;
+    report.held_joints.push_back(std::move(joint));
+  }
+}
+
+// What impact.longest has ended too early, per grasp; and what it has done to the balance of energy.
+void describe_unfinished(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
+                         CompliantRun& run) {
+  run.unfinished.resize(yielding.size());
+  if (outcome.status != CompliantOutcome::Status::time_over) return;
+  const double longest = task.problem.impact->compliant.longest;
+  std::vector<std::string> places;
+  bool pressed = false;
+  for (std::size_t i = 0; i < yielding.size(); ++i) {
+    const ForceHistory& h = yielding.history(outcome, i);
+    std::string& how = run.unfinished[i];
+    const bool contact = task.problem.grasps[i].contact;
+    if (h.deformation.back() > 0 && (!contact || norm(h.force.back()) > 0)) {
+      pressed = pressed || contact;
+      how =
+          fmt::format("still {} by {:.4g} m at impact.longest = {:.4g} s, with {:.4g} J in the springs",
+                      contact ? "compressed" : "deformed", h.deformation.back(), longest, outcome.elastic_energy_after);
+    } else if (contact && h.touches == 0) {
+      how = fmt::format("not in touch yet at impact.longest = {:.4g} s", longest);
+    }
+    if (!how.empty()) places.push_back(fmt::format("{} is {}", task.problem.grasps[i].end_effector, how));
+  }
+  // Nobody gets it back: the balance does not close. Grips that turn with their target never come to rest entirely.
+  const double missing = outcome.elastic_energy_after / outcome.kinetic_energy_taking_part;
+  if (pressed || !(missing <= kLeftInGrips)) run.energy_residual += missing;
+  run.warnings.push_back(
+      fmt::format("impact: it was not over after impact.longest = {:.4g} s, and what follows is not to be trusted: {}. "
+                  "The {:.4g} J in "
+                  "springs are deleted, and grips take the rest of the relative motion out at once (a larger "
+                  "impact.longest lets it "
+                  "end)",
+                  longest, places.empty() ? "relative motion is left" : fmt::format("{}", fmt::join(places, "; ")),
+                  outcome.elastic_energy_after));
+}
+
+// One grip or contact; `after`: of the system.
+GraspImpulse describe_yielding(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
+                               const Kinematics& before, const Kinematics& after, std::size_t i) {
+  const ForceHistory& history = yielding.history(outcome, i);
+  GraspImpulse g = describe_meeting(task.problem, task.contact, before, i);
+  g.impulse = history.impulse.linear, g.angular_impulse = history.impulse.angular;
+  g.impulse_magnitude = norm(g.impulse);
+  g.mean_force = history.duration > 0 ? g.impulse_magnitude / history.duration : 0;
+  g.determined.assign(6, true);
+  g.profile = profile_of(history);
+  const auto [robot, target] = yielding.bodies(i);
+  const Vector3d p = history.point.empty() ? g.contact_point : history.point.back();
+  const Twistd u =
+      shift(after.V_WB[robot], p - after.X_WB[robot].p) - shift(after.V_WB[target], p - after.X_WB[target].p);
+  g.relative_velocity_after = u.linear, g.relative_angular_velocity_after = u.angular;
+  return g;
+}
+
+void describe(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
+              const std::vector<std::vector<Wrenchd>>& through, CompliantRun& run) {
+  ImpactReport& report = run.report;
+  const CaptureSystem& system = task.system;
+  report.law = name_of(ImpactSetup::Law::compliant);
+  report.time = task.time;
+  report.duration = outcome.duration;
+  report.as_published_absent = "the thesis's impact takes no time";
+  CompliantReport c;
+  c.end = name_of(outcome.status);
+  c.duration = outcome.duration;
+  c.elastic_energy_after = outcome.elastic_energy_after;
+  c.energy_residual = outcome.energy_residual;
+  c.rhs_evaluations = outcome.rhs_evaluations;
+  const Kinematics before = forward_kinematics(task.free.model, task.contact.state);
+  const Kinematics after = forward_kinematics(system.model, outcome.after);
+  std::vector<ExternalImpulse> external;
+  for (std::size_t i = 0; i < yielding.size(); ++i) {
+    const GraspImpulse g = describe_yielding(task, yielding, outcome, before, after, i);
+    c.energy_lost += g.profile->energy_lost;
+    const Impulsed P{g.angular_impulse, g.impulse};
+    external.push_back({yielding.bodies(i).first, g.contact_point, P});
+    external.push_back({yielding.bodies(i).second, g.contact_point, -P});
+    report.grasps.push_back(g);
+  }
+  report.compliant = c;
+  describe_held(task, outcome, report);
+  describe_change(task.problem, system, task.met, outcome.after, external, report);
+  run.joint_peaks = describe_peaks(system.model, outcome, through, report);
+}
+
+}  // namespace
+
+CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
+  const Yielding yielding(task.problem, task.free, task.contact, task.system);
+  std::vector<int> held;
+  for (const HeldRate& h : task.held) held.push_back(h.velocity);
+  const CompliantSetup& setup = task.problem.impact->compliant;
+  const CompliantOutcome outcome =
+      compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grips(), setup, held, task.each_step);
+  CompliantRun run;
+  if (outcome.status == CompliantOutcome::Status::failed) {
+    run.failure = fmt::format("impact in time from t = {:.6g} s: {}", task.time, outcome.message);
+    return run;
+  }
+  run.after = outcome.after;
+  run.duration = outcome.duration;
+  run.energy_residual = outcome.energy_residual;
+  std::vector<std::vector<Wrenchd>> through;
+  for (std::size_t s = 0; s < outcome.times.size(); ++s)
+    through.push_back(wrenches_at(task.system.model, yielding, outcome, s));
+  run.samples = samples_of(task, yielding, outcome, through);
+  describe(task, yielding, outcome, through, run);
+  if (!task.system.model.has_free_root(task.system.base)) {
+    const State& last = run.samples.empty() ? task.met : run.samples.back().state;
+    run.from_ground =
+        momentum_about_origin(task.system.model, run.after) - momentum_about_origin(task.system.model, last);
+  }
+  describe_unfinished(task, yielding, outcome, run);
+  return run;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,257 @@
+#include "grapnel/impact_report/internal_loads.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/dynamics/body_acceleration.hpp"
+#include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/problem/captured_model.hpp"
+
+namespace grapnel {
+
+// --- Joints ---
+
+namespace {
+
+// Rate of a body's momentum about its frame's origin: m a_C there, and I alpha + w x I w about its centre of mass.
+Wrenchd inertial_wrench(const Body& body, const Posed& X_WB, const Twistd& V_WB, const BodyAcceleration& A) {
+  const Vector3d& w = V_WB.angular;
+  const Vector3d r = X_WB.R * body.description.com;
+  const Vector3d a_C = A.linear + cross(A.angular, r) + cross(w, cross(w, r));
+  const auto times_inertia = [&](const Vector3d& v) {
+    return X_WB.R * (body.description.inertia * (transpose(X_WB.R) * v));
+  };
+  const Vector3d force = body.description.mass * a_C;
+  return {times_inertia(A.angular) + cross(w, times_inertia(w)) + cross(r, force), force};
+}
+
+}  // namespace
+
+std::vector<Wrenchd> joint_wrenches(const Model& model, const State& state, std::span<const double> vdot,
+                                    std::span<const ExternalWrench> external) {
+  return joint_wrenches(model, forward_kinematics(model, state), vdot, external);
+}
+
+std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& k, std::span<const double> vdot,
+                                    std::span<const ExternalWrench> external) {
+  const std::vector<BodyAcceleration> A = body_accelerations(model, k, vdot);
+  std::vector<Wrenchd> needed;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i)
+    needed.push_back(inertial_wrench(model.bodies()[i], k.X_WB[i], k.V_WB[i], A[i]));
+  for (const ExternalWrench& e : external) needed[e.body] -= shift(e.F_W, k.X_WB[e.body].p - e.p_WP);
+  // From the tips in: a joint passes on what its body and all beyond it need.
+  for (std::size_t i = model.bodies().size(); i-- > 0;) {
+    const int parent = model.bodies()[i].parent;
+    if (parent >= 0) needed[parent] += shift(needed[i], k.X_WB[parent].p - k.X_WB[i].p);
+  }
+  return needed;
+}
+
+std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample,
+                                    std::span<const Wrenchd> grips) {
+  const PhaseDynamics& dynamics = *sample.dynamics;
+  std::vector<ExternalWrench> external(dynamics.external_wrenches().begin(), dynamics.external_wrenches().end());
+  const std::vector<Body>& bodies = system.model.bodies();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const BodyDescription& body = bodies[i].description;
+    external.push_back({static_cast<int>(i), k.X_WB[i] * body.com, {Vector3d::zero(), body.mass * dynamics.gravity()}});
+  }
+  for (std::size_t g = 0; g < system.grips.size(); ++g) {
+    if (system.grips[g].closure == HeldGrasp::kInTree) continue;  // a joint of the tree carries the target
+    const Grasp grasp = grasp_of(system.grips[g], k);
+    external.push_back({grasp.robot_body, grasp.p_WC, grips[g]});
+    external.push_back({grasp.target_body, grasp.p_WC, -grips[g]});
+  }
+  return joint_wrenches(system.model, k, dynamics.acceleration(), external);
+}
+
+std::vector<int> carried_bodies(const CaptureSystem& system) {
+  std::vector<int> bodies;
+  for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {
+    const bool target = std::any_of(system.target_frames.begin(), system.target_frames.end(),
+                                    [&](int f) { return system.model.frames()[f].body == i; });
+    if (i != system.base && !target) bodies.push_back(i);
+  }
+  return bodies;
+}
+
+// --- Grasps ---
+
+namespace {
+
+// A component is open if the unit self-stresses move it by more than this share of what unit size allows; rank
+// decisions leave directions of up to 1e-6.
+constexpr double kOpen = 1e-6;
+
+Eigen::VectorXd as_eigen(const Wrenchd& F) {
+  Eigen::VectorXd x(6);
+  x << F.angular[0], F.angular[1], F.angular[2], F.linear[0], F.linear[1], F.linear[2];
+  return x;
+}
+Wrenchd as_wrench(const Eigen::VectorXd& x) { return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}; }
+
+// The wrench that a target needs besides gravity and loads to move as it does, about p_W, in W.
+Wrenchd needed_wrench(const Model& model, const Kinematics& k, const BodyAcceleration& A, int body,
+                      const PhaseDynamics& dynamics, const Vector3d& p_W) {
+  const BodyDescription& d = model.bodies()[body].description;
+  const Vector3d arm = k.X_WB[body].R * d.com;
+  const Vector3d& w = k.V_WB[body].angular;
+  const Vector3d p_com = k.X_WB[body].p + arm;
+  const Symmetric3d I = rotate(k.X_WB[body].R, d.inertia);
+  const Vector3d a_com = A.linear + cross(A.angular, arm) + cross(w, cross(w, arm));
+  const Wrenchd about_com{I * A.angular + cross(w, I * w), d.mass * (a_com - dynamics.gravity())};
+  Wrenchd F = shift(about_com, p_W - p_com);
+  for (const ExternalWrench& e : dynamics.external_wrenches()) {
+    if (e.body == body) F -= shift(e.F_W, p_W - e.p_WP);
+  }
+  return F;
+}
+
+// All grips of one target.
+struct TargetGrasps {
+  const CaptureSystem& system;
+  const Kinematics& k;
+  std::vector<std::size_t> grips;  // in system.grips; the first carries the target
+  std::vector<Grasp> grasps;
+  std::vector<Eigen::MatrixXd> directions, D;
+
+  TargetGrasps(const CaptureSystem& s, const Kinematics& kinematics, int body) : system(s), k(kinematics) {
+    for (std::size_t i = 0; i < s.grips.size(); ++i) {
+      if (s.grips[i].frames.body_b != body) continue;
+      grips.push_back(i);
+      grasps.push_back(grasp_of(s.grips[i], k));
+      directions.push_back(constrained_directions(grasps.back()));
+      D.push_back(target_mobility(s.model, k, grasps.back()));
+    }
+  }
+  int rows() const {
+    int count = 0;
+    for (const Eigen::MatrixXd& A : directions) count += static_cast<int>(A.rows());
+    return count;
+  }
+};
+
+// First row of every closure in the solver.
+std::vector<int> first_rows(const CaptureSystem& system) {
+  std::vector<int> first{0};
+  for (const LoopClosure& c : system.closures) first.push_back(first.back() + row_count(c.model));
+  return first;
+}
+
+// One solution of the equations of all targets, as the solver of the loops has it, and what each self-stress adds.
+struct Balance {
+  std::vector<TargetGrasps> targets;
+  std::vector<Wrenchd> F;                    // per grip, on the robot, in W
+  std::vector<std::vector<Wrenchd>> stress;  // per self-stress and grip
+};
+
+Balance balance_of(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample) {
+  const Model& model = system.model;
+  const std::vector<BodyAcceleration> A = body_accelerations(model, k, sample.dynamics->acceleration());
+  const LoopSolver* solver = sample.dynamics->loops();
+  const std::vector<int> first = first_rows(system);
+  const Eigen::MatrixXd null = solver ? solver->self_stresses() : Eigen::MatrixXd(0, 0);
+  const std::vector<Wrenchd> nothing(system.grips.size(), Wrenchd::zero());
+  Balance result{{}, nothing, {static_cast<std::size_t>(null.cols()), nothing}};
+  for (int frame : system.target_frames) {
+    TargetGrasps t(system, k, model.frames()[frame].body);
+    if (t.grips.empty()) continue;
+    const Vector3d p_1 = t.grasps[0].p_WC;
+    const int body = t.grasps[0].target_body;
+    Wrenchd& carried = result.F[t.grips[0]];
+    carried = -needed_wrench(model, k, A[body], body, *sample.dynamics, p_1);
+    for (std::size_t i = 1; i < t.grips.size(); ++i) {
+      const HeldGrasp& grip = system.grips[t.grips[i]];
+      // Whatever another grip carries, the first carries less.
+      const auto share = [&](std::vector<Wrenchd>& F, const Wrenchd& other) {
+        F[t.grips[i]] = other;
+        F[t.grips[0]] -= shift(other, p_1 - t.grasps[i].p_WC);
+      };
+      if (grip.closure == HeldGrasp::kRedundant) {
+        for (Eigen::Index row = 0; row < t.directions[i].rows(); ++row)
+          share(result.stress.emplace_back(nothing), as_wrench(t.directions[i].row(row).transpose()));
+        continue;
+      }
+      if (!solver) continue;  // loops are cut
+      const Rotationd R_WC = (k.X_WB[grip.frames.body_a] * grip.frames.X_AC).R;
+      const int row = first[grip.closure], count = row_count(grip.frames.model);
+      share(result.F, R_WC * closure_wrench(grip.frames, solver->multipliers().subspan(row, count)));
+      for (Eigen::Index s = 0; s < null.cols(); ++s) {
+        const std::span<const double> column(null.col(s).data() + row, static_cast<std::size_t>(count));
+        share(result.stress[s], R_WC * closure_wrench(grip.frames, column));
+      }
+    }
+    result.targets.push_back(std::move(t));
+  }
+  return result;
+}
+
+// Adds the self-stresses with which the sum of f^T D f = |G^T f|^2 over all grips is least, D = G G^T.
+void relieve(const Balance& balance, bool with_determined, std::vector<GraspWrench>& result) {
+  const Eigen::Index stresses = static_cast<Eigen::Index>(balance.stress.size());
+  int rows = 0;
+  for (const TargetGrasps& t : balance.targets) rows += t.rows();
+  Eigen::MatrixXd B(rows, stresses);
+  Eigen::VectorXd f(rows);
+  Eigen::Index row = 0;
+  for (const TargetGrasps& t : balance.targets) {
+    for (std::size_t i = 0; i < t.grips.size(); ++i) {
+      const Eigen::Index count = t.directions[i].rows();
+      const Eigen::MatrixXd map = t.D[i].llt().matrixU() * t.directions[i];
+      f.segment(row, count) = map * as_eigen(balance.F[t.grips[i]]);
+      for (Eigen::Index s = 0; s < stresses; ++s)
+        B.col(s).segment(row, count) = map * as_eigen(balance.stress[s][t.grips[i]]);
+      row += count;
+    }
+  }
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(B);
+  const Eigen::VectorXd z = qr.solve(-f);
+  // Stresses of unit size in the metric, for the question what is determined: B = Q R.
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(stresses).triangularView<Eigen::Upper>();
+  for (const TargetGrasps& t : balance.targets) {
+    for (std::size_t i = 0; i < t.grips.size(); ++i) {
+      const std::size_t g = t.grips[i];
+      Eigen::MatrixXd N(6, stresses);
+      for (Eigen::Index s = 0; s < stresses; ++s) N.col(s) = as_eigen(balance.stress[s][g]);
+      result[g].beyond_solver = as_wrench(N * z);
+      result[g].F_WC += result[g].beyond_solver;
+      if (!with_determined) continue;
+      const Eigen::MatrixXd unit = R.transpose().triangularView<Eigen::Lower>().solve(N.transpose()).transpose();
+      const Eigen::MatrixXd largest = t.directions[i].transpose() * t.D[i].llt().solve(t.directions[i]);
+      for (int c = 0; c < 6; ++c) result[g].determined[c] = unit.row(c).norm() <= kOpen * std::sqrt(largest(c, c));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<GraspWrench> wrenches_of_grasps(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample,
+                                            bool with_determined) {
+  std::vector<GraspWrench> result(system.grips.size());
+  if (system.grips.empty() || !sample.dynamics) return result;
+  const Balance balance = balance_of(system, k, sample);
+  for (std::size_t g = 0; g < result.size(); ++g) {
+    result[g].F_WC = balance.F[g];
+    if (with_determined) result[g].determined.assign(6, true);
+  }
+  if (!balance.stress.empty()) relieve(balance, with_determined, result);
+  return result;
+}
+
+void add_self_stress(const CaptureSystem& system, const Kinematics& k, std::span<const GraspWrench> wrenches,
+                     std::span<double> motor) {
+  const Model& model = system.model;
+  Eigen::MatrixXd J_a(6, model.velocities()), J_b(6, model.velocities());
+  for (std::size_t g = 0; g < system.grips.size(); ++g) {
+    if (system.grips[g].closure < 0) continue;
+    const Grasp grasp = grasp_of(system.grips[g], k);
+    point_jacobian(model, k, grasp.robot_body, grasp.p_WC, J_a);
+    point_jacobian(model, k, grasp.target_body, grasp.p_WC, J_b);
+    // Zero at joints that yield.
+    const Eigen::VectorXd at_joints = (J_a - J_b).transpose() * as_eigen(wrenches[g].beyond_solver);
+    for (std::size_t j = 0; j < model.joints().size(); ++j) motor[j] -= at_joints[model.bodies()[model.joints()[j]].v];
+  }
+}
+
+}  // namespace grapnel

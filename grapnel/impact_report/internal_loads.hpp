@@ -1,0 +1,51 @@
+#pragma once
+
+/// @file
+/// What joints and grasps pass on at an instant of a motion: d'Alembert's principle body by body, and the multipliers
+/// of (2.11) as internal wrenches.
+
+#include <vector>
+
+#include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+
+/// Per body: the wrench that its joint transmits from the parent to it, in W, about the body frame's origin (the
+/// joint), driving and constraint components alike. `vdot`: accelerations of the velocities; `external`: what acts on
+/// the bodies from outside the tree.
+std::vector<Wrenchd> joint_wrenches(const Model& model, const State& state, std::span<const double> vdot,
+                                    std::span<const ExternalWrench> external);
+std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& kinematics, std::span<const double> vdot,
+                                    std::span<const ExternalWrench> external);
+
+/// The same at a sample of a phase (`kinematics` of its state), with gravity, loads, and what grips pass on that close
+/// loops of the tree. `grips`: the wrenches on the robot at the grips, in W, per entry of system.grips.
+std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematics& kinematics,
+                                    const PhaseSample& sample, std::span<const Wrenchd> grips);
+
+/// Bodies of the robot that joints carry, fixed ones too: all but the base. Their order is the robot's in every model
+/// of one capture.
+std::vector<int> carried_bodies(const CaptureSystem& system);
+
+/// Wrench of one grip, on the robot at the grip, in W, [moment; force].
+struct GraspWrench {
+  Wrenchd F_WC = Wrenchd::zero();
+  std::vector<bool> determined;             // per component: the same whatever self-stress the loops carry
+  Wrenchd beyond_solver = Wrenchd::zero();  // F_WC less what the solver of the loops has it be
+};
+
+/// Per entry of system.grips, at a sample of a phase (`kinematics` of its state). All grips of a target together give
+/// it the motion it has; where loops are redundant or joints held, self-stresses leave single grips open, and of all
+/// wrenches those with the least sum of F^T (J_t M_t^-1 J_t^T) F are returned, as in the impact (7.8).
+/// `with_determined`: fill that too.
+std::vector<GraspWrench> wrenches_of_grasps(const CaptureSystem& system, const Kinematics& kinematics,
+                                            const PhaseSample& sample, bool with_determined = false);
+
+/// Efforts of held joints beside these wrenches: where joints are prescribed in a loop, its self-stress is in their
+/// efforts too, and those in the sample belong to the solver's wrenches. Adds to `motor`, per Model::joints().
+void add_self_stress(const CaptureSystem& system, const Kinematics& kinematics, std::span<const GraspWrench> wrenches,
+                     std::span<double> motor);
+
+}  // namespace grapnel

@@ -1,0 +1,85 @@
+#include "grapnel/problem/capture_problem.hpp"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace grapnel {
+
+// --- Names ---
+
+namespace {
+
+template <class Items>
+std::size_t index_of(const Items& items, const std::string& name) {
+  const auto at = std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
+  return static_cast<std::size_t>(at - items.begin());
+}
+
+}  // namespace
+
+std::size_t target_index(const CaptureProblem& problem, const std::string& target) {
+  return index_of(problem.targets, target);
+}
+
+const TargetSetup& target_of(const CaptureProblem& problem, const GraspSetup& grasp) {
+  return problem.targets.at(target_index(problem, grasp.target));
+}
+
+const GraspPoint& grasp_point_of(const CaptureProblem& problem, const GraspSetup& grasp) {
+  const std::vector<GraspPoint>& points = target_of(problem, grasp).grasp_points;
+  return points.at(index_of(points, grasp.grasp_point));
+}
+
+const EndEffectorSetup& end_effector_of(const CaptureProblem& problem, const GraspSetup& grasp) {
+  const std::vector<EndEffectorSetup>& all = problem.robot.end_effectors;
+  return all.at(index_of(all, grasp.end_effector));
+}
+
+// --- Motion stated piece by piece ---
+
+namespace {
+
+constexpr int kPolynomialDegree = 5;
+// A sine over one period has Bessel functions J_k(pi) as coefficients; the next one is 1e-18, and higher degrees only
+// let rounding grow in the derivatives.
+constexpr int kCycloidalDegree = 21;
+
+std::vector<double> series_of(const JointPiece& piece) {
+  if (const auto* series = std::get_if<ChebyshevPiece>(&piece.shape)) return series->coefficients;
+  const JointPath& path = std::get<JointPath>(piece.shape);
+  const int degree = path.profile == JointProfile::cycloidal ? kCycloidalDegree : kPolynomialDegree;
+  std::vector<double> values;
+  for (int k = 0; k <= degree; ++k)
+    values.push_back(evaluate(path, chebyshev_point(0, path.duration, k, degree)).position);
+  return chebyshev_interpolant(values).coefficients;
+}
+
+}  // namespace
+
+JointTrajectory trajectory_of(std::span<const MotionPiece> pieces, std::size_t joint) {
+  JointTrajectory trajectory;
+  double begin = 0;
+  for (const MotionPiece& piece : pieces) {
+    trajectory.pieces.push_back({begin, piece.until, ChebyshevPiece{piece.series[joint]}});
+    begin = piece.until;
+  }
+  return trajectory;
+}
+
+std::vector<MotionPiece> motion_pieces(std::span<const JointTrajectory> joints) {
+  std::vector<MotionPiece> pieces(joints.empty() ? 0 : joints[0].pieces.size());
+  for (const JointTrajectory& joint : joints) {
+    double begin = 0;
+    if (joint.pieces.size() != pieces.size()) throw std::invalid_argument("motion pieces: joints differ in number");
+    for (std::size_t i = 0; i < pieces.size(); ++i) {
+      const JointPiece& piece = joint.pieces[i];
+      if (piece.begin != begin || piece.end != joints[0].pieces[i].end)
+        throw std::invalid_argument("motion pieces: joints differ in when pieces begin and end");
+      begin = pieces[i].until = piece.end;
+      pieces[i].series.push_back(series_of(piece));
+    }
+  }
+  return pieces;
+}
+
+}  // namespace grapnel

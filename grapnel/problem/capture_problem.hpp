@@ -1,0 +1,364 @@
+#pragma once
+
+/// @file
+/// A capture to be simulated, as plain data: what a scenario file says after units and names are resolved, or what a
+/// program sets up itself; how much of it is to be worked out, and who waits for it.
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "grapnel/constraint/grasp_model.hpp"
+#include "grapnel/impact/compliant_impact.hpp"
+#include "grapnel/impact/contact_impact.hpp"
+#include "grapnel/model/geometry.hpp"
+#include "grapnel/model/model.hpp"
+#include "grapnel/result/source_texts.hpp"
+#include "grapnel/simulate/attitude_control.hpp"
+#include "grapnel/simulate/external_load.hpp"
+#include "grapnel/simulate/integration_setup.hpp"
+#include "grapnel/simulate/joint_path.hpp"
+#include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/simulate/tracking_noise.hpp"
+
+namespace grapnel {
+
+/// What an end-effector can close on: how far it may be from its grasp point, and how fast, relative to it.
+struct CaptureEnvelope {
+  static constexpr double kAny = std::numeric_limits<double>::infinity();
+  double position = kAny;          // distance [m]
+  double angle = kAny;             // [rad]; of what the grasp's orientation asks for, nothing if it is free
+  double velocity = kAny;          // relative speed of the end-effector's origin [m/s]
+  double angular_velocity = kAny;  // relative [rad/s]
+};
+
+/// What a joint or a gripper may be loaded with in an impact. Forces are peaks, or means over ImpactSetup::duration
+/// where the impact takes no time. Infinite where nothing is given.
+struct LoadRating {
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double force = kNone;            // [N]
+  double moment = kNone;           // [N m]
+  double impulse = kNone;          // [N s]
+  double angular_impulse = kNone;  // [N m s]
+  // Joints only, along or about the joint's axis: what a brake or drive has to hold [N m or N; N m s or N s].
+  double driving = kNone;
+  double driving_impulse = kNone;
+};
+
+/// A frame on a link that can grip.
+struct EndEffectorSetup : FrameDescription {
+  std::optional<Vector3d> approach_axis =
+      {};  // unit, in the end-effector's frame: the direction in which it reaches out
+  std::optional<CaptureEnvelope> envelope = {};  // absent: whatever it meets it holds
+  LoadRating rating = {};                        // of the gripper; at the contact point
+};
+
+/// A servicer: its bodies (the base first in meaning: the one root), end-effector frames, and shapes for drawing.
+struct RobotSetup {
+  std::string name;
+  std::string base;  // name of the root body
+  enum class Base { free, held, fixed };
+  /// free: floats. held: kept at its initial pose by an ideal wrench during the approach, free from the impact on.
+  /// fixed: bolted to the ground in all phases.
+  Base base_mode = Base::free;
+  std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
+  std::vector<EndEffectorSetup> end_effectors;
+  std::vector<std::pair<std::string, Geometry>> geometry;   // by body name
+  std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
+};
+
+struct GraspPoint {
+  std::string name;
+  Posed X_TG = Posed::identity();                   // in the target's frame
+  std::optional<Vector3d> approach_direction = {};  // unit, in the target's frame: in which the end-effector comes in
+  std::optional<Vector3d> normal = {};              // unit, in the target's frame: the surface's, outward
+};
+
+/// A free rigid body to be caught.
+struct TargetSetup {
+  std::string name;
+  double mass = 0;                            // [kg]
+  Vector3d com = Vector3d::zero();            // in the target's frame [m]
+  Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, target's axes [kg m^2]
+  Geometry geometry;
+  enum class Instant { start, capture };
+  Instant given_at = Instant::capture;  // when pose and twist below hold; propagated from there free of torque
+  Posed X_WT = Posed::identity();
+  Twistd V_WT = Twistd::zero();  // at the target frame's origin, in W
+  std::vector<GraspPoint> grasp_points;
+};
+
+/// An end-effector meets a grasp point and holds it.
+struct GraspSetup {
+  std::string end_effector;
+  std::string target;
+  std::string grasp_point;
+  GraspModel model = GraspModel::rigid;
+  Vector3d hinge_axis{0, 0, 1};  // unit, in the end-effector's frame; for model hinge
+  /// No grip: the end-effector only touches the target there, and is thrown back by ImpactSetup's contact law; `model`
+  /// is not read. What surface it meets: contact_normal().
+  bool contact = false;
+  /// What the end-effector's orientation at the grasp is to be. axis: its approach axis along the grasp point's
+  /// approach direction; pose: its frame that of the grasp point.
+  enum class Orientation { free, axis, pose };
+  Orientation orientation = Orientation::free;
+  /// When it closes. together: with all others, at the end of the approach (ApproachSetup::capture_at). at_time: at
+  /// `closes_at`. on_arrival: as soon as the end-effector is within its envelope, in the approach or after it.
+  enum class Closes { together, at_time, on_arrival };
+  Closes closes = Closes::together;
+  double closes_at = 0;  // [s], from the start of the run
+  /// With which velocity it is to arrive, relative to the grasp point, in W: added to what ApproachSetup::match asks
+  /// for [m/s], [rad/s].
+  Vector3d relative_velocity = Vector3d::zero();
+  Vector3d relative_angular_velocity = Vector3d::zero();
+};
+
+/// How final joint rates are found from the grasp points' motion through the generalized Jacobian.
+enum class RateMatch { velocity, twist, velocity_least_rates };
+
+struct TrackingSetup {
+  enum class Mode { ideal, pd, computed_torque };
+  Mode mode = Mode::ideal;
+  std::vector<double> kp;  // per joint, in the order of Model::joints() [N m/rad or N/m]; computed torque: [1/s^2]
+  std::vector<double> kd;  // [N m s/rad or N s/m]; computed torque: [1/s]
+  std::optional<TrackingNoise> noise;
+};
+
+/// A torque that controls the base's attitude (AttitudeControl).
+struct BaseControlSetup {
+  Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
+  Vector3d kd = Vector3d::zero();  // [N m s/rad]
+  Vector3d limit{AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone};  // [N m]
+  std::optional<Rotationd> R_WD;  // desired attitude; absent: the one at the phase's start
+};
+
+/// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
+/// grasp point.
+struct PlanSetup {
+  /// What is least among the solutions. excursion: the joints' motion on the way (Measure). nearest: squares of the
+  /// distances from `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to the
+  /// ranges. manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian). as_found: nothing; Newton's
+  /// method with steps of least norm from the guess, or from the first other beginning that leads to a solution.
+  enum class Measure { excursion, nearest, limits, manipulability, as_found };
+  Measure measure = Measure::excursion;
+  std::vector<double> guess;  // per joint: where the search begins; empty: the initial values
+  int starts = 16;            // at most so many beginnings, the guess first
+  std::uint64_t seed = 0;     // of the others
+  /// Where planning gives up: evaluations of the servicer's kinematics and momentum, over the whole approach.
+  long max_evaluations = 30'000'000;
+};
+
+/// A place to pass on the way. Either joint values, or places of some end-effectors, found by planning.
+struct Waypoint {
+  double time = 0;                           // [s]
+  std::vector<double> joints;                // per joint; empty: by `places`
+  std::optional<std::vector<double>> rates;  // per joint, at `joints`; absent: zero
+  struct Place {
+    std::string end_effector;
+    std::string target;                    // frame of position and velocity; empty: the world
+    Vector3d position;                     // of the end-effector's origin [m]
+    Vector3d velocity = Vector3d::zero();  // relative to that frame [m/s]
+  };
+  std::vector<Place> places;
+};
+
+/// The last piece of way is straight in the target's frame, along the approach direction of each grasp.
+struct StraightIn {
+  double stand_off = 0;    // distance from the grasp point at which it begins, at rest relative to the target [m]
+  double duration = 0;     // of this piece, within the approach's [s]
+  double final_speed = 0;  // towards the grasp point, relative to it, at the end [m/s]
+};
+
+/// Joint positions over time from outside.
+struct SampledMotion {
+  std::vector<double> times;                   // [s], from the start of the approach
+  std::vector<std::vector<double>> positions;  // per joint, per time
+  std::vector<std::vector<double>> rates;      // likewise; empty: a spline chooses them
+};
+
+/// A piece of joint motion as polynomials. It begins where and when the one before ends, the first at t = 0.
+struct MotionPiece {
+  double until = 0;  // [s], from the start of the approach
+  /// Per joint: coefficients in Chebyshev polynomials of the first kind over the piece's time, as in ChebyshevPiece.
+  std::vector<std::vector<double>> series;
+};
+
+struct ApproachSetup {
+  double duration = 0;  // T [s]
+  JointProfile profile = JointProfile::quartic;
+  /// Where the joints go: exactly one of these four.
+  std::vector<double> final_position;  // per joint
+  std::optional<PlanSetup> plan;
+  std::optional<SampledMotion> sampled;
+  std::vector<MotionPiece> pieces;  // the last until T
+
+  std::optional<std::vector<double>> final_rates;  // given; else by `match`; else zero
+  std::optional<RateMatch> match;
+  std::vector<Waypoint> waypoints;        // in the order of time
+  std::optional<StraightIn> straight_in;  // with plan only; then rates follow from it
+  TrackingSetup tracking;
+  std::optional<BaseControlSetup> base_control;
+  /// When the grips close. end: at T. envelope: as soon as every end-effector is within its envelope, at T at the
+  /// latest.
+  enum class CaptureAt { end, envelope };
+  CaptureAt capture_at = CaptureAt::end;
+};
+
+/// What to do about the distance between an end-effector and its grasp point at the instant of capture.
+struct ContactSetup {
+  enum class Gap { weld_as_found, translate_target, refuse };
+  Gap gap = Gap::weld_as_found;
+  double refuse_beyond = 0;  // [m], for refuse
+  /// Beyond this gap a grasp without an envelope is an error, not a capture [m]; absent: a fraction of the arm's reach,
+  /// stated in docs/formats/scenario.md; infinite: whatever it is.
+  std::optional<double> largest_gap = {};
+};
+
+/// How contacts (GraspSetup::contact) yield where an impact is resolved in time; see CompliantContact.
+struct ContactComplianceSetup {
+  ContactForceModel model = ContactForceModel::kelvin_voigt;
+  double stiffness = 0;
+  double damping = 0;
+  double exponent = 1.5;
+  double slip_speed = 1e-4;  // [m/s]
+};
+
+/// How grips yield; see CompliantGrip.
+struct GripComplianceSetup {
+  double linear_stiffness = 0;   // [N/m]
+  double linear_damping = 0;     // [N s/m]
+  double angular_stiffness = 0;  // [N m/rad]
+  double angular_damping = 0;    // [N m s/rad]
+};
+
+struct ImpactSetup {
+  /// plastic: grips, exact, all at once. bilateral_restitution: grips whose relative velocity is thrown back, u+ = -E
+  /// u-, and that do not hold. restitution: contacts, without friction. friction: contacts, with Coulomb's. compliant:
+  /// grips and contacts, resolved in time. as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not
+  /// conserved, and velocities of a closed loop do not fit it. With restitution and friction, grips that close at the
+  /// same time close first, plastically.
+  enum class Law { plastic, bilateral_restitution, restitution, friction, compliant, as_published };
+  Law law = Law::plastic;
+  double duration = 1e-3;  // over which mean forces are taken [s]
+  /// Joints during the impact. free: driven by nothing. braked: at rest from its first instant on. driven: they keep
+  /// their rates, as with infinitely heavy rotors.
+  enum class Joints { free, braked, driven };
+  Joints joints = Joints::free;
+  double restitution = 0;          // e of contacts; of grips, of the linear rows
+  double angular_restitution = 0;  // of grips
+  double friction = 0;             // Coulomb's coefficient; laws friction and compliant
+  RestitutionHypothesis hypothesis = RestitutionHypothesis::stronge;
+  ContactComplianceSetup contact;  // law compliant
+  GripComplianceSetup grip;
+  CompliantSetup compliant;
+};
+
+struct PostImpactSetup {
+  double duration = 0;  // [s]
+  enum class Joints { free, pd, braked };
+  Joints joints = Joints::free;
+  std::vector<double> kp, kd;  // for pd: per joint; holds the angles found at the impact, rates zero
+  std::optional<BaseControlSetup> base_control;
+  /// Grips that let go.
+  struct Release {
+    double after = 0;                        // since this phase began [s]
+    std::vector<std::string> end_effectors;  // empty: all that hold something
+  };
+  std::vector<Release> releases;
+};
+
+/// A wrench on a body as a function of time, in all phases (ExternalLoad).
+struct LoadSetup {
+  std::string body;                  // of the robot, or target_body_name()
+  Vector3d p_BP = Vector3d::zero();  // point of attack, in the body's frame [m]
+  bool in_body = false;              // components turn with the body; else they are in W
+  Wrenchd amplitude = Wrenchd::zero();
+  LoadProfile profile;
+};
+
+/// What is watched besides the physics.
+struct ClearanceSetup {
+  bool enabled = true;
+  double required = 0;                                      // [m]; less is a violation
+  std::vector<std::pair<std::string, std::string>> ignore;  // pairs of bodies by their names in the model
+};
+
+/// Everything `simulate_capture()` needs. Phases that are absent are not simulated; with no approach the initial state
+/// is the state at capture (t = 0).
+struct CaptureProblem {
+  std::string name;
+  std::string sha256;                         // of the input it came from; empty for a program's own
+  std::shared_ptr<const SourceTexts> source;  // that input; null for a program's own
+  RobotSetup robot;
+  Vector3d gravity = Vector3d::zero();  // uniform, in W [m/s^2]
+  std::vector<TargetSetup> targets;
+  std::vector<GraspSetup> grasps;
+
+  Posed X_WB = Posed::identity();  // initial base pose
+  /// The base's initial motion: its twist at B's origin in W, or the robot's total momentum [angular about its centre
+  /// of mass; linear] in W, from which the twist follows by (2.3).
+  std::optional<Twistd> V_WB;
+  std::optional<Momentumd> momentum;
+  std::vector<double> joint_position;  // per joint
+  std::vector<double> joint_rate;      // per joint; empty: zero
+
+  std::optional<ApproachSetup> approach;
+  ContactSetup contact;
+  std::optional<ImpactSetup> impact;
+  std::optional<PostImpactSetup> post_impact;
+  std::vector<LoadSetup> loads;
+  ClearanceSetup clearance;
+  IntegrationSetup integration;
+  double output_interval = 0.05;     // [s]
+  bool output_as_published = false;  // what the thesis's formulas give is shown beside, as with its own law
+};
+
+// --- Settings of a run that no scenario states ---
+
+/// How much of a capture is worked out.
+enum class CaptureDetail {
+  /// Everything that CaptureResult can hold.
+  full,
+  /// What studies and campaigns keep of a case (study/column.hpp): warnings, plan, grips, impacts with impulses,
+  /// joints, energies and margins, states between phases, clearance, limits, ledger and cost. What is there is the
+  /// same, bit for bit, but for the ledger: where neither clearance nor joint limits nor closed loops are watched its
+  /// checks look at the ends of steps, some 32 in a phase, instead of output instants; and for efforts against their
+  /// limits, which are looked at where clearance is. Absent: scene, time series, loads of phases in motion (those of
+  /// impacts are there), and of an impact its measures, sensitivities, null space and the published estimate.
+  columns,
+  /// The same with the loads of all phases: some two thirds slower, and nothing of it may be integrated in lanes.
+  columns_and_loads
+};
+
+/// Told after every step where a run is: the phase, the simulated time reached and the phase's end. While the approach
+/// is planned the phase is kPlanning, and the two numbers are the evaluations so far and the most there may be
+/// (PlanSetup::max_evaluations). What it throws ends the run, unless it is a std::runtime_error, which becomes the
+/// result's failure.
+using CaptureProgress = std::function<void(const std::string& phase, double time, double end)>;
+
+inline constexpr const char* kPlanning = "planning";
+
+// --- What the names in a grasp mean, in problems whose names have been checked (make_capture_system) ---
+
+/// Position of a target in CaptureProblem::targets.
+std::size_t target_index(const CaptureProblem& problem, const std::string& target);
+const TargetSetup& target_of(const CaptureProblem& problem, const GraspSetup& grasp);
+const GraspPoint& grasp_point_of(const CaptureProblem& problem, const GraspSetup& grasp);
+const EndEffectorSetup& end_effector_of(const CaptureProblem& problem, const GraspSetup& grasp);
+
+// --- Joint motion stated piece by piece, to and from trajectories ---
+
+/// The motion of one joint.
+JointTrajectory trajectory_of(std::span<const MotionPiece> pieces, std::size_t joint);
+
+/// What states these trajectories, which begin at 0 and whose pieces end at the same times. Series stay what they are,
+/// polynomial profiles become series of degree 5, cycloidal ones their interpolants, which differ by rounding alone.
+/// @throws std::invalid_argument if the pieces' ends differ.
+std::vector<MotionPiece> motion_pieces(std::span<const JointTrajectory> joints);
+
+}  // namespace grapnel

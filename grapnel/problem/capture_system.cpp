@@ -1,0 +1,386 @@
+#include "grapnel/problem/capture_system.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/simulate/joint_trajectory.hpp"
+
+namespace grapnel {
+namespace {
+
+template <class Items>
+auto find_named(const Items& items, const std::string& name) {
+  return std::find_if(items.begin(), items.end(), [&](const auto& item) { return item.name == name; });
+}
+
+void check_grasps(const CaptureProblem& problem, std::vector<std::string>& faults) {
+  std::vector<std::string> used;
+  for (const GraspSetup& g : problem.grasps) {
+    if (find_named(problem.robot.end_effectors, g.end_effector) == problem.robot.end_effectors.end()) {
+      faults.push_back(fmt::format("grasp: unknown end-effector '{}'", g.end_effector));
+    }
+    if (std::find(used.begin(), used.end(), g.end_effector) != used.end()) {
+      faults.push_back(fmt::format("grasp: end-effector '{}' is used twice", g.end_effector));
+    }
+    used.push_back(g.end_effector);
+    const auto target = find_named(problem.targets, g.target);
+    if (target == problem.targets.end()) {
+      faults.push_back(fmt::format("grasp: unknown target '{}'", g.target));
+    } else if (find_named(target->grasp_points, g.grasp_point) == target->grasp_points.end()) {
+      faults.push_back(fmt::format("grasp: target '{}' has no grasp point '{}'", g.target, g.grasp_point));
+    }
+    if (g.orientation == GraspSetup::Orientation::axis && target != problem.targets.end()) {
+      const auto point = find_named(target->grasp_points, g.grasp_point);
+      const auto e = find_named(problem.robot.end_effectors, g.end_effector);
+      if (point != target->grasp_points.end() && e != problem.robot.end_effectors.end() &&
+          !(point->approach_direction && e->approach_axis))
+        faults.push_back(fmt::format(
+            "grasp of '{}': orientation by axis needs an approach axis and an approach direction", g.end_effector));
+    }
+    if (g.model == GraspModel::hinge && !(std::abs(norm(g.hinge_axis) - 1) < 1e-9)) {
+      faults.push_back(fmt::format("grasp of '{}': hinge axis must be a unit vector", g.end_effector));
+    }
+  }
+}
+
+bool finite(const std::vector<double>& values) {
+  return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+}
+
+void check_waypoints(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
+  const ApproachSetup& approach = *problem.approach;
+  const double last = approach.duration - (approach.straight_in ? approach.straight_in->duration : 0.0);
+  double before = 0;
+  bool moving = false;
+  for (const Waypoint& w : approach.waypoints) {
+    if (!(w.time > before && w.time < last))
+      faults.push_back(fmt::format("waypoint at t = {}: times must increase within the approach", w.time));
+    before = w.time;
+    if (w.joints.empty() == w.places.empty() && joints > 0) faults.push_back("waypoint: give joints or places");
+    if (!w.joints.empty() && (w.joints.size() != joints || !finite(w.joints)))
+      faults.push_back(fmt::format("waypoint: {} joint values for {} joints", w.joints.size(), joints));
+    if (w.rates && (w.rates->size() != joints || !finite(*w.rates)))
+      faults.push_back(fmt::format("waypoint: {} joint rates for {} joints", w.rates->size(), joints));
+    moving = moving || !w.places.empty() ||
+             (w.rates && std::any_of(w.rates->begin(), w.rates->end(), [](double r) { return r != 0; }));
+    for (const Waypoint::Place& place : w.places) {
+      if (find_named(problem.robot.end_effectors, place.end_effector) == problem.robot.end_effectors.end())
+        faults.push_back(fmt::format("waypoint: unknown end-effector '{}'", place.end_effector));
+      if (!place.target.empty() && find_named(problem.targets, place.target) == problem.targets.end())
+        faults.push_back(fmt::format("waypoint: unknown target '{}'", place.target));
+    }
+  }
+  if (moving && approach.profile == JointProfile::quartic)
+    faults.push_back("waypoint: the quartic profile starts from rest; choose quintic or cycloidal");
+}
+
+void check_straight_in(const CaptureProblem& problem, std::vector<std::string>& faults) {
+  const ApproachSetup& approach = *problem.approach;
+  const StraightIn& in = *approach.straight_in;
+  if (!approach.plan) faults.push_back("approach: straight_in needs plan");
+  if (approach.final_rates || approach.match) faults.push_back("approach: with straight_in the final rates follow");
+  if (!(in.stand_off > 0) || !(in.final_speed >= 0) || !std::isfinite(in.stand_off + in.final_speed))
+    faults.push_back("approach: straight_in needs a positive stand-off and a final speed that is not negative");
+  if (!(in.duration > 0 && in.duration < approach.duration))
+    faults.push_back("approach: straight_in must be shorter than the approach");
+  for (const GraspSetup& g : problem.grasps) {
+    const auto target = find_named(problem.targets, g.target);
+    if (target == problem.targets.end()) continue;
+    const auto point = find_named(target->grasp_points, g.grasp_point);
+    if (point != target->grasp_points.end() && !point->approach_direction)
+      faults.push_back(fmt::format("approach: straight_in needs an approach direction of grasp point '{}' of '{}'",
+                                   g.grasp_point, g.target));
+  }
+}
+
+void check_samples(const SampledMotion& s, std::size_t joints, std::vector<std::string>& faults) {
+  bool good = s.positions.size() == joints && (s.rates.empty() || s.rates.size() == joints) && s.times.size() >= 2;
+  for (const auto& column : s.positions) good = good && column.size() == s.times.size() && finite(column);
+  for (const auto& column : s.rates) good = good && column.size() == s.times.size() && finite(column);
+  for (std::size_t k = 1; k < s.times.size(); ++k) good = good && s.times[k] > s.times[k - 1];
+  if (!good)
+    faults.push_back(
+        "approach: a sampled motion needs increasing times, at least two, and for every joint a finite value at each");
+}
+
+void check_pieces(const ApproachSetup& approach, std::size_t joints, std::vector<std::string>& faults) {
+  bool good = approach.pieces.back().until == approach.duration;
+  double begin = 0;
+  for (const MotionPiece& piece : approach.pieces) {
+    good = good && piece.until > begin && piece.series.size() == joints;
+    begin = piece.until;
+    for (const std::vector<double>& series : piece.series) good = good && !series.empty() && finite(series);
+  }
+  if (!good)
+    faults.push_back(
+        "approach: pieces need increasing ends, the last the approach's, and for every joint finite coefficients");
+}
+
+// Where the joints go: exactly one way of saying it.
+void check_way(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
+  const ApproachSetup& approach = *problem.approach;
+  const int ways = (approach.plan ? 1 : 0) + (approach.sampled ? 1 : 0) + (approach.pieces.empty() ? 0 : 1);
+  if (ways > 1 || (ways == 1 && !approach.final_position.empty()))
+    faults.push_back("approach: give one of final positions, plan, samples and pieces");
+  if (ways == 0 && approach.final_position.size() != joints) {
+    faults.push_back(fmt::format("approach: final joint positions: {} values for {} joints",
+                                 approach.final_position.size(), joints));
+  } else if (!finite(approach.final_position)) {
+    faults.push_back("approach: final joint positions: a value is not finite");
+  }
+  if (approach.plan) {
+    if (problem.grasps.empty()) faults.push_back("approach: planning needs grasps");
+    if (approach.plan->starts < 1) faults.push_back("approach: plan: starts must be at least 1");
+    const std::vector<double>& guess = approach.plan->guess;
+    if (!guess.empty() && (guess.size() != joints || !finite(guess)))
+      faults.push_back(fmt::format("approach: plan: guess: {} values for {} joints", guess.size(), joints));
+  }
+  if (approach.sampled) check_samples(*approach.sampled, joints, faults);
+  if (!approach.pieces.empty()) check_pieces(approach, joints, faults);
+  if ((approach.sampled || !approach.pieces.empty()) &&
+      (approach.match || approach.final_rates || !approach.waypoints.empty()))
+    faults.push_back("approach: samples and pieces say it all: no final rates and no waypoints beside them");
+  check_waypoints(problem, joints, faults);
+  if (approach.straight_in) check_straight_in(problem, faults);
+}
+
+// What acts from outside, and what is watched.
+void check_surroundings(const CaptureProblem& problem, const Model& model, std::vector<std::string>& faults) {
+  const auto known = [&](const std::string& name) {
+    return std::any_of(model.bodies().begin(), model.bodies().end(),
+                       [&](const Body& b) { return b.description.name == name; });
+  };
+  for (const LoadSetup& load : problem.loads) {
+    if (!known(load.body)) faults.push_back(fmt::format("load: unknown body '{}'", load.body));
+  }
+  for (const auto& [a, b] : problem.clearance.ignore) {
+    for (const std::string& name : {a, b}) {
+      if (!known(name)) faults.push_back(fmt::format("clearance: unknown body '{}'", name));
+    }
+  }
+  if (problem.robot.base_mode == RobotSetup::Base::fixed &&
+      ((problem.approach && problem.approach->base_control) ||
+       (problem.post_impact && problem.post_impact->base_control)))
+    faults.push_back("base control: the base is fixed");
+  if (problem.robot.base_mode == RobotSetup::Base::held && problem.approach && problem.approach->base_control)
+    faults.push_back("approach: base control: the base is held");
+  if (problem.approach && problem.approach->capture_at == ApproachSetup::CaptureAt::envelope) {
+    for (const GraspSetup& g : problem.grasps) {
+      const auto e = find_named(problem.robot.end_effectors, g.end_effector);
+      if (g.closes == GraspSetup::Closes::together && e != problem.robot.end_effectors.end() && !e->envelope)
+        faults.push_back(fmt::format("approach: capture at the envelope: end-effector '{}' has none", e->name));
+    }
+  }
+}
+
+void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector<std::string>& faults) {
+  const auto check_size = [&](const std::vector<double>& values, const char* what) {
+    if (values.size() != joints)
+      faults.push_back(fmt::format("{}: {} values for {} joints", what, values.size(), joints));
+    for (double x : values) {
+      if (!std::isfinite(x)) faults.push_back(fmt::format("{}: a value is not finite", what));
+    }
+  };
+  if (!problem.approach && !problem.impact)
+    faults.push_back("neither approach nor impact: there is nothing to simulate");
+  check_size(problem.joint_position, "initial joint positions");
+  if (!problem.joint_rate.empty()) check_size(problem.joint_rate, "initial joint rates");
+  if (const auto& approach = problem.approach) {
+    if (!(approach->duration > 0) || !std::isfinite(approach->duration))
+      faults.push_back("approach: duration must be positive");
+    check_way(problem, joints, faults);
+    if (approach->final_rates) check_size(*approach->final_rates, "approach: final joint rates");
+    if (approach->match && problem.grasps.empty()) faults.push_back("approach: matching rates needs grasps");
+    if (approach->tracking.mode != TrackingSetup::Mode::ideal) {
+      check_size(approach->tracking.kp, "approach: kp");
+      check_size(approach->tracking.kd, "approach: kd");
+    } else if (approach->profile == JointProfile::quartic && !approach->sampled && approach->pieces.empty() &&
+               std::any_of(problem.joint_rate.begin(), problem.joint_rate.end(), [](double r) { return r != 0; })) {
+      faults.push_back(
+          "approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");
+    }
+  }
+  if (problem.impact && problem.grasps.empty()) faults.push_back("impact: there are no grasps");
+  if (problem.impact && !(problem.impact->duration > 0)) faults.push_back("impact: duration must be positive");
+  if (const auto& post = problem.post_impact) {
+    if (!problem.impact) faults.push_back("post_impact needs an impact");
+    if (!(post->duration > 0) || !std::isfinite(post->duration))
+      faults.push_back("post_impact: duration must be positive");
+    if (post->joints == PostImpactSetup::Joints::pd) {
+      check_size(post->kp, "post_impact: kp");
+      check_size(post->kd, "post_impact: kd");
+    }
+    double before = 0;
+    for (const PostImpactSetup::Release& release : post->releases) {
+      if (!(release.after > before && release.after < post->duration))
+        faults.push_back(
+            fmt::format("post_impact: release after {} s: times must increase within its duration", release.after));
+      before = release.after;
+      for (const std::string& name : release.end_effectors) {
+        if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
+                         [&](const GraspSetup& g) { return g.end_effector == name; }))
+          faults.push_back(fmt::format("post_impact: release of '{}', which grips nothing", name));
+      }
+    }
+  }
+}
+
+// When grips close, and by what law.
+void check_closing(const CaptureProblem& problem, std::vector<std::string>& faults) {
+  const double approach = problem.approach ? problem.approach->duration : 0;
+  const double end = approach + (problem.post_impact ? problem.post_impact->duration : 0);
+  const bool published = problem.impact && problem.impact->law == ImpactSetup::Law::as_published;
+  if (published && problem.robot.base_mode == RobotSetup::Base::fixed)
+    faults.push_back("impact: the published law is for a floating base");
+  for (const GraspSetup& g : problem.grasps) {
+    if (published && (g.model != GraspModel::rigid || g.closes != GraspSetup::Closes::together))
+      faults.push_back(
+          fmt::format("grasp of '{}': the published law is for rigid grips that close together", g.end_effector));
+    if (g.closes == GraspSetup::Closes::together) continue;
+    if (!problem.impact) faults.push_back(fmt::format("grasp of '{}': closing needs an impact", g.end_effector));
+    if (g.closes == GraspSetup::Closes::at_time && !(g.closes_at > 0 && g.closes_at <= end))
+      faults.push_back(fmt::format("grasp of '{}': closes at {} s, must be within the run of {} s", g.end_effector,
+                                   g.closes_at, end));
+    const auto e = find_named(problem.robot.end_effectors, g.end_effector);
+    if (g.closes == GraspSetup::Closes::on_arrival && e != problem.robot.end_effectors.end() && !e->envelope)
+      faults.push_back(fmt::format("grasp of '{}': closing on arrival needs an envelope", g.end_effector));
+  }
+  const IntegrationSetup& integration = problem.integration;
+  if (integration.loops == IntegrationSetup::Loops::baumgarte && !(integration.baumgarte_time > 0))
+    faults.push_back("integration: baumgarte_time must be positive");
+}
+
+void check_initial(const CaptureProblem& problem, std::vector<std::string>& faults) {
+  const bool moving = problem.V_WB.has_value() || problem.momentum.has_value();
+  if (problem.V_WB && problem.momentum) faults.push_back("initial: give the base's twist or the momentum, not both");
+  if (problem.robot.base_mode != RobotSetup::Base::free && moving) {
+    const Twistd V = problem.V_WB.value_or(Twistd::zero());
+    if (problem.momentum || dot(V.angular, V.angular) + dot(V.linear, V.linear) > 0) {
+      faults.push_back("initial: a held or fixed base cannot move");
+    }
+  }
+  for (const TargetSetup& t : problem.targets) {
+    if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
+                     [&](const GraspSetup& g) { return g.target == t.name; }) &&
+        problem.impact) {
+      faults.push_back(fmt::format("target '{}' is gripped by nobody", t.name));
+    }
+  }
+}
+
+ModelBuilder servicer_builder(const CaptureProblem& problem) {
+  ModelBuilder builder;
+  for (BodyDescription body : problem.robot.bodies) {
+    if (body.name == problem.robot.base) {
+      const bool fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
+      body.parent.clear();
+      body.joint = {};
+      body.joint.name = body.name;
+      body.joint.type = fixed ? JointType::fixed : JointType::free;
+      body.X_PF = fixed ? problem.X_WB : Posed::identity();
+    }
+    builder.add(std::move(body));
+  }
+  for (const FrameDescription& frame : problem.robot.end_effectors) builder.add(frame);
+  return builder;
+}
+
+CaptureSystem index(const CaptureProblem& problem, Model model, bool with_targets) {
+  CaptureSystem system{std::move(model), 0, {}, {}, {}, {}, {}};
+  system.base = system.model.body_index(problem.robot.base);
+  for (const FrameDescription& f : problem.robot.end_effectors)
+    system.end_effectors.push_back(system.model.frame_index(f.name));
+  if (with_targets) {
+    for (const TargetSetup& t : problem.targets) {
+      system.target_frames.push_back(system.model.frame_index(target_body_name(t.name)));
+    }
+  }
+  for (std::size_t j = 0; j < system.model.joints().size(); ++j) {
+    const std::string& name = system.model.bodies()[system.model.joints()[j]].description.name;
+    if (find_named(problem.robot.bodies, name) != problem.robot.bodies.end()) {
+      system.robot_joints.push_back(static_cast<int>(j));
+    }
+  }
+  return system;
+}
+
+}  // namespace
+
+std::string target_body_name(const std::string& target) { return "target:" + target; }
+
+BodyDescription target_body(const TargetSetup& target) {
+  BodyDescription body;
+  body.name = target_body_name(target.name);
+  body.joint.name = body.name;
+  body.joint.type = JointType::free;
+  body.mass = target.mass;
+  body.com = target.com;
+  body.inertia = target.inertia;
+  return body;
+}
+
+Posed own_frame(const Model& model, int body) {
+  const std::string& name = model.bodies()[body].description.name;
+  if (!name.starts_with(target_body_name(""))) return Posed::identity();
+  for (const Frame& f : model.frames()) {
+    if (f.name == name && f.body == body) return f.X_BE;
+  }
+  return Posed::identity();
+}
+
+CaptureSystem make_servicer(const CaptureProblem& problem) {
+  return index(problem, servicer_builder(problem).build(), false);
+}
+
+CaptureSystem make_capture_system(const CaptureProblem& problem) {
+  ModelBuilder builder = servicer_builder(problem);
+  for (const TargetSetup& t : problem.targets) {
+    builder.add(target_body(t));
+    builder.add(FrameDescription{target_body_name(t.name), target_body_name(t.name), Posed::identity()});
+  }
+  CaptureSystem system = index(problem, builder.build(), true);
+  std::vector<std::string> faults;
+  check_grasps(problem, faults);
+  check_phases(problem, system.robot_joints.size(), faults);
+  check_closing(problem, faults);
+  check_initial(problem, faults);
+  check_surroundings(problem, system.model, faults);
+  if (!faults.empty()) throw CaptureProblemError(fmt::format("{}", fmt::join(faults, "\n")));
+  return system;
+}
+
+State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem& system) {
+  State state = zero_state(system.model);
+  for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
+    const Body& body = system.model.bodies()[system.model.joints()[system.robot_joints[j]]];
+    state.q[body.q] = problem.joint_position[j];
+    if (!problem.joint_rate.empty()) state.v[body.v] = problem.joint_rate[j];
+    // Joints that follow a stated motion exactly start as it does.
+    if (!problem.approach || problem.approach->tracking.mode != TrackingSetup::Mode::ideal) continue;
+    const ApproachSetup& approach = *problem.approach;
+    if (approach.sampled) {
+      const SampledMotion& s = *approach.sampled;
+      const auto rates = s.rates.empty() ? std::span<const double>{} : std::span<const double>(s.rates[j]);
+      const JointPoint first = evaluate(interpolate_samples(s.times, s.positions[j], rates), s.times.front());
+      state.q[body.q] = first.position, state.v[body.v] = first.rate;
+    } else if (!approach.pieces.empty()) {
+      const JointPoint first = evaluate(trajectory_of({approach.pieces.data(), 1}, j), 0);
+      state.q[body.q] = first.position, state.v[body.v] = first.rate;
+    }
+  }
+  if (!system.model.has_free_root(system.base)) return state;
+  set_root_pose(system.model, system.base, problem.X_WB, state);
+  if (problem.momentum) {
+    set_root_twist(system.model, system.base,
+                   base_twist_from_momentum(system.model, state, system.base, *problem.momentum), state);
+  } else {
+    set_root_twist(system.model, system.base, problem.V_WB.value_or(Twistd::zero()), state);
+  }
+  return state;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,65 @@
+#pragma once
+
+/// @file
+/// The mechanical system of a capture problem: servicer and targets in one model, and where its parts are in it.
+
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "grapnel/constraint/loop_closure.hpp"
+#include "grapnel/dynamics/state.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+
+namespace grapnel {
+
+/// Thrown when a problem contradicts itself (names, sizes, settings); what() lists every fault, one a line. Scenario
+/// files are checked before; this is for programs.
+class CaptureProblemError : public std::invalid_argument {
+ public:
+  using std::invalid_argument::invalid_argument;
+};
+
+/// Names in the model: a robot's bodies keep theirs; a target's body and frame are called "target:NAME", so that a
+/// target may be called like a link.
+std::string target_body_name(const std::string& target);
+
+/// A grip that holds, in a model: frame C on body a, of the robot, and D on body b, the target, are kept together.
+struct HeldGrasp {
+  std::size_t grasp = 0;  // in CaptureProblem::grasps
+  LoopClosure frames;
+  static constexpr int kInTree = -1, kRedundant = -2;
+  /// In CaptureSystem::closures. kInTree: it carries the target, as a joint of the tree. kRedundant: what it holds is
+  /// one rigid body with the target already, by another grip.
+  int closure = kInTree;
+};
+
+/// Model and indices before the capture, and, rebuilt by join_targets(), after it.
+struct CaptureSystem {
+  Model model;
+  int base;                                // body
+  std::vector<int> end_effectors;          // frames, in the robot's order
+  std::vector<int> target_frames;          // the targets' own frames, in the problem's order
+  std::vector<int> robot_joints;           // positions in Model::joints() that belong to the robot
+  std::vector<HeldGrasp> grips = {};       // that hold; none before the capture
+  std::vector<LoopClosure> closures = {};  // of grips beyond the first of a target
+};
+
+/// Checks the problem and builds servicer and free targets. @throws CaptureProblemError, ModelError.
+CaptureSystem make_capture_system(const CaptureProblem& problem);
+
+/// The servicer alone, for planning.
+CaptureSystem make_servicer(const CaptureProblem& problem);
+
+/// The problem's initial base pose and twist (or momentum) and joint state, in a model of the servicer, with or without
+/// targets; targets are left at the origin at rest.
+State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem& system);
+
+/// Where a body's own frame, as the problem means it, is in the model's body: a target that hangs on an arm has its
+/// body's origin at the contact point. The identity for bodies of the robot.
+Posed own_frame(const Model& model, int body);
+
+/// Body description of a free target.
+BodyDescription target_body(const TargetSetup& target);
+
+}  // namespace grapnel

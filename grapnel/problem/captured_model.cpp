@@ -1,0 +1,165 @@
+#include "grapnel/problem/captured_model.hpp"
+
+#include <algorithm>
+
+#include "grapnel/problem/capture_problem.hpp"
+
+namespace grapnel {
+namespace {
+
+// The first grip of a body, which carries it; null for bodies that no grip holds.
+const HeldGrasp* carrier(std::span<const HeldGrasp> grips, int body) {
+  const auto grip =
+      std::find_if(grips.begin(), grips.end(), [&](const HeldGrasp& g) { return g.frames.body_b == body; });
+  return grip == grips.end() ? nullptr : &*grip;
+}
+
+JointDescription grip_joint(const LoopClosure& grip, const std::string& name, const Rotationd& R_TC) {
+  JointDescription joint;
+  joint.name = name;
+  joint.type = grip.model == GraspModel::rigid   ? JointType::fixed
+               : grip.model == GraspModel::hinge ? JointType::revolute
+                                                 : JointType::spherical;
+  if (grip.model == GraspModel::hinge) joint.axis = R_TC * grip.hinge_C;
+  return joint;
+}
+
+// The target's body, its frame moved to the grip (axes unchanged), where the new joint sits. A rigid grip keeps the
+// pose that it found; the others start from the turn there is now.
+BodyDescription hang(const BodyDescription& target, const HeldGrasp& grip, const std::string& parent,
+                     const Kinematics& k) {
+  const LoopClosure& frames = grip.frames;
+  BodyDescription caught = target;
+  caught.com = caught.com - frames.X_BD.p;
+  caught.parent = parent;
+  const Rotationd R_CT = transpose((k.X_WB[frames.body_a] * frames.X_AC).R) * k.X_WB[frames.body_b].R;
+  const Rotationd R = frames.model == GraspModel::rigid ? transpose(frames.X_BD.R) : R_CT;
+  caught.X_PF = frames.X_AC * Posed{R, Vector3d::zero()};
+  caught.joint = grip_joint(frames, "grip:" + caught.name, transpose(R));
+  return caught;
+}
+
+// Coordinates and velocities carry over by body; joints that are new start at zero with the relative rate.
+State carry_over(const Model& from, const State& state, const Kinematics& k, std::span<const HeldGrasp> grips,
+                 const Model& to) {
+  State result = zero_state(to);
+  for (std::size_t i = 0; i < from.bodies().size(); ++i) {
+    const Body& old_body = from.bodies()[i];
+    const Body& new_body = to.bodies()[to.body_index(old_body.description.name)];
+    const HeldGrasp* grip = carrier(grips, static_cast<int>(i));
+    if (!grip) {
+      const JointType type = new_body.description.joint.type;
+      std::copy_n(state.q.begin() + old_body.q, coordinate_count(type), result.q.begin() + new_body.q);
+      std::copy_n(state.v.begin() + old_body.v, velocity_count(type), result.v.begin() + new_body.v);
+      continue;
+    }
+    const LoopClosure& frames = grip->frames;
+    const Vector3d relative = k.V_WB[i].angular - k.V_WB[frames.body_a].angular;
+    if (frames.model == GraspModel::hinge)
+      result.v[new_body.v] = dot((k.X_WB[frames.body_a] * frames.X_AC).R * frames.hinge_C, relative);
+    if (frames.model == GraspModel::point) {
+      const Vector3d w_T = transposed_times(k.X_WB[i].R, relative);
+      for (int c = 0; c < 3; ++c) result.v[new_body.v + c] = w_T[c];
+    }
+  }
+  return result;
+}
+
+// Indices by the same names in another model.
+CaptureSystem renumber(const CaptureSystem& from, Model model) {
+  CaptureSystem to{std::move(model), 0, {}, {}, {}, {}, {}};
+  const auto body_name = [&](int body) -> const std::string& { return from.model.bodies()[body].description.name; };
+  const auto frame = [&](int f) { return to.model.frame_index(from.model.frames()[f].name); };
+  to.base = to.model.body_index(body_name(from.base));
+  for (int f : from.end_effectors) to.end_effectors.push_back(frame(f));
+  for (int f : from.target_frames) to.target_frames.push_back(frame(f));
+  for (int j : from.robot_joints) {
+    const int body = to.model.body_index(body_name(from.model.joints()[j]));
+    const auto at = std::find(to.model.joints().begin(), to.model.joints().end(), body);
+    to.robot_joints.push_back(static_cast<int>(at - to.model.joints().begin()));
+  }
+  return to;
+}
+
+}  // namespace
+
+HeldGrasp hold_grasp(const CaptureProblem& problem, const CaptureSystem& free, const Kinematics& kinematics,
+                     std::size_t grasp) {
+  const GraspSetup& setup = problem.grasps[grasp];
+  const Frame& hand = free.model.frames()[free.model.frame_index(setup.end_effector)];
+  HeldGrasp grip;
+  grip.grasp = grasp;
+  grip.frames.name = "grip of '" + setup.end_effector + "' on '" + setup.target + "'";
+  grip.frames.body_a = hand.body;
+  grip.frames.X_AC = hand.X_BE;
+  grip.frames.body_b = free.model.frames()[free.target_frames[target_index(problem, setup.target)]].body;
+  grip.frames.X_BD = inverse(kinematics.X_WB[grip.frames.body_b]) * (kinematics.X_WB[hand.body] * hand.X_BE);
+  grip.frames.model = setup.model;
+  grip.frames.hinge_C = setup.hinge_axis;
+  return grip;
+}
+
+Grasp grasp_of(const HeldGrasp& grip, const Kinematics& kinematics) {
+  const Posed X_WC = kinematics.X_WB[grip.frames.body_a] * grip.frames.X_AC;
+  return {grip.frames.body_a, grip.frames.body_b, grip.frames.model, X_WC.p, X_WC.R * grip.frames.hinge_C};
+}
+
+CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::span<const HeldGrasp> grips) {
+  const Kinematics k = forward_kinematics(free.model, state);
+  const auto name_of = [&](int body) -> const std::string& { return free.model.bodies()[body].description.name; };
+  ModelBuilder builder;
+  for (std::size_t i = 0; i < free.model.bodies().size(); ++i) {
+    const BodyDescription& body = free.model.bodies()[i].description;
+    const HeldGrasp* grip = carrier(grips, static_cast<int>(i));
+    builder.add(grip ? hang(body, *grip, name_of(grip->frames.body_a), k) : body);
+  }
+  for (const Frame& frame : free.model.frames()) {
+    Posed X_BE = frame.X_BE;
+    if (const HeldGrasp* grip = carrier(grips, frame.body)) X_BE.p = X_BE.p - grip->frames.X_BD.p;
+    builder.add(FrameDescription{frame.name, name_of(frame.body), X_BE});
+  }
+  CapturedSystem captured{renumber(free, builder.build()), {}};
+  CaptureSystem& system = captured.system;
+  for (const HeldGrasp& grip : grips) {
+    HeldGrasp held = grip;
+    const HeldGrasp* first = carrier(grips, grip.frames.body_b);
+    held.frames.body_a = system.model.body_index(name_of(grip.frames.body_a));
+    held.frames.body_b = system.model.body_index(name_of(grip.frames.body_b));
+    held.frames.X_BD.p = held.frames.X_BD.p - first->frames.X_BD.p;
+    const auto link_of = [&](int body) { return system.model.bodies()[body].placement.link; };
+    held.closure = HeldGrasp::kInTree;
+    if (first != &grip && link_of(held.frames.body_a) == link_of(held.frames.body_b)) {
+      held.closure = HeldGrasp::kRedundant;
+    } else if (first != &grip) {
+      held.closure = static_cast<int>(system.closures.size());
+      system.closures.push_back(held.frames);
+    }
+    system.grips.push_back(std::move(held));
+  }
+  captured.state = carry_over(free.model, state, k, grips, system.model);
+  return captured;
+}
+
+State take_apart(const CaptureSystem& free, const CaptureSystem& joined, const State& state) {
+  const Kinematics k = forward_kinematics(joined.model, state);
+  State result = zero_state(free.model);
+  for (std::size_t i = 0; i < free.model.bodies().size(); ++i) {
+    const Body& to = free.model.bodies()[i];
+    const Body& from = joined.model.bodies()[joined.model.body_index(to.description.name)];
+    const JointType type = to.description.joint.type;
+    if (from.description.joint.type == type && (from.parent >= 0) == (to.parent >= 0)) {
+      std::copy_n(state.q.begin() + from.q, coordinate_count(type), result.q.begin() + to.q);
+      std::copy_n(state.v.begin() + from.v, velocity_count(type), result.v.begin() + to.v);
+    }
+  }
+  for (std::size_t t = 0; t < free.target_frames.size(); ++t) {
+    const int body = free.model.frames()[free.target_frames[t]].body;
+    const Body& from = joined.model.bodies()[joined.model.body_index(free.model.bodies()[body].description.name)];
+    if (from.parent < 0) continue;
+    set_root_pose(free.model, body, frame_pose(joined.model, k, joined.target_frames[t]), result);
+    set_root_twist(free.model, body, frame_twist(joined.model, k, joined.target_frames[t]), result);
+  }
+  return result;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,264 @@
+#include "grapnel/problem/problem_scene.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/problem/capture_system.hpp"
+
+namespace grapnel {
+namespace {
+
+std::string joint_type(JointType type) {
+  switch (type) {
+    case JointType::revolute:
+      return "revolute";
+    case JointType::continuous:
+      return "continuous";
+    case JointType::prismatic:
+      return "prismatic";
+    default:
+      return "fixed";
+  }
+}
+
+std::string shape_name(Geometry::Shape shape) {
+  switch (shape) {
+    case Geometry::Shape::box:
+      return "box";
+    case Geometry::Shape::cylinder:
+      return "cylinder";
+    case Geometry::Shape::capsule:
+      return "capsule";
+    case Geometry::Shape::sphere:
+      return "sphere";
+    case Geometry::Shape::mesh:
+      return "mesh";
+    case Geometry::Shape::none:
+      break;
+  }
+  return "none";
+}
+
+std::string grip_name(const GraspSetup& grasp) {
+  if (grasp.contact) return "contact";
+  return grasp.model == GraspModel::rigid ? "rigid" : grasp.model == GraspModel::hinge ? "hinge" : "point";
+}
+
+SceneMesh scene_mesh(const TriangleMesh& mesh) {
+  SceneMesh copy;
+  copy.name = mesh.name;
+  for (const Vector3d& v : mesh.vertices) copy.vertices.insert(copy.vertices.end(), {v[0], v[1], v[2]});
+  for (const auto& t : mesh.triangles) copy.triangles.insert(copy.triangles.end(), t.begin(), t.end());
+  return copy;
+}
+
+// --- The scene, body by body ---
+
+class SceneBuilder {
+ public:
+  explicit SceneBuilder(const CaptureProblem& problem) : problem_(problem) {}
+
+  Scene build() {
+    add_robot();
+    for (const TargetSetup& t : problem_.targets) add_target(t);
+    for (const GraspSetup& g : problem_.grasps) {
+      scene_.grasps.push_back({g.end_effector, g.target, g.grasp_point, grip_name(g)});
+    }
+    return std::move(scene_);
+  }
+
+ private:
+  // The base, then links as the file has them, but none before its parent.
+  void add_robot() {
+    const std::vector<BodyDescription>& bodies = problem_.robot.bodies;
+    std::set<std::string> added;
+    const auto add_where = [&](auto condition) {
+      for (const BodyDescription& b : bodies) {
+        if (added.contains(b.name) || !condition(b)) continue;
+        add_robot_body(b);
+        added.insert(b.name);
+      }
+    };
+    add_where([&](const BodyDescription& b) { return b.name == problem_.robot.base; });
+    // Every pass adds one link at least: the model has been built, so there are no circles.
+    while (added.size() < bodies.size()) {
+      add_where([&](const BodyDescription& b) { return added.contains(b.parent); });
+    }
+    for (const EndEffectorSetup& e : problem_.robot.end_effectors) {
+      scene_.end_effectors.push_back({e.name, e.body, e.X_BE});
+    }
+  }
+
+  void add_robot_body(const BodyDescription& description) {
+    const bool base = description.name == problem_.robot.base;
+    SceneBody body;
+    body.name = description.name;
+    body.kind = base ? "base" : "link";
+    body.series = base ? "base" : "links/" + description.name;
+    if (!base) {
+      body.parent = description.parent;
+      body.joint = SceneJoint{description.joint.name, joint_type(description.joint.type), description.joint.axis,
+                              description.X_PF};
+    }
+    body.mass = description.mass, body.com = description.com, body.inertia = description.inertia;
+    const auto& shapes = problem_.robot.geometry;
+    const auto shape =
+        std::find_if(shapes.begin(), shapes.end(), [&](const auto& s) { return s.first == description.name; });
+    if (shape != shapes.end()) body.shape = scene_shape(shape->second);
+    scene_.bodies.push_back(std::move(body));
+  }
+
+  void add_target(const TargetSetup& target) {
+    SceneBody body;
+    body.name = target.name;
+    body.kind = "target";
+    body.series = "targets/" + target.name;
+    body.mass = target.mass, body.com = target.com, body.inertia = target.inertia;
+    body.shape = scene_shape(target.geometry);
+    scene_.bodies.push_back(std::move(body));
+    for (const GraspPoint& g : target.grasp_points) {
+      scene_.grasp_points.push_back({target.name, g.name, g.X_TG.p, g.approach_direction});
+    }
+  }
+
+  std::optional<SceneShape> scene_shape(const Geometry& geometry) {
+    if (geometry.shape == Geometry::Shape::none) return {};
+    SceneShape shape{shape_name(geometry.shape), geometry.size, geometry.X_BG, -1};
+    if (!geometry.mesh) return shape;
+    // Bodies that share a mesh share it here too.
+    const auto known = std::find(meshes_.begin(), meshes_.end(), geometry.mesh.get());
+    shape.mesh = static_cast<int>(known - meshes_.begin());
+    if (known == meshes_.end()) {
+      meshes_.push_back(geometry.mesh.get());
+      scene_.meshes.push_back(scene_mesh(*geometry.mesh));
+    }
+    return shape;
+  }
+
+  const CaptureProblem& problem_;
+  Scene scene_;
+  std::vector<const TriangleMesh*> meshes_;  // of scene_.meshes
+};
+
+// --- Whether everything moves in the plane z = 0 ---
+
+// Collects whether all quantities it is shown are those of a motion in the plane.
+class PlaneCheck {
+ public:
+  bool planar() const { return planar_; }
+
+  void zero(double x) { planar_ = planar_ && std::abs(x) < kSmall; }
+  // A force, velocity, place or direction.
+  void in_plane(const Vector3d& v) { zero(v[2]); }
+  // A torque, an angular velocity.
+  void along_normal(const Vector3d& v) { zero(v[0]), zero(v[1]); }
+  // An axis that the plane's mirror maps onto itself.
+  void mirrored(const Vector3d& axis) { planar_ = planar_ && (lies_in(axis) || stands_on(axis)); }
+  void twist(const Twistd& V) { in_plane(V.linear), along_normal(V.angular); }
+  // A rigid body, in W: its centre of mass in the plane, which is a principal one of it.
+  void body(const RigidBodyInertiad& I_W) {
+    if (!(I_W.mass > 0)) return;
+    in_plane(I_W.com());
+    const Symmetric3d I = I_W.rotational_about_com();
+    const double size = std::abs(I.xx) + std::abs(I.yy) + std::abs(I.zz);
+    if (size > 0) zero(I.xz / size), zero(I.yz / size);
+  }
+
+ private:
+  static constexpr double kSmall = 1e-9;
+  static bool lies_in(const Vector3d& v) { return std::abs(v[2]) < kSmall; }
+  static bool stands_on(const Vector3d& v) { return std::abs(v[0]) < kSmall && std::abs(v[1]) < kSmall; }
+
+  bool planar_ = true;
+};
+
+// What is fixed to each other moves as one body: its parts may be above and below the plane.
+void check_servicer(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& k,
+                    PlaneCheck& check) {
+  const Model& model = system.model;
+  std::map<int, RigidBodyInertiad> rigid;  // by the body that carries it
+  std::vector<int> carrier(model.bodies().size());
+  for (int i = 0; i < static_cast<int>(carrier.size()); ++i) {
+    const Body& body = model.bodies()[i];
+    const BodyDescription& b = body.description;
+    const bool moves = body.parent < 0 || b.joint.type != JointType::fixed;
+    carrier[i] = moves ? i : carrier[body.parent];
+    rigid.emplace(carrier[i], RigidBodyInertiad::zero()).first->second +=
+        k.X_WB[i] * RigidBodyInertiad::about_com(b.mass, b.com, b.inertia);
+    if (body.parent < 0) continue;
+    const Vector3d axis = k.X_WB[i].R * b.joint.axis;  // a joint's motion leaves its own axis where it is
+    if (b.joint.type == JointType::prismatic) check.in_plane(axis);
+    if (b.joint.type == JointType::revolute || b.joint.type == JointType::continuous) check.along_normal(axis);
+  }
+  for (const auto& [body, inertia] : rigid) check.body(inertia);
+  for (const EndEffectorSetup& e : problem.robot.end_effectors) {
+    check.in_plane((k.X_WB[model.body_index(e.body)] * e.X_BE).p);
+  }
+  if (problem.V_WB) check.twist(*problem.V_WB);
+  if (problem.momentum) {
+    check.in_plane(problem.momentum->linear);
+    check.along_normal(problem.momentum->angular);
+  }
+}
+
+void check_targets(const CaptureProblem& problem, PlaneCheck& check) {
+  for (const TargetSetup& t : problem.targets) {
+    check.body(t.X_WT * RigidBodyInertiad::about_com(t.mass, t.com, t.inertia));
+    check.twist(t.V_WT);
+    for (const GraspPoint& g : t.grasp_points) {
+      check.in_plane((t.X_WT * g.X_TG).p);
+      if (g.normal) check.in_plane(t.X_WT.R * *g.normal);
+      if (g.approach_direction) check.in_plane(t.X_WT.R * *g.approach_direction);
+    }
+  }
+}
+
+// Grips and what acts from outside, at the initial pose: motion in the plane keeps what they are to it.
+void check_actions(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& k, PlaneCheck& check) {
+  const Model& model = system.model;
+  check.in_plane(problem.gravity);
+  for (const GraspSetup& g : problem.grasps) {
+    check.in_plane(g.relative_velocity);
+    check.along_normal(g.relative_angular_velocity);
+    const int frame = model.frame_index(g.end_effector);
+    if (g.model == GraspModel::hinge) check.mirrored(frame_pose(model, k, frame).R * g.hinge_axis);
+  }
+  for (const LoadSetup& load : problem.loads) {
+    const auto target = std::find_if(problem.targets.begin(), problem.targets.end(),
+                                     [&](const TargetSetup& t) { return target_body_name(t.name) == load.body; });
+    const Posed& X_WB = target != problem.targets.end() ? target->X_WT : k.X_WB[model.body_index(load.body)];
+    const Rotationd R = load.in_body ? X_WB.R : Rotationd::identity();
+    check.in_plane(X_WB * load.p_BP);
+    check.in_plane(R * load.amplitude.linear);
+    check.along_normal(R * load.amplitude.angular);
+  }
+}
+
+bool is_planar(const CaptureProblem& problem) {
+  make_capture_system(problem);  // checks the problem
+  const CaptureSystem system = make_servicer(problem);
+  const Kinematics k = forward_kinematics(system.model, initial_servicer_state(problem, system));
+  PlaneCheck check;
+  check_servicer(problem, system, k, check);
+  check_targets(problem, check);
+  check_actions(problem, system, k, check);
+  return check.planar();
+}
+
+}  // namespace
+
+Scene scene_of(const CaptureProblem& problem) {
+  const bool planar = is_planar(problem);  // first: it looks for faults
+  Scene scene = SceneBuilder(problem).build();
+  scene.planar = planar;
+  for (const EndEffectorSetup& e : problem.robot.end_effectors) {
+    if (e.envelope) scene.limits.grips.push_back({e.name, e.envelope->position, e.envelope->velocity});
+  }
+  if (problem.clearance.enabled) scene.limits.clearance = problem.clearance.required;
+  return scene;
+}
+
+}  // namespace grapnel
