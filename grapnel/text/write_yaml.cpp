@@ -30,7 +30,7 @@ bool is_simple(std::string_view text) {
   return !(text.starts_with("-") && (text.size() == 1 || text[1] == ' ' || text[1] == '-')) && !text.starts_with("...");
 }
 
-std::string quoted(std::string_view text) {
+std::string in_double_quotes(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
@@ -48,8 +48,10 @@ std::string quoted(std::string_view text) {
   return out + "\"";
 }
 
-std::string scalar(const Node& node) { return node.plain && is_simple(node.text) ? node.text : quoted(node.text); }
-std::string key_text(const std::string& key) { return is_simple(key) ? key : quoted(key); }
+std::string scalar(const Node& node) {
+  return node.plain && is_simple(node.text) ? node.text : in_double_quotes(node.text);
+}
+std::string key_text(const std::string& key) { return is_simple(key) ? key : in_double_quotes(key); }
 
 std::string flow(const Node& node) {
   std::string out;
@@ -118,7 +120,7 @@ class Writer {
   }
 };
 
-std::string quoted_in_flow(const std::string& text) {
+std::string double_quotes_in_flow(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
     if (c == '"' || c == '\\') out += '\\';
@@ -134,7 +136,7 @@ std::string quoted_in_flow(const std::string& text) {
 
 std::string scalar_in_flow(const std::string& text, bool plain) {
   const bool simple = plain && !text.empty() && text.find_first_of(",[]{}:#\"'&*!|>%@`\n\t") == std::string::npos;
-  return simple ? text : quoted_in_flow(text);
+  return simple ? text : double_quotes_in_flow(text);
 }
 
 }  // namespace
