@@ -1,8 +1,8 @@
 #include "campaign_begin.hpp"
 #include "terminal.hpp"
 
-#include "grapnel/scenario/fault.hpp"
 #include "grapnel/scenario/read_campaign.hpp"
+#include "grapnel/text/faults.hpp"
 
 namespace grapnel::app {
 namespace {
@@ -25,7 +25,7 @@ std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bo
           "that runs "
           "this file\n",
           options.study.string());
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     if (!say) return std::nullopt;
     say_faults(error.faults());
   }

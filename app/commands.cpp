@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 // Reports all faults on stderr, one a line.
-int bad_input(const ScenarioError& error) {
+int bad_input(const InputError& error) {
   say_faults(error.faults());
   return kBadInput;
 }
@@ -42,7 +42,7 @@ int run(const RunOptions& options) {
   std::vector<Fault> doubts;
   try {
     problem = load_scenario(options.scenario, parse_overrides(options.overrides), &doubts);
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     return bad_input(error);
   }
   if (!options.quiet) {
@@ -68,7 +68,7 @@ int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
               doubts.empty() ? "" : fmt::format(", {} warning{}", doubts.size(), doubts.size() == 1 ? "" : "s"),
               problem.name, problem.sha256.substr(0, 12));
     return kDone;
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     return bad_input(error);
   }
 }

@@ -89,7 +89,7 @@ int info(const std::filesystem::path& file) {
     }
     to_stdout("reach: longest possible distance from the arm's first joint\n");
     return kDone;
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     say_faults(error.faults());
   }
   return kBadInput;

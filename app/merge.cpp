@@ -8,8 +8,8 @@
 #include "campaign_results.hpp"
 #include "commands.hpp"
 #include "grapnel/campaign/shard_store.hpp"
-#include "grapnel/scenario/fault.hpp"
 #include "grapnel/scenario/read_campaign.hpp"
+#include "grapnel/text/faults.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"
 
@@ -68,7 +68,7 @@ Campaign campaign_of(const Source& source) {
     Campaign campaign = load_campaign(source.manifest.campaign.file);
     if (differences(source.manifest, campaign, source.manifest.version, source.manifest.arithmetic).empty())
       return campaign;
-  } catch (const ScenarioError&) {
+  } catch (const InputError&) {
   }
   return source.manifest.campaign;
 }

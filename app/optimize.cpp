@@ -87,7 +87,7 @@ int optimize(const OptimizeOptions& options) {
     std::vector<Fault> doubts;
     optimization = load_optimization(options.study, &doubts);
     say_faults(doubts);
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     say_faults(error.faults());
     return kBadInput;
   }

@@ -15,7 +15,7 @@ int run_single_case(const SingleCase& single, const std::filesystem::path& folde
   try {
     write_file_atomically(file, single.text(file));
     problem = load_scenario(file);
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     say_faults(error.faults());
     return kBadInput;
   } catch (const std::exception& error) {

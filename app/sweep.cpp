@@ -66,7 +66,7 @@ int sweep(const SweepOptions& options) {
     study = load_study(options.study, &doubts);
     points = point_count(study);
     say_faults(doubts);
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     say_faults(error.faults());
     return kBadInput;
   }

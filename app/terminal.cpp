@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <mutex>
 
-#include "grapnel/result/printable.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel::app {
 namespace {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/scenario/fault.hpp"
+#include "grapnel/text/faults.hpp"
 
 namespace grapnel::app {
 

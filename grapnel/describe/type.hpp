@@ -74,6 +74,15 @@ struct Field {
   bool is_null_absent = false;  ///< an empty optional, or a number that is not finite, is written as null
   /// Of a list of structures that are written into this one, each under a key of its own: that key. Null: as a list.
   std::string_view (*key_of_item)(const void* item) = nullptr;
+  // Of files that are read:
+  /// How the value is written where that differs from its type: the name of a form that the reader knows
+  /// ("quaternion").
+  std::string_view form = {};
+  std::string_view default_text = {};  ///< JSON; empty: the value of a structure that nobody has touched
+  bool has_default = true;             ///< else what is absent stays absent, and the text says what that means
+  /// Of numbers, in magnitude, where the unit's own limit does not do.
+  double largest = std::numeric_limits<double>::quiet_NaN();
+  std::size_t least_items = 0, most_items = 0;  ///< of lists and mappings; 0: any number
 
   constexpr Field at_least(double x) const {
     Field f = *this;
@@ -95,6 +104,31 @@ struct Field {
     f.is_required = true;
     return f;
   }
+  constexpr Field optional() const {
+    Field f = *this;
+    f.has_default = false;
+    return f;
+  }
+  constexpr Field by_default(std::string_view json) const {
+    Field f = *this;
+    f.default_text = json;
+    return f;
+  }
+  constexpr Field as(std::string_view form_name) const {
+    Field f = *this;
+    f.form = form_name;
+    return f;
+  }
+  constexpr Field up_to(double magnitude) const {
+    Field f = *this;
+    f.largest = magnitude;
+    return f;
+  }
+  constexpr Field items(std::size_t least, std::size_t most) const {
+    Field f = *this;
+    f.least_items = least, f.most_items = most;
+    return f;
+  }
   constexpr Field or_null() const {
     Field f = *this;
     f.is_null_absent = true;
@@ -107,6 +141,36 @@ struct Field {
   template <auto Name>
   constexpr Field keyed_by() const;
 };
+
+/// What keys of one mapping demand of each other in files that are read. Several keys stand in one text: "kp, kd".
+struct Rule {
+  enum class Kind {
+    needs,     ///< `keys` needs `others`
+    not_both,  ///< of the two `keys` at most one
+    one_of,    ///< of `keys` exactly one
+    any_of,    ///< at least one key, whichever
+    when       ///< where `keys` is there, and has one of `values` if there are any: `others` are required,
+               ///< `forbidden` ("limits.lower": below a key) have no meaning, for the reason `why`
+  };
+  Kind kind;
+  std::string_view keys, values = {}, others = {}, forbidden = {}, why = {};
+
+  constexpr Rule require(std::string_view names) const {
+    Rule r = *this;
+    r.others = names;
+    return r;
+  }
+  constexpr Rule forbid(std::string_view names, std::string_view reason = {}) const {
+    Rule r = *this;
+    r.forbidden = names, r.why = reason;
+    return r;
+  }
+};
+constexpr Rule needs(std::string_view key, std::string_view others) { return {Rule::Kind::needs, key, {}, others}; }
+constexpr Rule not_both(std::string_view keys) { return {Rule::Kind::not_both, keys}; }
+constexpr Rule not_empty() { return {Rule::Kind::any_of, {}}; }
+constexpr Rule one_of(std::string_view keys) { return {Rule::Kind::one_of, keys}; }
+constexpr Rule when(std::string_view key, std::string_view values = {}) { return {Rule::Kind::when, key, values}; }
 
 /// A name that an enumeration's value has in files.
 struct Choice {
@@ -123,6 +187,8 @@ struct Type {
   std::string_view text = {};  ///< of structures: what they are
   std::span<const Field> fields = {};
   std::span<const Choice> choices = {};
+  std::span<const Rule> rules = {};              ///< of structures
+  void (*show_default)(ValueVisitor) = nullptr;  ///< of structures: one that nobody has touched
   std::size_t fixed_size = 0;     ///< of lists: that all of them have (vectors: 3, quaternions: 4); 0: any
   const Type& (*of)() = nullptr;  ///< of lists and optionals: what they hold
 
@@ -169,6 +235,19 @@ struct ArgumentOf<Result (Function::*)(const Owner&) const> {
   using value = std::remove_cvref_t<Result>;
 };
 
+template <class>
+struct FoundOf;
+template <class Value, class Function, class Owner>
+struct FoundOf<Value& (Function::*)(Owner&) const> {
+  using owner = Owner;
+  using value = Value;
+};
+template <class Value, class Function, class Owner>
+struct FoundOf<Value* (Function::*)(Owner&) const> {
+  using owner = Owner;
+  using value = Value;
+};
+
 }  // namespace detail
 
 /// A member, possibly one of the structure's first base class.
@@ -184,10 +263,74 @@ constexpr Field field(std::string_view key, std::string_view unit, std::string_v
   return f;
 }
 
+/// A member whose description stands elsewhere.
+template <auto Member>
+constexpr Field field(const Type& (*type)(), std::string_view key, std::string_view text) {
+  using Owner = typename detail::MemberOf<decltype(Member)>::owner;
+  Field f;
+  f.key = key, f.text = text, f.type = type;
+  f.show = [](const void* owner, ValueVisitor visitor) { visitor(&(static_cast<const Owner*>(owner)->*Member)); };
+  f.place = [](void* owner) -> void* { return &(static_cast<Owner*>(owner)->*Member); };
+  return f;
+}
+
 /// A member of a structure without numbers.
 template <auto Member>
 constexpr Field field(std::string_view key, std::string_view text) {
   return field<Member>(key, "", text);
+}
+
+/// What a lambda without captures finds in the structure, such as a member of a member: T& -> Value&.
+template <auto Find>
+constexpr Field found(std::string_view key, std::string_view unit, std::string_view text) {
+  using Signature = detail::FoundOf<decltype(&decltype(Find)::operator())>;
+  using Owner = typename Signature::owner;
+  using Value = typename Signature::value;
+  Field f;
+  f.key = key, f.unit = unit, f.text = text;
+  f.type = &type_of<Value>;
+  f.show = [](const void* owner, ValueVisitor visitor) {
+    visitor(&Find(*const_cast<Owner*>(static_cast<const Owner*>(owner))));
+  };
+  f.place = [](void* owner) -> void* { return &Find(*static_cast<Owner*>(owner)); };
+  return f;
+}
+
+/// The same with a pointer, T& -> Value*, which is null where the structure has no such value at the moment.
+template <auto Find>
+constexpr Field found_if(std::string_view key, std::string_view unit, std::string_view text) {
+  using Signature = detail::FoundOf<decltype(&decltype(Find)::operator())>;
+  using Owner = typename Signature::owner;
+  using Value = typename Signature::value;
+  Field f;
+  f.key = key, f.unit = unit, f.text = text;
+  f.type = &type_of<Value>;
+  f.show = [](const void* owner, ValueVisitor visitor) {
+    const Value* value = Find(*const_cast<Owner*>(static_cast<const Owner*>(owner)));
+    if (value) visitor(value);
+  };
+  f.place = [](void* owner) -> void* { return Find(*static_cast<Owner*>(owner)); };
+  return f;
+}
+
+/// A key of files that is no one member: who reads it knows what it means.
+template <class Value>
+constexpr Field key(std::string_view name, std::string_view unit, std::string_view text) {
+  Field f;
+  f.key = name, f.unit = unit, f.text = text;
+  f.type = &type_of<Value>;
+  return f;
+}
+
+/// A mapping of its own in files for some members of the structure; Keys has a Described whose fields are T's.
+template <class T, class Keys>
+constexpr Field group(std::string_view key, std::string_view text) {
+  Field f;
+  f.key = key, f.text = text;
+  f.type = &type_of<Keys>;
+  f.show = [](const void* owner, ValueVisitor visitor) { visitor(owner); };
+  f.place = [](void* owner) { return owner; };
+  return f;
 }
 
 /// A value that is computed from the structure by a lambda without captures when it is written.
@@ -226,6 +369,19 @@ template <class T>
 constexpr Type structure(std::string_view name, std::string_view text, std::span<const Field> fields) {
   Type type;
   type.kind = Type::Kind::structure, type.name = name, type.text = text, type.fields = fields;
+  if constexpr (std::default_initializable<T>) {
+    type.show_default = [](ValueVisitor visitor) {
+      const T untouched{};
+      visitor(&untouched);
+    };
+  }
+  return type;
+}
+template <class T>
+constexpr Type structure(std::string_view name, std::string_view text, std::span<const Field> fields,
+                         std::span<const Rule> rules) {
+  Type type = structure<T>(name, text, fields);
+  type.rules = rules;
   return type;
 }
 

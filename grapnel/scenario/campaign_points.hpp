@@ -42,7 +42,7 @@ class CampaignPoints {
   ScenarioFiles files;
 
   /// The scenario at a position of the design before quantities are applied; `doubts` as of load_scenario().
-  /// @throws ScenarioError
+  /// @throws InputError
   CaptureProblem before_quantities(std::span<const std::size_t> at, std::vector<Fault>* doubts = nullptr);
   /// A point of the design by its number. @throws std::exception if its scenario is faulty or cannot be planned.
   std::shared_ptr<const DesignPoint> design_point(std::uint64_t number);

@@ -1,10 +1,10 @@
 #include "grapnel/scenario/changed_scenario.hpp"
 
 #include "grapnel/scenario/mesh_files.hpp"
-#include "grapnel/scenario/overrides.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/write_back.hpp"
-#include "grapnel/scenario/write_yaml.hpp"
+#include "grapnel/text/write_yaml.hpp"
+#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

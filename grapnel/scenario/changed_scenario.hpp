@@ -8,9 +8,9 @@
 #include <span>
 #include <string>
 
-#include "grapnel/scenario/node.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
 #include "grapnel/study/column.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "grapnel/scenario/node.hpp"
 #include "grapnel/study/column.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

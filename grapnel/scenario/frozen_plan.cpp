@@ -7,7 +7,7 @@
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/moving_frame.hpp"
-#include "grapnel/scenario/number_nodes.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

@@ -13,9 +13,6 @@ namespace grapnel {
 /// "closes_at" and "closes_on_arrival" of the grasp at `path`. Reads end-effectors; writes closes, closes_at.
 void read_closing(const Node& node, const std::string& path, GraspSetup& grasp, Reading& reading);
 
-/// Whether grips close within the phases that there are. Reads problem.grasps, approach, post_impact.
-void check_closing_times(Reading& reading);
-
 /// "release" of post_impact. Reads problem.grasps, approach; writes problem.post_impact->releases, in the order of
 /// time.
 void read_releases(const Node& post_impact, Reading& reading);

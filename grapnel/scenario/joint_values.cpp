@@ -7,9 +7,9 @@
 #include <numbers>
 #include <set>
 
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/plausibility.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include "grapnel/result/sha256.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_mesh.hpp"
-#include "grapnel/scenario/source_text.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/text_file.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

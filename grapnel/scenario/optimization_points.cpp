@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "grapnel/scenario/changed_scenario.hpp"
-#include "grapnel/scenario/overrides.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/reader.hpp"
+#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

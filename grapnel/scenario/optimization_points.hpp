@@ -26,7 +26,7 @@ class OptimizationPoints {
   PostureSpace posture;
   mutable ScenarioFiles files;
 
-  /// Applies one variable alone. @throws ScenarioError, std::exception for what is wrong with it.
+  /// Applies one variable alone. @throws InputError, std::exception for what is wrong with it.
   void check(const SearchedVariable& variable, double value, const CaptureProblem& base) const;
   /// What the points need of the scenario as it is.
   void finish(const CaptureProblem& base, FaultList& faults);

@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_study_axis.hpp"
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

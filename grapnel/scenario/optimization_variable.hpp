@@ -5,9 +5,9 @@
 
 #include <string>
 
-#include "grapnel/scenario/node.hpp"
 #include "grapnel/study/optimization_moves.hpp"
 #include "grapnel/study/quantity.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

@@ -10,7 +10,7 @@
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/magnitudes.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {

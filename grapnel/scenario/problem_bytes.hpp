@@ -9,9 +9,9 @@
 
 namespace grapnel {
 
-/// The bits of every field but the sha256: two problems are the same, to the last bit and with the signs of zeros, if
-/// and only if their bytes are. Not a format: only for comparison within one program. Meshes count as the same where
-/// they are one object.
+/// The bits of every member but the sha256 and the source: two problems are the same, to the last bit and with the
+/// signs of zeros, if and only if their bytes are. Not a format: only for comparison within one program. Meshes count
+/// as the same where they are one object.
 std::string problem_bytes(const CaptureProblem& problem);
 
 }  // namespace grapnel

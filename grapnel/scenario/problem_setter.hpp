@@ -8,8 +8,8 @@
 #include <span>
 
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/scenario/node.hpp"
-#include "grapnel/scenario/overrides.hpp"
+#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

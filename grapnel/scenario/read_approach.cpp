@@ -7,10 +7,10 @@
 
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/joint_values.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_control.hpp"
 #include "grapnel/scenario/read_motion_pieces.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -25,11 +25,7 @@ class ApproachReader {
       : node_(node), reading_(reading), robot_(reading.robot), faults_(reading.faults) {}
 
   ApproachSetup read(const TrajectoryFile* file) {
-    approach_.duration = number_at(node_, "duration").value_or(0);
-    const std::string profile = text_at(node_, "profile");
-    approach_.profile = profile == "cycloidal" ? JointProfile::cycloidal
-                        : profile == "quintic" ? JointProfile::quintic
-                                               : JointProfile::quartic;
+    read_members(node_, "approach", &approach_);
     read_tracking(part(node_, "tracking"));
     if (const Node* joints = node_.find("final_joints")) {
       approach_.final_position = positions_of(*joints, "approach.final_joints");
@@ -46,11 +42,7 @@ class ApproachReader {
     read_waypoints(part(node_, "waypoints"));
     const bool is_free = robot_.setup.base_mode == RobotSetup::Base::free;
     approach_.base_control = base_control_at(node_, "approach", is_free, reading_);
-    if (text_at(node_, "capture_at") == "envelope") {
-      approach_.capture_at = ApproachSetup::CaptureAt::envelope;
-      check_envelopes(part(node_, "capture_at").mark);
-    }
-    if (!node_.find("trajectory") && !node_.find("pieces")) check_start();
+    if (approach_.capture_at == ApproachSetup::CaptureAt::envelope) check_envelopes(part(node_, "capture_at").mark);
     return std::move(approach_);
   }
 
@@ -68,43 +60,17 @@ class ApproachReader {
 
   void read_tracking(const Node& node) {
     TrackingSetup& tracking = approach_.tracking;
-    const std::string mode = text_at(node, "mode");
-    if (mode == "pd") tracking.mode = TrackingSetup::Mode::pd;
-    if (mode == "computed_torque") tracking.mode = TrackingSetup::Mode::computed_torque;
     if (tracking.mode != TrackingSetup::Mode::ideal) {
       read_gains(node, "approach.tracking", reading_, tracking.kp, tracking.kd);
     }
-    if (const Node* noise = node.find("noise")) {
-      TrackingNoise read;
-      read.position = number_at(*noise, "position").value_or(read.position);
-      read.bandwidth = number_at(*noise, "bandwidth").value_or(read.bandwidth);
-      read.seed = seed_at(*noise);
-      tracking.noise = read;
-    }
-  }
-
-  static std::uint64_t seed_at(const Node& node) {
-    constexpr std::uint64_t kMost = 9007199254740991;  // the schema's
-    return whole_number_at(node, "seed", kMost);
   }
 
   void read_plan(const NodeEntry& entry) {
-    const Node& node = entry.value;
-    PlanSetup plan;
-    const std::string measure = text_at(node, "measure");
-    plan.measure = measure == "nearest"          ? PlanSetup::Measure::nearest
-                   : measure == "limits"         ? PlanSetup::Measure::limits
-                   : measure == "manipulability" ? PlanSetup::Measure::manipulability
-                   : measure == "as_found"       ? PlanSetup::Measure::as_found
-                                                 : PlanSetup::Measure::excursion;
-    if (const Node* guess = node.find("guess")) plan.guess = positions_of(*guess, "approach.plan.guess");
-    plan.starts = static_cast<int>(whole_number_at(node, "starts", 1000));
-    plan.seed = seed_at(node);
-    plan.max_evaluations = static_cast<long>(whole_number_at(node, "max_evaluations", 1'000'000'000'000));
+    PlanSetup& plan = *approach_.plan;
+    if (const Node* guess = entry.value.find("guess")) plan.guess = positions_of(*guess, "approach.plan.guess");
     if (!reading_.root.entry("grasps")) {
       faults_.add(entry.mark, "approach.plan needs 'grasps': there is nothing to reach");
     }
-    approach_.plan = std::move(plan);
   }
 
   void read_samples(const TrajectoryFile& file) {
@@ -185,16 +151,6 @@ class ApproachReader {
   }
 
   void read_straight_in(const NodeEntry& entry) {
-    const Node& node = entry.value;
-    StraightIn straight;
-    straight.stand_off = number_at(node, "stand_off").value_or(0);
-    straight.duration = number_at(node, "duration").value_or(0);
-    straight.final_speed = number_at(node, "final_speed").value_or(0);
-    if (approach_.duration > 0 && straight.duration >= approach_.duration) {
-      faults_.add(part(node, "duration").mark,
-                  fmt::format("approach.straight_in.duration is {} [s], must be less than the approach's {}",
-                              straight.duration, approach_.duration));
-    }
     for (const GraspSetup& grasp : reading_.problem.grasps) {
       const GraspPoint* point = grasp_point_named(reading_, grasp.target, grasp.grasp_point);
       if (!point || point->approach_direction) continue;
@@ -202,18 +158,14 @@ class ApproachReader {
                   fmt::format("approach.straight_in needs an 'approach_direction' at grasp point {} of target {}",
                               in_quotes(point->name), in_quotes(grasp.target)));
     }
-    approach_.straight_in = straight;
   }
 
   void read_waypoints(const Node& list) {
-    double before = 0;
     for (std::size_t i = 0; i < list.items.size() && !faults_.full(); ++i) {
       const Node& node = list.items[i];
       const std::string path = item("approach.waypoints", i);
       Waypoint waypoint;
-      waypoint.time = number_at(node, "time").value_or(0);
-      if (waypoint.time > 0) check_time(waypoint.time, before, part(node, "time").mark, path);
-      before = std::max(before, waypoint.time);
+      read_members(node, "approach.waypoints", &waypoint);
       if (const Node* joints = node.find("joints")) waypoint.joints = positions_of(*joints, below(path, "joints"));
       if (const Node* rates = node.find("rates")) waypoint.rates = rates_of(*rates, below(path, "rates"));
       for (const NodeEntry& place : part(node, "end_effectors").entries) {
@@ -223,29 +175,15 @@ class ApproachReader {
     }
   }
 
-  void check_time(double time, double before, const Mark& mark, const std::string& path) {
-    const double straight = approach_.straight_in ? approach_.straight_in->duration : 0;
-    const double end = approach_.duration - straight;
-    if (time <= before) {
-      faults_.add(mark,
-                  fmt::format("{}.time is {} [s], must be greater than {} of the waypoint before", path, time, before));
-    } else if (end > 0 && time >= end) {
-      faults_.add(mark, fmt::format("{}.time is {} [s], must be less than {}, {}", path, time, end,
-                                    straight > 0 ? "where straight_in begins" : "the approach's duration"));
-    }
-  }
-
   Waypoint::Place read_place(const NodeEntry& entry, const std::string& path) {
     Waypoint::Place place;
     place.end_effector = entry.key;
     robot_.end_effectors.expect(entry.key, entry.mark, path, faults_);
     const Node& node = entry.value;
-    place.target = text_at(node, "target");
+    read_members(node, "approach.waypoints.end_effectors", &place);
     if (!place.target.empty()) {
       reading_.targets.expect(place.target, part(node, "target").mark, below(path, shortened(entry.key)), faults_);
     }
-    place.position = vector_at(node, "position").value_or(Vector3d::zero());
-    place.velocity = vector_at(node, "velocity").value_or(Vector3d::zero());
     return place;
   }
 
@@ -265,29 +203,6 @@ class ApproachReader {
       if (!waits(grasp) || !end_effector || end_effector->envelope) continue;
       faults_.add(mark, fmt::format("approach.capture_at: envelope needs an 'envelope' at end-effector {}",
                                     in_quotes(end_effector->name)));
-    }
-  }
-
-  // The thesis's profile has no initial rate in it, so neither joints that follow it exactly nor its later pieces can
-  // have one.
-  void check_start() {
-    if (approach_.profile != JointProfile::quartic) return;
-    const Mark& mark = part(node_, "profile").mark;
-    const auto at_rest = [](const std::vector<double>& rates) {
-      return std::all_of(rates.begin(), rates.end(), [](double r) { return r == 0; });
-    };
-    if (approach_.tracking.mode == TrackingSetup::Mode::ideal && !at_rest(reading_.problem.joint_rate)) {
-      faults_.add(
-          mark,
-          "approach.profile: the quartic profile starts from rest; with initial.joint_rates use quintic or cycloidal");
-    }
-    for (std::size_t i = 0; i < approach_.waypoints.size(); ++i) {
-      const Waypoint& waypoint = approach_.waypoints[i];
-      if (waypoint.places.empty() && at_rest(waypoint.rates.value_or(std::vector<double>{}))) continue;
-      faults_.add(mark, fmt::format("approach.profile: the quartic profile starts from rest, and so cannot leave {}, "
-                                    "which is passed with rates; use quintic or cycloidal",
-                                    item("approach.waypoints", i)));
-      return;
     }
   }
 

@@ -9,14 +9,13 @@
 #include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/campaign_points.hpp"
 #include "grapnel/scenario/choose_columns.hpp"
-#include "grapnel/scenario/number_nodes.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/source_text.hpp"
-#include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/study_document.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/text_file.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -183,7 +182,7 @@ class CampaignReader {
         const ReadAxis& axis = points_->axes[a];
         if (axis.quantity) check_quantity(axis, at[a], problem);
       }
-    } catch (const ScenarioError& error) {
+    } catch (const InputError& error) {
       for (const Fault& fault : error.faults()) add_once(fault);
     }
   }
@@ -201,7 +200,7 @@ class CampaignReader {
   std::shared_ptr<const DesignPoint> first_point() {
     try {
       return points_->design_point(0);
-    } catch (const ScenarioError& error) {
+    } catch (const InputError& error) {
       for (const Fault& fault : error.faults()) add_once(fault);
     } catch (const std::exception& error) {
       const NodeEntry* plan = root_.entry("plan");
@@ -344,7 +343,7 @@ class CampaignReader {
     try {
       const CaptureProblem read = points_->read(design, draw);
       setters_agree_ = setters_agree_ && problem_bytes(points_->problem(design, draw)) == problem_bytes(read);
-    } catch (const ScenarioError& error) {
+    } catch (const InputError& error) {
       for (Fault fault : error.faults()) {
         fault.message = where + fault.message;
         add_once(std::move(fault));
@@ -362,7 +361,7 @@ class CampaignReader {
       try {
         const std::string read = problem_bytes(points_->read(*design, draw));
         setters_agree_ = problem_bytes(points_->problem(*design, draw)) == read;
-      } catch (const ScenarioError&) {
+      } catch (const InputError&) {
         // This case's values are faulty together; it will fail, by either way.
       }
     }

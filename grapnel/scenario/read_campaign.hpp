@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "grapnel/campaign/campaign.hpp"
-#include "grapnel/scenario/fault.hpp"
+#include "grapnel/text/faults.hpp"
 
 namespace grapnel {
 
@@ -14,7 +14,7 @@ namespace grapnel {
 /// itself at its median and at the ends that `cases` draws reach, every value of the design's axes by itself. Files are
 /// read once: the campaign's functions see the same bytes ever after. Thread safety: reentrant.
 /// Into `doubts`: as of load_scenario(), of the scenario as it is, with the first values of a design.
-/// @throws ScenarioError with all faults
+/// @throws InputError with all faults
 Campaign load_campaign(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
 
 }  // namespace grapnel

@@ -6,17 +6,13 @@
 #include <initializer_list>
 
 #include "grapnel/impact_report/contact.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/scenario/descriptions.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {
 
 using Law = ImpactSetup::Law;
-
-const std::pair<const char*, Law> kLaws[] = {
-    {"plastic", Law::plastic},         {"bilateral_restitution", Law::bilateral_restitution},
-    {"restitution", Law::restitution}, {"friction", Law::friction},
-    {"compliant", Law::compliant},     {"as_published", Law::as_published}};
 
 // Keys that only some laws read: with another law they are a misunderstanding.
 struct KeyUse {
@@ -33,11 +29,8 @@ const KeyUse kUses[] = {
     {"settled", {Law::compliant}},
     {"joints", {Law::plastic, Law::bilateral_restitution, Law::restitution, Law::friction, Law::compliant}}};
 
-const char* name_of(Law law) {
-  for (const auto& [name, value] : kLaws) {
-    if (value == law) return name;
-  }
-  return "";
+std::string_view name_of(Law law) {
+  return name_of_choice(field_named(description_at("impact"), "law")->type(), static_cast<std::int64_t>(law));
 }
 
 bool among(Law law, std::initializer_list<Law> laws) {
@@ -75,27 +68,6 @@ void read_restitution(const Node& node, ImpactSetup& impact, FaultList& faults) 
     faults.add(given.entry("angular")->mark,
                "impact.restitution.angular belongs to law bilateral_restitution: a contact passes on no moment");
   }
-}
-
-void read_compliance(const Node& node, ImpactSetup& impact) {
-  const Node& contact = part(node, "contact");
-  ContactComplianceSetup& c = impact.contact;
-  const std::string model = text_at(contact, "model");
-  c.model = model == "hertz"           ? ContactForceModel::hertz
-            : model == "hunt_crossley" ? ContactForceModel::hunt_crossley
-                                       : ContactForceModel::kelvin_voigt;
-  c.stiffness = number_at(contact, "stiffness").value_or(0);
-  c.damping = number_at(contact, "damping").value_or(0);
-  c.exponent = number_at(contact, "exponent").value_or(c.exponent);
-  c.slip_speed = number_at(contact, "slip_speed").value_or(c.slip_speed);
-  const Node& grip = part(node, "grip");
-  GripComplianceSetup& g = impact.grip;
-  g.linear_stiffness = number_at(grip, "linear_stiffness").value_or(0);
-  g.linear_damping = number_at(grip, "linear_damping").value_or(0);
-  g.angular_stiffness = number_at(grip, "angular_stiffness").value_or(0);
-  g.angular_damping = number_at(grip, "angular_damping").value_or(0);
-  impact.compliant.longest = number_at(node, "longest").value_or(impact.compliant.longest);
-  impact.compliant.settled = number_at(node, "settled").value_or(impact.compliant.settled);
 }
 
 // The thesis's formulas are for rigid grips of a floating robot that close all at once.
@@ -167,21 +139,10 @@ void check_grasps(const Node& node, const ImpactSetup& impact, const Reading& re
 
 void read_impact(const Node& node, Reading& reading) {
   ImpactSetup impact;
-  impact.duration = number_at(node, "duration").value_or(impact.duration);
-  const std::string law = text_at(node, "law");
-  for (const auto& [name, value] : kLaws) {
-    if (law == name) impact.law = value;
-  }
-  const std::string joints = text_at(node, "joints"), hypothesis = text_at(node, "hypothesis");
-  if (joints == "braked") impact.joints = ImpactSetup::Joints::braked;
-  if (joints == "driven") impact.joints = ImpactSetup::Joints::driven;
-  if (hypothesis == "newton") impact.hypothesis = RestitutionHypothesis::newton;
-  if (hypothesis == "poisson") impact.hypothesis = RestitutionHypothesis::poisson;
-  impact.friction = number_at(node, "friction").value_or(0);
+  read_members(node, "impact", &impact);
   read_restitution(node, impact, reading.faults);
-  read_compliance(node, impact);
   // An unknown law is a fault already, and says nothing about the rest.
-  if (!node.entry("law") || law == name_of(impact.law)) {
+  if (!node.entry("law") || text_at(node, "law") == name_of(impact.law)) {
     check_uses(node, impact.law, reading.faults);
     if (impact.law == Law::as_published) check_published(part(node, "law").mark, reading);
     check_grasps(node, impact, reading);

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "grapnel/problem/capture_system.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -26,38 +26,17 @@ void read_table(const Node& list, const std::string& path, LoadProfile& profile,
   }
 }
 
-LoadProfile read_profile(const Node& node, const std::string& path, FaultList& faults) {
-  LoadProfile profile;
-  const std::string shape = text_at(node, "shape");
-  profile.shape = shape == "half_sine" ? LoadProfile::Shape::half_sine
-                  : shape == "sine"    ? LoadProfile::Shape::sine
-                  : shape == "table"   ? LoadProfile::Shape::table
-                                       : LoadProfile::Shape::constant;
-  profile.start = number_at(node, "start").value_or(profile.start);
-  profile.end = number_at(node, "end").value_or(profile.end);
-  profile.frequency = number_at(node, "frequency").value_or(0);
-  profile.phase = number_at(node, "phase").value_or(0);
-  if (profile.shape == LoadProfile::Shape::table) {
-    read_table(part(node, "values"), below(path, "values"), profile, faults);
-  } else if (node.find("end") && !(profile.end > profile.start)) {
-    faults.add(part(node, "end").mark,
-               fmt::format("{} ends at {} [s], must end after its start at {}", path, profile.end, profile.start));
-  }
-  return profile;
-}
-
 LoadSetup read_wrench(const Node& node, const std::string& path, Reading& reading) {
   LoadSetup load;
   const std::string body = text_at(node, "body"), target = text_at(node, "target");
   reading.robot.links.expect(body, part(node, "body").mark, path, reading.faults);
   reading.targets.expect(target, part(node, "target").mark, path, reading.faults);
   load.body = node.find("target") ? target_body_name(target) : body;
-  load.p_BP = vector_at(node, "position").value_or(Vector3d::zero());
+  read_members(node, "external_wrenches", &load);
   load.in_body = text_at(node, "frame") == "body";
-  load.amplitude = {vector_at(node, "torque").value_or(Vector3d::zero()),
-                    vector_at(node, "force").value_or(Vector3d::zero())};
-  if (const Node* time = node.find("time")) load.profile = read_profile(*time, below(path, "time"), reading.faults);
   if (load.profile.shape == LoadProfile::Shape::table) {
+    const std::string table = below(below(path, "time"), "values");
+    read_table(part(part(node, "time"), "values"), table, load.profile, reading.faults);
     for (const char* key : {"force", "torque"}) {
       if (const NodeEntry* entry = node.entry(key)) {
         reading.faults.add(entry->mark, fmt::format("'{}' in {} has no meaning with time.shape: table: its values are "
@@ -96,8 +75,7 @@ void read_external_wrenches(Reading& reading) {
 void read_clearance(Reading& reading) {
   const Node& node = part(reading.root, "clearance");
   ClearanceSetup& clearance = reading.problem.clearance;
-  clearance.enabled = boolean_at(node, "enabled");
-  clearance.required = number_at(node, "required").value_or(clearance.required);
+  read_members(node, "clearance", &clearance);
   const Node& pairs = part(node, "ignore");
   for (std::size_t i = 0; i < pairs.items.size() && !reading.faults.full(); ++i) {
     const Node& pair = pairs.items[i];

@@ -11,7 +11,7 @@
 #include <limits>
 #include <unordered_map>
 
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {

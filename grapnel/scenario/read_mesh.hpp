@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "grapnel/model/triangle_mesh.hpp"
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

@@ -6,8 +6,8 @@
 
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/joint_values.hpp"
-#include "grapnel/scenario/number_nodes.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

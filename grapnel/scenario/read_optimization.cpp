@@ -10,14 +10,14 @@
 
 #include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/optimization_points.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/read_optimization_terms.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/source_text.hpp"
-#include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/study_document.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/text_file.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -85,7 +85,7 @@ class OptimizationReader {
         faults_.add(part(root_, "simulate").mark,
                     fmt::format("simulate: impact needs a scenario with 'impact', {} has none", in_quotes(base->name)));
       return base;
-    } catch (const ScenarioError& error) {
+    } catch (const InputError& error) {
       for (const Fault& fault : error.faults()) faults_.add(fault);
     }
     return nullptr;
@@ -111,7 +111,7 @@ class OptimizationReader {
         const std::size_t before = faults_.size();
         try {
           points_->check(variable, end, base);
-        } catch (const ScenarioError& error) {
+        } catch (const InputError& error) {
           for (const Fault& fault : error.faults()) faults_.add(fault);
         } catch (const std::exception& error) {
           faults_.add(variable.mark,

@@ -5,7 +5,7 @@
 #include <array>
 
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {

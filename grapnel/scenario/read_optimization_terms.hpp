@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/scenario/node.hpp"
 #include "grapnel/study/optimization.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

@@ -4,64 +4,26 @@
 
 #include <algorithm>
 
+#include "grapnel/scenario/descriptions.hpp"
 #include "grapnel/scenario/plausibility.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {
 
-std::optional<JointType> joint_type(const Node& joint) {
-  const std::string name = text_at(joint, "type");
-  if (name == "revolute") return JointType::revolute;
-  if (name == "continuous") return JointType::continuous;
-  if (name == "prismatic") return JointType::prismatic;
-  if (name == "fixed") return JointType::fixed;
-  return {};
-}
-
-LoadRating read_rating(const Node& node) {
-  LoadRating rating;
-  rating.force = number_at(node, "force").value_or(LoadRating::kNone);
-  rating.moment = number_at(node, "moment").value_or(LoadRating::kNone);
-  rating.impulse = number_at(node, "impulse").value_or(LoadRating::kNone);
-  rating.angular_impulse = number_at(node, "angular_impulse").value_or(LoadRating::kNone);
-  rating.driving = number_at(node, "driving").value_or(LoadRating::kNone);
-  rating.driving_impulse = number_at(node, "driving_impulse").value_or(LoadRating::kNone);
-  return rating;
-}
-
-JointDescription read_joint(const Node& node, const std::string& path, FaultList& faults) {
-  JointDescription joint;
-  joint.name = text_at(node, "name");
-  joint.type = joint_type(node).value_or(JointType::fixed);
+void read_joint(const Node& node, const std::string& path, JointDescription& joint, FaultList& faults) {
   if (node.find("axis")) joint.axis = unit_vector_at(node, "axis", path, faults);
-
-  const Node& limits = part(node, "limits");
-  joint.limits.lower = number_at(limits, "lower").value_or(joint.limits.lower);
-  joint.limits.upper = number_at(limits, "upper").value_or(joint.limits.upper);
-  joint.limits.rate = number_at(limits, "rate").value_or(joint.limits.rate);
-  joint.limits.effort = number_at(limits, "effort").value_or(joint.limits.effort);
-  if (joint.limits.lower > joint.limits.upper) {
-    faults.add(part(limits, "lower").mark, fmt::format("{}: lower limit {} is above upper limit {}",
-                                                       below(path, "limits"), joint.limits.lower, joint.limits.upper));
-    joint.limits.lower = -std::numeric_limits<double>::infinity();
-    joint.limits.upper = std::numeric_limits<double>::infinity();
-  }
-
-  const Node& friction = part(node, "friction");
-  joint.friction.viscous = number_at(friction, "viscous").value_or(0);
-  joint.friction.coulomb = number_at(friction, "coulomb").value_or(0);
-  joint.friction.transition_rate = number_at(friction, "transition_rate").value_or(joint.friction.transition_rate);
-  joint.rotor_inertia = number_at(node, "rotor_inertia").value_or(0);
-  joint.gear_ratio = number_at(node, "gear_ratio").value_or(1);
-  return joint;
+  if (joint.limits.lower <= joint.limits.upper) return;
+  faults.add(part(part(node, "limits"), "lower").mark,
+             fmt::format("{}: lower limit {} is above upper limit {}", below(path, "limits"), joint.limits.lower,
+                         joint.limits.upper));
+  joint.limits.lower = -std::numeric_limits<double>::infinity();
+  joint.limits.upper = std::numeric_limits<double>::infinity();
 }
 
-// Mass, centre of mass, inertia and shape, the same for base and links.
+// Inertia and shape, the same for base and links; mass and centre of mass have been read.
 void read_body(const Node& node, const std::string& path, const Meshes& meshes, BodyDescription& body,
                RobotSetup& setup, FaultList& faults) {
-  body.mass = number_at(node, "mass").value_or(1);
-  body.com = vector_at(node, "com").value_or(Vector3d::zero());
   body.inertia = inertia_at(node, path, faults);
   const Geometry geometry = geometry_at(node, path, meshes, faults);
   check_com(node, path, body.mass, body.com, body.inertia, faults);
@@ -72,16 +34,12 @@ void read_body(const Node& node, const std::string& path, const Meshes& meshes, 
 void read_base(const Node& node, const std::string& path, const Meshes& meshes, ReadRobot& robot, FaultList& faults) {
   robot.links.add_from(node, path, faults);
   RobotSetup& setup = robot.setup;
-  setup.base = text_at(node, "name");
-  const std::string mode = text_at(node, "mode");
-  setup.base_mode = mode == "fixed"  ? RobotSetup::Base::fixed
-                    : mode == "held" ? RobotSetup::Base::held
-                                     : RobotSetup::Base::free;
-  BodyDescription base;
+  BodyDescription& base = setup.bodies.emplace_back();
+  base.mass = 1;  // where a fault leaves it open
+  read_members(node, "robot.base", &setup);
   base.name = setup.base;
-  base.joint.type = mode == "fixed" ? JointType::fixed : JointType::free;
+  base.joint.type = setup.base_mode == RobotSetup::Base::fixed ? JointType::fixed : JointType::free;
   read_body(node, path, meshes, base, setup, faults);
-  setup.bodies.push_back(std::move(base));
 }
 
 void read_link(const Node& node, const std::string& path, const Meshes& meshes, ReadRobot& robot, FaultList& faults) {
@@ -90,16 +48,18 @@ void read_link(const Node& node, const std::string& path, const Meshes& meshes, 
   const std::string joint_path = below(path, "joint");
   robot.joint_names.add_from(joint, joint_path, faults);
   BodyDescription link;
-  link.name = text_at(node, "name");
-  link.parent = text_at(node, "parent");
-  link.joint = read_joint(joint, joint_path, faults);
+  link.mass = 1;  // where a fault leaves it open
+  read_members(node, "robot.links", &link);
+  read_joint(joint, joint_path, link.joint, faults);
   link.X_PF = pose_of(part(joint, "origin"), below(joint_path, "origin"), faults);
   read_body(node, path, meshes, link, robot.setup, faults);
-  const auto type = joint_type(joint);
+  const auto type =
+      choice_named(field_named(description_at("robot.links.joint"), "type")->type(), text_at(joint, "type"));
   if (!type) robot.types_known = false;
-  if (type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
+  if (type && link.joint.type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
   if (const Node* rating = joint.find("rating"))
-    robot.setup.ratings.emplace_back(link.joint.name, read_rating(*rating));
+    read_members(*rating, "robot.links.joint.rating",
+                 &robot.setup.ratings.emplace_back(link.joint.name, LoadRating{}).second);
   robot.setup.bodies.push_back(std::move(link));
 }
 
@@ -153,28 +113,18 @@ void check_parents(const Node& links, const std::string& path, const ReadRobot& 
   }
 }
 
-CaptureEnvelope read_envelope(const Node& node) {
-  CaptureEnvelope envelope;
-  envelope.position = number_at(node, "position").value_or(CaptureEnvelope::kAny);
-  envelope.angle = number_at(node, "angle").value_or(CaptureEnvelope::kAny);
-  envelope.velocity = number_at(node, "velocity").value_or(CaptureEnvelope::kAny);
-  envelope.angular_velocity = number_at(node, "angular_velocity").value_or(CaptureEnvelope::kAny);
-  return envelope;
-}
-
 void read_end_effectors(const Node& list, const std::string& path, ReadRobot& robot, FaultList& faults) {
   if (list.kind != Node::Kind::null && !list.is_sequence()) robot.end_effectors.make_incomplete();
   for (std::size_t i = 0; i < list.items.size(); ++i) {
     const Node& node = list.items[i];
     const std::string here = item(path, i);
     robot.end_effectors.add_from(node, here, faults);
-    const std::string link = text_at(node, "link");
-    robot.links.expect(link, part(node, "link").mark, here, faults);
-    EndEffectorSetup end_effector{{text_at(node, "name"), link, pose_of(node, here, faults)}, {}, {}, {}};
+    EndEffectorSetup end_effector;
+    read_members(node, "robot.end_effectors", &end_effector);
+    robot.links.expect(end_effector.body, part(node, "link").mark, here, faults);
+    end_effector.X_BE = pose_of(node, here, faults);
     if (node.find("approach_axis")) end_effector.approach_axis = unit_vector_at(node, "approach_axis", here, faults);
     doubt_approach_axis(node, here, end_effector, faults);
-    if (const Node* envelope = node.find("envelope")) end_effector.envelope = read_envelope(*envelope);
-    if (const Node* rating = node.find("rating")) end_effector.rating = read_rating(*rating);
     robot.setup.end_effectors.push_back(std::move(end_effector));
   }
 }

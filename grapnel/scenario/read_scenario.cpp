@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 
+#include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/scenario/grip_times.hpp"
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/plausibility.hpp"
@@ -18,8 +20,28 @@
 namespace grapnel {
 namespace {
 
-// More samples than this are a slip of the pen: 10 million of a seven-joint dual arm are some 10 GB.
-constexpr double kMostSamples = 1e7;
+// Where a path, or what of it is there, stands.
+const Mark& mark_at(const Node& root, std::string_view path) {
+  const Node* node = &root;
+  while (!path.empty()) {
+    const Node* below = nullptr;
+    if (path[0] == '[') {
+      const std::size_t close = path.find(']');
+      std::size_t index = 0;
+      std::from_chars(path.data() + 1, path.data() + close, index);
+      below = index < node->items.size() ? &node->items[index] : nullptr;
+      path.remove_prefix(close + 1);
+    } else {
+      const std::size_t end = std::min(path.find_first_of(".["), path.size());
+      below = node->find(path.substr(0, end));
+      path.remove_prefix(end);
+    }
+    if (path.starts_with('.')) path.remove_prefix(1);
+    if (!below) break;
+    node = below;
+  }
+  return node->mark;
+}
 
 class ScenarioReader {
  public:
@@ -40,11 +62,10 @@ class ScenarioReader {
     if (root_.find("post_impact")) read_post_impact(part(root_, "post_impact"));
     read_external_wrenches(reading_);
     read_clearance(reading_);
-    read_integration(part(root_, "integration"));
-    problem_.output_interval = number_at(part(root_, "output"), "interval").value_or(problem_.output_interval);
-    problem_.output_as_published = boolean_at(part(root_, "output"), "as_published");
+    read_members(part(root_, "integration"), "integration", &problem_.integration);
+    read_members(part(root_, "output"), "output", &problem_);
     check_phases();
-    check_lengths();
+    check_conflicts();
     doubt_shared_points(part(root_, "grasps"), problem_, faults_);
     problem_.robot = std::move(robot_.setup);
     return std::move(problem_);
@@ -104,46 +125,19 @@ class ScenarioReader {
   }
 
   void read_contact(const Node& node) {
-    const std::string gap = text_at(node, "gap");
-    if (gap == "translate_target") problem_.contact.gap = ContactSetup::Gap::translate_target;
-    if (gap == "refuse") problem_.contact.gap = ContactSetup::Gap::refuse;
-    problem_.contact.refuse_beyond = number_at(node, "limit").value_or(0);
+    read_members(node, "contact", &problem_.contact);
     problem_.contact.largest_gap = number_at(node, "largest_gap");
     if (text_at(node, "largest_gap") == "any") problem_.contact.largest_gap = std::numeric_limits<double>::infinity();
   }
 
   void read_post_impact(const Node& node) {
     PostImpactSetup post;
-    post.duration = number_at(node, "duration").value_or(0);
-    const std::string joints = text_at(node, "joints");
-    if (joints == "pd") {
-      post.joints = PostImpactSetup::Joints::pd;
-      read_gains(node, "post_impact", reading_, post.kp, post.kd);
-    }
-    if (joints == "braked") post.joints = PostImpactSetup::Joints::braked;
+    read_members(node, "post_impact", &post);
+    if (post.joints == PostImpactSetup::Joints::pd) read_gains(node, "post_impact", reading_, post.kp, post.kd);
     const bool is_free = robot_.setup.base_mode != RobotSetup::Base::fixed;  // a held base is let go at the impact
     post.base_control = base_control_at(node, "post_impact", is_free, reading_);
     problem_.post_impact = std::move(post);
     read_releases(node, reading_);
-  }
-
-  void read_integration(const Node& node) {
-    IntegrationSetup& setup = problem_.integration;
-    if (text_at(node, "method") == "rk4") setup.method = IntegrationSetup::Method::rk4;
-    if (text_at(node, "root_velocity") == "integrated")
-      setup.root_velocity = IntegrationSetup::RootVelocity::integrated;
-    const std::string loops = text_at(node, "loops");
-    if (loops == "baumgarte") setup.loops = IntegrationSetup::Loops::baumgarte;
-    if (loops == "acceleration") setup.loops = IntegrationSetup::Loops::acceleration;
-    if (loops == "open") setup.loops = IntegrationSetup::Loops::open;
-    setup.baumgarte_time = number_at(node, "baumgarte_time").value_or(setup.baumgarte_time);
-    setup.relative_tolerance = number_at(node, "relative_tolerance").value_or(setup.relative_tolerance);
-    setup.absolute_tolerance = number_at(node, "absolute_tolerance").value_or(setup.absolute_tolerance);
-    setup.step = number_at(node, "step").value_or(setup.step);
-    setup.max_step = number_at(node, "max_step").value_or(0);
-    const double steps = number_at(node, "max_steps").value_or(static_cast<double>(setup.max_steps));
-    // The schema's range; outside it the fault is known and the value must only be safe to convert.
-    if (steps >= 1 && steps <= 1e9) setup.max_steps = static_cast<long>(steps);
   }
 
   // What phases need of each other.
@@ -151,29 +145,15 @@ class ScenarioReader {
     if (root_.is_mapping() && !root_.entry("approach") && !root_.entry("impact") && !root_.entry("post_impact")) {
       faults_.add(root_.mark, "nothing to simulate: give 'approach', 'impact' or both");
     }
-    check_closing_times(reading_);
     check_arrival(reading_);
   }
 
-  // Sample and step counts that cannot be meant.
-  void check_lengths() {
-    const auto sound = [](double duration) { return duration > 0 && std::isfinite(duration) ? duration : 0.0; };
-    const double approach = problem_.approach ? sound(problem_.approach->duration) : 0;
-    const double post = problem_.post_impact ? sound(problem_.post_impact->duration) : 0;
-    const double samples = (approach + post) / problem_.output_interval;
-    if (problem_.output_interval > 0 && samples > kMostSamples) {
-      faults_.add(
-          part(part(root_, "output"), "interval").mark,
-          fmt::format("output.interval is {} [s], which gives {:.3g} samples over {:.6g} s; at most {:.0f} are allowed",
-                      problem_.output_interval, samples, approach + post, kMostSamples));
-    }
-    const IntegrationSetup& integration = problem_.integration;
-    const bool fixed_step = integration.method == IntegrationSetup::Method::rk4 && integration.step > 0;
-    const double steps = fixed_step ? std::max(approach, post) / integration.step : 0;
-    if (steps > static_cast<double>(integration.max_steps)) {
-      faults_.add(part(part(root_, "integration"), "step").mark,
-                  fmt::format("integration.step is {} [s], which gives {:.3g} steps; integration.max_steps allows {}",
-                              integration.step, steps, integration.max_steps));
+  void check_conflicts() {
+    const Node& approach = part(root_, "approach");
+    const bool is_stated = approach.find("trajectory") || approach.find("pieces");  // though it may be faulty
+    for (const ProblemFault& fault : problem_conflicts(problem_)) {
+      if (is_stated && fault.path == "approach.profile") continue;
+      faults_.add(mark_at(root_, fault.path), fault.message);
     }
   }
 

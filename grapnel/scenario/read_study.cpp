@@ -16,10 +16,10 @@
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/source_text.hpp"
-#include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/study_document.hpp"
 #include "grapnel/study/grid.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/text_file.hpp"
 
 namespace grapnel {
 namespace {
@@ -38,7 +38,7 @@ class Points {
   std::vector<Change> set;
   std::vector<ReadAxis> axes;
 
-  /// The scenario at a position before any quantity is applied. @throws ScenarioError
+  /// The scenario at a position before any quantity is applied. @throws InputError
   std::shared_ptr<const CaptureProblem> problem(std::span<const std::size_t> at) {
     Position key;
     for (std::size_t a = 0; a < axes.size(); ++a) {
@@ -256,7 +256,7 @@ class StudyReader {
         add_once(part(root_, "simulate").mark,
                  fmt::format("simulate: impact needs a scenario with 'impact', {} has none", in_quotes(problem->name)));
       return problem;
-    } catch (const ScenarioError& error) {
+    } catch (const InputError& error) {
       for (const Fault& fault : error.faults()) add_once(fault);
     }
     return nullptr;

@@ -5,14 +5,14 @@
 
 #include <filesystem>
 
-#include "grapnel/scenario/fault.hpp"
 #include "grapnel/study/study.hpp"
+#include "grapnel/text/faults.hpp"
 
 namespace grapnel {
 
 /// Reads a study and the scenarios it names, once: its points are made from the trees. Checked are the study itself,
 /// the scenario with the first value of every axis, and with every listed value of each axis (the ends of a range), the
-/// other axes at their first. What only a combination gets wrong is that point's reason. @throws ScenarioError with all
+/// other axes at their first. What only a combination gets wrong is that point's reason. @throws InputError with all
 /// faults. Into `doubts`: as of load_scenario(), of the first point's scenario.
 Study load_study(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
 

@@ -6,22 +6,14 @@
 #include <cmath>
 #include <numbers>
 
-#include "grapnel/scenario/flow_text.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/scenario/spelling.hpp"
 #include "grapnel/study/grid.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/write_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
-
-Node number_node(double value, const Mark& mark) {
-  Node node;
-  node.kind = Node::Kind::scalar;
-  node.mark = mark;
-  node.text = fmt::format("{}", value);
-  return node;
-}
 
 // Values one by one, or those of a range, as nodes.
 std::vector<Node> value_nodes(const Node& node, const std::string& place, FaultList& faults) {

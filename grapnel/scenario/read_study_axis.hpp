@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/scenario/node.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
 #include "grapnel/study/quantity.hpp"
 #include "grapnel/study/study.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

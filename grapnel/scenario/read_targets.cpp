@@ -4,7 +4,7 @@
 
 #include "grapnel/scenario/grip_times.hpp"
 #include "grapnel/scenario/plausibility.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {
@@ -21,18 +21,14 @@ void read_target(const Node& node, const std::string& path, Reading& reading) {
   FaultList& faults = reading.faults;
   reading.targets.add_from(node, path, faults);
   TargetSetup target;
-  target.name = text_at(node, "name");
-  target.mass = number_at(node, "mass").value_or(1);
-  target.com = vector_at(node, "com").value_or(Vector3d::zero());
+  target.mass = 1;  // where a fault leaves it open
+  read_members(node, "targets", &target);
   target.inertia = inertia_at(node, path, faults);
   target.geometry = geometry_at(node, path, reading.meshes, faults);
   check_com(node, path, target.mass, target.com, target.inertia, faults);
   doubt_inertia(node, path, target.mass, target.com, target.inertia, target.geometry, faults);
   const Node& state = part(node, "state");
-  target.given_at = text_at(state, "at") == "start" ? TargetSetup::Instant::start : TargetSetup::Instant::capture;
   target.X_WT = pose_of(state, below(path, "state"), faults);
-  target.V_WT = {vector_at(state, "angular_velocity").value_or(Vector3d::zero()),
-                 vector_at(state, "velocity").value_or(Vector3d::zero())};
   NameTable points("grasp point");
   const Node& list = part(node, "grasp_points");
   if (!list.is_sequence()) points.make_incomplete();
@@ -53,8 +49,7 @@ GraspSetup::Orientation read_orientation(const Node& node, const std::string& pa
   const GraspPoint* point = grasp_point_named(reading, grasp.target, grasp.grasp_point);
   const EndEffectorSetup* end_effector = end_effector_named(reading, grasp.end_effector);
   const std::string given = text_at(node, "orientation");
-  if (given == "free") return Orientation::free;
-  if (given == "pose") return Orientation::pose;
+  if (given == "free" || given == "pose") return grasp.orientation;
   if (given == "axis") {
     const Mark& mark = part(node, "orientation").mark;
     if (point && !point->approach_direction) {
@@ -107,17 +102,13 @@ void read_grasps(Reading& reading) {
     const Node& node = list.items[i];
     const std::string path = item("grasps", i);
     GraspSetup grasp;
-    grasp.end_effector = text_at(node, "end_effector");
-    grasp.target = text_at(node, "target");
-    grasp.grasp_point = text_at(node, "point");
+    read_members(node, "grasps", &grasp);
     const std::string model = text_at(node, "model");
     grasp.contact = model == "contact";
     grasp.model = model == "hinge" ? GraspModel::hinge : model == "point" ? GraspModel::point : GraspModel::rigid;
     if (grasp.model == GraspModel::hinge) grasp.hinge_axis = unit_vector_at(node, "axis", path, faults);
     grasp.orientation = read_orientation(node, path, grasp, reading);
     read_closing(node, path, grasp, reading);
-    grasp.relative_velocity = vector_at(node, "relative_velocity").value_or(Vector3d::zero());
-    grasp.relative_angular_velocity = vector_at(node, "relative_angular_velocity").value_or(Vector3d::zero());
 
     reading.robot.end_effectors.expect(grasp.end_effector, part(node, "end_effector").mark, path, faults);
     const auto [first, fresh] = user_of.emplace(grasp.end_effector, i);

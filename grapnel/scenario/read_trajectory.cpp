@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "grapnel/scenario/magnitudes.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

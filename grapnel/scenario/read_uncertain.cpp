@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "grapnel/scenario/flow_text.hpp"
-#include "grapnel/scenario/number_nodes.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/scenario/spelling.hpp"
 #include "grapnel/scenario/uncertain_inputs.hpp"
 #include "grapnel/scenario/uncertain_numbers.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/write_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

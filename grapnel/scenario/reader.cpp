@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "grapnel/result/printable.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/scenario/descriptions.hpp"
 #include "grapnel/scenario/plausibility.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -46,6 +46,57 @@ Rotationd rotation_of(const Node& mapping, const std::string& path, FaultList& f
   return Rotationd::identity();
 }
 
+// A value of a plain type, if the node is one. False: the type is none.
+bool read_plain(const Node& node, const Field& field, const Type& type, void* place) {
+  switch (type.kind) {
+    case Type::Kind::real:
+      if (const auto value = number_of(node); value && !std::isnan(*value)) *static_cast<double*>(place) = *value;
+      return true;
+    case Type::Kind::whole:
+      // A value out of range is a known fault and must only be safe to convert. Whole numbers up to 2^53 are exact.
+      if (const auto value = number_of(node); value && field.range.contains(*value))
+        type.set_whole(place, static_cast<std::int64_t>(*value));
+      return true;
+    case Type::Kind::boolean:
+      if (const auto value = boolean_of(node)) type.set_whole(place, *value);
+      return true;
+    case Type::Kind::text:
+      if (is_text(node)) *static_cast<std::string*>(place) = node.text;
+      return true;
+    case Type::Kind::choice:
+      if (const auto value = is_text(node) ? choice_named(type, node.text) : std::nullopt)
+        type.set_whole(place, *value);
+      return true;
+    case Type::Kind::list:
+      if (type.fixed_size != 3) return false;
+      if (const auto values = finite_list(node); values && values->size() == 3)
+        *static_cast<Vector3d*>(place) = {(*values)[0], (*values)[1], (*values)[2]};
+      return true;
+    case Type::Kind::optional:
+    case Type::Kind::structure:
+      break;
+  }
+  return false;
+}
+
+void read_members(const Node& mapping, const Type& type, void* structure) {
+  for (const Field& field : type.fields) {
+    const Node* node = mapping.find(field.key);
+    if (!node || !field.place || !(field.form.empty() || field.form == "number or infinity")) continue;
+    const Type& value = field.type();
+    const Type& inner = value.kind == Type::Kind::optional ? value.of() : value;
+    if (inner.kind == Type::Kind::list && inner.fixed_size == 0) continue;
+    void* place = field.place(structure);
+    if (!place) continue;
+    if (value.kind == Type::Kind::optional) {
+      value.resize(place, 1);
+      place = value.item(place, 0);
+    }
+    if (!read_plain(*node, field, inner, place) && inner.kind == Type::Kind::structure)
+      read_members(*node, inner, place);
+  }
+}
+
 bool is_matrix(const Node& node) { return node.is_sequence() && !node.items.empty() && node.items[0].is_sequence(); }
 
 // The six entries xx, yy, zz, xy, xz, yz of a symmetric 3 x 3 matrix; of two that differ by rounding their mean.
@@ -79,6 +130,10 @@ std::optional<Rotationd> rotation_from_wxyz(std::span<const double, 4> q) {
   const double length = std::hypot(std::hypot(q[0], q[1]), std::hypot(q[2], q[3]));
   if (!(std::abs(length - 1) <= 1e-6)) return {};
   return rotation_matrix(Quaterniond{q[0] / length, q[1] / length, q[2] / length, q[3] / length});
+}
+
+void read_members(const Node& mapping, std::string_view path, void* structure) {
+  read_members(mapping, description_at(path), structure);
 }
 
 const Node& part(const Node& mapping, std::string_view key) {

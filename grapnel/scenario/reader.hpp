@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 
@@ -30,6 +30,11 @@ std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key);
 /// A whole number from 0 to `most`, which is at most 2^53; else 0.
 std::uint64_t whole_number_at(const Node& mapping, std::string_view key, std::uint64_t most);
 bool boolean_at(const Node& mapping, std::string_view key);
+
+/// Reads the keys of a mapping into the structure that is described at `path` (description_at()): numbers, truth
+/// values, texts, names of choices, vectors, and the structures in it. What is absent or faulty stays as it is; lists
+/// and values that stand in forms of their own are left to whoever knows them.
+void read_members(const Node& mapping, std::string_view path, void* structure);
 
 /// Rotation of a quaternion (w, x, y, z), normalised; empty unless its length is 1 within 1e-6. Not inline: whoever has
 /// the same four numbers gets the same bits.

@@ -9,16 +9,16 @@
 
 #include "grapnel/result/sha256.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
-#include "grapnel/scenario/overrides.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/read_robot.hpp"
 #include "grapnel/scenario/read_scenario.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/source_text.hpp"
-#include "grapnel/scenario/spelling.hpp"
-#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/parse_yaml.hpp"
+#include "grapnel/text/text_file.hpp"
+#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -249,14 +249,6 @@ std::shared_ptr<const ScenarioFiles::File> ScenarioFiles::find(const std::filesy
 void ScenarioFiles::keep(const std::filesystem::path& path, File file) {
   const std::lock_guard lock(mutex_);
   files_.emplace(path.string(), std::make_shared<const File>(std::move(file)));
-}
-
-Override parse_override(const std::string& argument) {
-  const std::size_t equals = argument.find('=');
-  if (equals == std::string::npos || equals == 0) {
-    throw ScenarioError({{"--set " + argument, 0, 0, "must be path=value, such as approach.duration=10"}});
-  }
-  return {argument.substr(0, equals), argument.substr(equals + 1)};
 }
 
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides,

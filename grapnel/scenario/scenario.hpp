@@ -10,29 +10,19 @@
 #include <vector>
 
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/scenario/fault.hpp"
+#include "grapnel/text/faults.hpp"
+#include "grapnel/text/yaml_paths.hpp"
 
 namespace grapnel {
-
-/// A value that replaces, or adds to, what the file says. The path names keys, list items by index and named items by
-/// name: `approach.duration`, `targets[0].mass`, `targets.target-1.mass`, `robot.base.mass` (also where the robot has a
-/// file of its own). The value is YAML: `10`, `[1, 0, 0]`, `{match: twist}`.
-struct Override {
-  std::string path;
-  std::string value;
-};
-
-/// Splits the argument of --set at its first "=". @throws ScenarioError if there is none.
-Override parse_override(const std::string& argument);
 
 /// Reads a scenario and the robot and trajectory files it names, applies the overrides in order, and checks everything.
 /// CaptureProblem::sha256 is that of the scenario file's bytes, then the robot file's, then the trajectory file's, then
 /// "--set path=value\n" of every override. Into `doubts`, where somebody reads them, what is allowed but hardly meant,
-/// such as an angle in degrees: warnings, in the order of their places. @throws ScenarioError with all faults.
+/// such as an angle in degrees: warnings, in the order of their places. @throws InputError with all faults.
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides = {},
                              std::vector<Fault>* doubts = nullptr);
 
-/// Reads a robot file; `doubts` as for load_scenario(). @throws ScenarioError with all faults.
+/// Reads a robot file; `doubts` as for load_scenario(). @throws InputError with all faults.
 RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
 
 /// The published JSON Schemas (draft 7).

@@ -13,18 +13,10 @@
 #include <string>
 
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
-
-/// What a change of a value puts in its place. The mark is where it was asked for; `text` is the value as "--set
-/// path=text" would say it.
-struct Change {
-  std::string path;
-  Mark mark;
-  Node value;
-  std::string text;
-};
 
 /// Files by path, with their trees. Only what could be read and parsed is kept. Thread safety: any number of threads.
 class ScenarioFiles {
@@ -44,7 +36,7 @@ class ScenarioFiles {
   std::map<std::string, std::shared_ptr<const File>> files_;  // guarded by mutex_
 };
 
-/// load_scenario() with changes as trees. @throws ScenarioError with all faults.
+/// load_scenario() with changes as trees. @throws InputError with all faults.
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files,
                              std::vector<Fault>* doubts = nullptr);
 

@@ -2,7 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "grapnel/scenario/descriptions.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "grapnel/scenario/schema_of.hpp"
 #include "grapnel/scenario/schema_text.hpp"
 
 namespace grapnel {
@@ -10,40 +12,14 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// References to the robot's schema become references into the one document.
-void point_inside(Json& part) {
-  const std::string file = "robot.schema.json";
-  if (part.is_object() && part.contains("$ref")) {
-    std::string& reference = part["$ref"].get_ref<std::string&>();
-    if (reference == file)
-      reference = "#/definitions/robot";
-    else if (reference.starts_with(file))
-      reference.erase(0, file.size());
-  }
-  if (part.is_structured()) {
-    for (Json& below : part) point_inside(below);
-  }
-}
-
-Json bundled_scenario_schema() {
-  Json scenario = Json::parse(kScenarioSchemaText);
-  point_inside(scenario);
-  Json robot = robot_schema_document();
-  for (const auto& [name, definition] : robot["definitions"].items()) scenario["definitions"][name] = definition;
-  robot.erase("definitions");
-  robot.erase("$schema");
-  scenario["definitions"]["robot"] = std::move(robot);
-  return scenario;
-}
-
 }  // namespace
 
 const Json& robot_schema_document() {
-  static const Json kSchema = Json::parse(kRobotSchemaText);
+  static const Json kSchema = schema_of(robot_description(), "Grapnel robot, version 1");
   return kSchema;
 }
 const Json& scenario_schema_document() {
-  static const Json kSchema = bundled_scenario_schema();
+  static const Json kSchema = schema_of(scenario_description(), "Grapnel scenario, version 1");
   return kSchema;
 }
 const Json& study_schema_document() {

@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

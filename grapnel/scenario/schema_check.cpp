@@ -5,14 +5,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "grapnel/result/printable.hpp"
 #include "grapnel/scenario/magnitudes.hpp"
-#include "grapnel/scenario/number_advice.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/spelling.hpp"
-#include "grapnel/scenario/syntax_slip.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/syntax_slip.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

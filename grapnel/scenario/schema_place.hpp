@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "grapnel/scenario/overrides.hpp"
+#include "grapnel/text/yaml_paths.hpp"
 
 namespace grapnel {
 

@@ -5,8 +5,6 @@
 
 namespace grapnel {
 
-extern const char* const kRobotSchemaText;
-extern const char* const kScenarioSchemaText;
 extern const char* const kStudySchemaText;
 extern const char* const kOptimizationSchemaText;
 extern const char* const kCampaignSchemaText;

@@ -5,8 +5,8 @@
 #include <memory>
 
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/source_text.hpp"
-#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/text/parse_yaml.hpp"
+#include "grapnel/text/text_file.hpp"
 
 namespace grapnel {
 

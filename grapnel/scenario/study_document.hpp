@@ -7,7 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 
@@ -18,7 +18,7 @@ struct StudyDocument {
 };
 
 /// `kind`: of the file, "study"; `expected`: in words, "a study". Faults of structure are added to `faults`.
-/// @throws ScenarioError if there is nothing to go on with: no file, no YAML, or a file of another kind.
+/// @throws InputError if there is nothing to go on with: no file, no YAML, or a file of another kind.
 StudyDocument read_study_document(const std::filesystem::path& path, const std::string& kind,
                                   const std::string& expected, const nlohmann::ordered_json& schema, FaultList& faults);
 

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <optional>
 
-#include "grapnel/scenario/flow_text.hpp"
-#include "grapnel/scenario/number_nodes.hpp"
 #include "grapnel/scenario/read_robot.hpp"
 #include "grapnel/scenario/schema_place.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/write_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "grapnel/campaign/distribution.hpp"
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

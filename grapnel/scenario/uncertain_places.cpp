@@ -4,12 +4,11 @@
 
 #include <algorithm>
 
-#include "grapnel/scenario/number_nodes.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/schema_place.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/scenario/overrides.hpp"
+#include "grapnel/text/yaml_paths.hpp"
 
 namespace grapnel {
 

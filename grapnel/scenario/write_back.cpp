@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "grapnel/approach/capture_goals.hpp"
-#include "grapnel/scenario/plain_scalar.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -16,20 +16,16 @@ Node text_node(const std::string& text) {
   return node;
 }
 
-Node number_node(double value) {
-  Node node;
-  node.kind = Node::Kind::scalar;
-  node.text = fmt::format("{}", value == 0 ? 0 : value);  // the shortest that reads back to the same double
-  return node;
-}
+// Without the sign of zero, which nobody means.
+Node plain_number(double value) { return number_node(value == 0 ? 0 : value); }
 
-Node list_node(const std::vector<double>& values) {
+Node plain_list(const std::vector<double>& values) {
   Node node;
   node.kind = Node::Kind::sequence;
-  for (const double value : values) node.items.push_back(number_node(value));
+  for (const double value : values) node.items.push_back(plain_number(value));
   return node;
 }
-Node vector_node(const Vector3d& v) { return list_node({v[0], v[1], v[2]}); }
+Node vector_node(const Vector3d& v) { return plain_list({v[0], v[1], v[2]}); }
 
 void set(Node& mapping, const std::string& key, Node value) {
   mapping.kind = Node::Kind::mapping;
@@ -61,7 +57,7 @@ Node inertia_node(const Symmetric3d& I) {
   node.kind = Node::Kind::mapping;
   const std::pair<const char*, double> components[] = {{"xx", I.xx}, {"yy", I.yy}, {"zz", I.zz},
                                                        {"xy", I.xy}, {"xz", I.xz}, {"yz", I.yz}};
-  for (const auto& [key, value] : components) set(node, key, number_node(value));
+  for (const auto& [key, value] : components) set(node, key, plain_number(value));
   return node;
 }
 
@@ -70,7 +66,7 @@ void write_point(const GraspPoint& before, const GraspPoint& after, Node& node) 
   if (differs(before.X_TG.R, after.X_TG.R)) {
     drop(node, "rpy");
     const Quaterniond q = quaternion_from(after.X_TG.R);
-    set(node, "quaternion_wxyz", list_node({q.w, q.x, q.y, q.z}));
+    set(node, "quaternion_wxyz", plain_list({q.w, q.x, q.y, q.z}));
   }
   if (after.approach_direction && differs(before.approach_direction, after.approach_direction))
     set(node, "approach_direction", vector_node(*after.approach_direction));
@@ -78,7 +74,7 @@ void write_point(const GraspPoint& before, const GraspPoint& after, Node& node) 
 }
 
 void write_target(const TargetSetup& before, const TargetSetup& after, Node& node) {
-  if (before.mass != after.mass) set(node, "mass", number_node(after.mass));
+  if (before.mass != after.mass) set(node, "mass", plain_number(after.mass));
   if (differs(before.inertia, after.inertia)) set(node, "inertia", inertia_node(after.inertia));
   Node& state = *node.find("state");
   if (differs(before.V_WT.angular, after.V_WT.angular)) set(state, "angular_velocity", vector_node(after.V_WT.angular));
@@ -119,7 +115,7 @@ void write_back(const CaptureProblem& before, const CaptureProblem& after, Node&
   if (!before.approach || !before.approach->plan) return;
   const PlanSetup &plan = *before.approach->plan, &changed = *after.approach->plan;
   Node& node = *scenario.find("approach")->find("plan");
-  if (plan.guess != changed.guess) set(node, "guess", list_node(changed.guess));
+  if (plan.guess != changed.guess) set(node, "guess", plain_list(changed.guess));
   if (plan.measure != changed.measure) set(node, "measure", text_node(name_of(changed.measure)));
 }
 

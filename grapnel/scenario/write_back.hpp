@@ -5,7 +5,7 @@
 /// function.
 
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

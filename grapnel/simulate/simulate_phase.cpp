@@ -107,7 +107,8 @@ class PhaseRun {
     for (std::size_t i = 0; i < y.size(); ++i) correction_[i] = y[i] - correction_[i];
     loops_.correction_total += relative_tolerance_ * norm_(y, correction_);
     if (result.converged) return true;
-    loop_failure_ = dynamics_.loops()->contradiction() > kVelocityContradiction ? contradiction(t) : unclosed(t, result);
+    loop_failure_ =
+        dynamics_.loops()->contradiction() > kVelocityContradiction ? contradiction(t) : unclosed(t, result);
     return true;
   }
 

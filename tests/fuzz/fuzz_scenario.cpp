@@ -9,7 +9,7 @@
 ///     === mesh.stl         likewise
 ///     === set              what follows are overrides, one path=value a line
 ///
-/// Whatever the bytes are, the input is refused with a ScenarioError that has faults, or accepted; what was accepted
+/// Whatever the bytes are, the input is refused with a InputError that has faults, or accepted; what was accepted
 /// must become a model or be refused by the model's own errors. Anything else ends the process: an exception of another
 /// type, a signal, a sanitizer's finding, a hang.
 
@@ -26,9 +26,9 @@
 #include <vector>
 
 #include "grapnel/problem/capture_system.hpp"
-#include "grapnel/result/printable.hpp"
-#include "grapnel/scenario/node.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel::fuzz {
 namespace {
@@ -102,8 +102,8 @@ void require_sound(const std::vector<Fault>& faults) {
   }
 }
 
-Outcome refusal(const ScenarioError& error) {
-  if (error.faults().empty()) throw std::logic_error("a ScenarioError without faults");
+Outcome refusal(const InputError& error) {
+  if (error.faults().empty()) throw std::logic_error("a InputError without faults");
   require_sound(error.faults());
   return Outcome::refused;
 }
@@ -116,7 +116,7 @@ Outcome load_and_build(const fs::path& scenario, const std::vector<std::string>&
     std::vector<Fault> doubts;
     problem = load_scenario(scenario, overrides, &doubts);
     require_sound(doubts);
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     return refusal(error);
   }
   try {
@@ -140,7 +140,7 @@ Outcome try_input(std::string_view bytes) {
   if (robot) {
     try {
       load_robot(folder.path() / "robot.yaml");
-    } catch (const ScenarioError& error) {
+    } catch (const InputError& error) {
       refusal(error);
     }
   }

@@ -78,7 +78,7 @@ void check(const std::filesystem::path& file) {
   CaptureProblem problem;
   try {
     problem = load_scenario(file);
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     RC_FAIL(std::string("a valid scenario is refused: ") + error.what());
   }
   const auto begin = std::chrono::steady_clock::now();

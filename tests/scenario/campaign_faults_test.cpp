@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "grapnel/scenario/fault.hpp"
 #include "grapnel/scenario/read_campaign.hpp"
+#include "grapnel/text/faults.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel {
@@ -17,7 +17,7 @@ std::vector<std::string> faults_of(const std::string& text) {
   std::vector<std::string> texts;
   try {
     load_campaign(folder.write("campaign.yaml", text));
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     for (const Fault& fault : error.faults()) {
       std::string one = fault.text();
       const std::string prefix = folder.path().string() + "/";

@@ -2,12 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+
 #include "grapnel/scenario/changed_scenario.hpp"
-#include "grapnel/scenario/flow_text.hpp"
-#include "grapnel/scenario/number_nodes.hpp"
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/text/parse_yaml.hpp"
+#include "grapnel/text/write_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
+#include "scenario/scenario_files.hpp"
 
 namespace grapnel {
 namespace {
@@ -22,6 +27,7 @@ class Base {
     problem = load_scenario(path_, changes_, files_);
     tree = changed_tree(path_, changes_, files_);
     include_robot(tree, path_, files_);
+    given = tree;
     fill_defaults(tree, scenario_schema_document());
   }
 
@@ -36,7 +42,7 @@ class Base {
     return problem_setter(path_steps(tree, path, {}, faults), form, problem);
   }
 
-  Node tree;
+  Node tree, given;  // with defaults and without
   CaptureProblem problem;
 
  private:
@@ -174,14 +180,69 @@ TEST(ProblemSetter, LeavesDoubtfulValuesToTheReader) {
   refuses("integration.relative_tolerance", {0});
 }
 
+// What must agree with something else that the file says, or means nothing by itself.
 TEST(ProblemSetter, KnowsItsLimits) {
   const Base base = thesis();
-  for (const char* path :
-       {"approach.duration", "output.interval", "post_impact.duration", "targets.target-1.geometry.radius",
-        "robot.links.arm-1-link-1.joint.axis", "initial.joint_rates"}) {
+  for (const char* path : {"targets.target-1.state.quaternion_wxyz[0]", "initial.joint_rates", "name"}) {
     const auto form = value_at(base.tree, path);
     EXPECT_FALSE(base.setter(path, form.value_or(number_node(1)))) << path;
   }
+}
+
+// Paths of all numbers of a tree, and of all lists and mappings of numbers.
+void collect_numbers(const Node& node, const std::string& path, std::vector<std::string>& paths) {
+  if (numbers_in(node)) paths.push_back(path);
+  for (std::size_t i = 0; i < node.items.size(); ++i)
+    collect_numbers(node.items[i], path + "[" + std::to_string(i) + "]", paths);
+  for (const NodeEntry& entry : node.entries)
+    collect_numbers(entry.value, path.empty() ? entry.key : path + "." + entry.key, paths);
+}
+
+// Whether only reading can know what a changed number here does: a part of an orientation, a matrix, a motion that is
+// stated piece by piece, the instants of a table, what other keys must agree with.
+bool is_left_to_the_reader(const std::string& path, const CaptureProblem& problem) {
+  const auto has = [&](const char* part) { return path.find(part) != std::string::npos; };
+  const bool is_stated = problem.approach && (problem.approach->sampled || !problem.approach->pieces.empty());
+  return has("quaternion_wxyz[") || has("rpy[") || has(".pieces[") || has("].time.values[") || has("inertia[") ||
+         (is_stated && (has("initial.joint") || path == "approach.duration" || has(".limits")));
+}
+
+// Every number of every scenario shipped can be set in place, and then the problem is what the reader makes of it.
+TEST(ProblemSetter, OfEveryNumberShipped) {
+  std::size_t count = 0, set_in_place = 0;
+  std::set<std::string> seen;
+  for (const std::filesystem::path& file : test::shipped_scenarios()) {
+    const std::string name = std::filesystem::relative(file, GRAPNEL_SOURCE_DIR).string();
+    SCOPED_TRACE(name);
+    Base base(name, {});
+    std::vector<std::string> paths;
+    collect_numbers(base.tree, "", paths);
+    for (const std::string& path : paths) {
+      SCOPED_TRACE(path);
+      const bool is_part_of_default = path.ends_with("]") && !value_at(base.given, path);
+      if (is_left_to_the_reader(path, base.problem) || is_part_of_default) continue;
+      const Node form = *value_at(base.tree, path);
+      const ProblemSetter set = base.setter(path, form);
+      if (!set) {
+        EXPECT_THROW(base.read(path, form), InputError);
+        continue;
+      }
+      ++count;
+      // Every key of every file; of what differs by an index only, some.
+      std::string kind = path;
+      std::erase_if(kind, [](char c) { return c >= '0' && c <= '9'; });
+      if (!seen.insert(kind + (count % 7 == 0 ? name : "")).second) continue;
+      std::vector<double> numbers = *numbers_in(form);
+      for (double& x : numbers) x = x == std::floor(x) && std::abs(x) > 1 ? x - 1 : x * 0.998046875;
+      CaptureProblem quick = base.problem;
+      const bool done = set(quick, numbers);
+      set_in_place += done;
+      if (!done) continue;
+      EXPECT_TRUE(problem_bytes(quick) == problem_bytes(base.read(path, with_numbers(form, numbers, {}))));
+    }
+  }
+  EXPECT_GT(count, 3000u);
+  EXPECT_GT(set_in_place, 300u);
 }
 
 }  // namespace

@@ -8,9 +8,9 @@
 
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/campaign/run_block.hpp"
-#include "grapnel/scenario/fault.hpp"
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/study/run_case.hpp"
+#include "grapnel/text/faults.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel {
@@ -25,7 +25,7 @@ std::string head(const std::string& scenario = "scenarios/thesis/open-loop-case-
 Campaign load(const test::TemporaryFolder& folder, const std::string& text) {
   try {
     return load_campaign(folder.write("campaign.yaml", text));
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     for (const Fault& fault : error.faults()) ADD_FAILURE() << fault.text();
     throw;
   }
@@ -361,7 +361,7 @@ TEST(Campaign, AFaultyCaseSaysWhy) {
     try {
       campaign.problem(k);
       EXPECT_LE(x[0], x[1] + 1);
-    } catch (const ScenarioError& error) {
+    } catch (const InputError& error) {
       ++faulty;
       EXPECT_GT(x[0], x[1] + 1);
       EXPECT_THAT(error.what(), testing::HasSubstr("triangle inequality"));
@@ -387,7 +387,7 @@ TEST(Campaign, ChoicesThatAreNoFiniteNumbersAreRefused) {
     const test::TemporaryFolder folder;
     const std::string text =
         head() + "uncertain: [{path: contact.limit, discrete: {values: [1, " + std::string(choice) + "]}}]\n";
-    EXPECT_THROW(load_campaign(folder.write("campaign.yaml", text)), ScenarioError) << choice;
+    EXPECT_THROW(load_campaign(folder.write("campaign.yaml", text)), InputError) << choice;
   }
 }
 

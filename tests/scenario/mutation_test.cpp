@@ -1,4 +1,4 @@
-// Whatever happens to a file: it is accepted, or refused with a ScenarioError. Nothing else may come out.
+// Whatever happens to a file: it is accepted, or refused with a InputError. Nothing else may come out.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -97,7 +97,7 @@ void try_to(Load load, const std::string& text, Tally& tally) {
   try {
     load();
     ++tally.accepted;
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     ++tally.refused;
     EXPECT_FALSE(error.faults().empty());
     EXPECT_EQ(std::string(error.what()).find("error: "), std::string(error.what()).find(": error: ") + 2)
@@ -127,7 +127,7 @@ std::string rich_scenario() {
                              "clearance: {required: 0.1, ignore: [[base, upper], [lower, ball]]}")});
 }
 
-TEST(Mutation, OnlySuccessOrScenarioError) {
+TEST(Mutation, OnlySuccessOrInputError) {
   const TemporaryFolder folder;
   Random random(seed());
   std::vector<std::string> originals{kSmallScenario, rich_scenario()};

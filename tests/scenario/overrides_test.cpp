@@ -156,7 +156,7 @@ TEST_F(Overrides, NeedAnEqualsSign) {
     try {
       parse_override(argument);
       FAIL() << argument;
-    } catch (const ScenarioError& error) {
+    } catch (const InputError& error) {
       EXPECT_EQ(error.what(),
                 "--set " + std::string(argument) + ": error: must be path=value, such as approach.duration=10");
     }

@@ -327,7 +327,7 @@ TEST(ScenarioFaults, WhatIsTheSumOfTheTexts) {
   try {
     load_scenario(path);
     FAIL() << "accepted";
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     ASSERT_EQ(error.faults().size(), 2u);
     EXPECT_EQ(error.what(), error.faults()[0].text() + "\n" + error.faults()[1].text());
     EXPECT_EQ(error.faults()[0].file, path.string());

@@ -103,7 +103,7 @@ Edit way(const std::string& lines) {
 }
 
 namespace {
-std::vector<std::string> texts(const ScenarioError& error, const std::filesystem::path& folder) {
+std::vector<std::string> texts(const InputError& error, const std::filesystem::path& folder) {
   std::vector<std::string> result;
   const std::string prefix = folder.string() + "/";
   for (const Fault& fault : error.faults()) {
@@ -118,7 +118,7 @@ std::vector<std::string> texts(const ScenarioError& error, const std::filesystem
 std::vector<std::string> faults_of_file(const std::filesystem::path& path, const std::vector<Override>& overrides) {
   try {
     load_scenario(path, overrides);
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     return texts(error, path.parent_path());
   }
   return {};
@@ -146,7 +146,7 @@ std::vector<std::string> robot_faults_of(std::string_view text) {
   const auto path = folder.write("robot.yaml", text);
   try {
     load_robot(path);
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     return texts(error, folder.path());
   }
   return {};

@@ -264,8 +264,8 @@ TEST_F(Trajectory, ThereIsAnEndToTheFaults) {
   EXPECT_THAT(found.back(), testing::EndsWith("error: too many faults; the search for more ends here"));
 }
 
-// Whatever happens to a file: it is accepted, or refused with a ScenarioError.
-TEST_F(Trajectory, OnlySuccessOrScenarioError) {
+// Whatever happens to a file: it is accepted, or refused with a InputError.
+TEST_F(Trajectory, OnlySuccessOrInputError) {
   std::mt19937_64 random(20240607);
   const auto below = [&](std::size_t limit) { return static_cast<std::size_t>(random() % limit); };
   const std::vector<std::string> pieces{",", "\n", "#", "time", ".rate", "-", "1e308", ".nan", " ", "\t", "0", "\r"};

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "grapnel/scenario/fault.hpp"
+#include "grapnel/text/faults.hpp"
 #include "study/study_case.hpp"
 
 namespace grapnel {
@@ -19,7 +19,7 @@ std::vector<std::string> faults_of(const std::string& text) {
   std::vector<std::string> texts;
   try {
     load_optimization(folder.write("o.yaml", text));
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     for (const Fault& fault : error.faults()) texts.push_back(fault.text().substr(folder.path().string().size() + 1));
   }
   return texts;

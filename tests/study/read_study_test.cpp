@@ -3,9 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "grapnel/scenario/fault.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/run_study.hpp"
+#include "grapnel/text/faults.hpp"
 #include "study/study_case.hpp"
 
 namespace grapnel {
@@ -23,7 +23,7 @@ std::vector<std::string> faults_of(const std::string& text) {
   std::vector<std::string> texts;
   try {
     load_study(folder.write("study.yaml", text));
-  } catch (const ScenarioError& error) {
+  } catch (const InputError& error) {
     for (const Fault& fault : error.faults()) {
       std::string one = fault.text();
       const std::string prefix = folder.path().string() + "/";

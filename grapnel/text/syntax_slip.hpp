@@ -2,7 +2,7 @@
 
 /// @file
 /// What a user most likely did where text is no YAML. The parser notices late and in its own words; a look at brackets,
-/// quotes and lines finds the place of the slip. Thread safety: free functions.
+/// quotes and lines finds the place of the slip.
 
 #include <cstddef>
 #include <optional>

@@ -1,4 +1,4 @@
-#include "grapnel/scenario/source_text.hpp"
+#include "grapnel/text/text_file.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -11,8 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grapnel/result/printable.hpp"
-#include "grapnel/scenario/spelling.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {

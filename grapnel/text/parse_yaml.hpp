@@ -1,13 +1,12 @@
 #pragma once
 
 /// @file
-/// YAML text to a Node tree, by the parser's events, so that places, duplicate keys, depth and size are ours to check.
-/// Thread safety: free functions.
+/// YAML text to a tree, by the parser's events, so that places, duplicate keys, depth and size are ours to check.
 
 #include <optional>
 #include <string>
 
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

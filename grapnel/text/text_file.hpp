@@ -1,13 +1,13 @@
 #pragma once
 
 /// @file
-/// Reading files and the checks that come before any parsing. Thread safety: free functions.
+/// Reading files and the checks that come before any parsing.
 
 #include <filesystem>
 #include <optional>
 #include <string>
 
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

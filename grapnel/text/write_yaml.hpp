@@ -1,16 +1,19 @@
 #pragma once
 
 /// @file
-/// A tree to a YAML file that people read and change. Thread safety: a free function.
+/// A tree back to text: a YAML file that people read and change, or a value on one line.
 
 #include <string>
 
-#include "grapnel/scenario/node.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 
 /// Block style, with what fits on one line in flow style. `comment` comes first, "# " before each of its lines. Parsed
 /// again the tree is the same: kinds, texts, keys and their order, and what is a number, a truth value or text.
 std::string yaml_text(const Node& tree, const std::string& comment = {});
+
+/// The value on one line, as "--set path=TEXT" takes it: 10, [1, 0, 0], {match: twist}, "a text with: signs".
+std::string flow_text(const Node& node);
 
 }  // namespace grapnel

@@ -1,4 +1,4 @@
-#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/text/parse_yaml.hpp"
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>
@@ -9,9 +9,9 @@
 #include <sstream>
 #include <string_view>
 
-#include "grapnel/scenario/plain_scalar.hpp"
-#include "grapnel/scenario/source_text.hpp"
-#include "grapnel/scenario/syntax_slip.hpp"
+#include "grapnel/text/syntax_slip.hpp"
+#include "grapnel/text/text_file.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {

@@ -1,11 +1,11 @@
-#include "grapnel/scenario/fault.hpp"
+#include "grapnel/text/faults.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <tuple>
 
-#include "grapnel/result/printable.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {
@@ -14,6 +14,15 @@ std::string joined(const std::vector<Fault>& faults) {
   std::string text;
   for (const Fault& fault : faults) text += (text.empty() ? "" : "\n") + fault.text();
   return text;
+}
+
+// The message, cut where a character ends.
+Fault cut(Fault fault) {
+  if (fault.message.size() <= FaultList::kLongestMessage) return fault;
+  std::size_t end = FaultList::kLongestMessage;
+  while (end > 0 && (static_cast<unsigned char>(fault.message[end]) & 0xc0) == 0x80) --end;
+  fault.message = fault.message.substr(0, end) + "…";
+  return fault;
 }
 
 }  // namespace
@@ -33,7 +42,18 @@ std::string Fault::text() const {
                                  : fmt::format("{}: {}: {}", file, kind, message));
 }
 
-ScenarioError::ScenarioError(std::vector<Fault> faults)
+InputError::InputError(std::vector<Fault> faults)
     : std::runtime_error(joined(sorted_faults(faults))), faults_(sorted_faults(std::move(faults))) {}
+
+void FaultList::add(Fault fault) {
+  if (faults_.size() > kMost) return;
+  if (faults_.size() == kMost) fault.message = "too many faults; the search for more ends here";
+  faults_.push_back(cut(std::move(fault)));
+}
+
+void FaultList::warn(Fault warning) {
+  warning.is_warning = true;
+  if (warnings_.size() < kMost) warnings_.push_back(cut(std::move(warning)));
+}
 
 }  // namespace grapnel

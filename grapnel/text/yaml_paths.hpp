@@ -1,17 +1,35 @@
 #pragma once
 
 /// @file
-/// Values given beside a file. Thread safety: a free function.
+/// Values named by paths such as targets[0].mass, and values given beside a file.
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "grapnel/scenario/node.hpp"
-#include "grapnel/scenario/scenario.hpp"
-#include "grapnel/scenario/scenario_files.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
+
+/// A value that replaces, or adds to, what the file says. The path names keys, list items by index and named items by
+/// name: `approach.duration`, `targets[0].mass`, `targets.target-1.mass`, `robot.base.mass` (also where the robot has a
+/// file of its own). The value is YAML: `10`, `[1, 0, 0]`, `{match: twist}`.
+struct Override {
+  std::string path;
+  std::string value;
+};
+
+/// Splits the argument of --set at its first "=". @throws InputError if there is none.
+Override parse_override(const std::string& argument);
+
+/// What a change of a value puts in its place. The mark is where it was asked for; `text` is the value as "--set
+/// path=text" would say it.
+struct Change {
+  std::string path;
+  Mark mark;
+  Node value;
+  std::string text;
+};
 
 /// "--set path=value", as faults name it.
 std::string override_text(const Override& change);

@@ -1,9 +1,11 @@
-#include "grapnel/scenario/write_yaml.hpp"
+#include "grapnel/text/write_yaml.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <string_view>
+
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -28,7 +30,7 @@ bool is_simple(std::string_view text) {
   return !(text.starts_with("-") && (text.size() == 1 || text[1] == ' ' || text[1] == '-')) && !text.starts_with("...");
 }
 
-std::string quoted(std::string_view text) {
+std::string in_double_quotes(std::string_view text) {
   std::string out = "\"";
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
@@ -46,8 +48,10 @@ std::string quoted(std::string_view text) {
   return out + "\"";
 }
 
-std::string scalar(const Node& node) { return node.plain && is_simple(node.text) ? node.text : quoted(node.text); }
-std::string key_text(const std::string& key) { return is_simple(key) ? key : quoted(key); }
+std::string scalar(const Node& node) {
+  return node.plain && is_simple(node.text) ? node.text : in_double_quotes(node.text);
+}
+std::string key_text(const std::string& key) { return is_simple(key) ? key : in_double_quotes(key); }
 
 std::string flow(const Node& node) {
   std::string out;
@@ -116,6 +120,25 @@ class Writer {
   }
 };
 
+std::string double_quotes_in_flow(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (c == '\n')
+      out += "\\n";
+    else if (c == '\t')
+      out += "\\t";
+    else
+      out += c;
+  }
+  return out + "\"";
+}
+
+std::string scalar_in_flow(const std::string& text, bool plain) {
+  const bool simple = plain && !text.empty() && text.find_first_of(",[]{}:#\"'&*!|>%@`\n\t") == std::string::npos;
+  return simple ? text : double_quotes_in_flow(text);
+}
+
 }  // namespace
 
 std::string yaml_text(const Node& tree, const std::string& comment) {
@@ -130,6 +153,24 @@ std::string yaml_text(const Node& tree, const std::string& comment) {
   else
     writer.block(tree, 0);
   return writer.out;
+}
+
+std::string flow_text(const Node& node) {
+  std::string out;
+  switch (node.kind) {
+    case Node::Kind::null:
+      return "null";
+    case Node::Kind::scalar:
+      return scalar_in_flow(node.text, node.plain);
+    case Node::Kind::sequence:
+      for (const Node& item : node.items) out += (out.empty() ? "" : ", ") + flow_text(item);
+      return "[" + out + "]";
+    case Node::Kind::mapping:
+      for (const NodeEntry& e : node.entries)
+        out += (out.empty() ? "" : ", ") + scalar_in_flow(e.key, true) + ": " + flow_text(e.value);
+      break;
+  }
+  return "{" + out + "}";
 }
 
 }  // namespace grapnel

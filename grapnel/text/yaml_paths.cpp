@@ -1,12 +1,12 @@
-#include "grapnel/scenario/overrides.hpp"
+#include "grapnel/text/yaml_paths.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <charconv>
 
-#include "grapnel/scenario/spelling.hpp"
-#include "grapnel/scenario/yaml_document.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/parse_yaml.hpp"
 
 namespace grapnel {
 namespace {
@@ -129,6 +129,14 @@ class Walker {
 };
 
 }  // namespace
+
+Override parse_override(const std::string& argument) {
+  const std::size_t equals = argument.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw InputError({{"--set " + argument, 0, 0, "must be path=value, such as approach.duration=10"}});
+  }
+  return {argument.substr(0, equals), argument.substr(equals + 1)};
+}
 
 std::string override_text(const Override& change) { return "--set " + change.path + "=" + change.value; }
 

@@ -1,7 +1,7 @@
 // What a terminal would obey becomes '?', and nothing else.
 #include <gtest/gtest.h>
 
-#include "grapnel/result/printable.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {

@@ -1,0 +1,354 @@
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/scenario/descriptions.hpp"
+
+namespace grapnel {
+namespace {
+
+// Mappings of files that hold some members of a structure.
+struct OriginKeys;
+struct JointKeys;
+struct GripperRatingKeys;
+struct BaseKeys;
+
+}  // namespace
+
+template <>
+struct Described<Geometry::Shape> {
+  static constexpr auto choices = std::to_array<Choice>({
+      choice(Geometry::Shape::box, "box"),
+      choice(Geometry::Shape::cylinder, "cylinder"),
+      choice(Geometry::Shape::capsule, "capsule"),
+      choice(Geometry::Shape::sphere, "sphere"),
+      choice(Geometry::Shape::mesh, "mesh"),
+  });
+  static constexpr Type type = enumeration<Geometry::Shape>("Shape", choices);
+};
+
+template <>
+struct Described<JointType> {
+  static constexpr auto choices = std::to_array<Choice>({
+      choice(JointType::revolute, "revolute"),
+      choice(JointType::continuous, "continuous"),
+      choice(JointType::prismatic, "prismatic"),
+      choice(JointType::fixed, "fixed"),
+  });
+  static constexpr Type type = enumeration<JointType>("JointType", choices);
+};
+
+template <>
+struct Described<RobotSetup::Base> {
+  static constexpr auto choices = std::to_array<Choice>({
+      choice(RobotSetup::Base::free, "free"),
+      choice(RobotSetup::Base::held, "held"),
+      choice(RobotSetup::Base::fixed, "fixed"),
+  });
+  static constexpr Type type = enumeration<RobotSetup::Base>("Base", choices);
+};
+
+template <>
+struct Described<Geometry> {
+  using T = Geometry;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::shape>("shape", "", "").required(),
+      field<&T::size>("size", "m", "Edge lengths of a box along its x, y, z.").above(0).optional(),
+      found<[](T& t) -> double& { return t.size[0]; }>("radius", "m", "Of a cylinder, capsule or sphere.")
+          .above(0)
+          .optional(),
+      found<[](T& t) -> double& { return t.size[1]; }>(
+          "length", "m", "Along the z axis: of a cylinder, or of a capsule between the centres of its end caps.")
+          .above(0)
+          .optional(),
+      key<std::string>("file", "",
+                       "Of a mesh: a file of triangles, .stl or .obj, by its path relative to the file that names it.")
+          .optional(),
+      found<[](T& t) -> double& { return t.size[0]; }>("scale", "",
+                                                       "Of a mesh: what the file's numbers are multiplied with to be "
+                                                       "metres, such as 0.001 for millimetres; absent: 1.")
+          .above(0)
+          .as("scale")
+          .optional(),
+      found<[](T& t) -> Vector3d& { return t.X_BG.p; }>(
+          "position", "m", "Centre of the shape in the body's frame; of a mesh, its file's origin."),
+      found<[](T& t) -> Rotationd& { return t.X_BG.R; }>(
+          "quaternion_wxyz", "",
+          "Unit quaternion w, x, y, z; normalised if its length is within 1e-6 of 1, refused otherwise.")
+          .as("quaternion")
+          .optional(),
+      found<[](T& t) -> Rotationd& { return t.X_BG.R; }>(
+          "rpy", "rad", "Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as in URDF.")
+          .as("rpy")
+          .optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      not_both("quaternion_wxyz, rpy"),
+      when("shape", "box").require("size").forbid("radius, length, file, scale"),
+      when("shape", "cylinder, capsule").require("radius, length").forbid("size, file, scale"),
+      when("shape", "sphere").require("radius").forbid("size, length, file, scale"),
+      when("shape", "mesh").require("file").forbid("size, radius, length"),
+  });
+  static constexpr Type type =
+      structure<T>("geometry", "A shape for drawing and clearance; it has no influence on the motion.", fields, rules);
+};
+
+template <>
+struct Described<OriginKeys> {
+  using T = BodyDescription;
+  static constexpr auto fields = std::to_array<Field>({
+      found<[](T& t) -> Vector3d& { return t.X_PF.p; }>("position", "m", ""),
+      found<[](T& t) -> Rotationd& { return t.X_PF.R; }>(
+          "quaternion_wxyz", "",
+          "Unit quaternion w, x, y, z; normalised if its length is within 1e-6 of 1, refused otherwise.")
+          .as("quaternion")
+          .optional(),
+      found<[](T& t) -> Rotationd& { return t.X_PF.R; }>(
+          "rpy", "rad", "Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as in URDF.")
+          .as("rpy")
+          .optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      not_both("quaternion_wxyz, rpy"),
+  });
+  static constexpr Type type =
+      structure<T>("origin", "Where the joint's frame sits in the parent's frame.", fields, rules);
+};
+
+template <>
+struct Described<JointLimits> {
+  using T = JointLimits;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::lower>("lower", "rad or m", "Smallest joint value; absent: none.").as("number or infinity").optional(),
+      field<&T::upper>("upper", "rad or m", "Largest joint value; absent: none.").as("number or infinity").optional(),
+      field<&T::rate>("rate", "rad/s or m/s", "Largest rate; absent: none.")
+          .above(0)
+          .up_to(1e+09)
+          .as("number or infinity")
+          .optional(),
+      field<&T::effort>("effort", "N m or N", "Largest torque or force of the drive; absent: none.")
+          .above(0)
+          .as("number or infinity")
+          .optional(),
+  });
+  static constexpr Type type = structure<T>("joint_limits", "", fields);
+};
+
+template <>
+struct Described<JointFriction> {
+  using T = JointFriction;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::viscous>("viscous", "N m s/rad or N s/m", "").at_least(0),
+      field<&T::coulomb>("coulomb", "N m or N", "").at_least(0),
+      field<&T::transition_rate>("transition_rate", "rad/s or m/s", "").above(0),
+  });
+  static constexpr Type type =
+      structure<T>("joint_friction", "Torque -(viscous rate + coulomb tanh(rate / transition_rate)).", fields);
+};
+
+template <>
+struct Described<LoadRating> {
+  using T = LoadRating;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::force>("force", "N", "Magnitude of the force it passes on.").above(0).optional(),
+      field<&T::moment>("moment", "N m", "Magnitude of the moment.").above(0).optional(),
+      field<&T::impulse>("impulse", "N s", "").above(0).optional(),
+      field<&T::angular_impulse>("angular_impulse", "N m s", "").above(0).optional(),
+      field<&T::driving>("driving", "N m or N", "About or along its axis: what brake or drive have to hold.")
+          .above(0)
+          .optional(),
+      field<&T::driving_impulse>("driving_impulse", "N m s or N s", "").above(0).optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({not_empty()});
+  static constexpr Type type =
+      structure<T>("joint_rating",
+                   "What the joint can bear in an impact, at its origin; what is absent is not watched. Forces and "
+                   "moments are peaks of an impact resolved in time, else impulses over impact.duration.",
+                   fields, rules);
+};
+
+template <>
+struct Described<GripperRatingKeys> {
+  using T = LoadRating;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::force>("force", "N", "").above(0).optional(),
+      field<&T::moment>("moment", "N m", "").above(0).optional(),
+      field<&T::impulse>("impulse", "N s", "").above(0).optional(),
+      field<&T::angular_impulse>("angular_impulse", "N m s", "").above(0).optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({not_empty()});
+  static constexpr Type type =
+      structure<T>("gripper_rating", "What the gripper can bear in an impact, at the contact point; see joint_rating.",
+                   fields, rules);
+};
+
+template <>
+struct Described<CaptureEnvelope> {
+  using T = CaptureEnvelope;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::position>("position", "m", "Distance.").above(0).optional(),
+      field<&T::angle>("angle", "rad", "Of what the grasp's orientation asks for; without influence if it is free.")
+          .above(0)
+          .optional(),
+      field<&T::velocity>("velocity", "m/s", "Relative speed of the end-effector's origin.").above(0).optional(),
+      field<&T::angular_velocity>("angular_velocity", "rad/s", "Relative angular speed.").above(0).optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({not_empty()});
+  static constexpr Type type = structure<T>("envelope",
+                                            "What the end-effector can close on: how far it may be from its grasp "
+                                            "point, and how fast, relative to it. What is absent may be anything.",
+                                            fields, rules);
+};
+
+template <>
+struct Described<JointKeys> {
+  using T = BodyDescription;
+  static constexpr auto fields = std::to_array<Field>({
+      found<[](T& t) -> std::string& { return t.joint.name; }>("name", "", "").required(),
+      found<[](T& t) -> JointType& { return t.joint.type; }>("type", "", "").required(),
+      found<[](T& t) -> Vector3d& { return t.joint.axis; }>(
+          "axis", "",
+          "Unit vector in the joint's frame, about which a revolute joint turns and along which a prismatic one moves.")
+          .as("unit vector")
+          .optional(),
+      group<T, OriginKeys>("origin", ""),
+      found<[](T& t) -> JointLimits& { return t.joint.limits; }>("limits", "", ""),
+      key<LoadRating>("rating", "", "").as("joint rating").optional(),
+      found<[](T& t) -> JointFriction& { return t.joint.friction; }>("friction", "", ""),
+      found<[](T& t) -> double& { return t.joint.rotor_inertia; }>(
+          "rotor_inertia", "kg m^2",
+          "Of the motor about its own axis; adds gear_ratio^2 times it to the joint's inertia in every phase.")
+          .at_least(0),
+      found<[](T& t) -> double& { return t.joint.gear_ratio; }>("gear_ratio", "1, or rad/m for a prismatic joint",
+                                                                "Motor turns per joint turn."),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      when("type", "revolute, continuous, prismatic").require("axis"),
+      when("type", "continuous").forbid("limits.lower, limits.upper"),
+      when("type", "fixed")
+          .forbid("axis, limits, friction, rotor_inertia, gear_ratio, rating.driving, rating.driving_impulse"),
+  });
+  static constexpr Type type = structure<T>("joint", "", fields, rules);
+};
+
+template <>
+struct Described<BodyDescription> {
+  using T = BodyDescription;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "").required(),
+      field<&T::parent>("parent", "", "Name of the base or of another link.").required(),
+      group<T, JointKeys>("joint", "").required(),
+      field<&T::mass>("mass", "kg", "").above(0).required(),
+      field<&T::com>("com", "m", "Centre of mass in the body's frame."),
+      field<&T::inertia>("inertia", "kg m^2",
+                         "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus "
+                         "the integral of x y dm.")
+          .as("inertia")
+          .required(),
+      key<Geometry>("geometry", "", "").as("geometry of body").optional(),
+  });
+  static constexpr Type type =
+      structure<T>("link", "A rigid body; its frame sits at the joint that carries it.", fields);
+};
+
+template <>
+struct Described<EndEffectorSetup> {
+  using T = EndEffectorSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "").required(),
+      field<&T::body>("link", "", "Name of the link, or of the base, that carries it.").required(),
+      found<[](T& t) -> Vector3d& { return t.X_BE.p; }>("position", "m", "In the link's frame."),
+      found<[](T& t) -> Rotationd& { return t.X_BE.R; }>(
+          "quaternion_wxyz", "",
+          "Unit quaternion w, x, y, z; normalised if its length is within 1e-6 of 1, refused otherwise.")
+          .as("quaternion")
+          .optional(),
+      found<[](T& t) -> Rotationd& { return t.X_BE.R; }>(
+          "rpy", "rad", "Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as in URDF.")
+          .as("rpy")
+          .optional(),
+      field<&T::approach_axis>("approach_axis", "",
+                               "Unit vector in the end-effector's frame: the direction in which it reaches out. For "
+                               "grasps with orientation axis.")
+          .as("unit vector")
+          .optional(),
+      field<&T::envelope>("envelope", "", "").optional(),
+      field<&T::rating>(&type_of<GripperRatingKeys>, "rating", "").optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      not_both("quaternion_wxyz, rpy"),
+  });
+  static constexpr Type type = structure<T>("end_effector", "", fields, rules);
+};
+
+template <>
+struct Described<BaseKeys> {
+  using T = RobotSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::base>("name", "", "").by_default("\"base\""),
+      field<&T::base_mode>("mode", "",
+                           "free: floats. held: kept at its initial pose by an ideal wrench during the approach, free "
+                           "from the impact on. fixed: bolted to the ground."),
+      found<[](T& t) -> double& { return t.bodies[0].mass; }>("mass", "kg", "").above(0).required(),
+      found<[](T& t) -> Vector3d& { return t.bodies[0].com; }>("com", "m", "Centre of mass in the body's frame.")
+          .by_default("[0, 0, 0]"),
+      found<[](T& t) -> Symmetric3d& { return t.bodies[0].inertia; }>(
+          "inertia", "kg m^2",
+          "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus the integral of "
+          "x y dm.")
+          .as("inertia")
+          .required(),
+      key<Geometry>("geometry", "", "").as("geometry of body").optional(),
+  });
+  static constexpr Type type = structure<T>("base", "The body that carries the arms.", fields);
+};
+
+namespace {
+
+// The bodies but for the base, which comes first.
+const Type& links_type() {
+  static const Type type = [] {
+    Type list = type_of<std::vector<BodyDescription>>();
+    list.size = [](const void* value) {
+      const std::size_t size = static_cast<const std::vector<BodyDescription>*>(value)->size();
+      return size == 0 ? 0 : size - 1;
+    };
+    list.item = [](void* value, std::size_t i) -> void* {
+      return &(*static_cast<std::vector<BodyDescription>*>(value))[i + 1];
+    };
+    list.show_item = [](const void* value, std::size_t i, ValueVisitor visitor) {
+      visitor(&(*static_cast<const std::vector<BodyDescription>*>(value))[i + 1]);
+    };
+    list.resize = nullptr;
+    return list;
+  }();
+  return type;
+}
+
+constexpr Field links(std::string_view key, std::string_view unit, std::string_view text) {
+  Field f = field<&RobotSetup::bodies>(key, unit, text);
+  f.type = &links_type;
+  return f;
+}
+
+}  // namespace
+
+template <>
+struct Described<RobotSetup> {
+  using T = RobotSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      key<std::string>("schema", "", "What the file is and the version of its format; absent: this version.")
+          .as("constant grapnel-robot/1")
+          .optional(),
+      field<&T::name>("name", "", "Shown in reports.").by_default("\"robot\""),
+      key<std::string>("description", "", "For the reader of the file.").as("any text").optional(),
+      group<T, BaseKeys>("base", "").required(),
+      links("links", "", "Links in any order; each hangs on its parent by a joint. Branches are allowed.")
+          .items(0, 4000),
+      field<&T::end_effectors>("end_effectors", "", "Named frames on links, or on the base, that can grip."),
+  });
+  static constexpr Type type =
+      structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields);
+};
+
+const Type& geometry_description() { return type_of<Geometry>(); }
+const Type& robot_description() { return type_of<RobotSetup>(); }
+
+}  // namespace grapnel

@@ -1,0 +1,53 @@
+#pragma once
+
+/// @file
+/// What the scalars of a file mean, and numbers to and from values of a tree. The rules are Grapnel's own: a text that
+/// YAML 1.1, YAML 1.2 and C would read as different numbers is refused.
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "grapnel/text/yaml_tree.hpp"
+
+namespace grapnel {
+
+/// What to write in place of the text of a number, to follow "not the text '10,5'": "; numbers have a point, write
+/// 10.5". For decimal commas, separators of thousands, units, degrees, products with pi, slips of one letter. Else
+/// empty.
+std::string number_advice(std::string_view text);
+
+/// "; a list stands in brackets: [1, 1, 1]" for "1, 1, 1", "1 1 1" and "(1, 1, 1)". Else empty.
+std::string list_advice(std::string_view text);
+
+/// The value of a plain decimal number, .inf, -.inf or .nan; empty for anything else.
+std::optional<double> number_of(const Node& node);
+/// The value of true or false; empty for anything else.
+std::optional<bool> boolean_of(const Node& node);
+/// Whether the node is text: quoted, or plain and neither number nor boolean.
+bool is_text(const Node& node);
+
+/// Whether two values look like one number with a decimal comma: "0,5", digits behind a comma without a blank. `place`
+/// is where the second begins.
+bool is_decimal_comma(const Node& whole, const Node& fraction, const Mark& place);
+
+/// What the node is, for a message: "the text 'abc'", "a list", "a mapping", "empty".
+std::string described(const Node& node);
+/// Why a node is no number, to follow "must be a number": ", not the text 'abc'", "; '010' looks octal, write 10".
+std::string why_no_number(const Node& node);
+
+/// A number as a scalar that reads back to the same bits.
+Node number_node(double value, const Mark& mark = {});
+Node list_node(std::span<const double> values, const Mark& mark = {});
+
+/// The finite numbers of a value, in its order; empty if it is anything else.
+std::optional<std::vector<double>> numbers_in(const Node& value);
+/// A value of the same form with other numbers, and another mark.
+Node with_numbers(Node form, std::span<const double> numbers, const Mark& mark);
+/// What a number of such a value is called: "x", "y", "z" of a list of three, "0", "1" of another, its key of a
+/// mapping; empty of a number alone.
+std::string number_name(const Node& form, std::size_t index);
+
+}  // namespace grapnel
