@@ -6,7 +6,7 @@ namespace grapnel {
 namespace {
 
 // The largest so far; a NaN stays.
-void raise(double& largest, double value) {
+void raise_to(double& largest, double value) {
   if (!(value <= largest)) largest = value;
 }
 
@@ -46,14 +46,14 @@ std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Ki
     s.F_WC = wrenches[i].F_WC;
     if (grip.closure < 0) continue;
     s.defect = closure_defect(grip.frames, near);
-    phase_largest_.raise(*s.defect);
+    phase_largest_.raise_to(*s.defect);
   }
   return result;
 }
 
 void LoopMonitor::end_phase(const LoopOutcome& outcome) {
   if (system_->closures.empty()) return;
-  largest_.raise(phase_largest_);
+  largest_.raise_to(phase_largest_);
   LoopReport& report = reports_.back();
   // Where loops are cut nothing brings them back, and what there is is what is left.
   const ClosureDefect& left = outcome.rows == 0 ? phase_largest_ : outcome.unprojected;
@@ -72,7 +72,7 @@ void LoopMonitor::write(CaptureResult& result) const {
   const std::string none = "no closed loop in this run: no target is held by several arms";
   double unprojected = 0, corrections = 0, error = 0;
   for (const LoopReport& r : reports_) {
-    raise(unprojected, std::max(r.unprojected_position, r.unprojected_angle));
+    raise_to(unprojected, std::max(r.unprojected_position, r.unprojected_angle));
     corrections += r.correction_total;
     error += r.integration_error;
   }

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kSchema = "grapnel-scene/1";
+constexpr const char* kSceneSchema = "grapnel-scene/1";
 
 // A value of the document and where it is: "bodies[2].joint".
 class Entry {
@@ -192,7 +192,7 @@ std::string scene_json(const Scene& scene, std::string_view scenario_name, std::
 }
 
 Scene read_scene(const std::filesystem::path& path) {
-  const Json json = read_json_document(path, kSchema);
+  const Json json = read_json_document(path, kSceneSchema);
   const Entry document(path, json, "");
   Scene scene;
   scene.planar = document["planar"].flag();

@@ -8,6 +8,9 @@
 
 namespace grapnel {
 
+/// Name and version of the format of timeseries.h5, and of the .mat files made from it.
+inline constexpr const char* kTimeSeriesSchema = "grapnel-timeseries/1";
+
 /// One quantity over time: `data` holds width numbers per sample, sample after sample.
 struct Series {
   std::string path;  // "base/position": group and dataset in HDF5
