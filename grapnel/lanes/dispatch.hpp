@@ -3,8 +3,8 @@
 /// @file
 /// Which instruction sets the lanes can use here.
 ///
-/// Every set has its own translation units, compiled with its flags; portable code reaches them only through tables
-/// of function pointers. GRAPNEL_LANES in the environment overrides the choice. Thread safety: pure functions.
+/// Every set has its own translation units, compiled with its flags; portable code reaches them only through tables of
+/// function pointers. GRAPNEL_LANES in the environment overrides the choice.
 
 #include <optional>
 #include <string_view>

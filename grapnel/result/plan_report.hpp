@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What planning an approach has found. What each field is: motion_fields.cpp. Thread safety: plain values.
+/// What planning an approach has found. What each field is: motion_fields.cpp.
 
 #include <optional>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Sampled quantities with their names and units, ready to be written. Thread safety: plain values.
+/// Sampled quantities with their names and units, ready to be written.
 
 #include <string>
 #include <vector>

@@ -2,8 +2,7 @@
 
 /// @file
 /// The recursive kernels in lanes one by one, for tests and benchmarks: behind function pointers, plain arrays in and
-/// out, no containers, so that portable code and the instruction sets' translation units share no function. Thread
-/// safety: a model serves one thread at a time.
+/// out, no containers, so that portable code and the instruction sets' translation units share no function.
 ///
 /// Arrays are structures of arrays: entry i of lane l is at [i * width + l], the first one aligned to kLaneAlignment.
 

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Eight cases of one random tree structure with numbers of their own, and the lane kernels run on them. Thread safety:
-/// plain values.
+/// Eight cases of one random tree structure with numbers of their own, and the lane kernels run on them.
 
 #include <array>
 #include <memory>
