@@ -46,14 +46,14 @@ std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Ki
     s.F_WC = wrenches[i].F_WC;
     if (grip.closure < 0) continue;
     s.defect = closure_defect(grip.frames, near);
-    phase_largest_.raise_to(*s.defect);
+    phase_largest_.raise(*s.defect);
   }
   return result;
 }
 
 void LoopMonitor::end_phase(const LoopOutcome& outcome) {
   if (system_->closures.empty()) return;
-  largest_.raise_to(phase_largest_);
+  largest_.raise(phase_largest_);
   LoopReport& report = reports_.back();
   // Where loops are cut nothing brings them back, and what there is is what is left.
   const ClosureDefect& left = outcome.rows == 0 ? phase_largest_ : outcome.unprojected;
