@@ -14,16 +14,18 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     <vector>)
 endif()
 
-# grapnel_test(<name> SOURCES <file>... [LIBRARIES <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [PROGRAM])
+# grapnel_test(<name> SOURCES <file>... [LIBRARIES <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [PROGRAM]
+#              [OWN_HEADERS])
 #
 # Defines the test executable <name> on GoogleTest and GoogleMock (their main included) and registers each of its cases
 # with ctest as <name>.<Suite>.<Case>. Labels select: "slow" stays out of sanitizer builds, "engine" compares with
 # another engine. PROGRAM: the test runs the grapnel program, which is then built first.
+# OWN_HEADERS: the sources define macros before they include Eigen, so nothing is included for them.
 #
 # In the sources: GRAPNEL_SOURCE_DIR is the repository root and GRAPNEL_PROGRAM the program's path, both as strings.
 # Headers below tests/ are found from there: #include "oracle/free_body.hpp".
 function(grapnel_test name)
-  cmake_parse_arguments(ARG "PROGRAM" "TIMEOUT" "SOURCES;LIBRARIES;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "PROGRAM;OWN_HEADERS" "TIMEOUT" "SOURCES;LIBRARIES;LABELS" ${ARGN})
   if(ARG_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "grapnel_test(${name}): unknown arguments: ${ARG_UNPARSED_ARGUMENTS}")
   endif()
@@ -39,7 +41,7 @@ function(grapnel_test name)
   endif()
 
   add_executable(${name} ${ARG_SOURCES})
-  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT ARG_OWN_HEADERS)
     target_precompile_headers(${name} REUSE_FROM grapnel_test_headers)
     foreach(source ${ARG_SOURCES})
       get_source_file_property(own_options ${source} COMPILE_OPTIONS)
