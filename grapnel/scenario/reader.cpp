@@ -54,7 +54,8 @@ bool read_plain(const Node& node, const Field& field, const Type& type, void* pl
       return true;
     case Type::Kind::whole:
       // A value out of range is a known fault and must only be safe to convert. Whole numbers up to 2^53 are exact.
-      if (const auto value = number_of(node); value && field.range.contains(*value))
+      if (const auto value = number_of(node);
+          value && std::abs(*value) <= 9007199254740992 && field.range.contains(*value))
         type.set_whole(place, static_cast<std::int64_t>(*value));
       return true;
     case Type::Kind::boolean:
