@@ -1,8 +1,11 @@
 #include "commands.hpp"
 
+#include "grapnel/describe/contract.hpp"
 #include "grapnel/report/gltf_export.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/export_files.hpp"
+#include "grapnel/result/json_document.hpp"
+#include "grapnel/result/result_contract.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"
@@ -70,14 +73,28 @@ int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
   }
 }
 
-int print_schema(const std::string& which) {
-  const std::string text = which == "robot"          ? robot_schema()
-                           : which == "study"        ? study_schema()
-                           : which == "optimization" ? optimization_schema()
-                           : which == "campaign"     ? campaign_schema()
-                                                     : scenario_schema();
-  write_stdout(text);
-  return kDone;
+int print_schema(const SchemaOptions& options) {
+  const std::string& kind = options.kind;
+  const ResultContract* result = result_contract(kind);
+  const bool is_other = !options.page.empty() || options.typescript;
+  if (is_other && !result) {
+    to_stderr("grapnel: error: --typescript and --page are for results: summary or scene\n");
+    return kBadInput;
+  }
+  try {
+    write_stdout(options.typescript       ? typescript_types(result->document(), kOriginOfTypes)
+                 : !options.page.empty()  ? page_with_tables(file_bytes(options.page), result->document())
+                 : result                 ? json_schema(result->document(), result->title)
+                 : kind == "robot"        ? robot_schema()
+                 : kind == "study"        ? study_schema()
+                 : kind == "optimization" ? optimization_schema()
+                 : kind == "campaign"     ? campaign_schema()
+                                          : scenario_schema());
+    return kDone;
+  } catch (const std::runtime_error& error) {  // of the page
+    to_stderr("grapnel: error: {}\n", error.what());
+    return kBadInput;
+  }
 }
 
 int export_result(const fs::path& folder, bool csv, bool mat, bool glb) {

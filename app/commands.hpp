@@ -99,7 +99,12 @@ struct FigureOptions {
 int figure(const FigureOptions& options);
 
 int check(const std::filesystem::path& scenario, const std::vector<std::string>& overrides);
-int print_schema(const std::string& which);
+struct SchemaOptions {
+  std::string kind = "scenario";
+  bool typescript = false;     // of a result: its types instead
+  std::filesystem::path page;  // of a result: its page in docs/formats, with tables remade, instead; empty: not
+};
+int print_schema(const SchemaOptions& options);
 int export_result(const std::filesystem::path& folder, bool csv, bool mat, bool glb);
 int info(const std::filesystem::path& robot);
 

@@ -142,11 +142,18 @@ int main(int argc, char** argv) {
   check_command->add_option("--set", overrides, "Replace a value: path=value")->allow_extra_args(false);
   check_command->callback([&] { code = check(scenario, overrides); });
 
-  std::string which = "scenario";
+  SchemaOptions schema_options;
   CLI::App* schema_command = app.add_subcommand("schema", "Print the JSON Schema of a kind of file");
-  schema_command->add_option("kind", which, "scenario, robot, study, optimization or campaign (default: scenario)")
-      ->check(CLI::IsMember({"scenario", "robot", "study", "optimization", "campaign"}));
-  schema_command->callback([&] { code = print_schema(which); });
+  schema_command
+      ->add_option("kind", schema_options.kind,
+                   "scenario, robot, study, optimization, campaign, summary or scene (default: scenario)")
+      ->check(CLI::IsMember({"scenario", "robot", "study", "optimization", "campaign", "summary", "scene"}));
+  auto* typescript = schema_command->add_flag("--typescript", schema_options.typescript,
+                                              "Print TypeScript types of a summary or scene instead");
+  schema_command
+      ->add_option("--page", schema_options.page, "Print this page of docs/formats with its tables remade instead")
+      ->excludes(typescript);
+  schema_command->callback([&] { code = print_schema(schema_options); });
 
   std::string folder;
   bool csv = false, mat = false, glb = false;

@@ -2,7 +2,7 @@
 
 /// @file
 /// A whole capture for benchmarks: the thesis's open-loop case 1, its plan frozen, with the tolerances that an
-/// end-state error of 1e-8 takes. Thread safety: plain values and pure functions.
+/// end-state error of 1e-8 takes.
 
 #include <string>
 #include <vector>

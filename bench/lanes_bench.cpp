@@ -9,6 +9,7 @@
 #include "bench/operation_count.hpp"
 #include "bench/workload.hpp"
 #include "grapnel/lanes/dispatch.hpp"
+#include "lane_kernels/kernel_table.hpp"
 
 namespace grapnel::bench {
 namespace {

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Robots whose arms are welded to each other at their ends, for the benchmarks of closed loops. Thread safety: plain
-/// values.
+/// Robots whose arms are welded to each other at their ends, for the benchmarks of closed loops.
 
 #include "bench/workload.hpp"
 #include "grapnel/constraint/loop_closure.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the kernels cost on paper: they run on a scalar that counts. Thread safety: one thread at a time.
+/// What the kernels cost on paper: they run on a scalar that counts.
 
 #include "bench/workload.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The robots and states that every benchmark, ours or a peer's, is given. Thread safety: plain values.
+/// The robots and states that every benchmark, ours or a peer's, is given.
 
 #include <string>
 #include <vector>

@@ -30,9 +30,6 @@ function(grapnel_module name)
     # Eight files compile as one: headers are read and templates compiled once for all of them. A file with compile
     # options of its own stays alone.
     set_target_properties(${target} PROPERTIES UNITY_BUILD ${GRAPNEL_UNITY} UNITY_BUILD_BATCH_SIZE 8)
-    if(name MATCHES "^(result|capture|scenario)$")
-      set_target_properties(${target} PROPERTIES UNITY_BUILD OFF)
-    endif()
     if(GRAPNEL_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
       # A class of one file may have members of that file's own types; the warning takes the file for a header.
       target_compile_options(${target} PRIVATE -Wno-subobject-linkage)

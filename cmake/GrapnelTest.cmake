@@ -5,7 +5,7 @@ include(GoogleTest)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/test_headers.cpp CONTENT "")
   add_library(grapnel_test_headers OBJECT ${CMAKE_CURRENT_BINARY_DIR}/test_headers.cpp)
-  target_link_libraries(grapnel_test_headers PRIVATE grapnel::options)
+  target_link_libraries(grapnel_test_headers PRIVATE grapnel::options GTest::gmock)  # with the macros that tests have
   target_include_directories(grapnel_test_headers SYSTEM PRIVATE ${EIGEN3_INCLUDE_DIRS})
   target_compile_options(grapnel_test_headers PRIVATE $<$<CONFIG:Release>:-O1>)
   target_precompile_headers(grapnel_test_headers PRIVATE

@@ -2,7 +2,7 @@
 
 /// @file
 /// How long a campaign will take, and what in it makes that long. Told to people before it starts; no part of any
-/// result. Thread safety: reentrant.
+/// result.
 
 #include <functional>
 #include <optional>

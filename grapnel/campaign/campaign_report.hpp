@@ -2,7 +2,7 @@
 
 /// @file
 /// What a campaign's rows say: campaign.json, the terminal's summary, and what they do not say (warnings).
-/// docs/formats/campaign.md is the contract of the former. Thread safety: reentrant.
+/// docs/formats/campaign.md is the contract of the former.
 
 #include <array>
 #include <cstdint>

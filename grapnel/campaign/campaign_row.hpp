@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What is kept of one case. Thread safety: plain values.
+/// What is kept of one case.
 
 #include <cstdint>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A campaign's rows as the parts of its analysis read them. For campaign_*.cpp. Thread safety: one thread at a time.
+/// A campaign's rows as the parts of its analysis read them. For campaign_*.cpp.
 
 #include <cstdint>
 #include <span>

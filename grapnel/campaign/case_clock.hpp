@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// How long a case may take, and whether anybody still wants it. Thread safety: one thread at a time.
+/// How long a case may take, and whether anybody still wants it.
 
 #include <chrono>
 #include <exception>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A condition on the numbers of a row: "grasps/*/impulse_magnitude < 0.5 and captured". Thread safety: plain values.
+/// A condition on the numbers of a row: "grasps/*/impulse_magnitude < 0.5 and captured".
 
 #include <memory>
 #include <span>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Names of a row's numbers as a criterion writes them. Thread safety: pure functions.
+/// Names of a row's numbers as a criterion writes them.
 
 #include <cstddef>
 #include <optional>

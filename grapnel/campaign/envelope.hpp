@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// The capture envelope: the probability of success at every point of a campaign's design. Thread safety: pure
-/// functions.
+/// The capture envelope: the probability of success at every point of a campaign's design.
 
 #include <cstdint>
 #include <optional>

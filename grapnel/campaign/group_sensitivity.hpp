@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What of a number's variance several inputs explain together. Thread safety: one thread at a time.
+/// What of a number's variance several inputs explain together.
 
 #include <cstdint>
 #include <span>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Permutations of 0 ... N-1 of which one element costs the same as for N = 1. Thread safety: plain values.
+/// Permutations of 0 ... N-1 of which one element costs the same as for N = 1.
 
 #include <cstdint>
 

@@ -2,7 +2,6 @@
 
 /// @file
 /// A block's cases side by side: their pieces of motion are integrated in SIMD lanes, everything else case by case.
-/// Thread safety: reentrant.
 
 #include <stop_token>
 #include <vector>

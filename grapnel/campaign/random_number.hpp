@@ -2,7 +2,7 @@
 
 /// @file
 /// Random numbers that are functions of where they are used: Philox 4x32-10 (Salmon, Moraes, Dror and Shaw 2011). No
-/// number depends on which were asked for before it. Thread safety: pure functions.
+/// number depends on which were asked for before it.
 
 #include <array>
 #include <cstdint>

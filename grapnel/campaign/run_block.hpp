@@ -2,7 +2,6 @@
 
 /// @file
 /// The unit of work of a campaign: a block of consecutive cases. Blocks only divide the work; no row depends on them.
-/// Thread safety: reentrant.
 
 #include <cstdint>
 #include <functional>

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What of a number's variance an uncertain input explains, from one and the same sample. Thread safety: pure
-/// functions.
+/// What of a number's variance an uncertain input explains, from one and the same sample.
 
 #include <span>
 #include <vector>

@@ -2,7 +2,7 @@
 
 /// @file
 /// What a campaign's numbers say: probabilities with intervals, means, quantiles, histograms, correlations. Each is a
-/// free function on plain numbers; what is not finite is left out, and counted. Thread safety: pure functions.
+/// free function on plain numbers; what is not finite is left out, and counted.
 
 #include <cstdint>
 #include <span>

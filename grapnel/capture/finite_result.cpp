@@ -1,82 +1,106 @@
 #include "grapnel/capture/finite_result.hpp"
 
 #include <cmath>
+#include <optional>
+
+#include "grapnel/result/result_fields.hpp"
 
 namespace grapnel {
 namespace {
 
-// Keeps the first name whose number is not finite.
+// The path from a value to its first number that is not finite: "" if it is one itself.
+using Path = std::optional<std::string>;
+
+Path path_in(const Type& type, const void* value, bool also_unknown);
+
+// By its name if it has one: "[left]".
+std::string place_of(const Type& type, const void* item, std::size_t i) {
+  std::string name = std::to_string(i);
+  if (!type.fields.empty() && type.fields[0].type().kind == Type::Kind::text) {
+    const auto take = [&](const void* text) { name = *static_cast<const std::string*>(text); };
+    type.fields[0].show(item, visitor_of(take));
+  }
+  return "[" + name + "]";
+}
+
+Path path_in_list(const Type& type, const void* list, bool also_unknown) {
+  const Type& of = type.of();
+  Path found;
+  double squares = 0;
+  for (std::size_t i = 0; i < type.size(list) && !found; ++i) {
+    const auto look = [&](const void* item) {
+      if (of.kind == Type::Kind::real) {
+        const double x = *static_cast<const double*>(item);
+        squares += x * x;
+        if (type.fixed_size != 3 && !std::isfinite(x)) found = "";
+      } else if (const Path below = path_in(of, item, also_unknown)) {
+        found = place_of(of, item, i) + *below;
+      }
+    };
+    type.show_item(list, i, visitor_of(look));
+  }
+  return !found && type.fixed_size == 3 && !std::isfinite(squares) ? Path("") : found;
+}
+
+Path path_in_structure(const Type& type, const void* owner, bool also_unknown) {
+  Path found;
+  for (const Field& field : type.fields) {
+    if (!field.place || (field.is_present && !field.is_present(owner))) continue;  // what is computed follows from them
+    if (field.is_null_absent && !also_unknown) continue;
+    const auto look = [&](const void* value) {
+      if (const Path below = path_in(field.type(), value, also_unknown)) found = "." + std::string(field.key) + *below;
+    };
+    field.show(owner, visitor_of(look));
+    if (found) break;
+  }
+  return found;
+}
+
+Path path_in(const Type& type, const void* value, bool also_unknown) {
+  switch (type.kind) {
+    case Type::Kind::real:
+      return std::isfinite(*static_cast<const double*>(value)) ? Path() : Path("");
+    case Type::Kind::list:
+      return path_in_list(type, value, also_unknown);
+    case Type::Kind::structure:
+      return path_in_structure(type, value, also_unknown);
+    case Type::Kind::optional: {
+      Path found;
+      const auto look = [&](const void* item) { found = path_in(type.of(), item, also_unknown); };
+      if (type.size(value) == 1) type.show_item(value, 0, visitor_of(look));
+      return found;
+    }
+    default:
+      return {};
+  }
+}
+
+// Keeps the first.
 class Finder {
  public:
-  template <class... Parts>
-  void look(double x, const Parts&... what) {
-    if (found_.empty() && !std::isfinite(x)) found_ = join(what...);
-  }
-  template <class... Parts>
-  void look(const Vector3d& x, const Parts&... what) {
-    look(norm(x), what...);
+  template <class T>
+  void look(const char* key, const T& value, bool also_unknown = false) {
+    if (!found_.empty()) return;
+    if (const Path path = path_in(type_of<T>(), &value, also_unknown)) found_ = key + *path;
   }
   const std::string& found() const { return found_; }
 
  private:
-  template <class... Parts>
-  static std::string join(const Parts&... parts) {
-    std::string text;
-    ((text += parts), ...);
-    return text;
-  }
   std::string found_;
 };
-
-void look_at(const PhaseEnd& end, const char* when, Finder& finder) {
-  finder.look(end.base.position, "the base's position ", when);
-  finder.look(end.base.velocity, "the base's velocity ", when);
-  finder.look(end.base.angular_velocity, "the base's angular velocity ", when);
-  for (const EndEffectorMotion& e : end.end_effectors) {
-    finder.look(e.miss_distance, "the distance of ", e.name, " from its grasp point ", when);
-    finder.look(e.relative_velocity, "the relative velocity of ", e.name, " ", when);
-    finder.look(e.relative_angular_velocity, "the relative angular velocity of ", e.name, " ", when);
-  }
-  for (const BodyMotion& t : end.targets) {
-    finder.look(t.position, "the position of ", t.name, " ", when);
-    finder.look(t.velocity, "the velocity of ", t.name, " ", when);
-    finder.look(t.angular_velocity, "the angular velocity of ", t.name, " ", when);
-  }
-}
-
-void look_at(const ImpactReport& impact, Finder& finder) {
-  for (const GraspImpulse& g : impact.grasps) {
-    finder.look(g.gap, "the gap of ", g.end_effector, " in the impact");
-    finder.look(g.impulse, "the impulse on ", g.end_effector);
-    finder.look(g.angular_impulse, "the angular impulse on ", g.end_effector);
-    finder.look(g.relative_velocity_before, "the relative velocity of ", g.end_effector, " before the impact");
-    finder.look(g.relative_velocity_after, "the relative velocity of ", g.end_effector, " after the impact");
-  }
-  finder.look(impact.kinetic_energy_before, "the kinetic energy before the impact");
-  finder.look(impact.kinetic_energy_after, "the kinetic energy after the impact");
-}
 
 }  // namespace
 
 std::string first_not_finite(const CaptureResult& result) {
   Finder finder;
-  if (result.approach_start) look_at(*result.approach_start, "at the start", finder);
-  if (result.approach_end) look_at(*result.approach_end, "at the approach's end", finder);
-  for (const GripOutcome& g : result.grips) {
-    finder.look(g.distance, "the distance of ", g.end_effector, " from its grasp point");
-    finder.look(g.velocity, "the relative speed of ", g.end_effector);
-    finder.look(g.angular_velocity, "the relative angular velocity of ", g.end_effector);
-  }
-  if (result.impact) look_at(*result.impact, finder);
-  for (const ImpactReport& later : result.later_impacts) look_at(later, finder);
-  if (result.post_impact_end) look_at(*result.post_impact_end, "at the end", finder);
-  for (const GripLoad& g : result.grip_loads) {
-    finder.look(g.largest_force, "the force on ", g.end_effector);
-    finder.look(g.largest_moment, "the moment on ", g.end_effector);
-  }
-  finder.look(result.ledger.scale.linear_momentum, "the size of linear momenta");
-  finder.look(result.ledger.scale.angular_momentum, "the size of angular momenta");
-  finder.look(result.ledger.scale.energy, "the kinetic energy");
+  finder.look("approach.start", result.approach_start);
+  finder.look("approach.end", result.approach_end);
+  finder.look("capture.grasps", result.grips, true);  // of a run that got to its end all is known
+  finder.look("impact", result.impact);
+  finder.look("later_impacts", result.later_impacts);
+  finder.look("post_impact.end", result.post_impact_end);
+  finder.look("post_impact.grip_loads", result.grip_loads);
+  finder.look("ledger.scale", result.ledger.scale);
   return finder.found();
 }
 

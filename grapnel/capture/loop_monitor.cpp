@@ -6,7 +6,7 @@ namespace grapnel {
 namespace {
 
 // The largest so far; a NaN stays.
-void raise(double& largest, double value) {
+void raise_to(double& largest, double value) {
   if (!(value <= largest)) largest = value;
 }
 
@@ -72,7 +72,7 @@ void LoopMonitor::write(CaptureResult& result) const {
   const std::string none = "no closed loop in this run: no target is held by several arms";
   double unprojected = 0, corrections = 0, error = 0;
   for (const LoopReport& r : reports_) {
-    raise(unprojected, std::max(r.unprojected_position, r.unprojected_angle));
+    raise_to(unprojected, std::max(r.unprojected_position, r.unprojected_angle));
     corrections += r.correction_total;
     error += r.integration_error;
   }

@@ -50,7 +50,7 @@ struct Clearance {
 /// so that what may touch them must be an ignored pair.
 ///
 /// Distances of a pair are computed only where cheap bounds (the distance of bounding spheres, then of bounding
-/// capsules) do not exclude it; this does not change the result. Thread safety: immutable, any number of threads.
+/// capsules) do not exclude it; this does not change the result.
 class ClearanceModel {
  public:
   ClearanceModel() = default;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the watches of clearances and joint limits find, as plain values with names. Thread safety: plain values.
+/// What the watches of clearances and joint limits find, as plain values with names.
 
 #include <limits>
 #include <optional>

@@ -20,7 +20,7 @@ namespace grapnel {
 /// each pair that can, by its speed, come below the required clearance or the least one so far in between, the least
 /// distance where the pair approaches at the first sample and parts at the second, and the times at which it crosses
 /// the required clearance. So samples must be close enough that a pair does not approach and part twice between two of
-/// them, nor turn faster than its rates at the samples (times 1.5) tell. Thread safety: a watch serves one thread.
+/// them, nor turn faster than its rates at the samples (times 1.5) tell.
 class ClearanceWatch {
  public:
   /// `required`: the clearance [m] below which a pair makes an event. @throws std::invalid_argument if it is NaN.

@@ -3,7 +3,7 @@
 /// @file
 /// Shapes as a core and a rounding radius: a sphere is a point, a capsule a segment, both with a radius; boxes and
 /// cylinders are their own cores, and of a mesh it is the convex hull. Points and segments are boxes with edges of
-/// length zero. Inside this module only. Thread safety: plain values, pure functions.
+/// length zero. Inside this module only.
 
 #include <algorithm>
 #include <cmath>

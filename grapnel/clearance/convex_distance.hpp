@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Distance of two convex cores that do not overlap. Inside this module only. Thread safety: pure functions.
+/// Distance of two convex cores that do not overlap. Inside this module only.
 
 #include "grapnel/clearance/convex_core.hpp"
 

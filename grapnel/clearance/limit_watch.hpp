@@ -21,8 +21,7 @@ namespace grapnel {
 /// which limits are crossed are located. Rates beyond a limit only between samples are not found (the derivative of the
 /// cubic overshoots where an acceleration jumps), nor are efforts, whose events begin and end at samples. A value
 /// counts as beyond a limit when it exceeds it by more than 1e-9 of it (positions: of the larger of both limits), so
-/// that motions planned to end on a limit and efforts cut at a limit are no violation. Thread safety: a watch serves
-/// one thread.
+/// that motions planned to end on a limit and efforts cut at a limit are no violation.
 class LimitWatch {
  public:
   /// `efforts_are_cut`: motors saturate at their limits; times in which they do are kept as `effort_saturated`.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Motion between two samples of a state. Inside this module only. Thread safety: a segment serves one thread.
+/// Motion between two samples of a state. Inside this module only.
 
 #include <vector>
 

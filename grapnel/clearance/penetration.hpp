@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// How far two overlapping convex cores reach into each other. Inside this module only. Thread safety: pure functions.
+/// How far two overlapping convex cores reach into each other. Inside this module only.
 
 #include "grapnel/clearance/convex_core.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Zero and minimum of a function of one variable. Inside this module only. Thread safety: pure functions.
+/// Zero and minimum of a function of one variable. Inside this module only.
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Signed distance of two shapes. Thread safety: pure functions.
+/// Signed distance of two shapes.
 
 #include "grapnel/model/geometry.hpp"
 

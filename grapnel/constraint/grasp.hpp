@@ -2,7 +2,6 @@
 
 /// @file
 /// A grip: which components of the relative motion of an end-effector and a target it forbids.
-/// Thread safety: plain values and pure functions.
 
 #include <Eigen/Core>
 #include <span>

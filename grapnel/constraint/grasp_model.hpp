@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Kinds of grip. Thread safety: plain values.
+/// Kinds of grip.
 
 namespace grapnel {
 

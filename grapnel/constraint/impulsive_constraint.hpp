@@ -2,7 +2,6 @@
 
 /// @file
 /// Impulses that bring velocities onto linear constraints, with redundant rows recognized.
-/// Thread safety: pure functions.
 
 #include <Eigen/Core>
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// A grip that closes a loop of a model's tree, or ties two trees: where it is on both bodies, how far they are off,
-/// and its Jacobian. Thread safety: plain values and pure functions.
+/// and its Jacobian.
 
 #include <Eigen/Core>
 #include <span>

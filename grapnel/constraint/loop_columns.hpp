@@ -13,7 +13,7 @@
 /// prescribed pass wrenches on whole and have no row. The same wrenches give the closure's relative acceleration
 /// without multipliers before any acceleration is known: what a link's acceleration A = X A_parent + c + S (g - G.A)
 /// contributes to F.A is K g + (F - G K).c, and the rest is the parent's. A closure between two trees has a way to each
-/// root. Thread safety: one thread at a time.
+/// root.
 
 #include "grapnel/constraint/loop_path.hpp"
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Cholesky factorization with pivoting of a symmetric matrix that may be singular: which rows are independent, a
-/// solution that uses these alone, and what the others do not agree with. Thread safety: one thread at a time.
+/// solution that uses these alone, and what the others do not agree with.
 
 #include <span>
 #include <vector>

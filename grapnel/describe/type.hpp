@@ -72,6 +72,8 @@ struct Field {
   Range range = {};
   bool is_required = false;     ///< in files that are read
   bool is_null_absent = false;  ///< an empty optional, or a number that is not finite, is written as null
+  /// Of a list of structures that are written into this one, each under a key of its own: that key. Null: as a list.
+  std::string_view (*key_of_item)(const void* item) = nullptr;
   // Of files that are read:
   /// How the value is written where that differs from its type: the name of a form that the reader knows
   /// ("quaternion").
@@ -135,6 +137,9 @@ struct Field {
   /// Written only where the predicate, a lambda of the structure without captures, holds.
   template <auto Predicate>
   constexpr Field when() const;
+  /// Of a list of structures: each is written into this structure, under the key that it has as this member.
+  template <auto Name>
+  constexpr Field keyed_by() const;
 };
 
 /// What keys of one mapping demand of each other in files that are read. Several keys stand in one text: "kp, kd".
@@ -338,7 +343,7 @@ constexpr Field derived(std::string_view key, std::string_view unit, std::string
   f.key = key, f.unit = unit, f.text = text;
   f.type = &type_of<Value>;
   f.show = [](const void* owner, ValueVisitor visitor) {
-    const Value value = Function(*static_cast<const Owner*>(owner));
+    const Value& value = Function(*static_cast<const Owner*>(owner));  // a temporary lives as long as this reference
     visitor(&value);
   };
   return f;
@@ -349,6 +354,14 @@ constexpr Field Field::when() const {
   using Owner = typename detail::ArgumentOf<decltype(&decltype(Predicate)::operator())>::owner;
   Field f = *this;
   f.is_present = [](const void* owner) { return bool(Predicate(*static_cast<const Owner*>(owner))); };
+  return f;
+}
+
+template <auto Name>
+constexpr Field Field::keyed_by() const {
+  using Item = typename detail::MemberOf<decltype(Name)>::owner;
+  Field f = *this;
+  f.key_of_item = [](const void* item) -> std::string_view { return static_cast<const Item*>(item)->*Name; };
   return f;
 }
 

@@ -7,7 +7,7 @@
 /// the equations of motion (B.6) have the mass matrix M = N_d^T N_l^T diag(I_i) N_l N_d = U D U^T (B.8), and the three
 /// sweeps below solve U D U^T vdot = tau - h without forming M (docs/theory.md, section 4; Saha 1997; Featherstone
 /// 2008, section 7.3). Everything is expressed in the links' own frames, so a base may be anywhere without loss of
-/// accuracy. Thread safety: reads the tree, writes only the workspace and the outputs.
+/// accuracy.
 
 #include <limits>
 #include <span>

@@ -3,7 +3,7 @@
 /// @file
 /// The inertia that a link shows to its joint when the joints beyond it are free to yield: a symmetric 6 x 6 matrix
 /// [J H; H^T M] that maps spatial acceleration to wrench. Operations on it are the cost of forward dynamics, so each is
-/// written out for the structure it has. Thread safety: plain values.
+/// written out for the structure it has.
 
 #include "grapnel/spatial/inertia.hpp"
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Accelerations of bodies in the world, from parent to child: independent of the kernels, which work in the links' own
-/// frames. Thread safety: reads the model, writes only the output.
+/// frames.
 
 #include "grapnel/dynamics/kinematics.hpp"
 

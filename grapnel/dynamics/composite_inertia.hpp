@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The step of every sweep over composite rigid bodies. Thread safety: pure functions.
+/// The step of every sweep over composite rigid bodies.
 
 #include "grapnel/dynamics/recursion.hpp"
 

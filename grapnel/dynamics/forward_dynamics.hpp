@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Forward and inverse dynamics of a model. Thread safety: a Workspace serves one thread at a time; everything else is
-/// only read.
+/// Forward and inverse dynamics of a model.
 
 #include <span>
 #include <string>

@@ -2,7 +2,6 @@
 
 /// @file
 /// Where bodies and frames are, how they move, and the Jacobians that say so (2.1).
-/// Thread safety: functions read the model and write only their outputs.
 
 #include <Eigen/Core>
 #include <vector>

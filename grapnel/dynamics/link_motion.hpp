@@ -2,7 +2,6 @@
 
 /// @file
 /// Poses and twists of the links in the world (forward kinematics), the kernel behind kinematics.hpp.
-/// Thread safety: reads the tree, writes only the output.
 
 #include "grapnel/dynamics/articulated_body.hpp"
 #include "grapnel/spatial/dual.hpp"

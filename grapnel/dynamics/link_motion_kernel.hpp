@@ -3,7 +3,6 @@
 /// @file
 /// The sweep of link_motion.hpp, as a template on the scalar.
 /// Included by the translation units that instantiate it: link_motion.cpp for doubles, grapnel/lanes/ for packs.
-/// Thread safety: as link_motion.hpp says.
 
 #include "grapnel/dynamics/link_motion.hpp"
 

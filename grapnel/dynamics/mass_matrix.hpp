@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Matrices of the equations of motion (2.7), M vdot + c = tau + sum J^T F. Thread safety: functions write only their
-/// outputs and the workspace given.
+/// Matrices of the equations of motion (2.7), M vdot + c = tau + sum J^T F.
 
 #include <Eigen/Core>
 

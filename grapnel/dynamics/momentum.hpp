@@ -2,7 +2,7 @@
 
 /// @file
 /// Momentum, centre of mass and kinetic energy, body by body from poses and twists: independent of the mass matrix and
-/// of what an integrator carries, so that a ledger can trust it. Thread safety: pure functions.
+/// of what an integrator carries, so that a ledger can trust it.
 
 #include <span>
 

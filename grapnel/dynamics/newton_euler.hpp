@@ -2,8 +2,7 @@
 
 /// @file
 /// Inverse dynamics in O(n): the recursive Newton-Euler kernel, N_d^T N_l^T (M tdot + Omega M t - w) (B.6) evaluated
-/// from the tips to the root (Luh, Walker, Paul 1980; Featherstone 2008, table 5.1). Thread safety: reads the tree,
-/// writes only the workspace and the outputs.
+/// from the tips to the root (Luh, Walker, Paul 1980; Featherstone 2008, table 5.1).
 
 #include "grapnel/dynamics/articulated_body.hpp"
 

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Steps that the recursive kernels share: how a link's motion follows from its parent's, and how wrenches go back.
-/// One overload per kind of joint, chosen once per link by `visit_joint`. Thread safety: pure functions.
+/// Steps that the recursive kernels share: how a link's motion follows from its parent's, and how wrenches go back. One
+/// overload per kind of joint, chosen once per link by `visit_joint`.
 
 #include <span>
 

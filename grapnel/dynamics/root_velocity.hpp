@@ -6,8 +6,7 @@
 /// Where nothing acts from outside, a tree's momentum is a constant of the motion and its centre of mass moves
 /// uniformly. The base's twist is what momentum and joint rates leave, V_B = I_c^-1 (h_B - h_joints), with I_c the
 /// composite inertia and h_joints the momentum of the joint rates alone; its position is what the centre of mass and
-/// the pose leave. Taken from there instead of from their own differential equations, momenta cannot drift. Thread
-/// safety: reads the tree, writes only the workspace and the outputs.
+/// the pose leave. Taken from there instead of from their own differential equations, momenta cannot drift.
 
 #include "grapnel/dynamics/articulated_body.hpp"
 

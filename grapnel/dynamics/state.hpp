@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// State of a model: coordinates and generalized velocities. Thread safety: plain values.
+/// State of a model: coordinates and generalized velocities.
 
 #include <vector>
 

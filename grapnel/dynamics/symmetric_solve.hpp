@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Small positive definite systems, factored as L D L^T without square roots. Thread safety: plain values.
+/// Small positive definite systems, factored as L D L^T without square roots.
 
 #include "grapnel/dynamics/articulated_inertia.hpp"
 

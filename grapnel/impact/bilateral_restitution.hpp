@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Restitution at bilateral grips, u+ = -E u-: the grips' relative velocities are thrown back row by row.
-/// dT = -1/2 u-^T (1 + E) W^+ (1 - E) u-  (docs/theory.md, section 11). Thread safety: pure functions.
+/// Restitution at bilateral grips, u+ = -E u-: the grips' relative velocities are thrown back row by row. dT = -1/2
+/// u-^T (1 + E) W^+ (1 - E) u-  (docs/theory.md, section 11).
 
 #include <string>
 

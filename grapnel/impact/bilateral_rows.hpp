@@ -2,7 +2,7 @@
 
 /// @file
 /// Rows that hold in both directions during an impact: those of grips, then held rates; and the solution of any impact
-/// that prescribes their velocities afterwards. Thread safety: pure functions.
+/// that prescribes their velocities afterwards.
 
 #include "grapnel/constraint/impulsive_constraint.hpp"
 #include "grapnel/impact/plastic_impact.hpp"

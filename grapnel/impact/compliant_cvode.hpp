@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// SUNDIALS CVODE (BDF, dense Newton) for a CompliantSystem: one internal step at a time, with events. Thread safety:
-/// an object serves one thread.
+/// SUNDIALS CVODE (BDF, dense Newton) for a CompliantSystem: one internal step at a time, with events.
 
 #include <memory>
 

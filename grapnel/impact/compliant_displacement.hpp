@@ -2,7 +2,7 @@
 
 /// @file
 /// How far bodies have moved since an instant, without cancellation: a deformation of micrometres is the difference of
-/// two displacements, not of two positions of several metres. Thread safety: `displacements()` writes its output alone.
+/// two displacements, not of two positions of several metres.
 
 #include "grapnel/dynamics/kinematics.hpp"
 

@@ -8,7 +8,7 @@
 /// follow from them: momentum is kept to rounding at any tolerance, and the energy balance is a check on everything
 /// else. Stiff integration (BDF of variable order) with events at touch and separation; docs/theory.md, section 12.
 /// Limitations: motors, joint friction and gravity do nothing meanwhile; a contact is a point against a plane; grips
-/// turn by less than half a turn. Thread safety: pure functions.
+/// turn by less than half a turn.
 
 #include <functional>
 #include <span>

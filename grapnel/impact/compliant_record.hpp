@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Histories and peaks of a compliant impact, taken from the solution between steps as well. Thread safety: an object
-/// serves one thread.
+/// Histories and peaks of a compliant impact, taken from the solution between steps as well.
 
 #include "grapnel/impact/compliant_cvode.hpp"
 

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// How large everything is in a compliant impact, estimated by the rigid one: what errors are judged by. Thread safety:
-/// pure functions.
+/// How large everything is in a compliant impact, estimated by the rigid one: what errors are judged by.
 
 #include <Eigen/Core>
 

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// The differential equations of a compliant impact (docs/theory.md, section 12). Thread safety: an object serves one
-/// thread.
+/// The differential equations of a compliant impact (docs/theory.md, section 12).
 
 #include <limits>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Normal force of a compliant contact over its deformation. Thread safety: pure functions.
+/// Normal force of a compliant contact over its deformation.
 
 #include "grapnel/impact/compliant_impact.hpp"
 

@@ -4,7 +4,6 @@
 /// Impact of contacts that are not grips: unilateral, with restitution and Coulomb friction, any number at once.
 ///
 /// All hypotheses share one path in the space of impulses and differ in where it ends (docs/theory.md, section 11).
-/// Thread safety: pure functions.
 
 #include <string>
 

@@ -3,7 +3,7 @@
 /// @file
 /// State and equations of motion of the inner time of contact_path.hpp, with the phases that the contacts are in, and
 /// one step of DOP853. Dimensionless: velocities over the fastest approach, W over its largest normal entry, stiffness
-/// over the largest. Thread safety: an object belongs to one thread.
+/// over the largest.
 
 #include <Eigen/Core>
 #include <array>

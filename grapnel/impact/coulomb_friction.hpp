@@ -2,7 +2,6 @@
 
 /// @file
 /// Coulomb friction of contacts that do not slide: forces that hold as many of them as the cones allow.
-/// Thread safety: pure functions.
 
 #include <Eigen/Core>
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Checks of one impact without duration, of every law: (9.5) and (9.6) of docs/theory.md. They are relative to what
-/// takes part in the impact, so that a heavy body elsewhere hides nothing. Thread safety: pure functions.
+/// takes part in the impact, so that a heavy body elsewhere hides nothing.
 
 #include <Eigen/Core>
 

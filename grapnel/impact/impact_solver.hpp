@@ -8,7 +8,7 @@
 /// Jacobian, no singular values, no memory from the heap. plastic_impact() is the careful route: it decides the rank by
 /// singular values and says which components are determined. Where nothing is redundant both give the same numbers to
 /// rounding; where rows are redundant they choose the same of all solutions. Limitations: those of plastic_impact(),
-/// and whole joints only are held. Thread safety: a solver serves one thread at a time.
+/// and whole joints only are held.
 
 #include <memory>
 #include <span>

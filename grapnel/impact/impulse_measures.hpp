@@ -8,7 +8,7 @@
 /// Angular and linear parts have different units and are never summed: an ellipsoid is of the one or of the other, and
 /// where all rows are taken together they are scaled by what the free target would do, (7.8), so that numbers are
 /// dimensionless. Held rates (HeldRate) are stiff here: impulses do not change them. Limitations: configuration
-/// unchanged; finite forces do nothing. Thread safety: pure functions.
+/// unchanged; finite forces do nothing.
 
 #include <Eigen/Core>
 #include <vector>

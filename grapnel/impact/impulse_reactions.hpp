@@ -2,7 +2,7 @@
 
 /// @file
 /// What the impulses at the grips do inside the robot: the impulse every joint passes on, driving and constraint
-/// components alike. Thread safety: pure functions.
+/// components alike.
 
 #include "grapnel/impact/plastic_impact.hpp"
 

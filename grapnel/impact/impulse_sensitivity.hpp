@@ -3,8 +3,7 @@
 /// @file
 /// How impulses and base rate of a plastic impact change with what is uncertain: derivatives of plastic_impact() by
 /// dual numbers through the kernels and implicit differentiation of its equations (docs/theory.md, section 13).
-/// Limitations: of first order, at this configuration; what an approach planned anew would change besides is not in
-/// it. Thread safety: pure functions.
+/// Limitations: of first order, at this configuration; what an approach planned anew would change besides is not in it.
 
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 
 /// @file
 /// Of all impulses that redundant rows allow, the one with the least P^T D P (docs/theory.md, equation (7.8)), from a
-/// pivoted factor of W. Thread safety: one thread at a time.
+/// pivoted factor of W.
 
 #include "grapnel/constraint/loop_path.hpp"
 #include "grapnel/constraint/pivoted_cholesky.hpp"

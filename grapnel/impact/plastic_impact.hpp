@@ -6,8 +6,7 @@
 /// M (v+ - v-) = J^T P,  J v+ = 0  =>  W P = -u-,  W = J M^-1 J^T,  u- = J v-   (docs/theory.md, section 7), over robot
 /// and targets together, valid for any momentum, any number of arms, shared targets and non-square Jacobians. The
 /// thesis's (3.9)-(3.13) drop the robot's momentum after the impact; see published_impact.hpp. Limitations:
-/// instantaneous, no restitution, no friction; configuration unchanged; finite forces do nothing. Thread safety: pure
-/// functions.
+/// instantaneous, no restitution, no friction; configuration unchanged; finite forces do nothing.
 
 #include <vector>
 

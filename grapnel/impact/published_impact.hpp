@@ -3,7 +3,6 @@
 /// @file
 /// The thesis's own impact estimate, (3.8)-(3.13), for comparison only: it takes J thetadot for the end-effectors'
 /// twist, which holds only while the robot's momentum is zero, and so does not conserve momentum through an impact.
-/// Thread safety: pure functions.
 
 #include <string>
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// The matrices of an impact and their derivatives along a change of the problem, from one pass of dual numbers through
-/// the kernels. Thread safety: pure functions.
+/// the kernels.
 
 #include <Eigen/Core>
 

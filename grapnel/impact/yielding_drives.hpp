@@ -15,7 +15,7 @@
 ///   s = w_h - J_r^-1 S_h (S_h^T J_r^-1 S_h)^+ (S_g^T w_g + S_h^T w_h).                                          (7.20)
 ///
 /// Momentum and grips are kept exactly. Where the rates told agree with the grips the bracket is zero, and so is the
-/// change. Thread safety: pure functions; an object serves one thread.
+/// change.
 
 #include <optional>
 

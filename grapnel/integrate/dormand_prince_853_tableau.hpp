@@ -5,7 +5,6 @@
 /// and 3 and dense output of order 7. Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential
 /// Equations I, 2nd ed., Springer 1993, II.5 and II.6, with the digits published in the authors' program dop853
 /// (University of Geneva). Stages are counted from 1 as in the book. tests/integrate checks the order conditions.
-/// Thread safety: constants.
 
 #include <array>
 

@@ -2,8 +2,7 @@
 
 /// @file
 /// Work that may take long, counted while it is done, so that somebody can follow and end it. The limit is a number of
-/// evaluations and no time: whether it is reached depends on the problem alone, on every machine. Thread safety: one
-/// thread at a time.
+/// evaluations and no time: whether it is reached depends on the problem alone, on every machine.
 
 #include <functional>
 #include <limits>

@@ -3,7 +3,7 @@
 /// @file
 /// The instruction sets for which lane kernels exist. Each is a tag that every template of the lanes carries, so that
 /// the mangled name of whatever a translation unit emits says for which set it was compiled: a linker can then never
-/// hand portable code a function that needs AVX-512 (tests/lanes/symbols_test). Thread safety: no state.
+/// hand portable code a function that needs AVX-512 (tests/lanes/symbols_test).
 
 namespace grapnel::lanes {
 

@@ -4,8 +4,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "grapnel/lanes/kernel_tables.hpp"
-
 namespace grapnel::lanes {
 namespace {
 
@@ -70,22 +68,6 @@ std::optional<InstructionSet> best_instruction_set() {
     here += ", " + std::string(name(set));
   }
   throw std::runtime_error("GRAPNEL_LANES is '" + text + "'; expected one of those that run here: " + here);
-}
-
-const KernelTable& kernels([[maybe_unused]] InstructionSet set) {
-#ifdef GRAPNEL_LANES_X86
-  switch (set) {
-    case InstructionSet::sse2:
-      return kernels_sse2;
-    case InstructionSet::avx2:
-      return kernels_avx2;
-    case InstructionSet::avx512:
-      return kernels_avx512;
-    default:
-      break;
-  }
-#endif
-  return kernels_one_lane;
 }
 
 }  // namespace grapnel::lanes

@@ -1,17 +1,14 @@
 #pragma once
 
 /// @file
-/// Which instruction sets the lanes can use here, and the kernels compiled for each.
+/// Which instruction sets the lanes can use here.
 ///
-/// Every set has its own translation units, compiled with its flags; portable code reaches them only through the tables
-/// of function pointers below. GRAPNEL_LANES in the environment overrides the choice. Thread safety: pure functions;
-/// a kernel's model serves one thread at a time.
+/// Every set has its own translation units, compiled with its flags; portable code reaches them only through tables of
+/// function pointers. GRAPNEL_LANES in the environment overrides the choice.
 
 #include <optional>
 #include <string_view>
 #include <vector>
-
-#include "grapnel/lanes/kernel_table.hpp"
 
 namespace grapnel::lanes {
 
@@ -31,8 +28,5 @@ std::vector<InstructionSet> supported_instruction_sets();
 /// nothing when it is "off", or where only one_lane is left. Throws std::runtime_error when it names a set that does
 /// not exist or does not run here.
 std::optional<InstructionSet> best_instruction_set();
-
-/// The kernels of a supported set.
-const KernelTable& kernels(InstructionSet set);
 
 }  // namespace grapnel::lanes

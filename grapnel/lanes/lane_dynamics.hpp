@@ -6,7 +6,7 @@
 /// equations. State y = [q; v; motor work; friction work].
 ///
 /// Roots' motion is integrated within a step and taken from the conserved momenta at its end (settle), so that nothing
-/// drifts and the stages are spared the sweep that it takes. Thread safety: one thread at a time.
+/// drifts and the stages are spared the sweep that it takes.
 
 #include "grapnel/lanes/lane_dynamics_loose.hpp"
 #include "grapnel/lanes/lane_dynamics_noise.hpp"

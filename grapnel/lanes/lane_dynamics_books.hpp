@@ -2,7 +2,7 @@
 
 /// @file
 /// Momentum and energy of trees in packs, link by link from poses and twists: the definitions of capture/system_books,
-/// independent of the kernel that accelerates and of what it conserves. Thread safety: one thread at a time.
+/// independent of the kernel that accelerates and of what it conserves.
 
 #include "grapnel/dynamics/group_scale.hpp"
 #include "grapnel/lanes/lane_kernels.hpp"

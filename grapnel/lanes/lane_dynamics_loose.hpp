@@ -2,7 +2,7 @@
 
 /// @file
 /// Free bodies that carry nothing, such as targets before they are gripped: torque-free rigid bodies need no recursion
-/// and no solution of six equations. Thread safety: one thread at a time.
+/// and no solution of six equations.
 
 #include "grapnel/lanes/lane_phase_array.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"

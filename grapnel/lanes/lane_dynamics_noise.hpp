@@ -3,7 +3,7 @@
 /// @file
 /// What joints' sensors misread (simulate/tracking_noise.hpp), in packs. A sum of 24 cosines at every stage of every
 /// step would cost more than the dynamics; over one step it is its Taylor series about the step's middle, whose
-/// coefficients take one sine and cosine per tone and step. Thread safety: one thread at a time.
+/// coefficients take one sine and cosine per tone and step.
 
 #include "grapnel/lanes/lane_kernels.hpp"
 #include "grapnel/lanes/lane_phase_array.hpp"

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// The hyperbolic tangent in packs, by arithmetic alone, so that every width gives the same bits. Thread safety: pure
-/// function.
+/// The hyperbolic tangent in packs, by arithmetic alone, so that every width gives the same bits.
 
 #include "grapnel/spatial/scalar.hpp"
 

@@ -5,7 +5,7 @@
 /// instruction sets only: whatever uses it is compiled for one set (grapnel/lanes/CMakeLists.txt).
 ///
 /// A Tree<Pack> has one structure for all lanes (parents, kinds of joints, axes, which frames are rotated, which joints
-/// have rotors) and numbers per lane. Thread safety: as the kernels'.
+/// have rotors) and numbers per lane.
 
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
 #include "grapnel/dynamics/link_motion_kernel.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A truth value per lane, as comparisons of packs give it. Thread safety: plain values.
+/// A truth value per lane, as comparisons of packs give it.
 
 #include "grapnel/lanes/lane_register.hpp"
 

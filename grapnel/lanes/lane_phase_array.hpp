@@ -3,7 +3,7 @@
 /// @file
 /// A fixed number of values in aligned memory. Lane code has no standard containers of doubles: what a translation unit
 /// for one instruction set instantiates of them could be linked into portable code. The tag S, a pack, keeps the names
-/// apart. Thread safety: as an array.
+/// apart.
 
 #include <type_traits>
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// From a model and a phase's setup to what run_lanes() integrates: the structure that cases share, and the numbers of
-/// one. Thread safety: pure functions.
+/// one.
 
 #include <memory>
 #include <optional>

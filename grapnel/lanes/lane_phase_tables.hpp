@@ -3,8 +3,7 @@
 /// @file
 /// What the lane stepper reads and writes: plain tables of numbers, the only thing that passes between portable code
 /// and the translation units of the instruction sets (no containers: what those units compile must not be linked into
-/// portable code). Everything here is filled by run_lanes(); see lane_phase.hpp for what the numbers mean. Thread
-/// safety: plain values.
+/// portable code). Everything here is filled by run_lanes(); see lane_phase.hpp for what the numbers mean.
 
 #include <cstdint>
 

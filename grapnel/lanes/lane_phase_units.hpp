@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The lane stepper's translation units, one per instruction set. Thread safety: see lane_phase.hpp.
+/// The lane stepper's translation units, one per instruction set.
 
 #include "grapnel/lanes/lane_phase_tables.hpp"
 

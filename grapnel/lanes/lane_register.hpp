@@ -5,8 +5,7 @@
 /// between sets. A set is known only where the compiler may use it, that is in the translation units compiled for it.
 ///
 /// On xsimd 8.1, but for what it gets wrong or lacks: AVX-512 fused products (it rounds twice), negation (0 - x loses
-/// the sign of zero), != with NaN, and-not (its order of arguments varies), masks as bits. Thread safety: pure
-/// functions.
+/// the sign of zero), != with NaN, and-not (its order of arguments varies), masks as bits.
 
 #include <cstdint>
 #include <xsimd/xsimd.hpp>

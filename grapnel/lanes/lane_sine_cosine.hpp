@@ -2,7 +2,7 @@
 
 /// @file
 /// Sine and cosine of packs: grapnel/spatial/sine_cosine.hpp's polynomials, so that OneLane is the reference for the
-/// wider sets bit by bit. Thread safety: pure functions.
+/// wider sets bit by bit.
 
 #include "grapnel/lanes/pack.hpp"
 

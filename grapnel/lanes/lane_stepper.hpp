@@ -4,7 +4,7 @@
 /// Integrates the cases of one structure in lanes: DormandPrince853 (integrate/dormand_prince_853.hpp: tableau, initial
 /// step, error estimate, controller and constants are its) with a time, a step, a verdict and an interval of its own in
 /// every lane. A lane that has finished takes the next case, so that lanes stay full; a case's numbers depend on
-/// nothing but the case. Thread safety: one thread at a time.
+/// nothing but the case.
 
 #include "grapnel/integrate/dormand_prince_853_tableau.hpp"
 #include "grapnel/lanes/lane_dynamics.hpp"

@@ -2,7 +2,7 @@
 
 /// @file
 /// The error norm of integrate/error_norm.hpp in packs, for one tolerance each: what it measures and why is written
-/// there. Thread safety: immutable.
+/// there.
 
 #include "grapnel/lanes/lane_phase_array.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"

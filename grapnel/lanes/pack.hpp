@@ -10,7 +10,7 @@
 /// result depends on that lane's input alone: not on its neighbours, nor on the width, among the sets with fused
 /// products (Avx512, Avx2, OneLane); Sse2 rounds products first and is reproducible in itself.
 ///
-/// `auto p = a * b;` keeps a Product; write the type. Thread safety: plain values.
+/// `auto p = a * b;` keeps a Product; write the type.
 
 #include "grapnel/lanes/lane_mask.hpp"
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Plain data that describe bodies, joints and frames, as a file or a program gives them. ModelBuilder turns them into
-/// an immutable Model. Thread safety: plain values.
+/// an immutable Model.
 
 #include <limits>
 #include <string>

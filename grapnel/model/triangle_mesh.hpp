@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Shapes made of triangles. Thread safety: plain values.
+/// Shapes made of triangles.
 
 #include <array>
 #include <memory>

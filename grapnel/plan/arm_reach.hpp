@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// How far an arm reaches. Thread safety: pure functions.
+/// How far an arm reaches.
 
 #include "grapnel/model/model.hpp"
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Where a search for final joint values may begin: solutions of the inverse kinematics arm by arm with the base kept
-/// still. Thread safety: one thread at a time.
+/// still.
 
 #include <random>
 

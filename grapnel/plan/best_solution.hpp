@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// The best solution near a given one: the measure made least while the goals stay met. Thread safety: one thread at a
-/// time.
+/// The best solution near a given one: the measure made least while the goals stay met.
 
 #include "grapnel/plan/shooting.hpp"
 

@@ -13,7 +13,6 @@
 ///                                                                                                                (2)
 /// at fixed V_B and rates, and from (1), with h_B fixed,
 ///   dV_B/dtheta_j = -I_c^-1 dh/dtheta_j,   dV_B/dtheta_dot_j = -I_c^-1 I^c_j S_j.                                (3)
-/// Thread safety: one thread at a time (it owns its scratch).
 
 #include <Eigen/Core>
 #include <span>

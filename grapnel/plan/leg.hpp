@@ -7,8 +7,8 @@
 ///
 /// With x = (final values, final rates) the joints move as theta(t) = ... + a(t) final + b(t) final_rate. A
 /// displacement xi of the base, in B, obeys (FloatingBase)
-///   d(dxi/dx)/dt = A dxi/dx + dV_B/dtheta dtheta/dx + dV_B/dtheta_dot dtheta_dot/dx,   dxi/dx = 0 at the start,
-/// which is integrated beside the pose. Thread safety: one thread at a time.
+///   d(dxi/dx)/dt = A dxi/dx + dV_B/dtheta dtheta/dx + dV_B/dtheta_dot dtheta_dot/dx,   dxi/dx = 0 at the start, which
+/// is integrated beside the pose.
 
 #include <cstdint>
 #include <string>

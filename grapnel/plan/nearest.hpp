@@ -2,7 +2,7 @@
 
 /// @file
 /// Arms as near to their goals as they go, in the sense of least squares of the goals' error [m and rad]: what is left
-/// where goals cannot be reached. Thread safety: one thread at a time.
+/// where goals cannot be reached.
 
 #include "grapnel/plan/arm_starts.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The step of least norm towards e + J d = 0 within bounds. Thread safety: pure functions.
+/// The step of least norm towards e + J d = 0 within bounds.
 
 #include <Eigen/Core>
 #include <vector>

@@ -15,8 +15,7 @@
 /// gives Newton steps of least norm within the joints' limits. Beginnings besides the guess come from inverse
 /// kinematics arm by arm with the base kept still, which costs no integration. Among solutions a measure decides,
 /// improved by sequential quadratic programming (NLopt's SLSQP; Kraft 1994) with e = 0 and the rate limits as
-/// constraints, and polished by Newton again; a solution within the rate limits is better than any beyond them. Thread
-/// safety: one thread at a time.
+/// constraints, and polished by Newton again; a solution within the rate limits is better than any beyond them.
 
 #include <cstdint>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Why goals cannot be reached, in words. Thread safety: one thread at a time.
+/// Why goals cannot be reached, in words.
 
 #include "grapnel/plan/shooting.hpp"
 

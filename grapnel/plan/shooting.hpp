@@ -2,7 +2,7 @@
 
 /// @file
 /// One evaluation of the boundary value problem of reach.hpp: final joint values in, settled rates, error of the goals
-/// and its total derivative out. Thread safety: one thread at a time.
+/// and its total derivative out.
 
 #include "grapnel/plan/reach.hpp"
 

@@ -7,7 +7,7 @@
 ///   J_g theta_dot = V_d - (momentum's part, (2.3)) - k e                                             (1)
 /// with V_d the place's twist and e what is left of the error; solved by singular values, small ones damped, for the
 /// rates of least norm. The joint motion that comes out is kept as Chebyshev series, so that it can be followed exactly
-/// by a simulation that knows nothing of its origin. Thread safety: one thread at a time.
+/// by a simulation that knows nothing of its origin.
 
 #include <cstdint>
 #include <string>

@@ -2,8 +2,7 @@
 
 /// @file
 /// Whether several end-effectors can be at their places on one target at once, wherever the base may be: a closed chain
-/// through the target asks it of the joints alone, whatever the momentum does with the base. Thread safety: one thread
-/// at a time.
+/// through the target asks it of the joints alone, whatever the momentum does with the base.
 
 #include <optional>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Numbers as text inside JSON: base64 (RFC 4648, padded) of their bytes, little endian. Thread safety: pure functions.
+/// Numbers as text inside JSON: base64 (RFC 4648, padded) of their bytes, little endian.
 
 #include <cstdint>
 #include <span>

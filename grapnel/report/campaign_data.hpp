@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Result folders of campaigns as a report holds them. Inside this module only. Thread safety: free functions.
+/// Result folders of campaigns as a report holds them. Inside this module only.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

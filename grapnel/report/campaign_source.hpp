@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Some rows of a campaign's table.h5, for its report. Inside this module only. Thread safety: plain values; reading is
-/// reentrant.
+/// Some rows of a campaign's table.h5, for its report. Inside this module only.
 
 #include <cstdint>
 #include <filesystem>

@@ -10,7 +10,6 @@
 namespace grapnel {
 
 /// A file with a line of heads, read record by record (RFC 4180). Faults are std::runtime_error naming path and line.
-/// Thread safety: one thread per object.
 class CsvTable {
  public:
   explicit CsvTable(const std::filesystem::path& path);

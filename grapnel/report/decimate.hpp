@@ -2,7 +2,7 @@
 
 /// @file
 /// Which samples of a time series a report keeps, so that long runs stay small and what is left out is known.
-/// docs/formats/report.md states the rule. Thread safety: pure functions.
+/// docs/formats/report.md states the rule.
 
 #include <cstddef>
 #include <limits>

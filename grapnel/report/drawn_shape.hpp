@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What a body is drawn as, and triangles of it: for pictures and for glTF. Thread safety: pure functions.
+/// What a body is drawn as, and triangles of it: for pictures and for glTF.
 
 #include <array>
 #include <vector>

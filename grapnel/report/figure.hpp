@@ -3,7 +3,7 @@
 /// @file
 /// A figure as plain data: tables of numbers, and panels that plot them. figure_script.hpp makes gnuplot's files of it.
 /// Two kinds of text are kept apart: what Grapnel wrote itself (`style`, `settings`) goes into the script as it is;
-/// names and labels are escaped there. Thread safety: plain values.
+/// names and labels are escaped there.
 
 #include <filesystem>
 #include <string>

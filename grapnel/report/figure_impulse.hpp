@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The impulses of a capture as bars. Thread safety: pure functions.
+/// The impulses of a capture as bars.
 
 #include "grapnel/report/figure.hpp"
 #include "grapnel/report/run_source.hpp"

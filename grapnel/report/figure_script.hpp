@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// gnuplot's files of a figure. Thread safety: pure functions.
+/// gnuplot's files of a figure.
 
 #include <string>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Figures of quantities over time. Thread safety: pure functions.
+/// Figures of quantities over time.
 
 #include <string>
 #include <vector>

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Figures of sweeps: a quantity against one axis, a line per value of another, or a heat map over two. Thread safety:
-/// pure functions.
+/// Figures of sweeps: a quantity against one axis, a line per value of another, or a heat map over two.
 
 #include <string>
 #include <vector>

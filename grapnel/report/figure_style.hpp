@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Colours and dashes of figures. Thread safety: pure functions.
+/// Colours and dashes of figures.
 
 #include <string>
 

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Builds a binary glTF 2.0 file (.glb): a JSON document and one buffer. Inside this module only. Thread safety: one
-/// thread per object.
+/// Builds a binary glTF 2.0 file (.glb): a JSON document and one buffer. Inside this module only.
 
 #include <cstdint>
 #include <nlohmann/json.hpp>

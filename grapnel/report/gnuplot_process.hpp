@@ -14,8 +14,8 @@ struct GnuplotOutcome {
   std::string message;  // what it said
 };
 
-/// Runs gnuplot on `script`, a file of `folder`, in that folder and without the user's start-up files. Thread safety:
-/// reentrant. @throws std::runtime_error if the process cannot be started for another reason than that there is none.
+/// Runs gnuplot on `script`, a file of `folder`, in that folder and without the user's start-up files. @throws
+/// std::runtime_error if the process cannot be started for another reason than that there is none.
 GnuplotOutcome run_gnuplot(const std::filesystem::path& folder, const std::string& script);
 
 }  // namespace grapnel

@@ -3,7 +3,7 @@
 /// @file
 /// Names and other foreign text in gnuplot scripts. Nothing in them is executed or set as mark-up: the strings are
 /// single-quoted, where gnuplot expands neither backquotes, macros nor escapes, and the scripts write all texts
-/// `noenhanced`. Thread safety: pure functions.
+/// `noenhanced`.
 
 #include <string>
 #include <string_view>

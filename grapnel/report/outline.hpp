@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Outlines of bodies as seen from far away. Thread safety: pure functions.
+/// Outlines of bodies as seen from far away.
 
 #include <array>
 #include <string>

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What a report holds, from result folders alone: the JSON of web/src/data.ts (both change together). Thread safety:
-/// free functions.
+/// What a report holds, from result folders alone: the JSON of web/src/data.ts (both change together).
 
 #include <filesystem>
 #include <optional>

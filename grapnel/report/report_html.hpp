@@ -2,7 +2,7 @@
 
 /// @file
 /// A report: one HTML file with the data and the viewer, which asks no network for anything. The same results give the
-/// same bytes. Thread safety: free functions.
+/// same bytes.
 
 #include <filesystem>
 #include <string>

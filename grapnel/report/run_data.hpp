@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A run's result folder as a report holds it. Inside this module only. Thread safety: free functions.
+/// A run's result folder as a report holds it. Inside this module only.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

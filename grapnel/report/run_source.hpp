@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A run's result folder as figures and exports need it. Thread safety: plain values; reading is reentrant.
+/// A run's result folder as figures and exports need it.
 
 #include <cstdint>
 #include <filesystem>

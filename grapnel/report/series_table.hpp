@@ -2,7 +2,6 @@
 
 /// @file
 /// The samples of a run that a figure shows, as a table, and what all panels over time have in common.
-/// Thread safety: one thread per object.
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Commands that a reader copies into a shell. Thread safety: pure function.
+/// Commands that a reader copies into a shell.
 
 #include <string>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Superposed configurations of the whole system. Thread safety: pure functions.
+/// Superposed configurations of the whole system.
 
 #include "grapnel/report/figure.hpp"
 #include "grapnel/report/run_source.hpp"

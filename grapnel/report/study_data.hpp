@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Result folders of studies as a report holds them. Inside this module only. Thread safety: free functions. Both throw
-/// std::runtime_error naming path and fault; TooLarge where a page could not show so much.
+/// Result folders of studies as a report holds them. Inside this module only. Both throw std::runtime_error naming path
+/// and fault; TooLarge where a page could not show so much.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

@@ -2,7 +2,7 @@
 
 /// @file
 /// What a study's JSON file and the table beside it have in common, of sweeps and optimizations. Inside this module
-/// only. Thread safety: free functions. Faults are std::runtime_error naming path and fault.
+/// only. Faults are std::runtime_error naming path and fault.
 
 #include <cstddef>
 #include <filesystem>

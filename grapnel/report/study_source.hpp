@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A sweep's result folder as reports and figures need it. Thread safety: plain values; reading is reentrant.
+/// A sweep's result folder as reports and figures need it.
 
 #include <filesystem>
 #include <limits>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The page's program and style (web/), bundled and embedded when Grapnel was built. Thread safety: constant.
+/// The page's program and style (web/), bundled and embedded when Grapnel was built.
 
 #include <string_view>
 

@@ -17,8 +17,7 @@ struct CannotWrite : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// One file being written. Failures throw CannotWrite; without a commit()
-/// the destructor removes the temporary. Thread safety: one thread per object; any number of objects at once.
+/// One file being written. Failures throw CannotWrite; without a commit() the destructor removes the temporary.
 class AtomicFile {
  public:
   explicit AtomicFile(std::filesystem::path path);

@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// What a capture leaves behind: plain data, SI units, vectors in the world frame W unless a name says otherwise.
-/// Filled by simulate_capture(), read by the writers and reports. Thread safety: plain values.
+/// What a capture leaves behind: plain data, SI units, vectors in the world frame W unless a name says otherwise. What
+/// each field is, with its unit, stands where it is described: motion_fields.cpp, impact_fields.cpp,
+/// summary_fields.cpp. Filled by simulate_capture(), read by the writers and reports.
 
 #include <algorithm>
 #include <cmath>
@@ -27,16 +28,16 @@ enum class CaptureStatus { not_run, completed, failed };
 /// Motion of a free body's frame at one instant.
 struct BodyMotion {
   std::string name;
-  Vector3d position;            // of the frame's origin [m]
-  Quaterniond quaternion_wxyz;  // R_WB
-  Vector3d angular_velocity;    // [rad/s]
-  Vector3d velocity;            // of the frame's origin [m/s]
+  Vector3d position;
+  Quaterniond quaternion_wxyz;
+  Vector3d angular_velocity;
+  Vector3d velocity;
 };
 
 struct JointMotion {
   std::vector<std::string> names;
-  std::vector<double> position;  // [rad or m]
-  std::vector<double> velocity;  // [rad/s or m/s]
+  std::vector<double> position;
+  std::vector<double> velocity;
 };
 
 /// An end-effector against the grasp point it is to meet (relative: end-effector minus grasp point).
@@ -45,9 +46,9 @@ struct EndEffectorMotion {
   Vector3d position;
   Vector3d velocity;
   Vector3d angular_velocity;
-  std::string target;  // empty: grips nothing
+  std::string target;
   std::string grasp_point;
-  double miss_distance = 0;  // [m]
+  double miss_distance = 0;
   Vector3d relative_velocity = Vector3d::zero();
   Vector3d relative_angular_velocity = Vector3d::zero();
 };
@@ -61,17 +62,17 @@ struct GripOutcome {
   std::string end_effector;
   std::string target;
   std::string grasp_point;
-  bool captured = false;                // it closed; see verdict()
-  std::string reason;                   // in words
-  double distance = 0;                  // from the grasp point [m]
-  double angle = 0;                     // of what the grasp's orientation asks for; 0 if it is free [rad]
-  double velocity = 0;                  // relative speed [m/s]
-  double angular_velocity = 0;          // relative [rad/s]
-  double time = 0;                      // when it closed, or was to close [s]
-  std::optional<double> released = {};  // when it let go [s]
-  bool judged = false;                  // by an envelope
-  std::string limiting = {};            // the tolerance that was missed by the largest factor; empty if none was
-  double target_moved = 0;              // by which contact.gap: translate_target moved the target [m]
+  bool captured = false;  // it closed; see verdict()
+  std::string reason;
+  double distance = 0;
+  double angle = 0;
+  double velocity = 0;
+  double angular_velocity = 0;
+  double time = 0;
+  std::optional<double> released = {};
+  bool judged = false;  // by an envelope
+  std::string limiting = {};
+  double target_moved = 0;
   Captured verdict() const { return !captured ? Captured::no : judged ? Captured::yes : Captured::assumed; }
 };
 
@@ -86,23 +87,23 @@ struct PhaseEnd {
 
 /// A contact that is no grip: how it was thrown back.
 struct ContactRebound {
-  Vector3d normal;                 // unit, from the target to the robot
-  double normal_impulse = 0;       // [N s]
-  Vector3d tangential_impulse;     // [N s]
-  double compression = 0;          // of the normal impulse until the largest compression [N s]
-  double normal_work = 0;          // done on the bodies [J]
-  double friction_work = 0;        // [J]
-  std::vector<std::string> modes;  // separated, sticking, sliding, reversed: in order
-  double spread = 0;               // of the normal impulse over other orders of simultaneous contacts, relative
+  Vector3d normal;
+  double normal_impulse = 0;
+  Vector3d tangential_impulse;
+  double compression = 0;
+  double normal_work = 0;
+  double friction_work = 0;
+  std::vector<std::string> modes;
+  double spread = 0;
 };
 
 /// A contact or grip that was resolved in time.
 struct ForceProfile {
-  double peak_force = 0, peak_force_time = 0;    // time from the impact's beginning [N], [s]
-  double peak_moment = 0, peak_moment_time = 0;  // [N m], [s]
-  double largest_deformation = 0;                // [m]
-  double duration = 0;                           // in touch, or until the grip was at rest [s]
-  double energy_lost = 0;                        // by damping and friction [J]
+  double peak_force = 0, peak_force_time = 0;
+  double peak_moment = 0, peak_moment_time = 0;
+  double largest_deformation = 0;
+  double duration = 0;
+  double energy_lost = 0;
   int touches = 0;
 };
 
@@ -112,32 +113,31 @@ struct GraspImpulse {
   std::string end_effector;
   std::string target;
   std::string grasp_point;
-  std::string model;       // rigid, hinge, point, or contact
-  Vector3d contact_point;  // [m]
-  double gap = 0;          // distance of end-effector and grasp point when they were joined [m]
-  double gap_angle = 0;    // angle between their frames when they were joined [rad]
-  Vector3d target_displacement = Vector3d::zero();  // by contact.gap: translate_target [m]
-  Vector3d impulse;                                 // [N s]
-  Vector3d angular_impulse;                         // about the contact point [N m s]
-  double impulse_magnitude = 0;                     // [N s]
-  double mean_force = 0;                            // impulse_magnitude over impact.duration [N]
-  std::vector<bool> determined;       // per component [angular; linear] in W: unique, not a matter of self-stress
-  Vector3d relative_velocity_before;  // end-effector minus target at the contact point [m/s]
-  Vector3d relative_angular_velocity_before;  // [rad/s]
+  std::string model;
+  Vector3d contact_point;
+  double gap = 0;
+  double gap_angle = 0;
+  Vector3d target_displacement = Vector3d::zero();
+  Vector3d impulse;
+  Vector3d angular_impulse;
+  double impulse_magnitude = 0;
+  double mean_force = 0;
+  std::vector<bool> determined;  // per component [angular; linear] in W
+  Vector3d relative_velocity_before;
+  Vector3d relative_angular_velocity_before;
   Vector3d relative_velocity_after = Vector3d::zero();
   Vector3d relative_angular_velocity_after = Vector3d::zero();
-  std::optional<ContactRebound> rebound;  // of a contact
-  std::optional<ForceProfile> profile;    // law compliant
+  std::optional<ContactRebound> rebound;
+  std::optional<ForceProfile> profile;
 };
 
 /// What a joint passes on during the impact, at its origin, from parent to child.
 struct JointImpulse {
   std::string joint;
-  std::string body;          // the child
-  Vector3d impulse;          // [N s]
-  Vector3d angular_impulse;  // [N m s]
-  double along_axis = 0;     // driving component: zero for a free joint without rotor [N m s or N s]
-  /// Largest of what it passes on, law compliant; else 0 [N], [N m], [N m or N].
+  std::string body;
+  Vector3d impulse;
+  Vector3d angular_impulse;
+  double along_axis = 0;
   double peak_force = 0, peak_moment = 0, peak_driving = 0;
 };
 
@@ -145,18 +145,18 @@ struct JointImpulse {
 /// the grasps, drives give way (docs/theory.md, section 7).
 struct HeldJoint {
   std::string joint;
-  double impulse = 0;     // on the joint, along or about its axis [N m s or N s]
-  double work = 0;        // done by it [J]
-  double told_rate = 0;   // that it was to hold [rad/s or m/s]
-  double rate_after = 0;  // that it has after the impact
-  bool gave_way = false;  // the grasps did not allow the rate that it was told
+  double impulse = 0;
+  double work = 0;
+  double told_rate = 0;
+  double rate_after = 0;
+  bool gave_way = false;
 };
 
 /// A load against a rating of the robot file.
 struct LoadMargin {
-  std::string of;        // joint or end-effector
-  std::string quantity;  // force, moment, impulse, angular_impulse, driving, driving_impulse
-  double load = 0;       // [N, N m, N s or N m s]
+  std::string of;
+  std::string quantity;
+  double load = 0;
   double rating = 0;
   double margin() const { return 1 - load / rating; }
 };
@@ -165,19 +165,19 @@ struct LoadMargin {
 /// velocities of the impact scaled alike.
 struct SpeedLimit {
   std::string end_effector;
-  double factor = 0;         // least of rating over load along the arm
-  double largest_speed = 0;  // factor times the present relative speed of the contact point [m/s]
-  std::string of, quantity;  // what is reached first
+  double factor = 0;
+  double largest_speed = 0;
+  std::string of, quantity;
 };
 
 /// An impact that was resolved in time.
 struct CompliantReport {
-  std::string end;                  // separated, settled, time_over
-  double duration = 0;              // [s]
-  double energy_lost = 0;           // [J]
-  double elastic_energy_after = 0;  // left in springs, given up when grips become rigid [J]
-  double residual_impulse = 0;      // largest that then takes out what relative motion is left [N s]
-  double energy_residual = 0;       // of the balance, over the kinetic energy before
+  std::string end;
+  double duration = 0;
+  double energy_lost = 0;
+  double elastic_energy_after = 0;
+  double residual_impulse = 0;
+  double energy_residual = 0;
   long rhs_evaluations = 0;
 };
 
@@ -190,10 +190,10 @@ struct AsPublished {
     double impulse_magnitude = 0;
   };
   std::vector<Grasp> grasps;
-  std::vector<double> joint_velocity_after;   // (3.11)
-  double linear_momentum_error = 0;           // |total after - before| [N s]
-  double angular_momentum_error = 0;          // [N m s]
-  double relative_linear_momentum_error = 0;  // over ledger.scale
+  std::vector<double> joint_velocity_after;
+  double linear_momentum_error = 0;
+  double angular_momentum_error = 0;
+  double relative_linear_momentum_error = 0;
   double relative_angular_momentum_error = 0;
 };
 
@@ -201,17 +201,17 @@ struct AsPublished {
 struct BrakeGrip {
   std::string end_effector;
   std::string target;
-  Vector3d impulse;          // that the grip passes on because of the brake, on the robot at the contact point [N s]
-  Vector3d angular_impulse;  // about the contact point [N m s]
+  Vector3d impulse;
+  Vector3d angular_impulse;
 };
 struct BrakeReport {
   std::vector<std::string> joints;
-  std::vector<double> impulse;  // [N m s or N s] per joint
+  std::vector<double> impulse;
   double kinetic_energy_before = 0;
   double kinetic_energy_after = 0;
   std::vector<BrakeGrip> grasps;
-  Vector3d base_velocity_change = Vector3d::zero();          // by the brake alone [m/s]
-  Vector3d base_angular_velocity_change = Vector3d::zero();  // [rad/s]
+  Vector3d base_velocity_change = Vector3d::zero();
+  Vector3d base_angular_velocity_change = Vector3d::zero();
 };
 
 /// Two grips of one target, and whether both can be where they are meant to be: no motion of the target changes the
@@ -220,117 +220,111 @@ struct LoopGap {
   std::string target;
   std::string end_effectors[2];
   std::string grasp_points[2];
-  double end_effector_distance = 0;  // between the end-effectors [m]
-  double grasp_point_distance = 0;   // between the grasp points they are to hold [m]
+  double end_effector_distance = 0;
+  double grasp_point_distance = 0;
   double gap() const { return std::abs(end_effector_distance - grasp_point_distance); }
 };
 
 /// What a body received in the impact: unique, also where the impulses of single grips are not.
 struct BodyImpulse {
   std::string body;
-  Vector3d impulse;          // [N s]
-  Vector3d angular_impulse;  // about the body's centre of mass [N m s]
+  Vector3d impulse;
+  Vector3d angular_impulse;
 };
 
 /// An impulse that changes no velocity: one vector of the null space's basis, per grip as in GraspImpulse, scaled so
 /// that its largest component is 1 (N s or N m s).
 struct SelfStress {
-  std::vector<Vector3d> impulse;          // per grip of the impact [N s]
-  std::vector<Vector3d> angular_impulse;  // [N m s]
+  std::vector<Vector3d> impulse;  // per grip of the impact [N s]
+  std::vector<Vector3d> angular_impulse;
 };
 
 /// What an impulse at one grip does, and what the present motion asks for: measures of the configuration at the
 /// contact point, everything else free (but for joints that are held). Vectors and axes in W.
 struct EndEffectorMeasure {
   std::string end_effector;
-  /// Change of the twist [angular; linear] per impulse [angular; linear], 6 x 6, row by row: of the end-effector alone,
-  /// and relative to the target [1/(kg m^2), 1/(kg m); 1/(kg m), 1/kg].
-  std::vector<double> inverse_inertia, pair_inverse_inertia;
-  std::vector<Vector3d> linear_axes, angular_axes;   // of the impulse ellipsoids, unit vectors
-  std::vector<double> linear_mass, angular_inertia;  // semi-axes along them, descending [kg], [kg m^2]
-  double impulse_index = 0;                          // impulse of a point contact per relative speed [kg]
-  double robot_effective_mass = 0;                   // along the present relative velocity [kg]
+  std::vector<double> inverse_inertia, pair_inverse_inertia;  // 6 x 6, row by row
+  std::vector<Vector3d> linear_axes, angular_axes;
+  std::vector<double> linear_mass, angular_inertia;
+  double impulse_index = 0;
+  double robot_effective_mass = 0;
   double pair_effective_mass = 0;
-  double miss_of_robot_com = 0;   // of the line of impulse, from the robot's centre of mass [m]
-  double miss_of_system_com = 0;  // from that of robot and target
+  double miss_of_robot_com = 0;
+  double miss_of_system_com = 0;
 };
 
 /// The same for all grips together.
 struct ImpactMeasures {
-  std::vector<EndEffectorMeasure> end_effectors;  // per grasp
-  /// How much impulse a relative motion of the grips brings at worst and at best, and the present one; 1: as against an
-  /// immovable robot [1].
+  std::vector<EndEffectorMeasure> end_effectors;
   double largest_impulse = 0, smallest_impulse = 0, coupled_index = 0;
-  double miss_of_robot_com = 0, miss_of_system_com = 0;  // of the resultant of all impulses [m]
-  /// Change of the base's twist [angular; linear] per impulse [angular; linear] at each grip: per grip 6 x 6, row by
-  /// row; zero in directions that the grip leaves free.
-  std::vector<std::vector<double>> base_response;
-  std::vector<SelfStress> zero_disturbance;  // impulses that leave the base's twist alone: a basis
-  std::vector<SelfStress> zero_turning;      // that leave its angular velocity alone
+  double miss_of_robot_com = 0, miss_of_system_com = 0;
+  std::vector<std::vector<double>> base_response;  // per grip 6 x 6, row by row
+  std::vector<SelfStress> zero_disturbance;
+  std::vector<SelfStress> zero_turning;
 };
 
 /// Derivatives of the impact with respect to what is uncertain.
 struct ImpactSensitivity {
-  std::string parameter;  // "relative velocity x", "approach angle z", "target mass", ...
-  std::string unit;       // of the parameter
+  std::string parameter;
+  std::string unit;
   std::string end_effector, target;
-  std::string undefined;                                     // why there is none
-  std::vector<Vector3d> impulse, angular_impulse;            // per grasp [N s, N m s per unit]
-  std::vector<double> impulse_magnitude;                     // per grasp
-  Vector3d base_velocity_change = Vector3d::zero();          // [m/s per unit]
-  Vector3d base_angular_velocity_change = Vector3d::zero();  // [rad/s per unit]
+  std::string undefined;
+  std::vector<Vector3d> impulse, angular_impulse;
+  std::vector<double> impulse_magnitude;
+  Vector3d base_velocity_change = Vector3d::zero();
+  Vector3d base_angular_velocity_change = Vector3d::zero();
 };
 
 struct ImpactReport {
   std::string law = "plastic";
   double time = 0;
-  double duration = 0;  // over which mean forces are taken [s]
+  double duration = 0;
   std::vector<GraspImpulse> grasps;
   std::vector<JointImpulse> joints;
-  Vector3d base_impulse = Vector3d::zero();          // passed to the base by the arms [N s]
-  Vector3d base_angular_impulse = Vector3d::zero();  // about the base's origin [N m s]
+  Vector3d base_impulse = Vector3d::zero();
+  Vector3d base_angular_impulse = Vector3d::zero();
   int rank = 0;
   int rows = 0;
-  std::vector<SelfStress> null_space;  // rows - rank of them
-  std::vector<LoopGap> loops;          // per further grip of a target, against its first
+  std::vector<SelfStress> null_space;
+  std::vector<LoopGap> loops;
   std::vector<BodyImpulse> body_impulses;
   double kinetic_energy_before = 0;
   double kinetic_energy_after = 0;
   Vector3d base_velocity_change = Vector3d::zero();
   Vector3d base_angular_velocity_change = Vector3d::zero();
-  std::vector<std::string> joint_names;  // of joint_velocity_change
+  std::vector<std::string> joint_names;
   std::vector<double> joint_velocity_change;
   std::vector<BodyMotion> targets_before;
   std::vector<BodyMotion> targets_after;
   std::optional<AsPublished> as_published;
-  std::string as_published_absent;  // why, if it is absent
-  bool show_as_published = false;   // the scenario asks for it, or goes on with it
+  std::string as_published_absent;
+  bool show_as_published = false;
   std::optional<BrakeReport> brake;
-  std::string hypothesis;              // stronge, poisson or newton, of contacts
-  bool energy_created = false;         // by the hypothesis: Newton's with friction can
-  bool unique = true;                  // whether simultaneous contacts share the impulse in one way only
-  std::string inconsistent;            // bilateral restitution that no motion satisfies: which rows
-  std::string joints_during = "free";  // free, braked or driven
+  std::string hypothesis;
+  bool energy_created = false;
+  bool unique = true;
+  std::string inconsistent;
+  std::string joints_during = "free";
   std::vector<HeldJoint> held_joints;
   std::optional<CompliantReport> compliant;
   std::optional<ImpactMeasures> measures;
-  std::vector<ImpactSensitivity> sensitivities;  // law plastic
-  std::vector<LoadMargin> margins;               // against the robot's ratings
-  std::vector<SpeedLimit> speed_limits;          // per grasp whose arm has ratings
+  std::vector<ImpactSensitivity> sensitivities;
+  std::vector<LoadMargin> margins;
+  std::vector<SpeedLimit> speed_limits;
 };
 
 /// How loops were kept closed in one phase.
 struct LoopReport {
   std::string phase;
-  std::vector<std::string> closures;  // "end-effector - target", of the grips that close loops of the tree
+  std::vector<std::string> closures;
   int rows = 0;
-  int rank = 0;                             // as the phase began
-  double unprojected_position = 0;          // largest defect that one step left before projection [m]
-  double unprojected_angle = 0;             // [rad]
-  double unprojected_velocity = 0;          // [m/s]
-  double unprojected_angular_velocity = 0;  // [rad/s]
-  double correction_total = 0;   // sum of all corrections, in the norm that judges steps, times the tolerance
-  double integration_error = 0;  // sum of the steps' error estimates in the same measure
+  int rank = 0;
+  double unprojected_position = 0;
+  double unprojected_angle = 0;
+  double unprojected_velocity = 0;
+  double unprojected_angular_velocity = 0;
+  double correction_total = 0;
+  double integration_error = 0;
 };
 
 /// The load on one grip while it holds.
@@ -338,32 +332,32 @@ struct GripLoad {
   std::string phase;
   std::string end_effector;
   std::string target;
-  double largest_force = 0;   // [N]
-  double force_time = 0;      // [s]
-  double largest_moment = 0;  // about the grip [N m]
+  double largest_force = 0;
+  double force_time = 0;
+  double largest_moment = 0;
   double moment_time = 0;
-  std::vector<bool> determined;  // per component [angular; linear] in W as the phase began: not a matter of self-stress
+  std::vector<bool> determined;  // per component [angular; linear] in W
 };
 
 /// The largest of one load in one phase, impacts included: found by the integrator in every step, whatever the interval
 /// of output.
 struct PeakLoad {
-  std::string of;        // joint, end-effector, or "base control"
-  std::string quantity;  // force, moment, driving, impulse, angular_impulse, driving_impulse
+  std::string of;
+  std::string quantity;
   std::string phase;
-  double peak = 0;                                          // [N, N m, N s or N m s]
-  double time = 0;                                          // [s]
+  double peak = 0;
+  double time = 0;
   double rating = std::numeric_limits<double>::infinity();  // infinite: none is given
-  bool assumed_duration = false;  // a mean over impact.duration, which is an assumption: the peak may be larger
+  bool assumed_duration = false;
   double margin() const { return 1 - peak / rating; }
 };
 
 /// The first thing that a real robot could not have done, in the order of time.
 struct Violation {
-  std::string kind;  // overlap, clearance, position, rate, effort
-  std::string what;  // in words: which bodies, which joint
+  std::string kind;
+  std::string what;
   std::string phase;
-  double time = 0;  // [s]
+  double time = 0;
 };
 
 /// Grips that let go.

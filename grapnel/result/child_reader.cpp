@@ -19,7 +19,7 @@ namespace {
 
 // Blocks of the stream: a length, then so many bytes. These two lengths say that it ends.
 constexpr std::uint32_t kWell = 0xffffffff, kFault = 0xfffffffe;
-constexpr std::size_t kBlock = 1 << 16;
+constexpr std::size_t kPipeBlock = 1 << 16;
 constexpr std::uint64_t kLongestText = 1 << 24;
 
 // All of it, or the end of the child: without a parent there is nothing left to do.
@@ -66,10 +66,10 @@ void ToParent::flush() {
 void ToParent::put(const void* bytes, std::size_t size) {
   const char* from = static_cast<const char*>(bytes);
   while (size > 0) {
-    const std::size_t now = std::min(size, kBlock - buffer_.size());
+    const std::size_t now = std::min(size, kPipeBlock - buffer_.size());
     buffer_.append(from, now);
     from += now, size -= now;
-    if (buffer_.size() == kBlock) flush();
+    if (buffer_.size() == kPipeBlock) flush();
   }
 }
 
@@ -85,7 +85,7 @@ void ToParent::end(const std::string* fault) {
   const std::uint32_t mark = fault ? kFault : kWell;
   write_all(descriptor_, reinterpret_cast<const char*>(&mark), sizeof mark);
   if (!fault) return;
-  const std::string text = fault->substr(0, kBlock);
+  const std::string text = fault->substr(0, kPipeBlock);
   const auto size = static_cast<std::uint32_t>(text.size());
   write_all(descriptor_, reinterpret_cast<const char*>(&size), sizeof size);
   write_all(descriptor_, text.data(), text.size());
@@ -127,13 +127,13 @@ bool FromChild::fill() {
   read(&size, sizeof size);
   if (size == kWell) return false;
   if (size != kFault) {
-    if (size == 0 || size > kBlock) throw std::runtime_error("damaged: reading it goes wrong");
+    if (size == 0 || size > kPipeBlock) throw std::runtime_error("damaged: reading it goes wrong");
     left_ = size;
     return true;
   }
   std::uint32_t length = 0;
   read(&length, sizeof length);
-  std::string fault(std::min<std::size_t>(length, kBlock), '\0');
+  std::string fault(std::min<std::size_t>(length, kPipeBlock), '\0');
   read(fault.data(), fault.size());
   throw std::runtime_error(fault);
 }

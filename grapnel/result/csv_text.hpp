@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Fields of CSV files. Thread safety: pure functions.
+/// Fields of CSV files.
 
 #include <string>
 #include <string_view>

@@ -11,7 +11,7 @@
 namespace grapnel {
 namespace {
 
-constexpr std::size_t kBlock = 1 << 20;  // [bytes] handed to the file at once
+constexpr std::size_t kTextBlock = 1 << 20;  // [bytes] handed to the file at once
 
 /// A scalar's component has no name, or the quantity's own: it would be said twice.
 std::string column_name(const Series& s, const std::string& component) {
@@ -42,7 +42,7 @@ void append_rows(const TimeSeries& series, AtomicFile& file, std::string& text) 
       }
     }
     text += "\n";
-    if (text.size() >= kBlock) {
+    if (text.size() >= kTextBlock) {
       file.write(text);
       text.clear();
     }

@@ -19,8 +19,7 @@ namespace fs = std::filesystem;
 using hdf5::check;
 using hdf5::Handle;
 
-constexpr const char* kSchema = "grapnel-timeseries/1";
-constexpr int kDeepest = 32;                            // nested groups; deeper is a damaged file that points to itself
+constexpr int kDeepestGroup = 32;                       // nested groups; deeper is a damaged file that points to itself
 constexpr std::uintmax_t kInMemory = 256 << 20;         // [bytes] larger files are read from the disk
 constexpr std::uint64_t kBlockBytes = 8 << 20;          // of numbers that are handed over at once
 constexpr double kSeconds = 4, kSecondsPerByte = 2e-7;  // of the processor, for reading a file: generous
@@ -55,7 +54,7 @@ std::string bytes_of(const fs::path& path) {
 Source checked(Source source) {
   const Handle root(H5Gopen2(source.file.id(), "/", H5P_DEFAULT), H5Gclose, "damaged: no root group");
   const std::string schema = hdf5::read_string_attribute(root, "schema");
-  if (schema != kSchema) throw std::runtime_error("schema is '" + schema + "', not " + kSchema);
+  if (schema != kTimeSeriesSchema) throw std::runtime_error("schema is '" + schema + "', not " + kTimeSeriesSchema);
   return source;
 }
 
@@ -153,7 +152,7 @@ std::string link_name(const Handle& group, hsize_t index) {
 
 void collect(const Source& source, const Handle& group, const std::string& prefix, int depth, hsize_t samples,
              std::vector<Ordered>& found) {
-  if (depth > kDeepest) throw std::runtime_error("damaged: groups are nested without end");
+  if (depth > kDeepestGroup) throw std::runtime_error("damaged: groups are nested without end");
   H5G_info_t info;
   check(H5Gget_info(group.id(), &info), "damaged: group '" + prefix + "'");
   for (hsize_t i = 0; i < info.nlinks; ++i) {

@@ -18,13 +18,12 @@ using hdf5::GrowingDataset;
 using hdf5::Handle;
 using hdf5::write_attribute;
 
-constexpr const char* kSchema = "grapnel-timeseries/1";
 constexpr const char* kAboutTime = "time of each sample; an impact has two samples at one time, before and after";
 constexpr const char* kAboutPhase = "phase of each sample, counted from 0 in the attribute names";
 
 void write_root(const Handle& file, const TimeSeriesMetadata& metadata) {
   const Handle root(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, "/");
-  write_attribute(root, "schema", kSchema);
+  write_attribute(root, "schema", kTimeSeriesSchema);
   write_attribute(root, "version", metadata.version);
   write_attribute(root, "scenario", metadata.scenario_name);
   write_attribute(root, "sha256", metadata.scenario_sha256);

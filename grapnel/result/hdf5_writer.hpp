@@ -19,7 +19,6 @@ void write_timeseries_hdf5(const TimeSeries& series, const TimeSeriesMetadata& m
                            const std::filesystem::path& path);
 
 /// The same while the samples come: only a block of them is in memory. Until finish() the file has a temporary name.
-/// Thread safety: one thread per object; any number of objects.
 class TimeSeriesFile : public SeriesSink {
  public:
   TimeSeriesFile(std::filesystem::path path, TimeSeriesMetadata metadata);

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// JSON files of a result folder, read back. Thread safety: free functions.
+/// JSON files of a result folder, read back.
 
 #include <filesystem>
 #include <nlohmann/json.hpp>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// JSON documents as text that people read and programs compare. Inside this module only. Thread safety: pure function.
+/// JSON documents as text that people read and programs compare. Inside this module only.
 
 #include <nlohmann/json.hpp>
 #include <string>

@@ -2,7 +2,7 @@
 
 /// @file
 /// The books of a capture: each conserved or balanced quantity with its largest deviation, the bound it must keep, and
-/// whether it did. Thread safety: plain values.
+/// whether it did.
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Loads of all phases against ratings, as people read them. Thread safety: pure functions.
+/// Loads of all phases against ratings, as people read them.
 
 #include <string>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Names that MATLAB accepts for the fields of a struct; for the MAT writer. Thread safety: plain functions.
+/// Names that MATLAB accepts for the fields of a struct; for the MAT writer.
 
 #include <set>
 #include <string>

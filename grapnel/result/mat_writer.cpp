@@ -17,7 +17,6 @@ namespace {
 
 // Without a date, so that the same series gives the same bytes.
 constexpr const char* kHeader = "MATLAB 5.0 MAT-file, written by Grapnel";
-constexpr const char* kSchema = "grapnel-timeseries/1";
 
 struct FreeVariable {
   void operator()(matvar_t* variable) const { Mat_VarFree(variable); }
@@ -164,7 +163,7 @@ Variable series_info(const Series& s) {
 
 Variable document(const TimeSeries& series, const TimeSeriesMetadata& metadata) {
   Struct top({"schema", "version", "scenario", "sha256", "time", "phase", "phase_names", "info", "names"});
-  top.add("schema", text_variable(kSchema));
+  top.add("schema", text_variable(kTimeSeriesSchema));
   top.add("version", text_variable(metadata.version));
   top.add("scenario", text_variable(metadata.scenario_name));
   top.add("sha256", text_variable(metadata.scenario_sha256));

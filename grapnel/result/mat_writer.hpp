@@ -11,8 +11,7 @@ namespace grapnel {
 
 /// Writes a compressed MAT file of version 5 with one struct `grapnel`: `plot(grapnel.time, grapnel.base.position)`.
 /// Written atomically and read back before it takes its name; throws std::runtime_error naming the path and the reason
-/// (above 2 GiB of data, too: the format ends there), or std::invalid_argument (check_time_series). Thread safety: one
-/// thread at a time.
+/// (above 2 GiB of data, too: the format ends there), or std::invalid_argument (check_time_series).
 void write_timeseries_mat(const TimeSeries& series, const TimeSeriesMetadata& metadata,
                           const std::filesystem::path& path);
 

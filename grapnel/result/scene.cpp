@@ -7,97 +7,17 @@
 #include <set>
 #include <stdexcept>
 
+#include "grapnel/describe/json.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/result/json_text.hpp"
+#include "grapnel/result/scene_fields.hpp"
 
 namespace grapnel {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kSchema = "grapnel-scene/1";
-
-// --- Writing ---
-
-Json to_json(const Vector3d& v) { return {v[0], v[1], v[2]}; }
-Json to_json(const Symmetric3d& m) { return {m.xx, m.yy, m.zz, m.xy, m.xz, m.yz}; }
-Json to_json(const Rotationd& R) {
-  const Quaterniond q = quaternion_from(R);
-  return {q.w, q.x, q.y, q.z};
-}
-
-template <class T, class Write>
-Json list(const std::vector<T>& items, Write write) {
-  Json array = Json::array();
-  for (const T& item : items) array.push_back(write(item));
-  return array;
-}
-
-Json shape_json(const SceneShape& shape) {
-  Json json = {{"shape", shape.shape},
-               {"size", to_json(shape.size)},
-               {"position", to_json(shape.X_BG.p)},
-               {"quaternion_wxyz", to_json(shape.X_BG.R)}};
-  if (shape.shape == "mesh") json["mesh"] = shape.mesh;
-  return json;
-}
-
-Json joint_json(const SceneJoint& joint) {
-  return {{"name", joint.name},
-          {"type", joint.type},
-          {"axis", to_json(joint.axis)},
-          {"position", to_json(joint.X_PF.p)},
-          {"quaternion_wxyz", to_json(joint.X_PF.R)}};
-}
-
-Json body_json(const SceneBody& body) {
-  return {{"name", body.name},
-          {"kind", body.kind},
-          {"parent", body.parent.empty() ? Json() : Json(body.parent)},
-          {"joint", body.joint ? joint_json(*body.joint) : Json()},
-          {"series", body.series},
-          {"mass", body.mass},
-          {"com", to_json(body.com)},
-          {"inertia", to_json(body.inertia)},
-          {"geometry", body.shape ? shape_json(*body.shape) : Json()}};
-}
-
-Json end_effector_json(const SceneFrame& frame) {
-  return {{"name", frame.name},
-          {"body", frame.body},
-          {"position", to_json(frame.X_BE.p)},
-          {"quaternion_wxyz", to_json(frame.X_BE.R)}};
-}
-
-Json limits_json(const SceneLimits& limits) {
-  const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
-  Json grips = Json::array();
-  for (const SceneLimits::Grip& grip : limits.grips)
-    grips.push_back({{"end_effector", grip.end_effector},
-                     {"position", finite(grip.position)},
-                     {"velocity", finite(grip.velocity)}});
-  return {{"grips", std::move(grips)}, {"clearance", limits.clearance ? Json(*limits.clearance) : Json(nullptr)}};
-}
-
-Json grasp_point_json(const SceneGraspPoint& point) {
-  return {{"target", point.target},
-          {"name", point.name},
-          {"position", to_json(point.position)},
-          {"approach_direction", point.approach_direction ? to_json(*point.approach_direction) : Json()}};
-}
-
-Json grasp_json(const SceneGrasp& grasp) {
-  return {{"end_effector", grasp.end_effector},
-          {"target", grasp.target},
-          {"grasp_point", grasp.grasp_point},
-          {"model", grasp.model}};
-}
-
-Json mesh_json(const SceneMesh& mesh) {
-  return {{"name", mesh.name}, {"vertices", mesh.vertices}, {"triangles", mesh.triangles}};
-}
-
-// --- Reading ---
+constexpr const char* kSceneSchema = "grapnel-scene/1";
 
 // A value of the document and where it is: "bodies[2].joint".
 class Entry {
@@ -267,20 +187,12 @@ std::string known(const Entry& entry, const std::set<std::string>& names) {
 
 std::string scene_json(const Scene& scene, std::string_view scenario_name, std::string_view scenario_sha256,
                        std::string_view version) {
-  return json_text(Json{{"schema", kSchema},
-                        {"version", version},
-                        {"scenario", {{"name", scenario_name}, {"sha256", scenario_sha256}}},
-                        {"planar", scene.planar},
-                        {"bodies", list(scene.bodies, body_json)},
-                        {"end_effectors", list(scene.end_effectors, end_effector_json)},
-                        {"grasp_points", list(scene.grasp_points, grasp_point_json)},
-                        {"grasps", list(scene.grasps, grasp_json)},
-                        {"meshes", list(scene.meshes, mesh_json)},
-                        {"limits", limits_json(scene.limits)}});
+  return json_text(
+      json_of(SceneDocument{scene, std::string(scenario_name), std::string(scenario_sha256), std::string(version)}));
 }
 
 Scene read_scene(const std::filesystem::path& path) {
-  const Json json = read_json_document(path, kSchema);
+  const Json json = read_json_document(path, kSceneSchema);
   const Entry document(path, json, "");
   Scene scene;
   scene.planar = document["planar"].flag();

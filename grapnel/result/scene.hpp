@@ -2,7 +2,7 @@
 
 /// @file
 /// What a capture's bodies look like, for drawings: filled by simulate_capture() from the problem, written as
-/// scene.json, read by reports and exports. Their motion is in the time series. Thread safety: plain values.
+/// scene.json, read by reports and exports. Their motion is in the time series.
 
 #include <filesystem>
 #include <optional>

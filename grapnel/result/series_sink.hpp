@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Where samples go while a run makes them. Thread safety: one thread at a time.
+/// Where samples go while a run makes them.
 
 #include "grapnel/result/time_series.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// SHA-256 (FIPS 180-4), to name an input. Thread safety: a free function on values.
+/// SHA-256 (FIPS 180-4), to name an input.
 
 #include <string>
 #include <string_view>

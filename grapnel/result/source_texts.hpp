@@ -2,7 +2,7 @@
 
 /// @file
 /// The texts that a capture was read from, kept beside its results as scenario.json (docs/formats/summary.md), so that
-/// a report can show them and a comparison say what differs. Thread safety: plain values; free functions.
+/// a report can show them and a comparison say what differs.
 
 #include <string>
 #include <string_view>

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// summary.json: one capture's results as text. docs/formats/summary.md is its contract.
+/// summary.json: one capture's results as text. What it holds is described in result_fields.hpp and published by
+/// result_contract.hpp.
 
 #include <string>
 #include <string_view>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Plain-text tables and paragraphs that fit a terminal. Thread safety: plain values.
+/// Plain-text tables and paragraphs that fit a terminal.
 
 #include <string>
 #include <string_view>

@@ -1,12 +1,15 @@
 #pragma once
 
 /// @file
-/// Sampled quantities with their names and units, ready to be written. Thread safety: plain values.
+/// Sampled quantities with their names and units, ready to be written.
 
 #include <string>
 #include <vector>
 
 namespace grapnel {
+
+/// Name and version of the format of timeseries.h5, and of the .mat files made from it.
+inline constexpr const char* kTimeSeriesSchema = "grapnel-timeseries/1";
 
 /// One quantity over time: `data` holds width numbers per sample, sample after sample.
 struct Series {

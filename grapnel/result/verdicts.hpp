@@ -2,7 +2,7 @@
 
 /// @file
 /// What a result says first, in words: whether it is a capture, and whether a robot could do it. The same sentences
-/// stand on the terminal, in summary.json and in reports. Thread safety: pure functions.
+/// stand on the terminal, in summary.json and in reports.
 
 #include <string>
 #include <string_view>

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// A scenario that a study or an optimization changed, as a complete scenario file again. Thread safety: free
-/// functions.
+/// A scenario that a study or an optimization changed, as a complete scenario file again.
 
 #include <filesystem>
 #include <span>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Which columns a file asks for. Thread safety: a free function.
+/// Which columns a file asks for.
 
 #include <vector>
 

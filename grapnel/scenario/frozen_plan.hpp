@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A planned approach as a scenario that says the joint values themselves. Thread safety: a free function.
+/// A planned approach as a scenario that says the joint values themselves.
 
 #include <string>
 

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// When grips close and let go, from a scenario's tree, and what that needs of the phases. Thread safety: free
-/// functions.
+/// When grips close and let go, from a scenario's tree, and what that needs of the phases.
 
 #include <string>
 

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Values per joint: a mapping by joint name, a list in joint order, or one number for all. Thread safety: free
-/// functions.
+/// Values per joint: a mapping by joint name, a list in joint order, or one number for all.
 
 #include <span>
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// How large the numbers of a file may be, by their units. Beyond, nothing that is simulated keeps a digit, and a
-/// computation may take for ever. docs/formats/scenario.md states them. Thread safety: a free function.
+/// computation may take for ever. docs/formats/scenario.md states them.
 
 #include <limits>
 #include <string_view>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The mesh files that a scenario or a robot names. Thread safety: free functions.
+/// The mesh files that a scenario or a robot names.
 
 #include <filesystem>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What an optimization file varies. Thread safety: free functions.
+/// What an optimization file varies.
 
 #include <string>
 

@@ -3,7 +3,7 @@
 /// @file
 /// Warnings of what is allowed but hardly meant: the slips that otherwise end in a plan that fails for no reason in
 /// sight. Each names its suspect and what may have been meant; none of them refuses anything. The thresholds are stated
-/// in docs/formats/scenario.md. Thread safety: free functions.
+/// in docs/formats/scenario.md.
 
 #include "grapnel/scenario/reader.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// All of a problem as bytes, for exact comparison. Thread safety: a pure function.
+/// All of a problem as bytes, for exact comparison.
 
 #include <string>
 

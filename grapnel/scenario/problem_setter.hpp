@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Values of a problem set in place: what changing the scenario and reading it again gives, without reading it. Thread
-/// safety: pure functions.
+/// Values of a problem set in place: what changing the scenario and reading it again gives, without reading it.
 
 #include <functional>
 #include <span>

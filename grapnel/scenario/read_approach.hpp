@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The approach from a scenario's tree. Thread safety: a free function.
+/// The approach from a scenario's tree.
 
 #include "grapnel/scenario/read_trajectory.hpp"
 #include "grapnel/scenario/reading.hpp"

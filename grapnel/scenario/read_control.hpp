@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Gains of joints and base, from a scenario's tree. Thread safety: free functions.
+/// Gains of joints and base, from a scenario's tree.
 
 #include "grapnel/scenario/reading.hpp"
 

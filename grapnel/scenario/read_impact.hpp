@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What happens when grasps close, and how they are to arrive. Thread safety: free functions.
+/// What happens when grasps close, and how they are to arrive.
 
 #include "grapnel/scenario/reading.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// External wrenches and what is watched of clearances, from a scenario's tree. Thread safety: free functions.
+/// External wrenches and what is watched of clearances, from a scenario's tree.
 
 #include "grapnel/scenario/reading.hpp"
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Triangles from STL and OBJ files. Thread safety: free functions.
+/// Triangles from STL and OBJ files.
 
 #include <filesystem>
 #include <memory>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Joint motion stated piece by piece. Thread safety: a free function.
+/// Joint motion stated piece by piece.
 
 #include <vector>
 

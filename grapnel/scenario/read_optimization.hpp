@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// Optimization files: YAML text to an Optimization. docs/formats/optimization.md describes the format. Thread safety:
-/// a free function.
+/// Optimization files: YAML text to an Optimization. docs/formats/optimization.md describes the format.
 
 #include <filesystem>
 

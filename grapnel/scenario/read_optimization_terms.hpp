@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Objective and limits of an optimization file: which columns they mean. Thread safety: free functions.
+/// Objective and limits of an optimization file: which columns they mean.
 
 #include <string>
 #include <vector>

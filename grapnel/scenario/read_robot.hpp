@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Robot data from a Node tree. Thread safety: a free function.
+/// Robot data from a Node tree.
 
 #include <map>
 #include <optional>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A capture problem from a Node tree. Thread safety: a free function.
+/// A capture problem from a Node tree.
 
 #include "grapnel/scenario/read_robot.hpp"
 #include "grapnel/scenario/read_trajectory.hpp"

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Study files: YAML text to a Study. docs/formats/study.md describes the format. Thread safety: a free function.
+/// Study files: YAML text to a Study. docs/formats/study.md describes the format.
 
 #include <filesystem>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The axes of a study file. Thread safety: free functions.
+/// The axes of a study file.
 
 #include <filesystem>
 #include <optional>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Targets and who grips what, from a scenario's tree. Thread safety: free functions.
+/// Targets and who grips what, from a scenario's tree.
 
 #include "grapnel/scenario/reading.hpp"
 

@@ -16,13 +16,13 @@ namespace {
 
 constexpr std::string_view kRateSuffix = ".rate";
 
-struct Field {
+struct CsvCell {
   std::string_view text;  // without blanks around it
   std::size_t begin = 0;  // of the text within its line [bytes]
 };
 
-std::vector<Field> split_from(std::string_view line, std::size_t begin) {
-  std::vector<Field> fields;
+std::vector<CsvCell> split_from(std::string_view line, std::size_t begin) {
+  std::vector<CsvCell> fields;
   for (std::size_t at = begin;;) {
     const std::size_t comma = std::min(line.find(',', at), line.size());
     const std::size_t first = std::min(line.find_first_not_of(" \t", at), comma);
@@ -34,7 +34,7 @@ std::vector<Field> split_from(std::string_view line, std::size_t begin) {
   }
 }
 
-std::vector<Field> split(std::string_view line) { return split_from(line, 0); }
+std::vector<CsvCell> split(std::string_view line) { return split_from(line, 0); }
 
 // Whether this may be what someone calls time. Other files have anything in their first line, and it is not shown.
 bool may_be_time(std::string_view text) {
@@ -42,7 +42,7 @@ bool may_be_time(std::string_view text) {
 }
 
 // What a column of numbers is.
-struct Column {
+struct CsvColumn {
   enum class Kind { unknown, time, position, rate };
   Kind kind = Kind::unknown;
   std::size_t joint = 0;
@@ -69,8 +69,8 @@ class TrajectoryReader {
     }
     if (!foreign_) check_whole();
     if (faults_.size() != before_ || !robot_.order_known) return {};
-    const bool rates =
-        std::any_of(columns_.begin(), columns_.end(), [](const Column& c) { return c.kind == Column::Kind::rate; });
+    const bool rates = std::any_of(columns_.begin(), columns_.end(),
+                                   [](const CsvColumn& c) { return c.kind == CsvColumn::Kind::rate; });
     if (!rates) motion_.rates.clear();
     return std::move(motion_);
   }
@@ -86,7 +86,7 @@ class TrajectoryReader {
       return;
     }
     line_ = line;
-    const std::vector<Field> fields = split(line);
+    const std::vector<CsvCell> fields = split(line);
     if (columns_.empty() && commented_header_.number > 0 && is_number(fields[0]))
       read_commented_header();
     else if (columns_.empty())
@@ -100,7 +100,7 @@ class TrajectoryReader {
 
   // "# time,shoulder,elbow", as numpy.savetxt writes it: the header, if the first line without a sign is a sample.
   void note_comment(std::string_view line, std::size_t begin) {
-    const std::vector<Field> fields = split_from(line, begin);
+    const std::vector<CsvCell> fields = split_from(line, begin);
     if (fields.size() > 1 && fields[0].text == "time") commented_header_ = {line, begin, line_number_};
   }
   void read_commented_header() {
@@ -110,7 +110,7 @@ class TrajectoryReader {
     read_header(split_from(header.line, header.begin));
     line_ = line, line_number_ = number;
   }
-  bool is_number(const Field& field) {
+  bool is_number(const CsvCell& field) {
     scratch_.text.assign(field.text);
     return number_of(scratch_).has_value();
   }
@@ -132,7 +132,7 @@ class TrajectoryReader {
     return false;
   }
 
-  void read_header(const std::vector<Field>& fields) {
+  void read_header(const std::vector<CsvCell>& fields) {
     const Mark here = mark_at(fields[0].begin);
     if (fields[0].text != "time") {
       const bool shown = may_be_time(fields[0].text) || robot_.joint_index.contains(fields[0].text);
@@ -143,10 +143,10 @@ class TrajectoryReader {
     }
     std::set<std::string_view> met;
     for (std::size_t i = 0; i < fields.size(); ++i) {
-      Column column;
+      CsvColumn column;
       column.name = std::string(fields[i].text);
       if (i == 0)
-        column.kind = Column::Kind::time;
+        column.kind = CsvColumn::Kind::time;
       else
         identify(column, mark_at(fields[i].begin));
       if (!met.insert(fields[i].text).second) {
@@ -157,7 +157,7 @@ class TrajectoryReader {
     check_columns(here, met);
   }
 
-  void identify(Column& column, const Mark& mark) {
+  void identify(CsvColumn& column, const Mark& mark) {
     const auto known = [&](std::string_view joint) {
       const auto it = robot_.joint_index.find(joint);
       if (it != robot_.joint_index.end()) column.joint = it->second;
@@ -167,9 +167,9 @@ class TrajectoryReader {
     const bool is_rate = name.ends_with(kRateSuffix);
     const std::string_view stem = is_rate ? name.substr(0, name.size() - kRateSuffix.size()) : name;
     if (known(name)) {
-      column.kind = Column::Kind::position;
+      column.kind = CsvColumn::Kind::position;
     } else if (is_rate && known(stem)) {
-      column.kind = Column::Kind::rate;
+      column.kind = CsvColumn::Kind::rate;
     } else if (robot_.fixed_joints.contains(name) || robot_.fixed_joints.contains(stem)) {
       faults_.add(mark, fmt::format("joint {} is fixed and has no column", in_quotes(stem)));
     } else if (robot_.count_known()) {
@@ -191,14 +191,14 @@ class TrajectoryReader {
       if (!met.contains(rate)) rates.push_back(rate);
     }
     if (!joints.empty()) faults_.add(mark, fmt::format("the header lacks joints: {}", some_of(joints)));
-    const bool some_rate =
-        std::any_of(columns_.begin(), columns_.end(), [](const Column& c) { return c.kind == Column::Kind::rate; });
+    const bool some_rate = std::any_of(columns_.begin(), columns_.end(),
+                                       [](const CsvColumn& c) { return c.kind == CsvColumn::Kind::rate; });
     if (some_rate && !rates.empty()) {
       faults_.add(mark, fmt::format("the header has rates of some joints but lacks: {}", some_of(rates)));
     }
   }
 
-  void read_sample(const std::vector<Field>& fields) {
+  void read_sample(const std::vector<CsvCell>& fields) {
     if (fields.size() != columns_.size()) {
       faults_.add(mark_at(fields[0].begin),
                   fmt::format("the line has {}, must have {}", counted(fields.size(), "field"), columns_.size()));
@@ -209,10 +209,10 @@ class TrajectoryReader {
     }
   }
 
-  std::optional<double> number_in(const Field& field, const Column& column) {
+  std::optional<double> number_in(const CsvCell& field, const CsvColumn& column) {
     scratch_.text.assign(field.text);
     const auto value = number_of(scratch_);
-    const double largest = magnitudes_of(column.kind == Column::Kind::time ? "s" : "rad").largest;
+    const double largest = magnitudes_of(column.kind == CsvColumn::Kind::time ? "s" : "rad").largest;
     if (value && std::abs(*value) <= largest) return value;
     if (value && std::isfinite(*value)) {
       faults_.add(mark_at(field.begin), fmt::format("{} is {}, must be at most {:g} in magnitude{}",
@@ -227,23 +227,23 @@ class TrajectoryReader {
     return {};
   }
 
-  static std::string_view unit(const Column& column) {
+  static std::string_view unit(const CsvColumn& column) {
     switch (column.kind) {
-      case Column::Kind::time:
+      case CsvColumn::Kind::time:
         return " [s]";
-      case Column::Kind::position:
+      case CsvColumn::Kind::position:
         return " [rad or m]";
-      case Column::Kind::rate:
+      case CsvColumn::Kind::rate:
         return " [rad/s or m/s]";
-      case Column::Kind::unknown:
+      case CsvColumn::Kind::unknown:
         break;
     }
     return "";
   }
 
-  void take(Column& column, double value, const Field& field) {
-    if (column.kind == Column::Kind::unknown) return;
-    if (column.kind == Column::Kind::time) {
+  void take(CsvColumn& column, double value, const CsvCell& field) {
+    if (column.kind == CsvColumn::Kind::unknown) return;
+    if (column.kind == CsvColumn::Kind::time) {
       if (motion_.times.empty() && value != 0) {
         faults_.add(mark_at(field.begin), fmt::format("the first time is {} [s], must be 0", value));
       } else if (!motion_.times.empty() && !(value > motion_.times.back())) {
@@ -253,7 +253,7 @@ class TrajectoryReader {
       motion_.times.push_back(value);
       return;
     }
-    const bool rate = column.kind == Column::Kind::rate;
+    const bool rate = column.kind == CsvColumn::Kind::rate;
     const JointLimits& limits = robot_.joints[column.joint].limits;
     const bool within = rate ? std::abs(value) <= limits.rate : value >= limits.lower && value <= limits.upper;
     if (!within && column.beyond++ == 0) {
@@ -268,10 +268,10 @@ class TrajectoryReader {
       faults_.add({file_.source, 1, 1}, "the file has no header line time,<joint>,...");
       return;
     }
-    for (const Column& column : columns_) {
+    for (const CsvColumn& column : columns_) {
       if (column.beyond == 0) continue;
       const JointLimits& limits = robot_.joints[column.joint].limits;
-      const std::string bounds = column.kind == Column::Kind::rate
+      const std::string bounds = column.kind == CsvColumn::Kind::rate
                                      ? fmt::format("rate limit {}", limits.rate)
                                      : fmt::format("limits {} to {}", limits.lower, limits.upper);
       faults_.add(column.first_beyond,
@@ -290,7 +290,7 @@ class TrajectoryReader {
   FaultList& faults_;
   std::string_view line_;
   int line_number_ = 0;
-  std::vector<Column> columns_;
+  std::vector<CsvColumn> columns_;
   bool foreign_ = false;  // it is no trajectory at all, which has been said
   struct CommentedHeader {
     std::string_view line;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Joint motion over time from a CSV file. Thread safety: a free function.
+/// Joint motion over time from a CSV file.
 
 #include <memory>
 #include <optional>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The uncertain values of a campaign file. Thread safety: free functions.
+/// The uncertain values of a campaign file.
 
 #include <string>
 #include <vector>

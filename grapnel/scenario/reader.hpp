@@ -3,7 +3,7 @@
 /// @file
 /// Values from a Node tree whose structure has been checked, and the checks that a schema cannot express. What is
 /// absent or of the wrong kind has been reported before: the readers return a neutral value for it without a word, so
-/// that everything else can still be checked. Thread safety: free functions.
+/// that everything else can still be checked.
 
 #include <cstdint>
 #include <map>

@@ -2,7 +2,6 @@
 
 /// @file
 /// What the readers of a scenario's parts share: the tree, the robot, what has been read, the names met, the faults.
-/// Thread safety: plain values.
 
 #include <map>
 #include <set>

@@ -2,7 +2,7 @@
 
 /// @file
 /// The published JSON Schemas and the check of a document against them. They are the one place that says which keys
-/// there are, their types, ranges and defaults. Thread safety: free functions; the schemas are built once and constant.
+/// there are, their types, ranges and defaults.
 
 #include <nlohmann/json_fwd.hpp>
 #include <string>

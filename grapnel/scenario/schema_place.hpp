@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What the scenario's schema says about one place of a scenario. Thread safety: a free function.
+/// What the scenario's schema says about one place of a scenario.
 
 #include <cmath>
 #include <limits>

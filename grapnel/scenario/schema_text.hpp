@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The files of grapnel/scenario/schema, embedded by CMake. Thread safety: constants.
+/// The files of grapnel/scenario/schema, embedded by CMake.
 
 namespace grapnel {
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What tables call the numbers of an uncertain value. Thread safety: a free function.
+/// What tables call the numbers of an uncertain value.
 
 #include <vector>
 

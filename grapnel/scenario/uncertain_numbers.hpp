@@ -1,9 +1,8 @@
 #pragma once
 
 /// @file
-/// What no random numbers can have: the parameters of distributions that contradict each other. Thread safety: pure
-/// functions. They say what is wrong, on one line; nothing if nothing is. `name` is that of the distribution in the
-/// file, "sphere.length.normal".
+/// What no random numbers can have: the parameters of distributions that contradict each other. They say what is wrong,
+/// on one line; nothing if nothing is. `name` is that of the distribution in the file, "sphere.length.normal".
 
 #include <string>
 #include <vector>

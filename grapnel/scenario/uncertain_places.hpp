@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Where uncertain values stand in a scenario. Thread safety: free functions.
+/// Where uncertain values stand in a scenario.
 
 #include <span>
 #include <string>

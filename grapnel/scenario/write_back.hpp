@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// A capture that was changed as plain data, written back into the scenario it came from. Thread safety: a free
-/// function.
+/// A capture that was changed as plain data, written back into the scenario it came from.
 
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/yaml_tree.hpp"

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// A base under attitude control: a torque on a free root by a given law. Thread safety: plain values and pure
-/// functions.
+/// A base under attitude control: a torque on a free root by a given law.
 
 #include <limits>
 

@@ -2,7 +2,6 @@
 
 /// @file
 /// A wrench on a body as a given function of time: thruster plumes, a docking mechanism's spring, a disturbance test.
-/// Thread safety: plain values and pure functions.
 
 #include <limits>
 #include <vector>

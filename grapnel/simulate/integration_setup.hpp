@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// How a phase is integrated: the user's choice. Thread safety: plain values.
+/// How a phase is integrated: the user's choice.
 
 namespace grapnel {
 

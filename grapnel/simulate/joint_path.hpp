@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Motion of one joint from one angle to another in a given time. Thread safety: plain values and pure functions.
+/// Motion of one joint from one angle to another in a given time.
 
 namespace grapnel {
 

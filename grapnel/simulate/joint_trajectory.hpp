@@ -2,7 +2,7 @@
 
 /// @file
 /// Motion of one joint over a whole phase: pieces that follow each other in time, each a profile between two points or
-/// a polynomial. Thread safety: plain values and pure functions.
+/// a polynomial.
 
 #include <span>
 #include <variant>

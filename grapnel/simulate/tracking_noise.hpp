@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What the joints' sensors misread, from a seed: smooth noise of limited bandwidth. Thread safety: plain values and
-/// pure functions.
+/// What the joints' sensors misread, from a seed: smooth noise of limited bandwidth.
 
 #include <cstdint>
 #include <vector>

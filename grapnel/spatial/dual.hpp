@@ -4,7 +4,7 @@
 /// A dual number: a value and its derivative with respect to one parameter, carried through arithmetic by the chain
 /// rule (forward automatic differentiation; Griewank and Walther 2008, chapter 3). It is a scalar as scalar.hpp asks
 /// for, so that the templated kernels differentiate themselves: exactly, to rounding, without a step to choose.
-/// Comparisons look at values only: at a branch the derivative is that of the side taken. Thread safety: plain values.
+/// Comparisons look at values only: at a branch the derivative is that of the side taken.
 
 #include <cmath>
 

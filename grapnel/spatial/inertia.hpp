@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Rigid-body inertia about a frame's origin. Thread safety: plain values.
+/// Rigid-body inertia about a frame's origin.
 
 #include "grapnel/spatial/spatial_vector.hpp"
 

@@ -2,7 +2,6 @@
 
 /// @file
 /// A rigid transform. `X_AB` holds the orientation R_AB and the position p_AB of B's origin in A, expressed in A.
-/// Thread safety: plain values.
 
 #include "grapnel/spatial/rotation.hpp"
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Rotations as matrices (for arithmetic) and unit quaternions (for states). `R_AB` maps components in B to components
-/// in A. Quaternions are stored in the order (w, x, y, z). Thread safety: plain values.
+/// in A. Quaternions are stored in the order (w, x, y, z).
 
 #include "grapnel/spatial/vector3.hpp"
 

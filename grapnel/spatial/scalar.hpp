@@ -4,8 +4,7 @@
 /// What a scalar type must offer to run in Grapnel's kernels, and the helpers that hide the differences.
 ///
 /// The kernels are templates on the scalar S: `double` today, packs of SIMD lanes and dual numbers later. A scalar has
-/// the four operations and, found by argument-dependent lookup or in std, `sqrt`, `sin`, `cos`. Thread safety: no
-/// state.
+/// the four operations and, found by argument-dependent lookup or in std, `sqrt`, `sin`, `cos`.
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Sine and cosine of a double in one go, inline and without branches in the common range, so that a kernel's calls for
-/// neighbouring joints overlap. Thread safety: pure functions.
+/// neighbouring joints overlap.
 ///
 /// Argument reduction by the method of Cody and Waite with pi/2 in three parts, then the polynomials of fdlibm's
 /// k_sin.c and k_cos.c: each result is within 0.8 units in the last place for |angle| <= 1e5, beyond which the standard

@@ -6,7 +6,7 @@
 /// Twist, acceleration, wrench, momentum and impulse are distinct types: adding a force to an impulse, or a twist to a
 /// wrench, does not compile. All have a reference point (the point whose velocity is `linear`, or about which the
 /// moment `angular` is taken) and a frame of expression; both are named where a variable is declared (`V_WE`: of E, at
-/// E's origin, in W). Thread safety: plain values.
+/// E's origin, in W).
 
 #include "grapnel/spatial/pose.hpp"
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// A three-dimensional vector and a symmetric 3 x 3 matrix: values without allocation, free of Eigen so that kernels
-/// compile for any instruction set in one process. Thread safety: plain values.
+/// compile for any instruction set in one process.
 
 #include "grapnel/spatial/scalar.hpp"
 

@@ -5,16 +5,38 @@
 #include <limits>
 #include <set>
 
+#include "grapnel/result/result_fields.hpp"
 #include "grapnel/study/load_columns.hpp"
 
 namespace grapnel {
 namespace {
 
 using Getter = std::function<double(const StudyCase&, const CaptureResult&)>;
-using GraspNumber = std::function<double(const GraspImpulse&)>;
-using GraspVector = std::function<Vector3d(const GraspImpulse&)>;
-
 constexpr const char* kComponents[3] = {"x", "y", "z"};
+
+// Where a result has a described structure; null where it has none.
+template <class T>
+using Find = std::function<const T*(const CaptureResult&)>;
+
+// A field's number or truth, or a component of its vector.
+double number_in(const Type& type, const void* value, std::size_t component) {
+  double number = NAN;
+  const auto take = [&](const void* item) { number = *static_cast<const double*>(item); };
+  if (type.kind == Type::Kind::list) {
+    type.show_item(value, component, visitor_of(take));
+  } else if (type.kind == Type::Kind::real) {
+    take(value);
+  } else {
+    number = static_cast<double>(type.whole(value));
+  }
+  return number;
+}
+double number_in(const Field& field, const void* owner, std::size_t component) {
+  double number = NAN;
+  const auto take = [&](const void* value) { number = number_in(field.type(), value, component); };
+  field.show(owner, visitor_of(take));
+  return number;
+}
 
 // The impulse of an end-effector's grip or contact, in whichever impact it came, and that impact.
 struct FoundGrasp {
@@ -80,15 +102,10 @@ class Builder {
   }
 
   void impact() {
-    vector("base/velocity_change", "m/s", "of the base's origin, in the impact, in W",
-           [](const ImpactReport& i) { return i.base_velocity_change; });
-    vector("base/angular_velocity_change", "rad/s", "of the base, in the impact, in W",
-           [](const ImpactReport& i) { return i.base_angular_velocity_change; });
-    number("kinetic_energy_before", "J", "of robot and targets, just before the impact",
-           [](const ImpactReport& i) { return i.kinetic_energy_before; });
-    number("kinetic_energy_after", "J", "just after it", [](const ImpactReport& i) { return i.kinetic_energy_after; });
-    number("rows", "1", "conditions that the grips pose", [](const ImpactReport& i) { return double(i.rows); });
-    number("rank", "1", "independent ones among them", [](const ImpactReport& i) { return double(i.rank); });
+    const Find<ImpactReport> first = [](const CaptureResult& r) { return r.impact ? &*r.impact : nullptr; };
+    field("base/velocity_change", "base_velocity_change", first);
+    field("base/angular_velocity_change", "base_angular_velocity_change", first);
+    for (const char* key : {"kinetic_energy_before", "kinetic_energy_after", "rows", "rank"}) field(key, key, first);
   }
 
   void joints() {
@@ -125,12 +142,17 @@ class Builder {
     }
     if (!is_rated(problem_)) return;
     for (const GraspSetup& grasp : problem_.grasps) {
-      speed_column(grasp.end_effector, "speed_factor", "1",
-                   "by which relative velocities may grow until a rating of "
-                   "the arm is reached",
-                   &SpeedLimit::factor);
-      speed_column(grasp.end_effector, "largest_speed", "m/s", "relative speed at which a rating of the arm is reached",
-                   &SpeedLimit::largest_speed);
+      const std::string& e = grasp.end_effector;
+      const Find<SpeedLimit> limit = [e](const CaptureResult& r) -> const SpeedLimit* {
+        const FoundGrasp found = find_grasp(r, e);
+        if (!found.impact) return nullptr;
+        for (const SpeedLimit& one : found.impact->speed_limits) {
+          if (one.end_effector == e) return &one;
+        }
+        return nullptr;
+      };
+      field("grasps/" + e + "/speed_factor", "factor", limit);
+      field("grasps/" + e + "/largest_speed", "largest_speed", limit);
     }
   }
 
@@ -161,55 +183,45 @@ class Builder {
     columns_.push_back({std::move(name), std::move(unit), std::move(description), std::move(value)});
   }
 
-  // Of the first impact.
-  void number(const std::string& name, const char* unit, const char* description, double (*get)(const ImpactReport&)) {
-    add(name, unit, description,
-        [get](const StudyCase&, const CaptureResult& r) { return r.impact ? get(*r.impact) : NAN; });
-  }
-  void vector(const std::string& name, const char* unit, const char* description,
-              Vector3d (*get)(const ImpactReport&)) {
-    for (int k = 0; k < 3; ++k) {
-      add(name + "/" + kComponents[k], unit, description,
-          [get, k](const StudyCase&, const CaptureResult& r) { return r.impact ? get(*r.impact)[k] : NAN; });
+  // A number or the components of a vector, with the unit and the words of its description.
+  template <class T>
+  void field(const std::string& name, std::string_view key, const Find<T>& find) {
+    const Field& described = *field_named(type_of<T>(), key);
+    const bool is_vector = described.type().kind == Type::Kind::list;
+    for (std::size_t k = 0; k < (is_vector ? 3 : 1); ++k) {
+      add(is_vector ? name + "/" + kComponents[k] : name, std::string(described.unit), std::string(described.text),
+          [find, &described, k](const StudyCase&, const CaptureResult& r) {
+            const T* owner = find(r);
+            return owner ? number_in(described, owner, k) : NAN;
+          });
     }
   }
 
   void grasp_number(const std::string& e, const std::string& name, const char* unit, const char* description,
-                    GraspNumber get) {
-    add("grasps/" + e + "/" + name, unit, description,
-        [e, get = std::move(get)](const StudyCase&, const CaptureResult& r) {
-          const FoundGrasp found = find_grasp(r, e);
-          return found.grasp ? get(*found.grasp) : NAN;
-        });
-  }
-  void grasp_vector(const std::string& e, const std::string& name, const char* unit, const char* description,
-                    const GraspVector& get) {
-    for (int k = 0; k < 3; ++k) {
-      grasp_number(e, name + "/" + kComponents[k], unit, description,
-                   [get, k](const GraspImpulse& g) { return get(g)[k]; });
-    }
+                    double (*get)(const GraspImpulse&)) {
+    add("grasps/" + e + "/" + name, unit, description, [e, get](const StudyCase&, const CaptureResult& r) {
+      const FoundGrasp found = find_grasp(r, e);
+      return found.grasp ? get(*found.grasp) : NAN;
+    });
   }
 
   // How the end-effector stood to its grasp point when it was to close, whether or not it did.
   void closing_columns(const std::string& e) {
-    using Outcome = double (*)(const GripOutcome&);
-    const auto closing = [&](const std::string& name, const char* unit, const char* description, Outcome get) {
-      add("grasps/" + e + "/" + name, unit, description, [e, get](const StudyCase&, const CaptureResult& r) {
-        for (const GripOutcome& grip : r.grips) {
-          if (grip.end_effector == e) return get(grip);
-        }
-        return double(NAN);
-      });
+    const Find<GripOutcome> outcome = [e](const CaptureResult& r) -> const GripOutcome* {
+      for (const GripOutcome& grip : r.grips) {
+        if (grip.end_effector == e) return &grip;
+      }
+      return nullptr;
     };
-    closing("captured", "1", "whether this grip closed", [](const GripOutcome& g) { return double(g.captured); });
-    closing("position_error", "m", "distance from the grasp point when it was to close",
-            [](const GripOutcome& g) { return g.distance; });
-    closing("angle_error", "rad", "angle from what the grasp's orientation asks for, at that instant",
-            [](const GripOutcome& g) { return g.angle; });
-    closing("closing_speed", "m/s", "relative to the grasp point, at that instant",
-            [](const GripOutcome& g) { return g.velocity; });
-    closing("closing_angular_velocity", "rad/s", "relative to the target, at that instant",
-            [](const GripOutcome& g) { return g.angular_velocity; });
+    const std::string grasp = "grasps/" + e + "/";
+    add(grasp + "captured", "1", "whether this grip closed", [outcome](const StudyCase&, const CaptureResult& r) {
+      const GripOutcome* grip = outcome(r);
+      return grip ? double(grip->captured) : NAN;
+    });
+    field(grasp + "position_error", "distance", outcome);
+    field(grasp + "angle_error", "angle", outcome);
+    field(grasp + "closing_speed", "velocity", outcome);
+    field(grasp + "closing_angular_velocity", "angular_velocity", outcome);
     tolerance_columns(e);
   }
 
@@ -248,34 +260,33 @@ class Builder {
   }
 
   void grasp_columns(const std::string& e) {
-    grasp_vector(e, "impulse", "N s", "on the robot at the contact point, in W",
-                 [](const GraspImpulse& g) { return g.impulse; });
-    grasp_number(e, "impulse_magnitude", "N s", "of the impulse",
-                 [](const GraspImpulse& g) { return g.impulse_magnitude; });
+    const Find<GraspImpulse> grasp = [e](const CaptureResult& r) { return find_grasp(r, e).grasp; };
+    const auto column = [&](const std::string& name, std::string_view key) {
+      field("grasps/" + e + "/" + name, key, grasp);
+    };
+    column("impulse", "impulse");
+    column("impulse_magnitude", "impulse_magnitude");
     normal_and_tangential(e);
-    grasp_vector(e, "angular_impulse", "N m s", "on the robot about the contact point, in W",
-                 [](const GraspImpulse& g) { return g.angular_impulse; });
+    column("angular_impulse", "angular_impulse");
     grasp_number(e, "angular_impulse_magnitude", "N m s", "of the angular impulse",
                  [](const GraspImpulse& g) { return norm(g.angular_impulse); });
-    grasp_number(e, "mean_force", "N", "impulse over impact.duration",
-                 [](const GraspImpulse& g) { return g.mean_force; });
+    column("mean_force", "mean_force");
     grasp_number(e, "determined", "1", "whether every component is unique, none a matter of self-stress",
                  [](const GraspImpulse& g) {
                    return double(std::all_of(g.determined.begin(), g.determined.end(), [](bool b) { return b; }));
                  });
-    grasp_number(e, "gap", "m", "distance of end-effector and grasp point when they were joined",
-                 [](const GraspImpulse& g) { return g.gap; });
-    grasp_number(e, "gap_angle", "rad", "angle between their frames when they were joined",
-                 [](const GraspImpulse& g) { return g.gap_angle; });
-    grasp_vector(e, "relative_velocity", "m/s", "end-effector minus target at the contact point, before, in W",
-                 [](const GraspImpulse& g) { return g.relative_velocity_before; });
+    column("gap", "gap");
+    column("gap_angle", "gap_angle");
+    column("relative_velocity", "relative_velocity_before");
     grasp_number(e, "relative_speed", "m/s", "its magnitude",
                  [](const GraspImpulse& g) { return norm(g.relative_velocity_before); });
-    grasp_vector(e, "relative_angular_velocity", "rad/s", "end-effector minus target, before, in W",
-                 [](const GraspImpulse& g) { return g.relative_angular_velocity_before; });
+    column("relative_angular_velocity", "relative_angular_velocity_before");
     if (problem_.impact && problem_.impact->law == ImpactSetup::Law::compliant) {
-      grasp_number(e, "peak_force", "N", "largest force in the impact",
-                   [](const GraspImpulse& g) { return g.profile ? g.profile->peak_force : NAN; });
+      const Find<ForceProfile> profile = [grasp](const CaptureResult& r) -> const ForceProfile* {
+        const GraspImpulse* found = grasp(r);
+        return found && found->profile ? &*found->profile : nullptr;
+      };
+      field("grasps/" + e + "/peak_force", "peak_force", profile);
     }
   }
 
@@ -319,18 +330,6 @@ class Builder {
           }
           return double(NAN);
         });
-  }
-
-  void speed_column(const std::string& e, const std::string& name, const char* unit, const char* description,
-                    double SpeedLimit::*field) {
-    add("grasps/" + e + "/" + name, unit, description, [e, field](const StudyCase&, const CaptureResult& r) {
-      const FoundGrasp found = find_grasp(r, e);
-      if (!found.impact) return double(NAN);
-      for (const SpeedLimit& limit : found.impact->speed_limits) {
-        if (limit.end_effector == e) return limit.*field;
-      }
-      return double(NAN);
-    });
   }
 
   const CaptureProblem& problem_;

@@ -2,7 +2,6 @@
 
 /// @file
 /// What a study keeps of one capture: named numbers with units, each with the function that takes it from a result.
-/// Thread safety: plain values; the functions are pure.
 
 #include <functional>
 #include <span>

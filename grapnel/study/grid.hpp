@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The points of a grid and their order. Thread safety: pure functions.
+/// The points of a grid and their order.
 
 #include <cstddef>
 #include <optional>

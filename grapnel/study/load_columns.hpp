@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Columns of loads and margins. Thread safety: pure functions.
+/// Columns of loads and margins.
 
 #include "grapnel/study/column.hpp"
 

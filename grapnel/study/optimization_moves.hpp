@@ -2,7 +2,7 @@
 
 /// @file
 /// How an optimization moves what has no single value in a scenario: the contact point on a patch, the posture of the
-/// arms. Each is a function on a CaptureProblem. Thread safety: pure functions.
+/// arms. Each is a function on a CaptureProblem.
 
 #include <string>
 #include <utility>

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What an optimization has found, as text and files; docs/formats/optimization.md is their contract. Thread safety:
-/// pure functions.
+/// What an optimization has found, as text and files; docs/formats/optimization.md is their contract.
 
 #include <string>
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// The search for the best capture: a sample that fills the space of the variables, then local searches from its best
-/// points. Thread safety: reentrant.
+/// points.
 
 #include <optional>
 #include <stop_token>

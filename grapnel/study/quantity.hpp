@@ -2,7 +2,7 @@
 
 /// @file
 /// Quantities of a capture that have no single value in a scenario file: what a study varies by name. Each is a
-/// function on a CaptureProblem. Thread safety: pure functions.
+/// function on a CaptureProblem.
 
 #include <optional>
 #include <span>

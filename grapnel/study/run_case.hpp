@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// One point of a study. Thread safety: pure functions.
+/// One point of a study.
 
 #include <cstddef>
 #include <span>

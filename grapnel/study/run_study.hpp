@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// All points of a study. Thread safety: reentrant.
+/// All points of a study.
 
 #include <functional>
 #include <stop_token>

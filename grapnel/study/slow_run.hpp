@@ -2,7 +2,7 @@
 
 /// @file
 /// Which phase of a run took many steps, what in the scenario may be the cause, and which setting changes it. Counts
-/// steps, not seconds: the same on every machine. Thread safety: pure functions.
+/// steps, not seconds: the same on every machine.
 
 #include <string>
 #include <vector>

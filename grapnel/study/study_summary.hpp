@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A study's table in a few lines for a terminal. Thread safety: pure function.
+/// A study's table in a few lines for a terminal.
 
 #include <string>
 

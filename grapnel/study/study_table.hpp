@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// The table of a study and its files; docs/formats/study.md is their contract. Thread safety: plain values; writers
-/// are reentrant.
+/// The table of a study and its files; docs/formats/study.md is their contract.
 
 #include <filesystem>
 #include <string>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Capture problems to start from, and ways to look into results. Thread safety: pure functions.
+/// Capture problems to start from, and ways to look into results.
 
 #include <gtest/gtest.h>
 

@@ -290,13 +290,13 @@ TEST(FiniteResult, NamesTheFirstNumberThatIsNone) {
   EXPECT_EQ(first_not_finite(good), "");
   CaptureResult bad = good;
   bad.ledger.scale.energy = INFINITY;
-  EXPECT_EQ(first_not_finite(bad), "the kinetic energy");
+  EXPECT_EQ(first_not_finite(bad), "ledger.scale.energy");
   bad.impact->grasps[1].impulse = {0, NAN, 0};
-  EXPECT_EQ(first_not_finite(bad), "the impulse on " + bad.impact->grasps[1].end_effector);
+  EXPECT_EQ(first_not_finite(bad), "impact.grasps[" + bad.impact->grasps[1].end_effector + "].impulse");
   bad.grips[0].distance = INFINITY;
-  EXPECT_EQ(first_not_finite(bad), "the distance of " + bad.grips[0].end_effector + " from its grasp point");
+  EXPECT_EQ(first_not_finite(bad), "capture.grasps[" + bad.grips[0].end_effector + "].distance");
   bad.approach_end->base.velocity = {1e200, 0, 0};  // finite, but not its square
-  EXPECT_EQ(first_not_finite(bad), "the base's velocity at the approach's end");
+  EXPECT_EQ(first_not_finite(bad), "approach.end.base.velocity");
 }
 
 // "Parts at inf m/s" is no result.

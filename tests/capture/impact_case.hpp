@@ -2,7 +2,6 @@
 
 /// @file
 /// Captures for the impact laws: two hands at their targets, everything moving, and what must hold after any law.
-/// Thread safety: pure functions.
 
 #include "capture/loop_case.hpp"
 

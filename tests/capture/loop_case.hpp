@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Several arms on one target, and what the results of such captures must say. Thread safety: pure functions.
+/// Several arms on one target, and what the results of such captures must say.
 
 #include "capture/recorded.hpp"
 

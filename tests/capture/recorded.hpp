@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What a capture's time series say about its grasps, by formulas of their own. Thread safety: pure functions.
+/// What a capture's time series say about its grasps, by formulas of their own.
 
 #include <functional>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random primitive shapes, with support functions written from their definitions. Thread safety: pure functions.
+/// Random primitive shapes, with support functions written from their definitions.
 
 #include <cmath>
 

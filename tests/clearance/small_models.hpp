@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Small models for clearance tests. Thread safety: pure functions.
+/// Small models for clearance tests.
 
 #include <string>
 #include <vector>

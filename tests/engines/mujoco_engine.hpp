@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A Grapnel model in MuJoCo, and MuJoCo's answers in Grapnel's coordinates. Thread safety: one thread per object.
+/// A Grapnel model in MuJoCo, and MuJoCo's answers in Grapnel's coordinates.
 
 #include <Eigen/Core>
 #include <string>

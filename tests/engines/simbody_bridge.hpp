@@ -2,8 +2,7 @@
 
 /// @file
 /// Simbody behind plain data: its headers do not compile as C++20, Grapnel's not as C++17. Quantities and coordinates
-/// are Grapnel's (Model's file comment); the conversion to Simbody's is done with Simbody's own algebra. Thread safety:
-/// one thread per object.
+/// are Grapnel's (Model's file comment); the conversion to Simbody's is done with Simbody's own algebra.
 
 #include <array>
 #include <memory>

@@ -2,7 +2,6 @@
 
 /// @file
 /// A Grapnel model in Simbody. Rotors are left out: Simbody's mobilizers have no reflected inertia.
-/// Thread safety: one thread per object.
 
 #include "engines/simbody_bridge.hpp"
 #include "grapnel/constraint/loop_closure.hpp"

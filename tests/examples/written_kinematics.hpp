@@ -2,7 +2,7 @@
 
 /// @file
 /// Where a servicer's links, hands and centre of mass are, multiplied out from what its file says, the recorded pose of
-/// the base and the recorded joint values: the tests' own forward kinematics. Thread safety: pure functions.
+/// the base and the recorded joint values: the tests' own forward kinematics.
 
 #include <map>
 #include <string>

@@ -2,7 +2,7 @@
 
 /// @file
 /// Two free bodies about to touch, far from the world's origin and moving along, and sums to check any compliant impact
-/// by. Thread safety: pure functions.
+/// by.
 
 #include <cmath>
 

@@ -6,7 +6,7 @@
 ///   [M  C^T][ v+ ]   [M v-]
 ///   [C   0 ][-l  ] = [ 0  ],   M = diag(I_c, m 1) + sum a s^T s,
 /// where row s gives a joint's rate from the bodies' velocities and a is what its rotor reflects. Uses of Grapnel only
-/// the descriptions and forward kinematics: no mass matrix, no Jacobian, no projection. Thread safety: pure functions.
+/// the descriptions and forward kinematics: no mass matrix, no Jacobian, no projection.
 
 #include <Eigen/Core>
 

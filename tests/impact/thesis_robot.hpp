@@ -2,7 +2,6 @@
 
 /// @file
 /// The thesis's planar dual-arm robot and its targets (Tables 4.1, 4.2), written down here without any file.
-/// Thread safety: pure functions.
 
 #include "grapnel/constraint/grasp.hpp"
 #include "grapnel/dynamics/state.hpp"

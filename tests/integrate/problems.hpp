@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Differential equations with known solutions, for the tests of the steppers. Thread safety: no state.
+/// Differential equations with known solutions, for the tests of the steppers.
 
 #include <array>
 #include <cmath>

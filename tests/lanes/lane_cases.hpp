@@ -1,14 +1,14 @@
 #pragma once
 
 /// @file
-/// Eight cases of one random tree structure with numbers of their own, and the lane kernels run on them. Thread safety:
-/// plain values.
+/// Eight cases of one random tree structure with numbers of their own, and the lane kernels run on them.
 
 #include <array>
 #include <memory>
 #include <vector>
 
 #include "grapnel/lanes/dispatch.hpp"
+#include "lane_kernels/kernel_table.hpp"
 #include "support/random_robot.hpp"
 
 namespace grapnel::lanes::testing {

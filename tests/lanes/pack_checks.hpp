@@ -2,7 +2,7 @@
 
 /// @file
 /// What Pack computes, one function per instruction set behind plain arrays, so that the sets can be compared in one
-/// program. Thread safety: pure functions.
+/// program.
 
 namespace grapnel::lanes::testing {
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grapnel/lanes/dispatch.hpp"
+#include "lane_kernels/kernel_table.hpp"
 #include "lanes/pack_checks.hpp"
 
 namespace grapnel::lanes {

@@ -2,7 +2,7 @@
 
 /// @file
 /// A planar five-bar linkage (two degrees of freedom) on the ground, by Lagrange's equations in its two crank angles.
-/// Independent of Grapnel. Thread safety: plain values and pure functions.
+/// Independent of Grapnel.
 ///
 /// Pivots on the base A = (0, 0) and E = (g, 0); cranks of length a, c at angles x = (x_1, x_2), couplers of length b,
 /// d at y = (y_1, y_2) from their ends, joined at P: a e(x_1) + b e(y_1) = g e_x + c e(x_2) + d e(y_2) (1). Its rates

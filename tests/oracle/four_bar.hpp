@@ -2,7 +2,6 @@
 
 /// @file
 /// A planar four-bar linkage in closed form, on the ground or floating freely. Independent of Grapnel.
-/// Thread safety: plain values and pure functions.
 ///
 /// Pivots on the base A = (0, 0) and D = (g, 0); crank A-B of length a at angle f, coupler B-C of length b at p, rocker
 /// D-C of length c at r, all angles in the base's frame. The loop a e(f) + b e(p) = g e_x + c e(r) (1) is solved for p

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A torque-free axisymmetric body, in closed form. Thread safety: pure functions.
+/// A torque-free axisymmetric body, in closed form.
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The linkages that the tests of this folder and of constraint/ move. Thread safety: pure functions.
+/// The linkages that the tests of this folder and of constraint/ move.
 
 #include "oracle/linkage_model.hpp"
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// The planar linkages as Grapnel's models: a spanning tree and the closure that makes the loop. Their plane is the xy
-/// plane of the base body, whose frame sits at pivot A. Thread safety: pure functions.
+/// plane of the base body, whose frame sits at pivot A.
 
 #include "grapnel/constraint/loop_closure.hpp"
 #include "oracle/five_bar.hpp"

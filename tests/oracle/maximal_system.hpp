@@ -12,7 +12,7 @@
 /// L^T V.
 ///
 /// Of Grapnel only the descriptions of bodies and the meaning of q and v are used: kinematics, masses, constraints and
-/// integration are this file's own. Thread safety: a MaximalSystem is immutable; everything else is values.
+/// integration are this file's own.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -2,7 +2,7 @@
 
 /// @file
 /// The planar robot of the thesis's Fig. 2.3, derived by hand: a free base, two links on arm 1, one on arm 2.
-/// Independent of Grapnel (nothing of it is included). Thread safety: plain values and pure functions.
+/// Independent of Grapnel (nothing of it is included).
 ///
 /// Derivation. Coordinates: base centre r0 = (x0, y0), base angle t0, joint angles t1, t2 (arm 1), t3 (arm 2). Absolute
 /// angles of base and links:

@@ -2,7 +2,6 @@
 
 /// @file
 /// What the hand-written planar linkages share. Independent of Grapnel (nothing of it is included).
-/// Thread safety: plain values and pure functions.
 
 #include <Eigen/Core>
 #include <cmath>

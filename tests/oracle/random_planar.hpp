@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random planar robots and states for the oracle's tests. Thread safety: pure functions.
+/// Random planar robots and states for the oracle's tests.
 
 #include "oracle/planar_dual_arm.hpp"
 #include "support/random_robot.hpp"

@@ -2,7 +2,7 @@
 
 /// @file
 /// Impacts of two free planar bodies in closed form. Body 1 receives the impulse, body 2 its opposite at the same
-/// point. Thread safety: pure functions.
+/// point.
 
 #include <Eigen/Core>
 

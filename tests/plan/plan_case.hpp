@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random servicers for planning, and the thesis's two arms. Thread safety: pure functions.
+/// Random servicers for planning, and the thesis's two arms.
 
 #include <limits>
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Random servicers with several arms, and one moving target for all their hands, placed where a flight has brought
-/// them. Thread safety: pure functions.
+/// them.
 
 #include "plan/plan_case.hpp"
 

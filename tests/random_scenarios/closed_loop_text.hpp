@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random captures that close loops, as the text of a scenario. Thread safety: a generator serves one thread.
+/// Random captures that close loops, as the text of a scenario.
 
 #include "random_scenarios/scenario_text.hpp"
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// What random scenarios are drawn from, to be called inside a generator of RapidCheck. Each draw shrinks towards its
-/// first argument, so that a failing case loses what does not matter. Thread safety: a generator serves one thread.
+/// first argument, so that a failing case loses what does not matter.
 
 #include <array>
 #include <cstddef>

@@ -7,10 +7,14 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <nlohmann/json.hpp>
 #include <optional>
 
+#include "grapnel/describe/contract.hpp"
+#include "grapnel/result/result_fields.hpp"
 #include "grapnel/result/summary.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/schema_check.hpp"
 
 namespace grapnel::testing {
 namespace {
@@ -84,6 +88,9 @@ void expect_finite(const CaptureResult& result) {
     const bool unasked = line.find("\"pass\"") < 12 || line.find("\"rating\"") < 12 || line.find("\"margin\"") < 12;
     if (!unasked) RC_FAIL("not finite: summary " + line);
   }
+  static const test::SchemaCheck schema(json_schema(type_of<Summary>(), "summary"));
+  for (const std::string& fault : schema.faults_of(nlohmann::json::parse(summary)))
+    RC_FAIL("the summary is not as its schema says: " + fault);
 }
 
 void expect_same(const CaptureResult& a, const CaptureResult& b) {

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random valid scenarios, as the text of a file. Thread safety: a generator serves one thread.
+/// Random valid scenarios, as the text of a file.
 
 #include <rapidcheck.h>
 

@@ -7,7 +7,10 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/describe/contract.hpp"
+#include "grapnel/result/scene_fields.hpp"
 #include "result/sample_result.hpp"
+#include "support/schema_check.hpp"
 
 namespace grapnel {
 namespace {
@@ -227,6 +230,15 @@ TEST_F(SceneFile, NumbersThatJsonLacksAreRefusedWhenRead) {
   Scene scene = sample_scene();
   scene.bodies[0].mass = NAN;
   EXPECT_EQ(fault_of(scene_json(scene, "", "", "")), "bodies[0].mass: not a number");
+}
+
+TEST(Scene, KeepsItsSchema) {
+  const test::SchemaCheck schema(json_schema(type_of<SceneDocument>(), "scene"));
+  EXPECT_THAT(schema.faults_of(nlohmann::json::parse(sample_text())), testing::IsEmpty());
+  EXPECT_THAT(schema.faults_of(nlohmann::json::parse(scene_json({}, "", "", ""))), testing::IsEmpty());
+  nlohmann::json wrong = nlohmann::json::parse(sample_text());
+  wrong["bodies"][0]["mass"] = nullptr;
+  EXPECT_THAT(schema.faults_of(wrong), testing::Not(testing::IsEmpty()));
 }
 
 }  // namespace

@@ -4,20 +4,16 @@
 
 #include <nlohmann/json.hpp>
 #include <set>
-#include <valijson/adapters/nlohmann_json_adapter.hpp>
-#include <valijson/schema.hpp>
-#include <valijson/schema_parser.hpp>
-#include <valijson/validator.hpp>
 
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/schema_check.hpp"
 
 namespace grapnel::test {
 namespace {
 
 using Json = nlohmann::json;
-using valijson::adapters::NlohmannJsonAdapter;
 
 Json json_from(const Node& node) {
   switch (node.kind) {
@@ -52,14 +48,7 @@ Json json_of(const std::string& text) {
 }
 
 bool accepts(const std::string& schema_text, const Json& document) {
-  const Json schema_json = Json::parse(schema_text);
-  valijson::Schema schema;
-  valijson::SchemaParser parser;
-  const NlohmannJsonAdapter schema_adapter(schema_json);
-  parser.populateSchema(schema_adapter, schema);
-  valijson::Validator validator;
-  const NlohmannJsonAdapter adapter(document);
-  return validator.validate(schema, adapter, nullptr);
+  return SchemaCheck(schema_text).faults_of(document).empty();
 }
 
 TEST(Schema, AcceptsEveryShippedFile) {

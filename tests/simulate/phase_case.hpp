@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random robots in a phase: models with friction, drives, and totals body by body. Thread safety: pure functions.
+/// Random robots in a phase: models with friction, drives, and totals body by body.
 
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"

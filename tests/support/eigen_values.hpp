@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Grapnel's values as Eigen's, for tests that solve and compare. Thread safety: pure functions.
+/// Grapnel's values as Eigen's, for tests that solve and compare.
 
 #include <Eigen/Core>
 #include <span>

@@ -3,7 +3,6 @@
 /// @file
 /// Seeded random branched robots, states and forces. The seed comes from the environment variable GRAPNEL_TEST_SEED
 /// (default fixed); robot number i of a seed is always the same robot, whatever was drawn before it.
-/// Thread safety: a Random serves one thread.
 
 #include <cstdint>
 #include <random>

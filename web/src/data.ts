@@ -2,6 +2,11 @@
 // here and nowhere else. SI units and radians; vectors in the world frame W; quaternions w, x, y, z. The C++ side is
 // grapnel/report/report_data.hpp; both change together.
 
+import type { Scene, SceneBody, SceneShape } from "./scene_types";
+import type { Summary } from "./summary_types";
+
+export type { Scene, SceneBody, SceneShape };
+
 export type Vec3 = [number, number, number];
 export type Quat = [number, number, number, number]; // w, x, y, z
 
@@ -18,10 +23,18 @@ export interface ReportData {
 
 // ---- One run ----
 
+// What may be missing in whole or in part.
+export type Partly<T> = T extends readonly (infer Item)[]
+  ? Partly<Item>[]
+  : T extends object
+    ? { [Key in keyof T]?: Partly<T[Key]> }
+    : T;
+export type PartlySummary = Partly<Summary>;
+
 export interface RunData {
   label: string; // "A", "B" of a comparison; else ""
   folder?: string; // name of the result folder, in a comparison
-  summary: any; // summary.json as it is (docs/formats/summary.md)
+  summary: PartlySummary | null; // summary.json as it is
   scene: Scene | null; // scene.json as it is; null: the folder has none
   series: PackedSeries | null; // timeseries.h5, decimated; null: the folder has none
   notes: string[]; // what is odd: files of different runs, a file missing
@@ -32,56 +45,6 @@ export interface SourceTexts {
   description: string;
   settings: string[]; // "path=value" of every --set
   files: { part: string; bytes: number; text: string }[]; // "scenario", "robot", "trajectory"; text "": too large to be kept
-}
-
-export interface Scene {
-  schema: "grapnel-scene/1";
-  version: string;
-  scenario: { name: string; sha256: string };
-  planar: boolean; // everything moves along the plane z = 0
-  bodies: SceneBody[]; // base first, then links (parents before children), then targets
-  end_effectors: { name: string; body: string; position: Vec3; quaternion_wxyz: Quat }[]; // in the body's frame
-  grasp_points: {
-    target: string;
-    name: string;
-    position: Vec3; // in the target's frame
-    approach_direction: Vec3 | null; // unit, in the target's frame
-  }[];
-  grasps: { end_effector: string; target: string; grasp_point: string; model: string }[];
-  limits?: {
-    grips: { end_effector: string; position: number | null; velocity: number | null }[]; // [m], [m/s]; null: any
-    clearance: number | null; // required [m]; null: not watched
-  };
-  meshes: { name: string; vertices: number[]; triangles: number[] }[]; // x, y, z in turn, in the file's unit (a geometry's size makes it m); three indices in turn
-}
-
-export interface SceneBody {
-  name: string;
-  kind: "base" | "link" | "target";
-  parent: string | null; // of links
-  joint: {
-    // of links
-    name: string;
-    type: "revolute" | "continuous" | "prismatic" | "fixed";
-    axis: Vec3; // unit, in the joint's frame
-    position: Vec3; // of the joint in the parent's frame
-    quaternion_wxyz: Quat;
-  } | null;
-  series: string; // its motion: series `${series}/position` and `${series}/quaternion_wxyz`
-  mass: number; // [kg]
-  com: Vec3; // in the body's frame [m]
-  inertia: [number, number, number, number, number, number]; // xx, yy, zz, xy, xz, yz about com, body axes [kg m^2]
-  geometry: Geometry | null;
-}
-
-export interface Geometry {
-  shape: "box" | "cylinder" | "capsule" | "sphere" | "mesh";
-  // box: edge lengths; cylinder and capsule: radius, length along z (of a capsule without its caps), 0; sphere: radius, 0, 0;
-  // mesh: scales.
-  size: Vec3;
-  position: Vec3; // of the shape's centre in the body's frame
-  quaternion_wxyz: Quat;
-  mesh?: number; // index into meshes
 }
 
 // Samples at common times; between samples values go linearly. At impacts several samples have the same time.

@@ -1,5 +1,5 @@
 // One run, decoded: its series as typed arrays, looked up by path and sampled at any instant.
-import type { PackedSeries, RunData, Scene } from "./data";
+import type { PartlySummary, PackedSeries, RunData, Scene } from "./data";
 
 export interface Series {
   path: string; // "base/position"
@@ -37,8 +37,8 @@ export class Run {
     this.phases = spans(this.time, this.phase, packed?.phases ?? []);
   }
 
-  get summary(): any {
-    return this.data.summary;
+  get summary(): PartlySummary {
+    return this.data.summary ?? {};
   }
   // From here on bodies overlap: what follows is beyond what the model can say [s]; null: to the end.
   get validUntil(): number | null {

@@ -23,7 +23,7 @@ export function differingScenarios(runs: Run[]): HTMLElement {
   return element("div", {}, table("What was compared", columns, rows), element("p", {}, said), ...(same ? [] : scenarioDifferences(runs)));
 }
 
-function code(value: any): Cell {
+function code(value: unknown): Cell {
   const full = text(value);
   return element("code", { title: full }, full.slice(0, 16));
 }

@@ -1,7 +1,8 @@
 // The numbers that sum up a capture, from its summary; the same for one run, and for two side by side.
 import { number } from "../format";
 import type { Run } from "../run";
-import { list, num, size, text, vector, withUnit, words } from "./read";
+import type { GraspImpulse, ImpactReport, ImpactMargin, LedgerEntry, LimitEvent } from "../summary_types";
+import { list, num, size, text, vector, withUnit, words, type Partly, type PartlySummary } from "./read";
 
 export interface Fact {
   key: string; // the same quantity in two runs has the same key
@@ -19,9 +20,13 @@ export function keyFacts(run: Run): Fact[] {
   return [...graspFacts(s), ...energyFacts(s), ...baseFacts(run), marginFact(s), clearanceFact(s)];
 }
 
-function graspFacts(s: any): Fact[] {
-  const impacts = [s.impact, ...list(s.later_impacts)].filter(Boolean);
-  return impacts.flatMap((impact, k) =>
+// The first and those of grips that closed later.
+export function allImpacts(s: PartlySummary): Partly<ImpactReport>[] {
+  return [...(s.impact ? [s.impact] : []), ...list(s.later_impacts)];
+}
+
+function graspFacts(s: PartlySummary): Fact[] {
+  return allImpacts(s).flatMap((impact, k) =>
     list(impact.grasps).flatMap((grasp): Fact[] => {
       const who = text(grasp.end_effector);
       const key = `${who}${k > 0 ? `#${k}` : ""}`;
@@ -39,13 +44,13 @@ function graspFacts(s: any): Fact[] {
 }
 
 // Joints that brake right after the grip pass on an impulse of their own.
-function byBrakes(impact: any, who: string): string {
+function byBrakes(impact: Partly<ImpactReport>, who: string): string {
   const own = list(impact.brake?.grasps).find((grasp) => grasp.end_effector === who);
   return own ? `; then ${withUnit(num(own.impulse_magnitude), "N s")} by the brakes` : "";
 }
 
 // The peak where the impact was resolved in time; and the mean.
-function forceFacts(impact: any, grasp: any, who: string, key: string): Fact[] {
+function forceFacts(impact: Partly<ImpactReport>, grasp: Partly<GraspImpulse>, who: string, key: string): Fact[] {
   const duration = num(grasp.profile?.duration) ?? num(impact.duration);
   const mean: Fact = {
     key: `mean force ${key}`,
@@ -56,11 +61,11 @@ function forceFacts(impact: any, grasp: any, who: string, key: string): Fact[] {
   };
   const peak = num(grasp.profile?.peak_force);
   if (peak === null) return [mean];
-  const detail = `mean ${withUnit(mean.value, "N")} over ${withUnit(duration, "s")}; peak moment ${withUnit(num(grasp.profile.peak_moment), "N m")}`;
+  const detail = `mean ${withUnit(mean.value, "N")} over ${withUnit(duration, "s")}; peak moment ${withUnit(num(grasp.profile?.peak_moment), "N m")}`;
   return [{ key: `peak force ${key}`, name: `Peak force, ${who}`, value: peak, unit: "N", detail }, mean];
 }
 
-function energyFacts(s: any): Fact[] {
+function energyFacts(s: PartlySummary): Fact[] {
   if (!s.impact) return [];
   const before = num(s.impact.kinetic_energy_before);
   const after = num(s.impact.kinetic_energy_after);
@@ -102,7 +107,7 @@ function baseFacts(run: Run): Fact[] {
 }
 
 // The base's change of rate by an impact, and by the brakes that close after it.
-function withBrake(impact: any): number[] | null {
+function withBrake(impact: Partly<ImpactReport> | undefined): number[] | null {
   const change = vector(impact?.base_angular_velocity_change);
   const brake = list(impact?.brake?.base_angular_velocity_change);
   return change && change.map((d, i) => d + (num(brake[i]) ?? 0));
@@ -113,14 +118,9 @@ export function baseRateAfter(run: Run): number | null {
   const s = run.summary ?? {};
   const before = s.approach?.end;
   const change = withBrake(s.impact);
-  if (
-    Array.isArray(before?.base?.angular_velocity) &&
-    change &&
-    before.time === s.impact.time &&
-    s.impact.law !== "compliant"
-  ) {
-    return size(change.map((d, i) => d + before.base.angular_velocity[i]));
-  }
+  const rate = before?.base?.angular_velocity;
+  if (Array.isArray(rate) && change && before?.time === s.impact?.time && s.impact?.law !== "compliant")
+    return size(change.map((d, i) => d + rate[i]));
   const series = run.series("base/angular_velocity");
   const contact = run.phases.findIndex((phase) => phase.name === "contact");
   if (!series || contact < 0) return null;
@@ -129,14 +129,23 @@ export function baseRateAfter(run: Run): number | null {
 }
 
 // Over all phases; of results without loads, over the impacts.
-export function worstMargin(s: any): any | null {
-  if (num(s.worst_margin?.margin) !== null) return { ...s.worst_margin, load: s.worst_margin.peak };
-  const impacts = [s.impact, ...list(s.later_impacts)].filter(Boolean);
-  const margins = impacts.flatMap((impact) => list(impact.margins)).filter((one) => num(one.margin) !== null);
-  return margins.reduce((worst, one) => (worst === null || one.margin < worst.margin ? one : worst), null);
+export interface WorstMargin extends Partly<ImpactMargin> {
+  margin: number;
+  phase?: string;
+}
+export function worstMargin(s: PartlySummary): WorstMargin | null {
+  const { rating, ...worst } = s.worst_margin ?? {};
+  const margin = num(worst.margin);
+  if (margin !== null) return { ...worst, margin, load: worst.peak, rating: rating ?? undefined };
+  let least: WorstMargin | null = null;
+  for (const one of allImpacts(s).flatMap((impact) => list(impact.margins))) {
+    const own = num(one.margin);
+    if (own !== null && (least === null || own < least.margin)) least = { ...one, margin: own };
+  }
+  return least;
 }
 
-function marginFact(s: any): Fact {
+function marginFact(s: PartlySummary): Fact {
   const worst = worstMargin(s);
   const fact: Fact = {
     key: "margin",
@@ -160,7 +169,7 @@ function marginFact(s: any): Fact {
   };
 }
 
-function clearanceFact(s: any): Fact {
+function clearanceFact(s: PartlySummary): Fact {
   const least = s.clearance?.least;
   const fact: Fact = {
     key: "clearance",
@@ -172,19 +181,19 @@ function clearanceFact(s: any): Fact {
   if (!least) return fact;
   const value = num(least.distance);
   const detail = `${list(least.bodies).join(" – ")} at ${withUnit(num(least.time), "s")}`;
-  if (list(s.clearance.events).length === 0) return { ...fact, value, detail };
+  if (list(s.clearance?.events).length === 0) return { ...fact, value, detail };
   return { ...fact, value, detail, tone: "bad", word: value !== null && value < 0 ? "overlap:" : "too near:" };
 }
 
 // Why no clearance is known.
-function clearanceUnseen(s: any): string {
-  const reason = text(s.ledger?.clearance_violation?.not_checked, "");
+function clearanceUnseen(s: PartlySummary): string {
+  const reason = text(checkOf(s, "clearance_violation")?.not_checked, "");
   if (reason) return `not checked: ${reason}`;
   return s.status === "completed" ? "no two bodies with shapes that move" : "not known";
 }
 
 // Of an event of `limits.events`.
-export function limitUnit(run: Run, event: any): string {
+export function limitUnit(run: Run, event: Partly<LimitEvent>): string {
   const joint = list(run.scene?.bodies).find((body) => body.joint?.name === event.joint)?.joint;
   if (!joint) return "";
   const [position, effort] = joint.type === "prismatic" ? ["m", "N"] : ["rad", "N m"];
@@ -192,7 +201,7 @@ export function limitUnit(run: Run, event: any): string {
   return event.kind === "rate" ? `${position}/s` : effort;
 }
 
-export function ratingUnit(quantity: any): string {
+export function ratingUnit(quantity: unknown): string {
   const units: Record<string, string> = {
     force: "N",
     moment: "N m",
@@ -205,8 +214,8 @@ export function ratingUnit(quantity: any): string {
 }
 
 // What the thesis's formulas give is shown only where the scenario asks for it; summaries of earlier versions do not say, and show it.
-export function showsPublished(s: any): boolean {
-  return Boolean(s?.impact) && s.impact.show_as_published !== false;
+export function showsPublished(s: PartlySummary): boolean {
+  return s.impact !== undefined && s.impact.show_as_published !== false;
 }
 
 // ---- The ledger ----
@@ -224,21 +233,30 @@ export interface LedgerRow {
   advice: string; // of a check of conservation that fails
 }
 
-export function ledgerRows(s: any): LedgerRow[] {
-  return Object.entries<any>(s?.ledger ?? {})
-    .filter(([key, row]) => key !== "scale" && row !== null && typeof row === "object")
-    .map(([key, row]) => ({
-      key,
-      value: num(row.value),
-      bound: num(row.bound),
-      pass: row.pass === true,
-      notChecked: row.pass === null ? text(row.not_checked, "") : "",
-      applies: row.applies !== false,
-      unit: text(row.unit, ""),
-      note: text(row.note, ""),
-      kind: text(row.kind, "conservation"),
-      advice: text(row.advice, ""),
-    }));
+export function ledgerRows(s: PartlySummary): LedgerRow[] {
+  return Object.keys(s.ledger ?? {})
+    .map((key) => ({ key, row: checkOf(s, key) }))
+    .flatMap(({ key, row }) => (row ? { key, ...rowOf(row) } : []));
+}
+
+// The check of that name; what else the ledger holds is none.
+export function checkOf(s: PartlySummary, name: string): Partly<LedgerEntry> | null {
+  const row: unknown = s.ledger?.[name];
+  return name !== "scale" && row !== null && typeof row === "object" ? row : null;
+}
+
+function rowOf(row: Partly<LedgerEntry>): Omit<LedgerRow, "key"> {
+  return {
+    value: num(row.value),
+    bound: num(row.bound),
+    pass: row.pass === true,
+    notChecked: row.pass === null ? text(row.not_checked, "") : "",
+    applies: row.applies !== false,
+    unit: text(row.unit, ""),
+    note: text(row.note, ""),
+    kind: text(row.kind, "conservation"),
+    advice: text(row.advice, ""),
+  };
 }
 
 // Of checks that apply, how far the value has used its bound up: the largest.

@@ -2,9 +2,9 @@
 import { element } from "../dom";
 import { number } from "../format";
 import type { Run } from "../run";
-import { limitUnit } from "./facts";
+import { checkOf, limitUnit } from "./facts";
 import { determined } from "./grasp_tables";
-import { list, num, text, withUnit, words } from "./read";
+import { list, num, text, withUnit, words, type PartlySummary } from "./read";
 import { absent, fold, mark, table, vectorCell, type Cell, type Column } from "./table";
 
 const kFewEvents = 8;
@@ -14,13 +14,13 @@ export function feasibilitySection(run: Run): HTMLElement[] {
   return [element("h3", {}, "Clearance"), ...clearance(s), element("h3", {}, "Joint limits"), ...limits(run)];
 }
 
-function withoutClearance(s: any): string {
-  const reason = text(s.ledger?.clearance_violation?.not_checked, "");
+function withoutClearance(s: PartlySummary): string {
+  const reason = text(checkOf(s, "clearance_violation")?.not_checked, "");
   if (reason) return `Clearance was not checked: ${reason}.`;
   return "The summary holds no clearance: nothing moves, no two bodies have shapes, or the run ended early.";
 }
 
-function clearance(s: any): HTMLElement[] {
+function clearance(s: PartlySummary): HTMLElement[] {
   if (!s.clearance)
     return [absent(withoutClearance(s))];
   const phases = list(s.clearance.phases).map((one): Cell[] => [
@@ -39,7 +39,7 @@ function clearance(s: any): HTMLElement[] {
     { head: "" },
   ];
   const result: HTMLElement[] = [];
-  const reason = text(s.ledger?.clearance_violation?.not_checked, "");
+  const reason = text(checkOf(s, "clearance_violation")?.not_checked, "");
   if (reason) result.push(element("p", {}, mark("warn", `Not checked: ${reason}.`)));
   if (phases.length > 0)
     result.push(table("Least clearance per phase (negative: depth of overlap)", columns, phases));
@@ -100,7 +100,7 @@ function limits(run: Run): HTMLElement[] {
   const kinds: Record<string, string> = { effort_saturated: "motor at its limit (no violation)" };
   const rows = events.map((one): Cell[] => [
     text(one.joint),
-    kinds[one.kind] ?? words(one.kind),
+    kinds[text(one.kind)] ?? words(one.kind),
     words(one.phase),
     number(num(one.begin)),
     number(num(one.end)),
@@ -115,12 +115,12 @@ function limits(run: Run): HTMLElement[] {
   ];
 }
 
-export function afterSection(s: any): HTMLElement[] {
+export function afterSection(s: PartlySummary): HTMLElement[] {
   const result = [...gripLoads(s), ...loops(s), ...endState(s)];
   return result.length > 0 ? result : [absent("Nothing is known of the motion after the impact.")];
 }
 
-function gripLoads(s: any): HTMLElement[] {
+function gripLoads(s: PartlySummary): HTMLElement[] {
   const rows = list(s.post_impact?.grip_loads).map((one): Cell[] => [
     text(one.end_effector),
     text(one.target),
@@ -145,7 +145,7 @@ function gripLoads(s: any): HTMLElement[] {
   return [table("Loads on grips while they hold", columns, rows)];
 }
 
-function loops(s: any): HTMLElement[] {
+function loops(s: PartlySummary): HTMLElement[] {
   const rows = list(s.post_impact?.loops).map((one): Cell[] => [
     words(one.phase),
     list(one.closures).join("; "),
@@ -168,10 +168,10 @@ function loops(s: any): HTMLElement[] {
   return [table("Closed loops", columns, rows)];
 }
 
-function endState(s: any): HTMLElement[] {
+function endState(s: PartlySummary): HTMLElement[] {
   const end = s.post_impact?.end ?? s.approach?.end;
   if (!end) return [];
-  const bodies = [end.base, ...list(end.targets)].filter(Boolean);
+  const bodies = [...(end.base ? [end.base] : []), ...list(end.targets)];
   const rows = bodies.map((body): Cell[] => [
     text(body.name),
     vectorCell(body.position),
@@ -188,8 +188,8 @@ function endState(s: any): HTMLElement[] {
   ];
   const joints = list(end.joints?.names).map((name, i): Cell[] => [
     text(name),
-    number(num(list(end.joints.position)[i])),
-    number(num(list(end.joints.velocity)[i])),
+    number(num(list(end.joints?.position)[i])),
+    number(num(list(end.joints?.velocity)[i])),
   ]);
   const heads: Column[] = [
     { head: "Joint" },
@@ -205,7 +205,7 @@ function endState(s: any): HTMLElement[] {
   ];
 }
 
-export function costSection(s: any, samples: string): HTMLElement[] {
+export function costSection(s: PartlySummary, samples: string): HTMLElement[] {
   const rows = list(s.cost).map((one): Cell[] => [
     words(one.phase),
     number(num(one.rhs_evaluations), 9),

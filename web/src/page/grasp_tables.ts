@@ -1,16 +1,17 @@
 // Grasps of an impact: impulses, gaps and relative motion, rebounds of contacts, courses in time.
 import { element } from "../dom";
 import { number } from "../format";
-import { list, num, size, text } from "./read";
+import type { GraspImpulse, ImpactReport } from "../summary_types";
+import { list, num, size, text, type Partly } from "./read";
 import { absent, table, vectorCell, type Cell, type Column } from "./table";
 
-export function graspTables(impact: any): HTMLElement[] {
+export function graspTables(impact: Partly<ImpactReport>): HTMLElement[] {
   const grasps = list(impact.grasps);
   if (grasps.length === 0) return [absent("No grasp is listed.")];
   return [impulseTable(grasps), motionTable(grasps)];
 }
 
-function impulseTable(grasps: any[]): HTMLElement {
+function impulseTable(grasps: Partly<GraspImpulse>[]): HTMLElement {
   const columns: Column[] = [
     { head: "End-effector" },
     { head: "Target: grasp point" },
@@ -36,7 +37,7 @@ function impulseTable(grasps: any[]): HTMLElement {
   return table("Grasps: impulses on the robot", columns, rows);
 }
 
-function motionTable(grasps: any[]): HTMLElement {
+function motionTable(grasps: Partly<GraspImpulse>[]): HTMLElement {
   const moved = grasps.some((grasp) => (size(grasp.target_displacement) ?? 0) > 0);
   const columns: Column[] = [
     { head: "End-effector" },
@@ -69,21 +70,21 @@ function motionTable(grasps: any[]): HTMLElement {
 }
 
 // The length; components on hover.
-function sized(value: any): Cell {
+function sized(value: number[] | undefined): Cell {
   return element("span", { title: list(value).map(String).join(", ") }, number(size(value)));
 }
 
 const kComponents = ["angular x", "angular y", "angular z", "x", "y", "z"];
-export function determined(flags: any): Cell {
+export function determined(flags: boolean[] | undefined): Cell {
   const all = list(flags);
   if (all.length === 0) return null;
   const open = kComponents.filter((_, i) => all[i] === false);
   return open.length === 0 ? "all" : `open: ${open.join(", ")}`;
 }
 
-export function rebounds(impact: any): HTMLElement[] {
+export function rebounds(impact: Partly<ImpactReport>): HTMLElement[] {
   const rows = list(impact.grasps)
-    .filter((grasp) => grasp.rebound)
+    .flatMap(({ end_effector, rebound }) => (rebound ? { end_effector, rebound } : []))
     .map(({ end_effector, rebound }): Cell[] => [
       text(end_effector),
       vectorCell(rebound.normal),
@@ -114,9 +115,9 @@ export function rebounds(impact: any): HTMLElement[] {
   return [table("Rebound", columns, rows)];
 }
 
-export function profiles(impact: any): HTMLElement[] {
+export function profiles(impact: Partly<ImpactReport>): HTMLElement[] {
   const rows = list(impact.grasps)
-    .filter((grasp) => grasp.profile)
+    .flatMap(({ end_effector, profile }) => (profile ? { end_effector, profile } : []))
     .map(({ end_effector, profile }): Cell[] => [
       text(end_effector),
       number(num(profile.peak_force)),

@@ -30,7 +30,7 @@ function facts(run: Run, several: boolean): HTMLElement {
   const entries: (Node | string | null)[] = [
     several ? element("strong", {}, `${run.data.label}: ${text(s.scenario?.name)}`) : null,
     law ? `impact law ${law.replace(/_/g, " ")}` : "no impact",
-    num(s.impact?.time) !== null ? `impact at ${withUnit(num(s.impact.time), "s")}` : null,
+    num(s.impact?.time) !== null ? `impact at ${withUnit(num(s.impact?.time), "s")}` : null,
     run.samples > 1 ? `${number(run.end - run.begin)} s simulated` : null,
     `Grapnel ${text(s.version, "of unknown version")}`,
     run.data.folder ? `folder ${run.data.folder}` : null,

@@ -1,7 +1,8 @@
 // The impact: what each grip received, what the arms passed on, what became of the motion.
 import { element } from "../dom";
 import { number } from "../format";
-import { list, num, text, withUnit, words } from "./read";
+import type { ImpactReport } from "../summary_types";
+import { list, num, text, withUnit, words, type Partly, type PartlySummary } from "./read";
 import { graspTables, profiles, rebounds } from "./grasp_tables";
 import { marginsPart } from "./margins";
 import { measuresPart } from "./measures";
@@ -9,7 +10,7 @@ import { brake, jointPart } from "./passed_on";
 import { sensitivitiesPart } from "./sensitivities";
 import { absent, changeText, fold, mark, pairs, table, vectorCell, type Cell, type Column } from "./table";
 
-export function impactSection(s: any): HTMLElement[] {
+export function impactSection(s: PartlySummary): HTMLElement[] {
   if (!s.impact) return [absent("There was no impact in this run, or its summary does not hold one.")];
   const later = list(s.later_impacts).map((impact, i) =>
     fold(
@@ -22,7 +23,7 @@ export function impactSection(s: any): HTMLElement[] {
   return [...oneImpact(s.impact), ...later, ...releases(s)];
 }
 
-function oneImpact(impact: any): HTMLElement[] {
+function oneImpact(impact: Partly<ImpactReport>): HTMLElement[] {
   return [
     overview(impact),
     ...notes(impact),
@@ -38,7 +39,7 @@ function oneImpact(impact: any): HTMLElement[] {
   ];
 }
 
-function overview(impact: any): HTMLElement {
+function overview(impact: Partly<ImpactReport>): HTMLElement {
   const compliant = impact.compliant ?? {};
   const before = num(impact.kinetic_energy_before);
   const after = num(impact.kinetic_energy_after);
@@ -62,11 +63,12 @@ function overview(impact: any): HTMLElement {
   ]);
 }
 
-function notes(impact: any): HTMLElement[] {
+function notes(impact: Partly<ImpactReport>): HTMLElement[] {
   const said: string[] = [];
-  if (num(impact.rank) !== null && num(impact.rows) !== null && impact.rank < impact.rows) {
+  const [rank, rows] = [num(impact.rank), num(impact.rows)];
+  if (rank !== null && rows !== null && rank < rows) {
     said.push(
-      `${impact.rows - impact.rank} of ${impact.rows} impulse components are not determined: closed loops can carry self-stresses. Of all impulses that fit, the least are given.`,
+      `${rows - rank} of ${rows} impulse components are not determined: closed loops can carry self-stresses. Of all impulses that fit, the least are given.`,
     );
   }
   if (impact.unique === false) said.push("Simultaneous contacts could share the impulse in other ways than this one.");
@@ -95,7 +97,7 @@ function notes(impact: any): HTMLElement[] {
   return result;
 }
 
-function loops(impact: any): HTMLElement[] {
+function loops(impact: Partly<ImpactReport>): HTMLElement[] {
   const rows = list(impact.loops).map((loop): Cell[] => [
     text(loop.target),
     list(loop.end_effectors).join(" – "),
@@ -114,7 +116,7 @@ function loops(impact: any): HTMLElement[] {
   return [table("Grips that close loops", columns, rows)];
 }
 
-function releases(s: any): HTMLElement[] {
+function releases(s: PartlySummary): HTMLElement[] {
   const rows = list(s.releases).map((one): Cell[] => [
     withUnit(num(one.time), "s"),
     list(one.end_effectors).join(", "),

@@ -2,7 +2,7 @@
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import { ledgerRows, type LedgerRow } from "./facts";
-import { num, withUnit, words } from "./read";
+import { num, withUnit, words, type PartlySummary } from "./read";
 import { absent, fold, mark, pairs, table, type Cell, type Column } from "./table";
 
 const kColumns: Column[] = [
@@ -14,7 +14,7 @@ const kColumns: Column[] = [
   { head: "What is compared" },
 ];
 
-export function ledgerSection(s: any): HTMLElement[] {
+export function ledgerSection(s: PartlySummary): HTMLElement[] {
   const rows = ledgerRows(s);
   if (rows.length === 0) return [absent("This result has no ledger: nothing shows that its numbers can be trusted.")];
   const part = (kind: string, applies: boolean) =>
@@ -70,7 +70,7 @@ export function name(key: string): HTMLElement {
   );
 }
 
-function scalesOf(s: any): HTMLElement | null {
+function scalesOf(s: PartlySummary): HTMLElement | null {
   const scale = s.ledger?.scale;
   if (!scale) return null;
   return element(
@@ -86,7 +86,7 @@ function scalesOf(s: any): HTMLElement | null {
 }
 
 // Two ledgers side by side.
-export function ledgerOfBoth(a: any, b: any): HTMLElement[] {
+export function ledgerOfBoth(a: PartlySummary, b: PartlySummary): HTMLElement[] {
   const [rowsA, rowsB] = [ledgerRows(a), ledgerRows(b)];
   const keys = [...new Set([...rowsA, ...rowsB].map((row) => row.key))];
   if (keys.length === 0) return [absent("Neither result has a ledger.")];

@@ -1,17 +1,18 @@
 // Largest loads of all phases, against ratings where there are any.
 import { element } from "../dom";
 import { number } from "../format";
+import type { PeakLoad } from "../summary_types";
 import { ratingUnit } from "./facts";
 import { bar } from "./margins";
-import { list, num, text, words } from "./read";
+import { list, num, text, words, type Partly, type PartlySummary } from "./read";
 import { absent, fold, mark, table, type Cell, type Column } from "./table";
 
 const kShown = 8;
 
-export function loadsSection(s: any): HTMLElement[] {
+export function loadsSection(s: PartlySummary): HTMLElement[] {
   const all = list(s.loads);
   if (all.length === 0) return [absent("The summary holds no loads.")];
-  const rated = all.filter((one) => num(one.margin) !== null).sort((a, b) => a.margin - b.margin);
+  const rated = all.filter((one) => num(one.margin) !== null).sort((a, b) => (num(a.margin) ?? 0) - (num(b.margin) ?? 0));
   const result: HTMLElement[] = [];
   if (rated.length === 0) result.push(element("p", {}, "Nothing is rated: these are loads without margins."));
   else result.push(table("Least margins", kRated, rated.slice(0, kShown).map(ratedCells)));
@@ -50,12 +51,13 @@ const kRated: Column[] = [
   { head: "Margin", unit: "%", numeric: true },
 ];
 
-function cells(one: any): Cell[] {
+function cells(one: Partly<PeakLoad>): Cell[] {
   return [text(one.of), words(one.quantity), assumed(one), ratingUnit(one.quantity), number(num(one.time))];
 }
 
-function ratedCells(one: any): Cell[] {
-  const margin = number(100 * one.margin, 3);
+function ratedCells(one: Partly<PeakLoad>): Cell[] {
+  const margin = num(one.margin) ?? 0; // only what has one is shown here
+  const percent = number(100 * margin, 3);
   return [
     text(one.of),
     words(one.quantity),
@@ -64,11 +66,11 @@ function ratedCells(one: any): Cell[] {
     assumed(one),
     number(num(one.rating)),
     ratingUnit(one.quantity),
-    bar(1 - one.margin),
-    one.margin < 0 ? mark("bad", `${margin}, exceeded`) : margin,
+    bar(1 - margin),
+    margin < 0 ? mark("bad", `${percent}, exceeded`) : percent,
   ];
 }
 
-function assumed(one: any): string {
+function assumed(one: Partly<PeakLoad>): string {
   return number(num(one.peak)) + (one.assumed_duration ? " *" : "");
 }

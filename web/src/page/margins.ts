@@ -1,18 +1,19 @@
 // Loads against ratings, worst first, as bars.
 import { element } from "../dom";
 import { number } from "../format";
+import type { ImpactMargin, ImpactReport } from "../summary_types";
 import { ratingUnit } from "./facts";
-import { list, num, text, words } from "./read";
+import { list, num, text, words, type Partly } from "./read";
 import { absent, fold, mark, table, type Cell, type Column } from "./table";
 
 const kShown = 6;
 
-export function marginsPart(impact: any): HTMLElement[] {
+export function marginsPart(impact: Partly<ImpactReport>): HTMLElement[] {
   const margins = list(impact.margins).filter((one) => num(one.margin) !== null);
   const result: HTMLElement[] = [element("h3", {}, "Margins to ratings")];
   if (margins.length === 0)
     return [...result, absent("The robot file gives no ratings, so there are no margins."), ...speedLimits(impact)];
-  const sorted = [...margins].sort((a, b) => a.margin - b.margin);
+  const sorted = [...margins].sort((a, b) => (num(a.margin) ?? 0) - (num(b.margin) ?? 0));
   result.push(table("Largest loads against their ratings", kColumns, sorted.slice(0, kShown).map(cells)));
   if (sorted.length > kShown)
     result.push(
@@ -34,15 +35,16 @@ const kColumns: Column[] = [
   { head: "Margin", unit: "%", numeric: true },
 ];
 
-function cells(one: any): Cell[] {
+function cells(one: Partly<ImpactMargin>): Cell[] {
+  const margin = num(one.margin) ?? 0; // only what has one is shown here
   return [
     text(one.of),
     words(one.quantity),
     number(num(one.load)),
     number(num(one.rating)),
     ratingUnit(one.quantity),
-    bar(1 - one.margin),
-    one.margin < 0 ? mark("bad", `${number(100 * one.margin, 3)}, exceeded`) : number(100 * one.margin, 3),
+    bar(1 - margin),
+    margin < 0 ? mark("bad", `${number(100 * margin, 3)}, exceeded`) : number(100 * margin, 3),
   ];
 }
 
@@ -58,7 +60,7 @@ export function bar(used: number): HTMLElement {
   );
 }
 
-function speedLimits(impact: any): HTMLElement[] {
+function speedLimits(impact: Partly<ImpactReport>): HTMLElement[] {
   const rows = list(impact.speed_limits).map((one): Cell[] => [
     text(one.end_effector),
     one.factor === null ? "no load" : number(num(one.factor)),

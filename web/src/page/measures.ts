@@ -1,7 +1,8 @@
 // What the configuration makes of impulses: effective masses, ellipsoids, how far the line of impulse misses the centres of mass.
 import { element } from "../dom";
 import { number } from "../format";
-import { list, num, text } from "./read";
+import type { EndEffectorMeasure, ImpactMeasures, ImpactReport } from "../summary_types";
+import { list, num, text, type Partly } from "./read";
 import { fold, pairs, table, vectorCell, type Cell, type Column } from "./table";
 
 const kColumns: Column[] = [
@@ -20,7 +21,7 @@ const kColumns: Column[] = [
   { head: "Angular impulse ellipsoid", unit: "kg m²" },
 ];
 
-export function measuresPart(impact: any): HTMLElement[] {
+export function measuresPart(impact: Partly<ImpactReport>): HTMLElement[] {
   const measures = impact.measures;
   if (!measures) return [];
   const rows = list(measures.end_effectors).map((one): Cell[] => [
@@ -49,11 +50,11 @@ export function measuresPart(impact: any): HTMLElement[] {
   ];
 }
 
-function withMeters(value: any): string {
+function withMeters(value: unknown): string {
   return num(value) === null ? "" : `${number(num(value))} m`;
 }
 
-function matrices(one: any): HTMLElement[] {
+function matrices(one: Partly<EndEffectorMeasure>): HTMLElement[] {
   const axes = list(one.linear_axes).map((axis, i): Cell[] => [
     `linear ${i + 1}`,
     vectorCell(axis),
@@ -81,14 +82,14 @@ function matrices(one: any): HTMLElement[] {
   ];
 }
 
-function matrix(caption: string, rows: any): HTMLElement {
+function matrix(caption: string, rows: number[][] | undefined): HTMLElement {
   const names = ["ωx", "ωy", "ωz", "vx", "vy", "vz"];
   const heads = ["", "angular x", "angular y", "angular z", "x", "y", "z"].map((head, i) => ({ head, numeric: i > 0 }));
   const cells = list(rows).map((row, i): Cell[] => [names[i], ...list(row).map((value) => number(num(value), 3))]);
   return table(caption, heads, cells);
 }
 
-function subspaces(measures: any): HTMLElement[] {
+function subspaces(measures: Partly<ImpactMeasures>): HTMLElement[] {
   return (
     [
       ["zero_disturbance", "Impulses that leave the base's motion alone"],

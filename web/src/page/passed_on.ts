@@ -1,10 +1,11 @@
 // What the arms pass on at an impact: impulses of joints, on the base, on every body; brakes.
 import { element } from "../dom";
 import { number } from "../format";
-import { list, num, size, text, withUnit } from "./read";
+import type { ImpactReport } from "../summary_types";
+import { list, num, size, text, withUnit, type Partly } from "./read";
 import { changeText, fold, pairs, table, vectorCell, type Cell, type Column } from "./table";
 
-export function jointPart(impact: any): HTMLElement[] {
+export function jointPart(impact: Partly<ImpactReport>): HTMLElement[] {
   const result: HTMLElement[] = [];
   const joints = list(impact.joints);
   const peaks = joints.some((joint) => num(joint.peak_force));
@@ -24,7 +25,7 @@ export function jointPart(impact: any): HTMLElement[] {
   ];
   const names = list(impact.joint_names);
   const rows = joints.map((joint): Cell[] => {
-    const change = list(impact.joint_velocity_change)[names.indexOf(joint.joint)];
+    const change = list(impact.joint_velocity_change)[names.indexOf(text(joint.joint))];
     return [
       text(joint.joint),
       number(size(joint.impulse)),
@@ -89,12 +90,12 @@ export function jointPart(impact: any): HTMLElement[] {
   return result;
 }
 
-export function brake(impact: any): HTMLElement[] {
+export function brake(impact: Partly<ImpactReport>): HTMLElement[] {
   const one = impact.brake;
   if (!one) return [];
   const rows = list(one.joints).map((joint, i): Cell[] => [
-    typeof joint === "string" ? joint : text(joint?.joint),
-    number(num(list(one.impulse)[i] ?? joint?.impulse)),
+    text(joint),
+    number(num(list(one.impulse)[i])),
   ]);
   const grips = list(one.grasps).map((grasp): Cell[] => [
     text(grasp.end_effector),

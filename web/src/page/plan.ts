@@ -1,10 +1,11 @@
 // Where the joints were to go, and how that was found.
 import { element } from "../dom";
 import { number } from "../format";
-import { list, num, text, withUnit, words } from "./read";
+import type { PlanReport } from "../summary_types";
+import { list, num, text, withUnit, words, type Partly, type PartlySummary } from "./read";
 import { absent, fold, mark, pairs, table, type Cell, type Column } from "./table";
 
-export function planSection(s: any): HTMLElement[] {
+export function planSection(s: PartlySummary): HTMLElement[] {
   const plan = s.approach?.plan;
   if (!plan) return [absent("This run has no plan of an approach.")];
   const looked = plan.found !== undefined;
@@ -41,7 +42,7 @@ export function planSection(s: any): HTMLElement[] {
   ];
 }
 
-function finalValues(s: any, plan: any): HTMLElement[] {
+function finalValues(s: PartlySummary, plan: Partly<PlanReport>): HTMLElement[] {
   const columns: Column[] = [
     { head: "Joint" },
     { head: "Planned position", unit: "rad; m", numeric: true },
@@ -50,7 +51,7 @@ function finalValues(s: any, plan: any): HTMLElement[] {
     { head: "reached", unit: "rad/s; m/s", numeric: true },
   ];
   const reached = s.approach?.end?.joints ?? {};
-  const at = (name: string, values: any) => num(list(values)[list(reached.names).indexOf(name)]);
+  const at = (name: string, values: number[] | undefined) => num(list(values)[list(reached.names).indexOf(name)]);
   const rows = list(plan.joints).map((joint, i): Cell[] => [
     text(joint),
     number(num(list(plan.final_position)[i])),
@@ -63,7 +64,7 @@ function finalValues(s: any, plan: any): HTMLElement[] {
     : [];
 }
 
-function misses(plan: any): HTMLElement[] {
+function misses(plan: Partly<PlanReport>): HTMLElement[] {
   const rows = list(plan.miss).map((one): Cell[] => [
     text(one.end_effector),
     number(num(one.distance), 3),
@@ -83,7 +84,7 @@ function misses(plan: any): HTMLElement[] {
   ];
 }
 
-function straightIn(plan: any): HTMLElement[] {
+function straightIn(plan: Partly<PlanReport>): HTMLElement[] {
   const one = plan.straight_in;
   if (!one) return [];
   return [

@@ -1,10 +1,10 @@
 // The thesis's own result for the same capture beside the one that keeps momentum.
 import { element } from "../dom";
 import { number } from "../format";
-import { list, num, size, text, withUnit } from "./read";
+import { list, num, size, text, withUnit, type PartlySummary } from "./read";
 import { absent, fold, pairs, table, vectorCell, type Column } from "./table";
 
-export function publishedSection(s: any): HTMLElement[] {
+export function publishedSection(s: PartlySummary): HTMLElement[] {
   const impact = s.impact;
   if (!impact) return [absent("No impact, so nothing was published about one.")];
   const published = impact.as_published;
@@ -57,7 +57,7 @@ export function publishedSection(s: any): HTMLElement[] {
   ];
 }
 
-function errorText(value: any, relative: any, unit: string): string {
+function errorText(value: unknown, relative: unknown, unit: string): string {
   const part = num(relative) !== null ? ` (${number(100 * num(relative)!, 3)} % of the ledger's scale)` : "";
   return `${withUnit(num(value), unit)}${part}`;
 }

@@ -1,7 +1,8 @@
 // Derivatives of the impulse with respect to what is uncertain, in a table that sorts by any column.
 import { element } from "../dom";
 import { number, unitText } from "../format";
-import { list, num, size, text } from "./read";
+import type { ImpactReport, ImpactSensitivity } from "../summary_types";
+import { list, num, size, text, type Partly } from "./read";
 import { fold, headCell, tableBox, tableRow, type Cell, type Column } from "./table";
 
 interface Row {
@@ -9,7 +10,7 @@ interface Row {
   keys: (string | number)[]; // to sort by
 }
 
-export function sensitivitiesPart(impact: any): HTMLElement[] {
+export function sensitivitiesPart(impact: Partly<ImpactReport>): HTMLElement[] {
   const all = list(impact.sensitivities);
   if (all.length === 0) return [];
   const grasps = list(impact.grasps).map((grasp) => text(grasp.end_effector));
@@ -36,7 +37,7 @@ export function sensitivitiesPart(impact: any): HTMLElement[] {
   ];
 }
 
-function row(one: any, grasps: number): Row {
+function row(one: Partly<ImpactSensitivity>, grasps: number): Row {
   const of = one.end_effector ? text(one.end_effector) : text(one.target, "");
   if (one.undefined)
     return {

@@ -56,7 +56,7 @@ export function tableRow(columns: Column[], row: Cell[]): HTMLTableRowElement {
 }
 
 // "(0.04086, −0.1118, 0)"; components that are rounding beside the largest are "≈0"; all digits on hover.
-export function vectorCell(value: any): Cell {
+export function vectorCell(value: unknown): Cell {
   const v = vector(value);
   if (!v) return null;
   const largest = Math.max(...v.map(Math.abs));
@@ -94,7 +94,7 @@ export function pairs(entries: [string, Cell][]): HTMLElement {
 }
 
 // "0.0002 rad/s (0, 0, −0.0002)"
-export function changeText(value: any, unit: string): Cell {
+export function changeText(value: unknown, unit: string): Cell {
   const length = size(value);
   return length === null ? null : element("span", {}, `${withUnit(length, unit)} `, vectorCell(value));
 }

@@ -2,8 +2,9 @@
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import type { Run } from "../run";
+import type { ClearanceEvent, GripOutcome } from "../summary_types";
 import { keyFacts, ledgerRows, limitUnit, tightest, type Fact, type LedgerRow } from "./facts";
-import { list, num, text, withUnit, words } from "./read";
+import { list, num, text, withUnit, words, type Partly, type PartlySummary } from "./read";
 import { mark } from "./table";
 
 export function verdict(run: Run): HTMLElement[] {
@@ -15,7 +16,7 @@ export function verdict(run: Run): HTMLElement[] {
 }
 
 // The three answers in a word each, for two runs side by side.
-export function shortVerdicts(s: any): { question: string; tone: Tone; word: string; said: string }[] {
+export function shortVerdicts(s: PartlySummary): { question: string; tone: Tone; word: string; said: string }[] {
   return [captureAnswer(s), ledgerAnswer(s), feasibleAnswer(s)].map(({ question, tone, word, said }) => ({
     question,
     tone,
@@ -40,7 +41,7 @@ function card({ question, tone, word, said }: Answer, ...content: (HTMLElement |
 
 // ---- Captured? ----
 
-function captureAnswer(s: any): Answer {
+function captureAnswer(s: PartlySummary): Answer {
   const question = "Capture";
   if (s.status === "failed")
     return { question, tone: "bad", word: "Run failed", said: text(s.failure, "no reason is given") };
@@ -73,23 +74,22 @@ function capturedAnswer(value: unknown): "yes" | "no" | "assumed" {
 }
 
 // What follows the first overlap of bodies.
-function isBeyond(s: any, time: unknown): boolean {
+function isBeyond(s: PartlySummary, time: unknown): boolean {
   const until = num(s.feasibility?.valid_until);
   return until !== null && (num(time) ?? 0) > until;
 }
 
-function captureCard(s: any): HTMLElement {
+function captureCard(s: PartlySummary): HTMLElement {
   const before = s.capture ? captureSentence(s) : "It ended before a capture was judged.";
   return card(captureAnswer(s), s.status === "failed" ? element("p", { class: "small" }, before) : null, gripList(s));
 }
 
-export function captureSentence(s: any): string {
+export function captureSentence(s: PartlySummary): string {
   const grasps = list(s.capture?.grasps);
   const closed = grasps.filter((grasp) => capturedAnswer(grasp.captured) !== "no");
-  const strongest = list(s.impact?.grasps).reduce(
-    (best, one) => ((num(one.impulse_magnitude) ?? -1) > (num(best?.impulse_magnitude) ?? -1) ? one : best),
-    null,
-  );
+  const [strongest] = list(s.impact?.grasps)
+    .filter((one) => num(one.impulse_magnitude) !== null)
+    .sort((a, b) => num(b.impulse_magnitude)! - num(a.impulse_magnitude)!);
   const impulse = strongest
     ? `, impulse up to ${withUnit(num(strongest.impulse_magnitude), "N s")} (${text(strongest.end_effector)})`
     : "";
@@ -97,26 +97,26 @@ export function captureSentence(s: any): string {
 }
 
 // contact.gap: translate_target is no capture of the target where it was.
-function movedTargets(closed: any[]): string {
+function movedTargets(closed: Partly<GripOutcome>[]): string {
   const moved = new Map<string, number>();
   for (const grasp of closed) if ((num(grasp.target_moved) ?? 0) > 0) moved.set(text(grasp.target), num(grasp.target_moved)!);
   const each = [...moved].map(([target, by]) => `${target} by ${withUnit(by, "m", 3)}`);
   return each.length > 0 ? ` by moving ${each.join(" and ")}` : "";
 }
 
-function gapText(closed: any[]): string {
+function gapText(closed: Partly<GripOutcome>[]): string {
   const gaps = closed.map((grasp) => num(grasp.distance)).filter((gap) => gap !== null);
   if (gaps.length === 0) return "";
   return `, ${gaps.length > 1 ? "largest gap" : "gap"} ${withUnit(Math.max(...gaps), "m", 3)}`;
 }
 
-function unjudged(closed: any[]): string {
+function unjudged(closed: Partly<GripOutcome>[]): string {
   const hands = closed.filter((grasp) => grasp.judged === false).map((grasp) => text(grasp.end_effector));
   return hands.length > 0 ? ` No envelope says what ${hands.join(" and ")} can close on: that it holds is assumed.` : "";
 }
 
 // Grips may close one after the other.
-function closingTimes(s: any, closed: any[]): string {
+function closingTimes(s: PartlySummary, closed: Partly<GripOutcome>[]): string {
   if (closed.length === 0) return "";
   const times = closed.map((grasp) => num(grasp.time) ?? num(s.capture?.time)).filter((time) => time !== null);
   if (times.length === 0) return "";
@@ -126,11 +126,11 @@ function closingTimes(s: any, closed: any[]): string {
     : `, the first at ${withUnit(first, "s")}, the last at ${withUnit(last, "s")}`;
 }
 
-function isContact(s: any, grip: any): boolean {
+function isContact(s: PartlySummary, grip: Partly<GripOutcome>): boolean {
   return list(s.impact?.grasps).some((one) => one.end_effector === grip.end_effector && one.model === "contact");
 }
 
-function gripList(s: any): HTMLElement | null {
+function gripList(s: PartlySummary): HTMLElement | null {
   const grasps = list(s.capture?.grasps);
   if (grasps.length === 0) return null;
   const rows = grasps.map((grasp) => {
@@ -149,17 +149,17 @@ function gripList(s: any): HTMLElement | null {
 
 // ---- To be trusted? ----
 
-function checked(s: any): LedgerRow[] {
+function checked(s: PartlySummary): LedgerRow[] {
   return ledgerRows(s).filter((row) => row.kind !== "feasibility" && row.applies);
 }
 
-function ledgerAnswer(s: any): Answer {
+function ledgerAnswer(s: PartlySummary): Answer {
   const question = "Ledger";
   const rows = checked(s);
   if (rows.length === 0)
     return { question, tone: "warn", word: "No ledger", said: "The summary has no checks of conservation." };
   const passed = rows.filter((row) => row.pass).length;
-  const good = s.ledger.pass === true && passed === rows.length;
+  const good = s.ledger?.pass === true && passed === rows.length;
   return {
     question,
     tone: good ? "good" : "bad",
@@ -170,7 +170,7 @@ function ledgerAnswer(s: any): Answer {
   };
 }
 
-function ledgerCard(s: any): HTMLElement {
+function ledgerCard(s: PartlySummary): HTMLElement {
   const rows = checked(s);
   const worst = tightest(rows);
   const failing = rows.filter((row) => !row.pass);
@@ -206,7 +206,7 @@ export interface Trouble {
   size: number; // for order: how bad
 }
 
-function feasibleAnswer(s: any): Answer {
+function feasibleAnswer(s: PartlySummary): Answer {
   const question = "Feasibility";
   const rows = ledgerRows(s).filter((row) => row.kind === "feasibility");
   if (rows.length === 0)
@@ -225,20 +225,20 @@ function feasibleAnswer(s: any): Answer {
 }
 
 // Summaries of grapnel-summary/1 have true and false, and say true where nobody looked.
-function feasibleWord(s: any): string {
-  const answer = s.feasibility?.verdict ?? s.ledger.feasible;
+function feasibleWord(s: PartlySummary): string {
+  const answer: unknown = s.feasibility?.verdict ?? s.ledger?.feasible;
   if (answer === false) return "no";
   if (answer !== true) return text(answer, "not checked");
   return ledgerRows(s).some((row) => row.kind === "feasibility" && row.applies) ? "yes" : "not checked";
 }
 
 // As on the terminal, without the word that stands beside it.
-function sentence(s: any): string | null {
+function sentence(s: PartlySummary): string | null {
   const all = text(s.feasibility?.sentence, "").replace(/^feasible: (yes|NO|not checked)[,;:]? */, "");
   return all ? `${all.charAt(0).toUpperCase()}${all.slice(1)}.` : null;
 }
 
-function notChecked(s: any, rows: LedgerRow[]): string {
+function notChecked(s: PartlySummary, rows: LedgerRow[]): string {
   const said = sentence(s);
   if (said && list(s.feasibility?.not_checked).length > 0) return said;
   if (s.status === "failed") return "The run ended before clearance and joint limits could be checked.";
@@ -261,7 +261,7 @@ function feasibleCard(run: Run): HTMLElement {
 }
 
 // The worst of each phase, in the order of phases; null: the summary is of an earlier version.
-function worstOfPhases(s: any): string[] | null {
+function worstOfPhases(s: PartlySummary): string[] | null {
   if (!s.feasibility) return null;
   return list(s.feasibility.by_phase).map(
     (one) => `Worst in ${words(one.phase)}: ${text(one.what)}, at ${withUnit(num(one.time), "s")}`,
@@ -274,8 +274,8 @@ function shortened(troubles: Trouble[]): string[] {
 }
 
 // One line per pair of bodies, the deepest first.
-function clearanceTroubles(s: any): Trouble[] {
-  const byPair = new Map<string, any>();
+function clearanceTroubles(s: PartlySummary): Trouble[] {
+  const byPair = new Map<string, Partly<ClearanceEvent>>();
   for (const event of list(s.clearance?.events)) {
     const pair = list(event.bodies).join(" – ");
     const known = byPair.get(pair);

@@ -1,6 +1,7 @@
 // Plots of end-effectors and their grips: motion against the grasp points', distances, loads, closure of loops.
 import type { Vec3 } from "../data";
 import { label } from "../format";
+import { checkOf } from "../page/facts";
 import { roleStyles } from "../roles";
 import type { PhaseSpan, Run } from "../run";
 import {
@@ -259,7 +260,7 @@ export function loopPlots(context: Context): PlotSpec[] {
 
 // The ledger's bound, to see how far below it everything stays.
 function boundLine(context: Context, row: string, unit: string): Line[] {
-  const bound = context.run.summary?.ledger?.[row]?.bound;
+  const bound = checkOf(context.run.summary, row)?.bound;
   if (typeof bound !== "number" || !(bound > 0)) return [];
   const options = { label: "bound", color: "ink", dash: [2, 3], width: 1 };
   return [

@@ -1,6 +1,7 @@
 // The six plots that a report shows first, with the limits that count: distance and relative speed at the grasp points, grip
 // force, base rate, clearance, energy, worst margin to a rating.
 import { label } from "../format";
+import { allImpacts } from "../page/facts";
 import type { Run } from "../run";
 import { derivedLine, isZero, type Context } from "./lines";
 import { magnitudes } from "./kinematics";
@@ -74,9 +75,8 @@ interface Rated {
 // Of all phases, or of the impacts in results of earlier versions.
 export function ratingsOf(run: Run): Rated[] {
   const s = run.summary ?? {};
-  const impacts = [s.impact, ...records(s.later_impacts)].filter(Boolean);
   const found = new Map<string, Rated>();
-  for (const one of [...records(s.loads), ...impacts.flatMap((impact) => records(impact.margins))]) {
+  for (const one of [...records(s.loads), ...allImpacts(s).flatMap((impact) => records(impact.margins))]) {
     if (typeof one.rating !== "number" || !(one.rating > 0)) continue;
     const rated = { of: String(one.of), quantity: String(one.quantity), rating: one.rating };
     found.set(`${rated.of}\n${rated.quantity}`, rated);
@@ -171,6 +171,6 @@ function phaseMargin(context: Context): Line[] {
   ];
 }
 
-function records(value: unknown): any[] {
+function records<T>(value: readonly T[] | null | undefined): T[] {
   return Array.isArray(value) ? value.filter((one) => one !== null && typeof one === "object") : [];
 }

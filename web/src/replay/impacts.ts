@@ -1,4 +1,5 @@
 // The impacts of a run, from its summary: what is marked on the track and drawn as arrows.
+import type { Vec3 } from "../data";
 import type { Run } from "../run";
 
 export interface ImpactGrasp {
@@ -17,22 +18,24 @@ export interface Impact {
 export function impactsOf(run: Run): Impact[] {
   const summary = run.summary ?? {};
   const all = [summary.impact, ...(Array.isArray(summary.later_impacts) ? summary.later_impacts : [])];
-  return all
-    .filter((one) => one && Number.isFinite(one.time))
-    .map((one) => ({
-      time: one.time,
-      duration: one.law === "compliant" && Number.isFinite(one.duration) ? one.duration : 0,
-      grasps: (Array.isArray(one.grasps) ? one.grasps : [])
-        .filter((g: any) => isVector(g?.contact_point) && isVector(g?.impulse))
-        .map((g: any) => ({
-          endEffector: String(g.end_effector),
-          target: String(g.target),
-          point: g.contact_point,
-          impulse: g.impulse,
-        })),
-    }));
+  return all.flatMap((one) => {
+    const time = one?.time;
+    if (!one || !isNumber(time)) return [];
+    return {
+      time,
+      duration: one.law === "compliant" && isNumber(one.duration) ? one.duration : 0,
+      grasps: (Array.isArray(one.grasps) ? one.grasps : []).flatMap((g) =>
+        isVector(g?.contact_point) && isVector(g.impulse)
+          ? { endEffector: String(g.end_effector), target: String(g.target), point: g.contact_point, impulse: g.impulse }
+          : [],
+      ),
+    };
+  });
 }
 
-function isVector(value: unknown): boolean {
+function isNumber(value: unknown): value is number {
+  return Number.isFinite(value);
+}
+function isVector(value: unknown): value is Vec3 {
   return Array.isArray(value) && value.length === 3 && value.every((x) => Number.isFinite(x));
 }

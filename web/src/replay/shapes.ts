@@ -13,7 +13,7 @@ import {
   SphereGeometry,
   Vector3,
 } from "three";
-import type { Geometry, Quat, Scene } from "../data";
+import type { Quat, Scene, SceneShape } from "../data";
 import type { Paints } from "./palette";
 import { cellLines, connectedParts, type Plate, plateOf, plateOfBox } from "./panels";
 
@@ -51,7 +51,7 @@ export function solid(geometry: BufferGeometry, look: Look, paints: Paints, outl
 }
 
 // Cylinders and capsules of scene.json lie along z, those of three along y.
-export function geometrySolid(geometry: Geometry, scene: Scene, look: Look, paints: Paints): Group | undefined {
+export function geometrySolid(geometry: SceneShape, scene: Scene, look: Look, paints: Paints): Group | undefined {
   const [a, b, c] = geometry.size;
   const group = new Group();
   let made: Group | undefined;

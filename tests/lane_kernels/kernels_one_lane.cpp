@@ -1,5 +1,4 @@
-#include "grapnel/lanes/kernel_tables.hpp"
-#include "grapnel/lanes/make_kernel_table.hpp"
+#include "lane_kernels/make_kernel_table.hpp"
 
 namespace grapnel::lanes {
 

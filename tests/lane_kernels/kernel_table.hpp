@@ -1,15 +1,15 @@
 #pragma once
 
 /// @file
-/// The recursive kernels in lanes behind function pointers: plain arrays in and out, no containers, so that portable
-/// code and the instruction sets' translation units share no function. Thread safety: a model serves one thread at a
-/// time.
+/// The recursive kernels in lanes one by one, for tests and benchmarks: behind function pointers, plain arrays in and
+/// out, no containers, so that portable code and the instruction sets' translation units share no function.
 ///
 /// Arrays are structures of arrays: entry i of lane l is at [i * width + l], the first one aligned to kLaneAlignment.
 
 #include <cstddef>
 #include <cstdint>
 
+#include "grapnel/lanes/dispatch.hpp"
 #include "grapnel/model/tree.hpp"
 
 namespace grapnel::lanes {
@@ -58,5 +58,14 @@ struct KernelTable {
   /// `count` entries each.
   void (*sine_cosine)(const double* angle, double* sine, double* cosine, int count);
 };
+
+// Reading one is possible anywhere, calling its functions only where is_supported() says so.
+extern const KernelTable kernels_one_lane;
+extern const KernelTable kernels_sse2;
+extern const KernelTable kernels_avx2;
+extern const KernelTable kernels_avx512;
+
+/// The kernels of a supported set.
+const KernelTable& kernels(InstructionSet set);
 
 }  // namespace grapnel::lanes

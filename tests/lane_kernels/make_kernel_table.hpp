@@ -5,8 +5,8 @@
 
 #include <new>
 
-#include "grapnel/lanes/kernel_table.hpp"
 #include "grapnel/lanes/lane_kernels.hpp"
+#include "lane_kernels/kernel_table.hpp"
 
 namespace grapnel::lanes {
 

@@ -1,0 +1,185 @@
+// The fields of bodies and joints in motion, of plans, and of grips that close or miss.
+#include "grapnel/result/result_fields.hpp"
+
+namespace grapnel {
+
+template <>
+const Type& type_of<BodyMotion>() {
+  static constexpr Field fields[] = {
+      field<&BodyMotion::name>("name", "of the body"),
+      field<&BodyMotion::position>("position", "m", "of the origin of the body's frame, in W"),
+      field<&BodyMotion::quaternion_wxyz>("quaternion_wxyz", "1", "turns the body's axes into W's"),
+      field<&BodyMotion::angular_velocity>("angular_velocity", "rad/s", "in W"),
+      field<&BodyMotion::velocity>("velocity", "m/s", "of the origin of the body's frame, in W"),
+  };
+  static constexpr Type type =
+      structure<BodyMotion>("BodyMotion", "motion of a free body's frame at one instant.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<JointMotion>() {
+  static constexpr Field fields[] = {
+      field<&JointMotion::names>("names", "of the joints"),
+      field<&JointMotion::position>("position", "rad or m", "in the order of `names`; m of prismatic joints"),
+      field<&JointMotion::velocity>("velocity", "rad/s or m/s", "likewise"),
+  };
+  static constexpr Type type = structure<JointMotion>("JointMotion", "the robot's joints at one instant.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<EndEffectorMotion>() {
+  using E = EndEffectorMotion;
+  constexpr auto grips = [](const E& e) { return !e.target.empty(); };
+  static constexpr Field fields[] = {
+      field<&E::name>("name", "of the end-effector"),
+      field<&E::position>("position", "m", "of the origin of the end-effector's frame, in W"),
+      field<&E::velocity>("velocity", "m/s", "of that origin, in W"),
+      field<&E::angular_velocity>("angular_velocity", "rad/s", "in W"),
+      field<&E::target>("target", "what it is to grip; this and what follows are absent if it grips nothing")
+          .when<grips>(),
+      field<&E::grasp_point>("grasp_point", "on the target").when<grips>(),
+      field<&E::miss_distance>("miss_distance", "m", "from the end-effector's origin to the grasp point").when<grips>(),
+      field<&E::relative_velocity>("relative_velocity", "m/s", "end-effector minus grasp point, in W").when<grips>(),
+      field<&E::relative_angular_velocity>("relative_angular_velocity", "rad/s", "end-effector minus target, in W")
+          .when<grips>(),
+  };
+  static constexpr Type type =
+      structure<E>("EndEffectorMotion", "an end-effector, and how it stands to the grasp point it is to meet.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<PhaseEnd>() {
+  static constexpr Field fields[] = {
+      field<&PhaseEnd::time>("time", "s", "of this state"),
+      field<&PhaseEnd::base>("base", "of the robot"),
+      field<&PhaseEnd::joints>("joints", "of the robot"),
+      field<&PhaseEnd::end_effectors>("end_effectors", "of the robot"),
+      field<&PhaseEnd::targets>("targets", "the free bodies that may be gripped"),
+  };
+  static constexpr Type type =
+      structure<PhaseEnd>("PhaseEnd", "the system's state where a phase begins or ends.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<PlannedMiss>() {
+  static constexpr Field fields[] = {
+      field<&PlannedMiss::end_effector>("end_effector", "whose miss it is"),
+      field<&PlannedMiss::distance>("distance", "m", "from its goal; null: unknown").or_null(),
+      field<&PlannedMiss::angle>("angle", "rad", "from what the grasp's orientation asks for; null: unknown").or_null(),
+  };
+  static constexpr Type type = structure<PlannedMiss>(
+      "PlannedMiss",
+      "how far an end-effector stays from its goal when the plan is followed exactly; where nothing was found, in the "
+      "closest attempt.",
+      fields);
+  return type;
+}
+
+template <>
+const Type& type_of<StraightInReport>() {
+  using S = StraightInReport;
+  static constexpr Field fields[] = {
+      field<&S::begin>("begin", "s", "of the piece straight in"),
+      field<&S::stand_off>("stand_off", "m", "distance from the grasp point at which it begins"),
+      field<&S::final_speed>("final_speed", "m/s", "at which it meets the grasp point"),
+      field<&S::smallest_singular_value>("smallest_singular_value", "m/rad",
+                                         "of the generalized Jacobian's rows in use, over the piece")
+          .or_null(),
+      field<&S::damped>("damped", "whether it came so near a singularity that rates were damped"),
+      derived<[](const S& s) {
+        return std::array{s.damped_begin, s.damped_end};
+      }>("damped_interval", "s", "when rates were damped"),
+      field<&S::unmet>("unmet", "m/s or rad/s",
+                       "largest component of the demanded motion that was missed, where it was damped or impossible"),
+      field<&S::unmet_time>("unmet_time", "s", "when that was"),
+      field<&S::fit_error>("fit_error", "rad or m", "of the series that keep the joint motion"),
+  };
+  static constexpr Type type =
+      structure<S>("StraightInReport", "the last piece of an approach, on a straight line to the grasp point.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<PlanReport>() {
+  using P = PlanReport;
+  constexpr auto searched = [](const P& p) { return p.searched; };
+  static constexpr Field fields[] = {
+      field<&P::joints>("joints", "names"),
+      field<&P::final_position>("final_position", "rad or m",
+                                "the reference at the capture; of the closest attempt if planning failed"),
+      field<&P::final_rates>("final_rates", "rad/s or m/s", "likewise"),
+      field<&P::unmet_rate>("unmet_rate", "m/s or rad/s",
+                            "largest component of the demanded final motion that no joint rates give"),
+      field<&P::rhs_evaluations>("rhs_evaluations", "1", "of the base's motion, while planning"),
+      field<&P::found>("found",
+                       "whether there is a solution; this and what follows down to `smallest_singular_value` "
+                       "only where final values were looked for")
+          .when<searched>(),
+      field<&P::measure>("measure", "what was made least").when<searched>(),
+      field<&P::measure_value>("measure_value", "1", "how small that became").when<searched>().or_null(),
+      field<&P::miss>("miss", "per end-effector").when<searched>(),
+      field<&P::starts>("starts", "1", "beginnings tried").when<searched>(),
+      field<&P::solutions>("solutions", "1", "how many of them led to a solution").when<searched>(),
+      field<&P::iterations>("iterations", "1", "Newton steps over all of them").when<searched>(),
+      field<&P::smallest_singular_value>("smallest_singular_value", "m/rad",
+                                         "of the goals' error against final joint values; small: near a singularity")
+          .when<searched>()
+          .or_null(),
+      field<&P::straight_in>("straight_in", "the last piece, where the scenario asks for one"),
+  };
+  static constexpr Type type =
+      structure<P>("PlanReport", "where the joints were to go, and how that was found.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<Captured>() {
+  static constexpr Choice choices[] = {
+      choice(Captured::yes, "yes", "closed, within an envelope that has a position."),
+      choice(Captured::assumed, "assumed", "closed, but nothing says how far the hand may be: nobody judged it."),
+      choice(Captured::no, "no")};
+  static constexpr Type type = enumeration<Captured>("Captured", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<GripOutcome>() {
+  using G = GripOutcome;
+  static constexpr Field fields[] = {
+      field<&G::end_effector>("end_effector", "that is to grip"),
+      field<&G::target>("target", "that is to be gripped"),
+      field<&G::grasp_point>("grasp_point", "on the target"),
+      derived<[](const G& g) { return g.verdict(); }>("captured", "", "whether this grip closed."),
+      field<&G::judged>("judged", "whether an envelope with a position judged it"),
+      field<&G::reason>("reason",
+                        "in words: which tolerance of the envelope was kept or missed. A contact is never captured: "
+                        "how fast it parted, or that it was still compressed, by how much and with what energy, when "
+                        "`impact.longest` ended it"),
+      field<&G::limiting>("limiting",
+                          "the key of the envelope (`position`, `angle`, `velocity`, `angular_velocity`) that was "
+                          "missed by the largest factor; empty if none was"),
+      field<&G::distance>("distance", "m", "distance from the grasp point when it was to close").or_null(),
+      field<&G::angle>("angle", "rad", "angle from what the grasp's orientation asks for, at that instant").or_null(),
+      field<&G::velocity>("velocity", "m/s", "relative to the grasp point, at that instant").or_null(),
+      field<&G::angular_velocity>("angular_velocity", "rad/s", "relative to the target, at that instant").or_null(),
+      field<&G::time>("time", "s",
+                      "when this grip closed, or was to close. The deviations above are those of this instant; of a "
+                      "grip that never came so far those of the run's end, null after a failure")
+          .or_null(),
+      field<&G::target_moved>("target_moved", "m",
+                              "by which `contact.gap: translate_target` moved its target so that it closes"),
+      field<&G::released>("released", "s", "when it let go; absent if it did not"),
+  };
+  static constexpr Type type = structure<G>(
+      "GripOutcome",
+      "whether one grip closes at the instant of capture: what success means. The angle is 0 if the grasp leaves it "
+      "free (that between the frames is `gap_angle` of `GraspImpulse`).",
+      fields);
+  return type;
+}
+
+}  // namespace grapnel

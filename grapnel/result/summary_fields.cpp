@@ -1,0 +1,581 @@
+// The fields of summary.json that are no motion and no impact: loads, clearance, limits, feasibility, the ledger,
+// costs; and the document that all of them make.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "grapnel/result/load_table.hpp"
+#include "grapnel/result/result_fields.hpp"
+#include "grapnel/result/verdicts.hpp"
+
+namespace grapnel {
+
+// ---- Loads ----
+
+template <>
+const Type& type_of<LoopReport>() {
+  using L = LoopReport;
+  static constexpr Field fields[] = {
+      field<&L::phase>("phase", "with closed loops"),
+      field<&L::closures>("closures", "`end-effector - target`: the grips that close loops of the tree"),
+      field<&L::rows>("rows", "1", "of all closures"),
+      field<&L::rank>("rank", "1",
+                      "as the phase began; smaller than `rows`: some say the same, and internal loads are not all "
+                      "determined"),
+      field<&L::unprojected_position>("unprojected_position", "m",
+                                      "largest defect that one step left before projection"),
+      field<&L::unprojected_angle>("unprojected_angle", "rad", "likewise"),
+      field<&L::unprojected_velocity>("unprojected_velocity", "m/s", "the same of its rate"),
+      field<&L::unprojected_angular_velocity>("unprojected_angular_velocity", "rad/s", "likewise"),
+      field<&L::correction_total>("correction_total", "1",
+                                  "sum of all corrections, in the norm that judges steps, times the tolerance"),
+      field<&L::integration_error>("integration_error", "1",
+                                   "sum of the steps' error estimates in the same measure: larger, or projection would "
+                                   "hide faults"),
+  };
+  static constexpr Type type = structure<L>(
+      "LoopReport",
+      "how loops were kept closed in one phase, also of the approach where a grip closed before its end. What remains "
+      "after projection is in the ledger (`loop_closure_...`).",
+      fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GripLoad>() {
+  using G = GripLoad;
+  static constexpr Field fields[] = {
+      field<&G::phase>("phase", "in which the grip held"),
+      field<&G::end_effector>("end_effector", "of the grip"),
+      field<&G::target>("target", "of the grip"),
+      field<&G::largest_force>("largest_force", "N", "on the robot, at the grip"),
+      field<&G::force_time>("force_time", "s", "when that was"),
+      field<&G::largest_moment>("largest_moment", "N m", "about the grip"),
+      field<&G::moment_time>("moment_time", "s", "when that was"),
+      field<&G::determined>(
+          "determined",
+          "six, per component, angular x, y, z then linear x, y, z, in W, as the phase began; where a "
+          "self-stress leaves components open, the least in the metric of the impact is given"),
+  };
+  static constexpr Type type = structure<G>(
+      "GripLoad",
+      "the load on one grip while it holds, in one phase. Its course is in the time series `grasps/END_EFFECTOR/force` "
+      "and `moment`.",
+      fields);
+  return type;
+}
+
+template <>
+const Type& type_of<PeakLoad>() {
+  using L = PeakLoad;
+  static constexpr Field fields[] = {
+      field<&L::of>("of", "joint, end-effector, or `base control`"),
+      field<&L::quantity>(
+          "quantity",
+          "in motion: `force` and `moment`, the magnitudes of what a joint passes on at its origin, or a grip at the "
+          "grip; `driving`, the effort of a joint's drive or brake along its axis; of base control `driving/x`, "
+          "`driving/y`, `driving/z`, the torque about the base's axes. In impacts: `impulse`, `angular_impulse`, "
+          "`driving_impulse`, and `force`, `moment`, `driving`: the peaks of an impact in time, else means over "
+          "`impact.duration`"),
+      field<&L::phase>("phase", "impacts are phases too: `contact`, `contact_2`, and brakes: `brake`"),
+      field<&L::peak>("peak", "N, N m, N s or N m s", "largest magnitude"),
+      field<&L::time>("time", "s", "when that is"),
+      derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.rating) : std::nullopt; }>(
+          "rating", "as `peak`",
+          "of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`, of "
+          "base control its `limit`")
+          .or_null(),
+      derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.margin()) : std::nullopt; }>(
+          "margin", "1", "1 - peak over rating; negative: exceeded; 0: a drive ran at its limit; null: no rating")
+          .or_null(),
+      field<&L::assumed_duration>("assumed_duration",
+                                  "a mean over `impact.duration`, which is an assumption; the peak may be larger"),
+  };
+  static constexpr Type type = structure<L>("PeakLoad", "the largest of one load in one phase.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<ReleaseReport>() {
+  using R = ReleaseReport;
+  static constexpr Field fields[] = {
+      field<&R::time>("time", "s", "when they let go"),
+      field<&R::end_effectors>("end_effectors", "that let go"),
+      field<&R::targets>("targets", "that each of them held"),
+  };
+  static constexpr Type type = structure<R>("ReleaseReport", "grips that let go together.", fields);
+  return type;
+}
+
+// ---- Clearance and limits ----
+
+namespace {
+
+using Bodies = std::array<std::string, 2>;
+
+struct Clearances {
+  const CaptureResult* result = nullptr;
+};
+struct Limits {
+  const CaptureResult* result = nullptr;
+};
+
+}  // namespace
+
+template <>
+const Type& type_of<LeastClearance>() {
+  using C = LeastClearance;
+  static constexpr Field fields[] = {
+      field<&C::phase>("phase", "in which bodies with shapes were watched"),
+      field<&C::distance>("distance", "m", "negative: a depth of overlap; null: no pair was watched").or_null(),
+      derived<[](const C& c) {
+        return Bodies{c.body_a, c.body_b};
+      }>("bodies", "", "that come nearest"),
+      derived<[](const C& c) {
+        return std::array{c.point_a, c.point_b};
+      }>("points", "m", "of them that are nearest, in W"),
+      field<&C::time>("time", "s", "when that is"),
+  };
+  static constexpr Type type =
+      structure<C>("LeastClearance", "the least distance of any two bodies that are watched, in one phase.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<ClearanceEvent>() {
+  using E = ClearanceEvent;
+  static constexpr Field fields[] = {
+      field<&E::phase>("phase", "of this time"),
+      derived<[](const E& e) {
+        return Bodies{e.least.body_a, e.least.body_b};
+      }>("bodies", "", "that were too near"),
+      field<&E::begin_time>("begin", "s", "of this time; if it was under way when its phase began, that instant"),
+      field<&E::end_time>("end", "s", "likewise"),
+      field<&E::required>("required", "m", "the distance that was asked for"),
+      derived<[](const E& e) { return e.least.distance; }>("least_distance", "m", "negative: a depth of overlap"),
+      derived<[](const E& e) { return e.least.time; }>("least_time", "s", "when that was"),
+      field<&E::overlap_begin>("overlap_begin", "s",
+                               "when the two begin to overlap, which may be later than `begin`; absent: they do not"),
+  };
+  static constexpr Type type =
+      structure<E>("ClearanceEvent", "a time during which two bodies were nearer to each other than required.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<Clearances>() {
+  using C = Clearances;
+  static constexpr Field fields[] = {
+      derived<[](const C& c) {
+        std::vector<Bodies> pairs;
+        for (const auto& [a, b] : c.result->clearance_unwatched) pairs.push_back({a, b});
+        return pairs;
+      }>("unwatched", "",
+         "pairs of bodies that were not watched: the link that grips and its target (they are to touch, so that a hand "
+         "that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the "
+         "tree are not watched either"),
+      derived < [](const C& c) -> auto& {return *std::min_element(
+                                   c.result->clearance.begin(), c.result->clearance.end(),
+                                   [](const auto& a, const auto& b) { return a.distance < b.distance; });
+}
+> ("least", "", "of all phases"), derived < [](const C& c) -> auto& { return c.result->clearance; }
+> ("phases", "", "per phase"), derived < [](const C& c) -> auto& { return c.result->clearance_events; }
+> ("events", "", "bodies too near"),
+};  // namespace grapnel
+static constexpr Type type = structure<C>("Clearances", "distances between bodies with shapes.", fields);
+return type;
+}
+
+template <>
+const Type& type_of<LimitKind>() {
+  static constexpr Choice choices[] = {
+      choice(LimitKind::position, "position"), choice(LimitKind::rate, "rate"), choice(LimitKind::effort, "effort"),
+      choice(LimitKind::effort_saturated, "effort_saturated", "a motor ran at its limit, no violation.")};
+  static constexpr Type type = enumeration<LimitKind>("LimitKind", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<LimitEvent>() {
+  using E = LimitEvent;
+  static constexpr Field fields[] = {
+      field<&E::kind>("kind", "which limit."),
+      field<&E::joint>("joint", "or `base control x`, `y`, `z`"),
+      field<&E::phase>("phase", "of this time"),
+      field<&E::begin_time>("begin", "s", "of this time"),
+      field<&E::end_time>("end", "s", "likewise"),
+      field<&E::limit>("limit", "as the joint's",
+                       "with its sign: a rate of -0.3 against a limit of 0.2 has the limit -0.2"),
+      field<&E::worst_value>("worst_value", "as the joint's", "rad or m, rad/s or m/s, N m or N"),
+      field<&E::worst_time>("worst_time", "s", "when that was"),
+  };
+  static constexpr Type type = structure<E>("LimitEvent",
+                                            "a time during which a joint was beyond one of its limits, or a motor at "
+                                            "it. Efforts are looked at in every step of "
+                                            "the integrator, as loads are.",
+                                            fields);
+  return type;
+}
+
+template <>
+const Type& type_of<Limits>() {
+  static constexpr Field fields[] = {derived < [](const Limits& l) -> auto& {return l.result->limit_events;
+}
+> ("events", "", "in the order of time")
+}
+;
+static constexpr Type type = structure<Limits>("Limits", "limits of joints, drives and base control.", fields);
+return type;
+}
+
+// ---- Feasibility ----
+
+namespace {
+
+struct Feasibility {
+  Verdict verdict = Verdict::not_checked;
+  std::string sentence;
+  std::optional<Violation> first;
+  std::optional<GradedViolation> worst;
+  std::vector<GradedViolation> by_phase;
+  std::vector<std::string> not_checked;
+  std::optional<double> valid_until;
+};
+
+Feasibility feasibility_of(const CaptureResult& result) {
+  Feasibility f;
+  f.verdict = result.ledger.feasibility();
+  f.sentence = feasibility_sentence(result);
+  f.first = result.first_violation;
+  f.by_phase = worst_by_phase(violations_of(result));
+  if (!f.by_phase.empty()) f.worst = *std::min_element(f.by_phase.begin(), f.by_phase.end(), is_worse);
+  f.not_checked = not_checked_texts(result.ledger);
+  f.valid_until = result.valid_until;
+  return f;
+}
+
+}  // namespace
+
+template <>
+const Type& type_of<Verdict>() {
+  static constexpr Choice choices[] = {choice(Verdict::yes, name_of(Verdict::yes)),
+                                       choice(Verdict::no, name_of(Verdict::no)),
+                                       choice(Verdict::not_checked, name_of(Verdict::not_checked))};
+  static constexpr Type type = enumeration<Verdict>("Verdict", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<Violation>() {
+  static constexpr Field fields[] = {
+      field<&Violation::kind>("kind",
+                              "`overlap`; `clearance`: nearer than required; `position`, `rate`, `effort` of a joint"),
+      field<&Violation::what>("what", "in words: which bodies, which joint"),
+      field<&Violation::phase>("phase", "in which it begins"),
+      field<&Violation::time>("time", "s", "when it begins"),
+  };
+  static constexpr Type type =
+      structure<Violation>("Violation", "something that a real robot could not have done.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GradedViolation>() {
+  using V = GradedViolation;
+  static constexpr Field fields[] = {
+      field<&V::kind>("kind", "as in `Violation`"),
+      field<&V::worst>("what", "in words, with how far it went"),
+      field<&V::phase>("phase", "in which it is"),
+      field<&V::worst_time>("time", "s", "of the worst instant"),
+      field<&V::value>("value", "m, or as the joint's", "depth of the overlap, the distance, the joint's value"),
+  };
+  static constexpr Type type = structure<V>("GradedViolation",
+                                            "a violation at its worst. Overlaps count more than distances, these more "
+                                            "than limits; then depth, lacking distance, "
+                                            "relative excess.",
+                                            fields);
+  return type;
+}
+
+template <>
+const Type& type_of<Feasibility>() {
+  using F = Feasibility;
+  static constexpr Field fields[] = {
+      field<&F::verdict>(
+          "verdict",
+          "`not checked`: clearance is switched off, bodies lack shapes, nothing moves, or the run failed "
+          "before its end, and what was looked at was kept. A violation that was found is a `no` whatever "
+          "else was not looked at. Joints without limits have nothing to check"),
+      field<&F::sentence>("sentence", "as on the terminal"),
+      field<&F::first>("first", "the first violation in time; absent if there is none"),
+      field<&F::worst>("worst", "the worst of all; absent if there is none"),
+      field<&F::by_phase>("by_phase", "the worst of each phase; absent if there is none")
+          .when<[](const F& f) { return !f.by_phase.empty(); }>(),
+      field<&F::not_checked>("not_checked", "what nobody looked at, and why"),
+      field<&F::valid_until>("valid_until", "s",
+                             "when bodies begin to overlap: from then on the motion is beyond what the model can say. "
+                             "Absent: they do not, as far as that was checked"),
+  };
+  static constexpr Type type = structure<F>(
+      "Feasibility", "whether a robot could do this. The motion feels none of it: bodies pass through each other.",
+      fields);
+  return type;
+}
+
+// ---- The ledger ----
+
+template <>
+const Type& type_of<LedgerEntry::Kind>() {
+  using Kind = LedgerEntry::Kind;
+  static constexpr Choice choices[] = {
+      choice(Kind::conservation, "conservation", "a failure means that the computation cannot be trusted."),
+      choice(Kind::feasibility, "feasibility", "that the robot could not do this.")};
+  static constexpr Type type = enumeration<Kind>("LedgerKind", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<LedgerEntry>() {
+  using E = LedgerEntry;
+  static constexpr Field fields[] = {
+      field<&E::value>("value", "see `unit`", "the largest deviation found; null: not a number").or_null(),
+      field<&E::bound>("bound", "see `unit`", "what it must not exceed"),
+      derived<[](const E& e) {
+        const bool unseen = !e.not_checked.empty() && e.pass();
+        return unseen ? std::nullopt : std::optional(e.pass());
+      }>("pass", "", "`value` <= `bound`, or nothing to check; null where nobody looked")
+          .or_null(),
+      field<&E::unit>("unit", "`1`: relative to the scale that `note` names"),
+      field<&E::note>("note",
+                      "what is compared, over which phases; of momentum and energy also the group of bodies that is "
+                      "worst, and its scale"),
+      field<&E::applies>("applies", "false: there is nothing to check in this run; `value` is then 0"),
+      field<&E::kind>("kind", "what a failure means."),
+      field<&E::not_checked>("not_checked",
+                             "why nobody looked, or not at all of it, although there is something to look at")
+          .when<[](const E& e) { return !e.not_checked.empty(); }>(),
+      field<&E::advice>("advice", "of a row of conservation that fails: what mends it, or why nothing does")
+          .when<[](const E& e) { return !e.advice.empty(); }>(),
+  };
+  static constexpr Type type =
+      structure<E>("LedgerEntry", "a quantity that is conserved or balanced, or a demand on the robot.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<LedgerScale>() {
+  using S = LedgerScale;
+  static constexpr Field fields[] = {
+      field<&S::linear_momentum>("linear_momentum", "N s", "largest over time of the sum of all |m v|"),
+      field<&S::angular_momentum>("angular_momentum", "N m s",
+                                  "of all (|I w| + |r x m v|), r from the system's centre of mass"),
+      field<&S::energy>("energy", "J", "largest kinetic energy"),
+  };
+  static constexpr Type type = structure<S>("LedgerScale",
+                                            "the sizes of the whole system's momenta and energy. Rows are judged per "
+                                            "group of bodies that touch, relative to the "
+                                            "group's own.",
+                                            fields);
+  return type;
+}
+
+template <>
+const Type& type_of<Ledger>() {
+  static constexpr Field fields[] = {
+      field<&Ledger::entries>("NAME", "each of the checks, under its name").keyed_by<&LedgerEntry::name>(),
+      field<&Ledger::scale>("scale", "of the whole system"),
+      derived<[](const Ledger& l) { return l.pass(); }>("pass", "",
+                                                        "whether all rows of conservation pass. Where they do not, "
+                                                        "this run is no result, although everything computed "
+                                                        "is kept, and `grapnel run` ends with exit code 1"),
+      derived<[](const Ledger& l) { return l.feasibility(); }>("feasible", "", "the verdict of `Feasibility`"),
+  };
+  static constexpr Type type = structure<Ledger>("Ledger", "the proof: every check with its bound.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<PhaseCost>() {
+  using C = PhaseCost;
+  static constexpr Field fields[] = {
+      field<&C::phase>("phase", "that was integrated"),
+      field<&C::rhs_evaluations>("rhs_evaluations", "1", "of the equations of motion"),
+      field<&C::steps>("steps", "1", "that were taken"),
+      field<&C::rejected>("rejected", "1", "steps that were repeated with a smaller size"),
+  };
+  static constexpr Type type = structure<C>("PhaseCost", "what an integration cost.", fields);
+  return type;
+}
+
+// ---- The document ----
+
+namespace {
+
+enum class SummaryFormat { second };
+
+struct ScenarioNamed {
+  const CaptureResult* result = nullptr;
+};
+struct Approach {
+  const CaptureResult* result = nullptr;
+};
+struct Capture {
+  const CaptureResult* result = nullptr;
+};
+struct PostImpact {
+  const CaptureResult* result = nullptr;
+};
+
+bool has_approach(const CaptureResult& r) { return r.approach_start || r.approach_end || r.plan; }
+bool has_post_impact(const CaptureResult& r) { return r.post_impact_end || !r.loops.empty() || !r.grip_loads.empty(); }
+
+}  // namespace
+
+template <>
+const Type& type_of<SummaryFormat>() {
+  static constexpr Choice choices[] = {choice(SummaryFormat::second, "grapnel-summary/2")};
+  static constexpr Type type = enumeration<SummaryFormat>("SummaryFormat", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<CaptureStatus>() {
+  static constexpr Choice choices[] = {choice(CaptureStatus::not_run, "not_run"),
+                                       choice(CaptureStatus::completed, "completed"),
+                                       choice(CaptureStatus::failed, "failed")};
+  static constexpr Type type = enumeration<CaptureStatus>("CaptureStatus", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<ScenarioNamed>() {
+  using S = ScenarioNamed;
+  static constexpr Field fields[] = {derived < [](const S& s) -> auto& {return s.result->scenario_name;
+}
+> ("name", "", "the scenario's name"), derived < [](const S& s) -> auto& { return s.result->scenario_sha256; }
+> ("sha256", "", "of the bytes of the scenario, all files it includes, and overrides"),
+}
+;
+static constexpr Type type = structure<S>("ScenarioNamed", "what was simulated.", fields);
+return type;
+}
+
+template <>
+const Type& type_of<Approach>() {
+  using A = Approach;
+  static constexpr Field fields[] = {derived < [](const A& a) -> auto& {return a.result->approach_start;
+}
+> ("start", "", "at the phase's first instant"), derived < [](const A& a) -> auto& { return a.result->approach_end; }
+> ("end", "", "at its last instant"), derived < [](const A& a) -> auto& { return a.result->plan->final_rates; }
+> ("planned_final_rates", "rad/s or m/s",
+   "joint rates the approach aimed at, in the order of `joints.names`; absent without a plan")
+        .when<[](const A& a) { return a.result->plan.has_value(); }>(),
+    derived < [](const A& a) -> auto& {
+  return a.result->plan;
+}
+> ("plan", "", "of the joints' motion"),
+}
+;
+static constexpr Type type = structure<A>("Approach", "the motion up to the capture.", fields);
+return type;
+}
+
+template <>
+const Type& type_of<Capture>() {
+  using C = Capture;
+  static constexpr Field fields[] = {
+      derived<[](const C& c) { return c.result->capture_verdict(); }>(
+          "captured", "", "of all grips; `assumed`, if that is so of at least one and all closed."),
+      derived<[](const C& c) { return capture_sentence(*c.result); }>(
+          "verdict", "", "the sentence on the terminal, with the gap and by how much targets were moved"),
+      derived<[](const C& c) { return c.result->capture_time; }>("time", "s",
+                                                                 "when those were to close that close together"),
+      derived < [](const C& c) -> auto& {return c.result->grips;
+}
+> ("grasps", "", "per grasp of the scenario"),
+}
+;
+static constexpr Type type = structure<C>("Capture", "whether the grips closed.", fields);
+return type;
+}
+
+template <>
+const Type& type_of<PostImpact>() {
+  using P = PostImpact;
+  static constexpr Field fields[] = {derived < [](const P& p) -> auto& {return p.result->post_impact_end;
+}
+> ("end", "", "at the end of the motion"), derived < [](const P& p) -> auto& { return p.result->loops; }
+> ("loops", "", "absent where no loop was closed").when<[](const P& p) { return !p.result->loops.empty(); }>(),
+    derived < [](const P& p) -> auto& {
+  return p.result->grip_loads;
+}
+> ("grip_loads", "", "per phase and grip; absent where nothing was held")
+        .when<[](const P& p) { return !p.result->grip_loads.empty(); }>(),
+}
+;
+static constexpr Type type = structure<P>("PostImpact", "the motion after the impact.", fields);
+return type;
+}
+
+template <>
+const Type& type_of<Summary>() {
+  using S = Summary;
+  static constexpr Field fields[] = {
+      derived<[](const S&) { return SummaryFormat::second; }>("schema", "", "the format of this file"),
+      field<&S::version>("version", "of Grapnel"),
+      derived<[](const S& s) { return ScenarioNamed{&s.result}; }>("scenario", "", "what was simulated"),
+      derived<[](const S& s) { return s.result.status; }>("status", "", "how the run ended"),
+      derived < [](const S& s) -> auto& {return s.result.failure;
+}
+> ("failure", "", "body, time and condition, if it failed; else empty"), derived < [](const S& s) -> auto& {
+  return s.result.warnings;
+}
+> ("warnings", "", "for who reads the result"),
+    derived<[](const S& s) { return Approach{&s.result}; }>("approach", "", "absent without an approach")
+        .when<[](const S& s) { return has_approach(s.result); }>(),
+    derived<[](const S& s) { return Capture{&s.result}; }>("capture", "",
+                                                           "whether the grips closed; absent without grasps")
+        .when<[](const S& s) { return !s.result.grips.empty(); }>(),
+    derived < [](const S& s) -> auto& {
+  return s.result.impact;
+}
+> ("impact", "", "the first; absent without an impact"), derived < [](const S& s) -> auto& {
+  return s.result.later_impacts;
+}
+> ("later_impacts", "", "of grips that closed later, in the order of time; absent if there are none")
+        .when<[](const S& s) { return !s.result.later_impacts.empty(); }>(),
+    derived < [](const S& s) -> auto& {
+  return s.result.releases;
+}
+> ("releases", "", "grips that let go, in the order of time; absent if there are none")
+        .when<[](const S& s) { return !s.result.releases.empty(); }>(),
+    derived<[](const S& s) { return PostImpact{&s.result}; }>("post_impact", "", "absent without such motion")
+        .when<[](const S& s) { return has_post_impact(s.result); }>(),
+    derived < [](const S& s) -> auto& {
+  return s.result.peak_loads;
+}
+> ("loads", "",
+   "the largest loads of every phase; absent if "
+   "nothing was loaded")
+        .when<[](const S& s) { return !s.result.peak_loads.empty(); }>(),
+    derived < [](const S& s) -> auto& {
+  return *worst_margin(s.result);
+}
+> ("worst_margin", "", "the one of `loads` with the least margin over all phases; absent where nothing is rated")
+        .when<[](const S& s) { return worst_margin(s.result) != nullptr; }>(),
+    derived<[](const S& s) { return Clearances{&s.result}; }>("clearance", "", "absent where no two bodies have shapes")
+        .when<[](const S& s) { return !s.result.clearance.empty(); }>(),
+    derived<[](const S& s) { return Limits{&s.result}; }>("limits", "", "of joints and drives"),
+    derived<[](const S& s) { return feasibility_of(s.result); }>("feasibility", "", "whether a robot could do this"),
+    derived < [](const S& s) -> auto& {
+  return s.result.ledger;
+}
+> ("ledger", "", "whether physics was kept"), derived < [](const S& s) -> auto& { return s.result.cost; }
+> ("cost", "", "per phase"),
+}
+;
+static constexpr Type type = structure<S>("Summary", "what happened in one capture, in SI units and radians.", fields);
+return type;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,149 @@
+// Made by scripts/tables from the descriptions in grapnel/result: change those.
+
+// which bodies there are, how they hang together and what they look like.
+export interface Scene {
+  /** the format of this file */
+  schema: SceneFormat;
+  /** of Grapnel */
+  version: string;
+  /** what was simulated */
+  scenario: SceneScenario;
+  /** true if nothing ever moves but along the plane z = 0: all joints turn about z or slide along the plane; it holds the centre of mass of every body (with what is fixed to it) and is a principal plane of it; end-effectors and grasp points lie in it; initial velocities, momentum, gravity and loads keep to it (all to 1e-9) */
+  planar: boolean;
+  /** base first, then links (parents before children), then targets */
+  bodies: SceneBody[];
+  /** of the robot */
+  end_effectors: SceneEndEffector[];
+  /** of all targets */
+  grasp_points: SceneGraspPoint[];
+  /** of the scenario */
+  grasps: SceneGrasp[];
+  /** that shapes refer to */
+  meshes: SceneMesh[];
+  /** results of earlier versions lack it */
+  limits: SceneLimits;
+}
+
+export type SceneFormat = "grapnel-scene/1";
+
+// what was simulated.
+export interface SceneScenario {
+  /** the scenario's name */
+  name: string;
+  /** as in summary.json */
+  sha256: string;
+}
+
+// a rigid body.
+export interface SceneBody {
+  /** unique among base and links, and among targets; a target may be called like a link */
+  name: string;
+  /** `base`, `link`, `target` */
+  kind: string;
+  /** of links: base or an earlier link; else null */
+  parent: string | null;
+  /** of links; else null */
+  joint: SceneJoint | null;
+  /** its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME`, `targets/NAME` */
+  series: string;
+  /** of the body [kg] */
+  mass: number;
+  /** centre of mass in its frame [m] */
+  com: [number, number, number];
+  /** xx, yy, zz, xy, xz, yz about the centre of mass, its axes [kg m^2] */
+  inertia: [number, number, number, number, number, number];
+  /** its shape, or null */
+  geometry: SceneShape | null;
+}
+
+// how a link hangs on its parent.
+export interface SceneJoint {
+  /** of the joint */
+  name: string;
+  /** `revolute`, `continuous`, `prismatic`, `fixed` */
+  type: string;
+  /** unit, in the joint's frame [1] */
+  axis: [number, number, number];
+  /** of the joint's frame in the parent's at joint value 0 [m] */
+  position: [number, number, number];
+  /** likewise [1] */
+  quaternion_wxyz: [number, number, number, number];
+}
+
+// a shape on a body.
+export interface SceneShape {
+  /** `box`, `cylinder`, `capsule`, `sphere`, `mesh` */
+  shape: string;
+  /** by shape, see below; of a mesh what vertices are multiplied with [m] */
+  size: [number, number, number];
+  /** of the shape's frame in the body's [m] */
+  position: [number, number, number];
+  /** of the shape's frame in the body's [1] */
+  quaternion_wxyz: [number, number, number, number];
+  /** of shape `mesh`: index into `meshes` [1] */
+  mesh?: number;
+}
+
+// an end-effector on a body of the robot.
+export interface SceneEndEffector {
+  /** of the end-effector */
+  name: string;
+  /** of the robot */
+  body: string;
+  /** in that body's frame [m] */
+  position: [number, number, number];
+  /** in that body's frame [1] */
+  quaternion_wxyz: [number, number, number, number];
+}
+
+// where a target may be gripped.
+export interface SceneGraspPoint {
+  /** that it is on */
+  target: string;
+  /** of the grasp point */
+  name: string;
+  /** in the target's frame [m] */
+  position: [number, number, number];
+  /** unit, in the target's frame; null: none is given [1] */
+  approach_direction: [number, number, number] | null;
+}
+
+// what is to meet.
+export interface SceneGrasp {
+  /** that grips */
+  end_effector: string;
+  /** that is gripped */
+  target: string;
+  /** of the target */
+  grasp_point: string;
+  /** `rigid`, `hinge`, `point`, or `contact` for what is only touched */
+  model: string;
+}
+
+// a triangle mesh in its own frame.
+export interface SceneMesh {
+  /** of the file */
+  name: string;
+  /** x, y, z in turn, in the file's unit: the size of a shape makes them metres [1] */
+  vertices: number[];
+  /** three vertex numbers in turn, from 0 [1] */
+  triangles: number[];
+}
+
+// lines in plots.
+export interface SceneLimits {
+  /** of end-effectors with an envelope */
+  grips: SceneGripLimits[];
+  /** the distance that bodies are to keep; null: it is not watched [m] */
+  clearance: number | null;
+}
+
+// what a grip can close on.
+export interface SceneGripLimits {
+  /** that has an envelope */
+  end_effector: string;
+  /** largest distance from the grasp point; null: any [m] */
+  position: number | null;
+  /** largest relative speed; null: any [m/s] */
+  velocity: number | null;
+}
