@@ -8,8 +8,8 @@
 #include "grapnel/result/result_contract.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "output_folder.hpp"
+#include "process.hpp"
 #include "run_problem.hpp"
-#include "stop_signal.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

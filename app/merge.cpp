@@ -4,8 +4,7 @@
 #include <cstring>
 #include <optional>
 
-#include "campaign_begin.hpp"
-#include "campaign_results.hpp"
+#include "campaign_folder.hpp"
 #include "commands.hpp"
 #include "grapnel/campaign/shard_store.hpp"
 #include "grapnel/scenario/read_campaign.hpp"

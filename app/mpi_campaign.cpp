@@ -8,12 +8,11 @@
 #include <set>
 #include <thread>
 
-#include "campaign_begin.hpp"
-#include "campaign_results.hpp"
+#include "campaign_folder.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "output_folder.hpp"
-#include "progress.hpp"
-#include "stop_signal.hpp"
+#include "process.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 namespace {

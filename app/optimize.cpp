@@ -12,8 +12,6 @@
 #include "grapnel/study/quantity.hpp"
 #include "output_folder.hpp"
 #include "process.hpp"
-#include "progress.hpp"
-#include "report_file.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

@@ -1,11 +1,13 @@
 #pragma once
 
 /// @file
-/// Where results go.
+/// Where results go, and the report beside them.
 
 #include <filesystem>
 #include <optional>
 #include <string>
+
+#include "grapnel/report/report_data.hpp"
 
 namespace grapnel::app {
 
@@ -17,5 +19,22 @@ std::optional<std::filesystem::path> results_folder(const std::filesystem::path&
 /// Whether a scenario can be written as `file` without loss: nothing is there, or something that says in its first
 /// line that Grapnel made it. If not, that is said on stderr.
 bool may_replace(const std::filesystem::path& file);
+
+/// Why there are no reports in this program, and what helps; empty if there are.
+std::string why_no_reports();
+
+/// What became of the report beside results.
+struct FolderReport {
+  std::string line;     // for the list of outputs, with its end; empty: nothing to say
+  bool failed = false;  // it could not be written, which was said on stderr
+};
+
+/// Writes FOLDER/report.html from results that have just been written there, or removes an earlier one with
+/// `no_report` or where there can be none: what is there never belongs to other results. Results too large for a page
+/// are a warning on stderr. Throws nothing: what the results are is still to be said.
+FolderReport write_folder_report(const std::filesystem::path& folder, ResultKind kind, bool no_report);
+
+/// Writes a report, and warns on stderr where it is large. @throws std::runtime_error if it cannot be written.
+void write_report_file(const ReportData& data, const std::filesystem::path& file);
 
 }  // namespace grapnel::app

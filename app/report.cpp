@@ -1,13 +1,16 @@
 #include <fmt/format.h>
 
+#include <stdexcept>
+
 #include "commands.hpp"
-#include "report_file.hpp"
+#include "grapnel/report/figure_files.hpp"
+#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
-namespace {
-
 namespace fs = std::filesystem;
+
+namespace {
 
 // "out/x/" is out/x.
 fs::path trimmed(const fs::path& folder) { return folder.has_filename() ? folder : folder.parent_path(); }
@@ -44,6 +47,73 @@ int report(const ReportOptions& options) {
   }
   to_stdout("{}\n", file.string());
   return kDone;
+}
+
+namespace {
+
+int print_offers(const fs::path& folder) {
+  for (const FigureOffer& offer : figure_offers(folder)) to_stdout("{:<12} {}\n", offer.what, offer.about);
+  return kDone;
+}
+
+FigureRequest request_of(const FigureOptions& options) {
+  FigureRequest request;
+  request.folder = options.folder;
+  request.what = options.what;
+  request.width = options.width, request.height = options.height;
+  request.phases = options.phases;
+  if (options.from) request.from = *options.from;
+  if (options.to) request.to = *options.to;
+  request.instants = options.instants;
+  request.times = options.times;
+  request.view = options.view;
+  request.columns = options.columns;
+  request.x_axis = options.x_axis, request.lines_axis = options.lines_axis;
+  request.heat_map = options.heat_map;
+  request.command = options.command;
+  return request;
+}
+
+int draw(const FigureOptions& options) {
+  const fs::path image = options.output.empty() ? options.folder / "figures" / (options.what + ".pdf") : options.output;
+  const Figure figure = make_figure(request_of(options));
+  const fs::path folder = image.has_parent_path() ? image.parent_path() : fs::path(".");
+  if (!results_folder(folder, image)) return kBadInput;
+  FigureFiles files;
+  try {
+    files = write_figure(figure, image);
+  } catch (const std::invalid_argument&) {  // of the request
+    throw;
+  } catch (const std::exception& error) {
+    to_stderr("grapnel: error: {}\n", error.what());
+    return kSimulationFailed;
+  }
+  if (!files.drawn) {
+    to_stdout("{}\n{}\n", files.data.string(), files.script.string());
+    to_stderr(
+        "grapnel: error: gnuplot is missing (on Debian the package gnuplot-nox), so that {} is not drawn; its data "
+        "and script are written\n",
+        files.image.string());
+    return kSimulationFailed;
+  }
+  to_stdout("{}\n{}\n{}\n", files.image.string(), files.data.string(), files.script.string());
+  return kDone;
+}
+
+}  // namespace
+
+int figure(const FigureOptions& options) {
+  try {
+    if (options.list) return print_offers(options.folder);
+    if (options.what.empty()) {
+      to_stderr("grapnel: error: figure needs --what; --list says what the folder offers\n");
+      return kBadInput;
+    }
+    return draw(options);
+  } catch (const std::exception& error) {
+    to_stderr("grapnel: error: {}\n", error.what());
+    return kBadInput;
+  }
 }
 
 }  // namespace grapnel::app

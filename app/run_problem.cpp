@@ -19,8 +19,7 @@
 #include "grapnel/result/summary.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/study/slow_run.hpp"
-#include "progress.hpp"
-#include "report_file.hpp"
+#include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

@@ -10,9 +10,7 @@
 #include "grapnel/study/study_table.hpp"
 #include "output_folder.hpp"
 #include "process.hpp"
-#include "progress.hpp"
-#include "report_file.hpp"
-#include "sweep_point.hpp"
+#include "single_case.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

@@ -1,11 +1,15 @@
 #include "terminal.hpp"
 
+#include <fmt/format.h>
+
 #include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <mutex>
 
+#include "grapnel/campaign/statistics.hpp"
+#include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel::app {
@@ -82,6 +86,65 @@ void say_faults(const std::vector<Fault>& faults) {
   std::string lines;
   for (const Fault& fault : faults) lines += fault.text() + "\n";
   write_stderr(lines);
+}
+
+namespace {
+// Nothing is shown before this, so that quick runs stay quiet.
+constexpr double kTerminalInterval = 0.2, kPlainInterval = 10;
+}  // namespace
+
+Progress::Progress(bool quiet) : quiet_(quiet), terminal_(stderr_is_terminal()), last_(Clock::now()), begin_(last_) {}
+
+Progress::~Progress() { erase_progress(); }
+
+void Progress::report(const std::string& phase, double at, double end) {
+  if (quiet_) return;
+  const Clock::time_point now = Clock::now();
+  if (phase != phase_) {
+    phase_ = phase;
+    first_ = at;
+    phase_start_ = now;
+  }
+  if (!is_due(now)) return;
+  const double elapsed = std::chrono::duration<double>(now - phase_start_).count();
+  const double rate = elapsed > 0 ? (at - first_) / elapsed : 0;
+  const std::string text = phase == kPlanning
+                               ? fmt::format("planning: {:.3g} evaluations, it gives up at {:.3g}", at, end)
+                               : fmt::format("{}: t = {:.3g} of {:.3g} s, {:.3g} simulated s per s, {:.0f} s left",
+                                             phase, at, end, rate, rate > 0 ? (end - at) / rate : 0.0);
+  show(text, now);
+}
+
+void Progress::report_points(std::size_t done, std::size_t total, std::size_t not_ok) {
+  const Clock::time_point now = Clock::now();
+  if (quiet_ || !is_due(now)) return;
+  const double rate = static_cast<double>(done) / std::chrono::duration<double>(now - begin_).count();
+  const std::string failures = not_ok > 0 ? fmt::format(", {} not ok", not_ok) : "";
+  show(fmt::format("{} of {} points{}, {:.3g} points per s, {:.0f} s left", done, total, failures, rate,
+                   static_cast<double>(total - done) / rate),
+       now);
+}
+
+void Progress::report_campaign(const CampaignProgress& at) {
+  const Clock::time_point now = Clock::now();
+  if (quiet_ || !is_due(now) || at.done == at.begun_with) return;
+  const double rate =
+      static_cast<double>(at.done - at.begun_with) / std::chrono::duration<double>(now - begin_).count();
+  const Proportion success = wilson(at.successes, at.done);
+  const std::string failures = at.not_ok > 0 ? fmt::format(", {} not ok", at.not_ok) : "";
+  show(fmt::format("{} of {} cases, {:.3g} cases per s, {:.0f} s left, success {:.4f} ({:.4f} to {:.4f}){}", at.done,
+                   at.total, rate, static_cast<double>(at.total - at.done) / rate, success.estimate, success.lower,
+                   success.upper, failures),
+       now);
+}
+
+bool Progress::is_due(Clock::time_point now) const {
+  return std::chrono::duration<double>(now - last_).count() >= (terminal_ ? kTerminalInterval : kPlainInterval);
+}
+
+void Progress::show(const std::string& text, Clock::time_point now) {
+  last_ = now;
+  show_progress(text);
 }
 
 }  // namespace grapnel::app

@@ -1,17 +1,16 @@
 #pragma once
 
 /// @file
-/// What the programs say. All of it goes through here: control characters from files become '?', lines are written
-/// whole and in order, whether stdout and stderr are one terminal, one pipe or two files, and a stderr that cannot be
-/// written to is no fault. Thread safety: any number of threads.
+/// What the program says on stdout and stderr, and the progress of long work there.
 
 #include <fmt/format.h>
-
+#include <chrono>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/text/faults.hpp"
 
 namespace grapnel::app {
@@ -40,5 +39,30 @@ template <class... Args>
 void to_stderr(fmt::format_string<Args...> format, Args&&... args) {
   write_stderr(fmt::format(format, std::forward<Args>(args)...));
 }
+
+class Progress {
+ public:
+  explicit Progress(bool quiet);
+  ~Progress();
+  /// Part of the phase that is done: `at` of `end`.
+  void report(const std::string& phase, double at, double end);
+  /// Points of a study that are done, and how many of them are not ok.
+  void report_points(std::size_t done, std::size_t total, std::size_t not_ok);
+  /// Cases of a campaign that are done, and what they say so far.
+  void report_campaign(const CampaignProgress& at);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool is_due(Clock::time_point now) const;
+  void show(const std::string& text, Clock::time_point now);
+
+  bool quiet_;
+  bool terminal_;
+  std::string phase_;
+  double first_ = 0;  // where the phase began
+  Clock::time_point phase_start_;
+  Clock::time_point last_;   // when something was shown
+  Clock::time_point begin_;  // of everything
+};
 
 }  // namespace grapnel::app

@@ -1,8 +1,7 @@
 #pragma once
 
 /// @file
-/// What campaigns on one machine, on many, and merged ones say and do alike. All prints; nothing throws but what is
-/// passed in.
+/// A campaign and its folder: how computing begins, and what is made of the rows at the end.
 
 #include <filesystem>
 #include <functional>
@@ -10,7 +9,9 @@
 #include <string>
 
 #include "commands.hpp"
+#include "grapnel/campaign/campaign.hpp"
 #include "grapnel/campaign/shard_store.hpp"
+#include "process.hpp"
 
 namespace grapnel::app {
 
@@ -34,5 +35,16 @@ void take_total(Campaign& campaign, const ShardStore& store);
 /// another campaign's folder and one with a damaged manifest are 2. `command` goes on.
 int with_store_errors(const std::filesystem::path& folder, const std::string& command,
                       const std::function<int()>& work);
+
+struct CampaignResults {
+  bool quiet = false;
+  bool no_report = false;
+  bool no_csv = false;
+};
+
+/// Writes table.h5, table.csv, campaign.json, the complete runs of the cases that are to be kept so (series/case-K) and
+/// report.html, and prints what came out. Returns the exit code. @throws std::exception (disk)
+int write_campaign_results(const Campaign& campaign, const std::filesystem::path& folder, const CampaignResults& what,
+                           StopSignal& stop);
 
 }  // namespace grapnel::app
