@@ -24,11 +24,11 @@ CaptureProblem load(const std::string& name, const std::vector<Override>& overri
   return load_scenario(kScenarios / (name + ".yaml"), overrides);
 }
 
-const TargetSetup& target_of(const CaptureProblem& p, const GraspSetup& grasp) {
+const TargetSetup& target_in(const CaptureProblem& p, const GraspSetup& grasp) {
   return *std::find_if(p.targets.begin(), p.targets.end(), [&](const auto& t) { return t.name == grasp.target; });
 }
 const GraspPoint& point_of(const CaptureProblem& p, const GraspSetup& grasp) {
-  const auto& points = target_of(p, grasp).grasp_points;
+  const auto& points = target_in(p, grasp).grasp_points;
   return *std::find_if(points.begin(), points.end(), [&](const auto& g) { return g.name == grasp.grasp_point; });
 }
 const BodyMotion& motion_of(const std::vector<BodyMotion>& bodies, const std::string& name) {
