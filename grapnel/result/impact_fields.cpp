@@ -268,8 +268,10 @@ const Type& type_of<AsPublished>() {
                                       "(3.11), in the order of `joint_names` of the impact"),
       field<&P::linear_momentum_error>("linear_momentum_error", "N s", "total after minus before, its magnitude"),
       field<&P::angular_momentum_error>("angular_momentum_error", "N m s", "likewise"),
-      field<&P::relative_linear_momentum_error>("relative_linear_momentum_error", "1", "over the ledger's scale"),
-      field<&P::relative_angular_momentum_error>("relative_angular_momentum_error", "1", "likewise"),
+      field<&P::relative_linear_momentum_error>("relative_linear_momentum_error", "1",
+                                                "over the ledger's scale; null: nothing moves")
+          .or_null(),
+      field<&P::relative_angular_momentum_error>("relative_angular_momentum_error", "1", "likewise").or_null(),
   };
   static constexpr Type type =
       structure<P>("AsPublished", "the thesis's own estimate, (3.8)-(3.13), for the same capture.", fields);
