@@ -470,10 +470,10 @@ export interface AsPublished {
   linear_momentum_error: number;
   /** likewise [N m s] */
   angular_momentum_error: number;
-  /** over the ledger's scale [1] */
-  relative_linear_momentum_error: number;
+  /** over the ledger's scale; null: nothing moves [1] */
+  relative_linear_momentum_error: number | null;
   /** likewise [1] */
-  relative_angular_momentum_error: number;
+  relative_angular_momentum_error: number | null;
 }
 
 // one grip's impulse by the thesis's formulas.
