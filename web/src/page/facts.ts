@@ -215,7 +215,7 @@ export function ratingUnit(quantity: unknown): string {
 
 // What the thesis's formulas give is shown only where the scenario asks for it; summaries of earlier versions do not say, and show it.
 export function showsPublished(s: PartlySummary): boolean {
-  return s.impact !== undefined && s.impact.show_as_published !== false;
+  return Boolean(s.impact) && s.impact?.show_as_published !== false;
 }
 
 // ---- The ledger ----
