@@ -2,9 +2,10 @@
 
 /// @file
 /// What robot and scenario files hold, described once: every key with its place in RobotSetup and CaptureProblem, its
-/// unit, range, default and meaning. The published schemas, the check of a file's structure, its reading and values that
-/// campaigns set in place follow from these descriptions; the tables of docs/formats are tested against them. Where a
-/// value stands in files in another form than in the structure, the field names the form, which schema_of.cpp lists.
+/// unit, range, default and meaning. The published schemas, the check of a file's structure, its reading and values
+/// that campaigns set in place follow from these descriptions; the tables of docs/formats are tested against them.
+/// Where a value stands in files in another form than in the structure, the field names the form, which schema_of.cpp
+/// lists.
 
 #include "grapnel/describe/type.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
