@@ -8,15 +8,20 @@
 #include <vector>
 
 namespace grapnel {
-namespace {
 
 // ---- The members of plain structures: the compiler knows them, and none is forgotten ----
 
-// Converts to whatever a member is.
+namespace member_counting {
+// Converts to whatever a member is; nobody calls it.
 struct Anything {
   template <class T>
   operator T&() const noexcept;
 };
+}  // namespace member_counting
+
+namespace {
+
+using member_counting::Anything;
 
 // How many members an aggregate has: as many as can be initialized. A base class counts as one.
 template <class T, class... Some>
