@@ -1,7 +1,7 @@
 include(GoogleTest)
 
 # What nearly every test includes, read once: half of a test's compile time otherwise. Tests include what they use all the
-# same; the builds by clang have no such header and show what is missing.
+# same: a build of the tests by clang has no such header, and shows what is missing.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   file(CONFIGURE OUTPUT ${CMAKE_CURRENT_BINARY_DIR}/test_headers.cpp CONTENT "")
   add_library(grapnel_test_headers OBJECT ${CMAKE_CURRENT_BINARY_DIR}/test_headers.cpp)
