@@ -157,8 +157,8 @@ std::vector<CompliantSample> samples_of(const CompliantTask& task, const Yieldin
       sample.grasp_wrenches.push_back(Wrenchd{h.moment[s], h.force[s]});
     }
     const Kinematics k = forward_kinematics(model, sample.state);
-    for (const HeldGrasp& grip : task.system.grips) {  // its target hangs on the robot: what reaches it, reversed
-      const Grasp grasp = grasp_of(grip, k);
+    for (const HeldGrasp& held : task.system.grips) {  // its target hangs on the robot: what reaches it, reversed
+      const Grasp grasp = grasp_of(held, k);
       const int target = grasp.target_body;
       sample.held_wrenches.push_back(-shift(through[s][target], grasp.p_WC - k.X_WB[target].p));
     }

@@ -112,14 +112,14 @@ Wrenchd needed_wrench(const Model& model, const Kinematics& k, const BodyAcceler
 struct TargetGrasps {
   const CaptureSystem& system;
   const Kinematics& k;
-  std::vector<std::size_t> grips;  // in system.grips; the first carries the target
+  std::vector<std::size_t> held;  // in system.grips; the first carries the target
   std::vector<Grasp> grasps;
   std::vector<Eigen::MatrixXd> directions, D;
 
   TargetGrasps(const CaptureSystem& s, const Kinematics& kinematics, int body) : system(s), k(kinematics) {
     for (std::size_t i = 0; i < s.grips.size(); ++i) {
       if (s.grips[i].frames.body_b != body) continue;
-      grips.push_back(i);
+      held.push_back(i);
       grasps.push_back(grasp_of(s.grips[i], k));
       directions.push_back(constrained_directions(grasps.back()));
       D.push_back(target_mobility(s.model, k, grasps.back()));
@@ -156,17 +156,17 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
   Balance result{{}, nothing, {static_cast<std::size_t>(null.cols()), nothing}};
   for (int frame : system.target_frames) {
     TargetGrasps t(system, k, model.frames()[frame].body);
-    if (t.grips.empty()) continue;
+    if (t.held.empty()) continue;
     const Vector3d p_1 = t.grasps[0].p_WC;
     const int body = t.grasps[0].target_body;
-    Wrenchd& carried = result.F[t.grips[0]];
+    Wrenchd& carried = result.F[t.held[0]];
     carried = -needed_wrench(model, k, A[body], body, *sample.dynamics, p_1);
-    for (std::size_t i = 1; i < t.grips.size(); ++i) {
-      const HeldGrasp& grip = system.grips[t.grips[i]];
+    for (std::size_t i = 1; i < t.held.size(); ++i) {
+      const HeldGrasp& grip = system.grips[t.held[i]];
       // Whatever another grip carries, the first carries less.
       const auto share = [&](std::vector<Wrenchd>& F, const Wrenchd& other) {
-        F[t.grips[i]] = other;
-        F[t.grips[0]] -= shift(other, p_1 - t.grasps[i].p_WC);
+        F[t.held[i]] = other;
+        F[t.held[0]] -= shift(other, p_1 - t.grasps[i].p_WC);
       };
       if (grip.closure == HeldGrasp::kRedundant) {
         for (Eigen::Index row = 0; row < t.directions[i].rows(); ++row)
@@ -196,12 +196,12 @@ void relieve(const Balance& balance, bool with_determined, std::vector<GraspWren
   Eigen::VectorXd f(rows);
   Eigen::Index row = 0;
   for (const TargetGrasps& t : balance.targets) {
-    for (std::size_t i = 0; i < t.grips.size(); ++i) {
+    for (std::size_t i = 0; i < t.held.size(); ++i) {
       const Eigen::Index count = t.directions[i].rows();
       const Eigen::MatrixXd map = t.D[i].llt().matrixU() * t.directions[i];
-      f.segment(row, count) = map * as_eigen(balance.F[t.grips[i]]);
+      f.segment(row, count) = map * as_eigen(balance.F[t.held[i]]);
       for (Eigen::Index s = 0; s < stresses; ++s)
-        B.col(s).segment(row, count) = map * as_eigen(balance.stress[s][t.grips[i]]);
+        B.col(s).segment(row, count) = map * as_eigen(balance.stress[s][t.held[i]]);
       row += count;
     }
   }
@@ -210,8 +210,8 @@ void relieve(const Balance& balance, bool with_determined, std::vector<GraspWren
   // Stresses of unit size in the metric, for the question what is determined: B = Q R.
   const Eigen::MatrixXd R = qr.matrixQR().topRows(stresses).triangularView<Eigen::Upper>();
   for (const TargetGrasps& t : balance.targets) {
-    for (std::size_t i = 0; i < t.grips.size(); ++i) {
-      const std::size_t g = t.grips[i];
+    for (std::size_t i = 0; i < t.held.size(); ++i) {
+      const std::size_t g = t.held[i];
       Eigen::MatrixXd N(6, stresses);
       for (Eigen::Index s = 0; s < stresses; ++s) N.col(s) = as_eigen(balance.stress[s][g]);
       result[g].beyond_solver = as_wrench(N * z);

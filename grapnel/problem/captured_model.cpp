@@ -87,16 +87,16 @@ HeldGrasp hold_grasp(const CaptureProblem& problem, const CaptureSystem& free, c
                      std::size_t grasp) {
   const GraspSetup& setup = problem.grasps[grasp];
   const Frame& hand = free.model.frames()[free.model.frame_index(setup.end_effector)];
-  HeldGrasp grip;
-  grip.grasp = grasp;
-  grip.frames.name = "grip of '" + setup.end_effector + "' on '" + setup.target + "'";
-  grip.frames.body_a = hand.body;
-  grip.frames.X_AC = hand.X_BE;
-  grip.frames.body_b = free.model.frames()[free.target_frames[target_index(problem, setup.target)]].body;
-  grip.frames.X_BD = inverse(kinematics.X_WB[grip.frames.body_b]) * (kinematics.X_WB[hand.body] * hand.X_BE);
-  grip.frames.model = setup.model;
-  grip.frames.hinge_C = setup.hinge_axis;
-  return grip;
+  HeldGrasp held;
+  held.grasp = grasp;
+  held.frames.name = "grip of '" + setup.end_effector + "' on '" + setup.target + "'";
+  held.frames.body_a = hand.body;
+  held.frames.X_AC = hand.X_BE;
+  held.frames.body_b = free.model.frames()[free.target_frames[target_index(problem, setup.target)]].body;
+  held.frames.X_BD = inverse(kinematics.X_WB[held.frames.body_b]) * (kinematics.X_WB[hand.body] * hand.X_BE);
+  held.frames.model = setup.model;
+  held.frames.hinge_C = setup.hinge_axis;
+  return held;
 }
 
 Grasp grasp_of(const HeldGrasp& grip, const Kinematics& kinematics) {
