@@ -208,15 +208,15 @@ class Builder {
   // How the end-effector stood to its grasp point when it was to close, whether or not it did.
   void closing_columns(const std::string& e) {
     const Find<GripOutcome> outcome = [e](const CaptureResult& r) -> const GripOutcome* {
-      for (const GripOutcome& grip : r.grips) {
-        if (grip.end_effector == e) return &grip;
+      for (const GripOutcome& outcome : r.grips) {
+        if (outcome.end_effector == e) return &outcome;
       }
       return nullptr;
     };
     const std::string grasp = "grasps/" + e + "/";
     add(grasp + "captured", "1", "whether this grip closed", [outcome](const StudyCase&, const CaptureResult& r) {
-      const GripOutcome* grip = outcome(r);
-      return grip ? double(grip->captured) : NAN;
+      const GripOutcome* found = outcome(r);
+      return found ? double(found->captured) : NAN;
     });
     field(grasp + "position_error", "distance", outcome);
     field(grasp + "angle_error", "angle", outcome);
