@@ -11,14 +11,6 @@ using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
 Eigen::Vector3d column3(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 
-Eigen::Matrix3d matrix(const Rotationd& R) {
-  Eigen::Matrix3d M;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) M(i, j) = R(i, j);
-  }
-  return M;
-}
-
 // Two unit vectors across d.
 Eigen::Matrix<double, 2, 3> across(const Vector3d& d) {
   const Rotationd R = rotation_between({0, 0, 1}, d);
@@ -36,7 +28,7 @@ int rows_of(const Goal& goal) {
 void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Matrix6Xd& J_joint,
                      Eigen::Matrix<double, 6, 6>& J_base) {
   base.frame_jacobian(frame, J_joint);
-  const Eigen::Matrix3d R = matrix(X_WB.R);
+  const Eigen::Matrix3d R = as_matrix(X_WB.R);
   J_joint.topRows(3) = (R * J_joint.topRows(3)).eval();
   J_joint.bottomRows(3) = (R * J_joint.bottomRows(3)).eval();
   const Vector3d p = base.frame_pose(frame).p;
@@ -44,6 +36,14 @@ void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Mat
 }
 
 }  // namespace
+
+Eigen::Matrix3d as_matrix(const Rotationd& R) {
+  Eigen::Matrix3d M;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) M(i, j) = R(i, j);
+  }
+  return M;
+}
 
 int error_rows(std::span<const Goal> goals) {
   int rows = 0;
@@ -89,7 +89,7 @@ void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h
   for (const Goal& g : goals) rows += demand == RateDemand::linear ? 3 : task ? rows_of(g) : 6;
   G.resize(rows, base.joints()), b.resize(rows);
   const Twistd V_h = twist_from(base.momentum_part(h_B));
-  const Eigen::Matrix3d R = matrix(X_WB.R);
+  const Eigen::Matrix3d R = as_matrix(X_WB.R);
   Matrix6Xd J;
   int row = 0;
   for (const Goal& g : goals) {

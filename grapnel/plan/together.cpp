@@ -34,14 +34,6 @@ Eigen::Matrix3d right_jacobian(const Eigen::Vector3d& w) {
          (angle - std::sin(angle)) / (angle * angle * angle) * W * W;
 }
 
-Eigen::Matrix3d matrix(const Rotationd& R) {
-  Eigen::Matrix3d M;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) M(i, j) = R(i, j);
-  }
-  return M;
-}
-
 // What NLopt's callback needs. Variables: joint values, then position and rotation vector of the base from X_WB0.
 struct FreeChain {
   FloatingBase& base;
@@ -68,7 +60,7 @@ struct FreeChain {
       g.head(n) = J_joint.transpose() * e;
       // A displacement of the base in B is [J_r dw; R^T dp].
       const Eigen::Vector3d w{x[n + 3], x[n + 4], x[n + 5]};
-      g.segment<3>(n) = matrix(X_WB.R) * (J_base.rightCols(3).transpose() * e);
+      g.segment<3>(n) = as_matrix(X_WB.R) * (J_base.rightCols(3).transpose() * e);
       g.tail<3>() = right_jacobian(w).transpose() * (J_base.leftCols(3).transpose() * e);
     }
     return 0.5 * e.squaredNorm();

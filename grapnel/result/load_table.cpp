@@ -11,8 +11,6 @@
 namespace grapnel {
 namespace {
 
-std::string number(double value) { return fmt::format("{:.5g}", value); }
-
 // Worse first; what is not a number first of all.
 bool is_worse(const PeakLoad& a, const PeakLoad& b) {
   if (std::isnan(a.margin()) || std::isnan(b.margin())) return std::isnan(a.margin()) && !std::isnan(b.margin());
@@ -27,10 +25,10 @@ std::string percent(const PeakLoad& load) {
 
 // "force of left 485 of 400 N at t = 31.2 s (post_impact)"
 std::string words(const CaptureResult& result, const PeakLoad& load) {
-  std::string text = fmt::format("{} of {}, {} of {} at t = {} s ({})", load.quantity, load.of, number(load.peak),
-                                 number(load.rating), number(load.time), load.phase);
+  std::string text = fmt::format("{} of {}, {} of {} at t = {} s ({})", load.quantity, load.of, short_number(load.peak),
+                                 short_number(load.rating), short_number(load.time), load.phase);
   if (load.assumed_duration)
-    text += fmt::format(", a mean over an assumed {} ms", number(1e3 * assumed_duration(result, load)));
+    text += fmt::format(", a mean over an assumed {} ms", short_number(1e3 * assumed_duration(result, load)));
   return text;
 }
 
@@ -62,8 +60,8 @@ std::string saturation_lines(const CaptureResult& result) {
   for (std::size_t i = 0; i < std::min(kShown, all.size()); ++i) {
     const Saturation& s = all[i];
     out += paragraph(fmt::format("saturated: {} at its limit {} in {} for {} s{}, first at t = {} s", s.joint,
-                                 number(s.limit), s.phase, number(s.duration),
-                                 s.times > 1 ? fmt::format(" ({} times)", s.times) : "", number(s.begin)),
+                                 short_number(s.limit), s.phase, short_number(s.duration),
+                                 s.times > 1 ? fmt::format(" ({} times)", s.times) : "", short_number(s.begin)),
                      "");
   }
   if (all.size() > kShown) out += fmt::format("and {} more, see limits.events in summary.json\n", all.size() - kShown);
@@ -126,8 +124,8 @@ std::string margins_table(const CaptureResult& result) {
   for (std::size_t i = 0; i < std::min(kShown, worst.size()); ++i) {
     const PeakLoad& load = *worst[i];
     assumed = assumed || load.assumed_duration;
-    table.row({load.of, load.quantity, number(load.peak), number(load.rating), number(load.time), load.phase,
-               percent(load) + (load.assumed_duration ? " *" : "")});
+    table.row({load.of, load.quantity, short_number(load.peak), short_number(load.rating), short_number(load.time),
+               load.phase, percent(load) + (load.assumed_duration ? " *" : "")});
   }
   std::string out = "\n" + table.text();
   if (worst.size() > kShown) out += fmt::format("  and {} more, see loads in summary.json\n", worst.size() - kShown);
@@ -135,7 +133,7 @@ std::string margins_table(const CaptureResult& result) {
     double duration = 0;
     for (const PeakLoad* load : worst) duration = std::max(duration, assumed_duration(result, *load));
     out += paragraph(fmt::format("* a mean over an assumed {} ms (impact.duration); the impact itself takes no time",
-                                 number(1e3 * duration)),
+                                 short_number(1e3 * duration)),
                      "  ");
   }
   return out + saturation_lines(result);

@@ -13,11 +13,10 @@
 namespace grapnel {
 namespace {
 
-std::string number(double value) { return fmt::format("{:.5g}", value); }
 // Components that are rounding beside the others are printed as zero; summary.json has them as they are.
 std::string vector(const Vector3d& v) {
   const double size = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
-  const auto component = [&](double x) { return number(std::abs(x) < 1e-12 * size ? 0.0 : x); };
+  const auto component = [&](double x) { return short_number(std::abs(x) < 1e-12 * size ? 0.0 : x); };
   return "[" + component(v[0]) + ", " + component(v[1]) + ", " + component(v[2]) + "]";
 }
 
@@ -47,7 +46,7 @@ std::string feasibility_lines(const CaptureResult& result) {
     for (const GradedViolation& other : all) {
       if (other.phase == v.phase && other.what != v.what) whats.insert(other.what);
     }
-    std::string text = fmt::format("worst in {}: {} at t = {} s", v.phase, v.worst, number(v.worst_time));
+    std::string text = fmt::format("worst in {}: {} at t = {} s", v.phase, v.worst, short_number(v.worst_time));
     if (!whats.empty()) text += fmt::format("; {} more, see summary.json", whats.size());
     out += paragraph(text, "  ");
   }
@@ -92,7 +91,7 @@ std::string verdict(const CaptureResult& result) {
 // Marks what follows the first overlap.
 std::string beyond(const CaptureResult& result, double time) {
   if (!result.valid_until || time <= *result.valid_until) return "";
-  return fmt::format("; beyond validity, which ends at t = {} s", number(*result.valid_until));
+  return fmt::format("; beyond validity, which ends at t = {} s", short_number(*result.valid_until));
 }
 
 // What planning has found, where it had to look for something.
@@ -101,7 +100,7 @@ std::string plan_table(const CaptureResult& result) {
   const PlanReport& plan = *result.plan;
   std::string out = fmt::format("\nplan: {}, {} of {} beginnings, {} Newton steps, measure {} = {}\n",
                                 plan.found ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations,
-                                plan.measure, number(plan.measure_value));
+                                plan.measure, short_number(plan.measure_value));
   TextTable table;
   table.row({"joint", "final value", "final rate"});
   table.row({"", "rad or m", "rad/s or m/s"});
@@ -115,7 +114,8 @@ std::string plan_table(const CaptureResult& result) {
 std::string approach_table(const CaptureResult& result) {
   if (!result.approach_end) return "";
   const PhaseEnd& end = *result.approach_end;
-  std::string out = fmt::format("\napproach, at its end (t = {} s{})\n", number(end.time), beyond(result, end.time));
+  std::string out =
+      fmt::format("\napproach, at its end (t = {} s{})\n", short_number(end.time), beyond(result, end.time));
   TextTable table;
   table.row({"end-effector", "miss distance", "relative speed", "relative rate"});
   table.row({"", "m", "m/s", "rad/s"});
@@ -123,8 +123,8 @@ std::string approach_table(const CaptureResult& result) {
   for (const EndEffectorMotion& e : end.end_effectors) {
     if (e.target.empty()) continue;
     any = true;
-    table.row({grip(e.name, e.target, e.grasp_point), number(e.miss_distance), number(norm(e.relative_velocity)),
-               number(norm(e.relative_angular_velocity))});
+    table.row({grip(e.name, e.target, e.grasp_point), short_number(e.miss_distance),
+               short_number(norm(e.relative_velocity)), short_number(norm(e.relative_angular_velocity))});
   }
   if (any) out += table.text();
   TextTable base(3);
@@ -137,7 +137,7 @@ std::string approach_table(const CaptureResult& result) {
 std::string published_impulse(const ImpactReport& impact, const std::string& end_effector) {
   if (impact.as_published) {
     for (const AsPublished::Grasp& grasp : impact.as_published->grasps) {
-      if (grasp.end_effector == end_effector) return number(grasp.impulse_magnitude);
+      if (grasp.end_effector == end_effector) return short_number(grasp.impulse_magnitude);
     }
   }
   return "-";
@@ -161,9 +161,9 @@ std::string grasp_table(const ImpactReport& impact) {
   for (const GraspImpulse& g : impact.grasps) {
     const std::string mark = all_of(g.determined) ? "" : " *";
     all_determined = all_determined && all_of(g.determined);
-    row({grip(g.end_effector, g.target, g.grasp_point) + mark, number(g.impulse_magnitude),
-         published_impulse(impact, g.end_effector), number(norm(g.angular_impulse)), number(g.mean_force),
-         number(g.gap), number(norm(g.relative_velocity_before))});
+    row({grip(g.end_effector, g.target, g.grasp_point) + mark, short_number(g.impulse_magnitude),
+         published_impulse(impact, g.end_effector), short_number(norm(g.angular_impulse)), short_number(g.mean_force),
+         short_number(g.gap), short_number(norm(g.relative_velocity_before))});
   }
   std::string out = table.text();
   if (!all_determined) {
@@ -187,8 +187,8 @@ std::string rebound_table(const ImpactReport& impact) {
     if (!g.rebound) continue;
     any = true;
     const ContactRebound& r = *g.rebound;
-    table.row({grip(g.end_effector, g.target, g.grasp_point), number(r.normal_impulse),
-               number(norm(r.tangential_impulse)), number(norm(g.relative_velocity_after)),
+    table.row({grip(g.end_effector, g.target, g.grasp_point), short_number(r.normal_impulse),
+               short_number(norm(r.tangential_impulse)), short_number(norm(g.relative_velocity_after)),
                fmt::format("{}", fmt::join(r.modes, ", "))});
   }
   return any ? table.text() : "";
@@ -204,8 +204,9 @@ std::string profile_table(const ImpactReport& impact) {
     if (!g.profile) continue;
     any = true;
     const ForceProfile& p = *g.profile;
-    table.row({grip(g.end_effector, g.target, g.grasp_point), number(p.peak_force), number(p.peak_force_time),
-               number(p.peak_moment), number(p.largest_deformation), number(p.duration), number(p.energy_lost)});
+    table.row({grip(g.end_effector, g.target, g.grasp_point), short_number(p.peak_force),
+               short_number(p.peak_force_time), short_number(p.peak_moment), short_number(p.largest_deformation),
+               short_number(p.duration), short_number(p.energy_lost)});
   }
   return any ? table.text() : "";
 }
@@ -219,7 +220,8 @@ std::string drive_table(const ImpactReport& impact) {
   for (const HeldJoint& held : impact.held_joints) {
     if (!held.gave_way) continue;
     any = true;
-    table.row({held.joint, number(held.told_rate), number(held.rate_after), number(held.rate_after - held.told_rate)});
+    table.row({held.joint, short_number(held.told_rate), short_number(held.rate_after),
+               short_number(held.rate_after - held.told_rate)});
   }
   return any ? table.text() : "";
 }
@@ -238,20 +240,21 @@ std::string margin_table(const ImpactReport& impact) {
     for (const LoadMargin& m : impact.margins) {
       if (m.of == first.of && m.margin() < worst->margin()) worst = &m;
     }
-    table.row({worst->of, worst->quantity, number(worst->load), number(worst->rating),
+    table.row({worst->of, worst->quantity, short_number(worst->load), short_number(worst->rating),
                fmt::format("{:.1f} %{}{}", 100 * worst->margin(), worst->margin() < 0 ? "  EXCEEDED" : "",
                            rests_on_duration(impact, *worst) ? " *" : "")});
     assumed = assumed || rests_on_duration(impact, *worst);
   }
   std::string out = table.text();
-  if (assumed) out += fmt::format("  * a mean over an assumed {} ms\n", number(1e3 * impact.duration));
+  if (assumed) out += fmt::format("  * a mean over an assumed {} ms\n", short_number(1e3 * impact.duration));
   for (const SpeedLimit& limit : impact.speed_limits) {
     if (limit.of.empty() || !(limit.largest_speed > 0)) continue;
-    out += paragraph(
-        fmt::format("{} may meet its target at {} m/s at most ({} times the present relative motion), then "
-                    "the {} of {} reaches its rating",
-                    limit.end_effector, number(limit.largest_speed), number(limit.factor), limit.quantity, limit.of),
-        "  ");
+    out +=
+        paragraph(fmt::format("{} may meet its target at {} m/s at most ({} times the present relative motion), then "
+                              "the {} of {} reaches its rating",
+                              limit.end_effector, short_number(limit.largest_speed), short_number(limit.factor),
+                              limit.quantity, limit.of),
+                  "  ");
   }
   return out;
 }
@@ -261,12 +264,13 @@ std::string law_words(const ImpactReport& impact) {
   std::string out = impact.law;
   if (!impact.hypothesis.empty()) out += " (" + impact.hypothesis + ")";
   if (impact.joints_during != "free") out += ", joints " + impact.joints_during;
-  if (impact.compliant) return out + fmt::format(", {} after {} s", impact.compliant->end, number(impact.duration));
+  if (impact.compliant)
+    return out + fmt::format(", {} after {} s", impact.compliant->end, short_number(impact.duration));
   if (impact.rows > 0) {
     out += fmt::format(", rank {} of {} rows{}", impact.rank, impact.rows,
                        impact.rank < impact.rows ? ", impulses not unique" : "");
   }
-  return out + fmt::format(", mean force over {} s", number(impact.duration));
+  return out + fmt::format(", mean force over {} s", short_number(impact.duration));
 }
 
 // The loops that cannot close on their grasp points, wherever the target is.
@@ -276,9 +280,9 @@ std::string gap_lines(const ImpactReport& impact) {
   for (const LoopGap& loop : impact.loops) {
     if (loop.gap() <= kShown) continue;
     out += paragraph(fmt::format("the loop over {} misses by {} m: {} and {} are {} m apart, {} and {} {} m",
-                                 loop.target, number(loop.gap()), loop.end_effectors[0], loop.end_effectors[1],
-                                 number(loop.end_effector_distance), loop.grasp_points[0], loop.grasp_points[1],
-                                 number(loop.grasp_point_distance)),
+                                 loop.target, short_number(loop.gap()), loop.end_effectors[0], loop.end_effectors[1],
+                                 short_number(loop.end_effector_distance), loop.grasp_points[0], loop.grasp_points[1],
+                                 short_number(loop.grasp_point_distance)),
                      "  ");
   }
   return out;
@@ -289,10 +293,10 @@ std::string published_line(const ImpactReport& impact) {
   if (impact.as_published) {
     return paragraph(fmt::format("as published, (3.8)-(3.13), breaks momentum: linear by {} N s ({} of scale), angular "
                                  "by {} N m s ({} of scale)",
-                                 number(impact.as_published->linear_momentum_error),
-                                 number(impact.as_published->relative_linear_momentum_error),
-                                 number(impact.as_published->angular_momentum_error),
-                                 number(impact.as_published->relative_angular_momentum_error)),
+                                 short_number(impact.as_published->linear_momentum_error),
+                                 short_number(impact.as_published->relative_linear_momentum_error),
+                                 short_number(impact.as_published->angular_momentum_error),
+                                 short_number(impact.as_published->relative_angular_momentum_error)),
                      "  ");
   }
   if (impact.as_published_absent.empty()) return "";
@@ -301,18 +305,19 @@ std::string published_line(const ImpactReport& impact) {
 
 // `name`: "impact", or which one.
 std::string impact_table(const CaptureResult& result, const ImpactReport& impact, std::string_view name) {
-  std::string out = "\n" + paragraph(fmt::format("{} at t = {} s: {}{}", name, number(impact.time), law_words(impact),
-                                                 beyond(result, impact.time)),
+  std::string out = "\n" + paragraph(fmt::format("{} at t = {} s: {}{}", name, short_number(impact.time),
+                                                 law_words(impact), beyond(result, impact.time)),
                                      "");
   out += grasp_table(impact) + rebound_table(impact) + profile_table(impact) + drive_table(impact) + gap_lines(impact) +
          published_line(impact) + margin_table(impact);
   TextTable table(3);
-  table.row({"kinetic energy", "J",
-             fmt::format("{} -> {}", number(impact.kinetic_energy_before), number(impact.kinetic_energy_after))});
+  table.row(
+      {"kinetic energy", "J",
+       fmt::format("{} -> {}", short_number(impact.kinetic_energy_before), short_number(impact.kinetic_energy_after))});
   if (impact.brake) {
     table.row({"kinetic energy, brake", "J",
-               fmt::format("{} -> {}", number(impact.brake->kinetic_energy_before),
-                           number(impact.brake->kinetic_energy_after))});
+               fmt::format("{} -> {}", short_number(impact.brake->kinetic_energy_before),
+                           short_number(impact.brake->kinetic_energy_after))});
   }
   table.row({"base angular velocity change", "rad/s", vector(impact.base_angular_velocity_change)});
   table.row({"base velocity change", "m/s", vector(impact.base_velocity_change)});
@@ -334,7 +339,7 @@ std::string release_lines(const CaptureResult& result) {
       grips.push_back(release.end_effectors[i] + " lets go of " + release.targets[i]);
     }
     const std::string what = grips.empty() ? "nothing was held" : fmt::format("{}", fmt::join(grips, ", "));
-    out += "\n" + paragraph(fmt::format("release at t = {} s: {}", number(release.time), what), "");
+    out += "\n" + paragraph(fmt::format("release at t = {} s: {}", short_number(release.time), what), "");
   }
   return out;
 }
@@ -368,8 +373,8 @@ std::string load_table(const CaptureResult& result) {
   for (const GripLoad& load : result.grip_loads) {
     const std::string mark = all_of(load.determined) ? "" : " *";
     all_determined = all_determined && all_of(load.determined);
-    table.row({grip(load.end_effector, load.target, "") + mark, load.phase, number(load.largest_force),
-               number(load.force_time), number(load.largest_moment), number(load.moment_time)});
+    table.row({grip(load.end_effector, load.target, "") + mark, load.phase, short_number(load.largest_force),
+               short_number(load.force_time), short_number(load.largest_moment), short_number(load.moment_time)});
   }
   std::string out = "\n" + table.text();
   if (!all_determined) {
@@ -385,7 +390,8 @@ std::string post_impact_table(const CaptureResult& result) {
   TextTable base(3);
   base.row({"base angular velocity", "rad/s", vector(end.base.angular_velocity)});
   base.row({"base velocity", "m/s", vector(end.base.velocity)});
-  return fmt::format("\nafter the impact, at its end (t = {} s{})\n", number(end.time), beyond(result, end.time)) +
+  return fmt::format("\nafter the impact, at its end (t = {} s{})\n", short_number(end.time),
+                     beyond(result, end.time)) +
          base.text();
 }
 
@@ -395,7 +401,7 @@ std::string clearance_table(const CaptureResult& result) {
   table.row({"least clearance", "distance", "time", "bodies"});
   table.row({"", "m", "s", ""});
   for (const LeastClearance& c : result.clearance) {
-    table.row({c.phase, number(c.distance), number(c.time), c.body_a + ", " + c.body_b});
+    table.row({c.phase, short_number(c.distance), short_number(c.time), c.body_a + ", " + c.body_b});
   }
   return "\n" + table.text();
 }
@@ -415,8 +421,8 @@ std::string ledger_table(const Ledger& ledger) {
   }
   return "\nledger\n" + table.text() +
          paragraph(fmt::format("relative to: linear momentum {} N s, angular momentum {} N m s, energy {} J",
-                               number(ledger.scale.linear_momentum), number(ledger.scale.angular_momentum),
-                               number(ledger.scale.energy)),
+                               short_number(ledger.scale.linear_momentum), short_number(ledger.scale.angular_momentum),
+                               short_number(ledger.scale.energy)),
                    "  ");
 }
 

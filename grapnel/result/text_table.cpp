@@ -1,5 +1,7 @@
 #include "grapnel/result/text_table.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <numeric>
 
@@ -29,6 +31,8 @@ std::string padding(const std::string& text, std::size_t width) {
 std::size_t text_width(std::string_view text) {
   return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), starts_character));
 }
+
+std::string short_number(double value) { return fmt::format("{:.5g}", value); }
 
 std::string paragraph(std::string_view text, std::string_view indent) {
   std::string out;

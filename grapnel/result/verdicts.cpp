@@ -6,10 +6,10 @@
 #include <cmath>
 #include <tuple>
 
+#include "grapnel/result/text_table.hpp"
+
 namespace grapnel {
 namespace {
-
-std::string number(double value) { return fmt::format("{:.5g}", value); }
 
 // "left", "left and right", "a, b and c".
 std::string listed(const std::vector<std::string>& names) {
@@ -48,15 +48,15 @@ void add_clearance(const ClearanceEvent& e, std::vector<GradedViolation>& all) {
   if (e.overlap_begin) {
     v.kind = "overlap", v.what = pair + " overlap", v.time = *e.overlap_begin;
     v.value = -e.least.distance;
-    v.worst = fmt::format("{} overlap by {} m", pair, number(v.value));
+    v.worst = fmt::format("{} overlap by {} m", pair, short_number(v.value));
     all.push_back(v);
     if (!(e.begin_time < *e.overlap_begin)) return;
     v.worst_time = *e.overlap_begin;  // from there on it is the overlap that counts
   }
   v.kind = "clearance", v.time = e.begin_time;
-  v.what = fmt::format("{} are nearer than {} m", pair, number(e.required));
+  v.what = fmt::format("{} are nearer than {} m", pair, short_number(e.required));
   v.value = std::max(0.0, e.least.distance), v.limit = e.required;
-  v.worst = fmt::format("{} are {} m apart, of {} m required", pair, number(v.value), number(v.limit));
+  v.worst = fmt::format("{} are {} m apart, of {} m required", pair, short_number(v.value), short_number(v.limit));
   all.push_back(v);
 }
 
@@ -64,9 +64,9 @@ void add_limit(const LimitEvent& e, std::vector<GradedViolation>& all) {
   if (e.kind == LimitKind::effort_saturated) return;
   GradedViolation v;
   v.kind = limit_kind_name(e.kind), v.phase = e.phase, v.time = e.begin_time;
-  v.what = fmt::format("{} of {} passes its limit {}", v.kind, e.joint, number(e.limit));
+  v.what = fmt::format("{} of {} passes its limit {}", v.kind, e.joint, short_number(e.limit));
   v.value = e.worst_value, v.limit = e.limit, v.worst_time = e.worst_time;
-  v.worst = fmt::format("{} of {} is {}, its limit {}", v.kind, e.joint, number(v.value), number(v.limit));
+  v.worst = fmt::format("{} of {} is {}, its limit {}", v.kind, e.joint, short_number(v.value), short_number(v.limit));
   all.push_back(v);
 }
 
@@ -101,12 +101,12 @@ std::string kept_words(const Ledger& ledger) {
 
 std::string infeasible_sentence(const CaptureResult& result) {
   std::string text = "feasible: NO";
-  if (result.valid_until) text += fmt::format(", valid until {} s", number(*result.valid_until));
+  if (result.valid_until) text += fmt::format(", valid until {} s", short_number(*result.valid_until));
   if (!result.first_violation) return text;
   const Violation& first = *result.first_violation;
   if (first.kind == "overlap") return text + fmt::format(": {} from then on ({})", first.what, first.phase);
   text += fmt::format("{} first {} at t = {} s ({})", result.valid_until ? ", where bodies overlap;" : ":", first.what,
-                      number(first.time), first.phase);
+                      short_number(first.time), first.phase);
   return text;
 }
 
@@ -130,11 +130,12 @@ std::string capture_sentence(const CaptureResult& result) {
   }
   std::string text = fmt::format("captured: {}", verdict == Captured::no ? "NO" : name_of(verdict));
   if (verdict != Captured::no) text += moved_words(result);
-  text += fmt::format(" ({} of {} grips, t = {} s, {} {})", closed, result.grips.size(), number(result.capture_time),
-                      result.grips.size() == 1 ? "gap" : "largest gap", length_text(gap));
+  text +=
+      fmt::format(" ({} of {} grips, t = {} s, {} {})", closed, result.grips.size(), short_number(result.capture_time),
+                  result.grips.size() == 1 ? "gap" : "largest gap", length_text(gap));
   if (!unjudged.empty()) text += fmt::format(": no envelope says what {} can close on", listed(unjudged));
   if (result.valid_until && *result.valid_until < result.capture_time)
-    text += fmt::format("; beyond validity, bodies overlap from t = {} s on", number(*result.valid_until));
+    text += fmt::format("; beyond validity, bodies overlap from t = {} s on", short_number(*result.valid_until));
   return text;
 }
 

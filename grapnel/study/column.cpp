@@ -208,8 +208,8 @@ class Builder {
   // How the end-effector stood to its grasp point when it was to close, whether or not it did.
   void closing_columns(const std::string& e) {
     const Find<GripOutcome> outcome = [e](const CaptureResult& r) -> const GripOutcome* {
-      for (const GripOutcome& outcome : r.grips) {
-        if (outcome.end_effector == e) return &outcome;
+      for (const GripOutcome& one : r.grips) {
+        if (one.end_effector == e) return &one;
       }
       return nullptr;
     };
