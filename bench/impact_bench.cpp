@@ -11,7 +11,7 @@
 
 #include "bench/dynamics_bench.hpp"
 #include "bench/workload.hpp"
-#include "grapnel/impact/impact_solver.hpp"
+#include "fast_impact/impact_solver.hpp"
 
 namespace grapnel::bench {
 namespace {

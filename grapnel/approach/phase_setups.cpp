@@ -27,8 +27,8 @@ JointDrive tracking_drive(const TrackingSetup& tracking, const JointTrajectory& 
   drive.control = JointControl::prescribed;
   if (ideal) return drive;
   if (tracking.noise) drive.noise = NoiseSignal(*tracking.noise, static_cast<std::uint32_t>(joint));
-  if (tracking.mode == TrackingSetup::Mode::ideal) return drive;
-  drive.control = tracking.mode == TrackingSetup::Mode::pd ? JointControl::pd : JointControl::computed_torque;
+  if (tracking.mode == JointControl::prescribed) return drive;
+  drive.control = tracking.mode;
   drive.kp = tracking.kp[joint];
   drive.kd = tracking.kd[joint];
   return drive;

@@ -65,7 +65,7 @@ GroupQuantities quantities_of(const lanes::LaneTree& tree) {
 
 PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
   PhaseMeasures measures;
-  for (const lanes::LaneTreeBooks& tree : outcome.trees) {
+  for (const lanes::LaneTreeRecord& tree : outcome.trees) {
     measures.trees.push_back({quantities_of(tree.start),
                               tree.linear_deviation,
                               tree.angular_deviation,

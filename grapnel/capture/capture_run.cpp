@@ -60,7 +60,7 @@ bool RunJoints::are_controlled() const {
 }
 
 bool RunJoints::efforts_are_cut() const {
-  return approaching() ? problem_.approach->tracking.mode != TrackingSetup::Mode::ideal
+  return approaching() ? problem_.approach->tracking.mode != JointControl::prescribed
                        : settle_to(PostImpactSetup::Joints::pd);
 }
 
@@ -75,7 +75,7 @@ std::vector<JointTrajectory> RunJoints::references() const {
 
 std::vector<HeldRate> RunJoints::driven_rates(const RunBodies& bodies) const {
   std::vector<HeldRate> held;
-  if (!approaching() || problem_.approach->tracking.mode != TrackingSetup::Mode::ideal) return held;
+  if (!approaching() || problem_.approach->tracking.mode != JointControl::prescribed) return held;
   for (std::size_t j = 0; j < size(); ++j) {
     const int v = joint_body(bodies.free, j).v;
     if (!is_settled(j)) held.push_back({v, bodies.state.v[v]});

@@ -49,8 +49,9 @@ void LoadMonitor::add_channels(const PhaseDynamics& dynamics) {
     drives_.push_back(at == model.joints().end() ? -1 : static_cast<int>(at - model.joints().begin()));
     if (drives_.back() < 0) continue;
     const JointControl control = dynamics.setup().drives[static_cast<std::size_t>(drives_.back())].control;
-    const bool cut = control == JointControl::pd || control == JointControl::computed_torque;
-    if (control != JointControl::free) efforts_.watch(joint.name, channels_.size(), joint.limits.effort, cut);
+    const ControlOutput output = output_of(control);
+    if (output != ControlOutput::none)
+      efforts_.watch(joint.name, channels_.size(), joint.limits.effort, works_by_effort(output));
     channels_.push_back({joint.name, "driving", std::min(rating.driving, joint.limits.effort)});
   }
   for (const HeldGrasp& grip : system_->grips) {

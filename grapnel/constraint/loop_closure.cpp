@@ -24,28 +24,6 @@ ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinem
   return defect;
 }
 
-Eigen::MatrixXd closure_jacobian(const Model& model, const Kinematics& kinematics,
-                                 std::span<const LoopClosure> closures) {
-  Eigen::MatrixXd J(closure_rows(closures), model.velocities());
-  Eigen::MatrixXd J_a(6, model.velocities()), J_b(6, model.velocities());
-  Eigen::Index row = 0;
-  for (const LoopClosure& closure : closures) {
-    Vector3d turns[3];
-    const int count = forbidden_turns(closure, turns);
-    const Posed X_WC = kinematics.X_WB[closure.body_a] * closure.X_AC;
-    point_jacobian(model, kinematics, closure.body_a, X_WC.p, J_a);
-    point_jacobian(model, kinematics, closure.body_b, X_WC.p, J_b);
-    const Eigen::MatrixXd relative = J_a - J_b;  // in W
-    const auto put = [&](const Vector3d& direction_C, Eigen::Index first) {
-      const Vector3d d = X_WC.R * direction_C;
-      J.row(row++) = d[0] * relative.row(first) + d[1] * relative.row(first + 1) + d[2] * relative.row(first + 2);
-    };
-    for (int r = 0; r < count; ++r) put(turns[r], 0);
-    for (int r = 0; r < 3; ++r) put(Vector3d::unit(r), 3);
-  }
-  return J;
-}
-
 void ClosureDefect::raise(const ClosureDefect& other) {
   const auto take = [](double& most, double value) {
     if (!(value <= most)) most = value;

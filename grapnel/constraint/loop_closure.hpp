@@ -1,10 +1,9 @@
 #pragma once
 
 /// @file
-/// A grip that closes a loop of a model's tree, or ties two trees: where it is on both bodies, how far they are off,
-/// and its Jacobian.
+/// A grip that closes a loop of a model's tree, or ties two trees: where it is on both bodies, and how far they are
+/// off.
 
-#include <Eigen/Core>
 #include <span>
 #include <string>
 
@@ -37,11 +36,6 @@ struct ClosureDefect {
 };
 /// From poses and twists of the bodies in W.
 ClosureDefect closure_defect(const LoopClosure& closure, const Kinematics& kinematics);
-
-/// Jacobian of all closures, stacked in order: rows x velocities. u = J v is the twist of C minus that of D, both at C,
-/// in C's axes, in the forbidden directions, angular rows first. Dense: for tests and studies.
-Eigen::MatrixXd closure_jacobian(const Model& model, const Kinematics& kinematics,
-                                 std::span<const LoopClosure> closures);
 
 /// Directions, in C, in which a closure forbids turning: its angular rows. How many: 3, 2 normals of a hinge, or none.
 int forbidden_turns(const LoopClosure& closure, Vector3d (&axes)[3]);

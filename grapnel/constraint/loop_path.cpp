@@ -128,20 +128,6 @@ LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const
   return {inverse(X_Lb) * X_LC};
 }
 
-void link_poses(const Tree<double>& tree, std::span<const LinkScratch<double>> links, std::span<const double> q,
-                std::span<Posed> X_WL) {
-  for (std::size_t n = 0; n < tree.links.size(); ++n) {
-    const TreeLink<double>& link = tree.links[n];
-    if (link.parent < 0) {
-      X_WL[n] = root_in_world(link, q);
-    } else {
-      Posed X = X_WL[link.parent];
-      step_outward(link, links[n], X);
-      X_WL[n] = X;
-    }
-  }
-}
-
 Posed pose_CD(const LoopPath& path, const LoopPlace& place) { return inverse(place.X_bC) * path.X_bD; }
 
 void position_rows(const LoopPath& path, const LoopPlace& place, std::span<double> rows) {

@@ -56,10 +56,6 @@ struct LoopPlace {
 LoopPlace locate(const LoopPath& path, const Tree<double>& tree, std::span<const LinkScratch<double>> links,
                  std::span<const double> q);
 
-/// Poses of all links in W, one entry per link; reads what locate() reads.
-void link_poses(const Tree<double>& tree, std::span<const LinkScratch<double>> links, std::span<const double> q,
-                std::span<Posed> X_WL);
-
 /// Pose of D in C: the identity where the loop is closed (but for what it leaves free).
 Posed pose_CD(const LoopPath& path, const LoopPlace& place);
 

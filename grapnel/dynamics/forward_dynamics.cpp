@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/newton_euler.hpp"
 
 namespace grapnel {
@@ -94,29 +95,7 @@ std::vector<double> inverse_dynamics(const Model& model, const State& state, con
 
 void coordinate_rates(const Model& model, std::span<const double> q, std::span<const double> v,
                       std::span<double> qdot) {
-  const auto quaternion_part = [&](int offset, const Vector3d& w) {
-    const Quaterniond rate = quaternion_rate(Quaterniond{q[offset], q[offset + 1], q[offset + 2], q[offset + 3]}, w);
-    qdot[offset] = rate.w, qdot[offset + 1] = rate.x, qdot[offset + 2] = rate.y, qdot[offset + 3] = rate.z;
-  };
-  for (const TreeLink<double>& link : model.tree().links) {
-    switch (link.joint) {
-      case LinkJoint::root_fixed:
-        break;
-      case LinkJoint::root_free: {
-        const Quaterniond orientation{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]};
-        const Vector3d velocity = rotation_matrix(orientation) * Vector3d{v[link.v + 3], v[link.v + 4], v[link.v + 5]};
-        for (int k = 0; k < 3; ++k) qdot[link.q + k] = velocity[k];
-        quaternion_part(link.q + 3, {v[link.v], v[link.v + 1], v[link.v + 2]});
-        break;
-      }
-      case LinkJoint::spherical:
-        quaternion_part(link.q, {v[link.v], v[link.v + 1], v[link.v + 2]});
-        break;
-      default:
-        qdot[link.q] = v[link.v];
-        break;
-    }
-  }
+  coordinate_rates<double>(model.tree(), q, v, qdot);
 }
 
 }  // namespace grapnel

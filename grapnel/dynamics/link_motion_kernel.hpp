@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// The sweep of link_motion.hpp, as a template on the scalar.
-/// Included by the translation units that instantiate it: link_motion.cpp for doubles, grapnel/lanes/ for packs.
+/// The sweep of link_motion.hpp and the rates of coordinates, as templates on the scalar.
+/// Included by the translation units that instantiate it: link_motion.cpp and forward_dynamics.cpp for doubles,
+/// grapnel/lanes/ for packs.
 
 #include "grapnel/dynamics/link_motion.hpp"
 
@@ -69,6 +70,36 @@ void link_motion(const Tree<S>& tree, std::span<const S> q, std::span<const S> v
         }
       }
     });
+  }
+}
+
+/// Rates of the coordinates: positions move with R v, quaternions by q o (0, w)/2, joints by their rate.
+template <class S>
+void coordinate_rates(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, std::span<S> qdot) {
+  const auto quaternion_part = [&](int offset, int at) {
+    const Quaternion<S> rate = quaternion_rate(Quaternion<S>{q[offset], q[offset + 1], q[offset + 2], q[offset + 3]},
+                                               Vector3<S>{v[at], v[at + 1], v[at + 2]});
+    qdot[offset] = rate.w, qdot[offset + 1] = rate.x, qdot[offset + 2] = rate.y, qdot[offset + 3] = rate.z;
+  };
+  for (const TreeLink<S>& link : tree.links) {
+    switch (link.joint) {
+      case LinkJoint::root_fixed:
+        break;
+      case LinkJoint::root_free: {
+        const Quaternion<S> orientation{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]};
+        const Vector3<S> velocity =
+            rotation_matrix(orientation) * Vector3<S>{v[link.v + 3], v[link.v + 4], v[link.v + 5]};
+        for (int k = 0; k < 3; ++k) qdot[link.q + k] = velocity[k];
+        quaternion_part(link.q + 3, link.v);
+        break;
+      }
+      case LinkJoint::spherical:
+        quaternion_part(link.q, link.v);
+        break;
+      default:
+        qdot[link.q] = v[link.v];
+        break;
+    }
   }
 }
 

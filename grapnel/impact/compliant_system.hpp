@@ -51,8 +51,6 @@ class CompliantSystem {
   /// Velocities (indices into State::v) that y holds, in order.
   std::span<const int> integrated_rates() const { return rates_; }
   bool is_held(int velocity) const { return prescribed_[velocity] != 0; }
-  /// Whether a free root (index: body) follows from its tree's momentum.
-  bool by_momentum(int body) const { return by_momentum_[body] != 0; }
 
   /// Takes the state out of y and evaluates all interfaces; now() and loads() then have them.
   void load(double t, std::span<const double> y);

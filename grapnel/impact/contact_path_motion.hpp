@@ -11,7 +11,7 @@
 
 #include "grapnel/impact/contact_path.hpp"
 #include "grapnel/impact/coulomb_friction.hpp"
-#include "grapnel/integrate/dormand_prince_853_tableau.hpp"
+#include "grapnel/integrate/dormand_prince_853_kernel.hpp"
 
 namespace grapnel {
 

@@ -15,8 +15,6 @@ constexpr double kGripsAlone = 1e-8;
 constexpr double kWorkRounding = 1e-13;
 // Of the largest rate, in the metric J_r: a drive that misses what it was told by less has not given way.
 constexpr double kNoticed = 1e-9;
-// Pivots of self-stresses of unit size that are one another's sum.
-constexpr double kDependent = 1e-14;
 
 }  // namespace
 
@@ -68,64 +66,6 @@ std::vector<bool> which_gave_way(const Model& model, std::span<const HeldRate> h
   std::vector<bool> gave_way;
   for (double miss : missed) gave_way.push_back(miss > kNoticed * largest);
   return gave_way;
-}
-
-YieldingDrives::YieldingDrives(const Model& model, int rows)
-    : rows_(static_cast<std::size_t>(rows)),
-      velocities_(static_cast<std::size_t>(model.velocities())),
-      inertia_(velocities_),
-      response_(rows_ * velocities_),
-      stress_(response_),
-      null_(rows_),
-      right_(rows_),
-      z_(rows_),
-      ignored_(rows_),
-      small_(rows) {
-  for (std::size_t v = 0; v < velocities_; ++v) inertia_[v] = drive_inertia(model, static_cast<int>(v));
-}
-
-bool YieldingDrives::give_way(const PivotedCholesky& factor, std::span<const std::uint8_t> held,
-                              std::span<double> after) {
-  const std::size_t count = rows_ - static_cast<std::size_t>(factor.rank());
-  const std::span<double> A = small_.matrix();  // S_h^T J_r^-1 S_h; rows beyond the self-stresses are the identity's
-  std::fill(A.begin(), A.end(), 0.0);
-  bool contradict = false;
-  for (std::size_t k = 0; k < rows_; ++k) {
-    A[k * rows_ + k] = 1, right_[k] = 0;
-    if (k >= count) continue;
-    factor.null_vector(static_cast<int>(k), null_);
-    const std::span<double> S = std::span(stress_).subspan(k * velocities_, velocities_);
-    double size = 0;
-    for (std::size_t v = 0; v < velocities_; ++v) {
-      double sum = 0, terms = 0;
-      for (std::size_t r = 0; held[v] != 0 && r < rows_; ++r) {
-        const double term = null_[r] * response_[r * velocities_ + v];
-        sum += term, terms += std::abs(term);
-      }
-      S[v] = std::abs(sum) > kGripsAlone * terms ? sum : 0;
-      size += S[v] * S[v] / inertia_[v];
-    }
-    double work = 0, terms = 0;
-    for (std::size_t v = 0; size > 0 && v < velocities_; ++v) {
-      S[v] /= std::sqrt(size);
-      work += S[v] * after[v], terms += std::abs(S[v] * after[v]);
-    }
-    right_[k] = work;
-    contradict = contradict || std::abs(work) > kWorkRounding * terms;
-    for (std::size_t l = 0; size > 0 && l < k; ++l) {
-      double sum = 0;
-      for (std::size_t v = 0; v < velocities_; ++v) sum += S[v] * stress_[l * velocities_ + v] / inertia_[v];
-      A[k * rows_ + l] = A[l * rows_ + k] = sum;
-    }
-  }
-  if (!contradict) return false;
-  small_.factor(kDependent);
-  small_.solve(right_, z_, ignored_);
-  for (std::size_t k = 0; k < count; ++k) {
-    for (std::size_t v = 0; v < velocities_; ++v)
-      after[v] -= stress_[k * velocities_ + v] * z_[k] / inertia_[v];  // (7.20)
-  }
-  return true;
 }
 
 }  // namespace grapnel

@@ -19,7 +19,6 @@
 
 #include <optional>
 
-#include "grapnel/constraint/pivoted_cholesky.hpp"
 #include "grapnel/impact/bilateral_rows.hpp"
 
 namespace grapnel {
@@ -36,27 +35,5 @@ std::optional<Eigen::VectorXd> rates_that_grips_allow(const BilateralRows& rows,
 /// Per held rate, whether its drive gave way: whether it is off what it was told by more than rounding. `velocity`: of
 /// the whole model, after the impact.
 std::vector<bool> which_gave_way(const Model& model, std::span<const HeldRate> held, std::span<const double> velocity);
-
-/// (7.20) for self-stresses of grips by a pivoted factor of W, where the joints held have no row (ImpactSolver).
-/// Nothing allocates after construction.
-class YieldingDrives {
- public:
-  YieldingDrives(const Model& model, int rows);
-
-  /// Per velocity, to be filled by the caller for every row: what impulse the held velocities take if an impulse of
-  /// unit size acts in that row, in the units of the factor.
-  std::span<double> response(int row) { return std::span(response_).subspan(row * velocities_, velocities_); }
-
-  /// Changes `after`, rates of the velocities that are `held`, by (7.20), with w_g = 0. Whether any changed.
-  bool give_way(const PivotedCholesky& factor, std::span<const std::uint8_t> held, std::span<double> after);
-
- private:
-  std::size_t rows_, velocities_;
-  std::vector<double> inertia_;   // J_r, per velocity
-  std::vector<double> response_;  // rows x velocities
-  std::vector<double> stress_;    // S_h, self-stresses x velocities, of unit size in J_r^-1
-  std::vector<double> null_, right_, z_, ignored_;
-  PivotedCholesky small_;
-};
 
 }  // namespace grapnel

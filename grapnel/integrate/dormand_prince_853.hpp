@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/integrate/dormand_prince_853_tableau.hpp"
+#include "grapnel/integrate/dormand_prince_853_kernel.hpp"
 #include "grapnel/integrate/error_norm.hpp"
 #include "grapnel/integrate/stepper.hpp"
 
@@ -54,9 +54,6 @@ class DormandPrince853 : public Stepper<S> {
   template <RightHandSide<S> Rhs>
   StepStatus step(Rhs&& rhs);
 
-  /// Size of the step that will be tried next [time], positive.
-  double proposed_step() const { return proposed_step_; }
-
   /// Evaluates the stages that dense output in the last step needs, unless they are there (3 evaluations). Throws
   /// std::logic_error if there is no completed step.
   template <RightHandSide<S> Rhs>
@@ -76,31 +73,27 @@ class DormandPrince853 : public Stepper<S> {
 
  private:
   static constexpr int kDenseCoefficients = 7;
-  static constexpr double kSafety = 0.9;
-  static constexpr double kSmallestFactor = 1.0 / 3.0;
-  static constexpr double kLargestFactor = 6.0;
-  static constexpr double kNonFiniteFactor = 0.1;  // after a step with a result that is not finite
-  static constexpr double kStretch = 1.01;  // the last step may be this much longer, to avoid a tiny one after it
 
   std::span<S> stage(int number) { return {stages_.data() + (number - 1) * this->size(), this->state_.size()}; }
   std::span<S> dense(int number) { return {dense_.data() + (number - 1) * this->size(), this->state_.size()}; }
 
-  /// Σ_j weight_j k_j of number i of the state, over a row of the tableau.
   template <const auto& kRow>
   S weighted_sum(int i) const {
-    const S* k = stages_.data() + i;
-    const int n = this->size();
-    return [&]<std::size_t... J>(std::index_sequence<J...>) {
-      return ((kRow[J].weight * k[(kRow[J].stage - 1) * n]) + ...);
-    }
-    (std::make_index_sequence<kRow.size()>{});
+    return dop853::weighted_sum<kRow>(stages_.data(), this->size(), i);
   }
 
-  /// k_number = f(t + c h, from + h Σ a k).
+  /// The right-hand side as the kernel calls it.
+  template <class Rhs>
+  auto counted(Rhs& rhs) {
+    return [this, &rhs](double t, const S* y, S* dydt) {
+      this->evaluate(rhs, t, {y, this->state_.size()}, {dydt, this->state_.size()});
+    };
+  }
+  /// A stage of dense output.
   template <int kNumber, const auto& kRow, class Rhs>
   void evaluate_stage(Rhs& rhs, double t, double h, const std::vector<S>& from) {
-    for (int i = 0; i < this->size(); ++i) stage_state_[i] = from[i] + h * weighted_sum<kRow>(i);
-    this->evaluate(rhs, t + dop853::kNodes[kNumber - 1] * h, stage_state_, stage(kNumber));
+    dop853::evaluate_stage<kNumber, kRow>(counted(rhs), t, h, this->size(), from.data(), stage_state_.data(),
+                                          stages_.data());
   }
 
   template <class Rhs>
@@ -152,24 +145,19 @@ template <class S>
 template <class Rhs>
 double DormandPrince853<S>::choose_initial_step(Rhs& rhs) {
   const double longest = std::min(std::abs(this->remaining()), control_.max_step);
-  const double size_y = norm_.magnitude(this->state_);
   const double size_f = norm_(this->state_, this->derivative_);
-  const double euler = std::min(size_y < 1e-5 || size_f < 1e-5 ? 1e-6 : 0.01 * size_y / size_f, longest);
+  const double euler = dop853::first_euler_step(norm_.magnitude(this->state_), size_f, longest);
   const double h = this->direction_ * euler;
   for (int i = 0; i < this->size(); ++i) stage_state_[i] = this->state_[i] + h * this->derivative_[i];
   this->evaluate(rhs, this->time_ + h, stage_state_, stage(2));
   for (int i = 0; i < this->size(); ++i) error5_[i] = stage(2)[i] - this->derivative_[i];
   const double second = norm_(this->state_, error5_) / euler;
-  if (!std::isfinite(second)) return std::min(1e-6, longest);
-  const double largest = std::max(size_f, second);
-  const double step = largest <= 1e-15 ? std::max(1e-6, euler * 1e-3) : std::pow(0.01 / largest, 1.0 / 8.0);
-  return std::min({100.0 * euler, step, longest});
+  return dop853::first_step(euler, size_f, second, longest, [](double x) { return std::pow(0.01 / x, 1.0 / 8.0); });
 }
 
 template <class S>
 template <RightHandSide<S> Rhs>
 StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
-  constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
   if (this->status_ != StepStatus::running) return this->status_;
   this->has_step_ = dense_ready_ = false;
   bool rejected = false;
@@ -178,13 +166,10 @@ StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
     if (this->statistics_.accepted + this->statistics_.rejected >= control_.max_steps) {
       return this->fail(StepStatus::too_many_steps);
     }
-    const double remaining = this->remaining();
-    const double wanted = std::min(proposed_step_, control_.max_step);
-    const bool last = std::abs(remaining) <= std::min(kStretch * wanted, (1.0 + 1e-10) * control_.max_step);
-    if (!last && wanted <= 10.0 * kEpsilon * std::abs(this->time_)) {
-      return this->fail(finite ? StepStatus::step_too_small : StepStatus::non_finite);
-    }
-    const double t_new = last ? this->end_time_ : this->time_ + this->direction_ * wanted;
+    const dop853::FittedStep fitted =
+        dop853::fit_step(proposed_step_, control_.max_step, std::abs(this->remaining()), this->time_);
+    if (fitted.too_small) return this->fail(finite ? StepStatus::step_too_small : StepStatus::non_finite);
+    const double t_new = fitted.last ? this->end_time_ : this->time_ + this->direction_ * fitted.wanted;
     const double h = t_new - this->time_;  // as the rounded times have it, so that time does not drift
 
     evaluate_stages(rhs, h);
@@ -193,9 +178,9 @@ StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
       const double defect = normalize(this->manifold_, std::span<S>(this->end_));
       this->evaluate(rhs, t_new, this->end_, stage(13));
       if (all_finite(std::span<const S>(stage(13)))) {
-        const double factor = std::min(kSafety * std::pow(error, -1.0 / 8.0), rejected ? 1.0 : kLargestFactor);
-        proposed_step_ = std::abs(h) * std::max(factor, kSmallestFactor);
-        if (last) proposed_step_ = std::max(proposed_step_, wanted);  // a step cut short by the end says nothing more
+        proposed_step_ = dop853::size_after_accepted(std::abs(h), std::pow(error, -1.0 / 8.0), rejected);
+        // A step cut short by the end says nothing more.
+        if (fitted.last) proposed_step_ = std::max(proposed_step_, fitted.wanted);
         this->statistics_.sum_of_error_estimates += error;
         this->accept(t_new, stage(13), defect);
         return this->status_;
@@ -205,8 +190,7 @@ StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
     rejected = true;
     finite = std::isfinite(error);
     ++this->statistics_.rejected;
-    proposed_step_ =
-        std::abs(h) * (finite ? std::max(kSafety * std::pow(error, -1.0 / 8.0), kSmallestFactor) : kNonFiniteFactor);
+    proposed_step_ = dop853::size_after_rejected(std::abs(h), std::pow(error, -1.0 / 8.0), finite);
   }
 }
 
@@ -214,39 +198,17 @@ StepStatus DormandPrince853<S>::step(Rhs&& rhs) {
 template <class S>
 template <class Rhs>
 void DormandPrince853<S>::evaluate_stages(Rhs& rhs, double h) {
-  const double t = this->time_;
-  const std::vector<S>& y = this->state_;
   std::copy(this->derivative_.begin(), this->derivative_.end(), stages_.begin());
-  evaluate_stage<2, dop853::kStage2>(rhs, t, h, y);
-  evaluate_stage<3, dop853::kStage3>(rhs, t, h, y);
-  evaluate_stage<4, dop853::kStage4>(rhs, t, h, y);
-  evaluate_stage<5, dop853::kStage5>(rhs, t, h, y);
-  evaluate_stage<6, dop853::kStage6>(rhs, t, h, y);
-  evaluate_stage<7, dop853::kStage7>(rhs, t, h, y);
-  evaluate_stage<8, dop853::kStage8>(rhs, t, h, y);
-  evaluate_stage<9, dop853::kStage9>(rhs, t, h, y);
-  evaluate_stage<10, dop853::kStage10>(rhs, t, h, y);
-  evaluate_stage<11, dop853::kStage11>(rhs, t, h, y);
-  evaluate_stage<12, dop853::kStage12>(rhs, t, h, y);
-  for (int i = 0; i < this->size(); ++i) {
-    const S slope = weighted_sum<dop853::kSolution>(i);
-    this->end_[i] = y[i] + h * slope;
-    error3_[i] = slope - weighted_sum<dop853::kThirdOrder>(i);
-    error5_[i] = weighted_sum<dop853::kError5>(i);
-  }
+  dop853::evaluate_stages(counted(rhs), this->time_, h, this->size(), this->state_.data(), stage_state_.data(),
+                          stages_.data(), this->end_.data(), error5_.data(), error3_.data());
 }
 
-// Both estimates combined so that the result shrinks with h⁸: err = |h| e5² / √(e5² + 0.01 e3²), in the
-// root-mean-square norm (HNW II.10). At most 1: acceptable. NaN if anything is not finite.
+// At most 1: acceptable. NaN if anything is not finite.
 template <class S>
 double DormandPrince853<S>::estimate_error(double h) {
-  using std::sqrt;
   if (norm_.dimension() == 0) return 0.0;
-  const S sum5 = norm_.sum_of_squares(this->state_, this->end_, error5_);
-  const S sum3 = norm_.sum_of_squares(this->state_, this->end_, error3_);
-  // The smallest normal number keeps 0/0 away.
-  const S denominator = S(norm_.dimension()) * (sum5 + 0.01 * sum3) + S(std::numeric_limits<double>::min());
-  return LaneReduction<S>::largest(std::abs(h) * sum5 / sqrt(denominator));
+  return dop853::combined_error(std::abs(h), norm_.sum_of_squares(this->state_, this->end_, error5_),
+                                norm_.sum_of_squares(this->state_, this->end_, error3_), norm_.dimension());
 }
 
 template <class S>

@@ -37,7 +37,7 @@ class ErrorNorm {
   /// How many independent errors the norm counts: 3 for each controlled quaternion, 1 for each other controlled number.
   int dimension() const { return dimension_; }
 
-  /// Sum over the controlled numbers of (difference/scale)², per lane; the scale is that of the states y0 and y1. A
+  /// Sum over the controlled numbers of (difference/scale)²; the scale is that of the states y0 and y1. A
   /// quaternion's difference δq counts as its rotation vector 2 Im(conj(q1) ⊗ δq). Arguments are n numbers. Throws
   /// nothing.
   S sum_of_squares(std::span<const S> y0, std::span<const S> y1, std::span<const S> difference) const;
@@ -58,7 +58,7 @@ class ErrorNorm {
 
   double root_mean(const S& sum) const {
     using std::sqrt;
-    return dimension_ == 0 ? 0.0 : LaneReduction<S>::largest(sqrt(sum * S(1.0 / dimension_)));
+    return dimension_ == 0 ? 0.0 : static_cast<double>(sqrt(sum * S(1.0 / dimension_)));
   }
 
   double rtol_;

@@ -13,13 +13,6 @@
 
 namespace grapnel {
 
-/// Reduces a scalar of the state to the double by which a step is judged. For packs of lanes or dual numbers specialize
-/// `largest`: the largest lane, NaN if any lane is NaN; the value (not the derivative) of a dual number.
-template <class S>
-struct LaneReduction {
-  static double largest(const S& x) { return static_cast<double>(x); }
-};
-
 /// Layout of a state y of `size` numbers.
 struct Manifold {
   static constexpr int kAllControlled = -1;
@@ -48,19 +41,17 @@ double normalize(const Manifold& manifold, std::span<S> y) {
     const S norm = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
     const S inverse = S(1.0) / norm;
     for (int i = 0; i < 4; ++i) q[i] = q[i] * inverse;
-    const double above = LaneReduction<S>::largest(norm - S(1.0));
-    const double below = LaneReduction<S>::largest(S(1.0) - norm);
-    const double defect = above > below ? above : below;
+    const double defect = std::abs(static_cast<double>(norm - S(1.0)));
     if (defect > largest_defect || std::isnan(defect)) largest_defect = defect;  // a NaN stays
   }
   return largest_defect;
 }
 
-/// Whether every number in y is finite in every lane. Throws nothing.
+/// Whether every number in y, and its square, is finite. Throws nothing.
 template <class S>
 bool all_finite(std::span<const S> y) {
   bool finite = true;
-  for (const S& value : y) finite = finite && std::isfinite(LaneReduction<S>::largest(value * value * S(0.0)));
+  for (const S& value : y) finite = finite && std::isfinite(static_cast<double>(value * value * S(0.0)));
   return finite;
 }
 

@@ -3,17 +3,23 @@
 /// @file
 /// The right-hand side of one phase in packs: as many cases of one structure at once as a pack has lanes. What
 /// PhaseDynamics is to one case, for phases on which nothing acts from outside; simulate/phase_dynamics.hpp has the
-/// equations. State y = [q; v; motor work; friction work].
+/// equations. State y = [q; v; motor work; friction work]. Control laws, friction and the kernels are the same text
+/// (simulate/joint_control.hpp, dynamics/*_kernel.hpp); the order in which they are called is written twice, because
+/// PhaseDynamics has loads, attitude control, held roots and loops between them, and lanes leave out for all cases at
+/// once what none of them has.
+///
+/// A Tree<Pack> has one structure for all lanes (parents, kinds of joints, axes, which frames are rotated, which joints
+/// have rotors) and numbers per lane.
 ///
 /// Roots' motion is integrated within a step and taken from the conserved momenta at its end (settle), so that nothing
 /// drifts and the stages are spared the sweep that it takes.
 
-#include "grapnel/lanes/lane_dynamics_loose.hpp"
-#include "grapnel/lanes/lane_dynamics_noise.hpp"
-#include "grapnel/lanes/lane_dynamics_tanh.hpp"
-#include "grapnel/lanes/lane_kernels.hpp"
-#include "grapnel/lanes/lane_phase_array.hpp"
+#include "grapnel/dynamics/articulated_body_kernel.hpp"
+#include "grapnel/dynamics/link_motion_kernel.hpp"
+#include "grapnel/dynamics/root_velocity_kernel.hpp"
+#include "grapnel/lanes/lane_noise.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
+#include "grapnel/lanes/pack.hpp"
 
 namespace grapnel::lanes {
 
@@ -21,6 +27,71 @@ namespace grapnel::lanes {
 template <class S>
 struct LaneDriveValues {
   S kp, kd, effort, viscous, coulomb, inverse_transition;
+};
+
+/// The numbers of a free body that carries nothing.
+template <class S>
+struct LaneFreeBody {
+  Vector3<S> com;
+  Symmetric3<S> inertia, inverse;  // about the centre of mass
+};
+
+/// Free bodies that carry nothing, such as targets before they are gripped: torque-free rigid bodies need no recursion
+/// and no solution of six equations.
+template <class S>
+class LaneFreeBodies {
+ public:
+  explicit LaneFreeBodies(const PhaseTables& tables)
+      : tables_(tables), is_free_(tables.link_count), bodies_(tables.link_count) {
+    for (int i = 0; i < tables.link_count; ++i) is_free_[i] = tables.links[i].joint == LinkJoint::root_free;
+    for (int i = 0; i < tables.link_count; ++i) {
+      if (tables.links[i].parent >= 0) is_free_[tables.links[i].parent] = 0;
+    }
+  }
+
+  bool holds(int link) const { return is_free_[link] != 0; }
+
+  /// Takes a link's numbers (see lane_phase_tables.hpp) into a lane.
+  void load(int lane, const double* n, int link) {
+    const double m = n[kLinkMass];
+    const double c[3] = {n[kLinkFirstMoment] / m, n[kLinkFirstMoment + 1] / m, n[kLinkFirstMoment + 2] / m};
+    const double* J = n + kLinkRotational;  // about the origin: the parallel-axis term goes
+    const double xx = J[0] - m * (c[1] * c[1] + c[2] * c[2]), yy = J[1] - m * (c[0] * c[0] + c[2] * c[2]),
+                 zz = J[2] - m * (c[0] * c[0] + c[1] * c[1]), xy = J[3] + m * (c[0] * c[1]),
+                 xz = J[4] + m * (c[0] * c[2]), yz = J[5] + m * (c[1] * c[2]);
+    const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, d = xy * yz - xz * yy;
+    const double determinant = xx * a + xy * b + xz * d;
+    LaneFreeBody<S>& body = bodies_[link];
+    for (int k = 0; k < 3; ++k) body.com[k].set(lane, c[k]);
+    set(lane, body.inertia, xx, yy, zz, xy, xz, yz);
+    set(lane, body.inverse, a / determinant, (xx * zz - xz * xz) / determinant, (xx * yy - xy * xy) / determinant,
+        b / determinant, d / determinant, (xy * xz - xx * yz) / determinant);
+  }
+
+  /// Their parts of the accelerations, from the velocities: w' = J^-1 (J w x w), and no acceleration of the centre of
+  /// mass, in components on the body.
+  void accelerate(const S* v, S* vdot) const {
+    for (int i = 0; i < tables_.link_count; ++i) {
+      if (!holds(i)) continue;
+      const LaneFreeBody<S>& body = bodies_[i];
+      const int at = tables_.links[i].v;
+      const Vector3<S> w{v[at], v[at + 1], v[at + 2]}, u{v[at + 3], v[at + 4], v[at + 5]};
+      const Vector3<S> spin = body.inverse * cross(Vector3<S>(body.inertia * w), w);
+      const Vector3<S> u_com = u + cross(w, body.com);
+      const Vector3<S> linear = cross(u_com, w) + cross(body.com, spin);
+      for (int k = 0; k < 3; ++k) vdot[at + k] = spin[k], vdot[at + 3 + k] = linear[k];
+    }
+  }
+
+ private:
+  static void set(int lane, Symmetric3<S>& A, double xx, double yy, double zz, double xy, double xz, double yz) {
+    A.xx.set(lane, xx), A.yy.set(lane, yy), A.zz.set(lane, zz);
+    A.xy.set(lane, xy), A.xz.set(lane, xz), A.yz.set(lane, yz);
+  }
+
+  const PhaseTables& tables_;
+  LaneArray<S, std::uint8_t> is_free_;
+  LaneArray<S, LaneFreeBody<S>> bodies_;  // per link
 };
 
 template <class S>
@@ -57,28 +128,27 @@ class LaneDynamics {
   /// What a link's motor does in the state evaluated last, whatever moves the joint; zero where none is driven.
   S motor_effort(int i) const {
     const LinkTable& link = tables_.links[i];
-    return link.drive == LaneDrive::prescribed ? S(solved_[link.v] - friction_[i]) : motor_[i];
+    return link.output == ControlOutput::motion ? S(solved_[link.v] - friction_[i]) : motor_[i];
   }
 
  private:
   void load_link(int lane, const double* numbers, TreeLink<S>& link);
   void refer(const S& t);
   template <bool kSecond>
-  void refer_joint(const LinkTable& link, const S& t, LaneReference<S>& reference) const;
+  void refer_joint(const LinkTable& link, const S& t, BasicJointPoint<S>& reference) const;
   void impose(S* y);
   void actuate(const S* y);
   void solve(const S* y, const LaneArray<S, std::uint8_t>& prescribed);
   void command(const S* y);
-  void coordinate_rates(const S* y, S* dydt) const;
 
   const PhaseTables& tables_;
   Tree<S> tree_;
   DynamicsWorkspace<S> workspace_;
-  LaneLooseBodies<S> loose_;  // roots that carry nothing,
-  Tree<S> jointed_;           // and the others with what they carry
+  LaneFreeBodies<S> free_;  // roots that carry nothing,
+  Tree<S> jointed_;         // and the others with what they carry
   DynamicsWorkspace<S> jointed_workspace_;
   LaneArray<S, LaneDriveValues<S>> drives_;  // per link, as what follows
-  LaneArray<S, LaneReference<S>> references_;
+  LaneArray<S, BasicJointPoint<S>> references_;
   LaneArray<S> motor_, friction_;
   LaneArray<S> pieces_;  // the interval's
   LaneNoise<S> noise_;
@@ -94,7 +164,7 @@ class LaneDynamics {
 template <class S>
 LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     : tables_(tables),
-      loose_(tables),
+      free_(tables),
       drives_(tables.link_count),
       references_(tables.link_count),
       motor_(tables.link_count),
@@ -116,10 +186,10 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     tree_.links.push_back({l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, Pose<S>::identity(),
                            RigidBodyInertia<S>::zero(), S(0.0), l.has_armature});
     roots_ += l.joint == LinkJoint::root_free;
-    const bool is_prescribed = l.drive == LaneDrive::prescribed, is_computed = l.drive == LaneDrive::computed_torque;
-    any_driven_ = any_driven_ || l.drive != LaneDrive::free;
+    const bool is_prescribed = l.output == ControlOutput::motion, is_computed = l.output == ControlOutput::acceleration;
+    any_driven_ = any_driven_ || l.output != ControlOutput::none;
     any_computed_ = any_computed_ || is_computed;
-    if (l.joint != LinkJoint::revolute && l.joint != LinkJoint::prismatic) continue;
+    if (!has_one_axis(l.joint)) continue;
     prescribed_[l.v] = is_prescribed;
     commanded_[l.v] = is_prescribed || is_computed;
   }
@@ -128,7 +198,7 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
   jointed_.velocities = tables.velocities;
   LaneArray<S, int> place(tables.link_count);  // of a link in jointed_
   for (int i = 0; i < tables.link_count; ++i) {
-    if (loose_.holds(i)) continue;
+    if (free_.holds(i)) continue;
     place[i] = static_cast<int>(jointed_.links.size());
     jointed_.links.push_back(tree_.links[static_cast<std::size_t>(i)]);
     if (tables.links[i].parent >= 0) jointed_.links.back().parent = place[tables.links[i].parent];
@@ -157,8 +227,8 @@ void LaneDynamics<S>::load_case(int lane, const CaseRecord& record) {
   for (int i = 0; i < tables_.link_count; ++i) {
     const double* n = record.links + static_cast<long>(i) * kLinkNumbers;
     load_link(lane, n, tree_.links[static_cast<std::size_t>(i)]);
-    if (loose_.holds(i)) {
-      loose_.load(lane, n, i);
+    if (free_.holds(i)) {
+      free_.load(lane, n, i);
     } else {
       load_link(lane, n, jointed_.links[jointed++]);
     }
@@ -179,19 +249,20 @@ template <class S>
 void LaneDynamics<S>::refer(const S& t) {
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.drive == LaneDrive::free) continue;
-    if (link.drive == LaneDrive::pd) {
-      refer_joint<false>(link, t, references_[i]);
-    } else {
+    if (link.output == ControlOutput::none) continue;
+    if (link.reads_acceleration) {
       refer_joint<true>(link, t, references_[i]);
+    } else {
+      refer_joint<false>(link, t, references_[i]);
     }
   }
 }
 
-// One joint's; PD does not read accelerations.
+// One joint's. Not evaluate(JointTrajectory): here every piece of every case is a series of the same length, so that
+// one instruction serves all lanes, and sums are in the order that fuses best, whose bits differ.
 template <class S>
 template <bool kSecond>
-GRAPNEL_INLINE void LaneDynamics<S>::refer_joint(const LinkTable& link, const S& t, LaneReference<S>& r) const {
+GRAPNEL_INLINE void LaneDynamics<S>::refer_joint(const LinkTable& link, const S& t, BasicJointPoint<S>& r) const {
   const S* piece = pieces_.data() + link.piece;
   const S* c = piece + kPieceSeries;
   const S inverse_half = piece[kPieceInverseHalf];
@@ -224,18 +295,14 @@ GRAPNEL_INLINE void LaneDynamics<S>::refer_joint(const LinkTable& link, const S&
   r.rate = slope * inverse_half + piece[kPieceRate];
   r.acceleration = S(curvature * inverse_half) * inverse_half;
   if (link.tones < 0) return;
-  const LaneReference<S> n = noise_.template at<kSecond>(link, t);
-  r.position -= n.position;
-  r.rate -= n.rate;
-  // Computed torque commands the trajectory's own acceleration: no sensor reads that.
-  if (link.drive == LaneDrive::prescribed) r.acceleration -= n.acceleration;
+  r = control_law::reference(link.output, r, noise_.template at<kSecond>(link, t));
 }
 
 template <class S>
 void LaneDynamics<S>::impose(S* y) {
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.drive != LaneDrive::prescribed) continue;
+    if (link.output != ControlOutput::motion) continue;
     y[link.q] = references_[i].position;
     y[tables_.coordinates + link.v] = references_[i].rate;
     given_[link.v] = references_[i].acceleration;
@@ -271,27 +338,24 @@ void LaneDynamics<S>::settle(const S& t, S* y) {
                    std::span<S>(y + tables_.coordinates, static_cast<std::size_t>(tables_.velocities)));
 }
 
-// Friction, and the efforts of PD.
+// Friction, and what the control laws say: efforts, or accelerations.
 template <class S>
 void LaneDynamics<S>::actuate(const S* y) {
   const S* v = y + tables_.coordinates;
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.joint != LinkJoint::revolute && link.joint != LinkJoint::prismatic) continue;
+    if (!has_one_axis(link.joint)) continue;
     const LaneDriveValues<S>& drive = drives_[i];
     const S rate = v[link.v];
-    S resistance(0.0);
-    if (link.is_viscous) resistance = drive.viscous * rate;
-    if (link.has_coulomb) resistance += drive.coulomb * lane_tanh(S(rate * drive.inverse_transition));
-    friction_[i] = -resistance;
+    friction_[i] = control_law::friction(link.is_viscous, drive.viscous, link.has_coulomb, drive.coulomb, rate,
+                                         [&] { return tanh(S(rate * drive.inverse_transition)); });
     motor_[i] = S(0.0);
-    if (link.drive != LaneDrive::pd && link.drive != LaneDrive::computed_torque) continue;
-    const LaneReference<S>& r = references_[i];
-    const S correction = drive.kp * S(r.position - y[link.q]) + drive.kd * S(r.rate - rate);
-    if (link.drive == LaneDrive::pd) {
-      motor_[i] = min(drive.effort, max(-drive.effort, correction));  // in this order a NaN stays
+    if (!works_by_effort(link.output)) continue;
+    const S said = control_law::command(link.control, drive.kp, drive.kd, references_[i], y[link.q], rate);
+    if (link.output == ControlOutput::effort) {
+      motor_[i] = control_law::within_limit(said, drive.effort);
     } else {
-      given_[link.v] = r.acceleration + correction;
+      given_[link.v] = said;
     }
   }
 }
@@ -307,43 +371,18 @@ void LaneDynamics<S>::solve(const S* y, const LaneArray<S, std::uint8_t>& prescr
   articulated_body<S>(jointed_, in, jointed_workspace_, std::span<S>(vdot_.data(), n), std::span<S>(solved_.data(), n));
 }
 
-// Efforts of computed torque: what the commanded accelerations take without friction, cut at the limits.
+// Efforts of laws that command accelerations: what these take without friction, cut at the limits.
 template <class S>
 void LaneDynamics<S>::command(const S* y) {
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.joint == LinkJoint::revolute || link.joint == LinkJoint::prismatic) force_[link.v] = motor_[i];
+    if (has_one_axis(link.joint)) force_[link.v] = motor_[i];
   }
   solve(y, commanded_);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.drive != LaneDrive::computed_torque) continue;
-    const S effort = drives_[i].effort;
-    motor_[i] = min(effort, max(-effort, solved_[link.v]));
-  }
-}
-
-template <class S>
-void LaneDynamics<S>::coordinate_rates(const S* y, S* dydt) const {
-  const S* v = y + tables_.coordinates;
-  const auto quaternion_part = [&](int offset, int at) {
-    const Quaternion<S> rate = quaternion_rate(Quaternion<S>{y[offset], y[offset + 1], y[offset + 2], y[offset + 3]},
-                                               Vector3<S>{v[at], v[at + 1], v[at + 2]});
-    dydt[offset] = rate.w, dydt[offset + 1] = rate.x, dydt[offset + 2] = rate.y, dydt[offset + 3] = rate.z;
-  };
-  for (int i = 0; i < tables_.link_count; ++i) {
-    const LinkTable& link = tables_.links[i];
-    if (link.joint == LinkJoint::root_free) {
-      const S* q = y + link.q;
-      const Vector3<S> velocity = rotation_matrix(Quaternion<S>{q[3], q[4], q[5], q[6]}) *
-                                  Vector3<S>{v[link.v + 3], v[link.v + 4], v[link.v + 5]};
-      for (int k = 0; k < 3; ++k) dydt[link.q + k] = velocity[k];
-      quaternion_part(link.q + 3, link.v);
-    } else if (link.joint == LinkJoint::spherical) {
-      quaternion_part(link.q, link.v);
-    } else {
-      dydt[link.q] = v[link.v];
-    }
+    if (link.output != ControlOutput::acceleration) continue;
+    motor_[i] = control_law::within_limit(solved_[link.v], drives_[i].effort);
   }
 }
 
@@ -358,17 +397,16 @@ void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
   if (any_computed_) command(y);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.joint == LinkJoint::revolute || link.joint == LinkJoint::prismatic)
-      force_[link.v] = motor_[i] + friction_[i];
+    if (has_one_axis(link.joint)) force_[link.v] = motor_[i] + friction_[i];
   }
   solve(y, prescribed_);
-  loose_.accelerate(y + nq, vdot_.data());
-  coordinate_rates(y, dydt);
+  free_.accelerate(y + nq, vdot_.data());
+  coordinate_rates<S>(tree_, coordinates(y), velocities(y), {dydt, static_cast<std::size_t>(nq)});
   for (int i = 0; i < nv; ++i) dydt[nq + i] = vdot_[i];
   S motor_power(0.0), friction_power(0.0);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.joint != LinkJoint::revolute && link.joint != LinkJoint::prismatic) continue;
+    if (!has_one_axis(link.joint)) continue;
     const S rate = y[nq + link.v];
     motor_power += motor_effort(i) * rate;
     friction_power += friction_[i] * rate;

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "grapnel/integrate/stepper.hpp"
-#include "grapnel/lanes/lane_phase_units.hpp"
 
 namespace grapnel::lanes {
 namespace {

@@ -70,8 +70,8 @@ struct LaneOutcome {
   double motor_work = 0;     // [J]
   double friction_work = 0;  // [J]
   std::int64_t steps = 0, rejected = 0, evaluations = 0;
-  double quaternion_defect = 0;      // largest | |q| - 1 | before renormalization
-  std::vector<LaneTreeBooks> trees;  // in the order of their roots
+  double quaternion_defect = 0;       // largest | |q| - 1 | before renormalization
+  std::vector<LaneTreeRecord> trees;  // in the order of their roots
 
   bool finished() const { return status == LaneStatus::finished; }
 };

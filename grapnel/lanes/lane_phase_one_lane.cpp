@@ -1,6 +1,5 @@
 // The lane stepper for one lane. Compiled with flags of its own, see CMakeLists.txt.
 
-#include "grapnel/lanes/lane_phase_units.hpp"
 #include "grapnel/lanes/lane_stepper.hpp"
 
 namespace grapnel::lanes {

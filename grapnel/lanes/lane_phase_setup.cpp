@@ -22,20 +22,6 @@ const JointDrive& drive_of(const PhaseSetup& setup, std::size_t joint) {
   return setup.drives.empty() ? kFree : setup.drives.at(joint);
 }
 
-LaneDrive lane_drive(JointControl control) {
-  switch (control) {
-    case JointControl::pd:
-      return LaneDrive::pd;
-    case JointControl::computed_torque:
-      return LaneDrive::computed_torque;
-    case JointControl::prescribed:
-      return LaneDrive::prescribed;
-    case JointControl::free:
-      break;
-  }
-  return LaneDrive::free;
-}
-
 int coefficients(const JointPiece& piece) {
   const auto* series = std::get_if<ChebyshevPiece>(&piece.shape);
   return series != nullptr ? static_cast<int>(series->coefficients.size()) : 6;
@@ -65,10 +51,11 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     const JointDrive& drive = drive_of(setup, j);
     const JointFriction& friction = body.description.joint.friction;
     LinkTable& t = tables[static_cast<std::size_t>(body.placement.link)];
-    t.drive = lane_drive(drive.control);
+    const JointControlLaw& law = law_of(drive.control);
+    t.control = drive.control, t.output = law.output, t.reads_acceleration = law.reads_acceleration;
     t.is_viscous = friction.viscous != 0;
     t.has_coulomb = friction.coulomb != 0;
-    if (t.drive == LaneDrive::free) continue;
+    if (t.output == ControlOutput::none) continue;
     t.is_cycloidal = is_cycloidal(drive.trajectory);
     t.series = 1;
     for (const JointPiece& piece : drive.trajectory.pieces) t.series = std::max(t.series, coefficients(piece));
@@ -85,7 +72,7 @@ std::vector<double> interval_ends(const Model& model, const PhaseSetup& setup, d
   std::vector<double> times;
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
     const JointDrive& drive = drive_of(setup, j);
-    if (drive.control == JointControl::free) continue;
+    if (output_of(drive.control) == ControlOutput::none) continue;
     for (double t : break_times(drive.trajectory)) {
       if (t > t0 + resolution && t < t1 - resolution) times.push_back(t);
     }
@@ -139,7 +126,7 @@ void write_trajectory(const JointTrajectory& trajectory, double inside, const Li
   if (pieces.empty()) return;
   if (inside < pieces.front().begin || inside >= pieces.back().end) {
     const JointPoint held = evaluate(trajectory, inside, inside);
-    if (table.drive == LaneDrive::prescribed && std::abs(held.rate) > kRest) {
+    if (table.output == ControlOutput::motion && std::abs(held.rate) > kRest) {
       throw std::invalid_argument(kStandsWithRate);
     }
     return write_hold(held.position, held.rate, out);
@@ -166,7 +153,8 @@ void write_link(const TreeLink<double>& link, double* out) {
 
 bool matches(const LinkTable& own, const LinkTable& shared) {
   const bool same_tree = own.parent == shared.parent && own.joint == shared.joint && own.axis == shared.axis &&
-                         own.q == shared.q && own.v == shared.v && own.sign == shared.sign && own.drive == shared.drive;
+                         own.q == shared.q && own.v == shared.v && own.sign == shared.sign &&
+                         own.control == shared.control;
   const auto allowed = [](bool needed, bool provided) { return provided || !needed; };
   return same_tree && allowed(own.rotated, shared.rotated) && allowed(own.has_armature, shared.has_armature) &&
          allowed(own.is_viscous, shared.is_viscous) && allowed(own.has_coulomb, shared.has_coulomb) &&
@@ -198,7 +186,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
     const double inside = 0.5 * (begin + end);
     for (const JointDrive& drive : setup.drives) {
       const std::vector<JointPiece>& pieces = drive.trajectory.pieces;
-      if (drive.control != JointControl::prescribed || pieces.empty()) continue;
+      if (output_of(drive.control) != ControlOutput::motion || pieces.empty()) continue;
       const bool beyond = inside < pieces.front().begin || inside >= pieces.back().end;
       if (beyond && std::abs(evaluate(drive.trajectory, inside, inside).rate) > kRest) return kStandsWithRate;
     }
@@ -218,7 +206,7 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
   s.recover_roots = setup.recover_roots;
   s.integration = integration;
   for (LinkTable& link : s.links) {
-    if (link.drive == LaneDrive::free) continue;
+    if (link.output == ControlOutput::none) continue;
     link.series = std::max(link.series, kLeastSeries);
     link.piece = s.piece_numbers;
     s.piece_numbers += kPieceSeries + link.series;
@@ -243,7 +231,7 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
     *out++ = end;
     for (std::size_t j = 0; j < model.joints().size(); ++j) {
       const JointDrive& drive = drive_of(setup, j);
-      if (drive.control == JointControl::free) continue;
+      if (output_of(drive.control) == ControlOutput::none) continue;
       const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
       const LinkTable& table = structure.links.at(static_cast<std::size_t>(body.placement.link));
       if (table.piece < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
@@ -276,7 +264,7 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
     out[kLinkViscous] = joint.friction.viscous, out[kLinkCoulomb] = joint.friction.coulomb;
     out[kLinkInverseTransition] = 1 / joint.friction.transition_rate;
     const std::vector<NoiseSignal::Tone>& tones = drive.noise.tones();
-    if (drive.control == JointControl::free || tones.empty()) continue;
+    if (output_of(drive.control) == ControlOutput::none || tones.empty()) continue;
     double* noise = result.noise.data() + structure.links[static_cast<std::size_t>(body.placement.link)].tones;
     noise[0] = drive.noise.amplitude();
     for (int k = 0; k < kTones; ++k) {

@@ -9,10 +9,9 @@
 
 #include "grapnel/dynamics/group_scale.hpp"
 #include "grapnel/model/tree.hpp"
+#include "grapnel/simulate/joint_control.hpp"
 
 namespace grapnel::lanes {
-
-enum class LaneDrive : std::uint8_t { free, pd, computed_torque, prescribed };
 
 /// A link of the tree, as all cases have it.
 struct LinkTable {
@@ -21,7 +20,9 @@ struct LinkTable {
   std::uint8_t axis;
   bool rotated;
   bool has_armature;
-  LaneDrive drive;
+  JointControl control;
+  ControlOutput output;     // of the control law
+  bool reads_acceleration;  // likewise
   bool is_viscous;
   bool has_coulomb;
   bool is_cycloidal;  // some piece of its trajectory is
@@ -83,7 +84,7 @@ struct CaseRecord {
 
 enum class LaneStatus : std::uint8_t { finished, step_too_small, too_many_steps, non_finite };
 
-/// One tree of the system at one instant, as capture/system_books has it.
+/// One tree of the system at one instant, as capture/conserved_quantities.hpp has it.
 struct LaneTree {
   double com[3];      // in W
   double linear[3];   // momentum, in W
@@ -92,7 +93,7 @@ struct LaneTree {
 };
 
 /// One tree over a phase: largest over the start and all accepted steps.
-struct LaneTreeBooks {
+struct LaneTreeRecord {
   LaneTree start, end;
   double linear_deviation;   // |p - p(start)| [N s]
   double angular_deviation;  // the same of the angular momentum about the tree's centre of mass [N m s]
@@ -121,7 +122,7 @@ struct CaseResult {
   std::int64_t rejected;
   std::int64_t evaluations;
   double quaternion_defect;
-  const LaneTreeBooks* trees;  // PhaseTables::tree_count of them, in the order of their roots
+  const LaneTreeRecord* trees;  // PhaseTables::tree_count of them, in the order of their roots
 };
 
 /// Where cases come from and results go; called from the stepper, in lane order.
@@ -133,5 +134,12 @@ struct CaseExchange {
   /// Shows a lane's case at its start and after every accepted step; null: nobody looks.
   void (*look)(void* context, int lane, const CaseLook& look);
 };
+
+// The lane stepper, once per instruction set; each is defined where it is compiled for its set.
+/// Integrates all cases of an exchange.
+void run_lane_phase_one_lane(const PhaseTables& tables, CaseExchange& exchange);
+void run_lane_phase_sse2(const PhaseTables& tables, CaseExchange& exchange);
+void run_lane_phase_avx2(const PhaseTables& tables, CaseExchange& exchange);
+void run_lane_phase_avx512(const PhaseTables& tables, CaseExchange& exchange);
 
 }  // namespace grapnel::lanes

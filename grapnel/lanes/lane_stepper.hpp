@@ -1,15 +1,14 @@
 #pragma once
 
 /// @file
-/// Integrates the cases of one structure in lanes: DormandPrince853 (integrate/dormand_prince_853.hpp: tableau, initial
-/// step, error estimate, controller and constants are its) with a time, a step, a verdict and an interval of its own in
-/// every lane. A lane that has finished takes the next case, so that lanes stay full; a case's numbers depend on
-/// nothing but the case.
+/// Integrates the cases of one structure in lanes: the steps of integrate/dormand_prince_853_kernel.hpp with a time, a
+/// step, a verdict and an interval of its own in every lane, where DormandPrince853 has one of each. A lane that has
+/// finished takes the next case, so that lanes stay full; a case's numbers depend on nothing but the case.
 
-#include "grapnel/integrate/dormand_prince_853_tableau.hpp"
+#include "grapnel/integrate/dormand_prince_853_kernel.hpp"
+#include "grapnel/lanes/lane_conservation.hpp"
 #include "grapnel/lanes/lane_dynamics.hpp"
-#include "grapnel/lanes/lane_dynamics_books.hpp"
-#include "grapnel/lanes/lane_stepper_norm.hpp"
+#include "grapnel/lanes/lane_error_norm.hpp"
 
 namespace grapnel::lanes {
 
@@ -44,13 +43,6 @@ class LaneStepper {
   void run();
 
  private:
-  static constexpr double kEpsilon = 0x1p-52;
-  static constexpr double kSafety = 0.9, kSmallestFactor = 1.0 / 3.0, kLargestFactor = 6.0, kNonFiniteFactor = 0.1,
-                          kStretch = 1.01;
-
-  static double absolute(double x) { return __builtin_fabs(x); }
-  static double smaller(double a, double b) { return b < a ? b : a; }
-  static double larger(double a, double b) { return a < b ? b : a; }
   /// x^(-1/8), exactly rounded operations only: the same everywhere.
   static double inverse_eighth_root(double x) { return 1.0 / __builtin_sqrt(__builtin_sqrt(__builtin_sqrt(x))); }
 
@@ -64,24 +56,19 @@ class LaneStepper {
   bool plan();
   bool plan_lane(LaneState<S>& lane, LaneStatus& status) const;
   void attempt();
-  void evaluate_stages(const S& t, const S& h);
-  template <const auto& kRow>
-  GRAPNEL_INLINE S weighted_sum(int i) const;
-  template <int kNumber, const auto& kRow>
-  void evaluate_stage(const S& t, const S& h);
   S normalize(S* y) const;
   Mask finite(const S* y) const;
   void judge(unsigned accepted, unsigned good, const S& error, const S& defect);
   S enter_intervals(unsigned accepted);
-  void check_books();
+  void check_conservation();
   void show(unsigned lanes, const S* y);
 
   const PhaseTables& tables_;
   CaseExchange& exchange_;
   LaneDynamics<S> dynamics_;
-  LaneBookkeeper<S> bookkeeper_;
+  LaneConservation<S> conservation_;
   int size_;
-  LaneNorm<S> norm_;
+  LaneErrorNorm<S> norm_;
   LaneState<S> lanes_[kWidth];
   LaneArray<S> y_, trial_, end_, stages_, error3_, error5_;
   LaneArray<S, double> result_q_, result_v_, result_motor_;
@@ -89,9 +76,9 @@ class LaneStepper {
   bool has_model_ = false;
   double model_time_ = 0;
   LaneArray<S, double> model_links_, model_noise_, model_block_, model_y_;
-  LaneArray<S, PackTree<S>> start_books_, books_, fresh_books_;  // per tree
+  LaneArray<S, PackTree<S>> start_trees_, now_trees_, fresh_trees_;  // per tree
   LaneArray<S, PackDeviation<S>> deviations_;
-  LaneArray<S, LaneTreeBooks> result_trees_;
+  LaneArray<S, LaneTreeRecord> result_trees_;
 };
 
 /// The entry point of an instruction set.
@@ -106,7 +93,7 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
     : tables_(tables),
       exchange_(exchange),
       dynamics_(tables),
-      bookkeeper_(tables),
+      conservation_(tables),
       size_(dynamics_.size()),
       norm_(tables, size_),
       y_(size_),
@@ -122,13 +109,323 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
       model_noise_(tables.noise_numbers),
       model_block_(1 + tables.piece_numbers),
       model_y_(size_),
-      start_books_(tables.tree_count),
-      books_(tables.tree_count),
-      fresh_books_(tables.tree_count),
+      start_trees_(tables.tree_count),
+      now_trees_(tables.tree_count),
+      fresh_trees_(tables.tree_count),
       deviations_(tables.tree_count),
       result_trees_(tables.tree_count) {}
 
-}  // namespace grapnel::lanes
+// --- How lanes take cases, begin them and hand back what became of them. ---------------------------------------------
 
-#include "grapnel/lanes/lane_stepper_cases.hpp"
-#include "grapnel/lanes/lane_stepper_step.hpp"
+template <class S>
+void LaneStepper<S>::run() {
+  unsigned starting = 0;
+  for (int l = 0; l < kWidth; ++l) {
+    if (take(l)) starting |= 1U << l;
+  }
+  if (starting == 0) return;
+  begin(starting);
+  for (int l = 0; l < kWidth; ++l) {
+    if (!lanes_[l].active) rest(l);
+  }
+  while (plan()) attempt();
+}
+
+// Takes the next case into a lane; false: there is none.
+template <class S>
+bool LaneStepper<S>::take(int l) {
+  LaneState<S>& lane = lanes_[l];
+  lane = {};
+  if (!exchange_.next(exchange_.context, l, lane.record)) return false;
+  lane.active = true;
+  lane.block = lane.record.intervals;
+  lane.time = lane.end = lane.record.start_time;
+  lane.longest = dop853::smaller(dop853::smaller(tables_.max_step, lane.record.max_step),
+                                 LaneDynamics<S>::longest_step(tables_, lane.record));
+  dynamics_.load_case(l, lane.record);
+  dynamics_.load_interval(l, lane.block);
+  for (int i = 0; i < tables_.coordinates; ++i) y_[i].set(l, lane.record.q[i]);
+  for (int i = 0; i < tables_.velocities; ++i) y_[tables_.coordinates + i].set(l, lane.record.v[i]);
+  y_[size_ - 2].set(l, 0.0);
+  y_[size_ - 1].set(l, 0.0);
+  return true;
+}
+
+template <class S>
+void LaneStepper<S>::keep_as_model(int l) {
+  const CaseRecord& record = lanes_[l].record;
+  for (int i = 0; i < model_links_.size(); ++i) model_links_[i] = record.links[i];
+  for (int i = 0; i < model_noise_.size(); ++i) model_noise_[i] = record.noise[i];
+  for (int i = 0; i < model_block_.size(); ++i) model_block_[i] = record.intervals[i];
+  for (int i = 0; i < size_; ++i) model_y_[i] = y_[i].get(l);
+  model_time_ = record.start_time;
+  has_model_ = true;
+}
+
+// Gives a lane without a case numbers that can be evaluated.
+template <class S>
+void LaneStepper<S>::rest(int l) {
+  lanes_[l] = {};
+  if (!has_model_) return;
+  CaseRecord record{};
+  record.links = model_links_.data();
+  record.noise = model_noise_.data();
+  dynamics_.load_case(l, record);
+  dynamics_.load_interval(l, model_block_.data());
+  for (int i = 0; i < size_; ++i) {
+    y_[i].set(l, model_y_[i]);
+    stage(1)[i].set(l, 0.0);
+  }
+  lanes_[l].time = lanes_[l].end = model_time_;
+}
+
+// The start of cases: conserved momenta, derivative, conservation checks, first step.
+template <class S>
+void LaneStepper<S>::begin(unsigned starting) {
+  const Mask lanes = Mask::from_bits(starting);
+  S t;
+  for (int l = 0; l < kWidth; ++l) t.set(l, lanes_[l].time);
+  for (int i = 0; i < size_; ++i) trial_[i] = y_[i];
+  normalize(trial_.data());
+  dynamics_.enter_step(t, S(0.0));
+  dynamics_.remember_momenta(lanes, t, trial_.data());
+  dynamics_.settle(t, trial_.data());
+  for (int i = 0; i < size_; ++i) trial_[i] = y_[i] = select(lanes, trial_[i], y_[i]);
+  dynamics_(t, trial_.data(), stage(13));
+  for (int i = 0; i < size_; ++i) stage(1)[i] = select(lanes, stage(13)[i], stage(1)[i]);
+  const unsigned sound = finite(stage(1)).bits();
+  show(starting & sound, trial_.data());
+  for (int l = 0; l < kWidth; ++l) {
+    if (((starting >> l) & 1U) == 0) continue;
+    lanes_[l].evaluations = 1;
+    lanes_[l].broken = ((sound >> l) & 1U) == 0;
+    if (!has_model_ && !lanes_[l].broken) keep_as_model(l);
+  }
+  conservation_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()),
+                fresh_trees_.data());
+  for (int i = 0; i < tables_.tree_count; ++i) {
+    start_trees_[i].take(lanes, fresh_trees_[i]);
+    now_trees_[i].take(lanes, fresh_trees_[i]);
+    deviations_[i].begin(lanes, fresh_trees_[i].size);
+  }
+  choose_first_steps(starting);
+}
+
+// See DormandPrince853::choose_initial_step.
+template <class S>
+void LaneStepper<S>::choose_first_steps(unsigned starting) {
+  const S size_y = norm_.magnitude(y_.data()), size_f = norm_.of(y_.data(), stage(1));
+  S t, increment(0.0);
+  double euler[kWidth] = {}, longest[kWidth] = {};
+  for (int l = 0; l < kWidth; ++l) {
+    const LaneState<S>& lane = lanes_[l];
+    t.set(l, lane.time);
+    if (((starting >> l) & 1U) == 0) continue;
+    longest[l] = dop853::smaller(__builtin_fabs(lane.block[0] - lane.time), lane.longest);
+    euler[l] = dop853::first_euler_step(size_y.get(l), size_f.get(l), longest[l]);
+    increment.set(l, euler[l]);
+  }
+  for (int i = 0; i < size_; ++i) trial_[i] = increment * stage(1)[i] + y_[i];
+  dynamics_.enter_step(t, increment);
+  dynamics_(S(t + increment), trial_.data(), stage(13));
+  for (int i = 0; i < size_; ++i) error5_[i] = stage(13)[i] - stage(1)[i];
+  const S change = norm_.of(y_.data(), error5_.data());
+  for (int l = 0; l < kWidth; ++l) {
+    if (((starting >> l) & 1U) == 0) continue;
+    LaneState<S>& lane = lanes_[l];
+    ++lane.evaluations;
+    lane.proposed = dop853::first_step(euler[l], size_f.get(l), change.get(l) / euler[l], longest[l],
+                                       [](double x) { return inverse_eighth_root(100.0 * x); });
+  }
+}
+
+// The cases of these lanes as they are in y, which has been evaluated last; a step that has led there still counts as
+// under way.
+template <class S>
+void LaneStepper<S>::show(unsigned lanes, const S* y) {
+  if (exchange_.look == nullptr) return;
+  for (int l = 0; l < kWidth; ++l) {
+    if (((lanes >> l) & 1U) == 0) continue;
+    for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y[i].get(l);
+    for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y[tables_.coordinates + i].get(l);
+    for (int i = 0; i < tables_.link_count; ++i) result_motor_[i] = dynamics_.motor_effort(i).get(l);
+    const CaseLook look{lanes_[l].end, result_q_.data(), result_v_.data(), result_motor_.data()};
+    exchange_.look(exchange_.context, l, look);
+  }
+}
+
+template <class S>
+void LaneStepper<S>::finish(int l, LaneStatus status) {
+  const LaneState<S>& lane = lanes_[l];
+  for (int i = 0; i < tables_.coordinates; ++i) result_q_[i] = y_[i].get(l);
+  for (int i = 0; i < tables_.velocities; ++i) result_v_[i] = y_[tables_.coordinates + i].get(l);
+  CaseResult result{};
+  result.status = status;
+  result.time = lane.time;
+  result.q = result_q_.data();
+  result.v = result_v_.data();
+  result.motor_work = y_[size_ - 2].get(l);
+  result.friction_work = y_[size_ - 1].get(l);
+  result.steps = lane.accepted;
+  result.rejected = lane.rejections;
+  result.evaluations = lane.evaluations;
+  result.quaternion_defect = lane.defect;
+  for (int i = 0; i < tables_.tree_count; ++i) result_trees_[i] = deviations_[i].get(l, start_trees_[i], now_trees_[i]);
+  result.trees = result_trees_.data();
+  exchange_.done(exchange_.context, l, result);
+}
+
+// Fits the next step of every lane; cases that end here make room for others. False: none is left.
+template <class S>
+bool LaneStepper<S>::plan() {
+  for (;;) {
+    unsigned starting = 0;
+    bool any_left = false;
+    for (int l = 0; l < kWidth; ++l) {
+      if (!lanes_[l].active) continue;
+      LaneStatus status = LaneStatus::finished;
+      if (plan_lane(lanes_[l], status)) {
+        any_left = true;
+        continue;
+      }
+      finish(l, status);
+      if (take(l)) {
+        starting |= 1U << l;
+      } else {
+        rest(l);
+      }
+    }
+    if (starting == 0) return any_left;
+    begin(starting);
+  }
+}
+
+// See DormandPrince853::step. False: the case ends here.
+template <class S>
+bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
+  if (lane.broken) return status = LaneStatus::non_finite, false;
+  if (lane.time == lane.record.end_time) return status = LaneStatus::finished, false;
+  if (lane.accepted + lane.rejections >= tables_.max_steps) return status = LaneStatus::too_many_steps, false;
+  const double interval_end = lane.block[0];
+  const dop853::FittedStep fitted = dop853::fit_step(lane.proposed, lane.longest, interval_end - lane.time, lane.time);
+  if (fitted.too_small) return status = lane.finite ? LaneStatus::step_too_small : LaneStatus::non_finite, false;
+  lane.wanted = fitted.wanted, lane.last = fitted.last;
+  lane.end = lane.last ? interval_end : lane.time + lane.wanted;
+  lane.step = lane.end - lane.time;  // as the rounded times have it, so that time does not drift
+  return true;
+}
+
+// --- One step of all lanes, in lockstep. -----------------------------------------------------------------------------
+
+// Scales quaternions to unit norm; the largest | |q| - 1 | before. The sum is in pairs, which fuse;
+// integrate/manifold.hpp adds one square after the other.
+template <class S>
+S LaneStepper<S>::normalize(S* y) const {
+  S largest(0.0);
+  for (int k = 0; k < tables_.quaternion_count; ++k) {
+    S* q = y + tables_.quaternions[k];
+    const S norm = sqrt(S((q[0] * q[0] + q[1] * q[1]) + (q[2] * q[2] + q[3] * q[3])));
+    const S inverse = S(1.0) / norm;
+    for (int i = 0; i < 4; ++i) q[i] = q[i] * inverse;
+    largest = max(largest, abs(S(norm - S(1.0))));
+  }
+  return largest;
+}
+
+// Lanes in which all numbers of a state are finite.
+template <class S>
+typename LaneStepper<S>::Mask LaneStepper<S>::finite(const S* y) const {
+  S sum(0.0);
+  for (int i = 0; i < size_; ++i) sum += y[i] * S(0.0);
+  return sum == S(0.0);
+}
+
+template <class S>
+void LaneStepper<S>::attempt() {
+  S t, h(0.0);
+  unsigned active = 0;
+  for (int l = 0; l < kWidth; ++l) {
+    t.set(l, lanes_[l].time);
+    if (!lanes_[l].active) continue;
+    h.set(l, lanes_[l].step);
+    active |= 1U << l;
+  }
+  dynamics_.enter_step(t, h);
+  dop853::evaluate_stages([&](const S& at, S* y, S* dydt) { dynamics_(at, y, dydt); }, t, h, size_, y_.data(),
+                          trial_.data(), stages_.data(), end_.data(), error5_.data(), error3_.data());
+  S sum5, sum3;
+  norm_.sums(y_.data(), end_.data(), error5_.data(), error3_.data(), sum5, sum3);
+  const S error = dop853::combined_error(h, sum5, sum3, tables_.dimension);
+  const unsigned accepted = active & (error <= S(1.0)).bits();
+  unsigned good = 0;
+  S defect(0.0);
+  if (accepted != 0) {
+    defect = normalize(end_.data());
+    const S t_new = enter_intervals(accepted);
+    dynamics_.settle(t_new, end_.data());
+    dynamics_(t_new, end_.data(), stage(13));
+    good = accepted & finite(stage(13)).bits();
+    show(good, end_.data());
+    const Mask lanes = Mask::from_bits(good);
+    for (int i = 0; i < size_; ++i) {
+      y_[i] = select(lanes, end_[i], y_[i]);
+      stage(1)[i] = select(lanes, stage(13)[i], stage(1)[i]);
+    }
+    check_conservation();
+  }
+  judge(accepted, good, error, defect);
+}
+
+// Where an accepted step ends at a break, what follows speaks there: its derivative is the next step's first.
+template <class S>
+S LaneStepper<S>::enter_intervals(unsigned accepted) {
+  S t;
+  for (int l = 0; l < kWidth; ++l) {
+    LaneState<S>& lane = lanes_[l];
+    t.set(l, lane.active ? lane.end : lane.time);
+    if (((accepted >> l) & 1U) == 0 || !lane.last || lane.end == lane.record.end_time) continue;
+    dynamics_.load_interval(l, lane.block + 1 + tables_.piece_numbers);
+  }
+  return t;
+}
+
+// The controller, see DormandPrince853::step.
+template <class S>
+void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, const S& defect) {
+  for (int l = 0; l < kWidth; ++l) {
+    LaneState<S>& lane = lanes_[l];
+    if (!lane.active) continue;
+    const bool fits = ((accepted >> l) & 1U) != 0;
+    const bool enters = fits && lane.last && lane.end != lane.record.end_time;
+    lane.evaluations += 11 + (fits ? 1 : 0);
+    const double e = error.get(l);
+    if (((good >> l) & 1U) != 0) {
+      lane.proposed = dop853::size_after_accepted(lane.step, inverse_eighth_root(e), lane.rejected);
+      // A step cut short by the end says nothing more.
+      if (lane.last) lane.proposed = dop853::larger(lane.proposed, lane.wanted);
+      lane.time = lane.end;
+      ++lane.accepted;
+      lane.defect = dop853::larger(lane.defect, defect.get(l));
+      lane.rejected = false;
+      lane.finite = true;
+      if (enters) lane.block += 1 + tables_.piece_numbers;
+    } else {
+      if (enters) dynamics_.load_interval(l, lane.block);
+      lane.rejected = true;
+      lane.finite = !fits && __builtin_isfinite(e);
+      ++lane.rejections;
+      lane.proposed = dop853::size_after_rejected(lane.step, inverse_eighth_root(e), lane.finite);
+    }
+  }
+}
+
+// Momentum and energy of the states at hand. A lane that has not moved finds what it found before.
+template <class S>
+void LaneStepper<S>::check_conservation() {
+  conservation_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()), now_trees_.data());
+  const S work = y_[size_ - 2] + y_[size_ - 1], none(0.0);
+  for (int i = 0; i < tables_.tree_count; ++i)
+    deviations_[i].look(start_trees_[i], now_trees_[i], i == tables_.driven_tree ? work : none);
+}
+
+}  // namespace grapnel::lanes

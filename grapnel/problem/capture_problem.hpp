@@ -22,6 +22,7 @@
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
+#include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_path.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
@@ -122,8 +123,7 @@ struct GraspSetup {
 enum class RateMatch { velocity, twist, velocity_least_rates };
 
 struct TrackingSetup {
-  enum class Mode { ideal, pd, computed_torque };
-  Mode mode = Mode::ideal;
+  JointControl mode = JointControl::prescribed;
   std::vector<double> kp;  // per joint, in the order of Model::joints() [N m/rad or N/m]; computed torque: [1/s^2]
   std::vector<double> kd;  // [N m s/rad or N s/m]; computed torque: [1/s]
   std::optional<TrackingNoise> noise;

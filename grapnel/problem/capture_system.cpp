@@ -195,7 +195,7 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
     check_way(problem, joints, faults);
     if (approach->final_rates) check_size(*approach->final_rates, "approach: final joint rates");
     if (approach->match && problem.grasps.empty()) faults.push_back("approach: matching rates needs grasps");
-    if (approach->tracking.mode != TrackingSetup::Mode::ideal) {
+    if (approach->tracking.mode != JointControl::prescribed) {
       check_size(approach->tracking.kp, "approach: kp");
       check_size(approach->tracking.kd, "approach: kd");
     } else if (approach->profile == JointProfile::quartic && !approach->sampled && approach->pieces.empty() &&
@@ -360,7 +360,7 @@ State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem&
     state.q[body.q] = problem.joint_position[j];
     if (!problem.joint_rate.empty()) state.v[body.v] = problem.joint_rate[j];
     // Joints that follow a stated motion exactly start as it does.
-    if (!problem.approach || problem.approach->tracking.mode != TrackingSetup::Mode::ideal) continue;
+    if (!problem.approach || problem.approach->tracking.mode != JointControl::prescribed) continue;
     const ApproachSetup& approach = *problem.approach;
     if (approach.sampled) {
       const SampledMotion& s = *approach.sampled;

@@ -72,7 +72,7 @@ class Conflicts {
     const auto at_rest = [](const std::vector<double>& rates) {
       return std::all_of(rates.begin(), rates.end(), [](double r) { return r == 0; });
     };
-    if (approach.tracking.mode == TrackingSetup::Mode::ideal && !at_rest(problem_.joint_rate)) {
+    if (approach.tracking.mode == JointControl::prescribed && !at_rest(problem_.joint_rate)) {
       add("approach.profile",
           "approach.profile: the quartic profile starts from rest; with initial.joint_rates use quintic or cycloidal");
     }

@@ -15,7 +15,7 @@ namespace grapnel {
 void write_timeseries_csv(const TimeSeries& series, const std::filesystem::path& path);
 
 /// The same from timeseries.h5, block by block: memory does not grow with the samples. Throws as
-/// read_timeseries_hdf5() and write_timeseries_csv().
+/// read_timeseries_blocks() and write_timeseries_csv().
 void copy_timeseries_csv(const std::filesystem::path& timeseries, const std::filesystem::path& path);
 
 }  // namespace grapnel

@@ -365,14 +365,4 @@ ReadTimeSeries read_timeseries(const fs::path& path, std::uint64_t most_bytes) {
   return all;
 }
 
-TimeSeries read_timeseries_hdf5(const fs::path& path) { return read_timeseries(path).series; }
-
-TimeSeriesMetadata read_timeseries_metadata(const fs::path& path) {
-  TimeSeriesMetadata metadata;
-  reading(
-      path, [&](ToParent& parent) { send_metadata(parent, open(path)); },
-      [&](FromChild& child) { metadata = take_metadata(child); });
-  return metadata;
-}
-
 }  // namespace grapnel

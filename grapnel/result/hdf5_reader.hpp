@@ -14,12 +14,6 @@
 
 namespace grapnel {
 
-/// What write_timeseries_hdf5 wrote. Throws std::runtime_error naming the path and the fault: missing, not HDF5,
-/// truncated, damaged, not ours, sizes that disagree. Thread safety: may be called from several threads; they take
-/// turns.
-TimeSeries read_timeseries_hdf5(const std::filesystem::path& path);
-TimeSeriesMetadata read_timeseries_metadata(const std::filesystem::path& path);
-
 /// What a file holds.
 struct TimeSeriesHead {
   TimeSeriesMetadata metadata;
@@ -29,8 +23,9 @@ struct TimeSeriesHead {
 };
 
 /// Reads a file block by block, so that memory does not grow with its samples: `begin` first, then `take` in order.
-/// Where the numbers would take more than `most_bytes`, some samples are left out (TimeSeriesHead::every). Throws as
-/// read_timeseries_hdf5.
+/// Where the numbers would take more than `most_bytes`, some samples are left out (TimeSeriesHead::every). Throws
+/// std::runtime_error naming the path and the fault: missing, not HDF5, truncated, damaged, not ours, sizes that
+/// disagree. Several threads take turns.
 void read_timeseries_blocks(const std::filesystem::path& path, std::uint64_t most_bytes,
                             const std::function<void(const TimeSeriesHead&)>& begin,
                             const std::function<void(const TimeSeries& block)>& take);

@@ -45,13 +45,17 @@ struct Described<GraspSetup::Orientation> {
 };
 
 template <>
-struct Described<TrackingSetup::Mode> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(TrackingSetup::Mode::ideal, "ideal"),
-      choice(TrackingSetup::Mode::pd, "pd"),
-      choice(TrackingSetup::Mode::computed_torque, "computed_torque"),
-  });
-  static constexpr Type type = enumeration<TrackingSetup::Mode>("Mode", choices);
+struct Described<JointControl> {
+  // The laws that have a name in files.
+  static constexpr auto choices = [] {
+    std::array<Choice, std::size(kJointControls) - 1> named{};
+    std::size_t n = 0;
+    for (const JointControlLaw& law : kJointControls) {
+      if (!law.name_in_files.empty()) named.at(n++) = choice(law.control, law.name_in_files);
+    }
+    return named;
+  }();
+  static constexpr Type type = enumeration<JointControl>("Mode", choices);
 };
 
 template <>

@@ -60,7 +60,7 @@ class ApproachReader {
 
   void read_tracking(const Node& node) {
     TrackingSetup& tracking = approach_.tracking;
-    if (tracking.mode != TrackingSetup::Mode::ideal) {
+    if (tracking.mode != JointControl::prescribed) {
       read_gains(node, "approach.tracking", reading_, tracking.kp, tracking.kd);
     }
   }
@@ -112,7 +112,7 @@ class ApproachReader {
 
   // The initial joint values and rates of a stated motion; it may have left the rates to a spline.
   void begin_with(const std::vector<double>& position, const std::vector<double>& rate, const std::string& source) {
-    const bool ideal = approach_.tracking.mode == TrackingSetup::Mode::ideal;
+    const bool ideal = approach_.tracking.mode == JointControl::prescribed;
     const Node& initial = part(reading_.root, "initial");
     const Node *joints = initial.find("joints"), *rates = initial.find("joint_rates");
     if (joints) check_agreement(*joints, "initial.joints", robot_, position, kSameStart, source + " at", faults_);

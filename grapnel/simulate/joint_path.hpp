@@ -11,11 +11,14 @@ namespace grapnel {
 /// All have zero acceleration at both ends.
 enum class JointProfile { quartic, cycloidal, quintic };
 
-struct JointPoint {
-  double position = 0;      // [rad or m]
-  double rate = 0;          // [rad/s or m/s]
-  double acceleration = 0;  // [rad/s^2 or m/s^2]
+/// Where a joint is at one instant, and how it moves; S: double, or packs of SIMD lanes.
+template <class S>
+struct BasicJointPoint {
+  S position = S(0.0);      // [rad or m]
+  S rate = S(0.0);          // [rad/s or m/s]
+  S acceleration = S(0.0);  // [rad/s^2 or m/s^2]
 };
+using JointPoint = BasicJointPoint<double>;
 
 struct JointPath {
   JointProfile profile = JointProfile::quintic;

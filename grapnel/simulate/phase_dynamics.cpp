@@ -20,7 +20,8 @@ constexpr int kMotorWork = 0, kFrictionWork = 1, kExternalWork = 2, kExternalMom
 constexpr int kTreeWork = 0, kTreeMoment = 1, kTreeForce = 4;
 
 double friction_force(const JointFriction& f, double rate) {
-  return f.coulomb == 0 ? -f.viscous * rate : -(f.viscous * rate + f.coulomb * std::tanh(rate / f.transition_rate));
+  return control_law::friction(true, f.viscous, f.coulomb != 0, f.coulomb, rate,
+                               [&] { return std::tanh(rate / f.transition_rate); });
 }
 
 }  // namespace
@@ -59,8 +60,8 @@ void PhaseDynamics::check_and_classify() {
     const JointDrive& drive = setup_.drives[j];
     validate(drive.trajectory);
     const Body& body = bodies[model_.joints()[j]];
-    const bool is_computed = drive.control == JointControl::computed_torque;
-    const bool is_prescribed = drive.control == JointControl::prescribed;
+    const bool is_computed = output_of(drive.control) == ControlOutput::acceleration;
+    const bool is_prescribed = output_of(drive.control) == ControlOutput::motion;
     const JointFriction& friction = body.description.joint.friction;
     prescribed_[body.v] = is_prescribed;
     commanded_[body.v] = is_prescribed || is_computed;
@@ -137,15 +138,14 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const JointDrive& drive = setup_.drives[j];
     if (drive.control == JointControl::free) continue;
-    const JointPoint desired = evaluate(drive.trajectory, t, inside_.value_or(t));
-    const JointPoint misread = drive.noise.at(t);
+    const ControlOutput output = output_of(drive.control);
     JointPoint& reference = reference_[j];
-    reference = {desired.position - misread.position, desired.rate - misread.rate, desired.acceleration};
-    if (drive.control != JointControl::prescribed) continue;
+    reference = control_law::reference(output, evaluate(drive.trajectory, t, inside_.value_or(t)), drive.noise.at(t));
+    if (output != ControlOutput::motion) continue;
     const Body& body = model_.bodies()[model_.joints()[j]];
     now_.q[body.q] = reference.position;
     now_.v[body.v] = reference.rate;
-    acceleration_[body.v] = desired.acceleration - misread.acceleration;
+    acceleration_[body.v] = reference.acceleration;
   }
   if (setup_.held_root >= 0) {
     for (int k = 0; k < 6; ++k) now_.v[model_.bodies()[setup_.held_root].v + k] = 0;
@@ -183,7 +183,7 @@ void PhaseDynamics::act_from_outside(double t) {
   for (int k = 0; k < 3; ++k) force_[root.v + k] = attitude_torque_[k];
 }
 
-// Friction, the torques of PD and the accelerations that computed torque commands.
+// Friction, and what the control laws say: efforts, or accelerations.
 void PhaseDynamics::actuate() {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const JointDrive& drive = setup_.drives[j];
@@ -191,14 +191,13 @@ void PhaseDynamics::actuate() {
     const double rate = now_.v[body.v];
     friction_[j] = friction_force(body.description.joint.friction, rate);
     motor_[j] = 0;
-    if (drive.control != JointControl::pd && drive.control != JointControl::computed_torque) continue;
-    const double correction =
-        drive.kp * (reference_[j].position - now_.q[body.q]) + drive.kd * (reference_[j].rate - rate);
-    if (drive.control == JointControl::pd) {
-      const double effort = body.description.joint.limits.effort;
-      motor_[j] = std::clamp(correction, -effort, effort);  // (4.1)
+    const ControlOutput output = output_of(drive.control);
+    if (!works_by_effort(output)) continue;
+    const double said = control_law::command(drive.control, drive.kp, drive.kd, reference_[j], now_.q[body.q], rate);
+    if (output == ControlOutput::effort) {
+      motor_[j] = control_law::within_limit(said, body.description.joint.limits.effort);
     } else {
-      acceleration_[body.v] = reference_[j].acceleration + correction;
+      acceleration_[body.v] = said;
     }
   }
 }
@@ -229,10 +228,10 @@ void PhaseDynamics::accelerate(double t) {
     solve(commanded_);
     as_commanded = !has_friction_;
     for (std::size_t j = 0; j < motor_.size(); ++j) {
-      if (setup_.drives[j].control != JointControl::computed_torque) continue;
+      if (output_of(setup_.drives[j].control) != ControlOutput::acceleration) continue;
       const double torque = workspace_.force[velocity_of(j)];
       const double effort = model_.bodies()[model_.joints()[j]].description.joint.limits.effort;
-      motor_[j] = std::clamp(torque, -effort, effort);
+      motor_[j] = control_law::within_limit(torque, effort);
       as_commanded = as_commanded && motor_[j] == torque;
     }
   }
@@ -241,7 +240,7 @@ void PhaseDynamics::accelerate(double t) {
     solve(prescribed_);
   }
   for (std::size_t j = 0; j < motor_.size(); ++j) {
-    if (setup_.drives[j].control == JointControl::prescribed) {
+    if (output_of(setup_.drives[j].control) == ControlOutput::motion) {
       motor_[j] = workspace_.force[velocity_of(j)] - friction_[j];
     }
   }

@@ -19,22 +19,13 @@
 #include "grapnel/integrate/manifold.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/external_load.hpp"
+#include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
 
-enum class JointControl { free, pd, computed_torque, prescribed };
-
-/// How one joint is driven along its trajectory (theta_d, rate_d, its acceleration theta_dd_d). Its sensor reads
-/// theta_m = theta + n and rate_m = rate + n'.
-///
-/// pd: tau = kp (theta_d - theta_m) + kd (rate_d - rate_m) (4.1).
-/// computed_torque: the torques that, with the base moving as it then does, give all joints under this control the
-/// accelerations theta_dd_d + kd (rate_d - rate_m) + kp (theta_d - theta_m). The controller knows the model, its true
-/// state and what acts on it, except friction, which disturbs it.
-/// prescribed: theta = theta_d - n exactly, whatever torque that takes.
-/// The first two are cut at the joint's effort limit.
+/// How one joint is driven along its trajectory.
 struct JointDrive {
   JointControl control = JointControl::free;
   JointTrajectory trajectory = {};  // in absolute time; not read by free joints

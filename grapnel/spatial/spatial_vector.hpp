@@ -53,7 +53,7 @@ GRAPNEL_INLINE SpatialVector<kKind, S> operator*(const S& s, const SpatialVector
 template <class S = double>
 using Twist = SpatialVector<SpatialKind::twist, S>;
 /// Spatial acceleration, the derivative of a body-fixed twist's components [rad/s^2; m/s^2]. Its linear part is not the
-/// acceleration of the origin: that is `linear + angular_velocity x velocity` (see classical_acceleration).
+/// acceleration of the origin: that is `linear + angular_velocity x velocity`.
 template <class S = double>
 using SpatialAcceleration = SpatialVector<SpatialKind::acceleration, S>;
 /// [N m; N]
@@ -120,11 +120,6 @@ GRAPNEL_INLINE SpatialAcceleration<S> cross_motion(const Twist<S>& V, const Twis
 template <class S>
 GRAPNEL_INLINE Wrench<S> cross_force(const Twist<S>& V, const Momentum<S>& h) {
   return {cross(V.angular, h.angular) + cross(V.linear, h.linear), cross(V.angular, h.linear)};
-}
-/// Acceleration of a body's origin as an accelerometer's owner means it, from spatial acceleration and twist.
-template <class S>
-GRAPNEL_INLINE SpatialAcceleration<S> classical_acceleration(const SpatialAcceleration<S>& A, const Twist<S>& V) {
-  return {A.angular, A.linear + cross(V.angular, V.linear)};
 }
 
 using Twistd = Twist<double>;

@@ -57,7 +57,7 @@ void add_general(const CaptureProblem& problem, std::vector<std::string>& causes
 std::vector<std::string> causes_of_approach(const CaptureProblem& problem) {
   std::vector<std::string> causes;
   const TrackingSetup& tracking = problem.approach->tracking;
-  if (tracking.mode != TrackingSetup::Mode::ideal) {
+  if (tracking.mode != JointControl::prescribed) {
     add_friction(problem, causes);
     causes.push_back(
         fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of approach.tracking)",

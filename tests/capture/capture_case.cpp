@@ -38,7 +38,7 @@ CaptureProblem thesis_case() {
 }
 
 void use_pd(CaptureProblem& problem, double kp, double kd) {
-  problem.approach->tracking.mode = TrackingSetup::Mode::pd;
+  problem.approach->tracking.mode = JointControl::pd;
   problem.approach->tracking.kp.assign(problem.joint_position.size(), kp);
   problem.approach->tracking.kd.assign(problem.joint_position.size(), kd);
 }

@@ -252,7 +252,7 @@ TEST(CompliantImpact, PassesOverWhatIsDueMeanwhile) {
 }
 
 TEST(CompliantImpact, WhileAnotherArmFollowsItsTrajectory) {
-  for (TrackingSetup::Mode mode : {TrackingSetup::Mode::ideal, TrackingSetup::Mode::pd}) {
+  for (JointControl mode : {JointControl::prescribed, JointControl::pd}) {
     CaptureProblem p = yielding_case(1e5, 4);
     p.approach.emplace();
     p.approach->duration = 3;
@@ -260,14 +260,14 @@ TEST(CompliantImpact, WhileAnotherArmFollowsItsTrajectory) {
     for (double q : p.joint_position) p.approach->final_position.push_back(q + 0.2);
     p.approach->final_rates = std::vector<double>(8, 0.05);
     for (TargetSetup& t : p.targets) t.given_at = TargetSetup::Instant::start;
-    if (mode == TrackingSetup::Mode::pd) use_pd(p, 300, 100);
+    if (mode == JointControl::pd) use_pd(p, 300, 100);
     p.grasps[0].closes = GraspSetup::Closes::at_time, p.grasps[0].closes_at = 1.5;
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
     EXPECT_EQ(r.impact->time, 1.5);
     ASSERT_EQ(r.later_impacts.size(), 1u);
     EXPECT_EQ(r.later_impacts[0].time, 3);
-    if (mode == TrackingSetup::Mode::ideal) {
+    if (mode == JointControl::prescribed) {
       EXPECT_EQ(r.impact->held_joints.size(), 4u);  // of the other arm
     }
   }

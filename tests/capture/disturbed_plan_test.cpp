@@ -36,7 +36,7 @@ void control(CaptureProblem& p, double kp, double kd) {
 }
 void computed_torque(CaptureProblem& p, double kp, double kd) {
   use_pd(p, kp, kd);
-  p.approach->tracking.mode = TrackingSetup::Mode::computed_torque;
+  p.approach->tracking.mode = JointControl::computed_torque;
 }
 
 // Largest deviation of the joints from an ideal run's, over all samples.

@@ -10,7 +10,7 @@ namespace {
 // A random 3D capture with targets tumbling about any axis, then 6 s free.
 CaptureProblem grip_case(GraspModel model, int index) {
   CaptureProblem p = random_capture(index);
-  p.approach->tracking.mode = TrackingSetup::Mode::ideal;
+  p.approach->tracking.mode = JointControl::prescribed;
   p.contact.gap = ContactSetup::Gap::weld_as_found;
   p.post_impact->joints = PostImpactSetup::Joints::free;
   p.post_impact->duration = 6;

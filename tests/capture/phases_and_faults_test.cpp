@@ -220,7 +220,7 @@ TEST(Faults, EachIsFound) {
             "post_impact: duration must be positive");
   EXPECT_EQ(fault([](CaptureProblem& p) { p.impact.reset(); }), "post_impact needs an impact");
   EXPECT_EQ(fault([](CaptureProblem& p) {
-              p.approach->tracking.mode = TrackingSetup::Mode::ideal, p.joint_rate.assign(6, 0.1);
+              p.approach->tracking.mode = JointControl::prescribed, p.joint_rate.assign(6, 0.1);
             }),
             "approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");
   EXPECT_EQ(fault([](CaptureProblem& p) {

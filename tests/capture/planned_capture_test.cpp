@@ -450,7 +450,7 @@ TEST(Failure, AfterPlanningKeepsThePlanAndTheSamplesSoFar) {
   p.output_interval = 0.1;
   const CaptureResult whole = simulate_capture(p);
   ASSERT_EQ(whole.status, CaptureStatus::completed);
-  p.approach->tracking.mode = TrackingSetup::Mode::pd;
+  p.approach->tracking.mode = JointControl::pd;
   p.approach->tracking.kp.assign(6, 49), p.approach->tracking.kd.assign(6, 14);
   for (TargetSetup& t : p.targets) t.given_at = TargetSetup::Instant::capture;
   p.integration.max_step = 0.01, p.integration.max_steps = 1000;  // enough for any integration of the planning
@@ -466,7 +466,7 @@ TEST(Failure, AfterPlanningKeepsThePlanAndTheSamplesSoFar) {
   EXPECT_FALSE(r.approach_end || r.impact || !r.grips.empty());
 
   CaptureProblem refused = plan_of(thesis_case());
-  refused.approach->tracking.mode = TrackingSetup::Mode::pd;
+  refused.approach->tracking.mode = JointControl::pd;
   refused.approach->tracking.kp.assign(6, 49), refused.approach->tracking.kd.assign(6, 14);
   refused.contact.gap = ContactSetup::Gap::refuse;
   refused.contact.refuse_beyond = 1e-3;

@@ -203,7 +203,7 @@ TEST(GripsInTheApproach, MayAllCloseBeforeItsEndOrAfterIt) {
 }
 
 TEST(GripsInTheApproach, WorkWithDrivesThatGiveWay) {
-  for (const TrackingSetup::Mode mode : {TrackingSetup::Mode::pd, TrackingSetup::Mode::computed_torque}) {
+  for (const JointControl mode : {JointControl::pd, JointControl::computed_torque}) {
     for (const PostImpactSetup::Joints after :
          {PostImpactSetup::Joints::free, PostImpactSetup::Joints::pd, PostImpactSetup::Joints::braked}) {
       CaptureProblem p = approaching({1, 2, 0}, 55);

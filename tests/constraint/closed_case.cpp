@@ -4,6 +4,7 @@
 #include <Eigen/SVD>
 
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "oracle/partitioned_dynamics.hpp"
 #include "support/eigen_values.hpp"
 
 namespace grapnel::testing {

@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(Examples, Planned, ::testing::ValuesIn(kPlanned), [](co
 TEST_P(Planned, CapturesWithinItsBooksAndLimits) {
   const CaptureProblem p = load(GetParam());
   ASSERT_TRUE(p.approach->plan && p.approach->straight_in && p.post_impact);
-  EXPECT_NE(p.approach->tracking.mode, TrackingSetup::Mode::ideal);
+  EXPECT_NE(p.approach->tracking.mode, JointControl::prescribed);
   ASSERT_TRUE(p.momentum);
   EXPECT_GT(norm(p.momentum->linear), 1);
   EXPECT_GT(norm(p.momentum->angular), 1);

@@ -1,5 +1,5 @@
 // No heap allocation in an ImpactSolver's work after set-up: the C library's and C++'s allocation functions replaced.
-#include "grapnel/impact/impact_solver.hpp"
+#include "fast_impact/impact_solver.hpp"
 #include "impact/impact_case.hpp"
 #include "support/allocation_trap.hpp"
 

@@ -4,8 +4,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "fast_impact/impact_solver.hpp"
 #include "grapnel/dynamics/momentum.hpp"
-#include "grapnel/impact/impact_solver.hpp"
 #include "impact/impact_case.hpp"
 #include "impact/thesis_robot.hpp"
 #include "support/worst.hpp"

@@ -7,10 +7,10 @@
 #include <Eigen/QR>
 #include <cmath>
 
+#include "fast_impact/impact_solver.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/impact/bilateral_restitution.hpp"
 #include "grapnel/impact/contact_impact.hpp"
-#include "grapnel/impact/impact_solver.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 #include "impact/impact_case.hpp"
 #include "support/worst.hpp"

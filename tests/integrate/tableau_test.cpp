@@ -1,5 +1,5 @@
 // The order conditions of the tableau, for every rooted tree (Butcher; HNW I, II.2): Σ b_i Φ_i(tree) = 1/γ(tree).
-#include "grapnel/integrate/dormand_prince_853_tableau.hpp"
+#include "grapnel/integrate/dormand_prince_853_kernel.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,11 @@
 
 #include <new>
 
-#include "grapnel/lanes/lane_kernels.hpp"
+#include "grapnel/dynamics/articulated_body_kernel.hpp"
+#include "grapnel/dynamics/link_motion_kernel.hpp"
+#include "grapnel/dynamics/newton_euler_kernel.hpp"
+#include "grapnel/dynamics/root_velocity_kernel.hpp"
+#include "grapnel/lanes/pack.hpp"
 #include "lane_kernels/kernel_table.hpp"
 
 namespace grapnel::lanes {

@@ -141,7 +141,7 @@ Comparison compare(const std::vector<Phase>& phases, const IntegrationSetup& int
     c.work = std::max({c.work, std::abs(o.motor_work - expected.integrals.motor_work),
                        std::abs(o.friction_work - expected.integrals.friction_work)});
     EXPECT_FALSE(o.trees.empty());
-    for (const LaneTreeBooks& tree : o.trees) {
+    for (const LaneTreeRecord& tree : o.trees) {
       c.linear = std::max(c.linear, tree.linear_deviation / tree.linear_scale);
       c.angular = std::max(c.angular, tree.angular_deviation / tree.angular_scale);
       c.energy = std::max(c.energy, tree.energy_deviation / tree.energy_scale);
@@ -314,7 +314,7 @@ void expect_same_bits(const LaneOutcome& a, const LaneOutcome& b) {
                             static_cast<double>(o.steps),
                             static_cast<double>(o.rejected),
                             static_cast<double>(o.evaluations)};
-    for (const LaneTreeBooks& t : o.trees) {
+    for (const LaneTreeRecord& t : o.trees) {
       all.insert(all.end(),
                  {t.linear_deviation, t.angular_deviation, t.energy_deviation, t.linear_scale, t.angular_scale,
                   t.energy_scale, t.largest_linear, t.largest_angular, t.largest_energy, t.start.com[1],

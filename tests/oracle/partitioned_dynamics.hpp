@@ -1,8 +1,10 @@
 #pragma once
 
 /// @file
-/// Accelerations of closed loops by coordinate partitioning: an independent route to those of LoopSolver.
+/// Accelerations of closed loops by coordinate partitioning, and the Jacobian of closures: an independent route to
+/// those of LoopSolver.
 
+#include <Eigen/Core>
 #include <span>
 #include <vector>
 
@@ -11,7 +13,12 @@
 
 namespace grapnel {
 
-/// The same accelerations by coordinate partitioning, dense: the closures determine some velocities from the others
+/// Jacobian of all closures, stacked in order: rows x velocities. u = J v is the twist of C minus that of D, both at C,
+/// in C's axes, in the forbidden directions, angular rows first. Dense.
+Eigen::MatrixXd closure_jacobian(const Model& model, const Kinematics& kinematics,
+                                 std::span<const LoopClosure> closures);
+
+/// Accelerations by coordinate partitioning, dense: the closures determine some velocities from the others
 /// ("determinate" and "indeterminate"; Chaudhary and Saha 2008), v = T v_i, T^T M T vdot_i = T^T (tau - c - M Tdot
 /// v_i). An independent route, O(n^3). `tau`: generalized forces beside gravity (empty: zero).
 struct PartitionedSolution {

@@ -26,7 +26,7 @@ class DamagedHdf5 : public testing::Test {
     bytes_ = test::bytes_of(path_);
   }
   std::string message() const {
-    return message_of([&] { read_timeseries_hdf5(path_); });
+    return message_of([&] { read_timeseries(path_); });
   }
 
   TemporaryFolder folder_;
@@ -90,9 +90,9 @@ TEST_F(DamagedHdf5, LosingOnlyTheChecksumIsNoDamage) {
 }
 
 TEST_F(DamagedHdf5, MissingAndForeignFilesSaySo) {
-  EXPECT_THAT(message_of([&] { read_timeseries_hdf5(folder_ / "none.h5"); }),
+  EXPECT_THAT(message_of([&] { read_timeseries(folder_ / "none.h5"); }),
               AllOf(HasSubstr("none.h5"), HasSubstr("No such file")));
-  EXPECT_THAT(message_of([&] { read_timeseries_hdf5(folder_.path()); }), HasSubstr("cannot read"));
+  EXPECT_THAT(message_of([&] { read_timeseries(folder_.path()); }), HasSubstr("cannot read"));
   const std::size_t schema = bytes_.find("grapnel-timeseries/1");
   ASSERT_NE(schema, std::string::npos);
   std::string newer = bytes_;

@@ -29,7 +29,7 @@ TEST(ForeignHdf5, IsAnErrorOrReadNeverACrash) {
     const std::size_t reach = i % 2 == 0 ? damaged.size() : std::size_t{4096};
     for (std::size_t hits = 1 + random() % 6; hits > 0; --hits) damaged[random() % reach] = static_cast<char>(random());
     test::put_bytes(path, damaged);
-    const std::string said = test::message_of([&] { read_timeseries_hdf5(path); });
+    const std::string said = test::message_of([&] { read_timeseries(path); });
     if (said.empty()) continue;
     ++errors;
     ASSERT_THAT(said, testing::HasSubstr("cannot read " + path.string())) << i;

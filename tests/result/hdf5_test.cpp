@@ -24,7 +24,7 @@ TEST_P(Hdf5RoundTrip, GivesEverythingBack) {
   const TemporaryFolder folder;
   const TimeSeries written = sample_series(GetParam());
   write_timeseries_hdf5(written, sample_metadata(), folder / "timeseries.h5");
-  const TimeSeries read = read_timeseries_hdf5(folder / "timeseries.h5");
+  const TimeSeries read = read_timeseries(folder / "timeseries.h5").series;
   EXPECT_EQ(read.time, written.time);
   EXPECT_EQ(read.phase, written.phase);
   EXPECT_EQ(read.phases, written.phases);
@@ -36,7 +36,7 @@ TEST_P(Hdf5RoundTrip, GivesEverythingBack) {
     EXPECT_EQ(read.series[i].components, written.series[i].components);
     EXPECT_TRUE(test::same_numbers(read.series[i].data, written.series[i].data)) << read.series[i].path;
   }
-  const TimeSeriesMetadata metadata = read_timeseries_metadata(folder / "timeseries.h5");
+  const TimeSeriesMetadata metadata = read_timeseries(folder / "timeseries.h5").head.metadata;
   EXPECT_EQ(metadata.version, "0.1.0");
   EXPECT_EQ(metadata.scenario_name, "sample");
   EXPECT_EQ(metadata.scenario_sha256, "0123456789abcdef");
@@ -110,8 +110,8 @@ TEST(Hdf5, BlockByBlockHoldsWhatIsWrittenAtOnce) {
   }
   file.finish(block);
   EXPECT_EQ(file.samples(), 70'001u);
-  expect_same(read_timeseries_hdf5(folder / "blocks.h5"), series);
-  EXPECT_EQ(read_timeseries_metadata(folder / "blocks.h5").scenario_name, test::sample_metadata().scenario_name);
+  expect_same(read_timeseries(folder / "blocks.h5").series, series);
+  EXPECT_EQ(read_timeseries(folder / "blocks.h5").head.metadata.scenario_name, test::sample_metadata().scenario_name);
   EXPECT_EQ(folder.files(), 1);
 }
 
@@ -164,7 +164,7 @@ TEST(Hdf5, LeavesOutSeriesWithoutComponents) {
   TimeSeries series = sample_series(5);
   series.series.insert(series.series.begin(), {"joints/velocity", "rad/s", "no joints", {}, {}});
   write_timeseries_hdf5(series, sample_metadata(), folder / "a.h5");
-  EXPECT_EQ(read_timeseries_hdf5(folder / "a.h5").series.size(), series.series.size() - 1);
+  EXPECT_EQ(read_timeseries(folder / "a.h5").series.series.size(), series.series.size() - 1);
 }
 
 TEST(Hdf5, HoldsHundredsOfJoints) {
@@ -175,7 +175,7 @@ TEST(Hdf5, HoldsHundredsOfJoints) {
   joints.data.assign(50000, 1.5);
   series.series.push_back(joints);
   write_timeseries_hdf5(series, sample_metadata(), folder / "a.h5");
-  EXPECT_EQ(read_timeseries_hdf5(folder / "a.h5").series.back().components, joints.components);
+  EXPECT_EQ(read_timeseries(folder / "a.h5").series.series.back().components, joints.components);
 }
 
 TEST(Hdf5, RefusesSeriesThatDoNotFit) {

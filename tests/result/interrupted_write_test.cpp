@@ -101,7 +101,7 @@ TEST(KilledWriter, LeavesTheOldOrTheNewFile) {
     ::waitpid(child, nullptr, 0);
     ::close(done[0]);
     ::close(done[1]);
-    const std::size_t samples = read_timeseries_hdf5(path).time.size();  // throws if it is neither
+    const std::size_t samples = read_timeseries(path).series.time.size();  // throws if it is neither
     ASSERT_TRUE(samples == 3000 || samples == 4000) << samples;
   }
 }

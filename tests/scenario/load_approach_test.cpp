@@ -161,7 +161,7 @@ TEST(LoadApproach, TrackingAndControl) {
        with_post_impact("base_control: {kp: [1, 2, 3], kd: 0, limit: [4, 5, 6], quaternion_wxyz: [0, 1, 0, 0]}"),
        with_tip("envelope: {position: 0.1}")});
   const ApproachSetup& a = *p.approach;
-  EXPECT_EQ(a.tracking.mode, TrackingSetup::Mode::computed_torque);
+  EXPECT_EQ(a.tracking.mode, JointControl::computed_torque);
   EXPECT_THAT(a.tracking.kp, ElementsAre(1, 1));
   EXPECT_THAT(a.tracking.kd, ElementsAre(2, 3));
   EXPECT_EQ(a.tracking.noise->position, 1e-3);

@@ -110,7 +110,7 @@ TEST(ShippedFiles, ThesisOpenLoopCases) {
     EXPECT_EQ(p.approach->profile, JointProfile::quartic);
     EXPECT_EQ(p.approach->match, RateMatch::velocity);
     EXPECT_FALSE(p.approach->final_rates);
-    EXPECT_EQ(p.approach->tracking.mode, TrackingSetup::Mode::pd);
+    EXPECT_EQ(p.approach->tracking.mode, JointControl::pd);
     EXPECT_EQ(p.approach->tracking.kp, std::vector<double>(6, 49));
     EXPECT_EQ(p.approach->tracking.kd, std::vector<double>(6, 14));
     EXPECT_EQ(p.contact.gap, ContactSetup::Gap::translate_target);

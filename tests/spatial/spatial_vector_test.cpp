@@ -105,12 +105,5 @@ TEST(SpatialVector, CrossProductsAreDual) {
   }
 }
 
-TEST(SpatialVector, ClassicalAccelerationOfATurningBody) {
-  // A body frame on a circle of radius 2 at 3 rad/s moves along its own y at 6 m/s, constantly: spatial acceleration
-  // zero, acceleration 18 m/s^2 towards the centre.
-  const SpatialAccelerationd A = classical_acceleration(SpatialAccelerationd::zero(), Twistd{{0, 0, 3}, {0, 6, 0}});
-  EXPECT_EQ(eigen(A), eigen(SpatialAccelerationd{{0, 0, 0}, {-18, 0, 0}}));
-}
-
 }  // namespace
 }  // namespace grapnel

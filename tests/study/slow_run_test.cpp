@@ -17,7 +17,7 @@ CaptureProblem stiff_problem() {
   problem.robot.bodies.push_back(body);
   problem.approach.emplace();
   problem.approach->duration = 20;
-  problem.approach->tracking.mode = TrackingSetup::Mode::pd;
+  problem.approach->tracking.mode = JointControl::pd;
   problem.approach->tracking.kp = {100, 4e7};
   problem.approach->tracking.kd = {10, 20};
   problem.post_impact.emplace();
@@ -62,7 +62,7 @@ TEST(SlowRun, SaysWhichPhaseAndWhichSettings) {
 // What the drives hold has no friction to resolve, and ideal tracking no controllers.
 TEST(SlowRun, NamesOnlyWhatIsThere) {
   CaptureProblem problem = stiff_problem();
-  problem.approach->tracking.mode = TrackingSetup::Mode::ideal;
+  problem.approach->tracking.mode = JointControl::prescribed;
   problem.post_impact->joints = PostImpactSetup::Joints::braked;
   problem.integration.relative_tolerance = 1e-14;
   for (const std::string& line : slow_phases(problem, run_of(60'000, 70'000)))

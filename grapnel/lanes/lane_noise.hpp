@@ -1,21 +1,14 @@
 #pragma once
 
 /// @file
-/// What joints' sensors misread (simulate/tracking_noise.hpp), in packs. A sum of 24 cosines at every stage of every
-/// step would cost more than the dynamics; over one step it is its Taylor series about the step's middle, whose
-/// coefficients take one sine and cosine per tone and step.
+/// What joints' sensors misread (simulate/tracking_noise.hpp), in packs: a text of its own, since a sum of 24 cosines
+/// at every stage of every step would cost more than the dynamics; over one step it is its Taylor series about the
+/// step's middle, whose coefficients take one sine and cosine per tone and step.
 
-#include "grapnel/lanes/lane_kernels.hpp"
-#include "grapnel/lanes/lane_phase_array.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
+#include "grapnel/lanes/pack.hpp"
 
 namespace grapnel::lanes {
-
-/// A joint's reference, or what its sensor misreads.
-template <class S>
-struct LaneReference {
-  S position, rate, acceleration;
-};
 
 template <class S>
 class LaneNoise {
@@ -55,7 +48,7 @@ class LaneNoise {
 
   /// n, n' and, if kSecond, n'' of a joint.
   template <bool kSecond>
-  GRAPNEL_INLINE LaneReference<S> at(const LinkTable& link, const S& t) const {
+  GRAPNEL_INLINE BasicJointPoint<S> at(const LinkTable& link, const S& t) const {
     const S* a = series_.data() + (&link - tables_.links) * kOrder;
     const S x = (t - middle_) * inverse_half_;
     S n(0.0), d(0.0), e(0.0);  // value, derivative, half the second

@@ -1,20 +1,19 @@
 #pragma once
 
 /// @file
-/// The error norm of integrate/error_norm.hpp in packs, for one tolerance each: what it measures and why is written
-/// there.
+/// The error norm of integrate/error_norm.hpp in packs: what it measures and why is written there. A text of its own,
+/// since with one tolerance for all numbers both error estimates share its divisions.
 
-#include "grapnel/lanes/lane_phase_array.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
-#include "grapnel/spatial/scalar.hpp"
+#include "grapnel/lanes/pack.hpp"
 
 namespace grapnel::lanes {
 
 /// Sums of (difference/scale)^2 over a state.
 template <class S>
-class LaneNorm {
+class LaneErrorNorm {
  public:
-  LaneNorm(const PhaseTables& tables, int size)
+  LaneErrorNorm(const PhaseTables& tables, int size)
       : tables_(tables),
         size_(size),
         is_ordinary_(size),

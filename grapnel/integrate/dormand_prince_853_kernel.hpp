@@ -1,12 +1,18 @@
 #pragma once
 
 /// @file
-/// Coefficients of the explicit Runge-Kutta method of order 8 by Dormand and Prince, with error estimators of order 5
-/// and 3 and dense output of order 7. Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential
-/// Equations I, 2nd ed., Springer 1993, II.5 and II.6, with the digits published in the authors' program dop853
-/// (University of Geneva). Stages are counted from 1 as in the book. tests/integrate checks the order conditions.
+/// One step of the explicit Runge-Kutta method of order 8 by Dormand and Prince, with error estimators of order 5 and
+/// 3: its coefficients, those of its dense output of order 7, the arithmetic of a step and how the next one's size
+/// follows. One text for a stepper of doubles (dormand_prince_853.hpp) and for packs of SIMD lanes (grapnel/lanes/).
+/// Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, II.5
+/// and II.6, with the digits published in the authors' program dop853 (University of Geneva). Stages are counted from 1
+/// as in the book. tests/integrate checks the order conditions.
 
 #include <array>
+#include <cmath>
+#include <utility>
+
+#include "grapnel/spatial/scalar.hpp"
 
 namespace grapnel::dop853 {
 
@@ -156,5 +162,104 @@ inline constexpr std::array kDense7 = {
     Term{11, 1.0409964950896230045147246184e2},  Term{12, 2.9840293426660503123344363579e1},
     Term{13, -4.3533456590011143754432175058e1}, Term{14, 9.6324553959188282948394950600e1},
     Term{15, -3.9177261675615439165231486172e1}, Term{16, -1.4972683625798562581422125276e2}};
+
+// --- The arithmetic of a step. The derivative at stage j of a state of n numbers is at stages + (j - 1) n. -----------
+
+/// Number i of sum_j weight_j k_j, over a row of the tableau.
+template <const auto& kRow, class S>
+GRAPNEL_INLINE S weighted_sum(const S* stages, int n, int i) {
+  const S* k = stages + i;
+  return [&]<std::size_t... J>(std::index_sequence<J...>) __attribute__((always_inline)) {
+    return S(((S(kRow[J].weight) * k[(kRow[J].stage - 1) * n]) + ...));
+  }
+  (std::make_index_sequence<kRow.size()>{});
+}
+
+/// k_number = f(t + c h, from + h sum a k), by way of `state`. f is called as f(t, y, dydt).
+template <int kNumber, const auto& kRow, class S, class F>
+void evaluate_stage(F&& f, const S& t, const S& h, int n, const S* from, S* state, S* stages) {
+  for (int i = 0; i < n; ++i) state[i] = from[i] + h * weighted_sum<kRow>(stages, n, i);
+  f(S(t + S(kNodes[kNumber - 1]) * h), state, stages + (kNumber - 1) * n);
+}
+
+/// Stages 2 to 12, the state of order 8 in `end`, and the two error estimates per unit of step; stage 1 is there.
+template <class S, class F>
+void evaluate_stages(F&& f, const S& t, const S& h, int n, const S* from, S* state, S* stages, S* end, S* error5,
+                     S* error3) {
+  evaluate_stage<2, kStage2>(f, t, h, n, from, state, stages);
+  evaluate_stage<3, kStage3>(f, t, h, n, from, state, stages);
+  evaluate_stage<4, kStage4>(f, t, h, n, from, state, stages);
+  evaluate_stage<5, kStage5>(f, t, h, n, from, state, stages);
+  evaluate_stage<6, kStage6>(f, t, h, n, from, state, stages);
+  evaluate_stage<7, kStage7>(f, t, h, n, from, state, stages);
+  evaluate_stage<8, kStage8>(f, t, h, n, from, state, stages);
+  evaluate_stage<9, kStage9>(f, t, h, n, from, state, stages);
+  evaluate_stage<10, kStage10>(f, t, h, n, from, state, stages);
+  evaluate_stage<11, kStage11>(f, t, h, n, from, state, stages);
+  evaluate_stage<12, kStage12>(f, t, h, n, from, state, stages);
+  for (int i = 0; i < n; ++i) {
+    const S slope = weighted_sum<kSolution>(stages, n, i);
+    end[i] = from[i] + h * slope;
+    error3[i] = slope - weighted_sum<kThirdOrder>(stages, n, i);
+    error5[i] = weighted_sum<kError5>(stages, n, i);
+  }
+}
+
+/// Both estimates combined so that the result shrinks with h^8: err = h e5^2 / sqrt(e5^2 + 0.01 e3^2), in the
+/// root-mean-square norm (HNW II.10), from sums of squares over `dimension` numbers. At most 1: acceptable.
+template <class S>
+GRAPNEL_INLINE S combined_error(const S& h, const S& sum5, const S& sum3, int dimension) {
+  using std::sqrt;
+  // The smallest normal number keeps 0/0 away.
+  const S denominator = S(dimension) * S(sum5 + S(0.01) * sum3) + S(0x1p-1022);
+  return S(h * sum5) / sqrt(denominator);
+}
+
+// --- How large the next step is (HNW II.4), in doubles: every lane has a step of its own. Roots are the caller's:
+// std::pow here, exactly rounded ones in lanes, so that every instruction set gives the same bits. -------------------
+
+inline constexpr double kSafety = 0.9;
+inline constexpr double kSmallestFactor = 1.0 / 3.0;
+inline constexpr double kLargestFactor = 6.0;
+inline constexpr double kNonFiniteFactor = 0.1;  // after a step with a result that is not finite
+inline constexpr double kStretch = 1.01;         // the last step may be this much longer, to avoid a tiny one after it
+
+GRAPNEL_INLINE double smaller(double a, double b) { return b < a ? b : a; }
+GRAPNEL_INLINE double larger(double a, double b) { return a < b ? b : a; }
+
+/// A step as it fits what remains to the end; sizes are positive.
+struct FittedStep {
+  double wanted;   // before it was fitted
+  bool last;       // it ends at the end
+  bool too_small;  // below the resolution of time
+};
+GRAPNEL_INLINE FittedStep fit_step(double proposed, double longest, double remaining, double time) {
+  FittedStep step;
+  step.wanted = smaller(proposed, longest);
+  step.last = remaining <= smaller(kStretch * step.wanted, (1.0 + 1e-10) * longest);
+  step.too_small = !step.last && step.wanted <= 10.0 * 0x1p-52 * __builtin_fabs(time);
+  return step;
+}
+
+/// The size after a step of size `step` that was accepted, or rejected, with error^(-1/8).
+GRAPNEL_INLINE double size_after_accepted(double step, double inverse_root, bool rejected_before) {
+  return step * larger(smaller(kSafety * inverse_root, rejected_before ? 1.0 : kLargestFactor), kSmallestFactor);
+}
+GRAPNEL_INLINE double size_after_rejected(double step, double inverse_root, bool finite) {
+  return step * (finite ? larger(kSafety * inverse_root, kSmallestFactor) : kNonFiniteFactor);
+}
+
+/// An Euler step whose increment is small, for states and rates of these sizes in the norm.
+GRAPNEL_INLINE double first_euler_step(double size_y, double size_f, double longest) {
+  return smaller(size_y < 1e-5 || size_f < 1e-5 ? 1e-6 : 0.01 * size_y / size_f, longest);
+}
+/// The first step, from the size of the second derivative that the Euler step shows. `root`: (0.01/x)^(1/8).
+template <class Root>
+GRAPNEL_INLINE double first_step(double euler, double size_f, double second, double longest, Root&& root) {
+  if (!__builtin_isfinite(second)) return smaller(1e-6, longest);
+  const double largest = larger(size_f, second);
+  const double step = largest <= 1e-15 ? larger(1e-6, euler * 1e-3) : root(largest);
+  return smaller(smaller(100.0 * euler, step), longest);
+}
 
 }  // namespace grapnel::dop853

@@ -1,4 +1,4 @@
-#include "grapnel/impact/impact_solver.hpp"
+#include "fast_impact/impact_solver.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,7 @@
 
 #include "grapnel/constraint/loop_columns.hpp"
 #include "grapnel/constraint/pivoted_cholesky.hpp"
-#include "grapnel/dynamics/recursion.hpp"
-#include "grapnel/impact/least_impulse.hpp"
+#include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {
@@ -19,6 +18,9 @@ constexpr double kRankTolerance = 1e-12;
 // Of the size of velocities: what is left of the relative motion is not solved for again.
 constexpr double kRoundingLeft = 4e-16;
 constexpr double kSmallest = 1e-300;
+// Of the size of its terms, what of a self-stress reaches a drive, what it does on the rates told, and pivots of
+// self-stresses that are one another's sum: as in grapnel/impact/yielding_drives.cpp.
+constexpr double kGripsAlone = 1e-8, kWorkRounding = 1e-13, kDependent = 1e-14;
 
 bool same_grip(const Grasp& x, const Grasp& y) {
   return x.robot_body == y.robot_body && x.target_body == y.target_body && x.model == y.model;
@@ -35,6 +37,201 @@ LoopPath make_path(const Model& model, const Grasp& grip, std::size_t index, int
   LoopPath path = make_loop_path(model, closure);
   path.first_row = first_row;
   return path;
+}
+
+// Poses of all links in W.
+void link_poses(const Tree<double>& tree, std::span<const LinkScratch<double>> links, std::span<const double> q,
+                std::span<Posed> X_WL) {
+  using namespace link_motion_steps;
+  for (std::size_t n = 0; n < tree.links.size(); ++n) {
+    const TreeLink<double>& link = tree.links[n];
+    if (link.parent < 0) {
+      X_WL[n] = root_motion<double>(link, q, {}).X_WL;
+      continue;
+    }
+    const Posed& X = X_WL[link.parent];
+    visit_joint(link, [&](auto joint) {
+      if constexpr (!std::is_same_v<decltype(joint), Root>) {
+        X_WL[n] = {joint_rotation(joint, links[n], link.rotated ? X.R * link.X_PF.R : X.R), X.p + X.R * links[n].p_PL};
+      }
+    });
+  }
+}
+
+// What an impulse about C in C's axes does to the lone body, at C: J_t M_t^-1 J_t^T P.
+Twistd response(const LoneBody& body, const Posed& X_bC, const Impulsed& P_C) {
+  const Vector3d r = X_bC.p - body.com;
+  const Impulsed P = X_bC.R * P_C;
+  const Vector3d turn = body.inverse_inertia * (P.angular + cross(r, P.linear));
+  return transposed_times(X_bC.R, Twistd{turn, body.inverse_mass * P.linear + cross(turn, r)});
+}
+
+// Of all impulses that redundant rows allow, the one with the least P^T D P (docs/theory.md, equation (7.8)), from a
+// pivoted factor of W: with a basis N of self-stresses, N^T D N z = -N^T D P and P + N z. Nothing allocates after
+// construction.
+class LeastImpulse {
+ public:
+  // For so many rows.
+  explicit LeastImpulse(int rows);
+
+  // Changes `P`, physical impulses per row, by a self-stress of `factor`, whose W is in the rows' units
+  // (LoopPath::scale). `targets[k]` is body b of paths[k].
+  void choose(const PivotedCholesky& factor, std::span<const LoopPath> paths, std::span<const LoopPlace> places,
+              std::span<const LoneBody> targets, std::span<double> P);
+
+ private:
+  double& at(std::vector<double>& matrix, int row, int column) {
+    return matrix[static_cast<std::size_t>(row * rows_ + column)];
+  }
+  void multiply_by_metric(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
+                          std::span<const LoneBody> targets, std::span<const double> x,
+                          std::span<double> product) const;
+
+  int rows_;
+  std::vector<double> self_stress_, weighted_;  // N^T and (D N)^T, row-major, as many rows of them as are needed
+  std::vector<double> scaled_, right_, z_, ignored_;
+  PivotedCholesky small_;
+};
+
+LeastImpulse::LeastImpulse(int rows)
+    : rows_(rows),
+      self_stress_(static_cast<std::size_t>(rows * rows)),
+      weighted_(self_stress_),
+      scaled_(static_cast<std::size_t>(rows)),
+      right_(scaled_),
+      z_(scaled_),
+      ignored_(scaled_),
+      small_(rows) {}
+
+// D x in the rows' units.
+void LeastImpulse::multiply_by_metric(std::span<const LoopPath> paths, std::span<const LoopPlace> places,
+                                      std::span<const LoneBody> targets, std::span<const double> x,
+                                      std::span<double> product) const {
+  for (std::size_t k = 0; k < paths.size(); ++k) {
+    const LoopPath& path = paths[k];
+    Impulsed P = Impulsed::zero();
+    for (int r = 0; r < path.angular_count; ++r)
+      P.angular += path.angular_scale * x[path.first_row + r] * path.angular_rows[r];
+    for (int r = 0; r < 3; ++r) P.linear[r] = path.linear_scale * x[path.first_row + path.angular_count + r];
+    const std::span<double> part = product.subspan(path.first_row, path.rows);
+    take_rows(path, response(targets[k], places[k].X_bC, P), part);
+    for (int r = 0; r < path.rows; ++r) part[r] *= path.scale(r);
+  }
+}
+
+void LeastImpulse::choose(const PivotedCholesky& factor, std::span<const LoopPath> paths,
+                          std::span<const LoopPlace> places, std::span<const LoneBody> targets, std::span<double> P) {
+  const int count = rows_ - factor.rank();
+  if (count <= 0) return;
+  const auto size = static_cast<std::size_t>(rows_);
+  for (const LoopPath& path : paths) {
+    for (int r = 0; r < path.rows; ++r) scaled_[path.first_row + r] = P[path.first_row + r] / path.scale(r);
+  }
+  // Rows of `small_` beyond the self-stresses are those of the identity.
+  const std::span<double> A = small_.matrix();
+  std::fill(A.begin(), A.end(), 0.0);
+  for (int k = 0; k < rows_; ++k) A[static_cast<std::size_t>(k * rows_ + k)] = 1, right_[k] = 0;
+  for (int k = 0; k < count; ++k) {
+    const std::span<double> n = std::span(self_stress_).subspan(k * size, size);
+    const std::span<double> Dn = std::span(weighted_).subspan(k * size, size);
+    factor.null_vector(k, n);
+    multiply_by_metric(paths, places, targets, n, Dn);
+    for (int i = 0; i < rows_; ++i) right_[k] -= Dn[i] * scaled_[i];
+    for (int l = 0; l <= k; ++l) {
+      double sum = 0;
+      for (int i = 0; i < rows_; ++i) sum += Dn[i] * at(self_stress_, l, i);
+      A[static_cast<std::size_t>(k * rows_ + l)] = A[static_cast<std::size_t>(l * rows_ + k)] = sum;
+    }
+  }
+  small_.factor(0);
+  small_.solve(right_, z_, ignored_);
+  for (const LoopPath& path : paths) {
+    for (int r = 0; r < path.rows; ++r) {
+      double sum = 0;
+      for (int k = 0; k < count; ++k) sum += at(self_stress_, k, path.first_row + r) * z_[k];
+      P[path.first_row + r] += path.scale(r) * sum;
+    }
+  }
+}
+
+// (7.20) for self-stresses of grips by a pivoted factor of W, where the joints held have no row.
+// Nothing allocates after construction.
+class YieldingDrives {
+ public:
+  YieldingDrives(const Model& model, int rows);
+
+  // Per velocity, to be filled by the caller for every row: what impulse the held velocities take if an impulse of
+  // unit size acts in that row, in the units of the factor.
+  std::span<double> response(int row) { return std::span(response_).subspan(row * velocities_, velocities_); }
+
+  // Changes `after`, rates of the velocities that are `held`, by (7.20), with w_g = 0. Whether any changed.
+  bool give_way(const PivotedCholesky& factor, std::span<const std::uint8_t> held, std::span<double> after);
+
+ private:
+  std::size_t rows_, velocities_;
+  std::vector<double> inertia_;   // J_r, per velocity
+  std::vector<double> response_;  // rows x velocities
+  std::vector<double> stress_;    // S_h, self-stresses x velocities, of unit size in J_r^-1
+  std::vector<double> null_, right_, z_, ignored_;
+  PivotedCholesky small_;
+};
+
+YieldingDrives::YieldingDrives(const Model& model, int rows)
+    : rows_(static_cast<std::size_t>(rows)),
+      velocities_(static_cast<std::size_t>(model.velocities())),
+      inertia_(velocities_),
+      response_(rows_ * velocities_),
+      stress_(response_),
+      null_(rows_),
+      right_(rows_),
+      z_(rows_),
+      ignored_(rows_),
+      small_(rows) {
+  for (std::size_t v = 0; v < velocities_; ++v) inertia_[v] = drive_inertia(model, static_cast<int>(v));
+}
+
+bool YieldingDrives::give_way(const PivotedCholesky& factor, std::span<const std::uint8_t> held,
+                              std::span<double> after) {
+  const std::size_t count = rows_ - static_cast<std::size_t>(factor.rank());
+  const std::span<double> A = small_.matrix();  // S_h^T J_r^-1 S_h; rows beyond the self-stresses are the identity's
+  std::fill(A.begin(), A.end(), 0.0);
+  bool contradict = false;
+  for (std::size_t k = 0; k < rows_; ++k) {
+    A[k * rows_ + k] = 1, right_[k] = 0;
+    if (k >= count) continue;
+    factor.null_vector(static_cast<int>(k), null_);
+    const std::span<double> S = std::span(stress_).subspan(k * velocities_, velocities_);
+    double size = 0;
+    for (std::size_t v = 0; v < velocities_; ++v) {
+      double sum = 0, terms = 0;
+      for (std::size_t r = 0; held[v] != 0 && r < rows_; ++r) {
+        const double term = null_[r] * response_[r * velocities_ + v];
+        sum += term, terms += std::abs(term);
+      }
+      S[v] = std::abs(sum) > kGripsAlone * terms ? sum : 0;
+      size += S[v] * S[v] / inertia_[v];
+    }
+    double work = 0, terms = 0;
+    for (std::size_t v = 0; size > 0 && v < velocities_; ++v) {
+      S[v] /= std::sqrt(size);
+      work += S[v] * after[v], terms += std::abs(S[v] * after[v]);
+    }
+    right_[k] = work;
+    contradict = contradict || std::abs(work) > kWorkRounding * terms;
+    for (std::size_t l = 0; size > 0 && l < k; ++l) {
+      double sum = 0;
+      for (std::size_t v = 0; v < velocities_; ++v) sum += S[v] * stress_[l * velocities_ + v] / inertia_[v];
+      A[k * rows_ + l] = A[l * rows_ + k] = sum;
+    }
+  }
+  if (!contradict) return false;
+  small_.factor(kDependent);
+  small_.solve(right_, z_, ignored_);
+  for (std::size_t k = 0; k < count; ++k) {
+    for (std::size_t v = 0; v < velocities_; ++v)
+      after[v] -= stress_[k * velocities_ + v] * z_[k] / inertia_[v];  // (7.20)
+  }
+  return true;
 }
 
 }  // namespace

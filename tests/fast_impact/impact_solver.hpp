@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// Plastic impact of all grips at once in O(n): the fast route, for studies that solve very many.
+/// Plastic impact of all grips at once in O(n): a second route to what plastic_impact() finds, for tests and
+/// benchmarks. Captures do not use it: docs/performance.md says what that would bring and cost.
 ///
 /// The same equations as plastic_impact(), W P = -u- (docs/theory.md, equation (7.3)), with W = Y^T Y from unit
 /// wrenches carried through the articulated tree (8.7), over robot and targets as separate trees: no mass matrix, no

@@ -1,13 +1,15 @@
 #pragma once
 
 /// @file
-/// Momentum and energy of trees in packs, link by link from poses and twists: the definitions of capture/system_books,
-/// independent of the kernel that accelerates and of what it conserves.
+/// Conservation checks in packs: momentum and energy of trees, link by link from poses and twists, independent of the
+/// kernel that accelerates and of what it conserves. The definitions are those of capture/conserved_quantities.cpp,
+/// whose text goes over the bodies of a Model, with sums over all trees beside: lanes have links only, in which bodies
+/// on fixed joints are one.
 
 #include "grapnel/dynamics/group_scale.hpp"
-#include "grapnel/lanes/lane_kernels.hpp"
-#include "grapnel/lanes/lane_phase_array.hpp"
+#include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
+#include "grapnel/lanes/pack.hpp"
 
 namespace grapnel::lanes {
 
@@ -71,7 +73,7 @@ struct PackDeviation {
     largest_angular = max(largest_angular, now.size.angular);
     largest_energy = max(largest_energy, now.size.energy);
   }
-  LaneTreeBooks get(int lane, const PackTree<S>& start, const PackTree<S>& end) const {
+  LaneTreeRecord get(int lane, const PackTree<S>& start, const PackTree<S>& end) const {
     return {start.get(lane),           end.get(lane),           linear.get(lane),
             angular.get(lane),         energy.get(lane),        scale.linear.get(lane),
             scale.angular.get(lane),   scale.energy.get(lane),  largest_linear.get(lane),
@@ -79,15 +81,15 @@ struct PackDeviation {
   }
 };
 
-/// Takes the books of states.
+/// Measures states.
 template <class S>
-class LaneBookkeeper {
+class LaneConservation {
  public:
-  explicit LaneBookkeeper(const PhaseTables& tables)
+  explicit LaneConservation(const PhaseTables& tables)
       : tables_(tables), motion_(tables.link_count), momentum_(tables.link_count), center_(tables.link_count) {}
 
   /// Writes one entry per tree.
-  void operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, PackTree<S>* books);
+  void operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, PackTree<S>* trees);
 
  private:
   const PhaseTables& tables_;
@@ -97,19 +99,19 @@ class LaneBookkeeper {
 };
 
 template <class S>
-void LaneBookkeeper<S>::operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v,
-                                   PackTree<S>* books) {
+void LaneConservation<S>::operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v,
+                                     PackTree<S>* trees) {
   const int count = tables_.link_count;
   link_motion<S>(tree, q, v, std::span<LinkMotion<S>>(motion_.data(), tree.links.size()));
   const S zero(0.0), half(0.5);
   for (int t = 0; t < tables_.tree_count; ++t) {
-    books[t].com = books[t].linear = books[t].angular = Vector3<S>::zero();
-    books[t].size = {zero, zero, zero, zero, zero, zero};
+    trees[t].com = trees[t].linear = trees[t].angular = Vector3<S>::zero();
+    trees[t].size = {zero, zero, zero, zero, zero, zero};
   }
   for (int n = 0; n < count; ++n) {
     const TreeLink<S>& link = tree.links[static_cast<std::size_t>(n)];
     const LinkMotion<S>& m = motion_[n];
-    PackTree<S>& b = books[tables_.tree_of[n]];
+    PackTree<S>& b = trees[tables_.tree_of[n]];
     const Vector3<S> arm = m.X_WL.R * link.inertia.com();
     const Twist<S> V_WC = shift(m.V_WL, arm);
     const Vector3<S> w_L = transposed_times(m.X_WL.R, V_WC.angular);
@@ -129,13 +131,13 @@ void LaneBookkeeper<S>::operator()(const Tree<S>& tree, std::span<const S> q, st
     }
   }
   for (int t = 0; t < tables_.tree_count; ++t) {
-    const S inverse = S(1.0) / books[t].size.mass;
-    books[t].com = inverse * books[t].com;
-    books[t].velocity = inverse * books[t].linear;
+    const S inverse = S(1.0) / trees[t].size.mass;
+    trees[t].com = inverse * trees[t].com;
+    trees[t].velocity = inverse * trees[t].linear;
   }
   for (int n = 0; n < count; ++n) {
     const S mass = tree.links[static_cast<std::size_t>(n)].inertia.mass;
-    PackTree<S>& b = books[tables_.tree_of[n]];
+    PackTree<S>& b = trees[tables_.tree_of[n]];
     const Vector3<S> r = center_[n] - b.com, own = momentum_[n].linear - mass * b.velocity;
     const Vector3<S> moment = cross(r, own);
     b.angular += momentum_[n].angular + moment;
@@ -144,7 +146,7 @@ void LaneBookkeeper<S>::operator()(const Tree<S>& tree, std::span<const S> q, st
     b.size.inner_energy += half * S(dot(own, own) / mass);
   }
   for (int t = 0; t < tables_.tree_count; ++t)
-    books[t].size.energy = books[t].size.inner_energy + half * dot(books[t].linear, books[t].velocity);
+    trees[t].size.energy = trees[t].size.inner_energy + half * dot(trees[t].linear, trees[t].velocity);
 }
 
 }  // namespace grapnel::lanes

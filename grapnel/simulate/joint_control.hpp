@@ -1,0 +1,97 @@
+#pragma once
+
+/// @file
+/// What drives a joint: the table of control laws, and the laws themselves, joint friction included, as one text for a
+/// capture on its own (double) and for many in SIMD lanes (packs, grapnel/lanes/). A new law is a value of
+/// JointControl, its line in kJointControls and what it says in control_law::command().
+
+#include <cstdint>
+#include <string_view>
+
+#include "grapnel/simulate/joint_path.hpp"
+#include "grapnel/spatial/scalar.hpp"
+
+namespace grapnel {
+
+/// The laws. A joint's sensor reads theta_m = theta + n and rate_m = rate + n'; the trajectory is (theta_d, rate_d, its
+/// acceleration theta_dd_d).
+///
+/// pd: tau = kp (theta_d - theta_m) + kd (rate_d - rate_m) (4.1).
+/// computed_torque: the torques that, with the base moving as it then does, give all joints under this control the
+/// accelerations theta_dd_d + kd (rate_d - rate_m) + kp (theta_d - theta_m). The controller knows the model, its true
+/// state and what acts on it, except friction, which disturbs it.
+/// prescribed: theta = theta_d - n exactly, whatever torque that takes.
+enum class JointControl : std::uint8_t { free, pd, computed_torque, prescribed };
+
+/// What a law says: nothing; an effort, which is cut at the joint's limit; the acceleration that efforts of the model
+/// are to give, which are cut likewise; or the motion itself.
+enum class ControlOutput : std::uint8_t { none, effort, acceleration, motion };
+
+struct JointControlLaw {
+  JointControl control;
+  ControlOutput output;
+  bool reads_acceleration;         // of the trajectory
+  std::string_view name_in_files;  // as a mode of tracking; empty: not to be had there
+};
+inline constexpr JointControlLaw kJointControls[] = {
+    {JointControl::free, ControlOutput::none, false, ""},
+    {JointControl::prescribed, ControlOutput::motion, true, "ideal"},
+    {JointControl::pd, ControlOutput::effort, false, "pd"},
+    {JointControl::computed_torque, ControlOutput::acceleration, true, "computed_torque"},
+};
+
+constexpr const JointControlLaw& law_of(JointControl control) {
+  for (const JointControlLaw& law : kJointControls) {
+    if (law.control == control) return law;
+  }
+  return kJointControls[0];
+}
+constexpr ControlOutput output_of(JointControl control) { return law_of(control).output; }
+/// Whether a law works through efforts that a joint's limit cuts.
+constexpr bool works_by_effort(ControlOutput output) {
+  return output == ControlOutput::effort || output == ControlOutput::acceleration;
+}
+
+namespace control_law {
+
+// As packs have them: b where either is not a number.
+GRAPNEL_INLINE double min(double a, double b) { return a < b ? a : b; }
+GRAPNEL_INLINE double max(double a, double b) { return a > b ? a : b; }
+
+/// What a joint follows that is to be at `desired`, where its sensor misreads by n: the difference. Accelerations that
+/// a law commands are the trajectory's own, since no sensor reads them.
+template <class S>
+GRAPNEL_INLINE BasicJointPoint<S> reference(ControlOutput output, const BasicJointPoint<S>& desired,
+                                            const BasicJointPoint<S>& n) {
+  return {desired.position - n.position, desired.rate - n.rate,
+          output == ControlOutput::motion ? S(desired.acceleration - n.acceleration) : desired.acceleration};
+}
+
+/// What a law with gains says, of the kind that its output is.
+template <class S>
+GRAPNEL_INLINE S command(JointControl control, const S& kp, const S& kd, const BasicJointPoint<S>& reference,
+                         const S& position, const S& rate) {
+  const S correction = kp * S(reference.position - position) + kd * S(reference.rate - rate);
+  if (control == JointControl::computed_torque) return reference.acceleration + correction;
+  return correction;  // (4.1)
+}
+
+/// An effort within the joint's limit; in this order of arguments a NaN stays.
+template <class S>
+GRAPNEL_INLINE S within_limit(const S& effort, const S& limit) {
+  return min(limit, max(S(-limit), effort));
+}
+
+/// Friction's effort at a joint's rate. `slip`: gives tanh(rate / transition rate), and is asked where there is
+/// Coulomb friction.
+template <class S, class Slip>
+GRAPNEL_INLINE S friction(bool is_viscous, const S& viscous, bool has_coulomb, const S& coulomb, const S& rate,
+                          Slip&& slip) {
+  S resistance(0.0);
+  if (is_viscous) resistance = viscous * rate;
+  if (has_coulomb) resistance += coulomb * slip();
+  return -resistance;
+}
+
+}  // namespace control_law
+}  // namespace grapnel
