@@ -81,7 +81,7 @@ bool read_plain(const Node& node, const Field& field, const Type& type, void* pl
   return false;
 }
 
-// Whether a node can be a value of the type, as far as its kind tells.
+// Whether a node can be a value of the type, as far as its kind tells; a list of numbers must have nothing else.
 bool can_be(const Node& node, const Type& type) {
   switch (type.kind) {
     case Type::Kind::real:
@@ -93,7 +93,8 @@ bool can_be(const Node& node, const Type& type) {
     case Type::Kind::choice:
       return is_text(node);
     case Type::Kind::list:
-      return node.is_sequence() && (type.fixed_size == 0 || node.items.size() == type.fixed_size);
+      return node.is_sequence() && (type.fixed_size == 0 || node.items.size() == type.fixed_size) &&
+             (type.of().kind != Type::Kind::real || numbers_in(node));
     case Type::Kind::structure:
       return node.is_mapping();
     case Type::Kind::optional:

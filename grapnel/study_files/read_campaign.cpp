@@ -86,12 +86,12 @@ class CampaignReader {
   }
 
   void take_quantiles() {
+    const Node& list = part(root_, "quantiles");
     result_.quantiles = *file_.quantiles;
     for (std::size_t i = 1; i < result_.quantiles.size(); ++i) {
       if (result_.quantiles[i] > result_.quantiles[i - 1]) continue;
-      faults_.add(part(root_, "quantiles").items[i].mark,
-                  fmt::format("quantiles[{}] is {}, must be greater than {} before it", i, result_.quantiles[i],
-                              result_.quantiles[i - 1]));
+      faults_.add(list.items[i].mark, fmt::format("quantiles[{}] is {}, must be greater than {} before it", i,
+                                                  result_.quantiles[i], result_.quantiles[i - 1]));
     }
   }
 
