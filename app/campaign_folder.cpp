@@ -12,7 +12,7 @@
 #include "grapnel/campaign/campaign_table.hpp"
 #include "grapnel/campaign/case_clock.hpp"
 #include "grapnel/result/atomic_file.hpp"
-#include "grapnel/scenario/read_campaign.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/faults.hpp"
 #include "output_folder.hpp"
 #include "single_case.hpp"

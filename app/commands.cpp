@@ -7,6 +7,7 @@
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/result/result_contract.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "output_folder.hpp"
 #include "process.hpp"
 #include "run_problem.hpp"

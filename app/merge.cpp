@@ -7,7 +7,7 @@
 #include "campaign_folder.hpp"
 #include "commands.hpp"
 #include "grapnel/campaign/shard_store.hpp"
-#include "grapnel/scenario/read_campaign.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/faults.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"

@@ -6,10 +6,10 @@
 
 #include "commands.hpp"
 #include "grapnel/result/atomic_file.hpp"
-#include "grapnel/scenario/read_optimization.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/optimization_report.hpp"
 #include "grapnel/study/quantity.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "output_folder.hpp"
 #include "process.hpp"
 #include "terminal.hpp"

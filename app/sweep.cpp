@@ -3,11 +3,11 @@
 
 #include "commands.hpp"
 #include "grapnel/result/atomic_file.hpp"
-#include "grapnel/scenario/read_study.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/run_study.hpp"
 #include "grapnel/study/study_summary.hpp"
 #include "grapnel/study/study_table.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "output_folder.hpp"
 #include "process.hpp"
 #include "single_case.hpp"

@@ -1,6 +1,6 @@
 # Modules in dependency order: a module may use only those before it.
 set(GRAPNEL_MODULES text spatial describe dense model dynamics clearance integrate constraint impact simulate lanes plan result report
-    problem approach impact_report capture study campaign scenario)
+    problem approach impact_report capture study campaign scenario study_files)
 
 # grapnel_module(<name> [SOURCES <file>...] [USES <module>...] [LIBRARIES <target>...] [PRIVATE_LIBRARIES <target>...])
 #

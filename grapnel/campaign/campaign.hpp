@@ -2,8 +2,8 @@
 
 /// @file
 /// A campaign: captures whose uncertain values are drawn at random, and what is kept of each. Plain data and functions
-/// that say what a case is; scenario/read_campaign.hpp makes it from a file. Thread safety: plain values; the functions
-/// may be called from any thread.
+/// that say what a case is; study_files/study_files.hpp makes it from a file. Thread safety: plain values; the
+/// functions may be called from any thread.
 
 #include <cstdint>
 #include <filesystem>

@@ -11,6 +11,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Kind = Type::Kind;
 
+constexpr const char* kNoAlternatives = "a result's value has one type";
+
 void collect(const Type& type, std::vector<const Type*>& parts) {
   if (type.of) return collect(type.of(), parts);
   if (type.kind != Kind::structure && type.kind != Kind::choice) return;
@@ -61,6 +63,8 @@ Json schema_of(const Type& type, const Field& field, bool nullable) {
       if (type.fixed_size > 0) schema["minItems"] = schema["maxItems"] = type.fixed_size;
       return schema;
     }
+    case Kind::alternatives:
+      throw std::logic_error(kNoAlternatives);
     case Kind::optional:
       break;
   }
@@ -114,6 +118,8 @@ std::string typescript_of(const Type& type, bool nullable) {
       for (std::size_t i = 1; i < type.fixed_size; ++i) items += ", " + item;
       return "[" + items + "]";
     }
+    case Kind::alternatives:
+      throw std::logic_error(kNoAlternatives);
     case Kind::optional:
       break;
   }
@@ -178,6 +184,8 @@ std::string words_of(const Type& type, bool several) {
       return (several ? "list of `" : "`") + std::string(type.name) + "`";
     case Kind::optional:
       return words_of(type.of(), several);
+    case Kind::alternatives:
+      throw std::logic_error(kNoAlternatives);
     case Kind::list:
       break;
   }

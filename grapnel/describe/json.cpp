@@ -59,6 +59,12 @@ Json json_of(const Type& type, const void* value) {
       if (type.size(value) == 1) type.show_item(value, 0, visitor_of(take));
       return json;
     }
+    case Type::Kind::alternatives: {
+      Json json;
+      const auto take = [&](const void* held) { json = json_of(type.alternatives[type.size(value)](), held); };
+      type.show_item(value, 0, visitor_of(take));
+      return json;
+    }
     case Type::Kind::structure:
       break;
   }

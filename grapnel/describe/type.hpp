@@ -18,7 +18,7 @@
 ///     };
 ///
 /// type_of<T>() is the description of bool, whole numbers, double, std::string, Vector3d, Quaterniond, std::vector,
-/// std::optional, std::array and std::pair of described types, of enumerations and structures with a Described<T>.
+/// std::optional, std::array and std::variant of described types, of enumerations and structures with a Described<T>.
 /// Descriptions are constants; nothing is registered, and nothing runs before main().
 
 #include <array>
@@ -32,6 +32,7 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "grapnel/spatial/rotation.hpp"
@@ -40,6 +41,9 @@
 namespace grapnel {
 
 struct Type;
+/// The description of T. T's own must be visible where this is instantiated.
+template <class T>
+const Type& type_of();
 
 /// A call for the value at an address, which is valid for the length of the call.
 struct ValueVisitor {
@@ -83,6 +87,8 @@ struct Field {
   /// Of numbers, in magnitude, where the unit's own limit does not do.
   double largest = std::numeric_limits<double>::quiet_NaN();
   std::size_t least_items = 0, most_items = 0;  ///< of lists and mappings; 0: any number
+  /// What messages call the value, "a list of names"; of alternatives each of them, "; " between. Empty: by the type.
+  std::string_view title = {};
 
   constexpr Field at_least(double x) const {
     Field f = *this;
@@ -129,6 +135,11 @@ struct Field {
     f.least_items = least, f.most_items = most;
     return f;
   }
+  constexpr Field called(std::string_view name) const {
+    Field f = *this;
+    f.title = name;
+    return f;
+  }
   constexpr Field or_null() const {
     Field f = *this;
     f.is_null_absent = true;
@@ -150,10 +161,13 @@ struct Rule {
     one_of,    ///< of `keys` exactly one
     any_of,    ///< at least one key, whichever
     when       ///< where `keys` is there, and has one of `values` if there are any: `others` are required,
-               ///< `forbidden` ("limits.lower": below a key) have no meaning, for the reason `why`
+               ///< `forbidden` ("limits.lower": below a key) have no meaning, for the reason `why`, of `choices`
+               ///< exactly one is there, and the list `narrowed` holds `items` of at least `least`
   };
   Kind kind;
-  std::string_view keys, values = {}, others = {}, forbidden = {}, why = {};
+  std::string_view keys, values = {}, others = {}, forbidden = {}, why = {}, choices = {}, narrowed = {};
+  const Type& (*items)() = nullptr;
+  double least = -std::numeric_limits<double>::infinity();
 
   constexpr Rule require(std::string_view names) const {
     Rule r = *this;
@@ -163,6 +177,17 @@ struct Rule {
   constexpr Rule forbid(std::string_view names, std::string_view reason = {}) const {
     Rule r = *this;
     r.forbidden = names, r.why = reason;
+    return r;
+  }
+  constexpr Rule require_one_of(std::string_view names) const {
+    Rule r = *this;
+    r.choices = names;
+    return r;
+  }
+  template <class Item>
+  constexpr Rule narrow(std::string_view list, double least_item = -std::numeric_limits<double>::infinity()) const {
+    Rule r = *this;
+    r.narrowed = list, r.items = &type_of<Item>, r.least = least_item;
     return r;
   }
 };
@@ -181,7 +206,7 @@ struct Choice {
 
 /// What a value is, and how to get at its parts.
 struct Type {
-  enum class Kind { boolean, whole, real, text, choice, list, optional, structure };
+  enum class Kind { boolean, whole, real, text, choice, list, optional, alternatives, structure };
   Kind kind = Kind::structure;
   std::string_view name = {};  ///< of structures and enumerations, as in the sources
   std::string_view text = {};  ///< of structures: what they are
@@ -191,10 +216,12 @@ struct Type {
   void (*show_default)(ValueVisitor) = nullptr;  ///< of structures: one that nobody has touched
   std::size_t fixed_size = 0;     ///< of lists: that all of them have (vectors: 3, quaternions: 4); 0: any
   const Type& (*of)() = nullptr;  ///< of lists and optionals: what they hold
+  std::span<const Type& (*const)()> alternatives = {};  ///< of alternatives: their types
 
   std::int64_t (*whole)(const void* value) = nullptr;  ///< of whole numbers, choices and booleans
   void (*set_whole)(void* value, std::int64_t number) = nullptr;
-  std::size_t (*size)(const void* value) = nullptr;         ///< of lists; of optionals 0 or 1
+  /// Of lists; of optionals 0 or 1; of alternatives which one is held, and resize() changes to another.
+  std::size_t (*size)(const void* value) = nullptr;
   void (*resize)(void* value, std::size_t size) = nullptr;  ///< as size(); null where the size is fixed
   void (*show_item)(const void* value, std::size_t i, ValueVisitor visitor) = nullptr;
   void* (*item)(void* value, std::size_t i) = nullptr;  ///< null where items have no address
@@ -203,10 +230,6 @@ struct Type {
 /// Specialised for every structure and enumeration that is described.
 template <class T>
 struct Described;
-
-/// The description of T. T's own must be visible where this is instantiated.
-template <class T>
-const Type& type_of();
 
 /// Calls visit(const Value&) for what a ValueVisitor shows.
 template <class Call>
@@ -425,6 +448,12 @@ struct IsArray : std::false_type {};
 template <class T, std::size_t n>
 struct IsArray<std::array<T, n>> : std::true_type {};
 template <class T>
+struct IsVariant : std::false_type {};
+template <class... Ts>
+struct IsVariant<std::variant<Ts...>> : std::true_type {
+  static constexpr std::array<const Type& (*)(), sizeof...(Ts)> types{&type_of<Ts>...};
+};
+template <class T>
 struct IsOptional : std::false_type {};
 template <class T>
 struct IsOptional<std::optional<T>> : std::true_type {};
@@ -482,6 +511,27 @@ constexpr Type optional_type() {
 }
 
 template <class T>
+constexpr Type variant_type() {
+  Type type;
+  type.kind = Type::Kind::alternatives;
+  type.alternatives = IsVariant<T>::types;
+  type.size = [](const void* value) { return static_cast<const T*>(value)->index(); };
+  type.resize = [](void* value, std::size_t which) {
+    [&]<std::size_t... i>(std::index_sequence<i...>) {
+      ((i == which ? void(static_cast<T*>(value)->template emplace<i>()) : void()), ...);
+    }
+    (std::make_index_sequence<std::variant_size_v<T>>{});
+  };
+  type.show_item = [](const void* value, std::size_t, ValueVisitor visitor) {
+    std::visit([&](const auto& held) { visitor(&held); }, *static_cast<const T*>(value));
+  };
+  type.item = [](void* value, std::size_t) -> void* {
+    return std::visit([](auto& held) -> void* { return &held; }, *static_cast<T*>(value));
+  };
+  return type;
+}
+
+template <class T>
 constexpr Type whole_type(Type::Kind kind) {
   Type type;
   type.kind = kind;
@@ -513,6 +563,8 @@ Type make_type() {
     return fixed_list_type<T, typename T::value_type, std::tuple_size_v<T>>();
   } else if constexpr (IsOptional<T>::value) {
     return optional_type<T>();
+  } else if constexpr (IsVariant<T>::value) {
+    return variant_type<T>();
   } else {
     return Described<T>::type;
   }

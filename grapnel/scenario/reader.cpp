@@ -74,10 +74,61 @@ bool read_plain(const Node& node, const Field& field, const Type& type, void* pl
         *static_cast<Vector3d*>(place) = {(*values)[0], (*values)[1], (*values)[2]};
       return true;
     case Type::Kind::optional:
+    case Type::Kind::alternatives:
     case Type::Kind::structure:
       break;
   }
   return false;
+}
+
+// Whether a node can be a value of the type, as far as its kind tells; a list of numbers must have nothing else.
+bool can_be(const Node& node, const Type& type) {
+  switch (type.kind) {
+    case Type::Kind::real:
+    case Type::Kind::whole:
+      return number_of(node).has_value();
+    case Type::Kind::boolean:
+      return boolean_of(node).has_value();
+    case Type::Kind::text:
+    case Type::Kind::choice:
+      return is_text(node);
+    case Type::Kind::list:
+      return node.is_sequence() && (type.fixed_size == 0 || node.items.size() == type.fixed_size) &&
+             (type.of().kind != Type::Kind::real || numbers_in(node));
+    case Type::Kind::structure:
+      return node.is_mapping();
+    case Type::Kind::optional:
+    case Type::Kind::alternatives:
+      break;
+  }
+  return true;
+}
+
+// A value of any type. One that cannot be it leaves the place as it is.
+void read_value(const Node& node, const Field& field, const Type& type, void* place) {
+  if (!can_be(node, type)) return;
+  switch (type.kind) {
+    case Type::Kind::optional:
+      if (!can_be(node, type.of())) return;
+      type.resize(place, 1);
+      return read_value(node, field, type.of(), type.item(place, 0));
+    case Type::Kind::alternatives:
+      for (std::size_t i = 0; i < type.alternatives.size(); ++i) {
+        if (!can_be(node, type.alternatives[i]())) continue;
+        type.resize(place, i);
+        return read_value(node, field, type.alternatives[i](), type.item(place, i));
+      }
+      return;
+    case Type::Kind::list:
+      if (type.fixed_size == 0) type.resize(place, node.items.size());
+      for (std::size_t i = 0; i < node.items.size(); ++i)
+        read_value(node.items[i], field, type.of(), type.item(place, i));
+      return;
+    case Type::Kind::structure:
+      return read_structure(node, type, place);
+    default:
+      read_plain(node, field, type, place);
+  }
 }
 
 void read_members(const Node& mapping, const Type& type, void* structure) {
@@ -135,6 +186,14 @@ std::optional<Rotationd> rotation_from_wxyz(std::span<const double, 4> q) {
 
 void read_members(const Node& mapping, std::string_view path, void* structure) {
   read_members(mapping, description_at(path), structure);
+}
+
+void read_structure(const Node& mapping, const Type& type, void* structure) {
+  for (const Field& field : type.fields) {
+    const Node* node = mapping.find(field.key);
+    if (node && field.place && (field.form.empty() || field.form == "any text"))
+      read_value(*node, field, field.type(), field.place(structure));
+  }
 }
 
 const Node& part(const Node& mapping, std::string_view key) {

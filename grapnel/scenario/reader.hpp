@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "grapnel/describe/type.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
@@ -35,6 +36,10 @@ bool boolean_at(const Node& mapping, std::string_view key);
 /// values, texts, names of choices, vectors, and the structures in it. What is absent or faulty stays as it is; lists
 /// and values that stand in forms of their own are left to whoever knows them.
 void read_members(const Node& mapping, std::string_view path, void* structure);
+
+/// Reads all that a mapping says into a structure that holds all of it: as read_members(), with lists and alternatives.
+/// What stands in a form of its own is left to whoever knows it here too.
+void read_structure(const Node& mapping, const Type& type, void* structure);
 
 /// Rotation of a quaternion (w, x, y, z), normalised; empty unless its length is 1 within 1e-6. Not inline: whoever has
 /// the same four numbers gets the same bits.

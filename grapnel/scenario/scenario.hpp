@@ -28,8 +28,5 @@ RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* dou
 /// The published JSON Schemas (draft 7).
 std::string scenario_schema();
 std::string robot_schema();
-std::string study_schema();
-std::string optimization_schema();
-std::string campaign_schema();
 
 }  // namespace grapnel

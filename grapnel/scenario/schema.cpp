@@ -5,7 +5,6 @@
 #include "grapnel/scenario/descriptions.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/scenario/schema_of.hpp"
-#include "grapnel/scenario/schema_text.hpp"
 
 namespace grapnel {
 namespace {
@@ -22,23 +21,8 @@ const Json& scenario_schema_document() {
   static const Json kSchema = schema_of(scenario_description(), "Grapnel scenario, version 1");
   return kSchema;
 }
-const Json& study_schema_document() {
-  static const Json kSchema = Json::parse(kStudySchemaText);
-  return kSchema;
-}
-const Json& optimization_schema_document() {
-  static const Json kSchema = Json::parse(kOptimizationSchemaText);
-  return kSchema;
-}
-const Json& campaign_schema_document() {
-  static const Json kSchema = Json::parse(kCampaignSchemaText);
-  return kSchema;
-}
 
 std::string scenario_schema() { return scenario_schema_document().dump(2) + "\n"; }
 std::string robot_schema() { return robot_schema_document().dump(2) + "\n"; }
-std::string study_schema() { return study_schema_document().dump(2) + "\n"; }
-std::string optimization_schema() { return optimization_schema_document().dump(2) + "\n"; }
-std::string campaign_schema() { return campaign_schema_document().dump(2) + "\n"; }
 
 }  // namespace grapnel

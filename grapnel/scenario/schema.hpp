@@ -14,9 +14,6 @@ namespace grapnel {
 /// Self-contained draft-7 schemas, as objects.
 const nlohmann::ordered_json& scenario_schema_document();
 const nlohmann::ordered_json& robot_schema_document();
-const nlohmann::ordered_json& study_schema_document();
-const nlohmann::ordered_json& optimization_schema_document();
-const nlohmann::ordered_json& campaign_schema_document();
 
 /// Checks the structure: keys, types, lengths, ranges, choices. `document` names the whole in messages ("the
 /// scenario"); `path` leads to it where it is part of a larger whole. A misspelt key is reported and gets the name that

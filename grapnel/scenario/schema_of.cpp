@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -14,12 +15,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 // The names in "a, b, c".
-std::vector<std::string> names_in(std::string_view list) {
+std::vector<std::string> names_in(std::string_view list, std::string_view between = ", ") {
   std::vector<std::string> names;
   for (std::size_t at = 0; at < list.size();) {
-    const std::size_t end = std::min(list.find(", ", at), list.size());
+    const std::size_t end = std::min(list.find(between, at), list.size());
     names.emplace_back(list.substr(at, end - at));
-    at = end + 2;
+    at = end + between.size();
   }
   return names;
 }
@@ -37,7 +38,7 @@ Json number_schema(const Range& range, const char* type = "number") {
   if (std::isfinite(range.most)) schema[range.most_excluded ? "exclusiveMaximum" : "maximum"] = number_json(range.most);
   return schema;
 }
-Json titled(Json schema, const char* title) {
+Json titled(Json schema, std::string_view title) {
   schema["title"] = title;
   return schema;
 }
@@ -167,6 +168,14 @@ const std::map<std::string_view, Json (*)(const Field&)>& forms() {
        [](const Field&) {
          return Json{{"type", "string"}};
        }},
+      {"values by path",
+       [](const Field&) {
+         return Json{{"type", "object"}, {"additionalProperties", Json::object()}};
+       }},
+      {"anything",
+       [](const Field&) {
+         return Json{{"type", "array"}, {"items", Json::object()}};
+       }},
       {"quaternion", [](const Field&) { return numbers_schema(4, {}); }},
       {"rpy", [](const Field&) { return numbers_schema(3, {}); }},
       {"scale", [](const Field& field) { return number_schema(field.range); }},
@@ -198,8 +207,12 @@ Json condition_of(const Rule& rule) {
   return condition;
 }
 
-void add_consequence(const Rule& rule, Json& then) {
+// The schema of a list's items where a rule says what they are.
+using ItemSchema = std::function<Json(const Type&, const Field&)>;
+
+void add_consequence(const Rule& rule, const ItemSchema& item_schema, Json& then) {
   if (!rule.others.empty()) then["required"] = names_in(rule.others);
+  for (const std::string& key : names_in(rule.choices)) then["oneOf"].push_back(required({key}));
   for (const std::string& name : names_in(rule.forbidden)) {
     const std::size_t dot = name.find('.');
     Json& place = dot == std::string::npos
@@ -207,10 +220,15 @@ void add_consequence(const Rule& rule, Json& then) {
                       : then["properties"][name.substr(0, dot)]["properties"][name.substr(dot + 1)];
     place = rule.why.empty() ? Json(false) : Json{{"not", Json::object()}, {"description", rule.why}};
   }
+  if (rule.items) {
+    Field item;
+    item.range.least = rule.least;
+    then["properties"][std::string(rule.narrowed)] = {{"type", "array"}, {"items", item_schema(rule.items(), item)}};
+  }
 }
 
-void add_rules(std::span<const Rule> rules, Json& schema) {
-  std::vector<Json> exclusions, conditions;
+void add_rules(std::span<const Rule> rules, const ItemSchema& item_schema, Json& schema) {
+  std::vector<Json> choices, exclusions, conditions;
   for (const Rule& rule : rules) {
     const std::vector<std::string> keys = names_in(rule.keys);
     switch (rule.kind) {
@@ -220,9 +238,15 @@ void add_rules(std::span<const Rule> rules, Json& schema) {
       case Rule::Kind::not_both:
         exclusions.push_back({{"not", required(keys)}});
         break;
-      case Rule::Kind::one_of:
-        for (const std::string& key : keys) schema["oneOf"].push_back(required({key}));
+      case Rule::Kind::one_of: {
+        Json alternatives = Json::array();
+        for (const std::string& key : keys) alternatives.push_back(required({key}));
+        if (schema.contains("oneOf"))
+          choices.push_back({{"oneOf", alternatives}});
+        else
+          schema["oneOf"] = alternatives;
         break;
+      }
       case Rule::Kind::any_of:
         schema["minProperties"] = 1;
         break;
@@ -230,10 +254,11 @@ void add_rules(std::span<const Rule> rules, Json& schema) {
         const Json condition = condition_of(rule);
         const bool again = !conditions.empty() && conditions.back()["if"] == condition;
         if (!again) conditions.push_back({{"if", condition}, {"then", Json::object()}});
-        add_consequence(rule, conditions.back()["then"]);
+        add_consequence(rule, item_schema, conditions.back()["then"]);
       }
     }
   }
+  for (const Json& choice : choices) schema["allOf"].push_back(choice);
   for (const std::vector<Json>& parts : {exclusions, conditions}) {
     if (parts.size() == 1) {
       schema.update(parts[0]);
@@ -266,9 +291,10 @@ Json value_json(const Type& type, const void* value) {
     case Type::Kind::structure:
       return Json::object();
     case Type::Kind::optional:
+    case Type::Kind::alternatives:
       break;
   }
-  throw std::logic_error("no default of an optional value");
+  throw std::logic_error("no default of an optional value, or of one with alternatives");
 }
 
 class SchemaWriter {
@@ -285,7 +311,8 @@ class SchemaWriter {
     if (!needed.empty()) schema["required"] = needed;
     schema["additionalProperties"] = false;
     schema["properties"] = std::move(properties);
-    add_rules(type.rules, schema);
+    add_rules(
+        type.rules, [this](const Type& of, const Field& field) { return by_type(of, field); }, schema);
     return schema;
   }
 
@@ -355,13 +382,37 @@ class SchemaWriter {
         return by_type(type.of(), field);
       case Type::Kind::structure:
         return reference(type);
+      case Type::Kind::alternatives:
+        return one_of_types(type, field);
       case Type::Kind::list:
         break;
     }
     if (type.fixed_size > 0) return numbers_schema(type.fixed_size, field.range);
-    Json list{{"type", "array"}, {"items", by_type(type.of(), field)}};
-    if (type.of().kind == Type::Kind::text) list["title"] = "a list of names";
+    const Type& item = type.of();
+    Json list{{"type", "array"}, {"items", by_type(item, field)}};
+    if (item.kind == Type::Kind::text) list["title"] = field.title.empty() ? "a list of names" : field.title;
+    if (item.kind == Type::Kind::real) list["title"] = "a list of numbers";
+    if (item.kind == Type::Kind::list && item.fixed_size == 0 && field.least_items > 0)
+      list["items"]["minItems"] = field.least_items;
     return list;
+  }
+
+  Json one_of_types(const Type& type, const Field& field) {
+    const std::vector<std::string> titles = names_in(field.title, "; ");
+    Json schemas = Json::array();
+    for (std::size_t i = 0; i < type.alternatives.size(); ++i) {
+      const Type& one = type.alternatives[i]();
+      Json schema = by_type(one, field);
+      if (one.kind == Type::Kind::structure) schema = {{"allOf", Json::array({schema})}, {"type", "object"}};
+      if (one.kind == Type::Kind::choice) schema["type"] = "string";
+      if (one.kind == Type::Kind::list && field.least_items > 0) schema["minItems"] = field.least_items;
+      if (i < titles.size())
+        schema["title"] = titles[i];
+      else if (one.kind == Type::Kind::real)
+        schema["title"] = "a number";
+      schemas.push_back(std::move(schema));
+    }
+    return {{"anyOf", schemas}};
   }
 
   static std::optional<Json> default_of(const Type& owner, const Field& field) {

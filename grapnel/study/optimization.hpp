@@ -2,7 +2,7 @@
 
 /// @file
 /// An optimization: captures that differ in some numbers, and which of them is best. Plain data and two functions;
-/// scenario/read_optimization.hpp makes it from a file. Thread safety: plain values; `point` may be called from any
+/// study_files/study_files.hpp makes it from a file. Thread safety: plain values; `point` may be called from any
 /// thread.
 
 #include <cstdint>

@@ -2,8 +2,8 @@
 
 /// @file
 /// A study: many captures that differ in stated values, and what is kept of each. Plain data and one function that says
-/// what a point of the study is; scenario/read_study.hpp makes it from a file. Thread safety: plain values; `point` may
-/// be called from any thread.
+/// what a point of the study is; study_files/study_files.hpp makes it from a file. Thread safety: plain values; `point`
+/// may be called from any thread.
 
 #include <cmath>
 #include <filesystem>

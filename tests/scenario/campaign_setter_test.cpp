@@ -6,9 +6,9 @@
 #include <cmath>
 #include <set>
 
-#include "grapnel/scenario/changed_scenario.hpp"
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/scenario/schema.hpp"
+#include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"

@@ -1,4 +1,4 @@
-#include "grapnel/scenario/read_campaign.hpp"
+#include "grapnel/study_files/study_files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "grapnel/scenario/changed_scenario.hpp"
 #include "grapnel/scenario/read_mesh.hpp"
+#include "grapnel/study_files/changed_scenario.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {

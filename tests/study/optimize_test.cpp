@@ -6,12 +6,11 @@
 
 #include <cmath>
 
-#include "grapnel/scenario/read_optimization.hpp"
-#include "grapnel/scenario/read_study.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/optimization_report.hpp"
 #include "grapnel/study/quantity.hpp"
 #include "grapnel/study/run_study.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "study/study_case.hpp"
 
 namespace grapnel {

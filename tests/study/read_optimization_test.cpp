@@ -1,5 +1,5 @@
 // Optimization files: what is wrong is said at once, with its place.
-#include "grapnel/scenario/read_optimization.hpp"
+#include "grapnel/study_files/study_files.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -7,10 +7,10 @@
 #include <cstring>
 
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/scenario/read_study.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/quantity.hpp"
 #include "grapnel/study/study_summary.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "study/study_case.hpp"
 
 namespace grapnel {

@@ -1,4 +1,4 @@
-#include "grapnel/scenario/frozen_plan.hpp"
+#include "grapnel/study_files/frozen_plan.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,12 +27,6 @@ void set(Node& mapping, const std::string& key, Node value) {
     present->value = std::move(value);
   else
     mapping.entries.push_back({key, value.mark, value});
-}
-
-bool has_something_to_plan(const ApproachSetup& approach) {
-  const auto by_places = [](const Waypoint& waypoint) { return !waypoint.places.empty(); };
-  return approach.plan || approach.match ||
-         std::any_of(approach.waypoints.begin(), approach.waypoints.end(), by_places);
 }
 
 void freeze_waypoints(const ApproachSetup& approach, const ApproachPlan& plan, Node& list) {
@@ -111,6 +105,12 @@ bool is_too_fast(const CaptureProblem& problem, const ApproachPlan& plan) {
 }
 
 }  // namespace
+
+bool has_something_to_plan(const ApproachSetup& approach) {
+  const auto by_places = [](const Waypoint& waypoint) { return !waypoint.places.empty(); };
+  return approach.plan || approach.match ||
+         std::any_of(approach.waypoints.begin(), approach.waypoints.end(), by_places);
+}
 
 void freeze_plan(const CaptureProblem& problem, Node& scenario) {
   if (!problem.approach || !has_something_to_plan(*problem.approach)) return;

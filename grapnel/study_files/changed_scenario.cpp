@@ -1,4 +1,4 @@
-#include "grapnel/scenario/changed_scenario.hpp"
+#include "grapnel/study_files/changed_scenario.hpp"
 
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/write_back.hpp"

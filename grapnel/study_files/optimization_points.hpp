@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The captures of an optimization, from trees. Thread safety: const members from any thread, once the files have been
-/// read.
+/// What an optimization varies, and its captures, from trees. Thread safety: const members from any thread, once the
+/// files have been read.
 
 #include <filesystem>
 #include <memory>
@@ -10,12 +10,36 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/scenario/optimization_variable.hpp"
-#include "grapnel/scenario/read_study_axis.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
 #include "grapnel/study/optimization.hpp"
+#include "grapnel/study/optimization_moves.hpp"
+#include "grapnel/study/quantity.hpp"
+#include "grapnel/study_files/file_structures.hpp"
 
 namespace grapnel {
+
+/// An item of 'variables'. Only the members of its kind are in use.
+struct SearchedVariable {
+  enum class Kind { path, quantity, patch, posture };
+  Kind kind = Kind::path;
+  std::string name;   // as tables have it
+  std::string unit;   // of from and to
+  std::string place;  // "variables[0]", for messages
+  Mark mark, from_mark, to_mark;
+  double from = 0, to = 1;
+  std::string path;
+  Mark path_mark;
+  Quantity quantity;
+  bool in_degrees = false;
+  ContactPatch patch;
+
+  double in_si(double value) const;
+};
+
+/// What a file says at a node whose structure has been checked. `base`: the scenario, whose names it may use; null if
+/// there is none.
+SearchedVariable searched_variable(const VariableFile& file, const Node& node, const std::string& place,
+                                   const CaptureProblem* base, FaultList& faults);
 
 class OptimizationPoints {
  public:

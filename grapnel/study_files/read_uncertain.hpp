@@ -10,7 +10,7 @@
 #include "grapnel/campaign/uncertain_value.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
-#include "grapnel/scenario/uncertain_places.hpp"
+#include "grapnel/study_files/uncertain_places.hpp"
 
 namespace grapnel {
 
@@ -23,10 +23,15 @@ struct ReadUncertain {
   std::vector<CampaignInput> inputs;
 };
 
-/// An entry whose structure has been checked, for a scenario that has the schema's defaults. `problem` was read from
-/// it.
-ReadUncertain read_uncertain(const Node& entry, const UncertainPaths& where, const Node& scenario,
-                             const CaptureProblem& problem, FaultList& faults);
+/// What a file says at `entry`, whose structure has been checked, for a scenario that has the schema's defaults.
+/// `problem` was read from it.
+ReadUncertain read_uncertain(const UncertainFile& file, const Node& entry, const UncertainPaths& where,
+                             const Node& scenario, const CaptureProblem& problem, FaultList& faults);
+
+/// What tables call the numbers of an uncertain value, one per number that DrawnValue::shown has. `form`: what stands
+/// at the places, or would if it were there.
+std::vector<CampaignInput> inputs_of(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
+                                     const CaptureProblem& problem);
 
 /// What drawn numbers put into the scenario.
 std::vector<Change> changes_of(const ReadUncertain& uncertain, const UncertainForm& form,

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/study_files/file_structures.hpp"
 #include "grapnel/text/yaml_paths.hpp"
 
 namespace grapnel {
@@ -20,7 +21,7 @@ struct UncertainPaths {
   bool is_orientation = false;  // the path is that of a mapping with an orientation
 };
 
-UncertainPaths read_uncertain_paths(const Node& entry, const std::string& place);
+UncertainPaths uncertain_paths(const UncertainFile& file, const Node& entry, const std::string& place);
 
 /// How one place of a scenario lies to another, whatever their paths call the items of lists on the way.
 enum class Overlap { none, same, part, whole };  // part: within the other; whole: the other is within it

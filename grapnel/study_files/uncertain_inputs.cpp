@@ -1,5 +1,3 @@
-#include "grapnel/scenario/uncertain_inputs.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,7 @@
 
 #include "grapnel/scenario/read_robot.hpp"
 #include "grapnel/scenario/schema_place.hpp"
+#include "grapnel/study_files/read_uncertain.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"

@@ -1,4 +1,4 @@
-#include "grapnel/scenario/uncertain_places.hpp"
+#include "grapnel/study_files/uncertain_places.hpp"
 
 #include <fmt/format.h>
 
@@ -34,17 +34,17 @@ Overlap overlap(std::span<const PathStep> place, std::span<const PathStep> other
   return place.size() > common ? Overlap::part : Overlap::whole;
 }
 
-UncertainPaths read_uncertain_paths(const Node& entry, const std::string& place) {
+UncertainPaths uncertain_paths(const UncertainFile& file, const Node& entry, const std::string& place) {
   UncertainPaths where;
   where.mark = entry.mark, where.place = place;
-  const auto add = [&](const Node& path) {
-    if (!is_text(path) || path.text.empty()) return;
-    where.paths.push_back(path.text);
-    where.path_marks.push_back(path.mark);
+  const auto add = [&](const std::string& path, const Mark& mark) {
+    if (path.empty()) return;
+    where.paths.push_back(path);
+    where.path_marks.push_back(mark);
   };
-  add(part(entry, "path"));
-  for (const Node& path : part(entry, "paths").items) add(path);
-  where.is_orientation = entry.find("rotation") != nullptr;
+  add(file.path, part(entry, "path").mark);
+  for (std::size_t i = 0; i < file.paths.size(); ++i) add(file.paths[i], part(entry, "paths").items[i].mark);
+  where.is_orientation = file.rotation.has_value();
   if (where.is_orientation) {
     for (std::string& path : where.paths) {
       if (!path.ends_with(".quaternion_wxyz")) path += ".quaternion_wxyz";

@@ -1,13 +1,12 @@
-#include "grapnel/scenario/read_uncertain.hpp"
+#include "grapnel/study_files/read_uncertain.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/scenario/uncertain_inputs.hpp"
-#include "grapnel/scenario/uncertain_numbers.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
@@ -17,28 +16,99 @@ namespace {
 
 using Kind = NumberDistribution::Kind;
 
-constexpr const char* kKinds[] = {"normal",   "log_normal", "uniform", "integers",
-                                  "discrete", "sphere",     "tilt",    "rotation"};
-
 NumberDistribution constant(double value) { return {Kind::constant, value, 0, 0, 0, false}; }
+
+// Probabilities are told apart to about 1e-16 of the larger: what has less than this would be some million values.
+constexpr double kLeastPart = 1e-10;
+// Of so many deviations less than one number is expected beyond in 10^9 cases, as many as there may be.
+constexpr double kFarAway = 6;
+
+std::string far_away(const std::string& name, const NumberDistribution& d, bool above, double deviations) {
+  return fmt::format(
+      "{}.{} is {:.9g}, {:.4g} deviations {} the {}, {:.9g}; beyond about 37 no probability is left that "
+      "double precision knows: correct the interval or the {}, or use uniform",
+      name, above ? "from" : "to", above ? d.from : d.to, deviations, above ? "above" : "below",
+      d.kind == Kind::normal ? "mean" : "median", d.location, d.kind == Kind::normal ? "mean" : "median");
+}
+
+// What no random numbers can have, on one line; nothing if nothing is wrong. `name` is that of the distribution in the
+// file, "sphere.length.normal". Of one that is cut: an interval without numbers, or in which doubles find no
+// probability.
+std::string cut_fault(const std::string& name, const NumberDistribution& d) {
+  if (!(d.from < d.to)) return fmt::format("{}.from is {}, must be less than to, {}", name, d.from, d.to);
+  if (d.scale == 0) {
+    if (d.location >= d.from && d.location <= d.to) return {};
+    return fmt::format("{}.{} is {:.9g} and its deviation 0, which is not between {:.9g} and {:.9g}", name,
+                       d.kind == Kind::normal ? "mean" : "median", d.location, d.from, d.to);
+  }
+  if (d.kind == Kind::log_normal && d.to <= 0) return fmt::format("{}.to is {}, must be greater than 0", name, d.to);
+  const auto [low, high] = d.standard_bounds();
+  const bool above = low > 0;
+  // As it is drawn: above the middle by the mirror image, whose probabilities keep their digits.
+  const double less = normal_probability(above ? -high : low), most = normal_probability(above ? -low : high);
+  if (most < std::numeric_limits<double>::min()) return far_away(name, d, above, above ? low : -high);
+  if (most - less < kLeastPart * most)
+    return fmt::format("{}.from is {} and to {}, too near to each other for the deviation, {:.9g}: use uniform", name,
+                       d.from, d.to, d.scale);
+  return {};
+}
+
+// Of a length, which is not below 0; `given` is what the file says of it.
+std::string length_fault(const std::string& name, const Length& given, const NumberDistribution& d) {
+  const auto negative = [](const std::string& what, double value) {
+    return fmt::format("{} is {:.9g}, must be at least 0", what, value);
+  };
+  const auto* file = std::get_if<LengthFile>(&given);
+  if (!file) return d.location < 0 ? negative(name, d.location) : std::string();
+  if (file->uniform) return file->uniform->from < 0 ? negative(name + ".uniform.from", file->uniform->from) : "";
+  if (!file->normal) return {};
+  const std::optional<double>& from = file->normal->from;
+  const std::string whole = name + ".normal";
+  if (from && *from < 0) return negative(whole + ".from", *from);
+  if (d.is_constant() && d.location < 0) return negative(whole + ".mean", d.location);
+  if (d.kind == Kind::normal && !from && d.location < kFarAway * d.scale)
+    return fmt::format("{} has mean {:.9g} and deviation {:.9g}, so that lengths below 0 are drawn; add from: 0", whole,
+                       d.location, d.scale);
+  return {};
+}
+
+// Of a covariance that is indefinite: why, where two numbers are enough to see it.
+std::string why_indefinite(const std::vector<double>& matrix, std::size_t n) {
+  for (std::size_t i = 0; i < n; ++i) {
+    if (matrix[i * n + i] < 0) return fmt::format(": [{}][{}] is {}, a variance", i, i, matrix[i * n + i]);
+    for (std::size_t j = 0; j < i; ++j) {
+      const double most = std::sqrt(std::max(0.0, matrix[i * n + i]) * std::max(0.0, matrix[j * n + j]));
+      if (std::abs(matrix[i * n + j]) > most * (1 + 1e-9))
+        return fmt::format(": [{}][{}] is {}, at most {:.9g} goes with these variances", i, j, matrix[i * n + j], most);
+    }
+  }
+  return {};
+}
+
+// The distribution that an entry has, as the file calls it.
+std::string kind_of(const UncertainFile& file) {
+  return file.normal       ? "normal"
+         : file.log_normal ? "log_normal"
+         : file.uniform    ? "uniform"
+         : file.integers   ? "integers"
+         : file.discrete   ? "discrete"
+         : file.sphere     ? "sphere"
+         : file.tilt       ? "tilt"
+         : file.rotation   ? "rotation"
+                           : "";
+}
 
 // One entry of `uncertain`.
 class UncertainReader {
  public:
-  UncertainReader(const Node& entry, const UncertainPaths& where, const Node& scenario, FaultList& faults)
-      : node_(entry), faults_(faults) {
+  UncertainReader(const UncertainFile& file, const Node& entry, const UncertainPaths& where, const Node& scenario,
+                  FaultList& faults)
+      : file_(file), node_(entry), faults_(faults), kind_(kind_of(file)), value_form_(file.as) {
     read_.where = where;
     const std::size_t before = faults.size();
     form_ = form_at(where, scenario, faults);
     if (form_.is_absent) report_unknown_keys(where, scenario, faults);
     sound_ = faults.size() == before;
-    for (const char* kind : kKinds) {
-      if (!node_.find(kind)) continue;
-      kind_ = kind;
-      break;
-    }
-    const std::string as = text_at(node_, "as");
-    value_form_ = as == "factor" ? ValueForm::factor : as == "offset" ? ValueForm::offset : ValueForm::value;
   }
 
   ReadUncertain read(const Node& scenario, const CaptureProblem& problem) {
@@ -59,7 +129,8 @@ class UncertainReader {
 
   void read_kind() {
     const bool of_numbers = kind_ == "normal" || kind_ == "log_normal" || kind_ == "uniform" || kind_ == "integers";
-    if (read_.where.paths.size() > 1 && !kind_node().find("covariance"))
+    const bool is_correlated = file_.normal && !file_.normal->covariance.empty();
+    if (read_.where.paths.size() > 1 && !is_correlated)
       return fault(read_.where.path_marks[1], "several 'paths' are for normal with a 'covariance'");
     if (kind_ == "discrete") return read_discrete();
     if (!of_numbers) expect_absent({"as", "together"});
@@ -67,16 +138,14 @@ class UncertainReader {
     if (!expect_numbers()) return;
     if (kind_ == "sphere") return read_sphere();
     if (kind_ == "tilt") return read_tilt();
-    if (kind_node().find("covariance")) return read_covariance();
+    if (is_correlated) return read_covariance();
     read_numbers();
   }
 
   void expect_absent(std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
-      const NodeEntry* entry = node_.entry(key);
-      // Defaults have been filled in, at the mark of the mapping.
-      if (!entry || (entry->mark.line == node_.mark.line && entry->mark.column == node_.mark.column)) continue;
-      fault(entry->mark, fmt::format("'{}' has no meaning with {}", key, kind_));
+      if (const NodeEntry* entry = node_.entry(key))
+        fault(entry->mark, fmt::format("'{}' has no meaning with {}", key, kind_));
     }
   }
 
@@ -108,18 +177,18 @@ class UncertainReader {
 
   // --- Numbers ---
 
-  // A parameter of every number: one for all, or one for each.
-  std::optional<std::vector<double>> parameters(const char* key, std::optional<double> absent, std::size_t n) {
-    const Node* given = kind_node().find(key);
+  // A parameter of every number: one for all, or one for each; where it is absent, a value if there is one for that.
+  std::optional<std::vector<double>> parameters(const OneOrEach& given, const char* key, std::optional<double> absent,
+                                                std::size_t n) {
     if (!given) {
       if (!absent) return {};
       return std::vector<double>(n, *absent);
     }
-    if (const auto one = number_of(*given)) return std::vector<double>(n, *one);
-    auto list = numbers_in(*given).value_or(std::vector<double>(n, 0.0));
+    if (const double* one = std::get_if<double>(&*given)) return std::vector<double>(n, *one);
+    const auto& list = std::get<std::vector<double>>(*given);
     if (list.size() == n) return list;
-    fault(given->mark, fmt::format("{}.{} has {}, must have {}, one for each number at {}", kind_, key,
-                                   counted(list.size(), "item"), n, shortened(path())));
+    fault(part(kind_node(), key).mark, fmt::format("{}.{} has {}, must have {}, one for each number at {}", kind_, key,
+                                                   counted(list.size(), "item"), n, shortened(path())));
     return std::vector<double>(n, 0.0);
   }
 
@@ -136,19 +205,13 @@ class UncertainReader {
 
   void read_numbers() {
     shape_by_parameters();
-    const bool together = boolean_at(node_, "together");
-    const std::size_t n = together ? 1 : count();
-    std::vector<NumberDistribution> distributions;
-    if (kind_ == "normal")
-      distributions = normals(n);
-    else if (kind_ == "log_normal")
-      distributions = log_normals(n);
-    else if (kind_ == "uniform")
-      distributions = uniforms(n);
-    else
-      distributions = integers(n);
+    const std::size_t n = file_.together ? 1 : count();
+    std::vector<NumberDistribution> distributions = file_.normal       ? normals(*file_.normal, n)
+                                                    : file_.log_normal ? log_normals(*file_.log_normal, n)
+                                                    : file_.uniform    ? uniforms(*file_.uniform, n)
+                                                                       : integers(*file_.integers, n);
     if (!sound_) return;
-    if (together)
+    if (file_.together)
       read_.value = CommonNumber{distributions[0], value_form_};
     else
       read_.value = IndependentNumbers{std::move(distributions), value_form_};
@@ -162,11 +225,10 @@ class UncertainReader {
   }
 
   // Cuts off what lies beyond 'from' and 'to'.
-  void cut(std::vector<NumberDistribution>& distributions) {
-    const Node& node = kind_node();
-    if (!node.find("from") && !node.find("to")) return;
+  void cut(const OneOrEach& least, const OneOrEach& most, std::vector<NumberDistribution>& distributions) {
+    if (!least && !most) return;
     const std::size_t n = distributions.size();
-    const auto from = *parameters("from", -HUGE_VAL, n), to = *parameters("to", HUGE_VAL, n);
+    const auto from = *parameters(least, "from", -HUGE_VAL, n), to = *parameters(most, "to", HUGE_VAL, n);
     for (std::size_t i = 0; i < n; ++i) {
       NumberDistribution& d = distributions[i];
       d.from = from[i], d.to = to[i], d.cut = true;
@@ -175,21 +237,23 @@ class UncertainReader {
     }
   }
 
-  std::vector<NumberDistribution> normals(std::size_t n) {
-    const auto mean = parameters("mean", neutral(), n), deviation = parameters("deviation", 0.0, n);
+  std::vector<NumberDistribution> normals(const NormalFile& file, std::size_t n) {
+    const auto mean = parameters(file.mean, "mean", neutral(), n),
+               deviation = parameters(file.deviation, "deviation", 0.0, n);
     if (!mean) {
       fault(kind_mark(), "normal needs a 'mean'; about the scenario's own value it is as: offset or as: factor");
       return {};
     }
     std::vector<NumberDistribution> result;
     for (std::size_t i = 0; i < n; ++i) result.push_back({Kind::normal, (*mean)[i], (*deviation)[i], 0, 0, false});
-    cut(result);
+    cut(file.from, file.to, result);
     return settled(std::move(result));
   }
 
-  std::vector<NumberDistribution> log_normals(std::size_t n) {
+  std::vector<NumberDistribution> log_normals(const LogNormalFile& file, std::size_t n) {
     const auto neutral_median = value_form_ == ValueForm::factor ? std::optional<double>(1) : std::nullopt;
-    const auto median = parameters("median", neutral_median, n), deviation = parameters("deviation", 0.0, n);
+    const auto median = parameters(file.median, "median", neutral_median, n),
+               deviation = parameters(file.deviation, "deviation", 0.0, n);
     if (!median) {
       fault(kind_mark(), "log_normal needs a 'median'; about the scenario's own value it is as: factor");
       return {};
@@ -203,7 +267,7 @@ class UncertainReader {
       }
       result.push_back({Kind::log_normal, (*median)[i], (*deviation)[i], 0, 0, false});
     }
-    cut(result);
+    cut(file.from, file.to, result);
     return settled(std::move(result));
   }
 
@@ -215,8 +279,8 @@ class UncertainReader {
     return distributions;
   }
 
-  std::vector<NumberDistribution> uniforms(std::size_t n) {
-    const auto from = *parameters("from", 0.0, n), to = *parameters("to", 0.0, n);
+  std::vector<NumberDistribution> uniforms(const UniformFile& file, std::size_t n) {
+    const auto from = *parameters(file.from, "from", 0.0, n), to = *parameters(file.to, "to", 0.0, n);
     std::vector<NumberDistribution> result;
     for (std::size_t i = 0; i < n; ++i) {
       if (from[i] > to[i]) fault(kind_mark(), fmt::format("uniform.from is {}, above to, {}", from[i], to[i]));
@@ -226,8 +290,8 @@ class UncertainReader {
     return result;
   }
 
-  std::vector<NumberDistribution> integers(std::size_t n) {
-    const double from = number_at(kind_node(), "from").value_or(0), to = number_at(kind_node(), "to").value_or(0);
+  std::vector<NumberDistribution> integers(const IntegersFile& file, std::size_t n) {
+    const double from = static_cast<double>(file.from), to = static_cast<double>(file.to);
     if (!(from < to)) fault(kind_mark(), fmt::format("integers.from is {}, must be less than to, {}", from, to));
     if (value_form_ != ValueForm::value) fault(part(node_, "as").mark, "integers are values, no factors or offsets");
     return std::vector<NumberDistribution>(n, {Kind::integers, 0, 0, from, to, false});
@@ -237,12 +301,12 @@ class UncertainReader {
     expect_absent({"together"});
     const std::size_t n = count();
     const Node& node = part(kind_node(), "covariance");
+    const std::vector<std::vector<double>>& rows = file_.normal->covariance;
     std::vector<double> matrix;
-    for (const Node& row : node.items) {
-      const auto numbers = numbers_in(row).value_or(std::vector<double>{});
-      if (numbers.size() == n) matrix.insert(matrix.end(), numbers.begin(), numbers.end());
+    for (const std::vector<double>& row : rows) {
+      if (row.size() == n) matrix.insert(matrix.end(), row.begin(), row.end());
     }
-    if (node.items.size() != n || matrix.size() != n * n)
+    if (rows.size() != n || matrix.size() != n * n)
       return fault(node.mark, fmt::format("normal.covariance must be {} by {}: {} at the {}", n, n,
                                           n == 1 ? "one number stands" : fmt::format("{} numbers stand", n),
                                           read_.where.paths.size() == 1 ? "path" : "paths"));
@@ -261,7 +325,7 @@ class UncertainReader {
       if (const NodeEntry* entry = kind_node().entry(key))
         fault(entry->mark, fmt::format("normal.{} has no meaning with a covariance", key));
     }
-    const auto mean = parameters("mean", neutral(), n);
+    const auto mean = parameters(file_.normal->mean, "mean", neutral(), n);
     if (!mean) return fault(kind_mark(), "normal needs a 'mean'; about the scenario's own values it is as: offset");
     read_.value = CorrelatedNumbers{*mean, std::move(*factor), value_form_};
   }
@@ -278,40 +342,40 @@ class UncertainReader {
     return false;
   }
 
-  NumberDistribution length_at(const char* key) {
-    const Node* given = kind_node().find(key);
-    if (!given) return constant(1);
-    if (const auto number = number_of(*given)) return constant(*number);
+  // `name` is the length's in the file, "sphere.length".
+  NumberDistribution distribution_of(const Length& length, const std::string& name) {
+    if (const double* number = std::get_if<double>(&length)) return constant(*number);
+    const auto& file = std::get<LengthFile>(length);
     NumberDistribution d;
-    for (const char* kind : {"normal", "log_normal", "uniform"}) {
-      const Node* node = given->find(kind);
-      if (!node) continue;
-      const auto number = [&](const char* name, double absent) { return number_at(*node, name).value_or(absent); };
-      d.from = number("from", -HUGE_VAL), d.to = number("to", HUGE_VAL);
-      d.scale = number("deviation", 0);
-      const std::string kind_name = kind;
-      d.kind = kind_name == "normal" ? Kind::normal : kind_name == "uniform" ? Kind::uniform : Kind::log_normal;
-      d.location = number(kind_name == "log_normal" ? "median" : "mean", 1);
-      d.cut = kind_name != "uniform" && (node->find("from") || node->find("to"));
-      const std::string name = fmt::format("{}.{}.{}", kind_, key, kind);
-      if (d.kind == Kind::log_normal && !(d.location > 0))
-        fault(node->mark, fmt::format("{}.median is {}, must be greater than 0", name, d.location));
-      else if (d.kind == Kind::uniform && !(d.from < d.to))
-        fault(node->mark, fmt::format("{}.from is {}, must be less than to, {}", name, d.from, d.to));
-      else if (const std::string wrong = d.cut ? cut_fault(name, d) : ""; !wrong.empty())
-        fault(node->mark, wrong);
-      if (d.kind != Kind::uniform && d.scale == 0) d = constant(d.location);
-    }
+    const auto take_cut = [&](Kind kind, double location, const auto& one) {
+      const bool is_cut = one.from || one.to;
+      d = {kind, location, one.deviation, one.from.value_or(-HUGE_VAL), one.to.value_or(HUGE_VAL), is_cut};
+    };
+    std::string kind = "uniform";
+    if (file.normal)
+      kind = "normal", take_cut(Kind::normal, file.normal->mean, *file.normal);
+    else if (file.log_normal)
+      kind = "log_normal", take_cut(Kind::log_normal, file.log_normal->median, *file.log_normal);
+    else if (file.uniform)
+      d = {Kind::uniform, 1, 0, file.uniform->from, file.uniform->to, false};
+    const std::string whole = name + "." + kind;
+    const Mark& mark = part(part(kind_node(), name.substr(name.rfind('.') + 1)), kind).mark;
+    if (d.kind == Kind::log_normal && !(d.location > 0))
+      fault(mark, fmt::format("{}.median is {}, must be greater than 0", whole, d.location));
+    else if (d.kind == Kind::uniform && !(d.from < d.to))
+      fault(mark, fmt::format("{}.from is {}, must be less than to, {}", whole, d.from, d.to));
+    else if (const std::string wrong = d.cut ? cut_fault(whole, d) : ""; !wrong.empty())
+      fault(mark, wrong);
+    if (d.kind != Kind::uniform && d.scale == 0) d = constant(d.location);
     return d;
   }
 
   void read_sphere() {
     if (!expect_vector()) return;
-    const NumberDistribution length = length_at("length");
+    const NumberDistribution length = distribution_of(file_.sphere->length, "sphere.length");
     read_.value = SphereVector{length};
-    const Node& given = part(kind_node(), "length");
-    const std::string wrong = sound_ ? length_fault("sphere.length", given, length) : "";
-    if (!wrong.empty()) fault(given.mark, wrong);
+    const std::string wrong = sound_ ? length_fault("sphere.length", file_.sphere->length, length) : "";
+    if (!wrong.empty()) fault(part(kind_node(), "length").mark, wrong);
   }
 
   void read_tilt() {
@@ -321,7 +385,9 @@ class UncertainReader {
                    fmt::format("at {} stands a vector without length, which has no direction "
                                "to tilt",
                                shortened(path())));
-    read_.value = TiltedVector{number_at(kind_node(), "deviation").value_or(0), length_at("factor")};
+    const TiltFile& file = *file_.tilt;
+    read_.value =
+        TiltedVector{file.deviation, file.factor ? distribution_of(*file.factor, "tilt.factor") : constant(1)};
     if (sound_ && dimensions(read_.value) == 0) fault(kind_mark(), "nothing of it is uncertain");
   }
 
@@ -332,8 +398,8 @@ class UncertainReader {
           fmt::format("rotation is for what has an orientation, a 'quaternion_wxyz' or 'rpy': name the mapping, "
                       "such as targets.NAME.state"));
     }
-    const Node& node = kind_node();
-    read_.value = UncertainRotation{is_text(node), number_at(node, "deviation").value_or(0)};
+    const auto* turn = std::get_if<TurnFile>(&*file_.rotation);
+    read_.value = UncertainRotation{!turn, turn ? turn->deviation : 0};
   }
 
   void read_discrete() {
@@ -344,7 +410,7 @@ class UncertainReader {
       return value.is_scalar() && numbers_in(value).has_value();
     };  // finite
     read_.choices_are_numbers = std::all_of(read_.choices.begin(), read_.choices.end(), is_number);
-    auto given = numbers_in(weights).value_or(std::vector<double>(read_.choices.size(), 1.0));
+    auto given = file_.discrete->weights.value_or(std::vector<double>(read_.choices.size(), 1.0));
     if (given.size() != read_.choices.size())
       return fault(weights.mark, fmt::format("discrete.weights has {}, must have {}, one for each value",
                                              counted(given.size(), "item"), read_.choices.size()));
@@ -356,21 +422,22 @@ class UncertainReader {
   }
 
  private:
+  const UncertainFile& file_;
   const Node& node_;
   FaultList& faults_;
   ReadUncertain read_;
   UncertainForm form_;
   std::string kind_;
-  ValueForm value_form_ = ValueForm::value;
+  ValueForm value_form_;
   bool sound_ = true;
 };
 
 }  // namespace
 
-ReadUncertain read_uncertain(const Node& entry, const UncertainPaths& where, const Node& scenario,
-                             const CaptureProblem& problem, FaultList& faults) {
+ReadUncertain read_uncertain(const UncertainFile& file, const Node& entry, const UncertainPaths& where,
+                             const Node& scenario, const CaptureProblem& problem, FaultList& faults) {
   if (where.paths.empty()) return {where, {}, {}, false, {}};
-  return UncertainReader(entry, where, scenario, faults).read(scenario, problem);
+  return UncertainReader(file, entry, where, scenario, faults).read(scenario, problem);
 }
 
 std::vector<Change> changes_of(const ReadUncertain& uncertain, const UncertainForm& form,

@@ -11,8 +11,8 @@
 
 #include "grapnel/campaign/sample_points.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
-#include "grapnel/scenario/read_study_axis.hpp"
-#include "grapnel/scenario/read_uncertain.hpp"
+#include "grapnel/study_files/axis.hpp"
+#include "grapnel/study_files/read_uncertain.hpp"
 
 namespace grapnel {
 
@@ -70,7 +70,6 @@ class CampaignPoints {
   void expect_counts(const DesignPoint& design) const;
   std::shared_ptr<const DesignPoint> make(std::uint64_t number);
   std::vector<Change> changes(const DesignPoint& design, const Draw& draw) const;
-  std::vector<Change> design_changes(std::span<const std::size_t> at) const;
   std::vector<std::size_t> axis_sizes() const;
   std::vector<double> point_of(std::uint64_t k) const;
 

@@ -1,15 +1,15 @@
-#include "grapnel/scenario/campaign_points.hpp"
+#include "grapnel/study_files/campaign_points.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "grapnel/scenario/changed_scenario.hpp"
-#include "grapnel/scenario/frozen_plan.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/write_back.hpp"
 #include "grapnel/study/grid.hpp"
+#include "grapnel/study_files/changed_scenario.hpp"
+#include "grapnel/study_files/frozen_plan.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
@@ -18,14 +18,6 @@ namespace {
 
 // Cases come in the order of the design's points.
 constexpr std::size_t kKept = 64;
-
-std::vector<QuantityValue> quantities_at(const std::vector<ReadAxis>& axes, std::span<const std::size_t> at) {
-  std::vector<QuantityValue> quantities;
-  for (std::size_t a = 0; a < axes.size(); ++a) {
-    if (axes[a].quantity) quantities.push_back({*axes[a].quantity, axes[a].values[at[a]].quantity});
-  }
-  return quantities;
-}
 
 bool is_of_robot(const std::string& path) { return path.starts_with("robot.") || path.starts_with("robot["); }
 
@@ -64,17 +56,8 @@ std::vector<std::size_t> CampaignPoints::axis_sizes() const {
   return sizes;
 }
 
-std::vector<Change> CampaignPoints::design_changes(std::span<const std::size_t> at) const {
-  std::vector<Change> all = set;
-  for (std::size_t a = 0; a < axes.size(); ++a) {
-    const ReadAxisValue& value = axes[a].values[at[a]];
-    all.insert(all.end(), value.changes.begin(), value.changes.end());
-  }
-  return all;
-}
-
 CaptureProblem CampaignPoints::before_quantities(std::span<const std::size_t> at, std::vector<Fault>* doubts) {
-  return load_scenario(scenario, design_changes(at), files, doubts);
+  return load_scenario(scenario, changes_at(set, axes, at), files, doubts);
 }
 
 std::shared_ptr<const DesignPoint> CampaignPoints::design_point(std::uint64_t number) {
@@ -110,7 +93,7 @@ void CampaignPoints::forget() {
 
 std::shared_ptr<const DesignPoint> CampaignPoints::make(std::uint64_t number) {
   const std::vector<std::size_t> at = grid_position(axis_sizes(), number);
-  const std::vector<Change> changed = design_changes(at);
+  const std::vector<Change> changed = changes_at(set, axes, at);
   const CaptureProblem before = load_scenario(scenario, changed, files);
   StudyCase nominal{before, inward_normals(before)};
   apply_quantities(quantities_at(axes, at), nominal.problem);

@@ -1,5 +1,3 @@
-#include "grapnel/scenario/read_study.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -10,14 +8,12 @@
 #include <stdexcept>
 
 #include "grapnel/result/sha256.hpp"
-#include "grapnel/scenario/changed_scenario.hpp"
-#include "grapnel/scenario/choose_columns.hpp"
-#include "grapnel/scenario/read_study_axis.hpp"
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/scenario/scenario.hpp"
-#include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/study_document.hpp"
 #include "grapnel/study/grid.hpp"
+#include "grapnel/study_files/axis.hpp"
+#include "grapnel/study_files/changed_scenario.hpp"
+#include "grapnel/study_files/study_document.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/text_file.hpp"
 
@@ -61,11 +57,7 @@ class Points {
   StudyCase point(std::span<const std::size_t> at) {
     const auto base = problem(at);
     StudyCase result{*base, inward_normals(*base)};
-    std::vector<QuantityValue> quantities;
-    for (std::size_t a = 0; a < axes.size(); ++a) {
-      if (axes[a].quantity) quantities.push_back({*axes[a].quantity, axes[a].values[at[a]].quantity});
-    }
-    apply_quantities(quantities, result.problem);
+    apply_quantities(quantities_at(axes, at), result.problem);
     return result;
   }
 
@@ -87,14 +79,12 @@ class Points {
     std::vector<Change> changes;
   };
   Changed changes(std::span<const std::size_t> at) const {
-    std::vector<Change> all = set;
     std::string named = scenario;
     for (std::size_t a = 0; a < axes.size(); ++a) {
       const ReadAxisValue& value = axes[a].values[at[a]];
-      all.insert(all.end(), value.changes.begin(), value.changes.end());
       if (!value.scenario.empty()) named = value.scenario;
     }
-    return {path_beside(file, named), std::move(all)};
+    return {path_beside(file, named), changes_at(set, axes, at)};
   }
 
   // "relative_speed 0.1 m/s"
@@ -132,14 +122,18 @@ class StudyReader {
   explicit StudyReader(const std::filesystem::path& path) : path_(path), points_(std::make_shared<Points>()) {}
 
   Study read(std::vector<Fault>* doubts) {
-    read_text();
+    StudyFile file;
+    StudyDocument document = read_document(path_, file, faults_);
+    root_ = std::move(document.root);
+    structure_is_sound_ = document.sound;
     points_->file = path_;
-    points_->scenario = text_at(root_, "scenario");
+    points_->scenario = file.scenario;
     points_->set = read_changes(part(root_, "set"));
-    study_.name = text_at(root_, "name");
+    study_.name = file.name;
     study_.file = path_.string();
-    study_.mode = text_at(root_, "simulate") == "impact" ? StudyMode::impact : StudyMode::run;
-    read_axes();
+    study_.text = std::move(document.bytes);
+    study_.mode = file.simulate;
+    take_axes(file);
     check_scenarios_named();
     if (can_make_points()) check_points();
     choose_columns();
@@ -155,26 +149,13 @@ class StudyReader {
   }
 
  private:
-  void read_text() {
-    StudyDocument document = read_study_document(path_, "study", "a study", study_schema_document(), faults_);
-    study_.text = std::move(document.bytes);
-    root_ = std::move(document.root);
-    structure_is_sound_ = document.sound;
-  }
-
-  void read_axes() {
+  void take_axes(const StudyFile& file) {
     const Node& list = part(root_, "axes");
+    points_->axes = read_axes(file.axes, list, "axes", faults_);
     double points = 1;
-    for (std::size_t i = 0; i < list.items.size(); ++i) {
-      ReadAxis axis = read_study_axis(list.items[i], item("axes", i), faults_);
-      for (const ReadAxis& other : points_->axes) {
-        if (other.shown.name == axis.shown.name && !axis.shown.name.empty())
-          faults_.add(axis.mark,
-                      fmt::format("{} varies {}, as {} does", axis.place, in_quotes(axis.shown.name), other.place));
-      }
+    for (const ReadAxis& axis : points_->axes) {
       points *= static_cast<double>(axis.shown.values.size());
       study_.axes.push_back(axis.shown);
-      points_->axes.push_back(std::move(axis));
     }
     if (points > static_cast<double>(kMostPoints))
       faults_.add(list.mark, fmt::format("the axes make {:.6g} points, at most {} are possible", points, kMostPoints));
@@ -239,25 +220,15 @@ class StudyReader {
     return all;
   }
 
-  void add_once(Fault fault) {
-    const auto& all = faults_.all();
-    if (std::find(all.begin(), all.end(), fault) == all.end()) faults_.add(std::move(fault));
-  }
-  void add_once(const Mark& mark, std::string message) {
-    add_once(Fault{mark.source ? *mark.source : std::string(), mark.line, mark.column, std::move(message)});
-  }
-
   std::shared_ptr<const CaptureProblem> check_problem(const Position& at) {
     try {
       auto problem = points_->problem(at);
       merge_columns(columns_, offered_columns(*problem, study_.mode == StudyMode::run));
       shas_ += problem->sha256;
-      if (study_.mode == StudyMode::impact && !problem->impact)
-        add_once(part(root_, "simulate").mark,
-                 fmt::format("simulate: impact needs a scenario with 'impact', {} has none", in_quotes(problem->name)));
+      expect_impact(study_.mode, *problem, root_, faults_);
       return problem;
     } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) add_once(fault);
+      for (const Fault& fault : error.faults()) add_once(fault, faults_);
     }
     return nullptr;
   }
@@ -274,7 +245,7 @@ class StudyReader {
           apply_quantities({&set, 1}, copy);
         } catch (const std::exception& error) {
           add_once(axis.values[value].mark,
-                   fmt::format("{}: {} (scenario {})", axis.place, error.what(), in_quotes(problem.name)));
+                   fmt::format("{}: {} (scenario {})", axis.place, error.what(), in_quotes(problem.name)), faults_);
           break;
         }
       }
@@ -282,19 +253,8 @@ class StudyReader {
   }
 
   bool expect_name(const ReadAxis& axis, const CaptureProblem& problem) {
-    if (axis.quantity->of.empty()) return true;
-    std::vector<std::string> names;
-    const bool of_grasp = info(axis.quantity->kind).of_grasp;
-    if (of_grasp) {
-      for (const GraspSetup& grasp : problem.grasps) names.push_back(grasp.end_effector);
-    } else {
-      for (const TargetSetup& target : problem.targets) names.push_back(target.name);
-    }
-    if (std::find(names.begin(), names.end(), axis.quantity->of) != names.end()) return true;
-    add_once(axis.of_mark,
-             fmt::format("unknown {} {} in {}{}", of_grasp ? "grasp" : "target", in_quotes(axis.quantity->of),
-                         axis.place, suggestion(axis.quantity->of, names, of_grasp ? "end-effectors" : "targets")));
-    return false;
+    return expect_grasp_or_target(axis.quantity->of, axis.of_mark, axis.place, info(axis.quantity->kind).of_grasp,
+                                  problem, faults_);
   }
 
   void choose_columns() {

@@ -1,5 +1,3 @@
-#include "grapnel/scenario/read_campaign.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,12 +5,12 @@
 #include <utility>
 
 #include "grapnel/result/sha256.hpp"
-#include "grapnel/scenario/campaign_points.hpp"
-#include "grapnel/scenario/choose_columns.hpp"
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/study_document.hpp"
+#include "grapnel/study_files/campaign_points.hpp"
+#include "grapnel/study_files/frozen_plan.hpp"
+#include "grapnel/study_files/study_document.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/text_file.hpp"
 #include "grapnel/text/yaml_values.hpp"
@@ -30,23 +28,20 @@ struct DrawnPlace {
   bool replaced = false;  // nothing is left of what the scenario has there
 };
 
-bool has_something_to_plan(const ApproachSetup& approach) {
-  return approach.plan || approach.match ||
-         std::any_of(approach.waypoints.begin(), approach.waypoints.end(),
-                     [](const Waypoint& waypoint) { return !waypoint.places.empty(); });
-}
-
 class CampaignReader {
  public:
   explicit CampaignReader(const std::filesystem::path& path)
       : path_(path), points_(std::make_shared<CampaignPoints>()) {}
 
   Campaign read(std::vector<Fault>* doubts) {
-    read_text();
-    read_settings();
-    read_design();
+    StudyDocument document = read_document(path_, file_, faults_);
+    root_ = std::move(document.root);
+    structure_is_sound_ = document.sound;
+    result_.text = std::move(document.bytes);
+    take_settings();
+    take_design();
     for (std::size_t i = 0; i < entries().size(); ++i)
-      points_->paths.push_back(read_uncertain_paths(entries()[i], item("uncertain", i)));
+      points_->paths.push_back(uncertain_paths(file_.uncertain[i], entries()[i], item("uncertain", i)));
     if (expect_scenario() && structure_is_sound_) {
       const std::size_t before = faults_.size();
       check_design();
@@ -72,38 +67,27 @@ class CampaignReader {
  private:
   const std::vector<Node>& entries() const { return part(root_, "uncertain").items; }
 
-  void read_text() {
-    StudyDocument document = read_study_document(path_, "campaign", "a campaign", campaign_schema_document(), faults_);
-    result_.text = std::move(document.bytes);
-    root_ = std::move(document.root);
-    structure_is_sound_ = document.sound;
-  }
-
-  void read_settings() {
-    result_.name = text_at(root_, "name");
-    result_.description = text_at(root_, "description");
+  void take_settings() {
+    result_.name = file_.name;
+    result_.description = file_.description;
     result_.file = path_.string();
-    result_.mode = text_at(root_, "simulate") == "impact" ? StudyMode::impact : StudyMode::run;
-    result_.cases = std::max<std::uint64_t>(1, whole_number_at(root_, "cases", kMostCases));
-    result_.seed = whole_number_at(root_, "seed", 9007199254740991);
-    const std::string sampling = text_at(root_, "sampling");
-    result_.sampling = sampling == "sobol"             ? Sampling::sobol
-                       : sampling == "latin_hypercube" ? Sampling::latin_hypercube
-                                                       : Sampling::random;
-    result_.plan = text_at(root_, "plan") == "per_case" ? CampaignPlan::per_case : CampaignPlan::nominal;
-    result_.confidence = number_at(root_, "confidence").value_or(result_.confidence);
-    read_quantiles();
-    result_.time_limit = number_at(root_, "time_limit").value_or(0);
-    points_->scenario = path_beside(path_, text_at(root_, "scenario"));
+    result_.mode = file_.simulate;
+    result_.cases = std::max<std::uint64_t>(1, file_.cases);
+    result_.seed = file_.seed;
+    result_.sampling = file_.sampling;
+    result_.plan = file_.plan;
+    result_.confidence = file_.confidence;
+    if (file_.quantiles) take_quantiles();
+    result_.time_limit = file_.time_limit;
+    points_->scenario = path_beside(path_, file_.scenario);
     points_->set = read_changes(part(root_, "set"));
     points_->plan_once = result_.plan == CampaignPlan::nominal;
     points_->cases = result_.cases;
   }
 
-  void read_quantiles() {
+  void take_quantiles() {
     const Node& list = part(root_, "quantiles");
-    if (!list.is_sequence()) return;
-    result_.quantiles = numbers_in(list).value_or(std::vector<double>{});
+    result_.quantiles = *file_.quantiles;
     for (std::size_t i = 1; i < result_.quantiles.size(); ++i) {
       if (result_.quantiles[i] > result_.quantiles[i - 1]) continue;
       faults_.add(list.items[i].mark, fmt::format("quantiles[{}] is {}, must be greater than {} before it", i,
@@ -111,15 +95,10 @@ class CampaignReader {
     }
   }
 
-  void read_design() {
+  void take_design() {
     const Node& list = part(root_, "design");
-    for (std::size_t i = 0; i < list.items.size(); ++i) {
-      ReadAxis axis = read_study_axis(list.items[i], item("design", i), faults_);
-      for (const ReadAxis& other : points_->axes) {
-        if (other.shown.name == axis.shown.name && !axis.shown.name.empty())
-          faults_.add(axis.mark,
-                      fmt::format("{} varies {}, as {} does", axis.place, in_quotes(axis.shown.name), other.place));
-      }
+    points_->axes = read_axes(file_.design, list, "design", faults_);
+    for (const ReadAxis& axis : points_->axes) {
       for (const ReadAxisValue& value : axis.values) {
         if (value.scenario.empty()) continue;
         faults_.add(value.scenario_mark, fmt::format("{} names a scenario; all cases of a campaign are of one: give "
@@ -128,7 +107,6 @@ class CampaignReader {
       }
       if (axis.values.empty()) structure_is_sound_ = false;
       result_.design.push_back(axis.shown);
-      points_->axes.push_back(std::move(axis));
     }
     const double total = static_cast<double>(result_.total());
     if (total > static_cast<double>(kMostCases))
@@ -136,22 +114,13 @@ class CampaignReader {
   }
 
   bool expect_scenario() {
-    const std::string named = text_at(root_, "scenario");
-    if (named.empty()) return false;
+    if (file_.scenario.empty()) return false;
     const std::size_t before = faults_.size();
-    read_file(points_->scenario, part(root_, "scenario").mark, faults_, kLargestFile, named);
+    read_file(points_->scenario, part(root_, "scenario").mark, faults_, kLargestFile, file_.scenario);
     return faults_.size() == before;
   }
 
   // --- Checks of the scenario ---
-
-  void add_once(Fault fault) {
-    const auto& all = faults_.all();
-    if (std::find(all.begin(), all.end(), fault) == all.end()) faults_.add(std::move(fault));
-  }
-  void add_once(const Mark& mark, std::string message) {
-    add_once(Fault{mark.source ? *mark.source : std::string(), mark.line, mark.column, std::move(message)});
-  }
 
   // Each axis by itself, the others at their first values.
   void check_design() {
@@ -175,15 +144,13 @@ class CampaignReader {
       merge_columns(columns_, offered_columns(problem, result_.mode == StudyMode::run));
       shas_ += problem.sha256;
       is_planned_ = is_planned_ || (problem.approach && has_something_to_plan(*problem.approach));
-      if (result_.mode == StudyMode::impact && !problem.impact)
-        add_once(part(root_, "simulate").mark,
-                 fmt::format("simulate: impact needs a scenario with 'impact', {} has none", in_quotes(problem.name)));
+      expect_impact(result_.mode, problem, root_, faults_);
       for (std::size_t a = 0; a < at.size(); ++a) {
         const ReadAxis& axis = points_->axes[a];
         if (axis.quantity) check_quantity(axis, at[a], problem);
       }
     } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) add_once(fault);
+      for (const Fault& fault : error.faults()) add_once(fault, faults_);
     }
   }
 
@@ -192,7 +159,7 @@ class CampaignReader {
     try {
       apply_quantities({&set, 1}, problem);
     } catch (const std::exception& error) {
-      add_once(axis.values[value].mark, fmt::format("{}: {}", axis.place, error.what()));
+      add_once(axis.values[value].mark, fmt::format("{}: {}", axis.place, error.what()), faults_);
     }
   }
 
@@ -201,10 +168,10 @@ class CampaignReader {
     try {
       return points_->design_point(0);
     } catch (const InputError& error) {
-      for (const Fault& fault : error.faults()) add_once(fault);
+      for (const Fault& fault : error.faults()) add_once(fault, faults_);
     } catch (const std::exception& error) {
       const NodeEntry* plan = root_.entry("plan");
-      add_once(plan ? plan->mark : root_.mark, fmt::format("plan: nominal: {}", error.what()));
+      add_once(plan ? plan->mark : root_.mark, fmt::format("plan: nominal: {}", error.what()), faults_);
     }
     return nullptr;
   }
@@ -215,7 +182,8 @@ class CampaignReader {
     if (!design) return;
     std::size_t count = 0;
     for (std::size_t i = 0; i < entries().size(); ++i) {
-      ReadUncertain one = read_uncertain(entries()[i], points_->paths[i], design->filled, design->problem, faults_);
+      ReadUncertain one =
+          read_uncertain(file_.uncertain[i], entries()[i], points_->paths[i], design->filled, design->problem, faults_);
       expect_new(points_->paths[i], design->filled, replaces(one.value));
       count += dimensions(one.value);
       result_.inputs.insert(result_.inputs.end(), one.inputs.begin(), one.inputs.end());
@@ -346,7 +314,7 @@ class CampaignReader {
     } catch (const InputError& error) {
       for (Fault fault : error.faults()) {
         fault.message = where + fault.message;
-        add_once(std::move(fault));
+        add_once(std::move(fault), faults_);
       }
     }
   }
@@ -392,9 +360,13 @@ class CampaignReader {
 
   std::vector<Condition> conditions() const {
     std::vector<Condition> all;
-    for (const Node& node : part(root_, "success").items) {
-      const Node& holds = node.is_mapping() ? part(node, "holds") : node;
-      if (is_text(holds)) all.push_back({holds.text, text_at(node, "name"), holds.mark, holds.plain});
+    const Node& list = part(root_, "success");
+    for (std::size_t i = 0; file_.success && i < file_.success->size(); ++i) {
+      const auto& one = (*file_.success)[i];
+      const auto* named = std::get_if<NamedCondition>(&one);
+      const Node& holds = named ? part(list.items[i], "holds") : list.items[i];
+      const std::string& text = named ? named->holds : std::get<std::string>(one);
+      if (!text.empty()) all.push_back({text, named ? named->name : "", holds.mark, holds.plain});
     }
     const auto captured = [](const Column& column) { return column.name == "captured"; };
     if (!root_.entry("success") && std::any_of(columns_.begin(), columns_.end(), captured))
@@ -437,13 +409,7 @@ class CampaignReader {
   }
 
   void read_series() {
-    const Node& series = part(part(root_, "keep"), "series");
-    SeriesToKeep& keep = result_.series;
-    keep.sample = whole_number_at(series, "sample", 100'000);
-    keep.failures = whole_number_at(series, "failures", 100'000);
-    const Node& worst = part(series, "worst");
-    keep.worst = whole_number_at(worst, "count", 100'000);
-    keep.worst_by = text_at(worst, "by");
+    const SeriesToKeep& keep = result_.series = file_.keep.series;
     if (keep.worst_by.empty() || columns_.empty()) return;
     std::vector<std::string> column_names;
     for (std::size_t c = 0; c < columns_.size(); ++c) {
@@ -452,6 +418,7 @@ class CampaignReader {
       chosen_[c] = true;
       return;
     }
+    const Node& worst = part(part(part(root_, "keep"), "series"), "worst");
     faults_.add(part(worst, "by").mark, fmt::format("no column {} for keep.series.worst.by{}", in_quotes(keep.worst_by),
                                                     suggestion(keep.worst_by, column_names, "columns")));
   }
@@ -467,6 +434,7 @@ class CampaignReader {
   }
 
   std::filesystem::path path_;
+  CampaignFile file_;
   std::shared_ptr<CampaignPoints> points_;
   Node root_;
   FaultList faults_;

@@ -1,12 +1,17 @@
-#include "grapnel/scenario/optimization_points.hpp"
+#include "grapnel/study_files/optimization_points.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <stdexcept>
 
-#include "grapnel/scenario/changed_scenario.hpp"
 #include "grapnel/scenario/reader.hpp"
+#include "grapnel/study_files/axis.hpp"
+#include "grapnel/study_files/changed_scenario.hpp"
+#include "grapnel/study_files/study_document.hpp"
+#include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_paths.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
@@ -14,6 +19,65 @@ namespace grapnel {
 namespace {
 
 using Kind = SearchedVariable::Kind;
+
+constexpr double kAcross = 1e-6;  // cosine of the angle between u and v
+
+void take_range(const VariableFile& file, const Node& node, SearchedVariable& variable, FaultList& faults) {
+  variable.from_mark = part(node, "from").mark;
+  variable.to_mark = part(node, "to").mark;
+  variable.from = file.from.value_or(0);
+  variable.to = file.to.value_or(variable.from + 1);
+  if (variable.from < variable.to && std::isfinite(variable.to - variable.from)) return;
+  if (!file.from || !file.to) return;
+  faults.add(variable.from_mark, fmt::format("{}: 'from' must be less than 'to', and both finite", variable.place));
+}
+
+// TARGET.POINT; both may hold dots.
+void find_patch(const Node& name, SearchedVariable& variable, const CaptureProblem& base, FaultList& faults) {
+  std::vector<std::string> names;
+  for (const TargetSetup& target : base.targets) {
+    for (const GraspPoint& point : target.grasp_points) {
+      names.push_back(target.name + "." + point.name);
+      if (names.back() != name.text) continue;
+      variable.patch.target = target.name;
+      variable.patch.point = point.name;
+      return;
+    }
+  }
+  if (!name.text.empty())
+    faults.add(name.mark, fmt::format("unknown grasp point {} in {}{}", in_quotes(name.text), variable.place,
+                                      suggestion(name.text, names, "TARGET.POINT")));
+}
+
+void take_patch(const VariableFile& file, const Node& node, SearchedVariable& variable, const CaptureProblem* base,
+                FaultList& faults) {
+  variable.kind = Kind::patch;
+  variable.name = file.patch;
+  variable.unit = "m";
+  ContactPatch& patch = variable.patch;
+  const std::size_t before = faults.size();
+  patch.u = unit_vector_at(node, "u", variable.place, faults);
+  patch.v = unit_vector_at(node, "v", variable.place, faults);
+  if (file.u && file.v && faults.size() == before && std::abs(dot(patch.u, patch.v)) > kAcross)
+    faults.add(part(node, "v").mark, fmt::format("{}.v must be perpendicular to u", variable.place));
+  patch.is_disc = file.radius.has_value();
+  patch.half_width_u = patch.half_width_v = file.radius.value_or(1);
+  if (file.half_widths) patch.half_width_u = (*file.half_widths)[0], patch.half_width_v = (*file.half_widths)[1];
+  if (base) find_patch(part(node, "patch"), variable, *base, faults);
+}
+
+void take_quantity(const VariableFile& file, const Node& node, SearchedVariable& variable, const CaptureProblem* base,
+                   FaultList& faults) {
+  const ReadQuantity read = read_quantity(file, node, variable.place, faults);
+  variable.kind = Kind::quantity;
+  variable.quantity = read.quantity;
+  variable.name = read.name;
+  variable.unit = read.unit;
+  variable.in_degrees = read.in_degrees;
+  if (base)
+    expect_grasp_or_target(read.quantity.of, read.of_mark, variable.place, info(read.quantity.kind).of_grasp, *base,
+                           faults);
+}
 
 Change number_change(const SearchedVariable& variable, double value, const Mark& mark) {
   Change change{variable.path, variable.path_mark, {}, fmt::format("{}", value)};
@@ -24,6 +88,33 @@ Change number_change(const SearchedVariable& variable, double value, const Mark&
 }
 
 }  // namespace
+
+double SearchedVariable::in_si(double value) const { return in_degrees ? value * std::numbers::pi / 180 : value; }
+
+SearchedVariable searched_variable(const VariableFile& file, const Node& node, const std::string& place,
+                                   const CaptureProblem* base, FaultList& faults) {
+  SearchedVariable variable;
+  variable.place = place;
+  variable.mark = node.mark;
+  if (node.find("patch")) {
+    take_patch(file, node, variable, base, faults);
+    return variable;
+  }
+  take_range(file, node, variable, faults);
+  if (file.quantity) {
+    take_quantity(file, node, variable, base, faults);
+  } else if (node.find("quantity")) {
+    variable.kind = Kind::quantity;  // of an unknown name, which has been reported
+  } else if (node.find("posture")) {
+    variable.kind = Kind::posture;
+    variable.name = "posture";
+    variable.unit = "rad";
+  } else {
+    variable.path = variable.name = file.path;
+    variable.path_mark = part(node, "path").mark;
+  }
+  return variable;
+}
 
 void OptimizationPoints::check(const SearchedVariable& variable, double value, const CaptureProblem& base) const {
   CaptureProblem copy = base;

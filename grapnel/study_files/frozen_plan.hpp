@@ -10,6 +10,9 @@
 
 namespace grapnel {
 
+/// Whether the program has to find something before the approach can be flown.
+bool has_something_to_plan(const ApproachSetup& approach);
+
 /// Plans the approach of `problem`, if there is anything to plan, and makes its scenario's tree say what was found:
 /// approach.final_joints and final_rates in place of approach.plan and of rates to be matched, joint values and rates
 /// for waypoints given by places; of an approach that goes straight in, or

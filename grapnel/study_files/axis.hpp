@@ -1,0 +1,58 @@
+#pragma once
+
+/// @file
+/// The axes of study files and of campaigns' designs.
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "grapnel/study/quantity.hpp"
+#include "grapnel/study/study.hpp"
+#include "grapnel/study_files/file_structures.hpp"
+#include "grapnel/text/yaml_paths.hpp"
+
+namespace grapnel {
+
+/// One value of an axis, as the scenario is to be changed for it.
+struct ReadAxisValue {
+  Mark mark;
+  std::vector<Change> changes;  // of an axis by path, or of a labelled value
+  std::string scenario;         // path as the study says it; empty: the study's
+  Mark scenario_mark;
+  double quantity = 0;  // SI; of an axis by quantity
+};
+
+struct ReadAxis {
+  StudyAxis shown;
+  Mark mark;
+  std::string place;                  // "axes[0]", for messages
+  std::optional<Quantity> quantity;   // of an axis by quantity
+  Mark of_mark;                       // of the name in Quantity::of
+  bool is_range = false;              // from ... to
+  std::vector<ReadAxisValue> values;  // one per value shown
+};
+
+/// A quantity as a file says it at a node: what it is, its name and unit in tables, and where the name of the grasp or
+/// the target stands.
+struct ReadQuantity {
+  Quantity quantity;
+  std::string name, unit;
+  Mark of_mark;
+  bool in_degrees = false;
+};
+ReadQuantity read_quantity(const QuantityFile& file, const Node& node, const std::string& place, FaultList& faults);
+
+/// The axes of the list at `key` of a file. One that varies what another does is a fault.
+std::vector<ReadAxis> read_axes(const std::vector<AxisFile>& files, const Node& list, const std::string& key,
+                                FaultList& faults);
+
+/// What the values at a position of the axes change in the scenario, after `set`; and the quantities they apply to what
+/// is then read.
+std::vector<Change> changes_at(const std::vector<Change>& set, const std::vector<ReadAxis>& axes,
+                               std::span<const std::size_t> at);
+std::vector<QuantityValue> quantities_at(const std::vector<ReadAxis>& axes, std::span<const std::size_t> at);
+
+}  // namespace grapnel
