@@ -18,7 +18,9 @@ namespace grapnel {
 
 enum class LinkJoint : std::uint8_t { root_free, root_fixed, revolute, prismatic, spherical };
 /// Whether a joint has one coordinate, along or about an axis: such joints have drives and friction.
-constexpr bool has_one_axis(LinkJoint joint) { return joint == LinkJoint::revolute || joint == LinkJoint::prismatic; }
+GRAPNEL_INLINE constexpr bool has_one_axis(LinkJoint joint) {
+  return joint == LinkJoint::revolute || joint == LinkJoint::prismatic;
+}
 
 template <class S = double>
 struct TreeLink {

@@ -48,7 +48,7 @@ constexpr const JointControlLaw& law_of(JointControl control) {
 }
 constexpr ControlOutput output_of(JointControl control) { return law_of(control).output; }
 /// Whether a law works through efforts that a joint's limit cuts.
-constexpr bool works_by_effort(ControlOutput output) {
+GRAPNEL_INLINE constexpr bool works_by_effort(ControlOutput output) {
   return output == ControlOutput::effort || output == ControlOutput::acceleration;
 }
 
