@@ -101,6 +101,25 @@ TEST(Type, FillsAndEmptiesOptionals) {
   EXPECT_EQ(envelope.angle, std::nullopt);
 }
 
+TEST(Type, HoldsOneOfSeveralTypes) {
+  std::variant<double, std::vector<double>> value = 2.5;
+  const Type& type = type_of<decltype(value)>();
+  ASSERT_EQ(type.kind, Type::Kind::alternatives);
+  ASSERT_EQ(type.alternatives.size(), 2U);
+  EXPECT_EQ(type.alternatives[0]().kind, Type::Kind::real);
+  EXPECT_EQ(type.size(&value), 0U);
+  EXPECT_EQ(*static_cast<double*>(type.item(&value, 0)), 2.5);
+  type.resize(&value, 1);
+  ASSERT_EQ(type.size(&value), 1U);
+  static_cast<std::vector<double>*>(type.item(&value, 1))->assign({1, 2});
+  double sum = 0;
+  const auto add = [&](const void* held) {
+    for (const double x : *static_cast<const std::vector<double>*>(held)) sum += x;
+  };
+  type.show_item(&value, 1, visitor_of(add));
+  EXPECT_EQ(sum, 3);
+}
+
 TEST(Type, KnowsTheNamesOfEnumerations) {
   Envelope envelope;
   const Type& type = field_of(type_of<Envelope>(), "colour").type();
