@@ -1,11 +1,12 @@
 #pragma once
 
 /// @file
-/// What a campaign's rows say: campaign.json, the terminal's summary, and what they do not say (warnings).
-/// docs/formats/campaign.md is the contract of the former.
+/// What the rows of a campaign or a sweep say: campaign.json, study.json, the terminal's summary, and what they do not
+/// say (warnings). docs/formats/campaign.md and study.md are the contracts of the former.
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -112,6 +113,16 @@ std::string campaign_json(const Campaign& campaign, const CampaignReport& report
 /// What the terminal shows at the end: probability with its interval, criteria, why cases are no success, quantiles of
 /// the criteria's numbers, what matters most, worst cases with the command that replays each.
 std::string campaign_summary(const Campaign& campaign, const CampaignReport& report);
+
+/// Text of study.json: a sweep's settings, for those who read its table.csv.
+std::string sweep_json(const Campaign& sweep, std::span<const CaseRow> rows, const std::string& version);
+
+/// The same for a terminal: points and how they ended, the axes, least and greatest of what people look for first, and
+/// the reasons of points that are not ok, the most frequent first.
+std::string sweep_summary(const Campaign& sweep, std::span<const CaseRow> rows);
+
+/// How many rows have a status.
+std::size_t count_of(std::span<const CaseRow> rows, CaseStatus status);
 
 /// The command that runs a case again, with its full report.
 std::string replay_command(const Campaign& campaign, std::uint64_t k);

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
-#include "grapnel/campaign/campaign_row.hpp"
+#include "grapnel/lanes/dispatch.hpp"
 
 namespace grapnel {
 
@@ -27,19 +27,26 @@ std::uint64_t block_count(std::uint64_t size, std::uint64_t total);
 /// Rows of a block, in the order of their indices. Faults of cases are their rows' reasons. Called from several threads
 /// at once, also with a part of a block (a long one is done in parts). A stop request may end it early: it then returns
 /// the first rows, as many as are complete without a gap.
-using BlockWork = std::function<std::vector<CampaignRow>(const Block&, const std::stop_token&)>;
+using BlockWork = std::function<std::vector<CaseRow>(const Block&, const std::stop_token&)>;
 
 /// The way from cases to rows that suits the campaign: lanes where they can (docs/modules.md), else one by
 /// one. The campaign must outlive it.
 BlockWork block_work(const Campaign& campaign);
 
+/// The rows of a block's cases side by side: their pieces of motion are integrated in SIMD lanes, everything else case
+/// by case. A piece of motion that lanes do not know (loops, loads from outside, columns that need the loads of all
+/// phases) is integrated alone, as run_campaign_case() does it. Which pieces those are, and every number of a row,
+/// follow from the case alone. After a stop request fewer rows, or none.
+std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
+                                        const std::stop_token& stop);
+
 /// One case, one by one: as `block_work` without lanes does it. Nothing if it was stopped. A case that takes longer
 /// than the campaign's time limit is a failed row without values; the limit is looked at when the capture reports
 /// progress.
-std::optional<CampaignRow> run_campaign_case(const Campaign& campaign, std::uint64_t k,
+std::optional<CaseRow> run_campaign_case(const Campaign& campaign, std::uint64_t k,
                                              const std::stop_token& stop = {});
 
 /// Whether an ok row meets all criteria. Their numbers are a row's columns, then its inputs.
-bool is_success(const Campaign& campaign, const CampaignRow& row);
+bool is_success(const Campaign& campaign, const CaseRow& row);
 
 }  // namespace grapnel

@@ -21,13 +21,13 @@ constexpr const char* kSchema = "grapnel-campaign-shard/2";
 std::string identity(const Campaign& campaign) { return fmt::format("{} {}", campaign.sha256, campaign.seed); }
 
 // A table of numbers, a row after another. HDF5 has no empty extents along rows: without columns nothing is written.
-void write_numbers(const Handle& file, const char* name, const std::vector<CampaignRow>& rows,
-                   std::vector<double> CampaignRow::*numbers) {
+void write_numbers(const Handle& file, const char* name, const std::vector<CaseRow>& rows,
+                   std::vector<double> CaseRow::*numbers) {
   const std::size_t width = (rows.front().*numbers).size();
   if (width == 0) return;
   std::vector<double> all;
   all.reserve(rows.size() * width);
-  for (const CampaignRow& row : rows) {
+  for (const CaseRow& row : rows) {
     if ((row.*numbers).size() != width) throw std::logic_error("rows of a shard differ in their number of columns");
     all.insert(all.end(), (row.*numbers).begin(), (row.*numbers).end());
   }
@@ -36,10 +36,10 @@ void write_numbers(const Handle& file, const char* name, const std::vector<Campa
 }
 
 // Reasons repeat: the text of each once.
-void write_reasons(const Handle& file, const std::vector<CampaignRow>& rows) {
+void write_reasons(const Handle& file, const std::vector<CaseRow>& rows) {
   std::vector<std::string> texts;
   std::vector<std::int32_t> which;  // -1: none
-  for (const CampaignRow& row : rows) {
+  for (const CaseRow& row : rows) {
     if (row.reason.empty()) {
       which.push_back(-1);
       continue;
@@ -53,7 +53,7 @@ void write_reasons(const Handle& file, const std::vector<CampaignRow>& rows) {
   if (!texts.empty()) hdf5::write_strings(file, "reasons", texts);
 }
 
-std::string image_of(const Campaign& campaign, const std::vector<CampaignRow>& rows, const std::string& arithmetic) {
+std::string image_of(const Campaign& campaign, const std::vector<CaseRow>& rows, const std::string& arithmetic) {
   const hdf5::Session session;
   const Handle file = hdf5::create_in_memory("shard");
   {
@@ -63,7 +63,7 @@ std::string image_of(const Campaign& campaign, const std::vector<CampaignRow>& r
     hdf5::write_attribute(root, "arithmetic", arithmetic);
     std::vector<std::uint64_t> index;
     std::vector<std::uint8_t> status, success;
-    for (const CampaignRow& row : rows) {
+    for (const CaseRow& row : rows) {
       index.push_back(row.index);
       status.push_back(static_cast<std::uint8_t>(row.status));
       success.push_back(row.success ? 1 : 0);
@@ -71,8 +71,8 @@ std::string image_of(const Campaign& campaign, const std::vector<CampaignRow>& r
     hdf5::write_dataset(file, "case", H5T_STD_U64LE, H5T_NATIVE_UINT64, {index.size()}, index.data(), false);
     hdf5::write_dataset(file, "status", H5T_STD_U8LE, H5T_NATIVE_UINT8, {status.size()}, status.data(), false);
     hdf5::write_dataset(file, "success", H5T_STD_U8LE, H5T_NATIVE_UINT8, {success.size()}, success.data(), false);
-    write_numbers(file, "inputs", rows, &CampaignRow::inputs);
-    write_numbers(file, "columns", rows, &CampaignRow::values);
+    write_numbers(file, "inputs", rows, &CaseRow::inputs);
+    write_numbers(file, "columns", rows, &CaseRow::values);
     write_reasons(file, rows);
   }
   return hdf5::image_of(file);
@@ -121,7 +121,7 @@ std::vector<std::string> read_texts(const Handle& file, const char* name) {
   return texts;
 }
 
-std::vector<CampaignRow> rows_of(const Handle& file, const Campaign& campaign, const Block& block,
+std::vector<CaseRow> rows_of(const Handle& file, const Campaign& campaign, const Block& block,
                                  const std::string& arithmetic) {
   const Handle root(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, "/");
   if (hdf5::read_string_attribute(root, "schema") != kSchema ||
@@ -138,9 +138,9 @@ std::vector<CampaignRow> rows_of(const Handle& file, const Campaign& campaign, c
   const auto values = read_numbers<double>(file, "columns", H5T_NATIVE_DOUBLE, count, columns);
   std::vector<std::string> texts;
   if (H5Lexists(file.id(), "reasons", H5P_DEFAULT) > 0) texts = read_texts(file, "reasons");
-  std::vector<CampaignRow> rows(count);
+  std::vector<CaseRow> rows(count);
   for (std::size_t i = 0; i < count; ++i) {
-    CampaignRow& row = rows[i];
+    CaseRow& row = rows[i];
     const auto text = static_cast<std::size_t>(std::max(reason[i], 0));
     if (index[i] != block.begin + i || status[i] > static_cast<std::uint8_t>(CaseStatus::unreachable) ||
         (reason[i] >= 0 && text >= texts.size()))
@@ -163,9 +163,9 @@ std::filesystem::path shard_path(const std::filesystem::path& folder, std::uint6
   return folder / "shards" / fmt::format("{:06}.h5", number);
 }
 
-std::string shard_bytes(const Campaign& campaign, const std::vector<CampaignRow>& rows, const std::string& arithmetic) {
+std::string shard_bytes(const Campaign& campaign, const std::vector<CaseRow>& rows, const std::string& arithmetic) {
   if (rows.empty()) throw std::logic_error("a shard without rows");
-  for (const CampaignRow& row : rows) {
+  for (const CaseRow& row : rows) {
     if (row.values.size() != campaign.columns.size() || row.inputs.size() != campaign.inputs.size())
       throw std::logic_error(fmt::format("case {} is not complete", row.index));
   }
@@ -174,7 +174,7 @@ std::string shard_bytes(const Campaign& campaign, const std::vector<CampaignRow>
   return bytes;
 }
 
-std::optional<std::vector<CampaignRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
+std::optional<std::vector<CaseRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
                                                    const Block& block, const std::string& arithmetic) {
   const std::filesystem::path path = shard_path(folder, block.number);
   std::error_code none;

@@ -106,7 +106,7 @@ ShardStore::Known ShardStore::look_at(const Block& block) const {
   Known& known = known_[block.number];
   if (known.rows == block.end - block.begin) return known;  // complete ones stay
   known = {};
-  for (const CampaignRow& row : rows(block)) {
+  for (const CaseRow& row : rows(block)) {
     ++known.rows;
     if (row.success) ++known.successes;
     if (row.status != CaseStatus::ok) ++known.not_ok;
@@ -136,16 +136,16 @@ std::vector<ShardStore::Missing> ShardStore::missing(std::uint64_t shard, std::u
   return list;
 }
 
-std::vector<CampaignRow> ShardStore::rows(const Block& block) const {
-  return read_shard(folder_, campaign_, block, manifest_.arithmetic).value_or(std::vector<CampaignRow>{});
+std::vector<CaseRow> ShardStore::rows(const Block& block) const {
+  return read_shard(folder_, campaign_, block, manifest_.arithmetic).value_or(std::vector<CaseRow>{});
 }
 
-void ShardStore::write(const Block& block, const std::vector<CampaignRow>& rows) {
+void ShardStore::write(const Block& block, const std::vector<CaseRow>& rows) {
   write_file_atomically(shard_path(folder_, block.number), shard_bytes(campaign_, rows, manifest_.arithmetic));
 }
 
 void for_each_block(const fs::path& folder, const Campaign& campaign,
-                    const std::function<void(std::vector<CampaignRow>&&)>& take) {
+                    const std::function<void(std::vector<CaseRow>&&)>& take) {
   const std::optional<Manifest> manifest = read_manifest(folder);
   if (!manifest) throw std::runtime_error(folder.string() + ": no campaign is there (manifest.json is missing)");
   const std::uint64_t blocks = block_count(manifest->block_size, manifest->total);

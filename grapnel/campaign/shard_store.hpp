@@ -65,9 +65,9 @@ class ShardStore {
   /// once): damaged ones count as absent. `counts`, if given, gets what is there of these blocks.
   std::vector<Missing> missing(std::uint64_t shard = 0, std::uint64_t shards = 1, StoreCounts* counts = nullptr) const;
   /// The rows of a block that are there. Any thread.
-  std::vector<CampaignRow> rows(const Block& block) const;
+  std::vector<CaseRow> rows(const Block& block) const;
   /// Writes the first rows of a block, or all. @throws std::runtime_error with path and reason; what was there stays.
-  void write(const Block& block, const std::vector<CampaignRow>& rows);
+  void write(const Block& block, const std::vector<CaseRow>& rows);
 
  private:
   struct Known {
@@ -91,6 +91,6 @@ class ShardStore {
 /// Calls `take` with the rows in a campaign's folder, a block at a time, in the order of the indices. What is absent,
 /// damaged or of another campaign is left out. @throws std::runtime_error if there is no manifest.
 void for_each_block(const std::filesystem::path& folder, const Campaign& campaign,
-                    const std::function<void(std::vector<CampaignRow>&&)>& take);
+                    const std::function<void(std::vector<CaseRow>&&)>& take);
 
 }  // namespace grapnel

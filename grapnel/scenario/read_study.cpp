@@ -131,11 +131,13 @@ class StudyReader {
  public:
   explicit StudyReader(const std::filesystem::path& path) : path_(path), points_(std::make_shared<Points>()) {}
 
-  Study read(std::vector<Fault>* doubts) {
+  Campaign read(std::vector<Fault>* doubts) {
     read_text();
     points_->file = path_;
     points_->scenario = text_at(root_, "scenario");
     points_->set = read_changes(part(root_, "set"));
+    study_.kind = CampaignKind::sweep;
+    study_.cases = 1;
     study_.name = text_at(root_, "name");
     study_.file = path_.string();
     study_.mode = text_at(root_, "simulate") == "impact" ? StudyMode::impact : StudyMode::run;
@@ -146,10 +148,12 @@ class StudyReader {
     faults_.throw_if_any();
     if (doubts) *doubts = points_->doubts(Position(points_->axes.size(), 0));
     study_.sha256 = sha256(study_.text + shas_);
-    study_.point = [points = points_](std::span<const std::size_t> at) { return points->point(at); };
-    study_.scenario_text = [points = points_](std::span<const std::size_t> at, const std::filesystem::path& place,
-                                              const std::string& comment) {
-      return points->scenario_text(at, place, comment);
+    std::vector<std::size_t> sizes;
+    for (const StudyAxis& axis : study_.design) sizes.push_back(axis.values.size());
+    study_.problem = [points = points_, sizes](std::uint64_t k) { return points->point(grid_position(sizes, k)); };
+    study_.scenario_text = [points = points_, sizes](std::uint64_t k, const std::filesystem::path& place,
+                                                     const std::string& comment) {
+      return points->scenario_text(grid_position(sizes, k), place, comment);
     };
     return std::move(study_);
   }
@@ -173,7 +177,7 @@ class StudyReader {
                       fmt::format("{} varies {}, as {} does", axis.place, in_quotes(axis.shown.name), other.place));
       }
       points *= static_cast<double>(axis.shown.values.size());
-      study_.axes.push_back(axis.shown);
+      study_.design.push_back(axis.shown);
       points_->axes.push_back(std::move(axis));
     }
     if (points > static_cast<double>(kMostPoints))
@@ -308,7 +312,7 @@ class StudyReader {
   std::shared_ptr<Points> points_;
   Node root_;
   FaultList faults_;
-  Study study_;
+  Campaign study_;
   std::vector<Column> columns_;
   std::string shas_;  // of the problems that were checked
   bool structure_is_sound_ = false, files_are_there_ = true;
@@ -316,7 +320,7 @@ class StudyReader {
 
 }  // namespace
 
-Study load_study(const std::filesystem::path& path, std::vector<Fault>* doubts) {
+Campaign load_study(const std::filesystem::path& path, std::vector<Fault>* doubts) {
   return StudyReader(path).read(doubts);
 }
 

@@ -1,11 +1,11 @@
 #pragma once
 
 /// @file
-/// Study files: YAML text to a Study. docs/formats/study.md describes the format.
+/// Study files: YAML text to a sweep. docs/formats/study.md describes the format.
 
 #include <filesystem>
 
-#include "grapnel/study/study.hpp"
+#include "grapnel/campaign/campaign.hpp"
 #include "grapnel/text/faults.hpp"
 
 namespace grapnel {
@@ -14,6 +14,6 @@ namespace grapnel {
 /// the scenario with the first value of every axis, and with every listed value of each axis (the ends of a range), the
 /// other axes at their first. What only a combination gets wrong is that point's reason. @throws InputError with all
 /// faults. Into `doubts`: as of load_scenario(), of the first point's scenario.
-Study load_study(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
+Campaign load_study(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
 
 }  // namespace grapnel

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "grapnel/scenario/scenario_files.hpp"
+#include "grapnel/study/grid.hpp"
 #include "grapnel/study/quantity.hpp"
-#include "grapnel/study/study.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
