@@ -122,7 +122,7 @@ void say_how_long(const Campaign& campaign, const ShardStore& store, const JobSh
 }
 
 CaseProgress compute(const Campaign& campaign, ShardStore& store, const JobShard& shard,
-                         const CampaignRunOptions& options, StopSignal& stop) {
+                     const CampaignRunOptions& options, StopSignal& stop) {
   Progress progress(options.quiet);
   CampaignOptions run;
   run.threads = threads_of(options.threads);

@@ -83,7 +83,7 @@ void send_home(const World& world) {
 }
 
 CaseProgress compute_alone(const Campaign& campaign, ShardStore& store, const CampaignRunOptions& options,
-                               StopSignal& stop) {
+                           StopSignal& stop) {
   Progress shown(options.quiet);
   CampaignOptions run;
   run.stop = stop.token();
@@ -95,7 +95,7 @@ CaseProgress compute_alone(const Campaign& campaign, ShardStore& store, const Ca
 }
 
 CaseProgress compute_by_ranks(ShardStore& store, const CampaignRunOptions& options, const World& world,
-                                  StopSignal& stop, bool& opened) {
+                              StopSignal& stop, bool& opened) {
   std::vector<ShardStore::Missing> missing;
   const CaseProgress there = progress_of(store, missing);
   opened = true;
@@ -118,7 +118,7 @@ int lead(Campaign& campaign, const fs::path& folder, const CampaignRunOptions& o
     command = options.resume;
     if (!options.quiet) say_beginning(store, fmt::format("{} ranks", world.size()));
     const CaseProgress done = world.size() == 1 ? compute_alone(campaign, store, options, stop)
-                                                    : compute_by_ranks(store, options, world, stop, opened);
+                                                : compute_by_ranks(store, options, world, stop, opened);
     if (done.stopped) {
       say_stopped(folder, done.done, done.total, options.resume);
       return kInterrupted;

@@ -20,14 +20,14 @@ namespace fs = std::filesystem;
 // Rows as they come, for the case that the program is killed before the table is complete.
 class PartialTable {
  public:
-  PartialTable(fs::path path, const Campaign& sweep) : path_(std::move(path)), sweep_(sweep) {
+  PartialTable(fs::path path, const Campaign& study) : path_(std::move(path)), study_(study) {
     std::error_code ignored;
     fs::remove(path_, ignored);  // a new file, not one that a link here leads to
     file_.open(path_);
-    file_ << csv_head(sweep_);
+    file_ << csv_head(study_);
   }
   void add(const CaseRow& row) {
-    file_ << csv_line(sweep_, row);
+    file_ << csv_line(study_, row);
     const auto now = std::chrono::steady_clock::now();
     if (now - flushed_ < std::chrono::milliseconds(500)) return;
     flushed_ = now;
@@ -42,51 +42,50 @@ class PartialTable {
 
  private:
   fs::path path_;
-  const Campaign& sweep_;
+  const Campaign& study_;
   std::ofstream file_;
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
 };
 
-std::vector<CaseRow> run_and_write(const Campaign& sweep, const SweepOptions& options, const fs::path& folder,
+std::vector<CaseRow> run_and_write(const Campaign& study, const SweepOptions& options, const fs::path& folder,
                                    PartialTable& partial) {
   Progress progress(options.quiet);
-  const std::vector<CaseRow> rows =
-      run_sweep(sweep,
-                {.threads = threads_of(options.threads),
-                 .progress = [&](const CaseProgress& at) { progress.report_points(at); }},
-                [&](const CaseRow& row) { partial.add(row); });
-  write_campaign_tables(folder, sweep, GRAPNEL_VERSION, true, [&](const TakeRow& take) {
+  const std::vector<CaseRow> rows = run_sweep(
+      study,
+      {.threads = threads_of(options.threads), .progress = [&](const CaseProgress& at) { progress.report_points(at); }},
+      [&](const CaseRow& row) { partial.add(row); });
+  write_campaign_tables(folder, study, GRAPNEL_VERSION, true, [&](const TakeRow& take) {
     for (const CaseRow& row : rows) take(row);
   });
-  write_file_atomically(folder / "study.json", sweep_json(sweep, rows, GRAPNEL_VERSION));
+  write_file_atomically(folder / "study.json", sweep_json(study, rows, GRAPNEL_VERSION));
   return rows;
 }
 
 }  // namespace
 
 int sweep(const SweepOptions& options) {
-  Campaign sweep;
+  Campaign study;
   try {
     std::vector<Fault> doubts;
-    sweep = load_study(options.study, &doubts);
+    study = load_study(options.study, &doubts);
     say_faults(doubts);
   } catch (const InputError& error) {
     say_faults(error.faults());
     return kBadInput;
   }
-  if (options.only) return only_case(sweep, *options.only, options.output, {options.quiet, options.no_report});
+  if (options.only) return only_case(study, *options.only, options.output, {options.quiet, options.no_report});
   const std::optional<fs::path> made = results_folder(options.output, options.study);
   if (!made) return kBadInput;
   const fs::path& folder = *made;
   if (!options.quiet) {
     to_stdout("grapnel {}, study {} (sha256 {})\n\n", GRAPNEL_VERSION, options.study.string(),
-              sweep.sha256.substr(0, 12));
+              study.sha256.substr(0, 12));
     flush_stdout();
   }
-  PartialTable partial(folder / "table.partial.csv", sweep);
+  PartialTable partial(folder / "table.partial.csv", study);
   std::vector<CaseRow> rows;
   try {
-    rows = run_and_write(sweep, options, folder, partial);
+    rows = run_and_write(study, options, folder, partial);
   } catch (const std::exception& error) {
     to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;
@@ -94,7 +93,7 @@ int sweep(const SweepOptions& options) {
   partial.remove();
   const FolderReport report = write_folder_report(folder, ResultKind::sweep, options.no_report);
   if (!options.quiet)
-    to_stdout("{}\nresults in {}: table.csv, table.h5, study.json\n{}", sweep_summary(sweep, rows), folder.string(),
+    to_stdout("{}\nresults in {}: table.csv, table.h5, study.json\n{}", sweep_summary(study, rows), folder.string(),
               report.line);
   const std::size_t ok = count_of(rows, CaseStatus::ok);
   if (ok == rows.size()) return report.failed ? kSimulationFailed : kDone;

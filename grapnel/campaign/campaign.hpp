@@ -3,8 +3,8 @@
 /// @file
 /// A campaign: many captures, and what is kept of each. They differ in values that are drawn at random, in stated ones
 /// (its design: the points of a grid), or in both. Plain data and functions that say what a case is;
-/// scenario/read_campaign.hpp and scenario/read_study.hpp make it from files. Thread safety: plain values; the functions
-/// may be called from any thread.
+/// scenario/read_campaign.hpp and scenario/read_study.hpp make it from files. Thread safety: plain values; the
+/// functions may be called from any thread.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,8 +14,8 @@
 #include <vector>
 
 #include "grapnel/campaign/criterion.hpp"
+#include "grapnel/study/column.hpp"
 #include "grapnel/study/grid.hpp"
-#include "grapnel/study/run_case.hpp"
 
 namespace grapnel {
 

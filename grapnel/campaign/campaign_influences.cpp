@@ -4,8 +4,8 @@
 #include <map>
 #include <string_view>
 
-#include "grapnel/campaign/campaign_rows.hpp"
-#include "grapnel/campaign/group_sensitivity.hpp"
+#include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/sensitivity.hpp"
 
 namespace grapnel {
 namespace {

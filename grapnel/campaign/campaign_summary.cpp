@@ -8,7 +8,7 @@
 
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/result/text_table.hpp"
-#include "grapnel/study/column.hpp"
+#include "grapnel/study/run_case.hpp"
 
 namespace grapnel {
 namespace {
@@ -274,14 +274,14 @@ std::string extremes_text(const Campaign& sweep, std::span<const CaseRow> rows) 
 }
 
 // Checks of conservation that fail by different values are one kind: "conservation check failed: energy_drift".
-std::string kind_of(const std::string& reason) {
+std::string kind_of_point(const std::string& reason) {
   return reason.starts_with(kNotConserved) ? reason.substr(0, reason.find(" is ")) : reason;
 }
 
 std::string reasons_text(std::span<const CaseRow> rows) {
   std::map<std::string, std::size_t> counts;
   for (const CaseRow& row : rows) {
-    if (row.status != CaseStatus::ok) ++counts[std::string(name_of(row.status)) + ": " + kind_of(row.reason)];
+    if (row.status != CaseStatus::ok) ++counts[std::string(name_of(row.status)) + ": " + kind_of_point(row.reason)];
   }
   std::vector<std::pair<std::string, std::size_t>> sorted(counts.begin(), counts.end());
   std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) { return a.second > b.second; });

@@ -2,8 +2,8 @@
 
 /// @file
 /// The rows of a campaign or a sweep as one table: table.h5 and table.csv. A campaign's is made from the shards with
-/// memory that does not grow with their number. docs/formats/campaign.md and study.md are their contract. Thread safety:
-/// reentrant; one thread per CampaignTable.
+/// memory that does not grow with their number. docs/formats/campaign.md and study.md are their contract. Thread
+/// safety: reentrant; one thread per CampaignTable.
 
 #include <cstdint>
 #include <filesystem>

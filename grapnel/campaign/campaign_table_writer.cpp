@@ -38,8 +38,7 @@ std::vector<NumberColumn> number_columns(const Campaign& campaign) {
   std::vector<NumberColumn> all;
   int order = 0;
   for (const StudyAxis& axis : campaign.design) {
-    all.push_back(
-        {is_sweep(campaign) ? "axes" : "design", order++, {axis.name, axis.unit, axis.description}, {}});
+    all.push_back({is_sweep(campaign) ? "axes" : "design", order++, {axis.name, axis.unit, axis.description}, {}});
     if (axis.is_numeric) continue;
     for (const AxisValue& value : axis.values) all.back().labels.push_back(value.label);
   }
@@ -218,7 +217,8 @@ class CampaignFile {
 /// A sweep's table.h5, made in memory as a whole: datasets of their full size from the beginning.
 class SweepFile {
  public:
-  explicit SweepFile(const Campaign& sweep) : sweep_(sweep), columns_(number_columns(sweep)), numbers_(columns_.size()) {}
+  explicit SweepFile(const Campaign& sweep)
+      : sweep_(sweep), columns_(number_columns(sweep)), numbers_(columns_.size()) {}
 
   void add(const CaseRow& row) {
     status_.push_back(static_cast<int>(row.status));
@@ -259,7 +259,8 @@ class SweepFile {
   std::string dataset_name(const NumberColumn& column) const {
     std::string name = column.head.name;
     for (const Column& other : sweep_.columns)
-      if (column.group == std::string_view("columns") && name.starts_with(other.name + "/")) name[other.name.size()] = '.';
+      if (column.group == std::string_view("columns") && name.starts_with(other.name + "/"))
+        name[other.name.size()] = '.';
     return name;
   }
 

@@ -9,7 +9,7 @@
 #include "grapnel/campaign/campaign_table.hpp"
 #include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/text_table.hpp"
-#include "grapnel/study/run_case.hpp"
+#include "grapnel/study/column.hpp"
 
 namespace grapnel {
 namespace {

@@ -6,10 +6,10 @@
 #include <memory>
 #include <optional>
 
-#include "grapnel/campaign/case_clock.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/lanes/lane_phase.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
+#include "grapnel/study/run_case.hpp"
 
 namespace grapnel {
 namespace {
@@ -240,7 +240,7 @@ class LaneBlock {
 }  // namespace
 
 std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
-                                            const std::stop_token& stop) {
+                                        const std::stop_token& stop) {
   return LaneBlock(campaign, set, stop).run(block);
 }
 

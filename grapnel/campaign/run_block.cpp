@@ -1,13 +1,25 @@
 #include "grapnel/campaign/run_block.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <optional>
 
-#include "grapnel/campaign/case_clock.hpp"
+#include "grapnel/study/run_case.hpp"
 
 namespace grapnel {
+
+CaseTooLong::CaseTooLong(double limit) : text(fmt::format("{} {:g} s", kTookTooLong, limit)) {}
+
+void CaseClock::check() const {
+  if (stop_.stop_requested()) throw CaseStopped{};
+  if (limit_ <= 0) return;
+  const std::chrono::duration<double> spent = spent_ + (Clock::now() - since_);
+  if (spent.count() > limit_) throw CaseTooLong(limit_);
+}
+
 Block block_at(std::uint64_t number, std::uint64_t size, std::uint64_t total) {
   return {number, number * size, std::min(total, (number + 1) * size)};
 }

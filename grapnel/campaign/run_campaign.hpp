@@ -17,7 +17,7 @@ namespace grapnel {
 
 struct CampaignOptions : PoolOptions {
   std::uint64_t shard = 0, shards = 1;  // of a job array: only blocks whose number is `shard` modulo `shards`
-  double hand_in = 20;                  // [s] after which the rows of a long block are written, as far as they are there
+  double hand_in = 20;  // [s] after which the rows of a long block are written, as far as they are there
 };
 
 /// Computes what is missing on `threads` threads; the calling one alone writes. At a stop request the cases under way

@@ -10,7 +10,7 @@
 #include <stop_token>
 #include <vector>
 
-#include "grapnel/study/run_case.hpp"
+#include "grapnel/study/column.hpp"
 
 namespace grapnel {
 

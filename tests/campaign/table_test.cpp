@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "campaign/fake_campaign.hpp"
-#include "grapnel/campaign/shard_file.hpp"
+#include "grapnel/campaign/shard_store.hpp"
 #include "grapnel/study/grid.hpp"
 
 namespace grapnel {

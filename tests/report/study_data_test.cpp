@@ -38,7 +38,7 @@ Table table() {
   t.study.file = "studies/my speeds.yaml";
   t.study.sha256 = "abc";
   t.study.design = {{"relative_speed", "m/s", "speed", true, {{0.1, ""}, {0.2, ""}}},
-            {"spin", "", "which", false, {{NAN, "at rest"}, {NAN, "both, \"turn\"\nfast"}, {NAN, "one"}}}};
+                    {"spin", "", "which", false, {{NAN, "at rest"}, {NAN, "both, \"turn\"\nfast"}, {NAN, "one"}}}};
   t.study.columns = {{"grasps/tip/impulse_magnitude", "N s", "how hard", {}}, {"captured", "1", "1: yes", {}}};
   for (std::size_t i = 0; i < 6; ++i) {
     const bool ok = i < 5;
