@@ -95,24 +95,8 @@ JobShard job_shard(const std::string& argument, const Environment& environment) 
 
 // --- The command ---
 
-int only(const Campaign& campaign, const CampaignRunOptions& options) {
-  const std::uint64_t k = *options.only;
-  // Beyond the file's cases are those of --extend; a design has none.
-  if (!campaign.design.empty() && k >= campaign.total()) {
-    to_stderr("{}: error: there is no case {}: the campaign has cases 0 to {}\n", options.study.string(), k,
-              campaign.total() - 1);
-    return kBadInput;
-  }
-  const fs::path asked = options.output.empty()
-                             ? fs::path("out") / fmt::format("{}-case-{}", options.study.stem().string(), k)
-                             : options.output;
-  const std::optional<fs::path> folder = results_folder(asked, options.study);
-  if (!folder) return kBadInput;
-  return run_case_completely(campaign, k, *folder, {.quiet = options.quiet, .no_report = options.no_report});
-}
-
 // One task of a job array is done: the last one of all writes the results.
-int part_is_done(const JobShard& shard, const StoreCounts& all, const CampaignProgress& own,
+int part_is_done(const JobShard& shard, const StoreCounts& all, const CaseProgress& own,
                  const CampaignRunOptions& options) {
   if (!options.quiet)
     to_stdout(
@@ -137,15 +121,15 @@ void say_how_long(const Campaign& campaign, const ShardStore& store, const JobSh
     to_stderr("grapnel: what takes time: {}\n", line);
 }
 
-CampaignProgress compute(const Campaign& campaign, ShardStore& store, const JobShard& shard,
-                         const CampaignRunOptions& options, StopSignal& stop) {
+CaseProgress compute(const Campaign& campaign, ShardStore& store, const JobShard& shard,
+                     const CampaignRunOptions& options, StopSignal& stop) {
   Progress progress(options.quiet);
   CampaignOptions run;
   run.threads = threads_of(options.threads);
   run.shard = shard.number;
   run.shards = shard.count;
   run.stop = stop.token();
-  run.progress = [&](const CampaignProgress& at) {
+  run.progress = [&](const CaseProgress& at) {
     stop.poll();
     progress.report_campaign(at);
   };
@@ -161,7 +145,7 @@ int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& sh
   command = options.resume;
   if (!options.quiet) say_beginning(store, shard.is_part() ? "part " + shard.text() + " of it" : "");
   if (!options.quiet) say_how_long(campaign, store, shard, threads_of(options.threads), stop);
-  const CampaignProgress done = compute(campaign, store, shard, options, stop);
+  const CaseProgress done = compute(campaign, store, shard, options, stop);
   if (done.stopped) {
     say_stopped(folder, done.done, done.total, options.resume);
     return kInterrupted;
@@ -181,7 +165,7 @@ int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& sh
 int campaign(const CampaignRunOptions& options) {
   std::optional<Campaign> loaded = campaign_from_file(options);
   if (!loaded) return kBadInput;
-  if (options.only) return only(*loaded, options);
+  if (options.only) return only_case(*loaded, *options.only, options.output, {options.quiet, options.no_report});
   JobShard shard;
   try {
     shard = job_shard(options.shard, [](const char* name) { return std::getenv(name); });

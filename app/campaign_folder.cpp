@@ -10,7 +10,7 @@
 #include "commands.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table.hpp"
-#include "grapnel/campaign/case_clock.hpp"
+#include "grapnel/campaign/run_block.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/faults.hpp"

@@ -76,19 +76,19 @@ bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
 }
 
-bool same(const CampaignRow& a, const CampaignRow& b) {
+bool same(const CaseRow& a, const CaseRow& b) {
   return a.index == b.index && a.status == b.status && a.success == b.success && a.reason == b.reason &&
          same_bits(a.inputs, b.inputs) && same_bits(a.values, b.values);
 }
 
 // Rows of a block that were found, and where.
 struct Found {
-  std::vector<CampaignRow> rows;
+  std::vector<CaseRow> rows;
   fs::path folder;
 };
 
 // Takes the rows of another folder too: the longer list counts. @throws Disagreement if rows of one case differ
-void take_rows(Found& found, std::vector<CampaignRow> rows, const fs::path& folder) {
+void take_rows(Found& found, std::vector<CaseRow> rows, const fs::path& folder) {
   for (std::size_t i = 0; i < std::min(rows.size(), found.rows.size()); ++i) {
     if (same(rows[i], found.rows[i])) continue;
     throw Disagreement(
@@ -101,7 +101,7 @@ void take_rows(Found& found, std::vector<CampaignRow> rows, const fs::path& fold
 }
 
 // What folder `source` has of a block of the whole.
-std::vector<CampaignRow> rows_in(const Source& source, const Campaign& campaign, std::uint64_t number) {
+std::vector<CaseRow> rows_in(const Source& source, const Campaign& campaign, std::uint64_t number) {
   const std::uint64_t size = source.manifest.block_size;
   if (number >= block_count(size, source.manifest.total)) return {};
   const Block block = block_at(number, size, source.manifest.total);
@@ -110,7 +110,7 @@ std::vector<CampaignRow> rows_in(const Source& source, const Campaign& campaign,
   if (!rows && fs::exists(shard_path(source.folder, number), none))
     to_stderr("grapnel: warning: {} is damaged, or of another arithmetic than its manifest says, and left out\n",
               shard_path(source.folder, number).string());
-  return rows ? std::move(*rows) : std::vector<CampaignRow>{};
+  return rows ? std::move(*rows) : std::vector<CaseRow>{};
 }
 
 // All blocks of all sources into the store.

@@ -31,7 +31,7 @@ Message message(MessageKind kind, std::array<std::uint64_t, 4> numbers = {}) { r
 // Hands out the blocks that are missing, and counts what comes back.
 class Foreman {
  public:
-  Foreman(const World& world, std::vector<ShardStore::Missing> missing, const CampaignProgress& progress)
+  Foreman(const World& world, std::vector<ShardStore::Missing> missing, const CaseProgress& progress)
       : world_(world), waiting_(missing.begin(), missing.end()), progress_(progress) {
     for (int rank = 1; rank < world.size(); ++rank) away_.insert(rank);
   }
@@ -48,7 +48,7 @@ class Foreman {
       shown.report_campaign(progress_);
     }
   }
-  const CampaignProgress& progress() const { return progress_; }
+  const CaseProgress& progress() const { return progress_; }
   const std::string& failure() const { return failure_; }
 
  private:
@@ -73,7 +73,7 @@ class Foreman {
   const World& world_;
   std::deque<ShardStore::Missing> waiting_;
   std::set<int> away_;  // ranks that work
-  CampaignProgress progress_;
+  CaseProgress progress_;
   std::string failure_;
 };
 
@@ -82,39 +82,28 @@ void send_home(const World& world) {
   for (int rank = 1; rank < world.size(); ++rank) world.send(rank, message(MessageKind::finish));
 }
 
-CampaignProgress begun(const ShardStore& store, std::vector<ShardStore::Missing>& missing) {
-  StoreCounts there;
-  missing = store.missing(0, 1, &there);
-  CampaignProgress progress;
-  progress.done = progress.begun_with = there.rows;
-  progress.total = store.total();
-  progress.successes = there.successes;
-  progress.not_ok = there.not_ok;
-  return progress;
-}
-
-CampaignProgress compute_alone(const Campaign& campaign, ShardStore& store, const CampaignRunOptions& options,
-                               StopSignal& stop) {
+CaseProgress compute_alone(const Campaign& campaign, ShardStore& store, const CampaignRunOptions& options,
+                           StopSignal& stop) {
   Progress shown(options.quiet);
   CampaignOptions run;
   run.stop = stop.token();
-  run.progress = [&](const CampaignProgress& at) {
+  run.progress = [&](const CaseProgress& at) {
     stop.poll();
     shown.report_campaign(at);
   };
   return run_campaign(block_work(campaign), store, run);
 }
 
-CampaignProgress compute_by_ranks(ShardStore& store, const CampaignRunOptions& options, const World& world,
-                                  StopSignal& stop, bool& opened) {
+CaseProgress compute_by_ranks(ShardStore& store, const CampaignRunOptions& options, const World& world,
+                              StopSignal& stop, bool& opened) {
   std::vector<ShardStore::Missing> missing;
-  const CampaignProgress there = begun(store, missing);
+  const CaseProgress there = progress_of(store, missing);
   opened = true;
   for (int rank = 1; rank < world.size(); ++rank) world.send(rank, message(MessageKind::open, {store.total()}));
   Foreman foreman(world, std::move(missing), there);
   foreman.run(options, stop);
   if (!foreman.failure().empty()) throw std::runtime_error(foreman.failure());
-  CampaignProgress done = foreman.progress();
+  CaseProgress done = foreman.progress();
   done.stopped = done.done < done.total;
   return done;
 }
@@ -128,8 +117,8 @@ int lead(Campaign& campaign, const fs::path& folder, const CampaignRunOptions& o
     take_total(campaign, store);
     command = options.resume;
     if (!options.quiet) say_beginning(store, fmt::format("{} ranks", world.size()));
-    const CampaignProgress done = world.size() == 1 ? compute_alone(campaign, store, options, stop)
-                                                    : compute_by_ranks(store, options, world, stop, opened);
+    const CaseProgress done = world.size() == 1 ? compute_alone(campaign, store, options, stop)
+                                                : compute_by_ranks(store, options, world, stop, opened);
     if (done.stopped) {
       say_stopped(folder, done.done, done.total, options.resume);
       return kInterrupted;
@@ -156,21 +145,19 @@ void work(Campaign& campaign, const fs::path& folder, const World& world, StopSi
     const Message told = world.receive(0);
     if (told.kind != MessageKind::work) return;
     const Block block = block_at(told.numbers[0], store.block_size(), store.total());
-    report = message(MessageKind::ready, {block.number});
-    BlockParts parts;
-    parts.fresh = [&](std::span<const CampaignRow> fresh) {
-      stop.poll();
-      for (const CampaignRow& row : fresh) {
-        ++report.numbers[1];
-        if (row.success) ++report.numbers[2];
-        if (row.status != CaseStatus::ok) ++report.numbers[3];
-      }
-    };
-    parts.worth_keeping = [&](const std::vector<CampaignRow>& so_far) { store.write(block, so_far); };
-    std::vector<CampaignRow> rows = store.rows(block);
-    const std::size_t there = rows.size();
-    rows = run_block(compute, block, std::move(rows), part_size, parts, stop.token());
-    if (rows.size() > there) store.write(block, rows);
+    const ShardStore::Missing missing{block, store.rows(block).size()};
+    BlockOnItsWay on_its_way(store, missing);
+    CaseProgress fresh;
+    run_block(
+        compute, missing, part_size,
+        [&](std::vector<CaseRow> rows) {
+          stop.poll();
+          fresh.count(rows);
+          on_its_way.add(std::move(rows));
+        },
+        stop.token());
+    on_its_way.keep();
+    report.numbers = {block.number, fresh.done, fresh.successes, fresh.not_ok};
   }
 }
 

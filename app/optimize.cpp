@@ -52,10 +52,8 @@ Evaluation write_best(const Optimization& optimization, const OptimizationOutcom
 
 OptimizationOutcome search(const Optimization& optimization, const OptimizeOptions& options) {
   Progress progress(options.quiet);
-  StudyOptions run;
-  run.threads = threads_of(options.threads);
-  run.progress = [&](const StudyProgress& at) { progress.report_points(at.done, at.total, at.not_ok); };
-  return optimize(optimization, run);
+  return optimize(optimization, {.threads = threads_of(options.threads),
+                                 .progress = [&](const CaseProgress& at) { progress.report_points(at); }});
 }
 
 // Searches and writes. The exit code.

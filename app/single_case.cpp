@@ -2,86 +2,44 @@
 
 #include <fmt/format.h>
 
-#include <cstdio>
+#include <algorithm>
 #include <optional>
 
 #include "commands.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/grid.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
 namespace fs = std::filesystem;
 
-int run_single_case(const SingleCase& single, const std::filesystem::path& folder, const RunSwitches& switches) {
-  const std::filesystem::path file = folder / "scenario.yaml";
-  if (!may_replace(file)) return kBadInput;
-  CaptureProblem problem;
-  try {
-    write_file_atomically(file, single.text(file));
-    problem = load_scenario(file);
-  } catch (const InputError& error) {
-    say_faults(error.faults());
-    return kBadInput;
-  } catch (const std::exception& error) {
-    to_stderr("{}: error: {}: {}\n", single.study.string(), single.what, error.what());
-    return kBadInput;
-  }
-  if (!switches.quiet) {
-    to_stdout("grapnel {}, {} of {} {} as scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, single.what, single.of,
-              single.study.string(), file.string(), problem.sha256.substr(0, 12));
-    flush_stdout();
-  }
-  return run_problem(problem, file, folder, switches);
-}
-
-namespace {
-
-std::string comment_of(const Study& study, const std::vector<std::size_t>& position, std::size_t point,
-                       std::size_t points) {
-  std::string text = fmt::format("Made by grapnel {} sweep from {} (sha256 {}): point {} of {}.\n", GRAPNEL_VERSION,
-                                 fs::path(study.file).filename().string(), study.sha256.substr(0, 12), point, points);
-  for (std::size_t a = 0; a < study.axes.size(); ++a) {
-    const StudyAxis& axis = study.axes[a];
-    const AxisValue& value = axis.values[position[a]];
-    text += axis.is_numeric
-                ? fmt::format("  {}: {}{}\n", axis.name, value.number, axis.unit.empty() ? "" : " " + axis.unit)
-                : fmt::format("  {}: {}\n", axis.name, value.label);
-  }
-  return text;
-}
-
-}  // namespace
-
-int sweep_point(const Study& study, std::size_t point, std::size_t points, const SweepOptions& options) {
-  if (point >= points) {
-    to_stderr("{}: error: there is no point {}: the study has points 0 to {}\n", options.study.string(), point,
-              points - 1);
-    return kBadInput;
-  }
-  const fs::path asked = options.output.empty()
-                             ? fs::path("out") / fmt::format("{}-point-{}", options.study.stem().string(), point)
-                             : options.output;
-  const std::optional<fs::path> folder = results_folder(asked, options.study);
-  if (!folder) return kBadInput;
-  const std::vector<std::size_t> position = grid_position(study.axis_sizes(), point);
-  const SingleCase single{fmt::format("point {}", point), "study", options.study, [&](const fs::path& place) {
-                            return study.scenario_text(position, place, comment_of(study, position, point, points));
-                          }};
-  return run_single_case(single, *folder, {options.quiet, options.no_report});
-}
-
 namespace {
 
 // Beyond this the values drawn are in the file only.
 constexpr std::size_t kMostListed = 40;
 
+// What the campaign's own files call a case.
+const char* word_of(const Campaign& campaign) { return campaign.kind == CampaignKind::sweep ? "point" : "case"; }
+
 std::string comment_of(const Campaign& campaign, std::uint64_t k) {
-  std::string text = fmt::format("Made by grapnel {} campaign from {} (sha256 {}): case {}, seed {}.\n",
-                                 GRAPNEL_VERSION, std::filesystem::path(campaign.file).filename().string(),
-                                 campaign.sha256.substr(0, 12), k, campaign.seed);
+  const bool sweep = campaign.kind == CampaignKind::sweep;
+  std::string text =
+      fmt::format("Made by grapnel {} {} from {} (sha256 {}): {} {}", GRAPNEL_VERSION, sweep ? "sweep" : "campaign",
+                  fs::path(campaign.file).filename().string(), campaign.sha256.substr(0, 12), word_of(campaign), k);
+  if (sweep) {
+    text += fmt::format(" of {}.\n", campaign.total());
+    const std::vector<std::size_t> position = campaign.position(k);
+    for (std::size_t a = 0; a < position.size(); ++a) {
+      const StudyAxis& axis = campaign.design[a];
+      const AxisValue& value = axis.values[position[a]];
+      text += axis.is_numeric
+                  ? fmt::format("  {}: {}{}\n", axis.name, value.number, axis.unit.empty() ? "" : " " + axis.unit)
+                  : fmt::format("  {}: {}\n", axis.name, value.label);
+    }
+    return text;
+  }
+  text += fmt::format(", seed {}.\n", campaign.seed);
   const std::vector<double> drawn = campaign.draw(k);
   for (std::size_t i = 0; i < std::min(drawn.size(), kMostListed); ++i) {
     const CampaignInput& input = campaign.inputs[i];
@@ -93,12 +51,42 @@ std::string comment_of(const Campaign& campaign, std::uint64_t k) {
 
 }  // namespace
 
-int run_case_completely(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& folder,
+int run_case_completely(const Campaign& campaign, std::uint64_t k, const fs::path& folder,
                         const RunSwitches& switches) {
-  const SingleCase single{
-      fmt::format("case {}", k), "campaign", campaign.file,
-      [&](const std::filesystem::path& place) { return campaign.scenario_text(k, place, comment_of(campaign, k)); }};
-  return run_single_case(single, folder, switches);
+  const fs::path file = folder / "scenario.yaml";
+  if (!may_replace(file)) return kBadInput;
+  CaptureProblem problem;
+  try {
+    write_file_atomically(file, campaign.scenario_text(k, file, comment_of(campaign, k)));
+    problem = load_scenario(file);
+  } catch (const InputError& error) {
+    say_faults(error.faults());
+    return kBadInput;
+  } catch (const std::exception& error) {
+    to_stderr("{}: error: {} {}: {}\n", campaign.file, word_of(campaign), k, error.what());
+    return kBadInput;
+  }
+  if (!switches.quiet) {
+    to_stdout("grapnel {}, {} {} of {} {} as scenario {} (sha256 {})\n\n", GRAPNEL_VERSION, word_of(campaign), k,
+              campaign.kind == CampaignKind::sweep ? "study" : "campaign", campaign.file, file.string(),
+              problem.sha256.substr(0, 12));
+    flush_stdout();
+  }
+  return run_problem(problem, file, folder, switches);
+}
+
+int only_case(const Campaign& campaign, std::uint64_t k, const fs::path& asked, const RunSwitches& switches) {
+  // Beyond a campaign's own cases are those of --extend; a design has none.
+  if (!campaign.design.empty() && k >= campaign.total()) {
+    to_stderr("{0}: error: there is no {1} {2}: the {3} has {1}s 0 to {4}\n", campaign.file, word_of(campaign), k,
+              campaign.kind == CampaignKind::sweep ? "study" : "campaign", campaign.total() - 1);
+    return kBadInput;
+  }
+  const fs::path file = campaign.file;
+  const std::optional<fs::path> folder = results_folder(
+      asked.empty() ? fs::path("out") / fmt::format("{}-{}-{}", file.stem().string(), word_of(campaign), k) : asked,
+      file);
+  return folder ? run_case_completely(campaign, k, *folder, switches) : kBadInput;
 }
 
 }  // namespace grapnel::app

@@ -2,11 +2,10 @@
 #include <fstream>
 
 #include "commands.hpp"
+#include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/campaign_table.hpp"
+#include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/result/atomic_file.hpp"
-#include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/run_study.hpp"
-#include "grapnel/study/study_summary.hpp"
-#include "grapnel/study/study_table.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "output_folder.hpp"
 #include "process.hpp"
@@ -21,14 +20,14 @@ namespace fs = std::filesystem;
 // Rows as they come, for the case that the program is killed before the table is complete.
 class PartialTable {
  public:
-  PartialTable(fs::path path, const Study& study) : path_(std::move(path)), table_(empty_table(study)) {
+  PartialTable(fs::path path, const Campaign& study) : path_(std::move(path)), study_(study) {
     std::error_code ignored;
     fs::remove(path_, ignored);  // a new file, not one that a link here leads to
     file_.open(path_);
-    file_ << csv_head(table_);
+    file_ << csv_head(study_);
   }
   void add(const CaseRow& row) {
-    file_ << csv_line(table_, row);
+    file_ << csv_line(study_, row);
     const auto now = std::chrono::steady_clock::now();
     if (now - flushed_ < std::chrono::milliseconds(500)) return;
     flushed_ = now;
@@ -43,32 +42,38 @@ class PartialTable {
 
  private:
   fs::path path_;
-  StudyTable table_;  // without rows
+  const Campaign& study_;
   std::ofstream file_;
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
 };
 
-void write_table(const StudyTable& table, const fs::path& folder) {
-  write_study_hdf5(table, GRAPNEL_VERSION, folder / "table.h5");
-  write_study_csv(table, folder / "table.csv");
-  write_file_atomically(folder / "study.json", study_settings_json(table, GRAPNEL_VERSION));
+std::vector<CaseRow> run_and_write(const Campaign& study, const SweepOptions& options, const fs::path& folder,
+                                   PartialTable& partial) {
+  Progress progress(options.quiet);
+  const std::vector<CaseRow> rows = run_sweep(
+      study,
+      {.threads = threads_of(options.threads), .progress = [&](const CaseProgress& at) { progress.report_points(at); }},
+      [&](const CaseRow& row) { partial.add(row); });
+  write_campaign_tables(folder, study, GRAPNEL_VERSION, true, [&](const TakeRow& take) {
+    for (const CaseRow& row : rows) take(row);
+  });
+  write_file_atomically(folder / "study.json", sweep_json(study, rows, GRAPNEL_VERSION));
+  return rows;
 }
 
 }  // namespace
 
 int sweep(const SweepOptions& options) {
-  Study study;
-  std::size_t points = 0;
+  Campaign study;
   try {
     std::vector<Fault> doubts;
     study = load_study(options.study, &doubts);
-    points = point_count(study);
     say_faults(doubts);
   } catch (const InputError& error) {
     say_faults(error.faults());
     return kBadInput;
   }
-  if (options.only) return sweep_point(study, *options.only, points, options);
+  if (options.only) return only_case(study, *options.only, options.output, {options.quiet, options.no_report});
   const std::optional<fs::path> made = results_folder(options.output, options.study);
   if (!made) return kBadInput;
   const fs::path& folder = *made;
@@ -78,15 +83,9 @@ int sweep(const SweepOptions& options) {
     flush_stdout();
   }
   PartialTable partial(folder / "table.partial.csv", study);
-  StudyTable table;
+  std::vector<CaseRow> rows;
   try {
-    Progress progress(options.quiet);
-    StudyOptions run;
-    run.threads = threads_of(options.threads);
-    run.progress = [&](const StudyProgress& at) { progress.report_points(at.done, at.total, at.not_ok); };
-    run.row = [&](const CaseRow& row) { partial.add(row); };
-    table = run_study(study, run);
-    write_table(table, folder);
+    rows = run_and_write(study, options, folder, partial);
   } catch (const std::exception& error) {
     to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;
@@ -94,12 +93,12 @@ int sweep(const SweepOptions& options) {
   partial.remove();
   const FolderReport report = write_folder_report(folder, ResultKind::sweep, options.no_report);
   if (!options.quiet)
-    to_stdout("{}\nresults in {}: table.csv, table.h5, study.json\n{}", study_summary(table), folder.string(),
+    to_stdout("{}\nresults in {}: table.csv, table.h5, study.json\n{}", sweep_summary(study, rows), folder.string(),
               report.line);
-  const std::size_t ok = table.count(CaseStatus::ok);
-  if (ok == points) return report.failed ? kSimulationFailed : kDone;
+  const std::size_t ok = count_of(rows, CaseStatus::ok);
+  if (ok == rows.size()) return report.failed ? kSimulationFailed : kDone;
   to_stderr("{}: warning: {} of {} points are not ok, see status and reason in table.csv\n", options.study.string(),
-            points - ok, points);
+            rows.size() - ok, rows.size());
   return report.failed ? kSimulationFailed : kSomeFailed;
 }
 

@@ -115,17 +115,17 @@ void Progress::report(const std::string& phase, double at, double end) {
   show(text, now);
 }
 
-void Progress::report_points(std::size_t done, std::size_t total, std::size_t not_ok) {
+void Progress::report_points(const CaseProgress& at) {
   const Clock::time_point now = Clock::now();
-  if (quiet_ || !is_due(now)) return;
-  const double rate = static_cast<double>(done) / std::chrono::duration<double>(now - begin_).count();
-  const std::string failures = not_ok > 0 ? fmt::format(", {} not ok", not_ok) : "";
-  show(fmt::format("{} of {} points{}, {:.3g} points per s, {:.0f} s left", done, total, failures, rate,
-                   static_cast<double>(total - done) / rate),
+  if (quiet_ || !is_due(now) || at.done == 0) return;
+  const double rate = static_cast<double>(at.done) / std::chrono::duration<double>(now - begin_).count();
+  const std::string failures = at.not_ok > 0 ? fmt::format(", {} not ok", at.not_ok) : "";
+  show(fmt::format("{} of {} points{}, {:.3g} points per s, {:.0f} s left", at.done, at.total, failures, rate,
+                   static_cast<double>(at.total - at.done) / rate),
        now);
 }
 
-void Progress::report_campaign(const CampaignProgress& at) {
+void Progress::report_campaign(const CaseProgress& at) {
   const Clock::time_point now = Clock::now();
   if (quiet_ || !is_due(now) || at.done == at.begun_with) return;
   const double rate =

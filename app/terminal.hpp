@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/campaign/run_campaign.hpp"
+#include "grapnel/study/case_pool.hpp"
 #include "grapnel/text/faults.hpp"
 
 namespace grapnel::app {
@@ -47,9 +47,9 @@ class Progress {
   /// Part of the phase that is done: `at` of `end`.
   void report(const std::string& phase, double at, double end);
   /// Points of a study that are done, and how many of them are not ok.
-  void report_points(std::size_t done, std::size_t total, std::size_t not_ok);
+  void report_points(const CaseProgress& at);
   /// Cases of a campaign that are done, and what they say so far.
-  void report_campaign(const CampaignProgress& at);
+  void report_campaign(const CaseProgress& at);
 
  private:
   using Clock = std::chrono::steady_clock;

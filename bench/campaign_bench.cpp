@@ -9,7 +9,7 @@
 
 #include "bench/capture_workload.hpp"
 #include "bench/dynamics_bench.hpp"
-#include "grapnel/campaign/lane_block.hpp"
+#include "grapnel/campaign/run_block.hpp"
 #include "grapnel/study/quantity.hpp"
 
 namespace grapnel::bench {
@@ -46,9 +46,9 @@ Campaign campaign_of(const CaptureWorkload& workload) {
 }
 
 // What is wrong with the rows of a block; null: nothing.
-const char* fault_of(const Campaign& campaign, const std::vector<CampaignRow>& rows, std::size_t pass) {
+const char* fault_of(const Campaign& campaign, const std::vector<CaseRow>& rows, std::size_t pass) {
   if (rows.size() != campaign.cases) return "cases are missing";
-  for (const CampaignRow& row : rows) {
+  for (const CaseRow& row : rows) {
     if (row.status != CaseStatus::ok || row.values[pass] != 1) return "the ledger's bounds are not held";
   }
   return rows[0].values.back() <= kEndError ? nullptr : "the end state is not reached";
@@ -59,7 +59,7 @@ void captures(benchmark::State& state, const CaptureWorkload& workload, lanes::I
   std::size_t pass = 0;
   while (campaign.columns[pass].name != "ledger/pass") ++pass;
   while (state.KeepRunningBatch(kBlock)) {
-    const std::vector<CampaignRow> rows = run_block_in_lanes(campaign, {0, 0, kBlock}, set, {});
+    const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, kBlock}, set, {});
     if (const char* fault = fault_of(campaign, rows, pass)) return state.SkipWithError(fault);
   }
 }

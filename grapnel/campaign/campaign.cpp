@@ -22,4 +22,10 @@ std::uint64_t Campaign::total() const {
   return points * cases;
 }
 
+std::vector<std::size_t> Campaign::position(std::uint64_t point) const {
+  std::vector<std::size_t> sizes;
+  for (const StudyAxis& axis : design) sizes.push_back(axis.values.size());
+  return grid_position(sizes, point);
+}
+
 }  // namespace grapnel

@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// A campaign: captures whose uncertain values are drawn at random, and what is kept of each. Plain data and functions
-/// that say what a case is; study_files/study_files.hpp makes it from a file. Thread safety: plain values; the
+/// A campaign: many captures, and what is kept of each. They differ in values that are drawn at random, in stated ones
+/// (its design: the points of a grid), or in both. Plain data and functions that say what a case is;
+/// study_files/study_files.hpp makes them from files. Thread safety: plain values; the
 /// functions may be called from any thread.
 
 #include <cstdint>
@@ -13,9 +14,14 @@
 #include <vector>
 
 #include "grapnel/campaign/criterion.hpp"
-#include "grapnel/study/study.hpp"
+#include "grapnel/study/column.hpp"
+#include "grapnel/study/grid.hpp"
 
 namespace grapnel {
+
+/// Which kind of file a campaign is of, and with it which files its results are. A sweep draws nothing and has one case
+/// at every point of its design, integrated alone as `grapnel run` does it; docs/formats/study.md is its contract.
+enum class CampaignKind { sweep, campaign };
 
 /// One number that is drawn for every case.
 struct CampaignInput {
@@ -49,18 +55,19 @@ struct SeriesToKeep {
 inline constexpr std::uint64_t kMostCases = 1'000'000'000;
 
 struct Campaign {
+  CampaignKind kind = CampaignKind::campaign;
   std::string name;
   std::string description;
   std::string file;    // as the user named it
   std::string text;    // its bytes
-  std::string sha256;  // of the campaign's bytes and of the scenario, with what that includes and its settings
+  std::string sha256;  // of the campaign's bytes and of its scenarios, with what those include and their settings
   StudyMode mode = StudyMode::run;
   std::uint64_t cases = 0;  // N; with design axes: per point of the design
   std::uint64_t seed = 0;
   Sampling sampling = Sampling::random;
   CampaignPlan plan = CampaignPlan::nominal;
   std::vector<CampaignInput> inputs;
-  std::vector<StudyAxis> design;  // of an envelope; the first varies slowest. Empty: none
+  std::vector<StudyAxis> design;  // of a sweep or an envelope; the first varies slowest. Empty: none
   std::vector<Column> columns;    // what is kept of each case
   /// A case is a success if it is ok and all of these hold for its columns' numbers followed by its inputs'.
   std::vector<Criterion> success;
@@ -82,6 +89,8 @@ struct Campaign {
 
   /// All cases: `cases` times the points of the design. Case k belongs to design point k / cases.
   std::uint64_t total() const;
+  /// The value on every axis of the design that point `point` has (grid_position()).
+  std::vector<std::size_t> position(std::uint64_t point) const;
 };
 
 }  // namespace grapnel

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <unordered_map>
 
-#include "grapnel/campaign/campaign_rows.hpp"
+#include "grapnel/campaign/campaign_report.hpp"
 
 namespace grapnel {
 namespace {

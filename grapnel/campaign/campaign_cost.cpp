@@ -8,7 +8,7 @@
 #include <set>
 #include <string_view>
 
-#include "grapnel/campaign/case_clock.hpp"
+#include "grapnel/campaign/run_block.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
 #include "grapnel/study/slow_run.hpp"

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "grapnel/campaign/campaign_rows.hpp"
+#include "grapnel/campaign/campaign_report.hpp"
 
 namespace grapnel {
 namespace {

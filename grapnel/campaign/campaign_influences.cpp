@@ -4,9 +4,8 @@
 #include <map>
 #include <string_view>
 
-#include "grapnel/campaign/campaign_rows.hpp"
-#include "grapnel/campaign/group_sensitivity.hpp"
-#include "grapnel/study/grid.hpp"
+#include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/sensitivity.hpp"
 
 namespace grapnel {
 namespace {
@@ -196,12 +195,10 @@ class Influences {
   }
 
   void rank_axes() {
-    std::vector<std::size_t> sizes;
-    for (const StudyAxis& axis : rows_.campaign.design) sizes.push_back(axis.values.size());
-    for (std::size_t a = 0; a < sizes.size(); ++a) {
+    for (std::size_t a = 0; a < rows_.campaign.design.size(); ++a) {
       std::vector<double> at(rows_.count());
       for (std::size_t row = 0; row < rows_.count(); ++row) {
-        const std::size_t value = grid_position(sizes, rows_.index[row] / rows_.campaign.cases)[a];
+        const std::size_t value = rows_.campaign.position(rows_.index[row] / rows_.campaign.cases)[a];
         const StudyAxis& axis = rows_.campaign.design[a];
         at[row] = axis.is_numeric ? axis.values[value].number : static_cast<double>(value);
       }

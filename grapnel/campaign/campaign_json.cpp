@@ -1,7 +1,6 @@
 #include <nlohmann/json.hpp>
 
 #include "grapnel/campaign/campaign_report.hpp"
-#include "grapnel/study/study_table.hpp"
 
 namespace grapnel {
 namespace {
@@ -16,6 +15,12 @@ void add_proportion(Json& json, const Proportion& p) {
 
 std::string name_of_number(const Campaign& campaign, std::size_t i) {
   return i < campaign.columns.size() ? campaign.columns[i].name : campaign.inputs[i - campaign.columns.size()].name;
+}
+
+Json values_of(const StudyAxis& axis) {
+  Json values = Json::array();
+  for (const AxisValue& value : axis.values) values.push_back(axis.is_numeric ? Json(value.number) : Json(value.label));
+  return values;
 }
 
 Json settings_of(const Campaign& campaign) {
@@ -178,16 +183,12 @@ Json reasons_of(const Campaign& campaign, const std::vector<CampaignReport::Reas
 
 Json envelope_json(const Campaign& campaign, const CampaignReport& report) {
   Json axes = Json::array();
-  for (const StudyAxis& axis : campaign.design) {
-    Json values = Json::array();
-    for (const AxisValue& value : axis.values)
-      values.push_back(axis.is_numeric ? Json(value.number) : Json(value.label));
+  for (const StudyAxis& axis : campaign.design)
     axes.push_back({{"name", axis.name},
                     {"unit", axis.unit},
                     {"description", axis.description},
                     {"is_numeric", axis.is_numeric},
-                    {"values", std::move(values)}});
-  }
+                    {"values", values_of(axis)}});
   Json json{{"axes", std::move(axes)}, {"confidence", campaign.confidence}};
   for (const char* key : {"trials", "ok", "successes", "estimate", "lower", "upper"}) json[key] = Json::array();
   for (const EnvelopePoint& point : report.envelope) {
@@ -246,6 +247,28 @@ std::string campaign_json(const Campaign& campaign, const CampaignReport& report
   json["text"] = campaign.text;
   // A campaign file is UTF-8 by its check; a program's own need not be.
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string sweep_json(const Campaign& sweep, std::span<const CaseRow> rows, const std::string& version) {
+  Json json{{"schema", "grapnel-study-table/1"},
+            {"version", version},
+            {"study",
+             {{"name", sweep.name},
+              {"file", std::filesystem::path(sweep.file).filename().string()},
+              {"sha256", sweep.sha256},
+              {"simulate", name_of(sweep.mode)}}},
+            {"points", rows.size()}};
+  for (const CaseStatus status : {CaseStatus::ok, CaseStatus::failed, CaseStatus::unreachable})
+    json[name_of(status)] = count_of(rows, status);
+  json["axes"] = Json::array();
+  for (const StudyAxis& axis : sweep.design)
+    json["axes"].push_back(
+        {{"name", axis.name}, {"unit", axis.unit}, {"description", axis.description}, {"values", values_of(axis)}});
+  json["columns"] = Json::array();
+  for (const Column& column : sweep.columns)
+    json["columns"].push_back({{"name", column.name}, {"unit", column.unit}, {"description", column.description}});
+  json["text"] = sweep.text;
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace grapnel

@@ -1,11 +1,12 @@
 #pragma once
 
 /// @file
-/// What a campaign's rows say: campaign.json, the terminal's summary, and what they do not say (warnings).
-/// docs/formats/campaign.md is the contract of the former.
+/// What the rows of a campaign or a sweep say: campaign.json, study.json, the terminal's summary, and what they do not
+/// say (warnings). docs/formats/campaign.md and study.md are the contracts of the former.
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -113,10 +114,62 @@ std::string campaign_json(const Campaign& campaign, const CampaignReport& report
 /// the criteria's numbers, what matters most, worst cases with the command that replays each.
 std::string campaign_summary(const Campaign& campaign, const CampaignReport& report);
 
+/// Text of study.json: a sweep's settings, for those who read its table.csv.
+std::string sweep_json(const Campaign& sweep, std::span<const CaseRow> rows, const std::string& version);
+
+/// The same for a terminal: points and how they ended, the axes, least and greatest of what people look for first, and
+/// the reasons of points that are not ok, the most frequent first.
+std::string sweep_summary(const Campaign& sweep, std::span<const CaseRow> rows);
+
+/// How many rows have a status.
+std::size_t count_of(std::span<const CaseRow> rows, CaseStatus status);
+
 /// The command that runs a case again, with its full report.
 std::string replay_command(const Campaign& campaign, std::uint64_t k);
 
 /// A reason without its numbers, so that cases of one kind are counted together: "no convergence at t = … s".
 std::string without_numbers(const std::string& reason);
+
+// --- The rows as the parts of the analysis read them. For campaign_*.cpp. ---
+
+/// What every part of the analysis reads.
+struct Rows {
+  const Campaign& campaign;
+  const CampaignTable& table;
+  std::vector<std::uint64_t> index;
+  std::vector<std::uint8_t> status, success;
+
+  std::size_t count() const { return index.size(); }
+  bool ok(std::size_t row) const { return status[row] == static_cast<std::uint8_t>(CaseStatus::ok); }
+  /// A number by its index among columns and inputs.
+  std::vector<double> numbers(std::size_t i) const {
+    const std::size_t columns = campaign.columns.size();
+    return i < columns ? table.column(i) : table.input(i - columns);
+  }
+  void read(std::size_t i, std::size_t first, std::span<double> out) const {
+    const std::size_t columns = campaign.columns.size();
+    if (i < columns)
+      table.read_column(i, first, out);
+    else
+      table.read_input(i - columns, first, out);
+  }
+};
+
+/// Writes `criteria`, `failures` of rows that are ok, `assumed`, and what decides in the envelope.
+void count_criteria(const Rows& rows, CampaignReport& report);
+/// Writes `reasons`, and adds them to `failures`.
+void count_reasons(const Rows& rows, CampaignReport& report);
+/// Writes `grasps`.
+void count_grasps(const Rows& rows, CampaignReport& report);
+/// Writes `warnings`, from all counts.
+void say_what_is_not_said(const Campaign& campaign, CampaignReport& report);
+/// Writes `groups`, `measures` and `rounding`. `inputs`: their rankings; reads `columns`.
+void measure_influences(const Rows& rows, const std::vector<Ranking>& inputs, CampaignReport& report);
+
+/// An input as its influence is measured: without what the design makes of it.
+std::vector<double> apart_from_design(const Rows& rows, std::vector<double> numbers);
+
+/// A column's index; the number of columns if there is none of the name.
+std::size_t column_named(const Campaign& campaign, const std::string& name);
 
 }  // namespace grapnel

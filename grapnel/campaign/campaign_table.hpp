@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// A campaign's rows as one table, made from the shards with memory that does not grow with their number: table.h5 and
-/// table.csv. docs/formats/campaign.md is their contract. Thread safety: reentrant; one thread per CampaignTable.
+/// The rows of a campaign or a sweep as one table: table.h5 and table.csv. A campaign's is made from the shards with
+/// memory that does not grow with their number. docs/formats/campaign.md and study.md are their contract. Thread
+/// safety: reentrant; one thread per CampaignTable.
 
 #include <cstdint>
 #include <filesystem>
@@ -13,11 +14,10 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
-#include "grapnel/campaign/campaign_row.hpp"
 
 namespace grapnel {
 
-using TakeRow = std::function<void(const CampaignRow&)>;
+using TakeRow = std::function<void(const CaseRow&)>;
 
 /// Calls `take` with every row on disk, in the order of the indices, a block at a time.
 void for_each_row(const std::filesystem::path& folder, const Campaign& campaign, const TakeRow& take);
@@ -26,11 +26,17 @@ void for_each_row(const std::filesystem::path& folder, const Campaign& campaign,
 /// program's. @throws std::runtime_error naming path and reason.
 void write_campaign_tables(const std::filesystem::path& folder, const Campaign& campaign, const std::string& version,
                            bool with_csv);
-/// The same of rows from elsewhere: `rows` calls what it is given with each, in the order of the indices.
+/// The same of rows from elsewhere, as a sweep's: `rows` calls what it is given with each, in the order of the indices.
 void write_campaign_tables(const std::filesystem::path& folder, const Campaign& campaign, const std::string& version,
                            bool with_csv, const std::function<void(const TakeRow&)>& rows);
 
-/// table.h5, one dataset at a time, as a whole (8 bytes a row) or in part.
+/// First line of table.csv, and one line per row; with their ends.
+std::string csv_head(const Campaign& campaign);
+std::string csv_line(const Campaign& campaign, const CaseRow& row);
+/// What the line says of the design: the value of each axis at point `point`, a comma before each.
+std::string csv_of_design(const Campaign& campaign, std::uint64_t point);
+
+/// table.h5 of a campaign, one dataset at a time, as a whole (8 bytes a row) or in part.
 class CampaignTable {
  public:
   /// @throws std::runtime_error naming path and fault, as the others.

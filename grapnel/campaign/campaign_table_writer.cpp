@@ -11,8 +11,6 @@
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/growing_dataset.hpp"
 #include "grapnel/result/hdf5_file.hpp"
-#include "grapnel/study/grid.hpp"
-#include "grapnel/study/study_table.hpp"
 
 namespace grapnel {
 namespace {
@@ -25,54 +23,104 @@ using hdf5::write_attribute;
 constexpr std::size_t kCsvBlock = 1 << 20;          // [bytes] handed to the file at once
 constexpr std::size_t kRememberedReasons = 100000;  // beyond, equal texts may come twice
 
-std::vector<std::size_t> sizes_of(const Campaign& campaign) {
-  std::vector<std::size_t> sizes;
-  for (const StudyAxis& axis : campaign.design) sizes.push_back(axis.values.size());
-  return sizes;
+bool is_sweep(const Campaign& campaign) { return campaign.kind == CampaignKind::sweep; }
+
+/// One number of every row.
+struct NumberColumn {
+  const char* group;  // of table.h5
+  int order;          // in its group
+  CampaignTable::Head head;
+  std::vector<std::string> labels;  // of a design axis that is not of numbers: the number counts into them
+};
+
+/// All of them: the design's, the inputs', the columns'.
+std::vector<NumberColumn> number_columns(const Campaign& campaign) {
+  std::vector<NumberColumn> all;
+  int order = 0;
+  for (const StudyAxis& axis : campaign.design) {
+    all.push_back({is_sweep(campaign) ? "axes" : "design", order++, {axis.name, axis.unit, axis.description}, {}});
+    if (axis.is_numeric) continue;
+    for (const AxisValue& value : axis.values) all.back().labels.push_back(value.label);
+  }
+  order = 0;
+  for (const CampaignInput& input : campaign.inputs)
+    all.push_back({"inputs", order++, {input.name, input.unit, input.description}, {}});
+  order = 0;
+  for (const Column& column : campaign.columns)
+    all.push_back({"columns", order++, {column.name, column.unit, column.description}, {}});
+  return all;
 }
 
-/// Positions on the design axes of case k.
-std::vector<std::size_t> position_of(const Campaign& campaign, const std::vector<std::size_t>& sizes, std::uint64_t k) {
-  if (sizes.empty()) return {};
-  return grid_position(sizes, static_cast<std::size_t>(k / campaign.cases));
+/// A row's numbers, in the same order, each to the end of its list.
+void append_numbers(const Campaign& campaign, const CaseRow& row, std::vector<std::vector<double>>& numbers) {
+  std::size_t next = 0;
+  if (!campaign.design.empty()) {
+    const std::vector<std::size_t> position = campaign.position(row.index / campaign.cases);
+    for (std::size_t a = 0; a < position.size(); ++a) {
+      const StudyAxis& axis = campaign.design[a];
+      numbers[next++].push_back(axis.is_numeric ? axis.values[position[a]].number : static_cast<double>(position[a]));
+    }
+  }
+  for (const double value : row.inputs) numbers[next++].push_back(value);
+  for (const double value : row.values) numbers[next++].push_back(value);
 }
 
-/// table.h5 while it is written. HDF5 is held for one block of rows at a time: reading the shards needs it too.
-class TableFile {
+std::vector<std::string> status_names() {
+  return {name_of(CaseStatus::ok), name_of(CaseStatus::failed), name_of(CaseStatus::unreachable)};
+}
+
+/// What table.h5 says of the campaign as a whole, and the text of its file.
+void write_root(const Handle& file, const Campaign& campaign, const std::string& version) {
+  const bool sweep = is_sweep(campaign);
+  const Handle root(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, "/");
+  write_attribute(root, "schema", std::string(sweep ? "grapnel-study-table/1" : "grapnel-campaign-table/1"));
+  write_attribute(root, "version", version);
+  write_attribute(root, sweep ? "study" : "campaign", campaign.name);
+  write_attribute(root, "sha256", campaign.sha256);
+  if (!sweep) {
+    hdf5::write_attribute_u64(root, "seed", campaign.seed);
+    hdf5::write_attribute_u64(root, "cases", campaign.cases);
+  }
+  write_attribute(root, "simulate", std::string(name_of(campaign.mode)));
+  if (!sweep) {
+    write_attribute(root, "sampling", std::string(name_of(campaign.sampling)));
+    write_attribute(root, "plan", std::string(name_of(campaign.plan)));
+  }
+  // Attributes hold 64 KiB at most, a campaign's text may be longer.
+  const Handle text = hdf5::write_strings(file, sweep ? "study_text" : "campaign_text", {campaign.text});
+  hdf5::describe_dataset(text, "", sweep ? "the study file" : "the campaign file");
+  if (sweep) write_attribute(text, "order", 0);
+}
+
+/// A campaign's table.h5 while it is written. HDF5 is held for one block of rows at a time: reading the shards needs it
+/// too.
+class CampaignFile {
  public:
-  TableFile(const fs::path& path, const Campaign& campaign, const std::string& version)
-      : campaign_(campaign), sizes_(sizes_of(campaign)) {
+  CampaignFile(const fs::path& path, const Campaign& campaign, const std::string& version) : campaign_(campaign) {
     const hdf5::Session session;
     file_.emplace(hdf5::create_on_disk(path));
     try {
-      write_root(version);
+      write_root(*file_, campaign, version);
       begin_datasets();
     } catch (...) {
       close();
       throw;
     }
   }
-  ~TableFile() {
+  ~CampaignFile() {
     if (!file_) return;
     const hdf5::Session session;
     close();
   }
-  TableFile(const TableFile&) = delete;
-  TableFile& operator=(const TableFile&) = delete;
+  CampaignFile(const CampaignFile&) = delete;
+  CampaignFile& operator=(const CampaignFile&) = delete;
 
-  void add(const CampaignRow& row) {
+  void add(const CaseRow& row) {
     k_.push_back(row.index);
     status_.push_back(static_cast<int>(row.status));
     success_.push_back(row.success ? 1 : 0);
     reason_.push_back(number_of(row.reason));
-    const std::vector<std::size_t> position = position_of(campaign_, sizes_, row.index);
-    std::size_t next = 0;
-    for (std::size_t a = 0; a < position.size(); ++a) {
-      const StudyAxis& axis = campaign_.design[a];
-      numbers_[next++].push_back(axis.is_numeric ? axis.values[position[a]].number : static_cast<double>(position[a]));
-    }
-    for (const double value : row.inputs) numbers_[next++].push_back(value);
-    for (const double value : row.values) numbers_[next++].push_back(value);
+    append_numbers(campaign_, row, numbers_);
     if (k_.size() == hdf5::kRowsOfChunk) flush();
   }
 
@@ -92,43 +140,17 @@ class TableFile {
     file_.reset();
   }
 
-  void write_root(const std::string& version) {
-    const Handle root(H5Gopen2(file_->id(), "/", H5P_DEFAULT), H5Gclose, "/");
-    write_attribute(root, "schema", std::string("grapnel-campaign-table/1"));
-    write_attribute(root, "version", version);
-    write_attribute(root, "campaign", campaign_.name);
-    write_attribute(root, "sha256", campaign_.sha256);
-    hdf5::write_attribute_u64(root, "seed", campaign_.seed);
-    hdf5::write_attribute_u64(root, "cases", campaign_.cases);
-    write_attribute(root, "simulate", std::string(name_of(campaign_.mode)));
-    write_attribute(root, "sampling", std::string(name_of(campaign_.sampling)));
-    write_attribute(root, "plan", std::string(name_of(campaign_.plan)));
-    // Attributes hold 64 KiB at most, a campaign's text may be longer.
-    const Handle text = hdf5::write_strings(*file_, "campaign_text", {campaign_.text});
-    hdf5::describe_dataset(text, "", "the campaign file");
-  }
-
   const GrowingDataset& row_dataset(const char* name, hid_t type, const char* unit, const char* description) {
     rows_.emplace_back(*file_, "", name, type);
     hdf5::describe_dataset(rows_.back().handle(), unit, description);
     return rows_.back();
   }
 
-  void number_dataset(const std::string& group, int order, const CampaignTable::Head& head, hid_t type) {
-    datasets_.emplace_back(*file_, group, head.name, type);
-    hdf5::describe_dataset(datasets_.back().handle(), head.unit, head.description);
-    write_attribute(datasets_.back().handle(), "name", head.name);
-    write_attribute(datasets_.back().handle(), "order", order);
-    numbers_.emplace_back().reserve(hdf5::kRowsOfChunk);
-  }
-
   void begin_datasets() {
     row_dataset("k", H5T_STD_U64LE, "1", "number of the case, from 0");
     const GrowingDataset& status =
         row_dataset("status", H5T_STD_I32LE, "1", "how the case ended, counted from 0 in the attribute names");
-    write_attribute(status.handle(), "names",
-                    std::vector<std::string>{name_of(CaseStatus::ok), name_of(CaseStatus::failed),
-                                             name_of(CaseStatus::unreachable)});
+    write_attribute(status.handle(), "names", status_names());
     row_dataset("success", H5T_STD_U8LE, "1", "1: ok, and all criteria hold");
     row_dataset("reason", H5T_STD_I32LE, "1",
                 "why a case is not ok, counted from 0 in the dataset reasons; 0: no reason");
@@ -136,21 +158,16 @@ class TableFile {
     reasons_.emplace(*file_, "", "reasons", text.id());
     hdf5::describe_dataset(reasons_->handle(), "", "why cases are not ok");
     number_of("");
-    int order = 0;
-    for (const StudyAxis& axis : campaign_.design) {
-      number_dataset("design", order++, {axis.name, axis.unit, axis.description},
-                     axis.is_numeric ? H5T_IEEE_F64LE : H5T_STD_I32LE);
-      if (axis.is_numeric) continue;
-      std::vector<std::string> labels;
-      for (const AxisValue& value : axis.values) labels.push_back(value.label);
-      write_attribute(datasets_.back().handle(), "names", labels);
+    for (const NumberColumn& column : number_columns(campaign_)) {
+      datasets_.emplace_back(*file_, column.group, column.head.name,
+                             column.labels.empty() ? H5T_IEEE_F64LE : H5T_STD_I32LE);
+      const Handle& dataset = datasets_.back().handle();
+      hdf5::describe_dataset(dataset, column.head.unit, column.head.description);
+      write_attribute(dataset, "name", column.head.name);
+      write_attribute(dataset, "order", column.order);
+      if (!column.labels.empty()) write_attribute(dataset, "names", column.labels);
+      numbers_.emplace_back().reserve(hdf5::kRowsOfChunk);
     }
-    order = 0;
-    for (const CampaignInput& input : campaign_.inputs)
-      number_dataset("inputs", order++, {input.name, input.unit, input.description}, H5T_IEEE_F64LE);
-    order = 0;
-    for (const Column& column : campaign_.columns)
-      number_dataset("columns", order++, {column.name, column.unit, column.description}, H5T_IEEE_F64LE);
   }
 
   int number_of(const std::string& reason) {
@@ -183,7 +200,6 @@ class TableFile {
   }
 
   const Campaign& campaign_;
-  std::vector<std::size_t> sizes_;
   std::optional<Handle> file_;
   std::vector<GrowingDataset> rows_;      // k, status, success, reason
   std::vector<GrowingDataset> datasets_;  // design, inputs, columns
@@ -198,71 +214,145 @@ class TableFile {
   int reason_count_ = 0;
 };
 
+/// A sweep's table.h5, made in memory as a whole: datasets of their full size from the beginning.
+class SweepFile {
+ public:
+  explicit SweepFile(const Campaign& sweep)
+      : sweep_(sweep), columns_(number_columns(sweep)), numbers_(columns_.size()) {}
+
+  void add(const CaseRow& row) {
+    status_.push_back(static_cast<int>(row.status));
+    reasons_.push_back(row.reason);
+    append_numbers(sweep_, row, numbers_);
+  }
+
+  /// The file's bytes.
+  std::string image(const std::string& version) const {
+    const hdf5::Session session;
+    const Handle file = hdf5::create_in_memory("study");
+    write_root(file, sweep_, version);
+    for (std::size_t i = 0; i < sweep_.design.size(); ++i) write_numbers(file, i);
+    write_choices(file, "status", status_, status_names(), 0,
+                  {"status", "1", "how the point ended, counted from 0 in the attribute names"});
+    describe(hdf5::write_strings(file, "reason", reasons_),
+             {"reason", "", "why a point has failed or cannot be reached"}, 0);
+    for (std::size_t i = sweep_.design.size(); i < columns_.size(); ++i) write_numbers(file, i);
+    return hdf5::image_of(file);
+  }
+
+ private:
+  static void describe(const Handle& dataset, const CampaignTable::Head& head, int order) {
+    hdf5::describe_dataset(dataset, head.unit, head.description);
+    write_attribute(dataset, "order", order);
+  }
+
+  // Texts that repeat: numbers into the attribute "names", counted from 0.
+  static void write_choices(const Handle& file, const std::string& path, const std::vector<int>& values,
+                            const std::vector<std::string>& names, int order, const CampaignTable::Head& head) {
+    const Handle dataset =
+        hdf5::write_dataset(file, path, H5T_STD_I32LE, H5T_NATIVE_INT, {values.size()}, values.data());
+    describe(dataset, head, order);
+    write_attribute(dataset, "names", names);
+  }
+
+  // A dataset cannot be a group too: beside "captured", "captured/judged" is "captured.judged".
+  std::string dataset_name(const NumberColumn& column) const {
+    std::string name = column.head.name;
+    for (const Column& other : sweep_.columns)
+      if (column.group == std::string_view("columns") && name.starts_with(other.name + "/"))
+        name[other.name.size()] = '.';
+    return name;
+  }
+
+  void write_numbers(const Handle& file, std::size_t i) const {
+    const NumberColumn& column = columns_[i];
+    const std::vector<double>& values = numbers_[i];
+    const std::string path = column.group + ("/" + dataset_name(column));
+    if (!column.labels.empty()) {
+      write_choices(file, path, {values.begin(), values.end()}, column.labels, column.order, column.head);
+      return;
+    }
+    describe(hdf5::write_dataset(file, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {values.size()}, values.data()),
+             column.head, column.order);
+  }
+
+  const Campaign& sweep_;
+  const std::vector<NumberColumn> columns_;
+  std::vector<std::vector<double>> numbers_;  // in the order of columns_
+  std::vector<int> status_;
+  std::vector<std::string> reasons_;
+};
+
 std::string head_of(const std::string& name, const std::string& unit) {
   return "," + csv_quoted(unit.empty() ? name : name + " [" + unit + "]");
 }
 
-/// table.csv while it is written.
-class TableText {
- public:
-  TableText(const fs::path& path, const Campaign& campaign)
-      : file_(path), campaign_(campaign), sizes_(sizes_of(campaign)), text_("k") {
-    for (const StudyAxis& axis : campaign.design) text_ += head_of(axis.name, axis.unit);
-    text_ += ",status,success,reason";
-    for (const CampaignInput& input : campaign.inputs) text_ += head_of(input.name, input.unit);
-    for (const Column& column : campaign.columns) text_ += head_of(column.name, column.unit);
-    text_ += "\n";
-  }
-
-  void add(const CampaignRow& row) {
-    text_ += std::to_string(row.index);
-    const std::vector<std::size_t> position = position_of(campaign_, sizes_, row.index);
-    for (std::size_t a = 0; a < position.size(); ++a) {
-      const StudyAxis& axis = campaign_.design[a];
-      const AxisValue& value = axis.values[position[a]];
-      text_ += ",";
-      if (axis.is_numeric)
-        append_csv_number(value.number, text_);
-      else
-        text_ += csv_quoted(value.label);
-    }
-    text_ += std::string(",") + name_of(row.status) + (row.success ? ",1," : ",0,") + csv_quoted(row.reason);
-    for (const auto* numbers : {&row.inputs, &row.values}) {
-      for (const double value : *numbers) {
-        text_ += ",";
-        append_csv_number(value, text_);
-      }
-    }
-    text_ += "\n";
-    if (text_.size() < kCsvBlock) return;
-    file_.write(text_);
-    text_.clear();
-  }
-
-  void finish() {
-    file_.write(text_);
-    file_.commit();
-  }
-
- private:
-  AtomicFile file_;
-  const Campaign& campaign_;
-  std::vector<std::size_t> sizes_;
-  std::string text_;
-};
-
-void check_row(const CampaignRow& row, const Campaign& campaign) {
+void check_row(const CaseRow& row, const Campaign& campaign) {
   if (row.inputs.size() == campaign.inputs.size() && row.values.size() == campaign.columns.size()) return;
   throw std::runtime_error("case " + std::to_string(row.index) + " has " + std::to_string(row.inputs.size()) +
                            " inputs and " + std::to_string(row.values.size()) + " columns, the campaign " +
                            std::to_string(campaign.inputs.size()) + " and " + std::to_string(campaign.columns.size()));
 }
 
+// Hands all rows to `add`, and their lines to table.csv, if that is wanted.
+template <class Add>
+void take_rows(const Campaign& campaign, const std::function<void(const TakeRow&)>& rows, AtomicFile* csv, Add add) {
+  std::string text = csv ? csv_head(campaign) : "";
+  rows([&](const CaseRow& row) {
+    check_row(row, campaign);
+    add(row);
+    if (!csv) return;
+    text += csv_line(campaign, row);
+    if (text.size() < kCsvBlock) return;
+    csv->write(text);
+    text.clear();
+  });
+  if (csv) csv->write(text);
+}
+
 }  // namespace
 
+std::string csv_head(const Campaign& campaign) {
+  std::string line = is_sweep(campaign) ? "point" : "k";
+  for (const StudyAxis& axis : campaign.design) line += head_of(axis.name, axis.unit);
+  line += is_sweep(campaign) ? ",status,reason" : ",status,success,reason";
+  for (const CampaignInput& input : campaign.inputs) line += head_of(input.name, input.unit);
+  for (const Column& column : campaign.columns) line += head_of(column.name, column.unit);
+  return line + "\n";
+}
+
+std::string csv_of_design(const Campaign& campaign, std::uint64_t point) {
+  std::string fields;
+  const std::vector<std::size_t> position = campaign.position(point);
+  for (std::size_t a = 0; a < position.size(); ++a) {
+    const StudyAxis& axis = campaign.design[a];
+    fields += ",";
+    if (axis.is_numeric)
+      append_csv_number(axis.values[position[a]].number, fields);
+    else
+      fields += csv_quoted(axis.values[position[a]].label);
+  }
+  return fields;
+}
+
+std::string csv_line(const Campaign& campaign, const CaseRow& row) {
+  std::string line = std::to_string(row.index);
+  if (!campaign.design.empty()) line += csv_of_design(campaign, row.index / campaign.cases);
+  line += std::string(",") + name_of(row.status);
+  if (!is_sweep(campaign)) line += row.success ? ",1" : ",0";
+  line += "," + csv_quoted(row.reason);
+  for (const auto* numbers : {&row.inputs, &row.values}) {
+    for (const double value : *numbers) {
+      line += ",";
+      append_csv_number(value, line);
+    }
+  }
+  return line + "\n";
+}
+
 void for_each_row(const fs::path& folder, const Campaign& campaign, const TakeRow& take) {
-  for_each_block(folder, campaign, [&](std::vector<CampaignRow>&& rows) {
-    for (const CampaignRow& row : rows) take(row);
+  for_each_block(folder, campaign, [&](std::vector<CaseRow>&& rows) {
+    for (const CaseRow& row : rows) take(row);
   });
 }
 
@@ -270,31 +360,36 @@ void write_campaign_tables(const fs::path& folder, const Campaign& campaign, con
                            const std::function<void(const TakeRow&)>& rows) {
   const fs::path path = folder / "table.h5";
   AtomicFile file(path);
-  std::optional<TableText> text;
-  if (with_csv) text.emplace(folder / "table.csv", campaign);
+  std::optional<AtomicFile> csv;
+  if (with_csv) csv.emplace(folder / "table.csv");
+  AtomicFile* text = csv ? &*csv : nullptr;
   try {
-    TableFile table(file.temporary(), campaign, version);
-    rows([&](const CampaignRow& row) {
-      check_row(row, campaign);
-      table.add(row);
-      if (text) text->add(row);
-    });
-    table.finish();
-    seal_file(file.temporary());
+    if (is_sweep(campaign)) {
+      SweepFile table(campaign);
+      take_rows(campaign, rows, text, [&](const CaseRow& row) { table.add(row); });
+      std::string image = table.image(version);
+      seal(image);
+      file.write(image);
+    } else {
+      CampaignFile table(file.temporary(), campaign, version);
+      take_rows(campaign, rows, text, [&](const CaseRow& row) { table.add(row); });
+      table.finish();
+      seal_file(file.temporary());
+    }
   } catch (const std::exception& e) {
     const std::string what = e.what();
     // The text's own messages name its path.
     throw std::runtime_error(what.starts_with("cannot ") ? what : "cannot write " + path.string() + ": " + what);
   }
   file.commit();
-  if (text) text->finish();
+  if (csv) csv->commit();
 }
 
 void write_campaign_tables(const fs::path& folder, const Campaign& campaign, const std::string& version,
                            bool with_csv) {
   write_campaign_tables(folder, campaign, version, with_csv, [&](const TakeRow& take) {
     std::uint64_t count = 0;
-    for_each_row(folder, campaign, [&](const CampaignRow& row) {
+    for_each_row(folder, campaign, [&](const CaseRow& row) {
       ++count;
       take(row);
     });

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "grapnel/campaign/criterion_expression.hpp"
-#include "grapnel/campaign/criterion_names.hpp"
 
 namespace grapnel {
 namespace {

@@ -6,19 +6,13 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "grapnel/campaign/campaign_table.hpp"
 #include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/text_table.hpp"
-#include "grapnel/study/grid.hpp"
-#include "grapnel/study/run_case.hpp"
+#include "grapnel/study/column.hpp"
 
 namespace grapnel {
 namespace {
-
-std::vector<std::size_t> sizes_of(const Campaign& campaign) {
-  std::vector<std::size_t> sizes;
-  for (const StudyAxis& axis : campaign.design) sizes.push_back(axis.values.size());
-  return sizes;
-}
 
 std::string shown(const StudyAxis& axis, std::size_t at) {
   return axis.is_numeric ? fmt::format("{:.6g}", axis.values[at].number) : axis.values[at].label;
@@ -60,7 +54,7 @@ std::string lines(const Campaign& campaign, std::span<const EnvelopePoint> point
   cells.insert(cells.end(), {"success", "", ""});
   table.row(cells);
   for (std::size_t p = 0; p < points.size(); ++p) {
-    const std::vector<std::size_t> position = grid_position(sizes_of(campaign), p);
+    const std::vector<std::size_t> position = campaign.position(p);
     cells.clear();
     for (std::size_t a = 0; a < position.size(); ++a) cells.push_back(shown(campaign.design[a], position[a]));
     const Proportion& success = points[p].success;
@@ -146,17 +140,7 @@ std::string envelope_csv(const Campaign& campaign, std::span<const EnvelopePoint
     text += "," + csv_quoted(axis.unit.empty() ? axis.name : axis.name + " [" + axis.unit + "]");
   text += ",trials,ok,successes,estimate,lower,upper,deciding\n";
   for (std::size_t p = 0; p < points.size(); ++p) {
-    const std::vector<std::size_t> position = grid_position(sizes_of(campaign), p);
-    text += std::to_string(p);
-    for (std::size_t a = 0; a < position.size(); ++a) {
-      const StudyAxis& axis = campaign.design[a];
-      const AxisValue& value = axis.values[position[a]];
-      text += ",";
-      if (axis.is_numeric)
-        append_csv_number(value.number, text);
-      else
-        text += csv_quoted(value.label);
-    }
+    text += std::to_string(p) + csv_of_design(campaign, p);
     const Proportion& success = points[p].success;
     text += fmt::format(",{},{},{}", success.trials, points[p].ok, success.successes);
     for (const double value : {success.estimate, success.lower, success.upper}) {

@@ -1,4 +1,4 @@
-#include "grapnel/campaign/lane_block.hpp"
+#include "grapnel/campaign/run_block.hpp"
 
 #include <algorithm>
 #include <exception>
@@ -6,10 +6,10 @@
 #include <memory>
 #include <optional>
 
-#include "grapnel/campaign/case_clock.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/lanes/lane_phase.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
+#include "grapnel/study/run_case.hpp"
 
 namespace grapnel {
 namespace {
@@ -22,7 +22,7 @@ constexpr long kMostSteps = 50'000;
 struct Flight {
   Flight(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
 
-  CampaignRow row;
+  CaseRow row;
   CaseClock clock;
   std::unique_ptr<StudyCase> point;     // steps refer to it
   std::unique_ptr<CaptureSteps> steps;  // null: the row is complete
@@ -98,7 +98,7 @@ class LaneBlock {
   LaneBlock(const Campaign& campaign, lanes::InstructionSet set, const std::stop_token& stop)
       : campaign_(campaign), detail_(detail_of(campaign.columns)), set_(set), stop_(stop) {}
 
-  std::vector<CampaignRow> run(const Block& block) {
+  std::vector<CaseRow> run(const Block& block) {
     for (std::uint64_t k = block.begin; k < block.end; ++k) {
       flights_.push_back(std::make_unique<Flight>(campaign_, stop_));
       begin(*flights_.back(), k);
@@ -108,7 +108,7 @@ class LaneBlock {
       if (stop_.stop_requested()) return {};
     }
     if (stop_.stop_requested()) return {};  // cases may be under way, or given up: the block is
-    std::vector<CampaignRow> rows;
+    std::vector<CaseRow> rows;
     for (auto& flight : flights_) {
       flight->row.success = is_success(campaign_, flight->row);
       rows.push_back(std::move(flight->row));
@@ -239,8 +239,8 @@ class LaneBlock {
 
 }  // namespace
 
-std::vector<CampaignRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
-                                            const std::stop_token& stop) {
+std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
+                                        const std::stop_token& stop) {
   return LaneBlock(campaign, set, stop).run(block);
 }
 

@@ -13,7 +13,6 @@
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/result/json_text.hpp"
-#include "grapnel/study/study_table.hpp"
 
 namespace grapnel {
 namespace {

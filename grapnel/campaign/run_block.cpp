@@ -1,21 +1,32 @@
 #include "grapnel/campaign/run_block.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <exception>
 #include <optional>
 
-#include "grapnel/campaign/case_clock.hpp"
-#include "grapnel/campaign/lane_block.hpp"
+#include "grapnel/study/run_case.hpp"
 
 namespace grapnel {
+
+CaseTooLong::CaseTooLong(double limit) : text(fmt::format("{} {:g} s", kTookTooLong, limit)) {}
+
+void CaseClock::check() const {
+  if (stop_.stop_requested()) throw CaseStopped{};
+  if (limit_ <= 0) return;
+  const std::chrono::duration<double> spent = spent_ + (Clock::now() - since_);
+  if (spent.count() > limit_) throw CaseTooLong(limit_);
+}
+
 Block block_at(std::uint64_t number, std::uint64_t size, std::uint64_t total) {
   return {number, number * size, std::min(total, (number + 1) * size)};
 }
 
 std::uint64_t block_count(std::uint64_t size, std::uint64_t total) { return (total + size - 1) / size; }
 
-bool is_success(const Campaign& campaign, const CampaignRow& row) {
+bool is_success(const Campaign& campaign, const CaseRow& row) {
   if (row.status != CaseStatus::ok) return false;
   std::vector<double> numbers = row.values;
   numbers.insert(numbers.end(), row.inputs.begin(), row.inputs.end());
@@ -23,23 +34,20 @@ bool is_success(const Campaign& campaign, const CampaignRow& row) {
                      [&](const Criterion& criterion) { return criterion.holds(numbers); });
 }
 
-std::optional<CampaignRow> run_campaign_case(const Campaign& campaign, std::uint64_t k, const std::stop_token& stop) {
-  CampaignRow row;
-  row.index = k;
-  row.inputs.assign(campaign.inputs.size(), NAN);
+std::optional<CaseRow> run_campaign_case(const Campaign& campaign, std::uint64_t k, const std::stop_token& stop) {
+  std::vector<double> inputs(campaign.inputs.size(), NAN);
   const CaseClock clock(campaign, stop);
-  CaseRow outcome;
+  CaseRow row;
   try {
-    row.inputs = campaign.draw(k);
-    outcome = run_case(campaign.problem(k), campaign.mode, campaign.columns, clock.watch());
+    if (campaign.draw) inputs = campaign.draw(k);
+    row = run_case(campaign.problem(k), campaign.mode, campaign.columns, clock.watch());
   } catch (const CaseStopped&) {
     return std::nullopt;
   } catch (const std::exception& error) {
-    outcome = failed_case(error.what(), campaign.columns.size());
+    row = failed_case(error.what(), campaign.columns.size());
   }
-  row.status = outcome.status;
-  row.reason = std::move(outcome.reason);
-  row.values = std::move(outcome.values);
+  row.index = k;
+  row.inputs = std::move(inputs);
   row.success = is_success(campaign, row);
   return row;
 }
@@ -51,9 +59,9 @@ BlockWork block_work(const Campaign& campaign) {
     };
   }
   return [&campaign](const Block& block, const std::stop_token& stop) {
-    std::vector<CampaignRow> rows;
+    std::vector<CaseRow> rows;
     for (std::uint64_t k = block.begin; k < block.end && !stop.stop_requested(); ++k) {
-      std::optional<CampaignRow> row = run_campaign_case(campaign, k, stop);
+      std::optional<CaseRow> row = run_campaign_case(campaign, k, stop);
       if (!row) break;
       rows.push_back(std::move(*row));
     }

@@ -1,142 +1,17 @@
 #include "grapnel/campaign/run_campaign.hpp"
 
 #include <algorithm>
-#include <chrono>
-#include <condition_variable>
-#include <deque>
-#include <exception>
-#include <mutex>
-#include <thread>
+#include <atomic>
+#include <iterator>
+#include <map>
+#include <optional>
 
 namespace grapnel {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds kLook{100};  // how often the calling thread reports
-
 double seconds_since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }
-
-// Rows on their way to the disk.
-struct Parcel {
-  Block block;
-  std::vector<CampaignRow> rows;
-};
-
-// What the threads share.
-class Workshop {
- public:
-  Workshop(const BlockWork& work, const ShardStore& store, const std::vector<ShardStore::Missing>& missing,
-           const CampaignOptions& options, CampaignProgress progress)
-      : work_(work),
-        store_(store),
-        missing_(missing),
-        options_(options),
-        progress_(progress),
-        most_waiting_(static_cast<std::size_t>(options.threads) + 1) {}
-
-  // A worker's whole life.
-  void compute() {
-    try {
-      std::uint64_t part_size = kFirstPart;
-      while (const ShardStore::Missing* next = take()) compute_block(*next, part_size);
-    } catch (...) {
-      const std::lock_guard lock(mutex_);
-      if (!error_) error_ = std::current_exception();
-      stop_.request_stop();
-    }
-    const std::lock_guard lock(mutex_);
-    --working_;
-    changed_.notify_all();
-  }
-
-  // The calling thread's part: writes what comes, and reports, until no worker is left.
-  void write(ShardStore& store) {
-    std::unique_lock lock(mutex_);
-    for (;;) {
-      changed_.wait_for(lock, kLook, [&] { return !waiting_.empty() || working_ == 0; });
-      if (options_.stop.stop_requested()) stop_.request_stop();
-      if (!waiting_.empty()) {
-        const Parcel parcel = std::move(waiting_.front());
-        waiting_.pop_front();
-        changed_.notify_all();
-        lock.unlock();
-        store.write(parcel.block, parcel.rows);
-        lock.lock();
-      }
-      const bool over = waiting_.empty() && working_ == 0;
-      const CampaignProgress now = progress_;
-      lock.unlock();
-      if (options_.progress) options_.progress(now);
-      if (over) break;
-      lock.lock();
-    }
-    if (error_) std::rethrow_exception(error_);
-  }
-
-  // Nobody writes any more: workers must not wait for that.
-  void abandon() {
-    stop_.request_stop();
-    const std::lock_guard lock(mutex_);
-    abandoned_ = true;
-    changed_.notify_all();
-  }
-
-  void begin(std::size_t workers) { working_ = workers; }
-  CampaignProgress progress() const { return progress_; }
-
- private:
-  static constexpr std::uint64_t kFirstPart = 1;
-
-  const ShardStore::Missing* take() {
-    const std::lock_guard lock(mutex_);
-    return stop_.stop_requested() || next_ == missing_.size() ? nullptr : &missing_[next_++];
-  }
-
-  void compute_block(const ShardStore::Missing& missing, std::uint64_t& part_size) {
-    std::vector<CampaignRow> rows;
-    if (missing.rows > 0) rows = store_.rows(missing.block);
-    const std::size_t there = rows.size();
-    BlockParts parts;
-    parts.hand_in = options_.hand_in;
-    parts.fresh = [&](std::span<const CampaignRow> fresh) { count(fresh); };
-    parts.worth_keeping = [&](const std::vector<CampaignRow>& so_far) { hand_in({missing.block, so_far}); };
-    rows = run_block(work_, missing.block, std::move(rows), part_size, parts, stop_.get_token());
-    if (rows.size() > there) hand_in({missing.block, std::move(rows)});
-  }
-
-  void count(std::span<const CampaignRow> fresh) {
-    const std::lock_guard lock(mutex_);
-    for (const CampaignRow& row : fresh) {
-      ++progress_.done;
-      if (row.success) ++progress_.successes;
-      if (row.status != CaseStatus::ok) ++progress_.not_ok;
-    }
-  }
-
-  void hand_in(Parcel parcel) {
-    std::unique_lock lock(mutex_);
-    changed_.wait(lock, [&] { return waiting_.size() < most_waiting_ || abandoned_; });
-    if (abandoned_) return;
-    waiting_.push_back(std::move(parcel));
-    changed_.notify_all();
-  }
-
-  const BlockWork& work_;
-  const ShardStore& store_;
-  const std::vector<ShardStore::Missing>& missing_;
-  const CampaignOptions& options_;
-  std::stop_source stop_;
-  std::mutex mutex_;  // guards what follows
-  std::condition_variable changed_;
-  CampaignProgress progress_;
-  std::deque<Parcel> waiting_;
-  const std::size_t most_waiting_;
-  std::size_t next_ = 0;     // in missing_
-  std::size_t working_ = 0;  // threads
-  bool abandoned_ = false;
-  std::exception_ptr error_;
-};
 
 // How many of the campaign's cases are in the blocks of one task of a job array.
 std::uint64_t cases_of(const ShardStore& store, std::uint64_t shard, std::uint64_t shards) {
@@ -151,55 +26,111 @@ std::uint64_t cases_of(const ShardStore& store, std::uint64_t shard, std::uint64
 
 }  // namespace
 
-std::vector<CampaignRow> run_block(const BlockWork& work, const Block& block, std::vector<CampaignRow> rows,
-                                   std::uint64_t& part_size, const BlockParts& parts, const std::stop_token& stop) {
+BlockOnItsWay::BlockOnItsWay(ShardStore& store, const ShardStore::Missing& missing, double keep_after)
+    : store_(store), block_(missing.block), keep_after_(keep_after), kept_(Clock::now()) {
+  if (missing.rows > 0) rows_ = store.rows(block_);
+}
+
+void BlockOnItsWay::add(std::vector<CaseRow> fresh) {
+  std::move(fresh.begin(), fresh.end(), std::back_inserter(rows_));
+  unkept_ = unkept_ || !fresh.empty();
+  if (is_complete() || seconds_since(kept_) >= keep_after_) keep();
+}
+
+void BlockOnItsWay::keep() {
+  if (!unkept_) return;
+  store_.write(block_, rows_);
+  kept_ = Clock::now();
+  unkept_ = false;
+}
+
+void run_block(const BlockWork& work, const ShardStore::Missing& missing, std::uint64_t& part_size,
+               const std::function<void(std::vector<CaseRow>)>& hand_in, const std::stop_token& stop) {
   constexpr double kShort = 0.5, kLong = 2;  // [s] of a part
-  Clock::time_point handed_in = Clock::now();
-  while (block.begin + rows.size() < block.end && !stop.stop_requested()) {
-    const std::uint64_t begin = block.begin + rows.size(), end = std::min(block.end, begin + part_size);
+  const Block& block = missing.block;
+  for (std::uint64_t begin = block.begin + missing.rows; begin < block.end && !stop.stop_requested();) {
+    const std::uint64_t end = std::min(block.end, begin + part_size);
     const Clock::time_point started = Clock::now();
-    const std::vector<CampaignRow> fresh = work({block.number, begin, end}, stop);
-    if (parts.fresh) parts.fresh(fresh);
-    rows.insert(rows.end(), fresh.begin(), fresh.end());
-    if (fresh.size() < end - begin) break;  // stopped
+    std::vector<CaseRow> fresh = work({block.number, begin, end}, stop);
+    const bool cut_short = fresh.size() < end - begin;  // stopped
+    begin = end;
     const double took = seconds_since(started);
     if (took < kShort) part_size *= 2;
     if (took > kLong) part_size = std::max<std::uint64_t>(1, part_size / 2);
     part_size = std::min<std::uint64_t>(part_size, 1 << 20);
-    const bool complete = block.begin + rows.size() == block.end;
-    if (complete || seconds_since(handed_in) < parts.hand_in) continue;
-    if (parts.worth_keeping) parts.worth_keeping(rows);
-    handed_in = Clock::now();
+    hand_in(std::move(fresh));
+    if (cut_short) break;
   }
-  return rows;
 }
 
-CampaignProgress run_campaign(const BlockWork& work, ShardStore& store, const CampaignOptions& options) {
+CaseProgress progress_of(const ShardStore& store, std::vector<ShardStore::Missing>& missing, std::uint64_t shard,
+                         std::uint64_t shards) {
   StoreCounts there;
-  const std::vector<ShardStore::Missing> missing = store.missing(options.shard, options.shards, &there);
-  CampaignProgress progress;
+  missing = store.missing(shard, shards, &there);
+  CaseProgress progress;
   progress.done = progress.begun_with = there.rows;
-  progress.total = cases_of(store, options.shard, options.shards);
+  progress.total = cases_of(store, shard, shards);
   progress.successes = there.successes;
   progress.not_ok = there.not_ok;
-  CampaignOptions own = options;
-  own.threads = static_cast<int>(
-      std::clamp<std::size_t>(missing.size(), 1, static_cast<std::size_t>(std::max(options.threads, 1))));
-  Workshop workshop(work, store, missing, own, progress);
-  {
-    std::vector<std::jthread> workers;
-    workshop.begin(static_cast<std::size_t>(own.threads));
-    for (int i = 0; i < own.threads; ++i) workers.emplace_back([&workshop] { workshop.compute(); });
-    try {
-      workshop.write(store);
-    } catch (...) {
-      workshop.abandon();
-      throw;
-    }
-  }
-  progress = workshop.progress();
-  progress.stopped = progress.done < progress.total;
   return progress;
+}
+
+CaseProgress run_campaign(const BlockWork& work, ShardStore& store, const CampaignOptions& options) {
+  std::vector<ShardStore::Missing> missing;
+  const CaseProgress begun = progress_of(store, missing, options.shard, options.shards);
+  // Threads learn from one another how many cases take a second.
+  std::atomic<std::uint64_t> part_size = 1;
+  const auto compute = [&](std::size_t job, const HandIn& hand_in, const std::stop_token& stop) {
+    std::uint64_t own = part_size;
+    run_block(
+        work, missing[job], own,
+        [&](std::vector<CaseRow> fresh) {
+          part_size = own;
+          hand_in(std::move(fresh));
+        },
+        stop);
+  };
+  std::map<std::size_t, BlockOnItsWay> under_way;  // per job
+  const auto write = [&](std::size_t job, std::vector<CaseRow> fresh) {
+    const auto at = under_way.try_emplace(job, store, missing[job], options.hand_in).first;
+    at->second.add(std::move(fresh));
+    if (at->second.is_complete()) under_way.erase(at);
+  };
+  const auto keep_all = [&] {
+    for (auto& [job, block] : under_way) block.keep();
+  };
+  try {
+    const CaseProgress done = run_jobs(missing.size(), options, begun, compute, write);
+    keep_all();
+    return done;
+  } catch (...) {
+    try {
+      keep_all();
+    } catch (const std::exception&) {  // what came first is what is said
+    }
+    throw;
+  }
+}
+
+std::vector<CaseRow> run_sweep(const Campaign& sweep, const PoolOptions& options,
+                               const std::function<void(const CaseRow&)>& take) {
+  std::vector<CaseRow> rows;
+  std::map<std::uint64_t, CaseRow> early;  // that wait for others
+  CaseProgress progress;
+  progress.total = sweep.total();
+  rows.reserve(progress.total);
+  const auto compute = [&](std::size_t k, const HandIn& hand_in, const std::stop_token& stop) {
+    if (std::optional<CaseRow> row = run_campaign_case(sweep, k, stop)) hand_in({std::move(*row)});
+  };
+  const auto put_in_order = [&](std::size_t k, std::vector<CaseRow> fresh) {
+    early.emplace(k, std::move(fresh.front()));
+    for (auto it = early.begin(); it != early.end() && it->first == rows.size(); it = early.erase(it)) {
+      rows.push_back(std::move(it->second));
+      if (take) take(rows.back());
+    }
+  };
+  run_jobs(progress.total, options, progress, compute, put_in_order);
+  return rows;
 }
 
 }  // namespace grapnel

@@ -1,13 +1,76 @@
 #include "grapnel/campaign/sample_points.hpp"
 
+#include <Random123/philox.h>
 #include <bit>
 #include <boost/random/sobol.hpp>
 #include <stdexcept>
 
-#include "grapnel/campaign/keyed_permutation.hpp"
-#include "grapnel/campaign/random_number.hpp"
-
 namespace grapnel {
+
+std::array<std::uint32_t, 4> random_words(std::uint64_t seed, std::uint64_t index, std::uint32_t dimension,
+                                          RandomUse use) {
+  const r123::Philox4x32::key_type key = {{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
+  const r123::Philox4x32::ctr_type counter = {{static_cast<std::uint32_t>(index),
+                                               static_cast<std::uint32_t>(index >> 32), dimension,
+                                               static_cast<std::uint32_t>(use)}};
+  const r123::Philox4x32::ctr_type words = r123::Philox4x32()(counter, key);
+  return {words[0], words[1], words[2], words[3]};
+}
+
+double unit_number(std::uint32_t high, std::uint32_t low) {
+  const std::uint64_t bits = (std::uint64_t{high} << 32 | low) >> 12;
+  return (static_cast<double>(bits) + 0.5) * 0x1p-52;  // exact: 53 bits
+}
+
+double unit_number(std::uint64_t seed, std::uint64_t index, std::uint32_t dimension) {
+  const auto words = random_words(seed, index, dimension, RandomUse::uniform);
+  return unit_number(words[0], words[1]);
+}
+
+namespace {
+
+constexpr std::uint32_t kRounds = 8;
+
+// The smallest whole number whose square is at least n.
+std::uint64_t root_above(std::uint64_t n) {
+  std::uint64_t low = 1, high = std::uint64_t{1} << 24;
+  while (low < high) {
+    const std::uint64_t middle = (low + high) / 2;
+    if (middle * middle >= n)
+      high = middle;
+    else
+      low = middle + 1;
+  }
+  return low;
+}
+
+}  // namespace
+
+KeyedPermutation::KeyedPermutation(std::uint64_t size, std::uint64_t seed, std::uint32_t dimension, std::uint64_t block)
+    : size_(size), A_(root_above(size)), B_((size + A_ - 1) / A_), seed_(seed), block_(block), dimension_(dimension) {}
+
+std::uint64_t KeyedPermutation::once(std::uint64_t i) const {
+  std::uint64_t a = i / B_, b = i % B_;
+  for (std::uint32_t round = 0; round < kRounds; ++round) {
+    // One number depends on the other, the round and the block, each within its own bits: a, b < 2^24.
+    const std::uint64_t other = round % 2 == 0 ? b : a;
+    const auto words =
+        random_words(seed_, other | std::uint64_t{round} << 24 | block_ << 32, dimension_, RandomUse::permutation);
+    const std::uint64_t random = std::uint64_t{words[0]} << 32 | words[1];
+    if (round % 2 == 0)
+      a = (a + random % A_) % A_;
+    else
+      b = (b + random % B_) % B_;
+  }
+  return a * B_ + b;
+}
+
+std::uint64_t KeyedPermutation::operator()(std::uint64_t i) const {
+  do i = once(i);
+  while (i >= size_);
+  return i;
+}
+
 namespace {
 
 constexpr int kBits = 32;

@@ -1,8 +1,10 @@
 #pragma once
 
 /// @file
-/// Points in the unit cube, one per case. Thread safety: plain values; at() may be called from any thread.
+/// Points in the unit cube, one per case, and what they are made of. Thread safety: plain values; all may be called
+/// from any thread.
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -11,6 +13,42 @@
 #include "grapnel/campaign/campaign.hpp"
 
 namespace grapnel {
+
+// --- Random numbers that are functions of where they are used: Philox 4x32-10 (Salmon, Moraes, Dror and Shaw 2011).
+// No number depends on which were asked for before it. ---
+
+/// What random numbers are for: those of different uses are independent.
+enum class RandomUse : std::uint32_t { uniform, permutation, jitter, scramble };
+
+/// Four words of 32 random bits, the function of a seed, an index and a dimension.
+std::array<std::uint32_t, 4> random_words(std::uint64_t seed, std::uint64_t index, std::uint32_t dimension,
+                                          RandomUse use);
+
+/// A number in the open interval (0, 1) with 52 random bits, symmetric about 1/2.
+double unit_number(std::uint32_t high, std::uint32_t low);
+
+/// The same from seed, index and dimension.
+double unit_number(std::uint64_t seed, std::uint64_t index, std::uint32_t dimension);
+
+// --- Permutations of 0 ... N-1 of which one element costs the same as for N = 1 ---
+
+/// A pseudo-random permutation, chosen by seed, dimension and block. A Feistel network on pairs (a, b) with a < A,
+/// b < B, A B >= N, whose rounds add a random function of the other number; what falls beyond N goes through it again
+/// (cycle walking, Black and Rogaway 2002), which less than one in sqrt(N) does.
+class KeyedPermutation {
+ public:
+  /// 1 <= size <= 2^48.
+  KeyedPermutation(std::uint64_t size, std::uint64_t seed, std::uint32_t dimension, std::uint64_t block);
+  /// Where `i` < size goes.
+  std::uint64_t operator()(std::uint64_t i) const;
+
+ private:
+  std::uint64_t once(std::uint64_t i) const;
+  std::uint64_t size_, A_, B_, seed_, block_;
+  std::uint32_t dimension_;
+};
+
+// --- Points ---
 
 /// Point k is a function of sampling, dimensions, cases, seed and k alone, at a cost that does not depend on k. Its
 /// coordinates are greater than 0 and less than 1.

@@ -4,12 +4,201 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
+#include <stdexcept>
 #include <string_view>
 #include <system_error>
 
 #include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/file_seal.hpp"
+#include "grapnel/result/hdf5_file.hpp"
+#include "grapnel/result/json_document.hpp"
 
 namespace grapnel {
+namespace {
+
+using hdf5::check;
+using hdf5::Handle;
+
+constexpr const char* kShardSchema = "grapnel-campaign-shard/2";
+
+// What is the same in all shards of a campaign and in no other's.
+std::string identity(const Campaign& campaign) { return fmt::format("{} {}", campaign.sha256, campaign.seed); }
+
+// A table of numbers, a row after another. HDF5 has no empty extents along rows: without columns nothing is written.
+void write_numbers(const Handle& file, const char* name, const std::vector<CaseRow>& rows,
+                   std::vector<double> CaseRow::*numbers) {
+  const std::size_t width = (rows.front().*numbers).size();
+  if (width == 0) return;
+  std::vector<double> all;
+  all.reserve(rows.size() * width);
+  for (const CaseRow& row : rows) {
+    if ((row.*numbers).size() != width) throw std::logic_error("rows of a shard differ in their number of columns");
+    all.insert(all.end(), (row.*numbers).begin(), (row.*numbers).end());
+  }
+  // Random numbers do not compress, and shards are read once or twice.
+  hdf5::write_dataset(file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {rows.size(), width}, all.data(), false);
+}
+
+// Reasons repeat: the text of each once.
+void write_reasons(const Handle& file, const std::vector<CaseRow>& rows) {
+  std::vector<std::string> texts;
+  std::vector<std::int32_t> which;  // -1: none
+  for (const CaseRow& row : rows) {
+    if (row.reason.empty()) {
+      which.push_back(-1);
+      continue;
+    }
+    std::size_t at = 0;
+    while (at < texts.size() && texts[at] != row.reason) ++at;
+    if (at == texts.size()) texts.push_back(row.reason);
+    which.push_back(static_cast<std::int32_t>(at));
+  }
+  hdf5::write_dataset(file, "reason", H5T_STD_I32LE, H5T_NATIVE_INT32, {which.size()}, which.data(), false);
+  if (!texts.empty()) hdf5::write_strings(file, "reasons", texts);
+}
+
+std::string image_of(const Campaign& campaign, const std::vector<CaseRow>& rows, const std::string& arithmetic) {
+  const hdf5::Session session;
+  const Handle file = hdf5::create_in_memory("shard");
+  {
+    const Handle root(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, "/");
+    hdf5::write_attribute(root, "schema", std::string(kShardSchema));
+    hdf5::write_attribute(root, "campaign", identity(campaign));
+    hdf5::write_attribute(root, "arithmetic", arithmetic);
+    std::vector<std::uint64_t> index;
+    std::vector<std::uint8_t> status, success;
+    for (const CaseRow& row : rows) {
+      index.push_back(row.index);
+      status.push_back(static_cast<std::uint8_t>(row.status));
+      success.push_back(row.success ? 1 : 0);
+    }
+    hdf5::write_dataset(file, "case", H5T_STD_U64LE, H5T_NATIVE_UINT64, {index.size()}, index.data(), false);
+    hdf5::write_dataset(file, "status", H5T_STD_U8LE, H5T_NATIVE_UINT8, {status.size()}, status.data(), false);
+    hdf5::write_dataset(file, "success", H5T_STD_U8LE, H5T_NATIVE_UINT8, {success.size()}, success.data(), false);
+    write_numbers(file, "inputs", rows, &CaseRow::inputs);
+    write_numbers(file, "columns", rows, &CaseRow::values);
+    write_reasons(file, rows);
+  }
+  return hdf5::image_of(file);
+}
+
+// --- Reading. The seal says that the bytes are those that were written; what does not fit the campaign is foreign ---
+
+struct Foreign {};  // thrown
+
+Handle open_image(const std::string& bytes) {
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file access");
+  check(H5Pset_fapl_core(access.id(), 1 << 20, false), "file in memory");
+  std::string copy = bytes;  // HDF5 takes a pointer that is not const
+  check(H5Pset_file_image(access.id(), copy.data(), copy.size()), "file in memory");
+  return {H5Fopen("shard", H5F_ACC_RDONLY, access.id()), H5Fclose, "shard"};
+}
+
+// All numbers of a dataset of `rows` rows of `width`.
+template <class T>
+std::vector<T> read_numbers(const Handle& file, const char* name, hid_t type, std::size_t rows, std::size_t width) {
+  if (width == 0) return {};
+  const Handle dataset(H5Dopen2(file.id(), name, H5P_DEFAULT), H5Dclose, name);
+  const Handle space(H5Dget_space(dataset.id()), H5Sclose, name);
+  if (H5Sget_simple_extent_npoints(space.id()) != static_cast<hssize_t>(rows * width)) throw Foreign{};
+  std::vector<T> numbers(rows * width);
+  check(H5Dread(dataset.id(), type, H5S_ALL, H5S_ALL, H5P_DEFAULT, numbers.data()), name);
+  return numbers;
+}
+
+std::size_t length_of(const Handle& file, const char* name) {
+  const Handle dataset(H5Dopen2(file.id(), name, H5P_DEFAULT), H5Dclose, name);
+  const Handle space(H5Dget_space(dataset.id()), H5Sclose, name);
+  return static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.id()));
+}
+
+std::vector<std::string> read_texts(const Handle& file, const char* name) {
+  const Handle dataset(H5Dopen2(file.id(), name, H5P_DEFAULT), H5Dclose, name);
+  const Handle stored(H5Dget_type(dataset.id()), H5Tclose, name);
+  const Handle type = hdf5::string_type(H5Tget_cset(stored.id()) == H5T_CSET_ASCII);
+  const Handle space(H5Dget_space(dataset.id()), H5Sclose, name);
+  std::vector<char*> pointers(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.id())), nullptr);
+  check(H5Dread(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()), name);
+  std::vector<std::string> texts;
+  for (const char* text : pointers) texts.emplace_back(text == nullptr ? "" : text);
+  H5Dvlen_reclaim(type.id(), space.id(), H5P_DEFAULT, pointers.data());
+  return texts;
+}
+
+std::vector<CaseRow> rows_of(const Handle& file, const Campaign& campaign, const Block& block,
+                             const std::string& arithmetic) {
+  const Handle root(H5Gopen2(file.id(), "/", H5P_DEFAULT), H5Gclose, "/");
+  if (hdf5::read_string_attribute(root, "schema") != kShardSchema ||
+      hdf5::read_string_attribute(root, "campaign") != identity(campaign) ||
+      hdf5::read_string_attribute(root, "arithmetic") != arithmetic)
+    throw Foreign{};
+  const std::size_t count = length_of(file, "case"), inputs = campaign.inputs.size(), columns = campaign.columns.size();
+  if (count == 0 || count > block.end - block.begin) throw Foreign{};
+  const auto index = read_numbers<std::uint64_t>(file, "case", H5T_NATIVE_UINT64, count, 1);
+  const auto status = read_numbers<std::uint8_t>(file, "status", H5T_NATIVE_UINT8, count, 1);
+  const auto success = read_numbers<std::uint8_t>(file, "success", H5T_NATIVE_UINT8, count, 1);
+  const auto reason = read_numbers<std::int32_t>(file, "reason", H5T_NATIVE_INT32, count, 1);
+  const auto drawn = read_numbers<double>(file, "inputs", H5T_NATIVE_DOUBLE, count, inputs);
+  const auto values = read_numbers<double>(file, "columns", H5T_NATIVE_DOUBLE, count, columns);
+  std::vector<std::string> texts;
+  if (H5Lexists(file.id(), "reasons", H5P_DEFAULT) > 0) texts = read_texts(file, "reasons");
+  std::vector<CaseRow> rows(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    CaseRow& row = rows[i];
+    const auto text = static_cast<std::size_t>(std::max(reason[i], 0));
+    if (index[i] != block.begin + i || status[i] > static_cast<std::uint8_t>(CaseStatus::unreachable) ||
+        (reason[i] >= 0 && text >= texts.size()))
+      throw Foreign{};
+    row.index = index[i];
+    row.status = static_cast<CaseStatus>(status[i]);
+    row.success = success[i] != 0;
+    if (reason[i] >= 0) row.reason = texts[text];
+    row.inputs.assign(drawn.begin() + static_cast<std::ptrdiff_t>(i * inputs),
+                      drawn.begin() + static_cast<std::ptrdiff_t>((i + 1) * inputs));
+    row.values.assign(values.begin() + static_cast<std::ptrdiff_t>(i * columns),
+                      values.begin() + static_cast<std::ptrdiff_t>((i + 1) * columns));
+  }
+  return rows;
+}
+
+}  // namespace
+
+std::filesystem::path shard_path(const std::filesystem::path& folder, std::uint64_t number) {
+  return folder / "shards" / fmt::format("{:06}.h5", number);
+}
+
+std::string shard_bytes(const Campaign& campaign, const std::vector<CaseRow>& rows, const std::string& arithmetic) {
+  if (rows.empty()) throw std::logic_error("a shard without rows");
+  for (const CaseRow& row : rows) {
+    if (row.values.size() != campaign.columns.size() || row.inputs.size() != campaign.inputs.size())
+      throw std::logic_error(fmt::format("case {} is not complete", row.index));
+  }
+  std::string bytes = image_of(campaign, rows, arithmetic);
+  seal(bytes);
+  return bytes;
+}
+
+std::optional<std::vector<CaseRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
+                                               const Block& block, const std::string& arithmetic) {
+  const std::filesystem::path path = shard_path(folder, block.number);
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(path, none)) return std::nullopt;
+  try {
+    std::string bytes = file_bytes(path);
+    const std::size_t sealed = bytes.size();
+    unseal(bytes);
+    if (bytes.size() == sealed) return std::nullopt;  // cut short: every shard has a seal
+    const hdf5::Session session;
+    const Handle file = open_image(bytes);
+    return rows_of(file, campaign, block, arithmetic);
+  } catch (const Foreign&) {
+    return std::nullopt;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -106,7 +295,7 @@ ShardStore::Known ShardStore::look_at(const Block& block) const {
   Known& known = known_[block.number];
   if (known.rows == block.end - block.begin) return known;  // complete ones stay
   known = {};
-  for (const CampaignRow& row : rows(block)) {
+  for (const CaseRow& row : rows(block)) {
     ++known.rows;
     if (row.success) ++known.successes;
     if (row.status != CaseStatus::ok) ++known.not_ok;
@@ -136,16 +325,16 @@ std::vector<ShardStore::Missing> ShardStore::missing(std::uint64_t shard, std::u
   return list;
 }
 
-std::vector<CampaignRow> ShardStore::rows(const Block& block) const {
-  return read_shard(folder_, campaign_, block, manifest_.arithmetic).value_or(std::vector<CampaignRow>{});
+std::vector<CaseRow> ShardStore::rows(const Block& block) const {
+  return read_shard(folder_, campaign_, block, manifest_.arithmetic).value_or(std::vector<CaseRow>{});
 }
 
-void ShardStore::write(const Block& block, const std::vector<CampaignRow>& rows) {
+void ShardStore::write(const Block& block, const std::vector<CaseRow>& rows) {
   write_file_atomically(shard_path(folder_, block.number), shard_bytes(campaign_, rows, manifest_.arithmetic));
 }
 
 void for_each_block(const fs::path& folder, const Campaign& campaign,
-                    const std::function<void(std::vector<CampaignRow>&&)>& take) {
+                    const std::function<void(std::vector<CaseRow>&&)>& take) {
   const std::optional<Manifest> manifest = read_manifest(folder);
   if (!manifest) throw std::runtime_error(folder.string() + ": no campaign is there (manifest.json is missing)");
   const std::uint64_t blocks = block_count(manifest->block_size, manifest->total);

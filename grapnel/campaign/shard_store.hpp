@@ -9,14 +9,32 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "grapnel/campaign/campaign_lock.hpp"
 #include "grapnel/campaign/manifest.hpp"
-#include "grapnel/campaign/shard_file.hpp"
+#include "grapnel/campaign/run_block.hpp"
 
 namespace grapnel {
+
+// --- One shard: rows of consecutive cases in a small HDF5 file with a seal. ---
+
+/// DIR/shards/000012.h5.
+std::filesystem::path shard_path(const std::filesystem::path& folder, std::uint64_t number);
+
+/// The bytes of a shard: rows with consecutive indices, all with as many inputs and values. The same rows give the same
+/// bytes, and the same rows bit for bit when they are read. `arithmetic`: what they were made with.
+std::string shard_bytes(const Campaign& campaign, const std::vector<CaseRow>& rows, const std::string& arithmetic);
+
+/// Rows of a block on disk: all, or the first ones if it was not complete when it was written last (RunCampaign hands
+/// in long blocks in parts). Nothing if the file is absent, damaged, of another campaign, of another arithmetic, or of
+/// other cases.
+std::optional<std::vector<CaseRow>> read_shard(const std::filesystem::path& folder, const Campaign& campaign,
+                                               const Block& block, const std::string& arithmetic);
+
+// --- The folder ---
 
 /// A folder that holds another campaign, or what this one cannot go on with.
 struct ForeignFolder : StoreError {
@@ -65,9 +83,9 @@ class ShardStore {
   /// once): damaged ones count as absent. `counts`, if given, gets what is there of these blocks.
   std::vector<Missing> missing(std::uint64_t shard = 0, std::uint64_t shards = 1, StoreCounts* counts = nullptr) const;
   /// The rows of a block that are there. Any thread.
-  std::vector<CampaignRow> rows(const Block& block) const;
+  std::vector<CaseRow> rows(const Block& block) const;
   /// Writes the first rows of a block, or all. @throws std::runtime_error with path and reason; what was there stays.
-  void write(const Block& block, const std::vector<CampaignRow>& rows);
+  void write(const Block& block, const std::vector<CaseRow>& rows);
 
  private:
   struct Known {
@@ -91,6 +109,6 @@ class ShardStore {
 /// Calls `take` with the rows in a campaign's folder, a block at a time, in the order of the indices. What is absent,
 /// damaged or of another campaign is left out. @throws std::runtime_error if there is no manifest.
 void for_each_block(const std::filesystem::path& folder, const Campaign& campaign,
-                    const std::function<void(std::vector<CampaignRow>&&)>& take);
+                    const std::function<void(std::vector<CaseRow>&&)>& take);
 
 }  // namespace grapnel

@@ -1,4 +1,4 @@
-#include "grapnel/report/campaign_data.hpp"
+#include "grapnel/report/study_data.hpp"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include "grapnel/report/report_data.hpp"
 #include "grapnel/report/run_data.hpp"
 #include "grapnel/report/shell_word.hpp"
-#include "grapnel/report/study_files.hpp"
+#include "grapnel/report/study_source.hpp"
 #include "grapnel/result/json_document.hpp"
 
 namespace grapnel {
@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kMostRows = 5000;           // more than that no chart shows apart
-constexpr std::size_t kMostNumbers = 1'000'000;   // of the sample: about 5 MB
+constexpr std::size_t kMostSampled = 1'000'000;   // of the sample: about 5 MB
 constexpr std::size_t kLargestJson = 50'000'000;  // [bytes]
 
 std::vector<std::string> names_of(const Json& list, const fs::path& path, const std::string& key) {
@@ -88,7 +88,7 @@ CampaignQuery query_of(const Json& statistics, const fs::path& path, const std::
   query.cases = named_cases(statistics);
   query.cases.insert(query.cases.end(), saved.begin(), saved.end());
   const std::size_t width = query.design.size() + query.inputs.size() + query.columns.size() + 2;
-  query.most = std::clamp<std::size_t>(kMostNumbers / width, 200, kMostRows);
+  query.most = std::clamp<std::size_t>(kMostSampled / width, 200, kMostRows);
   return query;
 }
 

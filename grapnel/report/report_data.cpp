@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "grapnel/report/campaign_data.hpp"
 #include "grapnel/report/run_data.hpp"
 #include "grapnel/report/study_data.hpp"
 

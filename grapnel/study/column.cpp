@@ -6,7 +6,6 @@
 #include <set>
 
 #include "grapnel/result/result_fields.hpp"
-#include "grapnel/study/load_columns.hpp"
 
 namespace grapnel {
 namespace {

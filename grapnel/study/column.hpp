@@ -1,8 +1,10 @@
 #pragma once
 
 /// @file
-/// What a study keeps of one capture: named numbers with units, each with the function that takes it from a result.
+/// What a study keeps of one capture: a row of named numbers with units, each with the function that takes it from a
+/// result.
 
+#include <cstdint>
 #include <functional>
 #include <span>
 #include <string>
@@ -13,6 +15,30 @@
 #include "grapnel/result/capture_result.hpp"
 
 namespace grapnel {
+
+/// impact: planning, then the impact at the planned final configuration, nothing integrated in time. run: everything.
+enum class StudyMode { impact, run };
+
+/// "impact", "run".
+const char* name_of(StudyMode mode);
+
+/// How a case ended. unreachable: no configuration within the joints' limits puts the end-effectors where it asks.
+/// failed: anything else that went wrong. A run whose conservation checks fail has failed: what it computed is no
+/// result.
+enum class CaseStatus { ok, failed, unreachable };
+
+/// "ok", "failed", "unreachable".
+const char* name_of(CaseStatus status);
+
+/// What is kept of one case: a row of the table.
+struct CaseRow {
+  std::uint64_t index = 0;  // of the case, in the study's order
+  CaseStatus status = CaseStatus::failed;
+  std::string reason = {};          // one line; empty if ok
+  std::vector<double> values = {};  // per column; NaN where there is nothing
+  bool success = false;             // ok, and all criteria of the study hold
+  std::vector<double> inputs = {};  // as drawn
+};
 
 /// A capture to be simulated by a study.
 struct StudyCase {
@@ -42,6 +68,14 @@ std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_mo
 
 /// The same and those that are only kept where they are asked for (Column::by_default).
 std::vector<Column> offered_columns(const CaptureProblem& problem, bool with_motion_afterwards);
+
+/// Whether the robot has any rating.
+bool is_rated(const CaptureProblem& problem);
+
+/// `margins/OF/QUANTITY`, of everything that has a rating, and `worst_margin` where anything has; `with_motion`: over
+/// all phases, and beside them `loads/OF/QUANTITY` and `load_times/OF/QUANTITY`, which are kept only where they are
+/// asked for, since cases take longer with them. Without motion margins are those of impacts.
+std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion);
 
 /// Adds those whose names are not there yet.
 void merge_columns(std::vector<Column>& columns, const std::vector<Column>& more);

@@ -1,18 +1,8 @@
 #include "grapnel/study/grid.hpp"
 
 #include <cmath>
-#include <limits>
 
 namespace grapnel {
-
-std::optional<std::size_t> grid_size(std::span<const std::size_t> sizes) {
-  std::size_t product = 1;
-  for (const std::size_t size : sizes) {
-    if (size != 0 && product > std::numeric_limits<std::size_t>::max() / size) return {};
-    product *= size;
-  }
-  return product;
-}
 
 std::vector<std::size_t> grid_position(std::span<const std::size_t> sizes, std::size_t point) {
   std::vector<std::size_t> position(sizes.size());

@@ -1,17 +1,29 @@
 #pragma once
 
 /// @file
-/// The points of a grid and their order.
+/// The axes of a study, the points of their grid, and their order.
 
+#include <cmath>
 #include <cstddef>
-#include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace grapnel {
 
-/// Number of combinations; empty if it does not fit. No axes: one point.
-std::optional<std::size_t> grid_size(std::span<const std::size_t> sizes);
+/// One value of an axis as tables show it: a number, or a text where the axis is not of numbers.
+struct AxisValue {
+  double number = NAN;
+  std::string label;
+};
+
+struct StudyAxis {
+  std::string name;         // path, quantity, or what the study calls it
+  std::string unit;         // of the numbers as shown; empty: unknown, or no numbers
+  std::string description;  // what it changes
+  bool is_numeric = false;
+  std::vector<AxisValue> values;
+};
 
 /// Position on each axis of a point, counted from 0: the first axis varies slowest.
 std::vector<std::size_t> grid_position(std::span<const std::size_t> sizes, std::size_t point);

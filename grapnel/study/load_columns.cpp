@@ -1,4 +1,4 @@
-#include "grapnel/study/load_columns.hpp"
+#include "grapnel/study/column.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "grapnel/study/run_case.hpp"
-#include "grapnel/study/study.hpp"
 
 namespace grapnel {
 

@@ -4,11 +4,8 @@
 #include <cmath>
 #include <functional>
 #include <iterator>
-#include <mutex>
 #include <nlopt.hpp>
 #include <stdexcept>
-
-#include "grapnel/study/case_pool.hpp"
 
 namespace grapnel {
 namespace {
@@ -195,23 +192,6 @@ std::vector<Evaluation> search_from(const Optimization& optimization, const Eval
   return std::move(search.path);
 }
 
-// Counts points as they end.
-class Counter {
- public:
-  Counter(std::size_t total, const StudyOptions& options) : options_(options) { progress_.total = total; }
-  void count(const CaseRow& row) {
-    const std::lock_guard lock(mutex_);
-    ++progress_.done;
-    if (row.status != CaseStatus::ok) ++progress_.not_ok;
-    if (options_.progress) options_.progress(progress_);
-  }
-
- private:
-  const StudyOptions& options_;
-  std::mutex mutex_;  // guards what follows
-  StudyProgress progress_;
-};
-
 // The best reached ones, the first of equals first.
 std::vector<Evaluation> best_of(const Optimization& optimization, const std::vector<Evaluation>& all) {
   std::vector<Evaluation> sorted;
@@ -254,21 +234,20 @@ Evaluation evaluate(const Optimization& optimization, const StudyCase& point) {
   return one;
 }
 
-OptimizationOutcome optimize(const Optimization& optimization, const StudyOptions& options) {
+OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions& options) {
   const SearchSetup& setup = optimization.search;
   OptimizationOutcome outcome;
   outcome.before = evaluate(optimization, optimization.before);
   const std::size_t samples = setup.refine == 0 ? setup.evaluations : (setup.evaluations + 1) / 2;
-  Counter counter(setup.evaluations, options);
+  CaseProgress progress;
+  progress.total = setup.evaluations;
   const Sample sample(optimization.variables.size(), setup.seed);
   std::vector<Evaluation> sampled(samples);
-  const auto sampling = [&](std::size_t i) {
+  const auto sampling = [&](std::size_t i, const HandIn& hand_in, const std::stop_token&) {
     sampled[i] = evaluate_at(optimization, sample_point(optimization, sample, i), 0);
-    counter.count(sampled[i].row);
-    return CaseRow{};
+    hand_in({sampled[i].row});
   };
-  const auto ignore = [](CaseRow&&) {};
-  run_cases(0, samples, options.threads, sampling, ignore, {}, options.stop);
+  progress = run_jobs(samples, options, progress, sampling);
 
   const std::vector<Evaluation> starts = best_of(optimization, sampled);
   std::vector<std::vector<Evaluation>> paths(starts.size());
@@ -278,14 +257,13 @@ OptimizationOutcome optimize(const Optimization& optimization, const StudyOption
   // The distance of neighbours in the sample.
   const double step =
       std::min(0.25, std::pow(static_cast<double>(samples), -1 / static_cast<double>(optimization.variables.size())));
-  const auto searching = [&](std::size_t i) {
+  const auto searching = [&](std::size_t i, const HandIn& hand_in, const std::stop_token& stop) {
     paths[i] = search_from(optimization, starts[i], i + 1, share(i), step, [&](const Evaluation& one) {
-      counter.count(one.row);
-      return !options.stop.stop_requested();
+      hand_in({one.row});
+      return !stop.stop_requested();
     });
-    return CaseRow{};
   };
-  if (left > 0) run_cases(0, starts.size(), options.threads, searching, ignore, {}, options.stop);
+  if (left > 0) run_jobs(starts.size(), options, progress, searching);
 
   outcome.evaluations = std::move(sampled);
   for (std::vector<Evaluation>& path : paths)

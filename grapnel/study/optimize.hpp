@@ -5,11 +5,10 @@
 /// points.
 
 #include <optional>
-#include <stop_token>
 
+#include "grapnel/study/case_pool.hpp"
 #include "grapnel/study/optimization.hpp"
 #include "grapnel/study/run_case.hpp"
-#include "grapnel/study/run_study.hpp"
 
 namespace grapnel {
 
@@ -36,7 +35,7 @@ Evaluation evaluate(const Optimization& optimization, const StudyCase& point);
 /// Searches. The sample is an additive recurrence with the generalized golden ratio (Roberts 2018), its first point the
 /// variables' `start`; local searches are Rowan's subplex method (NLopt's SBPLX), which only compares points, so that
 /// limits and points that cannot be reached need no smoothness. Half of the evaluations are for each. The outcome is
-/// the same, bit for bit, for any number of threads. StudyOptions::row is not called.
-OptimizationOutcome optimize(const Optimization& optimization, const StudyOptions& options);
+/// the same, bit for bit, for any number of threads.
+OptimizationOutcome optimize(const Optimization& optimization, const PoolOptions& options);
 
 }  // namespace grapnel

@@ -4,12 +4,11 @@
 #include <stdexcept>
 
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/study/grid.hpp"
 
 namespace grapnel {
 namespace {
 
-// Tables have one line a point.
+// Tables have one line a case.
 std::string one_line(std::string text) {
   while (!text.empty() && text.back() == '\n') text.pop_back();
   for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos;) text.replace(at, 1, "; ");
@@ -18,6 +17,8 @@ std::string one_line(std::string text) {
 }
 
 }  // namespace
+
+const char* name_of(StudyMode mode) { return mode == StudyMode::impact ? "impact" : "run"; }
 
 const char* name_of(CaseStatus status) {
   switch (status) {
@@ -66,17 +67,6 @@ CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column>
   } catch (const std::exception& error) {
     return failed_case(error.what(), columns.size());
   }
-}
-
-CaseRow run_point(const Study& study, std::size_t index) {
-  CaseRow row;
-  try {
-    row = run_case(study.point(grid_position(study.axis_sizes(), index)), study.mode, study.columns);
-  } catch (const std::exception& error) {
-    row = failed_case(error.what(), study.columns.size());
-  }
-  row.index = index;
-  return row;
 }
 
 }  // namespace grapnel

@@ -1,33 +1,16 @@
 #pragma once
 
 /// @file
-/// One point of a study.
+/// One case of a study: a capture of which some numbers are kept.
 
-#include <cstddef>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "grapnel/capture/simulate_capture.hpp"
-#include "grapnel/study/study.hpp"
+#include "grapnel/study/column.hpp"
 
 namespace grapnel {
-
-/// How a point ended. unreachable: no configuration within the joints' limits puts the end-effectors where it asks.
-/// failed: anything else that went wrong. A run whose conservation checks fail has failed: what it computed is no
-/// result.
-enum class CaseStatus { ok, failed, unreachable };
-
-/// "ok", "failed", "unreachable".
-const char* name_of(CaseStatus status);
-
-/// What is kept of one point: a row of the table.
-struct CaseRow {
-  std::size_t index = 0;  // of the point, in the study's order
-  CaseStatus status = CaseStatus::failed;
-  std::string reason;          // one line; empty if ok
-  std::vector<double> values;  // per column; NaN where there is nothing
-};
 
 /// How the reason begins of a case whose conservation checks fail; its row, value and bound follow.
 inline const std::string kNotConserved = "conservation check failed: ";
@@ -42,8 +25,5 @@ CaseRow failed_case(std::string reason, std::size_t columns);
 /// that is the row's reason. What `progress` throws ends the case: a std::exception as its reason.
 CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column> columns,
                  const CaptureProgress& progress = {});
-
-/// The same of a study's point; a point without a problem is a failed row too.
-CaseRow run_point(const Study& study, std::size_t index);
 
 }  // namespace grapnel

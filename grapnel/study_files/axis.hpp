@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "grapnel/study/quantity.hpp"
-#include "grapnel/study/study.hpp"
+#include "grapnel/study/grid.hpp"
 #include "grapnel/study_files/file_structures.hpp"
 #include "grapnel/text/yaml_paths.hpp"
 

@@ -121,7 +121,7 @@ class StudyReader {
  public:
   explicit StudyReader(const std::filesystem::path& path) : path_(path), points_(std::make_shared<Points>()) {}
 
-  Study read(std::vector<Fault>* doubts) {
+  Campaign read(std::vector<Fault>* doubts) {
     StudyFile file;
     StudyDocument document = read_document(path_, file, faults_);
     root_ = std::move(document.root);
@@ -129,6 +129,8 @@ class StudyReader {
     points_->file = path_;
     points_->scenario = file.scenario;
     points_->set = read_changes(part(root_, "set"));
+    study_.kind = CampaignKind::sweep;
+    study_.cases = 1;
     study_.name = file.name;
     study_.file = path_.string();
     study_.text = std::move(document.bytes);
@@ -140,10 +142,12 @@ class StudyReader {
     faults_.throw_if_any();
     if (doubts) *doubts = points_->doubts(Position(points_->axes.size(), 0));
     study_.sha256 = sha256(study_.text + shas_);
-    study_.point = [points = points_](std::span<const std::size_t> at) { return points->point(at); };
-    study_.scenario_text = [points = points_](std::span<const std::size_t> at, const std::filesystem::path& place,
-                                              const std::string& comment) {
-      return points->scenario_text(at, place, comment);
+    std::vector<std::size_t> sizes;
+    for (const StudyAxis& axis : study_.design) sizes.push_back(axis.values.size());
+    study_.problem = [points = points_, sizes](std::uint64_t k) { return points->point(grid_position(sizes, k)); };
+    study_.scenario_text = [points = points_, sizes](std::uint64_t k, const std::filesystem::path& place,
+                                                     const std::string& comment) {
+      return points->scenario_text(grid_position(sizes, k), place, comment);
     };
     return std::move(study_);
   }
@@ -155,7 +159,7 @@ class StudyReader {
     double points = 1;
     for (const ReadAxis& axis : points_->axes) {
       points *= static_cast<double>(axis.shown.values.size());
-      study_.axes.push_back(axis.shown);
+      study_.design.push_back(axis.shown);
     }
     if (points > static_cast<double>(kMostPoints))
       faults_.add(list.mark, fmt::format("the axes make {:.6g} points, at most {} are possible", points, kMostPoints));
@@ -268,7 +272,7 @@ class StudyReader {
   std::shared_ptr<Points> points_;
   Node root_;
   FaultList faults_;
-  Study study_;
+  Campaign study_;
   std::vector<Column> columns_;
   std::string shas_;  // of the problems that were checked
   bool structure_is_sound_ = false, files_are_there_ = true;
@@ -276,7 +280,7 @@ class StudyReader {
 
 }  // namespace
 
-Study load_study(const std::filesystem::path& path, std::vector<Fault>* doubts) {
+Campaign load_study(const std::filesystem::path& path, std::vector<Fault>* doubts) {
   return StudyReader(path).read(doubts);
 }
 

@@ -12,7 +12,6 @@
 
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/study/optimization.hpp"
-#include "grapnel/study/study.hpp"
 #include "grapnel/text/faults.hpp"
 
 namespace grapnel {
@@ -20,7 +19,7 @@ namespace grapnel {
 /// Checked are the study itself, the scenario with the first value of every axis, and with every listed value of each
 /// axis (the ends of a range), the other axes at their first. What only a combination gets wrong is that point's
 /// reason.
-Study load_study(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
+Campaign load_study(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
 
 /// Checked are every uncertain value by itself at its median and at the ends that `cases` draws reach, and every value
 /// of the design's axes by itself.

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "grapnel/campaign/distribution.hpp"
-#include "grapnel/campaign/random_number.hpp"
+#include "grapnel/campaign/sample_points.hpp"
 #include "grapnel/campaign/uncertain_value.hpp"
 
 namespace grapnel {

@@ -4,8 +4,6 @@
 #include <map>
 #include <set>
 
-#include "grapnel/campaign/keyed_permutation.hpp"
-#include "grapnel/campaign/random_number.hpp"
 #include "grapnel/campaign/sample_points.hpp"
 
 namespace grapnel {

@@ -21,10 +21,10 @@ Campaign design() {
 }
 
 // Successes at the points: 10, 8, 6, 4, 2, 0; one case of the second failed, the last point has only four rows.
-std::vector<CampaignRow> rows() {
-  std::vector<CampaignRow> all;
+std::vector<CaseRow> rows() {
+  std::vector<CaseRow> all;
   for (std::uint64_t k = 0; k < 54; ++k) {
-    CampaignRow row = test::fake_row(0);
+    CaseRow row = test::fake_row(0);
     row.index = k;
     row.success = k % 10 < 10 - 2 * (k / 10);
     if (k == 19) {
@@ -40,7 +40,7 @@ std::vector<CampaignRow> rows() {
 std::vector<EnvelopePoint> envelope() {
   std::vector<std::uint64_t> index;
   std::vector<std::uint8_t> status, success;
-  for (const CampaignRow& row : rows()) {
+  for (const CaseRow& row : rows()) {
     index.push_back(row.index);
     status.push_back(static_cast<std::uint8_t>(row.status));
     success.push_back(row.success);
@@ -95,7 +95,7 @@ TEST(Envelope, IsInTheReport) {
   const TemporaryFolder folder;
   const Campaign campaign = design();
   write_campaign_tables(folder.path(), campaign, "1", false, [](const TakeRow& take) {
-    for (const CampaignRow& row : rows()) take(row);
+    for (const CaseRow& row : rows()) take(row);
   });
   const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"));
   const nlohmann::json json = nlohmann::json::parse(campaign_json(campaign, report, "1"))["envelope"];
@@ -117,7 +117,7 @@ TEST(Envelope, SaysWhatDecidesAndHowMuchIsSafe) {
   const TemporaryFolder folder;
   write_campaign_tables(folder.path(), campaign, "1", false, [&](const TakeRow& take) {
     for (std::uint64_t k = 0; k < 300; ++k) {
-      CampaignRow row = test::fake_row(0);
+      CaseRow row = test::fake_row(0);
       row.index = k;
       const std::uint64_t point = k / 100, i = k % 100;
       row.status = point == 2 && i < 60 ? CaseStatus::failed : CaseStatus::ok;

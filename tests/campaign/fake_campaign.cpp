@@ -33,8 +33,8 @@ Campaign fake_campaign(std::uint64_t cases) {
   return campaign;
 }
 
-CampaignRow fake_row(std::uint64_t k) {
-  CampaignRow row;
+CaseRow fake_row(std::uint64_t k) {
+  CaseRow row;
   row.index = k;
   const auto noise = [&](std::uint64_t n) {
     std::uint64_t x = (k * 5 + n) * 0x9e3779b97f4a7c15u;
@@ -57,13 +57,13 @@ CampaignRow fake_row(std::uint64_t k) {
 
 BlockWork fake_work() {
   return [](const Block& block, const std::stop_token& stop) {
-    std::vector<CampaignRow> rows;
+    std::vector<CaseRow> rows;
     for (std::uint64_t k = block.begin; k < block.end && !stop.stop_requested(); ++k) rows.push_back(fake_row(k));
     return rows;
   };
 }
 
-bool same_row(const CampaignRow& a, const CampaignRow& b) {
+bool same_row(const CaseRow& a, const CaseRow& b) {
   const auto same = [](const std::vector<double>& x, const std::vector<double>& y) {
     return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size() * sizeof(double)) == 0;
   };
@@ -71,16 +71,16 @@ bool same_row(const CampaignRow& a, const CampaignRow& b) {
          same(a.inputs, b.inputs) && same(a.values, b.values);
 }
 
-std::vector<CampaignRow> rows_in(const fs::path& folder, const Campaign& campaign) {
-  std::vector<CampaignRow> all;
-  for_each_block(folder, campaign, [&](std::vector<CampaignRow>&& rows) {
-    for (CampaignRow& row : rows) all.push_back(std::move(row));
+std::vector<CaseRow> rows_in(const fs::path& folder, const Campaign& campaign) {
+  std::vector<CaseRow> all;
+  for_each_block(folder, campaign, [&](std::vector<CaseRow>&& rows) {
+    for (CaseRow& row : rows) all.push_back(std::move(row));
   });
   return all;
 }
 
 void expect_fake_rows(const fs::path& folder, const Campaign& campaign, std::uint64_t total) {
-  const std::vector<CampaignRow> rows = rows_in(folder, campaign);
+  const std::vector<CaseRow> rows = rows_in(folder, campaign);
   ASSERT_EQ(rows.size(), total);
   for (std::uint64_t k = 0; k < total; ++k) ASSERT_TRUE(same_row(rows[k], fake_row(k))) << k;
 }

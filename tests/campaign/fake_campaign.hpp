@@ -14,15 +14,15 @@ namespace grapnel::test {
 /// Two inputs, three columns, one criterion; no problems.
 Campaign fake_campaign(std::uint64_t cases);
 /// A row with numbers of all kinds; every seventh failed, every eleventh unreachable.
-CampaignRow fake_row(std::uint64_t k);
+CaseRow fake_row(std::uint64_t k);
 /// fake_row() of every case.
 BlockWork fake_work();
 
 /// Whether two rows are the same bit for bit.
-bool same_row(const CampaignRow& a, const CampaignRow& b);
+bool same_row(const CaseRow& a, const CaseRow& b);
 
 /// All rows in a folder.
-std::vector<CampaignRow> rows_in(const std::filesystem::path& folder, const Campaign& campaign);
+std::vector<CaseRow> rows_in(const std::filesystem::path& folder, const Campaign& campaign);
 /// That they are those of fake_row(), all `total` of them.
 void expect_fake_rows(const std::filesystem::path& folder, const Campaign& campaign, std::uint64_t total);
 

@@ -1,6 +1,6 @@
 /// Cases in lanes against the same cases alone: the same outcomes, whatever watches them.
 
-#include "grapnel/campaign/lane_block.hpp"
+#include "grapnel/campaign/run_block.hpp"
 
 #include <gtest/gtest.h>
 
@@ -61,7 +61,7 @@ std::size_t column(const Campaign& campaign, const std::string& name) {
 }
 
 // Largest difference of the columns from `first` to before `last`, relative to a column's largest value.
-double difference(const Campaign& campaign, const std::vector<CampaignRow>& a, const std::vector<CampaignRow>& b,
+double difference(const Campaign& campaign, const std::vector<CaseRow>& a, const std::vector<CaseRow>& b,
                   std::size_t first, std::size_t last) {
   double largest = 0;
   for (std::size_t i = first; i < last; ++i) {
@@ -78,22 +78,22 @@ double difference(const Campaign& campaign, const std::vector<CampaignRow>& a, c
   return largest;
 }
 
-std::vector<CampaignRow> one_by_one(const Campaign& campaign) {
-  std::vector<CampaignRow> rows;
+std::vector<CaseRow> one_by_one(const Campaign& campaign) {
+  std::vector<CaseRow> rows;
   for (std::uint64_t k = 0; k < campaign.cases; ++k) rows.push_back(*run_campaign_case(campaign, k, {}));
   return rows;
 }
 
 TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
   const Campaign campaign = campaign_of(watched_problem());
-  const std::vector<CampaignRow> alone = one_by_one(campaign);
+  const std::vector<CaseRow> alone = one_by_one(campaign);
   const std::size_t all = campaign.columns.size(), watched = column(campaign, kWatched[0]);
   const std::size_t clearance = column(campaign, "clearance/least");
   for (std::size_t i = watched; i < all; ++i) EXPECT_GT(alone[0].values[i], 1e-3) << campaign.columns[i].name;
   for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
-    const std::vector<CampaignRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+    const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
     ASSERT_EQ(rows.size(), alone.size());
-    for (const CampaignRow& row : rows) EXPECT_EQ(row.status, CaseStatus::ok) << row.reason;
+    for (const CaseRow& row : rows) EXPECT_EQ(row.status, CaseStatus::ok) << row.reason;
     // A watch sees states at the ends of steps here, at output instants there.
     const double of_motion = difference(campaign, rows, alone, 0, clearance),
                  of_watches = difference(campaign, rows, alone, clearance, all);
@@ -131,7 +131,7 @@ TEST(LaneBlock, AHeavyBystanderHidesNothing) {
     return run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
   };
   for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
-    const std::vector<CampaignRow> light = rows_with(1, set), heavy = rows_with(1e9, set);
+    const std::vector<CaseRow> light = rows_with(1, set), heavy = rows_with(1e9, set);
     ASSERT_EQ(heavy.size(), light.size());
     for (std::size_t k = 0; k < light.size(); ++k) {
       ASSERT_EQ(heavy[k].status, CaseStatus::ok) << heavy[k].reason;
@@ -151,13 +151,13 @@ TEST(LaneBlock, LoadsAreThoseOfCasesAlone) {
     if (column.needs_loads) campaign.columns.push_back(column);
   }
   campaign.cases = 3;
-  const std::vector<CampaignRow> alone = one_by_one(campaign);
+  const std::vector<CaseRow> alone = one_by_one(campaign);
   const std::size_t first = column(campaign, "loads/arm-1-joint-1/force");
   for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
-    const std::vector<CampaignRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+    const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
     ASSERT_EQ(rows.size(), alone.size());
     EXPECT_EQ(difference(campaign, rows, alone, 0, campaign.columns.size()), 0);
-    for (const CampaignRow& row : rows) EXPECT_GT(row.values[first], 1e-3) << row.reason;
+    for (const CaseRow& row : rows) EXPECT_GT(row.values[first], 1e-3) << row.reason;
   }
 }
 
@@ -177,9 +177,9 @@ TEST(LaneBlock, AWatchThatThrowsFailsItsCaseAlone) {
   Campaign campaign = campaign_of(watched_problem());
   campaign.time_limit = 1e-9;  // looked at where something is watched
   const lanes::InstructionSet set = lanes::supported_instruction_sets().back();
-  const std::vector<CampaignRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+  const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
   ASSERT_EQ(rows.size(), campaign.cases);
-  for (const CampaignRow& row : rows) {
+  for (const CaseRow& row : rows) {
     EXPECT_EQ(row.status, CaseStatus::failed);
     EXPECT_EQ(row.reason, "took longer than the time limit of 1e-09 s");
     EXPECT_EQ(row.values.size(), campaign.columns.size());

@@ -18,13 +18,13 @@ using test::TemporaryFolder;
 constexpr std::uint64_t kRows = 6000;
 
 // a = mass plus noise; b/x = 0 or 1; b/y always 5. Fails at every 100th case.
-std::vector<CampaignRow> sample_rows() {
+std::vector<CaseRow> sample_rows() {
   std::mt19937_64 random(1);
   std::uniform_real_distribution<double> uniform;
   std::normal_distribution<double> normal;
-  std::vector<CampaignRow> rows;
+  std::vector<CaseRow> rows;
   for (std::uint64_t k = 0; k < kRows; ++k) {
-    CampaignRow row;
+    CaseRow row;
     row.index = k;
     row.inputs = {uniform(random), normal(random)};
     row.status = k % 100 == 17 ? CaseStatus::failed : k % 1000 == 5 ? CaseStatus::unreachable : CaseStatus::ok;
@@ -51,22 +51,22 @@ Campaign sample_campaign() {
 
 struct Analyzed {
   Campaign campaign;
-  std::vector<CampaignRow> rows;
+  std::vector<CaseRow> rows;
   CampaignReport report;
   Json json;
   std::string text;
 };
 
-Analyzed analyzed(Campaign campaign, std::vector<CampaignRow> rows) {
+Analyzed analyzed(Campaign campaign, std::vector<CaseRow> rows) {
   const TemporaryFolder folder;
-  for (CampaignRow& row : rows) {
+  for (CaseRow& row : rows) {
     std::vector<double> numbers = row.values;
     numbers.insert(numbers.end(), row.inputs.begin(), row.inputs.end());
     row.success = row.status == CaseStatus::ok;
     for (const Criterion& criterion : campaign.success) row.success = row.success && criterion.holds(numbers);
   }
   write_campaign_tables(folder.path(), campaign, "1", false, [&](const TakeRow& take) {
-    for (const CampaignRow& row : rows) take(row);
+    for (const CaseRow& row : rows) take(row);
   });
   const CampaignTable table(folder.path() / "table.h5");
   const CampaignReport report = analyze_campaign(campaign, table);
@@ -91,7 +91,7 @@ TEST(CampaignReport, CountsOutcomes) {
   EXPECT_EQ(json["counts"]["unreachable"], 6);
   EXPECT_EQ(json["counts"]["ok"], kRows - 66);
   std::uint64_t success = 0;
-  for (const CampaignRow& row : sample().rows) success += row.success;
+  for (const CaseRow& row : sample().rows) success += row.success;
   ASSERT_GT(success, 1000u);
   EXPECT_EQ(json["counts"]["success"], success);
   const Proportion p = wilson(success, kRows);
@@ -102,7 +102,7 @@ TEST(CampaignReport, CountsOutcomes) {
 
 TEST(CampaignReport, SaysWhatEachCriterionCosts) {
   std::uint64_t soft = 0, only_soft = 0;
-  for (const CampaignRow& row : sample().rows) {
+  for (const CaseRow& row : sample().rows) {
     if (row.status != CaseStatus::ok) continue;
     const bool other = row.values[1] != 0 && std::abs(row.inputs[1]) < 2;
     soft += row.values[0] < 0.8;
@@ -122,7 +122,7 @@ TEST(CampaignReport, SaysWhatEachCriterionCosts) {
 
 TEST(CampaignReport, DescribesEveryNumber) {
   std::vector<double> a;
-  for (const CampaignRow& row : sample().rows) a.push_back(row.values[0]);
+  for (const CaseRow& row : sample().rows) a.push_back(row.values[0]);
   const Description d = describe_numbers(a, sample().campaign.quantiles);
   const Json& column = sample().json["columns"][0];
   EXPECT_EQ(column["name"], "a");
@@ -194,10 +194,10 @@ TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
   std::normal_distribution<double> normal;
   std::vector<double> first, second;
   for (std::uint64_t k = 0; k < kCases; ++k) first.push_back(normal(random)), second.push_back(normal(random));
-  std::vector<CampaignRow> rows;
+  std::vector<CaseRow> rows;
   for (std::uint64_t k = 0; k < kPoints * kCases; ++k) {
     const double design = 10 * static_cast<double>(k / kCases), x = first[k % kCases], y = second[k % kCases];
-    CampaignRow row;
+    CaseRow row;
     row.index = k;
     row.inputs = {design + x, y};
     row.values = {x, design + 0.01 * y, y};
@@ -231,7 +231,7 @@ TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
 // A campaign of one grasp: a's grip closes where both tolerances are kept.
 struct Gripping {
   Campaign campaign = fake_campaign(1000);
-  std::vector<CampaignRow> rows;
+  std::vector<CaseRow> rows;
 
   explicit Gripping(bool judged = true) {
     campaign.columns = {{"captured", "1", "", {}},
@@ -251,7 +251,7 @@ struct Gripping {
     std::mt19937_64 random(5);
     std::normal_distribution<double> normal;
     for (std::uint64_t k = 0; k < 1000; ++k) {
-      CampaignRow row;
+      CaseRow row;
       row.index = k;
       for (int i = 0; i < 7; ++i) row.inputs.push_back(normal(random));
       const std::vector<double>& x = row.inputs;
@@ -281,7 +281,7 @@ TEST(CampaignReport, CountsWhyCasesAreNoSuccess) {
   gripping.rows[8].status = CaseStatus::failed;
   gripping.rows[8].reason = "conservation check failed: linear_momentum_drift 1e-5, at most 1e-11";
   std::uint64_t position = 0, velocity = 0, missed = 0;
-  for (const CampaignRow& row : gripping.rows) {
+  for (const CaseRow& row : gripping.rows) {
     if (row.status != CaseStatus::ok || row.values[0] == 1) continue;
     ++missed;
     ++(row.values[6] > row.values[7] ? position : velocity);
@@ -351,7 +351,7 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
 TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
   Gripping gripping;
   std::uint64_t missed = 0, hard = 0;
-  for (const CampaignRow& row : gripping.rows) {
+  for (const CaseRow& row : gripping.rows) {
     missed += row.values[0] == 0;
     hard += row.values[0] == 1 && row.values[3] >= 4;
   }
@@ -405,7 +405,7 @@ TEST(CampaignReport, FindsTheWorstCases) {
   EXPECT_EQ(worst[0]["direction"], "largest");
   ASSERT_EQ(worst[0]["cases"].size(), 4u);
   std::uint64_t at = 0;
-  for (const CampaignRow& row : sample().rows)
+  for (const CaseRow& row : sample().rows)
     if (row.values[0] > sample().rows[at].values[0]) at = row.index;
   EXPECT_EQ(worst[0]["cases"][0]["index"], at);
   EXPECT_EQ(worst[0]["cases"][0]["value"], sample().rows[at].values[0]);
@@ -439,8 +439,8 @@ TEST(CampaignReport, ReasonsOfOneKindAreTheSame) {
 }
 
 TEST(CampaignReport, CountsReasonsBeyondTheList) {
-  std::vector<CampaignRow> rows = sample_rows();
-  for (CampaignRow& row : rows)
+  std::vector<CaseRow> rows = sample_rows();
+  for (CaseRow& row : rows)
     if (row.status == CaseStatus::failed) row.reason = "arm-" + std::to_string(row.index) + " stops";
   const Json json = analyzed(sample_campaign(), rows).json;
   EXPECT_EQ(json["reasons"].size(), 50u);
@@ -453,15 +453,15 @@ TEST(CampaignReport, IsTheSameForTheSameRows) {
 
 TEST(CampaignReport, OfFewOrNoRows) {
   for (const std::size_t count : {0, 1, 2, 5}) {
-    std::vector<CampaignRow> rows = sample_rows();
+    std::vector<CaseRow> rows = sample_rows();
     rows.resize(count);
     const Analyzed result = analyzed(sample_campaign(), rows);
     EXPECT_EQ(result.json["rows"], count);
     EXPECT_EQ(result.json["columns"].size(), 3u);
     EXPECT_NE(campaign_summary(result.campaign, result.report).find("not done"), std::string::npos);
   }
-  std::vector<CampaignRow> rows = sample_rows();
-  for (CampaignRow& row : rows) {
+  std::vector<CaseRow> rows = sample_rows();
+  for (CaseRow& row : rows) {
     row.status = CaseStatus::failed;
     row.values.assign(3, NAN);
   }

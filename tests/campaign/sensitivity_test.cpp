@@ -8,7 +8,6 @@
 #include <numbers>
 #include <random>
 
-#include "grapnel/campaign/group_sensitivity.hpp"
 #include "grapnel/campaign/sample_points.hpp"
 
 namespace grapnel {

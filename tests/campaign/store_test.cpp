@@ -21,8 +21,8 @@ using testing::IsEmpty;
 
 constexpr Block kFirst{0, 0, 20};
 
-std::vector<CampaignRow> fake_rows(std::uint64_t begin, std::uint64_t end) {
-  std::vector<CampaignRow> rows;
+std::vector<CaseRow> fake_rows(std::uint64_t begin, std::uint64_t end) {
+  std::vector<CaseRow> rows;
   for (std::uint64_t k = begin; k < end; ++k) rows.push_back(fake_row(k));
   return rows;
 }

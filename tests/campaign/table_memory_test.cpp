@@ -35,7 +35,7 @@ Campaign wide_campaign(std::uint64_t cases) {
 
 void write(const Campaign& campaign, const test::TemporaryFolder& folder) {
   write_campaign_tables(folder.path(), campaign, "1", true, [&](const TakeRow& take) {
-    CampaignRow row;
+    CaseRow row;
     row.status = CaseStatus::ok;
     row.inputs.resize(6);
     row.values.resize(30);

@@ -9,7 +9,7 @@
 #include <numeric>
 
 #include "campaign/fake_campaign.hpp"
-#include "grapnel/campaign/shard_file.hpp"
+#include "grapnel/campaign/shard_store.hpp"
 #include "grapnel/study/grid.hpp"
 
 namespace grapnel {
@@ -57,7 +57,7 @@ TEST(CampaignTable, GivesBackEveryRow) {
   const auto status = table.status(), success = table.success();
   const auto reasons = table.reasons();
   for (std::uint64_t k = 0; k < kRows; ++k) {
-    const CampaignRow row = fake_row(k);
+    const CaseRow row = fake_row(k);
     ASSERT_EQ(index[k], k);
     ASSERT_EQ(status[k], static_cast<int>(row.status));
     ASSERT_EQ(success[k] != 0, row.success);
@@ -92,7 +92,7 @@ TEST(CampaignTable, IsMadeFromAllShards) {
   {
     ShardStore store(folder.path(), campaign, {});
     for (const ShardStore::Missing& missing : store.missing()) {
-      std::vector<CampaignRow> rows;
+      std::vector<CaseRow> rows;
       for (std::uint64_t k = missing.block.begin; k < missing.block.end; ++k) rows.push_back(fake_row(k));
       store.write(missing.block, rows);
     }
@@ -123,7 +123,7 @@ TEST(CampaignTable, TextIsLikeTheTable) {
   EXPECT_EQ(line, "k,status,success,reason,mass [kg],spin/x [rad/s],a [N s],b/x [1],b/y");
   for (std::uint64_t k = 0; k < 30; ++k) {
     ASSERT_TRUE(std::getline(file, line));
-    const CampaignRow row = fake_row(k);
+    const CaseRow row = fake_row(k);
     EXPECT_TRUE(line.starts_with(std::to_string(k) + "," + name_of(row.status) + (row.success ? ",1," : ",0,") +
                                  row.reason + ","));
     if (row.status != CaseStatus::ok) {
@@ -227,7 +227,7 @@ TEST(CampaignTable, IsTheOldOneUntilItIsComplete) {
       message_of([&] { write_campaign_tables(folder.path(), campaign, "1", true, broken); }).find("the disk is gone"),
       std::string::npos);
   const auto short_row = [](const TakeRow& take) {
-    CampaignRow row = fake_row(7);
+    CaseRow row = fake_row(7);
     row.values.pop_back();
     take(row);
   };
@@ -246,7 +246,7 @@ TEST(CampaignTable, HoldsManyReasons) {
   const Campaign campaign = fake_campaign(20000);
   const auto rows = [](const TakeRow& take) {
     for (std::uint64_t k = 0; k < 20000; ++k) {
-      CampaignRow row = fake_row(3);
+      CaseRow row = fake_row(3);
       row.index = k;
       row.reason = "reason " + std::to_string(k % 9001);
       take(row);

@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/campaign_table.hpp"
 #include "grapnel/report/report_data.hpp"
-#include "grapnel/study/grid.hpp"
 #include "grapnel/study/optimization_report.hpp"
-#include "grapnel/study/study_table.hpp"
 #include "result/sample_result.hpp"
 
 namespace grapnel {
@@ -25,15 +25,21 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 // Two speeds by three labels, with what CSV has to quote; the last point failed.
-StudyTable table() {
-  StudyTable t;
-  t.study_name = "speeds, \"quick\"";
-  t.study_text = "name: speeds\n";
-  t.study_file = "studies/my speeds.yaml";
-  t.sha256 = "abc";
-  t.axes = {{"relative_speed", "m/s", "speed", true, {{0.1, ""}, {0.2, ""}}},
-            {"spin", "", "which", false, {{NAN, "at rest"}, {NAN, "both, \"turn\"\nfast"}, {NAN, "one"}}}};
-  t.columns = {{"grasps/tip/impulse_magnitude", "N s", "how hard"}, {"captured", "1", "1: yes"}};
+struct Table {
+  Campaign study;
+  std::vector<CaseRow> rows;
+};
+Table table() {
+  Table t;
+  t.study.kind = CampaignKind::sweep;
+  t.study.cases = 1;
+  t.study.name = "speeds, \"quick\"";
+  t.study.text = "name: speeds\n";
+  t.study.file = "studies/my speeds.yaml";
+  t.study.sha256 = "abc";
+  t.study.design = {{"relative_speed", "m/s", "speed", true, {{0.1, ""}, {0.2, ""}}},
+                    {"spin", "", "which", false, {{NAN, "at rest"}, {NAN, "both, \"turn\"\nfast"}, {NAN, "one"}}}};
+  t.study.columns = {{"grasps/tip/impulse_magnitude", "N s", "how hard", {}}, {"captured", "1", "1: yes", {}}};
   for (std::size_t i = 0; i < 6; ++i) {
     const bool ok = i < 5;
     t.rows.push_back({i,
@@ -47,9 +53,11 @@ StudyTable table() {
 struct StudyReport : testing::Test {
   test::TemporaryFolder folder;
 
-  void write(const StudyTable& t) const {
-    write_study_csv(t, folder / "table.csv");
-    put_bytes(folder / "study.json", study_settings_json(t, "0.1.0"));
+  void write(const Table& t) const {
+    std::string csv = csv_head(t.study);
+    for (const CaseRow& row : t.rows) csv += csv_line(t.study, row);
+    put_bytes(folder / "table.csv", csv);
+    put_bytes(folder / "study.json", sweep_json(t.study, t.rows, "0.1.0"));
   }
   json data() const { return json::parse(report_data(folder.path(), "1.2.3").json); }
   std::string fault() const {
@@ -160,11 +168,11 @@ TEST_F(StudyReport, NoDamageIsFatal) {
 }
 
 TEST_F(StudyReport, ATableTooLargeForAPageIsSaid) {
-  StudyTable t = table();
-  t.axes[0].values.assign(1'000'000, {0.5, ""});
+  Table t = table();
+  t.study.design[0].values.assign(1'000'000, {0.5, ""});
   t.rows.clear();
   put_bytes(folder / "table.csv", "");
-  json settings = json::parse(study_settings_json(t, "0.1.0"));
+  json settings = json::parse(sweep_json(t.study, t.rows, "0.1.0"));
   settings["points"] = 3'000'000;
   put_bytes(folder / "study.json", settings.dump());
   EXPECT_THROW(report_data(folder.path(), "1"), TooLarge);

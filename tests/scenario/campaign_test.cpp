@@ -168,7 +168,7 @@ TEST(Campaign, AWayStraightInIsPlannedOnce) {
   const ApproachSetup first = *campaign.problem(0).problem.approach;
   EXPECT_EQ(first.pieces.back().until, 60);
   EXPECT_FALSE(first.straight_in);
-  const std::vector<CampaignRow> rows = block_work(campaign)(block_at(0, 3, 3), {});  // in lanes
+  const std::vector<CaseRow> rows = block_work(campaign)(block_at(0, 3, 3), {});  // in lanes
   for (std::uint64_t k = 0; k < 3; ++k) {
     const StudyCase one = campaign.problem(k);
     EXPECT_EQ(one.problem.approach->pieces[1].series, first.pieces[1].series);

@@ -6,10 +6,10 @@
 
 #include <cmath>
 
+#include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/optimization_report.hpp"
 #include "grapnel/study/quantity.hpp"
-#include "grapnel/study/run_study.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "study/study_case.hpp"
 
@@ -34,9 +34,7 @@ Optimization loaded(const std::string& text) {
 }
 
 OptimizationOutcome run(const Optimization& optimization, int threads = 2) {
-  StudyOptions options;
-  options.threads = threads;
-  return optimize(optimization, options);
+  return optimize(optimization, {.threads = threads});
 }
 
 double best_objective(const OptimizationOutcome& outcome) {
@@ -88,16 +86,13 @@ TEST(Optimize, FindsTheAngleOfTheSweepsFineGrid) {
   const std::string head = "name: grid\nscenario: " + kPlanned +
                            "\nsimulate: impact\nset: {approach.plan.starts: 1, 'grasps.tip-1.relative_velocity': "
                            "[0, -0.1, 0]}\n";
-  const StudyTable grid =
-      run_study(load_study(folder.write("grid.yaml",
-                                        head + "columns: [grasps/tip-1/angular_impulse_magnitude]\naxes: [{quantity: "
-                                               "approach_angle, grasp: tip-1, from: -20, to: 40, count: 121, unit: "
-                                               "deg}]\n")),
-                {});
+  const Campaign grid = load_study(
+      folder.write("grid.yaml", head + "columns: [grasps/tip-1/angular_impulse_magnitude]\naxes: [{quantity: "
+                                       "approach_angle, grasp: tip-1, from: -20, to: 40, count: 121, unit: deg}]\n"));
   double least = INFINITY, at = 0;
-  for (const CaseRow& row : grid.rows) {
+  for (const CaseRow& row : run_sweep(grid, {})) {
     if (row.status == CaseStatus::ok && row.values[0] < least)
-      least = row.values[0], at = grid.axes[0].values[row.index].number;
+      least = row.values[0], at = grid.design[0].values[row.index].number;
   }
   const OptimizationOutcome outcome = run(
       loaded(angle_text("minimize: grasps/tip-1/angular_impulse_magnitude\nsearch: {evaluations: 50, refine: 2}\n")));

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/run_study.hpp"
 #include "grapnel/text/faults.hpp"
 #include "study/study_case.hpp"
 
@@ -141,12 +140,11 @@ TEST(ReadStudy, FilesAreReadOnce) {
   std::string text = test::read_bytes(scenario());
   text.replace(text.find("../../robots"), 12, GRAPNEL_SOURCE_DIR "/robots");
   folder.write("scenario.yaml", text);
-  const Study study = load_study(folder.write(
+  const Campaign study = load_study(folder.write(
       "study.yaml",
       "name: s\nscenario: scenario.yaml\naxes:\n  - {path: targets.target-1.mass, from: 1, to: 9, count: 9}\n"));
   folder.write("scenario.yaml", "nothing");
-  const std::vector<std::size_t> fifth{4};
-  EXPECT_EQ(study.point(fifth).problem.targets[0].mass, 5);
+  EXPECT_EQ(study.problem(4).problem.targets[0].mass, 5);
 }
 
 TEST(ReadStudy, ShippedStudiesHaveNoFaults) {
@@ -155,7 +153,7 @@ TEST(ReadStudy, ShippedStudiesHaveNoFaults) {
     SCOPED_TRACE(entry.path().string());
     if (entry.path().filename().string().starts_with("optimize-")) continue;  // grapnel-optimization files
     if (test::read_bytes(entry.path()).find("\nschema: grapnel-campaign/") != std::string::npos) continue;
-    EXPECT_GT(point_count(load_study(entry.path())), 1u);
+    EXPECT_GT(load_study(entry.path()).total(), 1u);
     ++count;
   }
   EXPECT_GE(count, 5);

@@ -1,4 +1,4 @@
-#include "grapnel/study/run_study.hpp"
+#include "grapnel/campaign/run_campaign.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,10 +6,11 @@
 #include <cmath>
 #include <cstring>
 
+#include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/campaign_table.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/quantity.hpp"
-#include "grapnel/study/study_summary.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "study/study_case.hpp"
 
@@ -32,9 +33,9 @@ std::string mixed_study() {
          "  - {quantity: relative_speed, values: [0, 0.1]}\n";
 }
 
-std::size_t column(const StudyTable& table, const std::string& name) {
-  for (std::size_t c = 0; c < table.columns.size(); ++c) {
-    if (table.columns[c].name == name) return c;
+std::size_t column(const Campaign& study, const std::string& name) {
+  for (std::size_t c = 0; c < study.columns.size(); ++c) {
+    if (study.columns[c].name == name) return c;
   }
   ADD_FAILURE() << "no column " << name;
   return 0;
@@ -42,17 +43,19 @@ std::size_t column(const StudyTable& table, const std::string& name) {
 
 TEST(RunStudy, TheSameBitsForAnyNumberOfThreads) {
   const test::Folder folder;
-  const Study study = load_study(folder.write("study.yaml", mixed_study()));
+  const Campaign study = load_study(folder.write("study.yaml", mixed_study()));
   std::string csv, hdf5;
   for (const int threads : {1, 2, 4}) {
-    StudyOptions options;
-    options.threads = threads;
-    const StudyTable table = run_study(study, options);
-    ASSERT_EQ(table.rows.size(), 12u);
-    write_study_csv(table, folder.path() / "t.csv");
-    write_study_hdf5(table, "1", folder.path() / "t.h5");
-    const std::string now_csv = test::read_bytes(folder.path() / "t.csv");
-    const std::string now_hdf5 = test::read_bytes(folder.path() / "t.h5");
+    std::uint64_t next = 0;
+    const std::vector<CaseRow> rows =
+        run_sweep(study, {.threads = threads}, [&](const CaseRow& row) { EXPECT_EQ(row.index, next++); });
+    ASSERT_EQ(rows.size(), 12u);
+    EXPECT_EQ(next, 12u);
+    write_campaign_tables(folder.path(), study, "1", true, [&](const TakeRow& take) {
+      for (const CaseRow& row : rows) take(row);
+    });
+    const std::string now_csv = test::read_bytes(folder.path() / "table.csv");
+    const std::string now_hdf5 = test::read_bytes(folder.path() / "table.h5");
     if (threads == 1) csv = now_csv, hdf5 = now_hdf5;
     EXPECT_EQ(csv, now_csv) << threads;
     EXPECT_EQ(hdf5, now_hdf5) << threads;
@@ -65,12 +68,12 @@ TEST(RunStudy, TheSameBitsForAnyNumberOfThreads) {
 
 TEST(RunStudy, APointThatFailsHasItsReasonAndTheOthersGoOn) {
   const test::Folder folder;
-  const Study study = load_study(folder.write("study.yaml", mixed_study()));
-  const StudyTable table = run_study(study, {});
-  EXPECT_EQ(table.count(CaseStatus::ok), 8u);
-  EXPECT_EQ(table.count(CaseStatus::unreachable), 4u);
-  const std::size_t magnitude = column(table, "grasps/tip-1/impulse_magnitude");
-  for (const CaseRow& row : table.rows) {
+  const Campaign study = load_study(folder.write("study.yaml", mixed_study()));
+  const std::vector<CaseRow> rows = run_sweep(study, {});
+  EXPECT_EQ(count_of(rows, CaseStatus::ok), 8u);
+  EXPECT_EQ(count_of(rows, CaseStatus::unreachable), 4u);
+  const std::size_t magnitude = column(study, "grasps/tip-1/impulse_magnitude");
+  for (const CaseRow& row : rows) {
     const bool ok = row.status == CaseStatus::ok;
     EXPECT_EQ(row.reason.empty(), ok);
     EXPECT_EQ(std::isnan(row.values[magnitude]), !ok);
@@ -81,22 +84,22 @@ TEST(RunStudy, APointThatFailsHasItsReasonAndTheOthersGoOn) {
 
 TEST(RunStudy, APointThatBreaksConservationHasFailed) {
   const test::Folder folder;
-  const Study study = load_study(
+  const Campaign study = load_study(
       folder.write("study.yaml", "name: steps\nscenario: " + thesis("open-loop-case-1-planned.yaml") +
                                      "\nset: {integration.method: rk4, contact: {gap: weld_as_found}}\naxes:\n"
                                      "  - {path: integration.step, values: [0.02, 1.9, 2]}\n"));
-  const StudyTable table = run_study(study, {});
-  const std::size_t pass = column(table, "ledger/pass"), captured = column(table, "captured");
-  EXPECT_EQ(table.rows[0].status, CaseStatus::ok) << table.rows[0].reason;
-  EXPECT_EQ(table.rows[0].values[pass], 1);
+  const std::vector<CaseRow> rows = run_sweep(study, {});
+  const std::size_t pass = column(study, "ledger/pass"), captured = column(study, "captured");
+  EXPECT_EQ(rows[0].status, CaseStatus::ok) << rows[0].reason;
+  EXPECT_EQ(rows[0].values[pass], 1);
   for (std::size_t i : {1, 2}) {
-    const CaseRow& row = table.rows[i];
+    const CaseRow& row = rows[i];
     EXPECT_EQ(row.status, CaseStatus::failed);
     EXPECT_THAT(row.reason, testing::MatchesRegex("conservation check failed: energy_drift is .*, bound 1e-10"));
     EXPECT_EQ(row.values[pass], 0);
     EXPECT_TRUE(std::isnan(row.values[captured]));
   }
-  const std::string summary = study_summary(table);
+  const std::string summary = sweep_summary(study, rows);
   EXPECT_THAT(summary, HasSubstr("3 points, 1 ok, 2 failed"));
   EXPECT_THAT(summary,
               HasSubstr("captured: 1 assumed, no envelope judged it\n"));  // the thesis's robot has no grippers
@@ -105,35 +108,35 @@ TEST(RunStudy, APointThatBreaksConservationHasFailed) {
 
 TEST(RunStudy, APointIsTheScenarioWithItsValues) {
   const test::Folder folder;
-  const Study study = load_study(folder.write(
+  const Campaign study = load_study(folder.write(
       "study.yaml", "name: masses\nscenario: " + thesis("open-loop-case-1-planned.yaml") +
                         "\nset: {approach.duration: 10, post_impact.duration: 1}\naxes:\n"
                         "  - {path: targets.target-1.mass, values: [10, 20]}\n"
                         "  - {path: targets.target-2.state.angular_velocity, values: [[0, 0, 0.1], [0, 0, -0.2]]}\n"));
-  const StudyTable table = run_study(study, {});
+  const std::vector<CaseRow> rows = run_sweep(study, {});
   const std::vector<Override> point_3{{"approach.duration", "10"},
                                       {"post_impact.duration", "1"},
                                       {"targets.target-1.mass", "20"},
                                       {"targets.target-2.state.angular_velocity", "[0, 0, -0.2]"}};
   const CaptureResult r = simulate_capture(load_scenario(thesis("open-loop-case-1-planned.yaml"), point_3));
-  ASSERT_EQ(table.rows.size(), 4u);
-  const CaseRow& row = table.rows[3];
+  ASSERT_EQ(rows.size(), 4u);
+  const CaseRow& row = rows[3];
   ASSERT_EQ(row.status, CaseStatus::ok) << row.reason;
-  EXPECT_EQ(row.values[column(table, "grasps/tip-2/angular_impulse/z")], r.impact->grasps[1].angular_impulse[2]);
-  EXPECT_EQ(row.values[column(table, "grasps/tip-1/impulse/x")], r.impact->grasps[0].impulse[0]);
-  EXPECT_EQ(row.values[column(table, "end/base/angular_velocity/z")], r.post_impact_end->base.angular_velocity[2]);
-  EXPECT_EQ(row.values[column(table, "ledger/pass")], 1);
-  const double P = row.values[column(table, "grasps/tip-1/impulse_magnitude")];
-  EXPECT_NEAR(std::hypot(row.values[column(table, "grasps/tip-1/impulse_normal")],
-                         row.values[column(table, "grasps/tip-1/impulse_tangential")]),
+  EXPECT_EQ(row.values[column(study, "grasps/tip-2/angular_impulse/z")], r.impact->grasps[1].angular_impulse[2]);
+  EXPECT_EQ(row.values[column(study, "grasps/tip-1/impulse/x")], r.impact->grasps[0].impulse[0]);
+  EXPECT_EQ(row.values[column(study, "end/base/angular_velocity/z")], r.post_impact_end->base.angular_velocity[2]);
+  EXPECT_EQ(row.values[column(study, "ledger/pass")], 1);
+  const double P = row.values[column(study, "grasps/tip-1/impulse_magnitude")];
+  EXPECT_NEAR(std::hypot(row.values[column(study, "grasps/tip-1/impulse_normal")],
+                         row.values[column(study, "grasps/tip-1/impulse_tangential")]),
               P, 1e-15 * std::max(P, 1.0));
-  EXPECT_FALSE(table.axes[1].is_numeric);
-  EXPECT_EQ(table.axes[1].values[1].label, "[0, 0, -0.2]");
+  EXPECT_FALSE(study.design[1].is_numeric);
+  EXPECT_EQ(study.design[1].values[1].label, "[0, 0, -0.2]");
 }
 
 TEST(RunStudy, ColumnsMayBeChosen) {
   const test::Folder folder;
-  const Study study = load_study(folder.write(
+  const Campaign study = load_study(folder.write(
       "study.yaml", mixed_study() + "columns: [grasps/*/impulse_magnitude, base/velocity_change, captured]\n"));
   std::vector<std::string> names;
   for (const Column& c : study.columns) names.push_back(c.name);
