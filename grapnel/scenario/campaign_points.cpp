@@ -6,9 +6,7 @@
 #include <stdexcept>
 
 #include "grapnel/scenario/changed_scenario.hpp"
-#include "grapnel/scenario/frozen_plan.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/write_back.hpp"
 #include "grapnel/study/grid.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"

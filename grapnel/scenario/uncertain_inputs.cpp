@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "grapnel/scenario/read_robot.hpp"
-#include "grapnel/scenario/schema_place.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"

@@ -7,7 +7,7 @@
 #include <random>
 
 #include "grapnel/scenario/changed_scenario.hpp"
-#include "grapnel/scenario/read_mesh.hpp"
+#include "grapnel/scenario/mesh_files.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
