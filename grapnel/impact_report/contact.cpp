@@ -218,16 +218,6 @@ std::vector<double> envelope_excesses(const CaptureProblem& problem, const Captu
 
 // --- Normals ---
 
-std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point) {
-  if (point.normal) return point.normal;
-  if (point.approach_direction) return -*point.approach_direction;
-  if (target.geometry.shape != Geometry::Shape::sphere) return {};
-  const Vector3d out = point.X_TG.p - target.geometry.X_BG.p;
-  const double distance = norm(out);
-  if (!(distance > 0)) return {};
-  return (1 / distance) * out;
-}
-
 Vector3d contact_normal_in_world(const CaptureProblem& problem, const CaptureSystem& system,
                                  const Kinematics& kinematics, const GraspSetup& grasp) {
   const auto normal = contact_normal(target_of(problem, grasp), grasp_point_of(problem, grasp));

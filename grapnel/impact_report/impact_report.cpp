@@ -315,24 +315,6 @@ const char* name_of(ImpactSetup::Joints joints) {
   return joints == ImpactSetup::Joints::braked ? "braked" : joints == ImpactSetup::Joints::driven ? "driven" : "free";
 }
 
-const char* name_of(ImpactSetup::Law law) {
-  switch (law) {
-    case ImpactSetup::Law::plastic:
-      return "plastic";
-    case ImpactSetup::Law::bilateral_restitution:
-      return "bilateral_restitution";
-    case ImpactSetup::Law::restitution:
-      return "restitution";
-    case ImpactSetup::Law::friction:
-      return "friction";
-    case ImpactSetup::Law::compliant:
-      return "compliant";
-    case ImpactSetup::Law::as_published:
-      break;
-  }
-  return "as_published";
-}
-
 GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
                               std::size_t grasp) {
   const GraspSetup& setup = problem.grasps[grasp];

@@ -35,6 +35,34 @@ const EndEffectorSetup& end_effector_of(const CaptureProblem& problem, const Gra
   return all.at(index_of(all, grasp.end_effector));
 }
 
+std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point) {
+  if (point.normal) return point.normal;
+  if (point.approach_direction) return -*point.approach_direction;
+  if (target.geometry.shape != Geometry::Shape::sphere) return {};
+  const Vector3d out = point.X_TG.p - target.geometry.X_BG.p;
+  const double distance = norm(out);
+  if (!(distance > 0)) return {};
+  return (1 / distance) * out;
+}
+
+const char* name_of(ImpactSetup::Law law) {
+  switch (law) {
+    case ImpactSetup::Law::plastic:
+      return "plastic";
+    case ImpactSetup::Law::bilateral_restitution:
+      return "bilateral_restitution";
+    case ImpactSetup::Law::restitution:
+      return "restitution";
+    case ImpactSetup::Law::friction:
+      return "friction";
+    case ImpactSetup::Law::compliant:
+      return "compliant";
+    case ImpactSetup::Law::as_published:
+      break;
+  }
+  return "as_published";
+}
+
 // --- Motion stated piece by piece ---
 
 namespace {

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
-#include <set>
 
 #include "grapnel/text/message_text.hpp"
 
@@ -15,24 +15,141 @@ namespace {
 // More samples than this are a slip of the pen: 10 million of a seven-joint dual arm are some 10 GB.
 constexpr double kMostSamples = 1e7;
 
+template <class Named>
+const Named* find_named(const std::vector<Named>& list, const std::string& name) {
+  const auto found = std::find_if(list.begin(), list.end(), [&](const Named& one) { return one.name == name; });
+  return found == list.end() ? nullptr : &*found;
+}
+
+bool is_zero(const Vector3d& v) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
+
+// Whether the centre of mass is so far from the body's origin that rounding takes the inertia about it.
+template <class Body>
+bool loses_inertia(const Body& body) {
+  constexpr double kLost = 1e-12;    // of mass |com|^2: four digits are left of the inertia
+  constexpr double kFarthest = 1e4;  // [m]; beyond, and without an inertia, there is another fault
+  const Symmetric3d& I = body.inertia;
+  const bool is_given = I.xx != 0 || I.yy != 0 || I.zz != 0;
+  return is_given && std::isfinite(body.mass) && norm(body.com) <= kFarthest &&
+         std::min({I.xx, I.yy, I.zz}) < kLost * body.mass * dot(body.com, body.com);
+}
+template <class Body>
+std::string lost_inertia_text(const Body& body, const std::string& path) {
+  return fmt::format(
+      "{}.com is {:.6g} m from the body's origin: beside mass times its square, {:.6g} kg m^2, the inertia is lost to "
+      "rounding; put the origin nearer to the body",
+      path, norm(body.com), body.mass * dot(body.com, body.com));
+}
+
+const char* mode_of(const RobotSetup& robot) { return robot.base_mode == RobotSetup::Base::fixed ? "fixed" : "held"; }
+
 class Conflicts {
  public:
   explicit Conflicts(const CaptureProblem& problem) : problem_(problem) {}
 
   std::vector<ProblemFault> find() {
-    if (problem_.approach) check_approach(*problem_.approach);
-    check_closing_times();
-    if (problem_.post_impact) check_releases(*problem_.post_impact);
+    const bool is_free = problem_.robot.base_mode == RobotSetup::Base::free;
+    if (!is_free) check_base_at_rest();
+    for (std::size_t i = 0; i < problem_.targets.size(); ++i) {
+      if (!loses_inertia(problem_.targets[i])) continue;
+      const std::string path = fmt::format("targets[{}]", i);
+      found_.push_back({path + ".com", lost_inertia_text(problem_.targets[i], path)});
+    }
+    check_end_effectors();
+    check_arrival();
+    if (problem_.approach) {
+      check_approach(*problem_.approach);
+      if (problem_.approach->base_control && !is_free) refuse_base_control("approach.base_control");
+    }
+    check_closing();
+    if (problem_.impact) check_impact(*problem_.impact);
+    if (problem_.post_impact) {
+      check_releases(*problem_.post_impact);
+      // A held base is let go at the impact.
+      if (problem_.post_impact->base_control && problem_.robot.base_mode == RobotSetup::Base::fixed)
+        refuse_base_control("post_impact.base_control");
+    }
     for (std::size_t i = 0; i < problem_.loads.size(); ++i)
       check_profile(problem_.loads[i].profile, fmt::format("external_wrenches[{}].time", i));
     check_lengths();
+    if (!problem_.approach && !problem_.impact && !problem_.post_impact)
+      add("", "nothing to simulate: give 'approach', 'impact' or both");
     return std::move(found_);
   }
 
  private:
   template <class... Arguments>
-  void add(std::string path, fmt::format_string<Arguments...> form, Arguments&&... arguments) {
-    found_.push_back({std::move(path), fmt::format(form, std::forward<Arguments>(arguments)...)});
+  ProblemFault& add(std::string path, fmt::format_string<Arguments...> form, Arguments&&... arguments) {
+    return found_.emplace_back(ProblemFault{std::move(path), fmt::format(form, std::forward<Arguments>(arguments)...)});
+  }
+  // That a key is there.
+  template <class... Arguments>
+  ProblemFault& add_key(std::string path, fmt::format_string<Arguments...> form, Arguments&&... arguments) {
+    ProblemFault& fault = add(std::move(path), form, std::forward<Arguments>(arguments)...);
+    fault.of_key = true;
+    return fault;
+  }
+
+  const EndEffectorSetup* end_effector(const std::string& name) const {
+    return find_named(problem_.robot.end_effectors, name);
+  }
+  const GraspPoint* grasp_point(const GraspSetup& grasp) const {
+    const TargetSetup* target = find_named(problem_.targets, grasp.target);
+    return target ? find_named(target->grasp_points, grasp.grasp_point) : nullptr;
+  }
+
+  // ---- The beginning ----
+
+  void check_base_at_rest() {
+    const auto refuse = [&](const char* key) {
+      add_key(fmt::format("initial.base.{}", key),
+              "initial.base.{}: the robot's base is {}, so its motion cannot be given", key, mode_of(problem_.robot));
+    };
+    if (problem_.V_WB && !is_zero(problem_.V_WB->angular)) refuse("angular_velocity");
+    if (problem_.V_WB && !is_zero(problem_.V_WB->linear)) refuse("velocity");
+    if (problem_.momentum) refuse("momentum");
+  }
+
+  void refuse_base_control(const char* path) {
+    add_key(path, "{}: the robot's base is {}, so its attitude needs no control", path, mode_of(problem_.robot));
+  }
+
+  void check_end_effectors() {
+    std::map<std::string_view, std::size_t> grasp_of;
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const std::string& name = problem_.grasps[i].end_effector;
+      const auto [first, fresh] = grasp_of.emplace(name, i);
+      if (fresh || name.empty()) continue;
+      add(fmt::format("grasps[{}].end_effector", i),
+          "end-effector {} in grasps[{}] is used twice; it already holds in grasps[{}]", in_quotes(name), i,
+          first->second);
+    }
+  }
+
+  // ---- The approach ----
+
+  // Relative velocities of grasps, against what says how the joints arrive.
+  void check_arrival() {
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      if (!is_zero(grasp.relative_velocity)) check_arrival(fmt::format("grasps[{}].relative_velocity", i), false);
+      if (!is_zero(grasp.relative_angular_velocity))
+        check_arrival(fmt::format("grasps[{}].relative_angular_velocity", i), true);
+    }
+  }
+  void check_arrival(const std::string& path, bool angular) {
+    const auto fault = [&](const char* why) { add_key(path, "{}: {}", path, why); };
+    const auto& approach = problem_.approach;
+    if (!approach) {
+      fault("there is no approach; without one, relative motion follows from the initial state and the target's");
+    } else if (approach->straight_in) {
+      fault("approach.straight_in says how it arrives; use its final_speed");
+    } else if (approach->sampled || !approach->pieces.empty() ||
+               (!approach->match && (approach->final_rates || !approach->plan))) {
+      fault("the final rates are given, so that there is nothing to match; use approach.final_rates: {match: ...}");
+    } else if (angular && approach->match && *approach->match != RateMatch::twist) {
+      fault("the turning is not matched; use approach.final_rates: {match: twist}");
+    }
   }
 
   // A phase's duration; 0 without the phase. Empty where it is in doubt.
@@ -44,6 +161,10 @@ class Conflicts {
   }
 
   void check_approach(const ApproachSetup& approach) {
+    if (approach.plan && problem_.grasps.empty())
+      add_key("approach.plan", "approach.plan needs 'grasps': there is nothing to reach").relies_on = "grasps";
+    if (approach.capture_at == ApproachSetup::CaptureAt::envelope) check_envelopes();
+    if (approach.straight_in) check_directions();
     const double straight = approach.straight_in ? approach.straight_in->duration : 0;
     if (approach.straight_in && approach.duration > 0 && straight >= approach.duration) {
       add("approach.straight_in.duration",
@@ -62,7 +183,41 @@ class Conflicts {
       }
       before = std::max(before, time);
     }
+    for (std::size_t i = 1; i < approach.pieces.size(); ++i) {
+      const double begin = approach.pieces[i - 1].until, until = approach.pieces[i].until;
+      const std::string path = fmt::format("approach.pieces[{}].until", i);
+      if (until > 0 && until <= begin)
+        add(path, "{} is {} [s], must be greater than {} of the piece before", path, until, begin);
+    }
     if (!approach.sampled && approach.pieces.empty()) check_start(approach);
+  }
+
+  // What capture_at: envelope waits for.
+  void check_envelopes() {
+    const char* const path = "approach.capture_at";
+    if (problem_.grasps.empty())
+      add(path, "{}: envelope needs 'grasps': there is nothing to close on", path).relies_on = "grasps";
+    const auto waits = [](const GraspSetup& grasp) { return grasp.closes == GraspSetup::Closes::together; };
+    if (!problem_.grasps.empty() && std::none_of(problem_.grasps.begin(), problem_.grasps.end(), waits)) {
+      add(path,
+          "{}: envelope has nothing to wait for: every grasp has closes_at or closes_on_arrival; leave out capture_at",
+          path);
+    }
+    for (const GraspSetup& grasp : problem_.grasps) {
+      const EndEffectorSetup* hand = end_effector(grasp.end_effector);
+      if (!waits(grasp) || !hand || hand->envelope) continue;
+      add(path, "{}: envelope needs an 'envelope' at end-effector {}", path, in_quotes(hand->name));
+    }
+  }
+
+  void check_directions() {
+    for (const GraspSetup& grasp : problem_.grasps) {
+      const GraspPoint* point = grasp_point(grasp);
+      if (!point || point->approach_direction) continue;
+      add_key("approach.straight_in",
+              "approach.straight_in needs an 'approach_direction' at grasp point {} of target {}",
+              in_quotes(point->name), in_quotes(grasp.target));
+    }
   }
 
   // The thesis's profile has no initial rate in it, so neither joints that follow it exactly nor its later pieces can
@@ -87,12 +242,17 @@ class Conflicts {
     }
   }
 
-  void check_closing_times() {
+  // ---- Grasps that close, and let go ----
+
+  void check_closing() {
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
       const GraspSetup& grasp = problem_.grasps[i];
       if (grasp.closes == GraspSetup::Closes::together) continue;
       const bool at_time = grasp.closes == GraspSetup::Closes::at_time;
       const std::string path = fmt::format("grasps[{}].{}", i, at_time ? "closes_at" : "closes_on_arrival");
+      const EndEffectorSetup* hand = end_effector(grasp.end_effector);
+      if (!at_time && hand && !hand->envelope)
+        add(path, "{} needs an 'envelope' at end-effector {}", path, in_quotes(hand->name));
       if (!problem_.impact) {
         add(path, "{} needs 'impact' in the scenario: without it nothing closes", path);
       } else if (at_time) {
@@ -115,7 +275,7 @@ class Conflicts {
 
   void check_releases(const PostImpactSetup& post) {
     double before = 0;
-    std::set<std::string_view> released;
+    std::map<std::string_view, std::size_t> release_of;  // by end-effector
     for (std::size_t i = 0; i < post.releases.size(); ++i) {
       const PostImpactSetup::Release& release = post.releases[i];
       const double after = release.after;
@@ -129,9 +289,22 @@ class Conflicts {
       before = std::max(before, after);
       for (std::size_t k = 0; k < release.end_effectors.size(); ++k) {
         const std::string& name = release.end_effectors[k];
-        if (released.insert(name).second) check_release_after_closing(name, after, path + ".end_effectors", k);
+        const auto [first, fresh] = release_of.emplace(name, i);
+        if (fresh)
+          check_release_after_closing(name, after, path + ".end_effectors", k);
+        else if (end_effector(name))
+          add_second_release(name, path + ".end_effectors", k, first->second == i, first->second);
       }
     }
+  }
+
+  void add_second_release(const std::string& name, const std::string& path, std::size_t k, bool is_same,
+                          std::size_t first) {
+    const std::string place = fmt::format("{}[{}]", path, k);
+    if (is_same)
+      add(place, "{} names {} twice", path, in_quotes(name));
+    else
+      add(place, "end-effector {} in {} has let go before, in post_impact.release[{}]", in_quotes(name), path, first);
   }
 
   // With capture_at: envelope post_impact may begin, and the grasp be released, still earlier than this.
@@ -145,10 +318,97 @@ class Conflicts {
         in_quotes(name), path, grasp->closes_at, *approach + after);
   }
 
+  // ---- The impact ----
+
+  using Law = ImpactSetup::Law;
+
+  void check_impact(const ImpactSetup& impact) {
+    const std::size_t before = found_.size();
+    if (impact.law == Law::as_published) check_published();
+    check_law(impact);
+    for (std::size_t i = before; i < found_.size(); ++i) {
+      if (found_[i].relies_on.empty()) found_[i].relies_on = "impact.law";
+    }
+  }
+
+  // The thesis's formulas are for rigid grips of a floating robot that close all at once.
+  void check_published() {
+    const auto undefined = [&](const std::string& why) {
+      add("impact.law", "impact.law: as_published is not defined {}; use plastic", why);
+    };
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed) undefined("for a robot whose base is fixed");
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      if (grasp.contact) continue;  // said by check_contact()
+      if (grasp.model != GraspModel::rigid) undefined(fmt::format("for grasps[{}], which is not rigid", i));
+      if (grasp.closes != GraspSetup::Closes::together)
+        undefined(fmt::format("for grasps[{}], which does not close with the others", i));
+    }
+  }
+
+  // What the law needs of the grasps.
+  void check_law(const ImpactSetup& impact) {
+    bool any_contact = false, any_grip = false, any_turning = false;
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      (grasp.contact ? any_contact : any_grip) = true;
+      any_turning = any_turning || (!grasp.contact && grasp.model != GraspModel::point);
+      if (grasp.contact) check_contact(grasp, fmt::format("grasps[{}].model", i), impact.law);
+    }
+    if (is_of_contacts(impact.law) && impact.law != Law::compliant && !any_contact && any_grip) {
+      add("impact.law",
+          "impact.law: {} is for contacts, and every grasp here is a grip; give a grasp model: contact, or use law "
+          "bilateral_restitution or plastic",
+          name_of(impact.law));
+    }
+    if (impact.law != Law::compliant) return;
+    if (any_contact && impact.contact.stiffness == 0)
+      add("impact.law", "impact.law: compliant needs impact.contact with the stiffness of the contacts").relies_on =
+          "impact.contact";
+    if (any_grip && impact.grip.linear_stiffness == 0)
+      add("impact.law", "impact.law: compliant needs impact.grip with the stiffness of the grips").relies_on =
+          "impact.grip";
+    if (any_turning && impact.grip.angular_stiffness == 0)
+      add_key("impact.grip",
+              "missing key 'angular_stiffness' in impact.grip: rigid grips and hinges hold rotations too")
+          .relies_on = "impact.grip.angular_stiffness";
+  }
+
+  // A contact needs a law that throws it back, and a surface.
+  void check_contact(const GraspSetup& grasp, const std::string& path, Law law) {
+    if (!is_of_contacts(law)) {
+      add(path,
+          "{}: contact has no meaning with impact.law {}; use restitution, friction or compliant, or let it grip "
+          "(rigid, hinge, point)",
+          path, name_of(law));
+    }
+    const GraspPoint* point = grasp_point(grasp);
+    if (!point || contact_normal(*find_named(problem_.targets, grasp.target), *point)) return;
+    add(path,
+        "{}: contact needs the surface's normal: give grasp point {} of target {} a normal, or an approach_direction "
+        "(the normal is against it)",
+        path, in_quotes(point->name), in_quotes(grasp.target));
+  }
+
+  static bool is_of_contacts(Law law) {
+    return law == Law::restitution || law == Law::friction || law == Law::compliant;
+  }
+
+  // ---- Times of loads, numbers of samples ----
+
   void check_profile(const LoadProfile& profile, const std::string& path) {
     const bool ends = profile.shape != LoadProfile::Shape::table && std::isfinite(profile.end);
     if (ends && !(profile.end > profile.start))
       add(path + ".end", "{} ends at {} [s], must end after its start at {}", path, profile.end, profile.start);
+    double before = -std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < profile.times.size(); ++i) {
+      const double time = profile.times[i];
+      if (!std::isfinite(time)) continue;  // another fault
+      const std::string row = fmt::format("{}.values[{}]", path, i);
+      if (!(time > before))
+        add(row + "[0]", "{}: time {} must be greater than {} of the row before", row, time, before);
+      before = time;
+    }
   }
 
   // Sample and step counts that cannot be meant.
@@ -177,5 +437,24 @@ class Conflicts {
 }  // namespace
 
 std::vector<ProblemFault> problem_conflicts(const CaptureProblem& problem) { return Conflicts(problem).find(); }
+
+std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::string& path) {
+  std::vector<ProblemFault> found;
+  for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
+    const BodyDescription& body = robot.bodies[i];
+    const JointLimits& limits = body.joint.limits;
+    const bool is_lost = loses_inertia(body), is_in_order = limits.lower <= limits.upper;
+    if (!is_lost && is_in_order) continue;
+    const std::string here = i == 0 ? "base" : fmt::format("links[{}]", i - 1);
+    const std::string shown = path.empty() ? here : path + "." + here;
+    if (is_lost) found.push_back({here + ".com", lost_inertia_text(body, shown)});
+    if (!is_in_order) {
+      found.push_back(
+          {here + ".joint.limits.lower",
+           fmt::format("{}.joint.limits: lower limit {} is above upper limit {}", shown, limits.lower, limits.upper)});
+    }
+  }
+  return found;
+}
 
 }  // namespace grapnel

@@ -1,8 +1,10 @@
 #pragma once
 
 /// @file
-/// Numbers of a capture problem that contradict each other: times that are out of order, spans that are too long. What
-/// one number alone may be, its range, stands with its description.
+/// What parts of a capture problem demand of each other: times in order, grasps that a law of impact can close, what a
+/// way of approaching needs. Said once, here, for problems from files, for those that campaigns change number by number
+/// and for those that a program makes. What one value alone may be, its range, stands with its description; what names
+/// mean is looked up where files are read, which knows what was meant.
 
 #include <string>
 #include <vector>
@@ -15,10 +17,20 @@ namespace grapnel {
 struct ProblemFault {
   std::string path;
   std::string message;  // a whole sentence, which names the place
+  bool of_key = false;  // that it is there at all, not its value
+  /// Where what this rests on stands, or would stand: a reader that found it faulty has said so, and this says nothing.
+  std::string relies_on = {};
 };
 
-/// All conflicts among times, durations and steps, in the order of phases. Durations that are not positive and finite
-/// say nothing about others. Empty: there are none.
+/// TEMPORARY
+std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point);
+const char* name_of(ImpactSetup::Law law);
+
+/// All conflicts but those within the robot, in the order of phases. Durations that are not positive and finite say
+/// nothing about others. Empty: there are none.
 std::vector<ProblemFault> problem_conflicts(const CaptureProblem& problem);
+
+/// Those within a robot, with paths that begin at it; messages name their places below `path`, "robot" of a problem.
+std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::string& path);
 
 }  // namespace grapnel

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <numbers>
 #include <set>
 
@@ -84,24 +85,10 @@ void check_joints(const Node& node, const std::string& path, const ReadRobot& ro
   }
 }
 
-}  // namespace
-
-std::vector<const Node*> joint_nodes(const Node& node, const std::string& path, const ReadRobot& robot,
-                                     FaultList& faults) {
-  check_joints(node, path, robot, true, faults);
-  if (!robot.order_known) return {};
-  std::vector<const Node*> nodes(robot.joints.size());
-  for (std::size_t i = 0; i < node.items.size() && i < nodes.size(); ++i) nodes[i] = &node.items[i];
-  for (const NodeEntry& entry : node.entries) {
-    const auto it = robot.joint_index.find(entry.key);
-    if (it != robot.joint_index.end()) nodes[it->second] = &entry.value;
-  }
-  if (std::find(nodes.begin(), nodes.end(), nullptr) != nodes.end()) return {};
-  return nodes;
-}
-
-std::optional<std::vector<double>> joint_values(const Node& node, const std::string& path, const ReadRobot& robot,
-                                                std::optional<double> absent, FaultList& faults) {
+// Values in joint order. A joint that a mapping leaves out gets `absent`, or is a fault if there is no such value.
+// Empty where faults leave values or order in doubt; names and lengths are checked even then.
+std::optional<std::vector<double>> joint_values_of(const Node& node, const std::string& path, const ReadRobot& robot,
+                                                   std::optional<double> absent, FaultList& faults) {
   const std::size_t count = robot.joints.size();
   if (const auto one = number_of(node)) return std::vector<double>(count, *one);
   check_joints(node, path, robot, !absent, faults);
@@ -115,7 +102,7 @@ std::optional<std::vector<double>> joint_values(const Node& node, const std::str
 void check_position_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     const JointLimits& limits = robot.joints[i].limits;
-    if (value >= limits.lower && value <= limits.upper) {
+    if (is_within(limits, value, false)) {
       if (turns(robot.joints[i])) doubt_angle(value, mark, name, faults);
       return;
     }
@@ -124,23 +111,191 @@ void check_position_limits(const Node& node, const std::string& path, const Read
   });
 }
 
+void check_rate_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
+  for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
+    if (is_within(robot.joints[i].limits, value, true)) {
+      if (turns(robot.joints[i])) doubt_angular_rate(value, mark, name, faults);
+      return;
+    }
+    faults.add(mark,
+               fmt::format("{} is {}, beyond the joint's rate limit {}", name, value, robot.joints[i].limits.rate));
+  });
+}
+
+// ---- Forms ----
+
+using Json = nlohmann::ordered_json;
+using Numbers = std::span<const double>;
+
+// Values and rates keep to the joints' limits; gains do not know them.
+enum class Limits { none, position, rate };
+Limits limits_of(const Field& field) {
+  return field.form == "gains" ? Limits::none : field.unit.starts_with("rad/s") ? Limits::rate : Limits::position;
+}
+
+Json by_name(const Json& value, const char* title) {
+  return {{"type", "object"}, {"title", title}, {"additionalProperties", value}};
+}
+Json in_order(const Json& value, const char* title) { return {{"type", "array"}, {"title", title}, {"items", value}}; }
+
+constexpr const char *kByName = "a mapping {joint name: value}", *kInOrder = "a list in joint order";
+
+Json values_schema(const Field& field, const TypeReference&) {
+  const Json value = number_schema(field.range);
+  return {{"anyOf", {by_name(value, kByName), in_order(value, kInOrder)}}};
+}
+
+Json gains_schema(const Field& field, const TypeReference&) {
+  const Json value = number_schema(field.range);
+  return {{"anyOf", {titled(value, "a number for all joints"), by_name(value, kByName), in_order(value, kInOrder)}}};
+}
+
+// Joints that a mapping of rates leaves out are at rest.
+void read_values(const ValueToRead& at) {
+  const Limits limits = limits_of(at.field);
+  const std::optional<double> absent = limits == Limits::rate ? std::optional(0.0) : std::nullopt;
+  const std::string name = at.name();
+  at.into<std::vector<double>>() =
+      joint_values_of(at.node, name, *at.scope.robot, absent, at.scope.faults).value_or(std::vector<double>{});
+  if (limits == Limits::position) check_position_limits(at.node, name, *at.scope.robot, at.scope.faults);
+  if (limits == Limits::rate) check_rate_limits(at.node, name, *at.scope.robot, at.scope.faults);
+}
+
+// The joints whose values the form says, in its order; nothing for a number for all.
+std::optional<std::vector<std::size_t>> joints_of(const NumberPlace& at, const std::vector<JointDescription>& order) {
+  std::vector<std::size_t> which;
+  const auto add = [&](std::string_view name) {
+    for (std::size_t j = 0; j < order.size(); ++j) {
+      if (order[j].name == name) which.push_back(j);
+    }
+  };
+  if (at.rest.empty() && at.form.is_scalar()) return which;
+  if (at.rest.empty() && at.form.is_sequence() && at.form.items.size() == order.size()) {
+    for (std::size_t j = 0; j < order.size(); ++j) which.push_back(j);
+  } else if (at.rest.empty() && at.form.is_mapping()) {
+    for (const NodeEntry& entry : at.form.entries) add(entry.key);
+    if (which.size() != at.form.entries.size()) return {};
+  } else if (at.rest.size() == 1 && at.form.is_scalar()) {
+    if (at.rest[0].is_index)
+      which.push_back(at.rest[0].index);
+    else
+      add(at.rest[0].key);
+  }
+  if (which.empty() || std::any_of(which.begin(), which.end(), [&](auto j) { return j >= order.size(); })) return {};
+  return which;
+}
+
+NumberWriter values_writer(const NumberPlace& at) {
+  const Limits limits = limits_of(at.field);
+  const std::vector<JointDescription> order = moving_joints(at.problem.robot);
+  const auto which = joints_of(at, order);
+  if (!which || (which->empty() && limits != Limits::none)) return nullptr;
+  return [=, field = at.field, which = *which](CaptureProblem&, void* place, Numbers numbers) {
+    auto& values = *static_cast<std::vector<double>*>(place);
+    const bool all = which.empty();
+    if (numbers.size() != (all ? 1 : which.size()) || !allows(field, numbers)) return false;
+    if (values.size() != order.size()) return false;
+    if (all) values.assign(order.size(), numbers[0]);
+    for (std::size_t i = 0; i < which.size(); ++i) {
+      if (limits != Limits::none && !is_within(order[which[i]].limits, numbers[i], limits == Limits::rate))
+        return false;
+      values[which[i]] = numbers[i];
+    }
+    return true;
+  };
+}
+
+Node values_node(const Type&, const void* value) {
+  return numbers_node(*static_cast<const std::vector<double>*>(value));
+}
+
+// Given, or matched to the motion of the grasp points.
+Json final_rates_schema(const Field&, const TypeReference&) {
+  const Json match{{"enum", {"velocity", "twist", "velocity_least_rates"}},
+                   {"description",
+                    "velocity: the linear part, the end-effector not turning. twist: both parts. "
+                    "velocity_least_rates: the linear part with the smallest joint rates."}};
+  Json named = by_name(number_schema({}), "a mapping {joint name: rate}");
+  named["not"] = {{"required", Json::array({"match"})}};
+  return {{"anyOf",
+           {{{"type", "object"},
+             {"title", "{match: velocity}"},
+             {"required", Json::array({"match"})},
+             {"additionalProperties", false},
+             {"properties", {{"match", match}}}},
+            named,
+            in_order(number_schema({}), kInOrder)}}};
+}
+void read_final_rates(const ValueToRead& at) {
+  if (at.node.entry("match")) {
+    const std::string value = text_at(at.node, "match");
+    static_cast<ApproachSetup*>(at.owner)->match = value == "twist"                  ? RateMatch::twist
+                                                   : value == "velocity_least_rates" ? RateMatch::velocity_least_rates
+                                                                                     : RateMatch::velocity;
+    return;
+  }
+  for (const NodeEntry& entry : at.node.entries) {
+    // A slip in this one key would otherwise read as the name of a joint.
+    if (at.scope.robot->joint_names.contains(entry.key) || nearest(entry.key, {"match"}).empty()) continue;
+    at.scope.faults.add(entry.mark,
+                        fmt::format("unknown key {} in {}; did you mean 'match'?", in_quotes(entry.key), at.name()));
+    return;
+  }
+  read_values(at);
+}
+
+// Coefficients of every joint.
+Json series_schema(const Field&, const TypeReference&) {
+  const Json one{{"type", "array"}, {"items", number_schema({})}, {"minItems", 1}, {"maxItems", 100}};
+  return {{"anyOf",
+           {by_name(one, "a mapping {joint name: list of numbers}"), in_order(one, "a list of lists in joint order")}}};
+}
+void read_series(const ValueToRead& at) {
+  auto& series = at.into<std::vector<std::vector<double>>>();
+  check_joints(at.node, at.name(), *at.scope.robot, true, at.scope.faults);
+  for (const Node* one : joint_nodes(at.node, *at.scope.robot)) {
+    const auto numbers = one->is_sequence() ? numbers_in(*one) : std::nullopt;
+    series.push_back(numbers.value_or(std::vector<double>{}));  // else reported by the schema
+  }
+}
+
+const Form kJointForms[] = {
+    {.name = "joint values",
+     .schema = values_schema,
+     .read = read_values,
+     .numbers = values_writer,
+     .write = values_node},
+    {.name = "gains", .schema = gains_schema, .read = read_values, .numbers = values_writer, .write = values_node},
+    {.name = "final rates", .schema = final_rates_schema, .read = read_final_rates, .numbers = values_writer},
+    {.name = "series by joint", .schema = series_schema, .read = read_series},
+};
+
+}  // namespace
+
+std::span<const Form> joint_value_forms() { return kJointForms; }
+
+bool is_within(const JointLimits& limits, double value, bool is_rate) {
+  return is_rate ? std::abs(value) <= limits.rate : value >= limits.lower && value <= limits.upper;
+}
+
+std::vector<const Node*> joint_nodes(const Node& node, const ReadRobot& robot) {
+  if (!robot.order_known) return {};
+  std::vector<const Node*> nodes(robot.joints.size());
+  for (std::size_t i = 0; i < node.items.size() && i < nodes.size(); ++i) nodes[i] = &node.items[i];
+  for (const NodeEntry& entry : node.entries) {
+    const auto it = robot.joint_index.find(entry.key);
+    if (it != robot.joint_index.end()) nodes[it->second] = &entry.value;
+  }
+  if (std::find(nodes.begin(), nodes.end(), nullptr) != nodes.end()) return {};
+  return nodes;
+}
+
 void check_agreement(const Node& node, const std::string& path, const ReadRobot& robot,
                      std::span<const double> expected, double tolerance, std::string_view source, FaultList& faults) {
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     if (std::abs(value - expected[i]) <= tolerance) return;
     faults.add(mark, fmt::format("{} is {}, but {} {}; make them agree within {} or leave out {}", name, value, source,
                                  expected[i], tolerance, path));
-  });
-}
-
-void check_rate_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
-  for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
-    if (std::abs(value) <= robot.joints[i].limits.rate) {
-      if (turns(robot.joints[i])) doubt_angular_rate(value, mark, name, faults);
-      return;
-    }
-    faults.add(mark,
-               fmt::format("{} is {}, beyond the joint's rate limit {}", name, value, robot.joints[i].limits.rate));
   });
 }
 

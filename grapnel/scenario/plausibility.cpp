@@ -9,7 +9,6 @@
 #include "grapnel/approach/target_motion.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/scenario/magnitudes.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -18,8 +17,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kFastest = 6;  // [rad/s], nearly a turn per second
 
-// --- Inertia
-// ----------------------------------------------------------------------------------------------------------
+// ---- Inertia ----
 
 // Nothing that flies is denser than the densest metal [kg/m^3].
 constexpr double kDensest = 22600;
@@ -61,6 +59,7 @@ double farthest(const Geometry& shape, const Vector3d& from) {
       }
       break;
     case Geometry::Shape::mesh:
+      if (!shape.mesh) break;  // its file is missing
       for (const Vector3d& p : shape.mesh->vertices) most = std::max(most, at(shape.size[0] * p));
       break;
   }
@@ -76,8 +75,7 @@ std::string unit_slip(double too_large_by) {
   return "";
 }
 
-// --- Directions
-// -------------------------------------------------------------------------------------------------------
+// ---- Directions ----
 
 // Cosine of the angle between two vectors; nothing for one without direction.
 std::optional<double> cosine(const Vector3d& a, const Vector3d& b) {
@@ -114,8 +112,7 @@ void doubt_directions(const Node& node, const std::string& path, const GraspPoin
   }
 }
 
-// --- The start
-// --------------------------------------------------------------------------------------------------------
+// ---- The start ----
 
 // Flying back from the capture to the start takes time in proportion to the turns.
 constexpr double kMostTurned = 1e5;  // [rad]
@@ -201,21 +198,6 @@ void doubt_inertia(const Node& body, const std::string& path, double mass, const
               fmt::format("{}: the moment of inertia {:.6g} kg m^2 and the mass {:.6g} kg make a radius of gyration of "
                           "{:.3g} m, and {}{}",
                           below(path, "inertia"), largest, mass, gyration, why, unit_slip(off)));
-}
-
-void check_com(const Node& body, const std::string& path, double mass, const Vector3d& com, const Symmetric3d& inertia,
-               FaultList& faults) {
-  constexpr double kLost = 1e-12;                 // of mass |com|^2: four digits are left of the inertia
-  const Magnitudes lengths = magnitudes_of("m");  // beyond them is another fault
-  const double smallest = kLost * mass * dot(com, com);
-  if (!body.find("com") || !std::isfinite(mass) || norm(com) > lengths.largest ||
-      std::min({inertia.xx, inertia.yy, inertia.zz}) >= smallest)
-    return;
-  faults.add(
-      part(body, "com").mark,
-      fmt::format("{} is {:.6g} m from the body's origin: beside mass times its square, {:.6g} kg m^2, the inertia "
-                  "is lost to rounding; put the origin nearer to the body",
-                  below(path, "com"), norm(com), mass * dot(com, com)));
 }
 
 void doubt_approach_axis(const Node& end_effector, const std::string& path, const EndEffectorSetup& read,

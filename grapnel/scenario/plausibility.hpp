@@ -20,10 +20,6 @@ void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std:
 void doubt_inertia(const Node& body, const std::string& path, double mass, const Vector3d& com,
                    const Symmetric3d& inertia, const Geometry& shape, FaultList& faults);
 
-/// A fault where the centre of mass is so far from the body's origin that rounding takes the inertia about it.
-void check_com(const Node& body, const std::string& path, double mass, const Vector3d& com, const Symmetric3d& inertia,
-               FaultList& faults);
-
 /// An approach axis that points back along the hand.
 void doubt_approach_axis(const Node& end_effector, const std::string& path, const EndEffectorSetup& read,
                          FaultList& faults);

@@ -1,5 +1,3 @@
-#include "grapnel/scenario/read_trajectory.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,7 +5,8 @@
 #include <string_view>
 #include <utility>
 
-#include "grapnel/scenario/magnitudes.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"
 

@@ -10,7 +10,6 @@
 #include <memory>
 #include <optional>
 #include <set>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,31 +30,33 @@ std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key);
 /// A whole number from 0 to `most`, which is at most 2^53; else 0.
 std::uint64_t whole_number_at(const Node& mapping, std::string_view key, std::uint64_t most);
 bool boolean_at(const Node& mapping, std::string_view key);
-
-/// Reads the keys of a mapping into the structure that is described at `path` (description_at()): numbers, truth
-/// values, texts, names of choices, vectors, and the structures in it. What is absent or faulty stays as it is; lists
-/// and values that stand in forms of their own are left to whoever knows them.
-void read_members(const Node& mapping, std::string_view path, void* structure);
-
-/// Reads all that a mapping says into a structure that holds all of it: as read_members(), with lists and alternatives.
-/// What stands in a form of its own is left to whoever knows it here too.
-void read_structure(const Node& mapping, const Type& type, void* structure);
-
-/// Rotation of a quaternion (w, x, y, z), normalised; empty unless its length is 1 within 1e-6. Not inline: whoever has
-/// the same four numbers gets the same bits.
-std::optional<Rotationd> rotation_from_wxyz(std::span<const double, 4> q);
-
-/// Position and orientation (quaternion_wxyz or rpy) of a mapping. `path` names it in messages.
-Posed pose_of(const Node& mapping, const std::string& path, FaultList& faults);
-/// A vector that must have length 1.
+/// A vector that must have length 1; `name` is the value's in messages.
+Vector3d unit_vector_of(const Node& node, const std::string& name, FaultList& faults);
 Vector3d unit_vector_at(const Node& mapping, std::string_view key, const std::string& path, FaultList& faults);
-/// A tensor that a body can have.
-Symmetric3d inertia_at(const Node& mapping, const std::string& path, FaultList& faults);
+
 /// Meshes by what geometry.file says; null for one that could not be read, which has been reported.
 using Meshes = std::map<std::string, std::shared_ptr<const TriangleMesh>, std::less<>>;
 
-/// The shape under "geometry", if any.
-Geometry geometry_at(const Node& mapping, const std::string& path, const Meshes& meshes, FaultList& faults);
+struct ReadRobot;
+
+/// What values need to be read besides their tree.
+struct ReadScope {
+  FaultList& faults;
+  const Meshes& meshes;               // that geometry.file names
+  const ReadRobot* robot = nullptr;   // to which joint values belong; null: none
+  RobotSetup* robot_setup = nullptr;  // of the robot that is read, which keeps shapes and ratings in lists by name
+};
+
+/// Reads the keys of a mapping into the structure that the type describes, with all that is below: numbers, names,
+/// structures and lists of them, and values in forms of their own (forms.hpp). What is absent or faulty stays as it is,
+/// and what has no meaning beside what has been read (Field::when()) is passed over. `path` leads to the mapping.
+void read_members(const Node& mapping, const Type& type, const std::string& path, void* structure,
+                  const ReadScope& scope);
+
+/// Reads all that a mapping says into a structure that holds all of it: as the other, with values that may be written in
+/// several ways (alternatives). A value that cannot be what its member holds leaves it as it is, and so does one in a form
+/// of its own.
+void read_structure(const Node& mapping, const Type& type, void* structure);
 
 /// Results are filed under the names of things: a fault where a name cannot be a folder's.
 void check_name(const std::string& name, const Mark& mark, const std::string& path, FaultList& faults);

@@ -5,7 +5,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "grapnel/scenario/magnitudes.hpp"
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/text/message_text.hpp"

@@ -1,13 +1,12 @@
-#include "grapnel/scenario/schema_of.hpp"
-
-#include <fmt/format.h>
+#include "grapnel/scenario/schema.hpp"
 
 #include <cmath>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
-#include <stdexcept>
 #include <vector>
+
+#include "grapnel/describe/json.hpp"
+#include "grapnel/scenario/forms.hpp"
 
 namespace grapnel {
 namespace {
@@ -23,174 +22,6 @@ std::vector<std::string> names_in(std::string_view list, std::string_view betwee
     at = end + between.size();
   }
   return names;
-}
-
-Json number_json(double x) {
-  constexpr double kExact = 9007199254740992;
-  if (x == std::floor(x) && std::abs(x) <= kExact) return static_cast<std::int64_t>(x);
-  return x;
-}
-
-Json number_schema(const Range& range, const char* type = "number") {
-  Json schema{{"type", type}};
-  if (std::isfinite(range.least))
-    schema[range.least_excluded ? "exclusiveMinimum" : "minimum"] = number_json(range.least);
-  if (std::isfinite(range.most)) schema[range.most_excluded ? "exclusiveMaximum" : "maximum"] = number_json(range.most);
-  return schema;
-}
-Json titled(Json schema, std::string_view title) {
-  schema["title"] = title;
-  return schema;
-}
-Json numbers_schema(std::size_t count, const Range& range) {
-  return {{"type", "array"},
-          {"title", fmt::format("a list of {} numbers", count)},
-          {"items", number_schema(range)},
-          {"minItems", count},
-          {"maxItems", count}};
-}
-const Json& name_schema() {
-  static const Json kName{{"type", "string"}, {"minLength", 1}};
-  return kName;
-}
-
-// ---- Values that stand in files in forms of their own ----
-
-Json joint_mapping(const Json& value, const char* title) {
-  return {{"type", "object"}, {"title", title}, {"additionalProperties", value}};
-}
-Json joint_list(const Json& value, const char* title) {
-  return {{"type", "array"}, {"title", title}, {"items", value}};
-}
-
-Json joint_values_form(const Field& field) {
-  const Json value = number_schema(field.range);
-  return {
-      {"anyOf", {joint_mapping(value, "a mapping {joint name: value}"), joint_list(value, "a list in joint order")}}};
-}
-
-Json gains_form(const Field& field) {
-  const Json value = number_schema(field.range);
-  return {{"anyOf",
-           {titled(value, "a number for all joints"), joint_mapping(value, "a mapping {joint name: value}"),
-            joint_list(value, "a list in joint order")}}};
-}
-
-Json axis_gains_form(const Field& field) {
-  return {{"anyOf", {titled(number_schema(field.range), "a number for all axes"), numbers_schema(3, field.range)}}};
-}
-
-Json final_rates_form(const Field&) {
-  const Json match{{"enum", {"velocity", "twist", "velocity_least_rates"}},
-                   {"description",
-                    "velocity: the linear part, the end-effector not turning. twist: both parts. "
-                    "velocity_least_rates: the linear part with the smallest joint rates."}};
-  Json by_name = joint_mapping(number_schema({}), "a mapping {joint name: rate}");
-  by_name["not"] = {{"required", Json::array({"match"})}};
-  return {{"anyOf",
-           {{{"type", "object"},
-             {"title", "{match: velocity}"},
-             {"required", Json::array({"match"})},
-             {"additionalProperties", false},
-             {"properties", {{"match", match}}}},
-            by_name,
-            joint_list(number_schema({}), "a list in joint order")}}};
-}
-
-Json restitution_form(const Field& field) {
-  Json part = number_schema(field.range);
-  const Json one = titled(part, "a number from 0 to 1");
-  part["default"] = 0;
-  return {{"anyOf",
-           {one,
-            {{"type", "object"},
-             {"title", "{linear: e, angular: e}"},
-             {"additionalProperties", false},
-             {"properties", {{"linear", part}, {"angular", part}}}}}}};
-}
-
-Json number_or_any_form(const Field& field) {
-  return {{"anyOf",
-           {titled(number_schema(field.range), "a number"),
-            {{"type", "string"}, {"enum", Json::array({"any"})}, {"title", "any"}}}}};
-}
-
-Json series_form(const Field&) {
-  const Json one{{"type", "array"}, {"items", number_schema({})}, {"minItems", 1}, {"maxItems", 100}};
-  return {{"anyOf",
-           {joint_mapping(one, "a mapping {joint name: list of numbers}"),
-            joint_list(one, "a list of lists in joint order")}}};
-}
-
-Json load_table_form(const Field&) { return {{"type", "array"}, {"items", numbers_schema(7, {})}}; }
-
-Json pairs_form(const Field&) {
-  return {{"type", "array"},
-          {"items",
-           {{"type", "array"},
-            {"title", "a list of 2 names"},
-            {"items", name_schema()},
-            {"minItems", 2},
-            {"maxItems", 2}}}};
-}
-
-Json inertia_form(const Field& field) {
-  Json diagonal = numbers_schema(3, {}), all = numbers_schema(6, {});
-  diagonal["title"] = "[Ixx, Iyy, Izz]", all["title"] = "[Ixx, Iyy, Izz, Ixy, Ixz, Iyz]";
-  const Json matrix{{"type", "array"},
-                    {"title", "a symmetric 3 x 3 matrix"},
-                    {"items", numbers_schema(3, {})},
-                    {"minItems", 3},
-                    {"maxItems", 3}};
-  Json components = Json::object();
-  for (const char* key : {"xx", "yy", "zz", "xy", "xz", "yz"}) {
-    components[key] = number_schema({});
-    components[key]["x-unit"] = field.unit;
-    if (key[0] != key[1]) components[key]["default"] = 0;
-  }
-  const Json mapping{{"type", "object"},
-                     {"title", "a mapping {xx, yy, zz, xy, xz, yz}"},
-                     {"required", {"xx", "yy", "zz"}},
-                     {"additionalProperties", false},
-                     {"properties", components}};
-  return {{"anyOf", {diagonal, all, matrix, mapping}}};
-}
-
-Json infinite_form(const Field& field) {
-  Json schema = number_schema(field.range);
-  schema["x-infinity"] = true;
-  return schema;
-}
-
-const std::map<std::string_view, Json (*)(const Field&)>& forms() {
-  static const std::map<std::string_view, Json (*)(const Field&)> kForms{
-      {"any text",
-       [](const Field&) {
-         return Json{{"type", "string"}};
-       }},
-      {"values by path",
-       [](const Field&) {
-         return Json{{"type", "object"}, {"additionalProperties", Json::object()}};
-       }},
-      {"anything",
-       [](const Field&) {
-         return Json{{"type", "array"}, {"items", Json::object()}};
-       }},
-      {"quaternion", [](const Field&) { return numbers_schema(4, {}); }},
-      {"rpy", [](const Field&) { return numbers_schema(3, {}); }},
-      {"scale", [](const Field& field) { return number_schema(field.range); }},
-      {"joint values", joint_values_form},
-      {"gains", gains_form},
-      {"axis gains", axis_gains_form},
-      {"final rates", final_rates_form},
-      {"restitution", restitution_form},
-      {"number or any", number_or_any_form},
-      {"number or infinity", infinite_form},
-      {"series by joint", series_form},
-      {"load table", load_table_form},
-      {"pairs of names", pairs_form},
-      {"inertia", inertia_form}};
-  return kForms;
 }
 
 // ---- What keys demand of each other ----
@@ -270,31 +101,11 @@ void add_rules(std::span<const Rule> rules, const ItemSchema& item_schema, Json&
 
 // ---- Structures ----
 
-Json value_json(const Type& type, const void* value) {
-  switch (type.kind) {
-    case Type::Kind::boolean:
-      return type.whole(value) != 0;
-    case Type::Kind::whole:
-      return type.whole(value);
-    case Type::Kind::real:
-      return number_json(*static_cast<const double*>(value));
-    case Type::Kind::text:
-      return *static_cast<const std::string*>(value);
-    case Type::Kind::choice:
-      return name_of_choice(type, type.whole(value));
-    case Type::Kind::list: {
-      Json list = Json::array();
-      const auto add = [&](const void* item) { list.push_back(value_json(type.of(), item)); };
-      for (std::size_t i = 0; i < type.size(value); ++i) type.show_item(value, i, visitor_of(add));
-      return list;
-    }
-    case Type::Kind::structure:
-      return Json::object();
-    case Type::Kind::optional:
-    case Type::Kind::alternatives:
-      break;
-  }
-  throw std::logic_error("no default of an optional value, or of one with alternatives");
+// Numbers as a file would have them.
+void write_plainly(Json& value) {
+  if (value.is_number_float()) value = number_json(value.get<double>());
+  if (!value.is_array()) return;
+  for (Json& item : value) write_plainly(item);
 }
 
 class SchemaWriter {
@@ -342,25 +153,9 @@ class SchemaWriter {
   }
 
   Json in_form(const Field& field) {
-    constexpr std::string_view kConstant = "constant ", kOneOf = "one of ";
-    if (field.form.starts_with(kConstant)) return {{"const", field.form.substr(kConstant.size())}};
-    if (field.form.starts_with(kOneOf)) return {{"enum", names_in(field.form.substr(kOneOf.size()))}};
-    if (field.form == "robot") return robot_form(field);
-    if (field.form == "places by end-effector") {
-      return {{"type", "object"},
-              {"title", "a mapping {end-effector: place}"},
-              {"additionalProperties", reference(field.type().of())}};
-    }
-    const auto form = forms().find(field.form);
-    return form != forms().end() ? form->second(field) : by_type(field.type(), field);
-  }
-
-  Json robot_form(const Field& field) {
-    return {{"anyOf",
-             {titled(name_schema(), "the path of a robot file"),
-              {{"allOf", Json::array({reference(field.type())})},
-               {"type", "object"},
-               {"title", "a mapping with a robot's content"}}}}};
+    const Form* form = form_of(field);
+    if (!form || !form->schema) return by_type(field.type(), field);
+    return form->schema(field, [this](const Type& type) { return reference(type); });
   }
 
   Json by_type(const Type& type, const Field& field) {
@@ -420,7 +215,7 @@ class SchemaWriter {
     if (!field.default_text.empty()) return Json::parse(field.default_text);
     if (field.type().kind == Type::Kind::structure) return Json::object();
     std::optional<Json> found;
-    const auto take = [&](const void* value) { found = value_json(field.type(), value); };
+    const auto take = [&](const void* value) { found = json_of(field.type(), value), write_plainly(*found); };
     const auto look = [&](const void* untouched) { field.show(untouched, visitor_of(take)); };
     owner.show_default(visitor_of(look));
     return found;

@@ -6,10 +6,8 @@
 #include <stdexcept>
 
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/write_back.hpp"
 #include "grapnel/study/grid.hpp"
 #include "grapnel/study_files/changed_scenario.hpp"
-#include "grapnel/study_files/frozen_plan.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
 

@@ -8,7 +8,7 @@
 #include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/study_files/campaign_points.hpp"
-#include "grapnel/study_files/frozen_plan.hpp"
+#include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/study_files/study_document.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/message_text.hpp"

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <optional>
 
-#include "grapnel/scenario/read_robot.hpp"
-#include "grapnel/scenario/schema_place.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/sections.hpp"
 #include "grapnel/study_files/read_uncertain.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/write_yaml.hpp"

@@ -6,7 +6,6 @@
 
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/schema_place.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"
 

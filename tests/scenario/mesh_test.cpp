@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "grapnel/scenario/read_mesh.hpp"
+#include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/study_files/changed_scenario.hpp"
 #include "scenario/scenario_files.hpp"
 

@@ -1,5 +1,10 @@
-#include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/scenario/descriptions.hpp"
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "grapnel/scenario/plausibility.hpp"
+#include "grapnel/scenario/sections.hpp"
+#include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {
@@ -12,36 +17,29 @@ struct BaseKeys;
 
 }  // namespace
 
+// ---- What robot files hold ----
+
 template <>
 struct Described<Geometry::Shape> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(Geometry::Shape::box, "box"),
-      choice(Geometry::Shape::cylinder, "cylinder"),
-      choice(Geometry::Shape::capsule, "capsule"),
-      choice(Geometry::Shape::sphere, "sphere"),
-      choice(Geometry::Shape::mesh, "mesh"),
-  });
+  using enum Geometry::Shape;
+  static constexpr auto choices =
+      std::to_array({choice(box, "box"), choice(cylinder, "cylinder"), choice(capsule, "capsule"),
+                     choice(sphere, "sphere"), choice(mesh, "mesh")});
   static constexpr Type type = enumeration<Geometry::Shape>("Shape", choices);
 };
 
 template <>
 struct Described<JointType> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(JointType::revolute, "revolute"),
-      choice(JointType::continuous, "continuous"),
-      choice(JointType::prismatic, "prismatic"),
-      choice(JointType::fixed, "fixed"),
-  });
+  using enum JointType;
+  static constexpr auto choices = std::to_array({choice(revolute, "revolute"), choice(continuous, "continuous"),
+                                                 choice(prismatic, "prismatic"), choice(fixed, "fixed")});
   static constexpr Type type = enumeration<JointType>("JointType", choices);
 };
 
 template <>
 struct Described<RobotSetup::Base> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(RobotSetup::Base::free, "free"),
-      choice(RobotSetup::Base::held, "held"),
-      choice(RobotSetup::Base::fixed, "fixed"),
-  });
+  using enum RobotSetup::Base;
+  static constexpr auto choices = std::to_array({choice(free, "free"), choice(held, "held"), choice(fixed, "fixed")});
   static constexpr Type type = enumeration<RobotSetup::Base>("Base", choices);
 };
 
@@ -60,6 +58,7 @@ struct Described<Geometry> {
           .optional(),
       key<std::string>("file", "",
                        "Of a mesh: a file of triangles, .stl or .obj, by its path relative to the file that names it.")
+          .as("mesh file")
           .optional(),
       found<[](T& t) -> double& { return t.size[0]; }>("scale", "",
                                                        "Of a mesh: what the file's numbers are multiplied with to be "
@@ -69,15 +68,8 @@ struct Described<Geometry> {
           .optional(),
       found<[](T& t) -> Vector3d& { return t.X_BG.p; }>(
           "position", "m", "Centre of the shape in the body's frame; of a mesh, its file's origin."),
-      found<[](T& t) -> Rotationd& { return t.X_BG.R; }>(
-          "quaternion_wxyz", "",
-          "Unit quaternion w, x, y, z; normalised if its length is within 1e-6 of 1, refused otherwise.")
-          .as("quaternion")
-          .optional(),
-      found<[](T& t) -> Rotationd& { return t.X_BG.R; }>(
-          "rpy", "rad", "Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as in URDF.")
-          .as("rpy")
-          .optional(),
+      quaternion_of<&T::X_BG>(),
+      rpy_of<&T::X_BG>(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       not_both("quaternion_wxyz, rpy"),
@@ -95,15 +87,8 @@ struct Described<OriginKeys> {
   using T = BodyDescription;
   static constexpr auto fields = std::to_array<Field>({
       found<[](T& t) -> Vector3d& { return t.X_PF.p; }>("position", "m", ""),
-      found<[](T& t) -> Rotationd& { return t.X_PF.R; }>(
-          "quaternion_wxyz", "",
-          "Unit quaternion w, x, y, z; normalised if its length is within 1e-6 of 1, refused otherwise.")
-          .as("quaternion")
-          .optional(),
-      found<[](T& t) -> Rotationd& { return t.X_PF.R; }>(
-          "rpy", "rad", "Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as in URDF.")
-          .as("rpy")
-          .optional(),
+      quaternion_of<&T::X_PF>(),
+      rpy_of<&T::X_PF>(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       not_both("quaternion_wxyz, rpy"),
@@ -255,15 +240,8 @@ struct Described<EndEffectorSetup> {
       field<&T::name>("name", "", "").required(),
       field<&T::body>("link", "", "Name of the link, or of the base, that carries it.").required(),
       found<[](T& t) -> Vector3d& { return t.X_BE.p; }>("position", "m", "In the link's frame."),
-      found<[](T& t) -> Rotationd& { return t.X_BE.R; }>(
-          "quaternion_wxyz", "",
-          "Unit quaternion w, x, y, z; normalised if its length is within 1e-6 of 1, refused otherwise.")
-          .as("quaternion")
-          .optional(),
-      found<[](T& t) -> Rotationd& { return t.X_BE.R; }>(
-          "rpy", "rad", "Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as in URDF.")
-          .as("rpy")
-          .optional(),
+      quaternion_of<&T::X_BE>(),
+      rpy_of<&T::X_BE>(),
       field<&T::approach_axis>("approach_axis", "",
                                "Unit vector in the end-effector's frame: the direction in which it reaches out. For "
                                "grasps with orientation axis.")
@@ -316,7 +294,9 @@ const Type& links_type() {
     list.show_item = [](const void* value, std::size_t i, ValueVisitor visitor) {
       visitor(&(*static_cast<const std::vector<BodyDescription>*>(value))[i + 1]);
     };
-    list.resize = nullptr;
+    list.resize = [](void* value, std::size_t size) {
+      static_cast<std::vector<BodyDescription>*>(value)->resize(size + 1);
+    };
     return list;
   }();
   return type;
@@ -350,5 +330,154 @@ struct Described<RobotSetup> {
 
 const Type& geometry_description() { return type_of<Geometry>(); }
 const Type& robot_description() { return type_of<RobotSetup>(); }
+
+// ---- How they are read ----
+
+namespace {
+
+void doubt_body(const Node& node, const std::string& path, const BodyDescription& body, const RobotSetup& setup,
+                FaultList& faults) {
+  const auto shape = std::find_if(setup.geometry.begin(), setup.geometry.end(),
+                                  [&](const auto& one) { return one.first == body.name; });
+  doubt_inertia(node, path, body.mass, body.com, body.inertia,
+                shape == setup.geometry.end() ? Geometry{} : shape->second, faults);
+}
+
+void finish_base(const Node& node, const std::string& path, ReadRobot& robot, FaultList& faults) {
+  RobotSetup& setup = robot.setup;
+  BodyDescription& base = setup.bodies[0];
+  robot.links.add_from(node, path, faults);
+  base.name = setup.base;
+  base.joint.type = setup.base_mode == RobotSetup::Base::fixed ? JointType::fixed : JointType::free;
+  doubt_body(node, path, base, setup, faults);
+}
+
+void finish_link(const Node& node, const std::string& path, BodyDescription& link, ReadRobot& robot,
+                 FaultList& faults) {
+  robot.links.add_from(node, path, faults);
+  const Node& joint = part(node, "joint");
+  robot.joint_names.add_from(joint, below(path, "joint"), faults);
+  JointLimits& limits = link.joint.limits;
+  if (!(limits.lower <= limits.upper)) limits.lower = -JointLimits{}.upper, limits.upper = JointLimits{}.upper;
+  const auto type = choice_named(type_of<JointType>(), text_at(joint, "type"));
+  if (!type) robot.types_known = false;
+  if (type && link.joint.type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
+  doubt_body(node, path, link, robot.setup, faults);
+}
+
+// The cycles among parents, each as its members in order. A link that merely hangs on a cycle is no member.
+std::vector<std::vector<std::string>> parent_cycles(const std::vector<BodyDescription>& bodies) {
+  std::map<std::string_view, std::string_view> parent_of;
+  for (const BodyDescription& body : bodies) parent_of.emplace(body.name, body.parent);
+  std::vector<std::vector<std::string>> cycles;
+  std::set<std::string_view> settled;
+  for (const BodyDescription& body : bodies) {
+    std::vector<std::string_view> chain;
+    std::map<std::string_view, std::size_t> place;
+    std::string_view at = body.name;
+    while (!at.empty() && parent_of.contains(at) && !settled.contains(at) && place.emplace(at, chain.size()).second) {
+      chain.push_back(at);
+      at = parent_of[at];
+    }
+    if (const auto it = place.find(at); it != place.end()) {
+      cycles.emplace_back(chain.begin() + static_cast<std::ptrdiff_t>(it->second), chain.end());
+    }
+    settled.insert(chain.begin(), chain.end());
+  }
+  return cycles;
+}
+
+// "upper -> lower -> upper", from the given member on.
+std::string cycle_text(const std::vector<std::string>& cycle, std::size_t from) {
+  constexpr std::size_t kMost = 10;
+  std::string text = shortened(cycle[from]);
+  for (std::size_t k = 1; k < std::min(cycle.size(), kMost); ++k) {
+    text += " -> " + shortened(cycle[(from + k) % cycle.size()]);
+  }
+  return text + (cycle.size() > kMost ? " -> …" : "") + " -> " + shortened(cycle[from]);
+}
+
+// Parents that exist and do not lead back to the link itself.
+void check_parents(const Node& links, const std::string& path, const ReadRobot& robot, FaultList& faults) {
+  std::map<std::string, std::string, std::less<>> cycle_of;
+  for (const std::vector<std::string>& cycle : parent_cycles(robot.setup.bodies)) {
+    for (std::size_t k = 0; k < cycle.size(); ++k) cycle_of.emplace(cycle[k], cycle_text(cycle, k));
+  }
+  for (std::size_t i = 0; i < links.items.size() && !faults.full(); ++i) {
+    const Node& link = links.items[i];
+    const std::string name = text_at(link, "name"), parent = text_at(link, "parent");
+    if (!robot.links.expect(parent, part(link, "parent").mark, item(path, i), faults)) continue;
+    const auto it = cycle_of.find(name);
+    // Between two of one name nobody can say whose parent is meant.
+    if (it == cycle_of.end() || robot.links.is_duplicate(name)) continue;
+    faults.add(part(link, "parent").mark,
+               fmt::format("{}: the parents of {} form a cycle: {}", item(path, i), in_quotes(name), it->second));
+  }
+}
+
+void finish_end_effectors(const Node& list, const std::string& path, ReadRobot& robot, FaultList& faults) {
+  if (list.kind != Node::Kind::null && !list.is_sequence()) robot.end_effectors.make_incomplete();
+  for (std::size_t i = 0; i < robot.setup.end_effectors.size(); ++i) {
+    const std::string here = item(path, i);
+    robot.end_effectors.add_from(list.items[i], here, faults);
+    robot.links.expect(robot.setup.end_effectors[i].body, part(list.items[i], "link").mark, here, faults);
+    doubt_approach_axis(list.items[i], here, robot.setup.end_effectors[i], faults);
+  }
+}
+
+// The joint order is the model's; without a model the file's, for what does not depend on the order.
+void order_joints(ReadRobot& robot, bool faultless, const Mark& mark, FaultList& faults) {
+  if (faultless) {
+    try {
+      robot.joints = moving_joints(robot.setup);
+      robot.order_known = true;
+    } catch (const ModelError& error) {
+      for (const std::string& fault : error.faults()) faults.add(mark, fault);
+    }
+  }
+  if (!robot.order_known) {
+    for (const BodyDescription& body : robot.setup.bodies) {
+      if (velocity_count(body.joint.type) == 1 && !body.joint.name.empty()) robot.joints.push_back(body.joint);
+    }
+  }
+  for (std::size_t i = 0; i < robot.joints.size(); ++i) robot.joint_index.emplace(robot.joints[i].name, i);
+}
+
+}  // namespace
+
+Model build_model(const RobotSetup& setup) {
+  ModelBuilder builder;
+  for (const BodyDescription& body : setup.bodies) builder.add(body);
+  for (const FrameDescription& frame : setup.end_effectors) builder.add(frame);
+  return builder.build();
+}
+
+std::vector<JointDescription> moving_joints(const RobotSetup& setup) {
+  std::vector<JointDescription> joints;
+  const Model model = build_model(setup);
+  for (const int body : model.joints()) joints.push_back(model.bodies()[body].description.joint);
+  return joints;
+}
+
+ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& meshes, FaultList& faults) {
+  ReadRobot robot;
+  RobotSetup& setup = robot.setup;
+  // The structural check has run on the same list of faults: any of its findings makes the model doubtful.
+  const bool sound_structure = faults.empty();
+  setup.bodies.resize(1);
+  read_members(node, robot_description(), path, &setup, {faults, meshes, nullptr, &setup});
+  add_conflicts(robot_conflicts(setup, path), node, faults);
+  finish_base(part(node, "base"), below(path, "base"), robot, faults);
+  const Node& links = part(node, "links");
+  if (!links.is_sequence()) {
+    for (NameTable* table : {&robot.links, &robot.joint_names}) table->make_incomplete();
+  }
+  for (std::size_t i = 0; i + 1 < setup.bodies.size(); ++i)
+    finish_link(links.items[i], item(below(path, "links"), i), setup.bodies[i + 1], robot, faults);
+  check_parents(links, below(path, "links"), robot, faults);
+  finish_end_effectors(part(node, "end_effectors"), below(path, "end_effectors"), robot, faults);
+  order_joints(robot, sound_structure && faults.empty(), node.mark, faults);
+  return robot;
+}
 
 }  // namespace grapnel

@@ -1,0 +1,450 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/scenario/joint_values.hpp"
+#include "grapnel/scenario/sections.hpp"
+#include "grapnel/text/message_text.hpp"
+
+namespace grapnel {
+
+// ---- What "approach" holds ----
+
+template <>
+struct Described<JointControl> {
+  // The laws that have a name in files.
+  static constexpr auto choices = [] {
+    std::array<Choice, std::size(kJointControls) - 1> named{};
+    std::size_t n = 0;
+    for (const JointControlLaw& law : kJointControls) {
+      if (!law.name_in_files.empty()) named.at(n++) = choice(law.control, law.name_in_files);
+    }
+    return named;
+  }();
+  static constexpr Type type = enumeration<JointControl>("Mode", choices);
+};
+
+template <>
+struct Described<PlanSetup::Measure> {
+  using enum PlanSetup::Measure;
+  static constexpr auto choices =
+      std::to_array({choice(excursion, "excursion"), choice(nearest, "nearest"), choice(limits, "limits"),
+                     choice(manipulability, "manipulability"), choice(as_found, "as_found")});
+  static constexpr Type type = enumeration<PlanSetup::Measure>("Measure", choices);
+};
+
+template <>
+struct Described<JointProfile> {
+  using enum JointProfile;
+  static constexpr auto choices =
+      std::to_array({choice(quartic, "quartic"), choice(cycloidal, "cycloidal"), choice(quintic, "quintic")});
+  static constexpr Type type = enumeration<JointProfile>("JointProfile", choices);
+};
+
+template <>
+struct Described<ApproachSetup::CaptureAt> {
+  using enum ApproachSetup::CaptureAt;
+  static constexpr auto choices = std::to_array({choice(end, "end"), choice(envelope, "envelope")});
+  static constexpr Type type = enumeration<ApproachSetup::CaptureAt>("CaptureAt", choices);
+};
+
+template <>
+struct Described<BaseControlSetup> {
+  using T = BaseControlSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::kp>("kp", "N m/rad", "Proportional gain.").at_least(0).as("axis gains").required(),
+      field<&T::kd>("kd", "N m s/rad", "Derivative gain.").at_least(0).as("axis gains").required(),
+      field<&T::limit>("limit", "N m", "Largest torque about each axis; absent: none.")
+          .above(0)
+          .as("axis gains")
+          .optional(),
+      field<&T::R_WD>("quaternion_wxyz", "",
+                      "Desired attitude in W; absent, as rpy: the attitude at the phase's start.")
+          .as("quaternion")
+          .optional(),
+      field<&T::R_WD>("rpy", "rad", "Desired attitude in W, in place of quaternion_wxyz.").as("rpy").optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      not_both("quaternion_wxyz, rpy"),
+  });
+  static constexpr Type type =
+      structure<T>("base_control",
+                   "A torque that holds the base's attitude: -(kp times the rotation vector from the desired attitude "
+                   "+ kd times the angular velocity), about the base's axes.",
+                   fields, rules);
+};
+
+template <>
+struct Described<TrackingNoise> {
+  using T = TrackingNoise;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::position>("position", "rad or m", "Standard deviation.").at_least(0).required(),
+      field<&T::bandwidth>("bandwidth", "Hz", "Highest frequency.").above(0),
+      field<&T::seed>("seed", "", "Of the random numbers; the same seed gives the same results.")
+          .at_least(0)
+          .at_most(9007199254740991),
+  });
+  static constexpr Type type =
+      structure<T>("noise",
+                   "What the joints' sensors misread: smooth, nearly Gaussian, the same for the same seed; joints with "
+                   "ideal tracking follow the reference less this noise.",
+                   fields);
+};
+
+template <>
+struct Described<TrackingSetup> {
+  using T = TrackingSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::mode>("mode", "",
+                      "ideal: the joints follow the profile exactly. pd: joint torques by the law (4.1). "
+                      "computed_torque: torques that the model asks for, the errors decaying with the gains."),
+      field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
+                    "Proportional gain, for modes pd and computed_torque; ignored otherwise.")
+          .at_least(0)
+          .as("gains")
+          .optional()
+          .when<[](const T& t) { return t.mode != T::Mode::ideal; }>(),
+      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
+                    "Derivative gain, for modes pd and computed_torque; ignored otherwise.")
+          .at_least(0)
+          .as("gains")
+          .optional()
+          .when<[](const T& t) { return t.mode != T::Mode::ideal; }>(),
+      field<&T::noise>("noise", "", "").optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      when("mode", "pd, computed_torque").require("kp, kd"),
+  });
+  static constexpr Type type = structure<T>("tracking", "", fields, rules);
+};
+
+template <>
+struct Described<PlanSetup> {
+  using T = PlanSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::measure>("measure", "",
+                         "What is least among the solutions. excursion: the joints' ways. nearest: the distance from "
+                         "guess. limits: the distance from the middle of the joints' ranges. manipulability: minus the "
+                         "manipulability of the arms. as_found: nothing; the first solution from the guess is taken."),
+      field<&T::guess>("guess", "rad or m",
+                       "Every moving joint's value where the search begins; absent: the initial values.")
+          .as("joint values")
+          .optional(),
+      field<&T::starts>("starts", "",
+                        "At most so many beginnings of the search; the guess is the first, the others are random.")
+          .at_least(1)
+          .at_most(1000),
+      field<&T::seed>("seed", "", "Of the random numbers; the same seed gives the same results.")
+          .at_least(0)
+          .at_most(9007199254740991),
+      field<&T::max_evaluations>(
+          "max_evaluations", "",
+          "Where planning gives up: evaluations of the servicer's kinematics and momentum, over the whole approach.")
+          .at_least(1)
+          .at_most(1000000000000),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      when("measure", "nearest").require("guess"),
+  });
+  static constexpr Type type = structure<T>("plan",
+                                            "Final joint values are looked for: those with which the "
+                                            "momentum-conserving motion brings every end-effector to its grasp point.",
+                                            fields, rules);
+};
+
+template <>
+struct Described<MotionPiece> {
+  using T = MotionPiece;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::until>("until", "s", "Its end, from the start of the approach.").above(0).required(),
+      field<&T::series>("series", "rad or m",
+                        "Every moving joint's coefficients in Chebyshev polynomials of the first kind of x, which goes "
+                        "from -1 to 1 over the piece.")
+          .as("series by joint")
+          .required(),
+  });
+  static constexpr Type type =
+      structure<T>("piece", "The joints' motion from the end of the piece before, the first from t = 0.", fields);
+};
+
+template <>
+struct Described<Waypoint::Place> {
+  using T = Waypoint::Place;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::position>("position", "m", "Of the end-effector's origin, in the target's frame or in W.")
+          .up_to(1e+09)
+          .required(),
+      field<&T::target>("target", "", "Whose frame position and velocity are in; absent: W.").optional(),
+      field<&T::velocity>("velocity", "m/s", "Of the end-effector's origin, relative to that frame; absent: zero.")
+          .optional(),
+  });
+  static constexpr Type type = structure<T>("place", "", fields);
+};
+
+template <>
+struct Described<Waypoint> {
+  using T = Waypoint;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::time>("time", "s", "From the start of the approach; before its end.").above(0).required(),
+      field<&T::joints>("joints", "rad or m", "Every moving joint's value.").as("joint values").optional(),
+      field<&T::rates>("rates", "rad/s or m/s",
+                       "Joint rates; joints left out of a mapping are at rest. Absent: all at rest.")
+          .as("joint values")
+          .optional(),
+      field<&T::places>("end_effectors", "", "Where end-effectors are to be; others are free.")
+          .as("places by end-effector")
+          .items(1, 0)
+          .optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      one_of("joints, end_effectors"),
+      needs("rates", "joints"),
+  });
+  static constexpr Type type = structure<T>(
+      "waypoint",
+      "Joint values, or places of end-effectors for which joint values are looked for, at an instant of the approach.",
+      fields, rules);
+};
+
+template <>
+struct Described<StraightIn> {
+  using T = StraightIn;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::stand_off>("stand_off", "m",
+                           "Distance from the grasp point at which it begins, at rest relative to the target.")
+          .above(0)
+          .required(),
+      field<&T::duration>("duration", "s", "Of this piece, at the end of the approach.").above(0).required(),
+      field<&T::final_speed>("final_speed", "m/s", "Towards the grasp point, relative to it, at the end.").at_least(0),
+  });
+  static constexpr Type type = structure<T>(
+      "straight_in",
+      "The last piece of way is straight in the target's frame, along the approach direction of each grasp point.",
+      fields);
+};
+
+template <>
+struct Described<ApproachSetup> {
+  using T = ApproachSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::duration>("duration", "s", "T. With a trajectory or pieces it may be left out: then it is their end.")
+          .above(0)
+          .optional(),
+      field<&T::profile>("profile", "", "Joint motion over time; quartic is the thesis's (3.1)."),
+      field<&T::final_position>("final_joints", "rad or m", "Every moving joint's value at the end.")
+          .as("joint values")
+          .optional(),
+      field<&T::plan>("plan", "", "").optional(),
+      key<std::string>(
+          "trajectory", "",
+          "Path of a CSV file with joint values over time, relative to this file: a header line time,<joint>,..., "
+          "optionally with <joint>.rate for all joints, and a line of numbers per sample.")
+          .optional(),
+      field<&T::pieces>("pieces", "",
+                        "The joints' motion as polynomials, in the order of time from 0; each piece begins where the "
+                        "one before ends.")
+          .items(1, 10000)
+          .optional(),
+      field<&T::final_rates>("final_rates", "rad/s or m/s",
+                             "Joint rates at the end: given (joints left out of a mapping end at rest), or matched to "
+                             "the motion of the grasp points. Absent: all at rest; with plan: {match: twist}.")
+          .as("final rates")
+          .optional(),
+      field<&T::tracking>("tracking", "", ""),
+      field<&T::waypoints>("waypoints", "", "Places to pass on the way, in the order of time.").items(0, 1000),
+      field<&T::straight_in>("straight_in", "", "").optional(),
+      field<&T::base_control>(&base_control_description, "base_control", "").optional(),
+      field<&T::capture_at>(
+          "capture_at", "",
+          "When the grips close that have no time of their own. end: at the end of the approach. envelope: as soon as "
+          "each of their end-effectors is within its envelope, at the end at the latest."),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      one_of("final_joints, plan, trajectory, pieces"),
+      needs("final_joints", "duration"),
+      needs("plan", "duration"),
+      needs("straight_in", "plan"),
+      when("trajectory").forbid("profile, waypoints", "the file says where the joints are at all times"),
+      when("trajectory").forbid("final_rates", "the rates at the end follow from the file"),
+      when("pieces").forbid("profile, waypoints", "they say where the joints are at all times"),
+      when("pieces").forbid("final_rates", "the rates at the end follow from them"),
+      when("straight_in").forbid("final_rates", "the rates follow from straight_in"),
+  });
+  static constexpr Type type =
+      structure<T>("approach", "The motion from the initial joint values to the capture.", fields, rules);
+};
+
+const Type& approach_description() { return type_of<std::optional<ApproachSetup>>(); }
+const Type& base_control_description() { return type_of<std::optional<BaseControlSetup>>(); }
+
+// ---- How it is read ----
+
+namespace {
+
+// How well a stated motion must agree with what is also said elsewhere, and each piece with the one before.
+constexpr double kSameDuration = 1e-9;  // relative
+constexpr double kSameMotion = 1e-6;    // [rad or m; rad/s or m/s]
+
+// Whether a motion stated piece by piece is one motion.
+class PiecesCheck {
+ public:
+  PiecesCheck(const std::vector<MotionPiece>& pieces, Reading& reading)
+      : pieces_(pieces), reading_(reading), ends_(reading.robot.joints.size()) {}
+
+  // False where faults leave the motion in doubt.
+  bool check(const Node& list) {
+    const std::size_t before = reading_.faults.size();
+    double begin = 0;
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      if (!(pieces_[i].until > begin) || !check(list.items[i], i, begin)) return false;
+      begin = pieces_[i].until;
+    }
+    return reading_.faults.size() == before && reading_.robot.order_known && !pieces_.empty();
+  }
+
+ private:
+  bool check(const Node& node, std::size_t i, double begin) {
+    const std::vector<const Node*> nodes = joint_nodes(part(node, "series"), reading_.robot);
+    const auto is_empty = [](const std::vector<double>& series) { return series.empty(); };
+    if (nodes.size() != ends_.size() || pieces_[i].series.size() != ends_.size() ||
+        std::any_of(pieces_[i].series.begin(), pieces_[i].series.end(), is_empty))
+      return false;
+    for (std::size_t j = 0; j < nodes.size(); ++j) {
+      check_meeting(
+          begin, i, j, nodes[j]->mark,
+          fmt::format("{}.series of joint {}", item("approach.pieces", i), in_quotes(reading_.robot.joints[j].name)));
+    }
+    return true;
+  }
+
+  // A jump would be an impulse from nowhere.
+  void check_meeting(double begin, std::size_t i, std::size_t joint, const Mark& mark, const std::string& name) {
+    const MotionPiece& piece = pieces_[i];
+    JointTrajectory trajectory;
+    trajectory.pieces.push_back({begin, piece.until, ChebyshevPiece{piece.series[joint]}});
+    const JointPoint first = evaluate(trajectory, begin), last = evaluate(trajectory, piece.until);
+    JointPoint& before = ends_[joint];
+    for (const double x : {first.position, first.rate, last.position, last.rate}) {
+      if (std::isfinite(x)) continue;
+      reading_.faults.add(mark, name + " gives positions or rates that no number can hold");
+      return;
+    }
+    if (i > 0) {
+      check_same(first.position, before.position, mark, name, "at");
+      check_same(first.rate, before.rate, mark, name, "with the rate");
+    }
+    before = last;
+  }
+
+  void check_same(double here, double before, const Mark& mark, const std::string& name, const char* what) {
+    if (std::abs(here - before) <= kSameMotion) return;
+    reading_.faults.add(mark, fmt::format("{} begins {} {}, but the piece before ends {} {}; make them agree within {}",
+                                          name, what, here, what, before, kSameMotion));
+  }
+
+  const std::vector<MotionPiece>& pieces_;
+  Reading& reading_;
+  std::vector<JointPoint> ends_;  // per joint: of the piece before
+};
+
+class ApproachReader {
+ public:
+  explicit ApproachReader(Reading& reading)
+      : node_(part(reading.root, "approach")),
+        reading_(reading),
+        robot_(reading.robot),
+        faults_(reading.faults),
+        approach_(*reading.problem.approach) {}
+
+  void finish(const TrajectoryFile* file) {
+    if (file) read_samples(*file);
+    if (const Node* pieces = node_.find("pieces")) follow_pieces(*pieces);
+    const Node* rates = node_.find("final_rates");
+    if (!rates && approach_.plan && !node_.find("straight_in")) approach_.match = RateMatch::twist;
+    const NodeEntry* match = rates ? rates->entry("match") : nullptr;
+    if (match && !reading_.root.entry("grasps"))
+      faults_.add(match->mark, "approach.final_rates.match needs 'grasps': there is no motion to match");
+    const Node& waypoints = part(node_, "waypoints");
+    for (std::size_t i = 0; i < waypoints.items.size() && !faults_.full(); ++i)
+      check_places(part(waypoints.items[i], "end_effectors"), item("approach.waypoints", i));
+  }
+
+ private:
+  void read_samples(const TrajectoryFile& file) {
+    std::optional<SampledMotion> motion = read_trajectory(file, robot_, faults_);
+    if (!motion) return;
+    end_at(motion->times.back(), "the trajectory ends");
+    const auto first_of = [](const std::vector<std::vector<double>>& series) {
+      std::vector<double> first;
+      first.reserve(series.size());
+      for (const std::vector<double>& one : series) first.push_back(one.front());
+      return first;
+    };
+    begin_with(first_of(motion->positions), first_of(motion->rates), "the trajectory starts");
+    approach_.sampled = std::move(*motion);
+  }
+
+  void follow_pieces(const Node& list) {
+    if (!PiecesCheck(approach_.pieces, reading_).check(list)) return;
+    end_at(approach_.pieces.back().until, "the pieces end");
+    std::vector<double> position, rate;
+    for (std::size_t j = 0; j < robot_.joints.size(); ++j) {
+      const JointPoint first = evaluate(trajectory_of({approach_.pieces.data(), 1}, j), 0);
+      position.push_back(first.position), rate.push_back(first.rate);
+    }
+    begin_with(position, rate, "the pieces start");
+  }
+
+  // The duration of a stated motion.
+  void end_at(double end, std::string_view source) {
+    if (node_.find("duration") && std::abs(approach_.duration - end) > kSameDuration * end) {
+      faults_.add(part(node_, "duration").mark,
+                  fmt::format("approach.duration is {} [s], but {} at {}; make them agree or leave out the duration",
+                              approach_.duration, source, end));
+    }
+    approach_.duration = end;
+  }
+
+  // The initial joint values and rates of a stated motion; it may have left the rates to a spline.
+  void begin_with(const std::vector<double>& position, const std::vector<double>& rate, const std::string& source) {
+    const bool ideal = approach_.tracking.mode == JointControl::prescribed;
+    const Node& initial = part(reading_.root, "initial");
+    const Node *joints = initial.find("joints"), *rates = initial.find("joint_rates");
+    if (joints) check_agreement(*joints, "initial.joints", robot_, position, kSameMotion, source + " at", faults_);
+    if (rates && ideal && rate.empty() && !robot_.joints.empty()) {
+      faults_.add(initial.entry("joint_rates")->mark,
+                  "initial.joint_rates: with ideal tracking the joints start with the trajectory's rates; leave out "
+                  "joint_rates");
+    } else if (rates && ideal) {
+      check_agreement(*rates, "initial.joint_rates", robot_, rate, kSameMotion, source + " with", faults_);
+    }
+    // Joints that follow exactly are on the stated motion from the start, to the last bit.
+    if (!joints || ideal) reading_.problem.joint_position = position;
+    if (!rates || ideal) reading_.problem.joint_rate = rate;
+  }
+
+  // Names of the places that a waypoint is given by.
+  void check_places(const Node& places, const std::string& waypoint) {
+    const std::string path = below(waypoint, "end_effectors");
+    for (const NodeEntry& place : places.entries) {
+      robot_.end_effectors.expect(place.key, place.mark, path, faults_);
+      const Node& target = part(place.value, "target");
+      reading_.targets.expect(text_at(place.value, "target"), target.mark, below(path, shortened(place.key)), faults_);
+    }
+  }
+
+  const Node& node_;
+  Reading& reading_;
+  const ReadRobot& robot_;
+  FaultList& faults_;
+  ApproachSetup& approach_;
+};
+
+}  // namespace
+
+void finish_approach(const TrajectoryFile* file, Reading& reading) {
+  if (reading.problem.approach) ApproachReader(reading).finish(file);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,310 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <initializer_list>
+
+#include "grapnel/scenario/sections.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
+
+namespace grapnel {
+
+// ---- What "contact", "impact" and "post_impact" hold ----
+
+template <>
+struct Described<ContactSetup::Gap> {
+  using enum ContactSetup::Gap;
+  static constexpr auto choices = std::to_array(
+      {choice(weld_as_found, "weld_as_found"), choice(translate_target, "translate_target"), choice(refuse, "refuse")});
+  static constexpr Type type = enumeration<ContactSetup::Gap>("Gap", choices);
+};
+
+template <>
+struct Described<ContactForceModel> {
+  using enum ContactForceModel;
+  static constexpr auto choices = std::to_array(
+      {choice(kelvin_voigt, "kelvin_voigt"), choice(hertz, "hertz"), choice(hunt_crossley, "hunt_crossley")});
+  static constexpr Type type = enumeration<ContactForceModel>("ContactForceModel", choices);
+};
+
+template <>
+struct Described<ImpactSetup::Law> {
+  using enum ImpactSetup::Law;
+  static constexpr auto choices =
+      std::to_array({choice(plastic, "plastic"), choice(bilateral_restitution, "bilateral_restitution"),
+                     choice(restitution, "restitution"), choice(friction, "friction"), choice(compliant, "compliant"),
+                     choice(as_published, "as_published")});
+  static constexpr Type type = enumeration<ImpactSetup::Law>("Law", choices);
+};
+
+template <>
+struct Described<ImpactSetup::Joints> {
+  using enum ImpactSetup::Joints;
+  static constexpr auto choices =
+      std::to_array({choice(free, "free"), choice(braked, "braked"), choice(driven, "driven")});
+  static constexpr Type type = enumeration<ImpactSetup::Joints>("Joints", choices);
+};
+
+template <>
+struct Described<RestitutionHypothesis> {
+  using enum RestitutionHypothesis;
+  static constexpr auto choices =
+      std::to_array({choice(stronge, "stronge"), choice(poisson, "poisson"), choice(newton, "newton")});
+  static constexpr Type type = enumeration<RestitutionHypothesis>("RestitutionHypothesis", choices);
+};
+
+template <>
+struct Described<PostImpactSetup::Joints> {
+  using enum PostImpactSetup::Joints;
+  static constexpr auto choices = std::to_array({choice(free, "free"), choice(pd, "pd"), choice(braked, "braked")});
+  static constexpr Type type = enumeration<PostImpactSetup::Joints>("Joints", choices);
+};
+
+template <>
+struct Described<ContactSetup> {
+  using T = ContactSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::gap>("gap", "",
+                     "weld_as_found: the relative pose is kept. translate_target: the target is moved until its grasp "
+                     "point is at the tip; with several grips by the mean of their gaps, what remains is kept. refuse: "
+                     "the simulation fails beyond the limit."),
+      field<&T::refuse_beyond>("limit", "m", "Largest accepted distance, for gap refuse; ignored otherwise.")
+          .above(0)
+          .optional(),
+      field<&T::largest_gap>("largest_gap", "m",
+                             "Across what distance an end-effector without an envelope may be taken to hold, after "
+                             "gap; beyond it the run fails. Absent: a tenth of its arm's reach. any: whatever it is.")
+          .above(0)
+          .as("number or any")
+          .optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      when("gap", "refuse").require("limit"),
+  });
+  static constexpr Type type = structure<T>(
+      "contact", "What to do about the distance between an end-effector and its grasp point at the instant of capture.",
+      fields, rules);
+};
+
+template <>
+struct Described<ContactComplianceSetup> {
+  using T = ContactComplianceSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::model>("model", "",
+                       "kelvin_voigt: k d + c d'. hertz: k d^1.5. hunt_crossley: k d^n (1 + a d'). Never negative."),
+      field<&T::stiffness>("stiffness", "N/m, N/m^1.5 or N/m^n", "k.").above(0).required(),
+      field<&T::damping>("damping", "N s/m, or s/m", "c, or a for hunt_crossley.").at_least(0),
+      field<&T::exponent>("exponent", "", "n of hunt_crossley.").at_least(1).at_most(5),
+      field<&T::slip_speed>("slip_speed", "m/s", "Below which friction is regularized.").above(0),
+  });
+  static constexpr Type type =
+      structure<T>("contact_compliance", "Law compliant: normal force of contacts over the deformation d.", fields);
+};
+
+template <>
+struct Described<GripComplianceSetup> {
+  using T = GripComplianceSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::linear_stiffness>("linear_stiffness", "N/m", "").above(0).required(),
+      field<&T::linear_damping>("linear_damping", "N s/m", "").at_least(0),
+      field<&T::angular_stiffness>("angular_stiffness", "N m/rad", "").above(0).optional(),
+      field<&T::angular_damping>("angular_damping", "N m s/rad", "").at_least(0),
+  });
+  static constexpr Type type = structure<T>(
+      "grip_compliance", "Law compliant: spring and damper of grips, in every direction that they hold.", fields);
+};
+
+template <>
+struct Described<ImpactSetup> {
+  using T = ImpactSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::law>("law", "",
+                     "plastic: grips; the grasped points move together afterwards. bilateral_restitution: grips throw "
+                     "the relative velocity back, u+ = -E u-, and do not hold. restitution: contacts, without "
+                     "friction. friction: contacts, with Coulomb's. compliant: grips and contacts resolved in time. "
+                     "as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not conserved."),
+      field<&T::duration>("duration", "s", "Over which mean forces are taken; it has no influence on the motion.")
+          .above(0),
+      field<&T::joints>("joints", "",
+                        "The robot's joints during the impact. Absent or free: driven by nothing (their rotors count). "
+                        "braked: at rest from its first instant on. driven: they keep their rates, as with infinitely "
+                        "heavy rotors, as far as the grasps allow; else drives give way as little as possible.")
+          .optional(),
+      field<&T::restitution>("restitution", "",
+                             "e, of laws restitution and friction; of bilateral_restitution a number for all rows, or "
+                             "one for linear and one for angular rows.")
+          .at_least(0)
+          .at_most(1)
+          .as("restitution")
+          .optional(),
+      field<&T::hypothesis>("hypothesis", "",
+                            "What e means (absent: stronge): the ratio of works (e^2), of normal impulses, or of "
+                            "normal velocities. Newton's can create energy with friction; such a result is flagged.")
+          .optional(),
+      field<&T::friction>("friction", "", "Coulomb's coefficient; laws friction and compliant. Absent: 0.")
+          .at_least(0)
+          .optional(),
+      field<&T::contact>("contact", "", "").optional(),
+      field<&T::grip>("grip", "", "").optional(),
+      found<[](T& t) -> double& { return t.compliant.longest; }>(
+          "longest", "s",
+          "Law compliant: the impact is over at the latest after this time (absent: 1 s); what relative motion a grip "
+          "then has left is taken out at once.")
+          .above(0)
+          .optional(),
+      found<[](T& t) -> double& { return t.compliant.settled; }>(
+          "settled", "",
+          "Law compliant: a grip is at rest when this fraction is left of the energy of its relative motion. Absent: "
+          "1e-8.")
+          .above(0)
+          .at_most(0.1)
+          .optional(),
+  });
+  static constexpr Type type = structure<T>("impact", "What happens when grasps close.", fields);
+};
+
+template <>
+struct Described<PostImpactSetup::Release> {
+  using T = PostImpactSetup::Release;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::after>("after", "s", "Since post_impact began; before its end.").above(0).required(),
+      field<&T::end_effectors>("end_effectors", "", "Whose grips; absent: all that hold something then.")
+          .items(1, 0)
+          .optional(),
+  });
+  static constexpr Type type = structure<T>("release", "Grips let go; momenta are carried over.", fields);
+};
+
+template <>
+struct Described<PostImpactSetup> {
+  using T = PostImpactSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::duration>("duration", "s", "").above(0).required(),
+      field<&T::joints>(
+          "joints", "",
+          "free: no torques. pd: hold the joint values found at the impact. braked: locked by a second impulse."),
+      field<&T::kp>("kp", "N m/rad or N/m", "Proportional gain, for joints pd; ignored otherwise.")
+          .at_least(0)
+          .as("gains")
+          .optional()
+          .when<[](const T& t) { return t.joints == T::Joints::pd; }>(),
+      field<&T::kd>("kd", "N m s/rad or N s/m", "Derivative gain, for joints pd; ignored otherwise.")
+          .at_least(0)
+          .as("gains")
+          .optional()
+          .when<[](const T& t) { return t.joints == T::Joints::pd; }>(),
+      field<&T::base_control>(&base_control_description, "base_control", "").optional(),
+      field<&T::releases>("release", "", "Grips that let go, in the order of time.").items(0, 1000),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      when("joints", "pd").require("kp, kd"),
+  });
+  static constexpr Type type = structure<T>("post_impact", "The motion of the joined system.", fields, rules);
+};
+
+const Type& contact_description() { return type_of<ContactSetup>(); }
+const Type& impact_description() { return type_of<std::optional<ImpactSetup>>(); }
+const Type& post_impact_description() { return type_of<std::optional<PostImpactSetup>>(); }
+
+// ---- How they are read ----
+
+namespace {
+
+using Law = ImpactSetup::Law;
+
+// Keys that only some laws read: with another law they are a misunderstanding.
+struct KeyUse {
+  const char* key;
+  std::initializer_list<Law> laws;
+};
+const KeyUse kUses[] = {
+    {"restitution", {Law::bilateral_restitution, Law::restitution, Law::friction}},
+    {"hypothesis", {Law::restitution, Law::friction}},
+    {"friction", {Law::friction, Law::compliant}},
+    {"contact", {Law::compliant}},
+    {"grip", {Law::compliant}},
+    {"longest", {Law::compliant}},
+    {"settled", {Law::compliant}},
+    {"joints", {Law::plastic, Law::bilateral_restitution, Law::restitution, Law::friction, Law::compliant}}};
+
+bool among(Law law, std::initializer_list<Law> laws) {
+  for (Law l : laws) {
+    if (l == law) return true;
+  }
+  return false;
+}
+
+// A key that was misspelt has been reported, and may not be what was meant.
+bool is_reported(const Mark& mark, const FaultList& faults) {
+  return std::any_of(faults.all().begin(), faults.all().end(), [&](const Fault& f) {
+    return mark.source && f.file == *mark.source && f.line == mark.line && f.column == mark.column;
+  });
+}
+
+void check_uses(const Node& node, Law law, FaultList& faults) {
+  for (const KeyUse& use : kUses) {
+    const NodeEntry* entry = node.entry(use.key);
+    if (!entry || among(law, use.laws) || is_reported(entry->mark, faults)) continue;
+    std::string laws;
+    for (Law l : use.laws) laws += fmt::format("{}{}", laws.empty() ? "" : ", ", name_in_files(l));
+    faults.add(entry->mark, fmt::format("impact.{} has no meaning with law {}; it belongs to {}", use.key,
+                                        name_in_files(law), laws));
+  }
+}
+
+// End-effectors that let go: who they are, and that they grip.
+class ReleaseNames {
+ public:
+  explicit ReleaseNames(Reading& reading) : reading_(reading) {
+    const NameTable& known = reading.robot.end_effectors;
+    for (const GraspSetup& grasp : reading.problem.grasps) {
+      doubtful_ = doubtful_ || !known.contains(grasp.end_effector);
+      if (known.contains(grasp.end_effector)) grippers_.push_back(grasp.end_effector);
+    }
+    doubtful_ = doubtful_ || grippers_.empty();  // grasps are missing or no list, which is a fault of its own
+  }
+
+  void check(const Node& name, const std::string& path) {
+    if (!is_text(name) || name.text.empty()) return;
+    if (!reading_.robot.end_effectors.expect(name.text, name.mark, path, reading_.faults)) return;
+    const auto& grasps = reading_.problem.grasps;
+    const auto grips = [&](const GraspSetup& grasp) { return grasp.end_effector == name.text; };
+    if (doubtful_ || std::any_of(grasps.begin(), grasps.end(), grips) || !checked_.insert(name.text).second) return;
+    reading_.faults.add(name.mark, fmt::format("end-effector {} in {} grips nothing{}", in_quotes(name.text), path,
+                                               suggestion(name.text, grippers_, "grips")));
+  }
+
+ private:
+  Reading& reading_;
+  std::vector<std::string> grippers_;
+  std::set<std::string, std::less<>> checked_;
+  bool doubtful_ = false;
+};
+
+}  // namespace
+
+void finish_impact(Reading& reading) {
+  if (!reading.problem.impact) return;
+  const ImpactSetup& impact = *reading.problem.impact;
+  const Node& node = part(reading.root, "impact");
+  const NodeEntry* angular = part(node, "restitution").entry("angular");
+  if (angular && impact.law != Law::bilateral_restitution && impact.law != Law::plastic) {
+    reading.faults.add(
+        angular->mark,
+        "impact.restitution.angular belongs to law bilateral_restitution: a contact passes on no moment");
+  }
+  // An unknown law is a fault already, and says nothing about the rest.
+  if (!node.entry("law") || text_at(node, "law") == name_in_files(impact.law))
+    check_uses(node, impact.law, reading.faults);
+}
+
+void finish_post_impact(Reading& reading) {
+  const Node& list = part(part(reading.root, "post_impact"), "release");
+  ReleaseNames names(reading);
+  for (std::size_t i = 0; i < list.items.size() && !reading.faults.full(); ++i) {
+    for (const Node& name : part(list.items[i], "end_effectors").items)
+      names.check(name, below(item("post_impact.release", i), "end_effectors"));
+  }
+}
+
+}  // namespace grapnel

@@ -1,0 +1,154 @@
+#include <fmt/format.h>
+
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/scenario/sections.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/yaml_values.hpp"
+
+namespace grapnel {
+
+// ---- What "external_wrenches" and "clearance" hold ----
+
+template <>
+struct Described<LoadProfile::Shape> {
+  using enum LoadProfile::Shape;
+  static constexpr auto choices = std::to_array(
+      {choice(constant, "constant"), choice(half_sine, "half_sine"), choice(sine, "sine"), choice(table, "table")});
+  static constexpr Type type = enumeration<LoadProfile::Shape>("Shape", choices);
+};
+
+template <>
+struct Described<LoadProfile> {
+  using T = LoadProfile;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::shape>("shape", "",
+                       "constant: from start to end. half_sine: sin(pi (t - start) / (end - start)). sine: sin(2 pi "
+                       "frequency (t - start) + phase). table: the wrench itself, linear between samples, zero before "
+                       "the first and after the last.")
+          .required(),
+      field<&T::start>("start", "s", "The wrench is zero before it; absent: 0.").optional(),
+      field<&T::end>("end", "s", "The wrench is zero from it on; absent: none.").optional(),
+      field<&T::frequency>("frequency", "Hz", "Of a sine.").above(0).optional(),
+      field<&T::phase>("phase", "rad", "Of a sine at its start; absent: 0.").optional(),
+      field<&T::values>(
+          "values", "s, N, N m",
+          "Of a table: rows [t, Fx, Fy, Fz, Mx, My, Mz] in the order of time; the moment is about the point of attack.")
+          .items(2, 0)
+          .as("load table")
+          .optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      when("shape", "constant").forbid("frequency, phase, values"),
+      when("shape", "half_sine").require("end").forbid("frequency, phase, values"),
+      when("shape", "sine").require("frequency").forbid("values"),
+      when("shape", "table").require("values").forbid("start, end, frequency, phase"),
+  });
+  static constexpr Type type = structure<T>(
+      "load_profile", "How the wrench varies in time; t = 0 is the start of the scenario. Absent: constant for ever.",
+      fields, rules);
+};
+
+template <>
+struct Described<LoadSetup> {
+  using T = LoadSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      key<std::string>("body", "", "The robot's base or link on which it acts.").optional(),
+      key<std::string>("target", "", "The target on which it acts, in place of body.").optional(),
+      field<&T::p_BP>("position", "m", "Point of attack in the body's frame."),
+      field<&T::in_body>("frame", "", "Whose axes force and torque are given in; those of the body turn with it.")
+          .as("one of world, body")
+          .by_default("\"world\""),
+      found<[](T& t) -> Vector3d& { return t.amplitude.linear; }>(
+          "force", "N", "Force, which the profile multiplies; absent: zero. Not with a table.")
+          .optional(),
+      found<[](T& t) -> Vector3d& { return t.amplitude.angular; }>(
+          "torque", "N m",
+          "Torque about the point of attack, which the profile multiplies; absent: zero. Not with a table.")
+          .optional(),
+      field<&T::profile>("time", "", "").optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      one_of("body, target"),
+  });
+  static constexpr Type type =
+      structure<T>("external_wrench", "A force and a torque on one body, from outside.", fields, rules);
+};
+
+template <>
+struct Described<ClearanceSetup> {
+  using T = ClearanceSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::enabled>("enabled", "", ""),
+      field<&T::required>("required", "m", "A smaller distance is a violation.").at_least(0),
+      field<&T::ignore>("ignore", "",
+                        "Pairs of bodies that are not watched: links, the base and targets by name; of a link and a "
+                        "target of one name the link is meant.")
+          .as("pairs of names"),
+  });
+  static constexpr Type type = structure<T>(
+      "clearance",
+      "What is watched of the distances between bodies that have a geometry; without influence on the motion.", fields);
+};
+
+const Type& external_wrenches_description() { return type_of<std::vector<LoadSetup>>(); }
+const Type& clearance_description() { return type_of<ClearanceSetup>(); }
+
+// ---- How they are read ----
+
+namespace {
+
+void finish_wrench(const Node& node, const std::string& path, LoadSetup& load, Reading& reading) {
+  const std::string body = text_at(node, "body"), target = text_at(node, "target");
+  reading.robot.links.expect(body, part(node, "body").mark, path, reading.faults);
+  reading.targets.expect(target, part(node, "target").mark, path, reading.faults);
+  load.body = node.find("target") ? target_body_name(target) : body;
+  if (load.profile.shape != LoadProfile::Shape::table) return;
+  for (const char* key : {"force", "torque"}) {
+    const NodeEntry* entry = node.entry(key);
+    if (!entry) continue;
+    reading.faults.add(
+        entry->mark,
+        fmt::format("'{}' in {} has no meaning with time.shape: table: its values are the wrench itself", key, path));
+  }
+}
+
+// The model's name of a link, the base or a target; a fault if there is none.
+std::string body_named(const Node& node, const std::string& path, Reading& reading) {
+  if (!is_text(node) || node.text.empty()) return {};
+  const NameTable &links = reading.robot.links, &targets = reading.targets;
+  if (links.contains(node.text)) return node.text;
+  if (targets.contains(node.text)) return target_body_name(node.text);
+  if (links.complete() && targets.complete()) {
+    std::vector<std::string> names = links.names();
+    names.insert(names.end(), targets.names().begin(), targets.names().end());
+    reading.faults.add(node.mark, fmt::format("unknown body {} in {}{}", in_quotes(node.text), path,
+                                              suggestion(node.text, names, "bodies")));
+  }
+  return {};
+}
+
+}  // namespace
+
+void finish_external_wrenches(Reading& reading) {
+  const Node& list = part(reading.root, "external_wrenches");
+  for (std::size_t i = 0; i < reading.problem.loads.size(); ++i)
+    finish_wrench(list.items[i], item("external_wrenches", i), reading.problem.loads[i], reading);
+}
+
+void finish_clearance(Reading& reading) {
+  const Node& pairs = part(part(reading.root, "clearance"), "ignore");
+  for (std::size_t i = 0; i < pairs.items.size() && !reading.faults.full(); ++i) {
+    const Node& pair = pairs.items[i];
+    if (pair.items.size() != 2) continue;
+    const std::string path = item("clearance.ignore", i);
+    const std::string first = body_named(pair.items[0], path, reading);
+    const std::string second = body_named(pair.items[1], path, reading);
+    if (first.empty() || second.empty()) continue;
+    if (first == second) {
+      reading.faults.add(pair.items[1].mark, fmt::format("{} names {} twice", path, in_quotes(pair.items[1].text)));
+    }
+    reading.problem.clearance.ignore.emplace_back(first, second);
+  }
+}
+
+}  // namespace grapnel

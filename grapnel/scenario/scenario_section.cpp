@@ -1,0 +1,314 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "grapnel/scenario/plausibility.hpp"
+#include "grapnel/scenario/sections.hpp"
+
+namespace grapnel {
+namespace {
+
+// Mappings of files that hold some members of a structure.
+struct InitialBaseKeys;
+struct InitialKeys;
+struct OutputKeys;
+
+}  // namespace
+
+// ---- What scenarios hold, but for the sections that have files of their own ----
+
+template <>
+struct Described<IntegrationSetup::Method> {
+  using enum IntegrationSetup::Method;
+  static constexpr auto choices = std::to_array({choice(adaptive_8, "adaptive_8"), choice(rk4, "rk4")});
+  static constexpr Type type = enumeration<IntegrationSetup::Method>("Method", choices);
+};
+
+template <>
+struct Described<IntegrationSetup::RootVelocity> {
+  using enum IntegrationSetup::RootVelocity;
+  static constexpr auto choices = std::to_array({choice(recovered, "recovered"), choice(integrated, "integrated")});
+  static constexpr Type type = enumeration<IntegrationSetup::RootVelocity>("RootVelocity", choices);
+};
+
+template <>
+struct Described<IntegrationSetup::Loops> {
+  using enum IntegrationSetup::Loops;
+  static constexpr auto choices = std::to_array({choice(projection, "projection"), choice(baumgarte, "baumgarte"),
+                                                 choice(acceleration, "acceleration"), choice(open, "open")});
+  static constexpr Type type = enumeration<IntegrationSetup::Loops>("Loops", choices);
+};
+
+template <>
+struct Described<Momentumd> {
+  using T = Momentumd;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::linear>("linear", "kg m/s", "In W."),
+      field<&T::angular>("angular", "kg m^2/s", "About the robot's centre of mass, in W."),
+  });
+  static constexpr Type type = structure<T>(
+      "momentum", "The robot's total momentum, in place of the base's velocities, which follow from it.", fields);
+};
+
+template <>
+struct Described<InitialBaseKeys> {
+  using T = CaptureProblem;
+  static constexpr auto fields = std::to_array<Field>({
+      found<[](T& t) -> Vector3d& { return t.X_WB.p; }>("position", "m", "Of the base frame's origin.").up_to(1e+09),
+      quaternion_of<&T::X_WB>(),
+      rpy_of<&T::X_WB>(),
+      found_if<[](T& t) { return t.V_WB ? &t.V_WB->angular : nullptr; }>("angular_velocity", "rad/s",
+                                                                         "Of the base, in W; absent: zero.")
+          .optional(),
+      found_if<[](T& t) { return t.V_WB ? &t.V_WB->linear : nullptr; }>(
+          "velocity", "m/s", "Of the base frame's origin, in W; absent: zero.")
+          .optional(),
+      field<&T::momentum>("momentum", "", "").optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      not_both("quaternion_wxyz, rpy"),
+      not_both("momentum, angular_velocity"),
+      not_both("momentum, velocity"),
+  });
+  static constexpr Type type = structure<T>("initial_base", "", fields, rules);
+};
+
+template <>
+struct Described<InitialKeys> {
+  using T = CaptureProblem;
+  static constexpr auto fields = std::to_array<Field>({
+      group<T, InitialBaseKeys>("base", ""),
+      field<&T::joint_position>("joints", "rad or m",
+                                "Every moving joint's value; needed unless the robot has none or approach.trajectory "
+                                "or approach.pieces say it.")
+          .as("joint values")
+          .optional(),
+      field<&T::joint_rate>("joint_rates", "rad/s or m/s",
+                            "Joint rates; joints left out of a mapping are at rest. Absent: those of "
+                            "approach.trajectory or approach.pieces, else all at rest.")
+          .as("joint values")
+          .optional(),
+  });
+  static constexpr Type type = structure<T>(
+      "initial", "The state at t = 0. With no approach it is the state at the instant of capture.", fields);
+};
+
+template <>
+struct Described<IntegrationSetup> {
+  using T = IntegrationSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::method>("method", "", "adaptive_8: Dormand-Prince of order 8 with error control. rk4: fixed steps."),
+      field<&T::root_velocity>("root_velocity", "",
+                               "recovered: where nothing acts from outside, velocity and position of base and targets "
+                               "follow from the momentum and the centre of mass at the phase's start, so that momentum "
+                               "cannot drift. integrated: they are integrated like everything else."),
+      field<&T::loops>("loops", "",
+                       "How closed loops are kept closed. projection: positions and velocities are brought back after "
+                       "every step and at every output. baumgarte: defects are fed back to the accelerations. "
+                       "acceleration: on accelerations alone, as in the thesis: defects stay and grow. open: loops are "
+                       "cut, further grips of a target do not hold it."),
+      field<&T::baumgarte_time>("baumgarte_time", "s", "Within which defects decay, for loops: baumgarte; absent: 0.1.")
+          .above(0)
+          .optional(),
+      field<&T::relative_tolerance>("relative_tolerance", "", "For adaptive_8.").at_least(1e-14).at_most(0.1),
+      field<&T::absolute_tolerance>("absolute_tolerance", "", "For adaptive_8.").at_least(1e-18).at_most(0.1),
+      field<&T::step>("step", "s", "For rk4.").above(0),
+      field<&T::max_step>("max_step", "s",
+                          "For adaptive_8; absent: a hundredth of a phase with driven joints, else none.")
+          .above(0)
+          .optional(),
+      field<&T::max_steps>("max_steps", "", "A phase that needs more fails.").at_least(1).at_most(1000000000),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      needs("baumgarte_time", "loops"),
+      when("loops", "projection, acceleration").forbid("baumgarte_time", "it is for baumgarte"),
+  });
+  static constexpr Type type = structure<T>("integration", "", fields, rules);
+};
+
+template <>
+struct Described<OutputKeys> {
+  using T = CaptureProblem;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::output_interval>("interval", "s", "Between the samples of the time series.").above(0),
+      field<&T::output_as_published>("as_published", "",
+                                     "Show what the thesis's formulas (3.8)-(3.13) would give beside the impact that "
+                                     "keeps momentum. With law as_published it is always shown."),
+  });
+  static constexpr Type type = structure<T>("output", "", fields);
+};
+
+template <>
+struct Described<CaptureProblem> {
+  using T = CaptureProblem;
+  static constexpr auto fields = std::to_array<Field>({
+      key<std::string>("schema", "", "What the file is and the version of its format; absent: this version.")
+          .as("constant grapnel-scenario/1")
+          .optional(),
+      field<&T::name>("name", "", "Shown in results.").required(),
+      key<std::string>("description", "", "For the reader of the file.").as("any text").optional(),
+      field<&T::robot>(&robot_description, "robot",
+                       "The robot: a robot file, its path relative to this file, or the content of one.")
+          .as("robot")
+          .required(),
+      field<&T::gravity>("gravity", "m/s^2", "Uniform gravity in W, for ground test beds."),
+      group<T, InitialKeys>("initial", ""),
+      field<&T::targets>(&targets_description, "targets", "The free bodies to be caught."),
+      field<&T::grasps>(&grasps_description, "grasps", "Who grips what; all at one instant where nothing else is said.")
+          .items(1, 0)
+          .optional(),
+      field<&T::approach>(&approach_description, "approach", "").optional(),
+      field<&T::contact>(&contact_description, "contact", ""),
+      field<&T::impact>(&impact_description, "impact", "").optional(),
+      field<&T::post_impact>(&post_impact_description, "post_impact", "").optional(),
+      field<&T::loads>(&external_wrenches_description, "external_wrenches",
+                       "Wrenches on bodies as given functions of time, in all phases.")
+          .items(0, 1000),
+      field<&T::clearance>(&clearance_description, "clearance", ""),
+      field<&T::integration>("integration", "", ""),
+      group<T, OutputKeys>("output", ""),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      needs("impact", "grasps"),
+      needs("post_impact", "impact"),
+      needs("grasps", "targets"),
+  });
+  static constexpr Type type =
+      structure<T>("scenario",
+                   "One capture: a robot, its targets, who grips what, and the phases to simulate. SI units, radians; "
+                   "vectors in the world frame where nothing else is said.",
+                   fields, rules);
+};
+
+const Type& scenario_description() { return type_of<CaptureProblem>(); }
+
+// ---- How they are read ----
+
+namespace {
+
+// Where a path, or what of it is there, stands.
+struct Found {
+  const Node* node;
+  const NodeEntry* entry = nullptr;  // if it is the value of a key
+  bool is_whole = true;              // all of the path is there
+};
+Found find_path(const Node& root, std::string_view path) {
+  Found found{&root};
+  while (!path.empty()) {
+    const NodeEntry* entry = nullptr;
+    const Node* below = nullptr;
+    if (path[0] == '[') {
+      const std::size_t close = path.find(']');
+      std::size_t index = 0;
+      std::from_chars(path.data() + 1, path.data() + close, index);
+      below = index < found.node->items.size() ? &found.node->items[index] : nullptr;
+      path.remove_prefix(close + 1);
+    } else {
+      const std::size_t end = std::min(path.find_first_of(".["), path.size());
+      entry = found.node->entry(path.substr(0, end));
+      below = entry ? &entry->value : nullptr;
+      path.remove_prefix(end);
+    }
+    if (path.starts_with('.')) path.remove_prefix(1);
+    if (!below) return found.is_whole = false, found;
+    found.node = below, found.entry = entry;
+  }
+  return found;
+}
+
+// Whether a fault has been found in a value or below it.
+bool is_faulty(const Node& node, const FaultList& faults) {
+  const auto is_here = [&](const Fault& f) {
+    return node.mark.source && f.file == *node.mark.source && f.line == node.mark.line && f.column == node.mark.column;
+  };
+  return std::any_of(faults.all().begin(), faults.all().end(), is_here) ||
+         std::any_of(node.items.begin(), node.items.end(), [&](const Node& n) { return is_faulty(n, faults); }) ||
+         std::any_of(node.entries.begin(), node.entries.end(),
+                     [&](const NodeEntry& e) { return is_faulty(e.value, faults); });
+}
+
+template <class Named>
+const Named* find_named(const std::vector<Named>& list, const std::string& name) {
+  const auto found = std::find_if(list.begin(), list.end(), [&](const Named& one) { return one.name == name; });
+  return found == list.end() ? nullptr : &*found;
+}
+
+class ScenarioReader {
+ public:
+  ScenarioReader(const Node& root, ReadRobot robot, const TrajectoryFile* trajectory, const Meshes& meshes,
+                 FaultList& faults)
+      : reading_(root, std::move(robot), meshes, faults), trajectory_(trajectory) {}
+
+  CaptureProblem read() {
+    problem_.V_WB = Twistd::zero();
+    read_members(root_, scenario_description(), {}, &problem_, reading_.scope);
+    problem_.robot = reading_.robot.setup;
+    finish_initial();
+    finish_targets(reading_);
+    finish_grasps(reading_);
+    finish_approach(trajectory_, reading_);
+    finish_impact(reading_);
+    finish_post_impact(reading_);
+    finish_external_wrenches(reading_);
+    finish_clearance(reading_);
+    check_conflicts();
+    doubt_shared_points(part(root_, "grasps"), problem_, faults_);
+    return std::move(problem_);
+  }
+
+ private:
+  void finish_initial() {
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed) problem_.robot.bodies[0].X_PF = problem_.X_WB;
+    if (problem_.momentum) problem_.V_WB.reset();
+    const Node &initial = part(root_, "initial"), &approach = part(root_, "approach");
+    if (initial.find("joints") || approach.entry("trajectory") || approach.entry("pieces") ||
+        reading_.robot.joints.empty() || !(initial.is_mapping() || initial.kind == Node::Kind::null))
+      return;
+    faults_.add(initial.is_mapping() ? initial.mark : root_.mark,
+                "missing key 'joints' in initial: every moving joint needs a value");
+  }
+
+  void check_conflicts() {
+    const Node& approach = part(root_, "approach");
+    const bool is_stated = approach.find("trajectory") || approach.find("pieces");  // though it may be faulty
+    std::vector<ProblemFault> conflicts = problem_conflicts(problem_);
+    if (is_stated) std::erase_if(conflicts, [](const ProblemFault& f) { return f.path == "approach.profile"; });
+    if (root_.is_mapping()) add_conflicts(std::move(conflicts), root_, faults_);
+  }
+
+  Reading reading_;
+  const TrajectoryFile* trajectory_;
+  const Node& root_ = reading_.root;
+  FaultList& faults_ = reading_.faults;
+  CaptureProblem& problem_ = reading_.problem;
+};
+
+}  // namespace
+
+const EndEffectorSetup* Reading::end_effector(const std::string& name) const {
+  return find_named(robot.setup.end_effectors, name);
+}
+const GraspPoint* Reading::grasp_point(const GraspSetup& grasp) const {
+  const TargetSetup* target = find_named(problem.targets, grasp.target);
+  return target ? find_named(target->grasp_points, grasp.grasp_point) : nullptr;
+}
+
+void add_conflicts(std::vector<ProblemFault> conflicts, const Node& root, FaultList& faults) {
+  std::erase_if(conflicts, [&](const ProblemFault& conflict) {
+    const Found cause = find_path(root, conflict.relies_on);
+    const bool is_doubtful = !conflict.relies_on.empty() && cause.is_whole && is_faulty(*cause.node, faults);
+    return is_doubtful || (conflict.of_key && !find_path(root, conflict.path).is_whole);
+  });
+  for (const ProblemFault& conflict : conflicts) {
+    const Found place = find_path(root, conflict.path);
+    faults.add(conflict.of_key ? place.entry->mark : place.node->mark, conflict.message);
+  }
+}
+
+CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory, const Meshes& meshes,
+                             FaultList& faults) {
+  return ScenarioReader(node, std::move(robot), trajectory, meshes, faults).read();
+}
+
+}  // namespace grapnel

@@ -1,0 +1,151 @@
+#pragma once
+
+/// @file
+/// What robot and scenario files hold, section by section. Each *_section.cpp describes its part, every key with its
+/// place in RobotSetup or CaptureProblem, its unit, range, default and meaning, and reads what is more than keys and
+/// values: names, and what keys mean together. The published schemas, the check of a file's structure, its reading and
+/// values that campaigns set in place follow from the descriptions; the tables of docs/formats are tested against them.
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "grapnel/problem/problem_conflicts.hpp"
+#include "grapnel/scenario/reader.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
+
+namespace grapnel {
+
+// ---- Descriptions ----
+
+// What stands in files in forms of its own only (forms.hpp).
+template <>
+struct Described<Rotationd> {
+  static constexpr Type type = structure<Rotationd>("rotation", "", {});
+};
+template <>
+struct Described<Symmetric3d> {
+  static constexpr Type type = structure<Symmetric3d>("inertia", "", {});
+};
+template <>
+struct Described<Wrenchd> {
+  static constexpr Type type = structure<Wrenchd>("wrench", "", {});
+};
+template <>
+struct Described<std::pair<std::string, std::string>> {
+  static constexpr Type type = structure<std::pair<std::string, std::string>>("names", "", {});
+};
+
+/// The orientation of a member that is a pose.
+template <auto Pose>
+constexpr Field quaternion_of() {
+  using Owner = typename detail::MemberOf<decltype(Pose)>::owner;
+  return found<[](Owner& owner) -> Rotationd& { return (owner.*Pose).R; }>(
+             "quaternion_wxyz", "",
+             "Unit quaternion w, x, y, z; normalised if its length is within 1e-6 of 1, refused otherwise.")
+      .as("quaternion")
+      .optional();
+}
+template <auto Pose>
+constexpr Field rpy_of() {
+  using Owner = typename detail::MemberOf<decltype(Pose)>::owner;
+  return found<[](Owner& owner) -> Rotationd& { return (owner.*Pose).R; }>(
+             "rpy", "rad", "Roll, pitch, yaw about fixed axes: Rz(yaw) Ry(pitch) Rx(roll), as in URDF.")
+      .as("rpy")
+      .optional();
+}
+
+const Type& robot_description();     ///< of a RobotSetup
+const Type& scenario_description();  ///< of a CaptureProblem, its robot included
+const Type& geometry_description();  ///< of a Geometry
+// Of members of CaptureProblem, by the names of their keys.
+const Type& targets_description();
+const Type& grasps_description();
+const Type& approach_description();
+const Type& contact_description();
+const Type& impact_description();
+const Type& post_impact_description();
+const Type& external_wrenches_description();
+const Type& clearance_description();
+const Type& base_control_description();  // of approach and of post_impact
+
+// ---- Robots ----
+
+/// What a scenario needs to know about its robot, as far as faults allow.
+struct ReadRobot {
+  RobotSetup setup;
+  NameTable links{"link"};
+  NameTable end_effectors{"end-effector"};
+  NameTable joint_names{"joint"};
+  std::set<std::string, std::less<>> fixed_joints;
+  std::vector<JointDescription> joints;  // moving; in the order of Model::joints() if `order_known`
+  std::map<std::string, std::size_t, std::less<>> joint_index;
+  bool order_known = false;
+  bool types_known = true;  // of all joints
+
+  /// Whether `joints` holds what the user means by the moving joints.
+  bool count_known() const { return joint_names.complete() && types_known; }
+};
+
+/// `path` is "robot" for an inline robot and empty for a file; `meshes` are those that its geometry names.
+ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& meshes, FaultList& faults);
+
+/// Model of the robot as it is described. @throws ModelError
+Model build_model(const RobotSetup& setup);
+/// Its moving joints, in the order of Model::joints(). @throws ModelError
+std::vector<JointDescription> moving_joints(const RobotSetup& setup);
+
+// ---- Scenarios ----
+
+/// A joint motion's file whose text has been read and found clean.
+struct TrajectoryFile {
+  std::shared_ptr<const std::string> source;  // its path
+  std::string text;
+};
+
+/// A header line time,JOINT,... and a line of numbers per sample; docs/formats/scenario.md describes it. Empty where
+/// faults leave the motion in doubt.
+std::optional<SampledMotion> read_trajectory(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
+
+/// A capture problem from a Node tree. `robot` may lack everything where its file could not be read; names and joints
+/// are then not checked. `trajectory` is the file that approach.trajectory names, null if there is none or it could not
+/// be read. `meshes` are those that targets' geometry names.
+CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory, const Meshes& meshes,
+                             FaultList& faults);
+
+/// A scenario of which the values have been read, while its sections look at names and at what belongs together.
+struct Reading {
+  Reading(const Node& tree, ReadRobot read_robot, const Meshes& meshes, FaultList& list)
+      : root(tree), robot(std::move(read_robot)), scope{list, meshes, &robot}, faults(list) {}
+
+  const Node& root;
+  ReadRobot robot;
+  ReadScope scope;
+  FaultList& faults;
+  CaptureProblem problem;
+  NameTable targets{"target"};
+  std::map<std::string, NameTable, std::less<>> points;  // by target
+
+  /// What a name of the scenario refers to; null if there is none.
+  const EndEffectorSetup* end_effector(const std::string& name) const;
+  const GraspPoint* grasp_point(const GraspSetup& grasp) const;
+};
+
+// What sections add to the values read, in this order: names looked up, further checks, and what follows from both.
+void finish_targets(Reading& reading);
+void finish_grasps(Reading& reading);
+void finish_approach(const TrajectoryFile* file, Reading& reading);
+void finish_impact(Reading& reading);
+void finish_post_impact(Reading& reading);
+void finish_external_wrenches(Reading& reading);
+void finish_clearance(Reading& reading);
+
+/// Adds conflicts at their places in the tree, but for those of keys that are not there and those that rest on what is
+/// faulty.
+void add_conflicts(std::vector<ProblemFault> conflicts, const Node& root, FaultList& faults);
+
+}  // namespace grapnel

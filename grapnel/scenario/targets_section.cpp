@@ -1,0 +1,244 @@
+#include <fmt/format.h>
+
+#include "grapnel/scenario/plausibility.hpp"
+#include "grapnel/scenario/sections.hpp"
+#include "grapnel/text/message_text.hpp"
+
+namespace grapnel {
+namespace {
+
+struct TargetStateKeys;
+
+}  // namespace
+
+// ---- What "targets" and "grasps" hold ----
+
+template <>
+struct Described<TargetSetup::Instant> {
+  using enum TargetSetup::Instant;
+  static constexpr auto choices = std::to_array({choice(start, "start"), choice(capture, "capture")});
+  static constexpr Type type = enumeration<TargetSetup::Instant>("Instant", choices);
+};
+
+template <>
+struct Described<GraspModel> {
+  using enum GraspModel;
+  static constexpr auto choices =
+      std::to_array({choice(rigid, "rigid"), choice(hinge, "hinge"), choice(point, "point")});
+  static constexpr Type type = enumeration<GraspModel>("GraspModel", choices);
+};
+
+template <>
+struct Described<GraspSetup::Orientation> {
+  using enum GraspSetup::Orientation;
+  static constexpr auto choices = std::to_array({choice(free, "free"), choice(axis, "axis"), choice(pose, "pose")});
+  static constexpr Type type = enumeration<GraspSetup::Orientation>("Orientation", choices);
+};
+
+template <>
+struct Described<GraspPoint> {
+  using T = GraspPoint;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "").required(),
+      found<[](T& t) -> Vector3d& { return t.X_TG.p; }>("position", "m", "In the target's frame."),
+      quaternion_of<&T::X_TG>(),
+      rpy_of<&T::X_TG>(),
+      field<&T::approach_direction>(
+          "approach_direction", "",
+          "Unit vector in the target's frame: the direction in which the end-effector comes in.")
+          .as("unit vector")
+          .optional(),
+      field<&T::normal>("normal", "",
+                        "Unit vector in the target's frame: the surface's outward normal, for grasps with model "
+                        "contact. Absent: against the approach_direction, else that of a spherical target.")
+          .as("unit vector")
+          .optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      not_both("quaternion_wxyz, rpy"),
+  });
+  static constexpr Type type = structure<T>("grasp_point", "", fields, rules);
+};
+
+template <>
+struct Described<TargetStateKeys> {
+  using T = TargetSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::given_at>(
+          "at", "",
+          "When it holds: at t = 0 or at the instant of capture. The target moves free of torque in between."),
+      found<[](T& t) -> Vector3d& { return t.X_WT.p; }>("position", "m", "Of the target frame's origin, in W.")
+          .up_to(1e+09)
+          .required(),
+      quaternion_of<&T::X_WT>(),
+      rpy_of<&T::X_WT>(),
+      found<[](T& t) -> Vector3d& { return t.V_WT.angular; }>("angular_velocity", "rad/s", "In W."),
+      found<[](T& t) -> Vector3d& { return t.V_WT.linear; }>("velocity", "m/s", "Of the target frame's origin, in W."),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      not_both("quaternion_wxyz, rpy"),
+  });
+  static constexpr Type type = structure<T>("target_state", "", fields, rules);
+};
+
+template <>
+struct Described<TargetSetup> {
+  using T = TargetSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "").required(),
+      field<&T::mass>("mass", "kg", "").above(0).required(),
+      field<&T::inertia>("inertia", "kg m^2",
+                         "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus "
+                         "the integral of x y dm.")
+          .as("inertia")
+          .required(),
+      field<&T::com>("com", "m", "Centre of mass in the body's frame."),
+      field<&T::geometry>(&geometry_description, "geometry", "").optional(),
+      group<T, TargetStateKeys>("state", "").required(),
+      field<&T::grasp_points>("grasp_points", "", "Named frames on the target where an end-effector can hold it."),
+  });
+  static constexpr Type type = structure<T>("target", "", fields);
+};
+
+template <>
+struct Described<GraspSetup> {
+  using T = GraspSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::end_effector>("end_effector", "", "").required(),
+      field<&T::target>("target", "", "").required(),
+      field<&T::grasp_point>("point", "", "Name of a grasp point of that target.").required(),
+      field<&T::model>("model", "",
+                       "rigid: holds position and the orientation found at contact. hinge: leaves one rotation free. "
+                       "point: holds the position. contact: no grip; it touches and is thrown back, by impact.law "
+                       "restitution, friction or compliant.")
+          .as("one of rigid, hinge, point, contact")
+          .by_default("\"rigid\""),
+      field<&T::hinge_axis>("axis", "", "Unit vector of a hinge in the end-effector's frame; ignored by other models.")
+          .as("unit vector")
+          .optional()
+          .when<[](const T& t) { return t.model == GraspModel::hinge; }>(),
+      field<&T::orientation>("orientation", "",
+                             "What the end-effector's orientation at the grasp is to be. free: any. axis: its "
+                             "approach_axis along the grasp point's approach_direction. pose: its frame that of the "
+                             "grasp point. Absent: axis if the grasp point has an approach_direction, else free.")
+          .optional(),
+      field<&T::closes_at>(
+          "closes_at", "s",
+          "When it closes, from the start of the scenario; absent: with the others, when the approach ends.")
+          .above(0)
+          .optional(),
+      key<bool>("closes_on_arrival", "",
+                "true: it closes as soon as its end-effector is within its envelope, in the approach or after it.")
+          .by_default("false"),
+      field<&T::relative_velocity>("relative_velocity", "m/s",
+                                   "With which it is to arrive, end-effector minus grasp point, in W: added to what "
+                                   "approach.final_rates matches. Absent: zero.")
+          .optional(),
+      field<&T::relative_angular_velocity>("relative_angular_velocity", "rad/s",
+                                           "Likewise; needs final_rates {match: twist}.")
+          .optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      not_both("closes_at, closes_on_arrival"),
+      when("model", "hinge").require("axis"),
+  });
+  static constexpr Type type = structure<T>("grasp", "", fields, rules);
+};
+
+const Type& targets_description() { return type_of<std::vector<TargetSetup>>(); }
+const Type& grasps_description() { return type_of<std::vector<GraspSetup>>(); }
+
+// ---- How they are read ----
+
+namespace {
+
+void finish_target(const Node& node, const std::string& path, const TargetSetup& target, Reading& reading) {
+  FaultList& faults = reading.faults;
+  reading.targets.add_from(node, path, faults);
+  doubt_inertia(node, path, target.mass, target.com, target.inertia, target.geometry, faults);
+  NameTable points("grasp point");
+  const Node& list = part(node, "grasp_points");
+  if (!list.is_sequence()) points.make_incomplete();
+  for (std::size_t i = 0; i < list.items.size(); ++i)
+    points.add_from(list.items[i], item(below(path, "grasp_points"), i), faults);
+  doubt_grasp_points(node, path, target, faults);
+  reading.points.emplace(target.name, std::move(points));
+}
+
+// What the end-effector's orientation is to be, and whether both sides have what that takes.
+GraspSetup::Orientation orientation_of(const Node& node, const std::string& path, const GraspSetup& grasp,
+                                       Reading& reading) {
+  using Orientation = GraspSetup::Orientation;
+  const GraspPoint* point = reading.grasp_point(grasp);
+  const EndEffectorSetup* end_effector = reading.end_effector(grasp.end_effector);
+  const std::string given = text_at(node, "orientation");
+  if (given == "free" || given == "pose") return grasp.orientation;
+  if (given == "axis") {
+    const Mark& mark = part(node, "orientation").mark;
+    if (point && !point->approach_direction) {
+      reading.faults.add(
+          mark, fmt::format("{}.orientation: axis needs an 'approach_direction' at grasp point {} of target {}", path,
+                            in_quotes(point->name), in_quotes(grasp.target)));
+    }
+    if (end_effector && !end_effector->approach_axis) {
+      reading.faults.add(mark, fmt::format("{}.orientation: axis needs an 'approach_axis' at end-effector {}", path,
+                                           in_quotes(end_effector->name)));
+    }
+    return Orientation::axis;
+  }
+  if (node.find("orientation") || !point || !point->approach_direction) return Orientation::free;
+  if (end_effector && !end_effector->approach_axis) {
+    reading.faults.add(part(node, "end_effector").mark,
+                       fmt::format("{}: grasp point {} has an approach_direction and end-effector {} no approach_axis "
+                                   "to go with it; give the end-effector one, or the grasp orientation: free",
+                                   path, in_quotes(point->name), in_quotes(end_effector->name)));
+  }
+  return Orientation::axis;
+}
+
+void check_all_targets_grasped(const Reading& reading) {
+  std::set<std::string_view> grasped;
+  for (const GraspSetup& grasp : reading.problem.grasps) grasped.insert(grasp.target);
+  for (const Node& target : part(reading.root, "targets").items) {
+    const std::string name = text_at(target, "name");
+    if (name.empty() || grasped.contains(name)) continue;
+    reading.faults.add(
+        part(target, "name").mark,
+        fmt::format("target {} is grasped by nobody; add a grasp or remove the target", in_quotes(name)));
+  }
+}
+
+}  // namespace
+
+void finish_targets(Reading& reading) {
+  const Node& list = part(reading.root, "targets");
+  if (!list.is_sequence()) reading.targets.make_incomplete();
+  for (std::size_t i = 0; i < reading.problem.targets.size(); ++i)
+    finish_target(list.items[i], item("targets", i), reading.problem.targets[i], reading);
+}
+
+void finish_grasps(Reading& reading) {
+  FaultList& faults = reading.faults;
+  const Node& list = part(reading.root, "grasps");
+  bool all_known = list.kind == Node::Kind::null || list.is_sequence();
+  for (std::size_t i = 0; i < reading.problem.grasps.size(); ++i) {
+    GraspSetup& grasp = reading.problem.grasps[i];
+    const Node& node = list.items[i];
+    const std::string path = item("grasps", i);
+    grasp.orientation = orientation_of(node, path, grasp, reading);
+    if (node.find("closes_at"))
+      grasp.closes = GraspSetup::Closes::at_time;
+    else if (boolean_at(node, "closes_on_arrival"))
+      grasp.closes = GraspSetup::Closes::on_arrival;
+    reading.robot.end_effectors.expect(grasp.end_effector, part(node, "end_effector").mark, path, faults);
+    const bool target_known =
+        reading.targets.expect(grasp.target, part(node, "target").mark, path, faults) && !grasp.target.empty();
+    all_known = all_known && target_known;
+    if (const auto it = reading.points.find(grasp.target); it != reading.points.end())
+      it->second.expect(grasp.grasp_point, part(node, "point").mark, below(path, "point"), faults);
+  }
+  // A misspelt target in a grasp may well mean the one that seems to be left alone.
+  if (all_known) check_all_targets_grasped(reading);
+}
+
+}  // namespace grapnel
