@@ -104,13 +104,13 @@ struct Described<TrackingSetup> {
           .at_least(0)
           .as("gains")
           .optional()
-          .when<[](const T& t) { return t.mode != T::Mode::ideal; }>(),
+          .when<[](const T& t) { return t.mode != JointControl::prescribed; }>(),
       field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
                     "Derivative gain, for modes pd and computed_torque; ignored otherwise.")
           .at_least(0)
           .as("gains")
           .optional()
-          .when<[](const T& t) { return t.mode != T::Mode::ideal; }>(),
+          .when<[](const T& t) { return t.mode != JointControl::prescribed; }>(),
       field<&T::noise>("noise", "", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
