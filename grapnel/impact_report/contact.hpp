@@ -78,11 +78,7 @@ std::vector<GraspDecision> decide_grasps(const CaptureProblem& problem, const Ca
 std::vector<double> envelope_excesses(const CaptureProblem& problem, const CaptureSystem& system,
                                       const Kinematics& kinematics);
 
-/// Outward unit normal of a target's surface at a grasp point, in the target's frame: the point's own, else against its
-/// approach direction, else from the centre of a spherical target through it. Empty if none of these is there.
-std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point);
-
-/// The same of a grasp's target where it is now, in W. @throws CaptureProblemError if there is none.
+/// contact_normal() of a grasp's target where it is now, in W. @throws CaptureProblemError if there is none.
 Vector3d contact_normal_in_world(const CaptureProblem& problem, const CaptureSystem& system,
                                  const Kinematics& kinematics, const GraspSetup& grasp);
 

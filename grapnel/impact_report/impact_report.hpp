@@ -51,8 +51,7 @@ Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& sy
 GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
                               std::size_t grasp);
 
-/// Names of the laws, and of what joints do meanwhile, as files and reports have them.
-const char* name_of(ImpactSetup::Law law);
+/// What joints do meanwhile, as files and reports have it.
 const char* name_of(ImpactSetup::Joints joints);
 
 /// The joint that a held rate is of.

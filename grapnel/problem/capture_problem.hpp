@@ -351,6 +351,13 @@ const TargetSetup& target_of(const CaptureProblem& problem, const GraspSetup& gr
 const GraspPoint& grasp_point_of(const CaptureProblem& problem, const GraspSetup& grasp);
 const EndEffectorSetup& end_effector_of(const CaptureProblem& problem, const GraspSetup& grasp);
 
+/// Outward unit normal of a target's surface at a grasp point, in the target's frame: the point's own, else against its
+/// approach direction, else from the centre of a spherical target through it. Empty if none of these is there.
+std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point);
+
+/// A law as files and results call it.
+const char* name_of(ImpactSetup::Law law);
+
 // --- Joint motion stated piece by piece, to and from trajectories ---
 
 /// The motion of one joint.

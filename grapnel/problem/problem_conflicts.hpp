@@ -22,10 +22,6 @@ struct ProblemFault {
   std::string relies_on = {};
 };
 
-/// TEMPORARY
-std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point);
-const char* name_of(ImpactSetup::Law law);
-
 /// All conflicts but those within the robot, in the order of phases. Durations that are not positive and finite say
 /// nothing about others. Empty: there are none.
 std::vector<ProblemFault> problem_conflicts(const CaptureProblem& problem);
