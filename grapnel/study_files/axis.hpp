@@ -16,6 +16,9 @@
 
 namespace grapnel {
 
+/// Of a long list of values so many are tried beforehand.
+inline constexpr std::size_t kMostChecked = 1000;
+
 /// One value of an axis, as the scenario is to be changed for it.
 struct ReadAxisValue {
   Mark mark;

@@ -181,12 +181,6 @@ Mark mark_of(const Node& mapping, const std::string& key) {
   return entry ? entry->mark : mapping.mark;
 }
 
-bool has_something_to_plan(const ApproachSetup& approach) {
-  const auto by_places = [](const Waypoint& waypoint) { return !waypoint.places.empty(); };
-  return approach.plan || approach.match ||
-         std::any_of(approach.waypoints.begin(), approach.waypoints.end(), by_places);
-}
-
 void freeze_waypoints(const ApproachSetup& approach, const ApproachPlan& plan, Node& list) {
   for (std::size_t w = 0; w < approach.waypoints.size(); ++w) {
     if (approach.waypoints[w].places.empty()) continue;
@@ -263,6 +257,12 @@ bool is_too_fast(const CaptureProblem& problem, const ApproachPlan& plan) {
 }
 
 }  // namespace
+
+bool has_something_to_plan(const ApproachSetup& approach) {
+  const auto by_places = [](const Waypoint& waypoint) { return !waypoint.places.empty(); };
+  return approach.plan || approach.match ||
+         std::any_of(approach.waypoints.begin(), approach.waypoints.end(), by_places);
+}
 
 void freeze_plan(const CaptureProblem& problem, Node& scenario) {
   if (!problem.approach || !has_something_to_plan(*problem.approach)) return;

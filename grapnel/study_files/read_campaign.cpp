@@ -18,7 +18,6 @@
 namespace grapnel {
 namespace {
 
-constexpr std::size_t kMostChecked = 1000;  // values of one axis, or of one discrete distribution
 constexpr int kCompared = 4;                // cases whose setters are compared with the reader
 
 // A place of the scenario that an entry of 'uncertain' draws.

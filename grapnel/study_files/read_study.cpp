@@ -22,7 +22,6 @@ namespace {
 
 constexpr std::size_t kMostPoints = 10'000'000;
 // Of one axis; more values are checked when their points are run.
-constexpr std::size_t kMostChecked = 1000;
 
 using Position = std::vector<std::size_t>;
 
