@@ -16,7 +16,7 @@
 
 namespace grapnel {
 
-/// Of a long list of values so many are tried beforehand.
+/// Of a long list of values so many are tried beforehand; the others when their points are run.
 inline constexpr std::size_t kMostChecked = 1000;
 
 /// One value of an axis, as the scenario is to be changed for it.

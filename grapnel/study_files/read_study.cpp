@@ -21,7 +21,6 @@ namespace grapnel {
 namespace {
 
 constexpr std::size_t kMostPoints = 10'000'000;
-// Of one axis; more values are checked when their points are run.
 
 using Position = std::vector<std::size_t>;
 
