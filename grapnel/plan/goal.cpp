@@ -20,10 +20,6 @@ Eigen::Matrix<double, 2, 3> across(const Vector3d& d) {
   return B;
 }
 
-int rows_of(const Goal& goal) {
-  return goal.orientation == Goal::Orientation::free ? 3 : goal.orientation == Goal::Orientation::axis ? 5 : 6;
-}
-
 // Twists of the frame's origin in W: of the joints at a fixed base, and of the base's displacement in B.
 void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Matrix6Xd& J_joint,
                      Eigen::Matrix<double, 6, 6>& J_base) {
@@ -36,6 +32,10 @@ void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Mat
 }
 
 }  // namespace
+
+int rows_of(const Goal& goal) {
+  return goal.orientation == Goal::Orientation::free ? 3 : goal.orientation == Goal::Orientation::axis ? 5 : 6;
+}
 
 Eigen::Matrix3d as_matrix(const Rotationd& R) {
   Eigen::Matrix3d M;

@@ -34,7 +34,8 @@ struct Goal {
 /// linear: the place's velocity alone. task: the velocity, and as much of the spin as the orientation asks for.
 enum class RateDemand { given, velocity, twist, linear, task };
 
-/// Number of rows of the position error.
+/// Number of rows of one goal's error, and of that of all.
+int rows_of(const Goal& goal);
 int error_rows(std::span<const Goal> goals);
 
 /// Error of all goals for a base at X_WB and joints as placed in `base`: per goal p_E - p_G [m], then for axis the two

@@ -15,10 +15,6 @@ namespace {
 
 constexpr double kBlamed = 1e-5;  // an arm that comes nearer than this is not what stops the plan [m and rad]
 
-int rows_of(const Goal& g) {
-  return g.orientation == Goal::Orientation::free ? 3 : g.orientation == Goal::Orientation::axis ? 5 : 6;
-}
-
 // Where the first joint's parent frame puts the joint, for a base at X_WB.
 std::string beyond_reach(FloatingBase& base, const Posed& X_WB, const Goal& goal) {
   const Model& model = base.model();

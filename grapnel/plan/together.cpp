@@ -67,7 +67,7 @@ struct FreeChain {
   }
 };
 
-double objective(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
+double gap_square(const std::vector<double>& x, std::vector<double>& gradient, void* data) {
   return static_cast<FreeChain*>(data)->half_square(x, gradient);
 }
 
@@ -80,7 +80,7 @@ ClosestTogether least_squares(FreeChain& chain, const ReachProblem& problem, std
   nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(n + 6));
   optimizer.set_lower_bounds(lower);
   optimizer.set_upper_bounds(upper);
-  optimizer.set_min_objective(objective, &chain);
+  optimizer.set_min_objective(gap_square, &chain);
   optimizer.set_xtol_rel(1e-10);
   optimizer.set_stopval(0.5 * (0.1 * kFits) * (0.1 * kFits));
   optimizer.set_maxeval(400);

@@ -268,8 +268,8 @@ class ReleaseNames {
     if (!is_text(name) || name.text.empty()) return;
     if (!reading_.robot.end_effectors.expect(name.text, name.mark, path, reading_.faults)) return;
     const auto& grasps = reading_.problem.grasps;
-    const auto grips = [&](const GraspSetup& grasp) { return grasp.end_effector == name.text; };
-    if (doubtful_ || std::any_of(grasps.begin(), grasps.end(), grips) || !checked_.insert(name.text).second) return;
+    const auto is_its = [&](const GraspSetup& grasp) { return grasp.end_effector == name.text; };
+    if (doubtful_ || std::any_of(grasps.begin(), grasps.end(), is_its) || !checked_.insert(name.text).second) return;
     reading_.faults.add(name.mark, fmt::format("end-effector {} in {} grips nothing{}", in_quotes(name.text), path,
                                                suggestion(name.text, grippers_, "grips")));
   }

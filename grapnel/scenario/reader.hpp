@@ -53,9 +53,9 @@ struct ReadScope {
 void read_members(const Node& mapping, const Type& type, const std::string& path, void* structure,
                   const ReadScope& scope);
 
-/// Reads all that a mapping says into a structure that holds all of it: as the other, with values that may be written in
-/// several ways (alternatives). A value that cannot be what its member holds leaves it as it is, and so does one in a form
-/// of its own.
+/// Reads all that a mapping says into a structure that holds all of it: as the other, with values that may be written
+/// in several ways (alternatives). A value that cannot be what its member holds leaves it as it is, and so does one in
+/// a form of its own.
 void read_structure(const Node& mapping, const Type& type, void* structure);
 
 /// Results are filed under the names of things: a fault where a name cannot be a folder's.

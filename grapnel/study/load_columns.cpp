@@ -13,7 +13,7 @@ double least_rating(const LoadRating& r) {
 }
 
 // One load of a joint, a hand or the base control.
-struct Quantity {
+struct LoadQuantity {
   std::string of, name, unit;
   bool rated;    // in the robot file
   bool limited;  // by what a drive can exert
@@ -37,7 +37,7 @@ double least_margin(const CaptureResult& result, const std::string& of, const st
 }
 
 void add_quantities(const std::string& of, const LoadRating& rating, bool has_axis, bool slides, double effort,
-                    std::vector<Quantity>& all) {
+                    std::vector<LoadQuantity>& all) {
   const auto add = [&](const char* name, const char* unit, double limit, bool limited = false) {
     all.push_back({of, name, unit, std::isfinite(limit), limited});
   };
@@ -50,9 +50,9 @@ void add_quantities(const std::string& of, const LoadRating& rating, bool has_ax
   add("driving_impulse", slides ? "N s" : "N m s", rating.driving_impulse);
 }
 
-std::vector<Quantity> quantities(const CaptureProblem& problem) {
+std::vector<LoadQuantity> load_quantities(const CaptureProblem& problem) {
   const LoadRating none;
-  std::vector<Quantity> all;
+  std::vector<LoadQuantity> all;
   for (const BodyDescription& body : problem.robot.bodies) {
     if (body.name == problem.robot.base) continue;
     const auto rating = std::find_if(problem.robot.ratings.begin(), problem.robot.ratings.end(),
@@ -87,7 +87,7 @@ bool is_rated(const CaptureProblem& problem) {
 std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion) {
   std::vector<Column> columns;
   bool any_limit = false;
-  for (const Quantity& q : quantities(problem)) {
+  for (const LoadQuantity& q : load_quantities(problem)) {
     if (q.rated || (q.limited && with_motion)) {
       any_limit = true;
       columns.push_back({"margins/" + q.of + "/" + q.name, "1",

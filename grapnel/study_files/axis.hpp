@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/study/quantity.hpp"
 #include "grapnel/study/grid.hpp"
+#include "grapnel/study/quantity.hpp"
 #include "grapnel/study_files/file_structures.hpp"
 #include "grapnel/text/yaml_paths.hpp"
 

@@ -18,7 +18,7 @@
 namespace grapnel {
 namespace {
 
-constexpr int kCompared = 4;                // cases whose setters are compared with the reader
+constexpr int kCompared = 4;  // cases whose setters are compared with the reader
 
 // A place of the scenario that an entry of 'uncertain' draws.
 struct DrawnPlace {

@@ -8,7 +8,6 @@
 
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
-#include "grapnel/scenario/schema.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/parse_yaml.hpp"
