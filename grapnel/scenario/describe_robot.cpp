@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <array>
+
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/scenario/descriptions.hpp"
 
@@ -26,12 +29,14 @@ struct Described<Geometry::Shape> {
 
 template <>
 struct Described<JointType> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(JointType::revolute, "revolute"),
-      choice(JointType::continuous, "continuous"),
-      choice(JointType::prismatic, "prismatic"),
-      choice(JointType::fixed, "fixed"),
-  });
+  static constexpr auto choices = [] {
+    std::array<Choice, std::ranges::count_if(kJointTypes, &JointTraits::in_robot_files)> result{};
+    std::size_t next = 0;
+    for (const JointTraits& t : kJointTypes) {
+      if (t.in_robot_files) result[next++] = choice(t.type, t.name);
+    }
+    return result;
+  }();
   static constexpr Type type = enumeration<JointType>("JointType", choices);
 };
 
