@@ -25,28 +25,10 @@ double reach(const Model& model, const Frame& frame) {
   for (int i = frame.body; model.bodies()[i].parent >= 0; i = model.bodies()[i].parent) {
     const Body& body = model.bodies()[i];
     const JointDescription& joint = body.description.joint;
-    if (joint.type == JointType::prismatic)
-      length += std::max(std::abs(joint.limits.lower), std::abs(joint.limits.upper));
+    if (slides_along_axis(joint.type)) length += std::max(std::abs(joint.limits.lower), std::abs(joint.limits.upper));
     if (model.bodies()[body.parent].parent >= 0) length += norm(body.description.X_PF.p);
   }
   return length;
-}
-
-const char* type_name(JointType type) {
-  switch (type) {
-    case JointType::revolute:
-      return "revolute";
-    case JointType::continuous:
-      return "continuous";
-    case JointType::prismatic:
-      return "prismatic";
-    case JointType::spherical:
-      return "spherical";
-    case JointType::free:
-      return "free";
-    default:
-      return "fixed";
-  }
 }
 
 void print_bodies(const Model& model) {
@@ -54,7 +36,8 @@ void print_bodies(const Model& model) {
   for (const Body& b : model.bodies()) {
     to_stdout("{:<22}{:<22}{:<22}{:<12}{:>12.6g}\n", b.description.name,
               b.parent < 0 ? "-" : model.bodies()[b.parent].description.name,
-              b.parent < 0 ? "-" : b.description.joint.name, type_name(b.description.joint.type), b.description.mass);
+              b.parent < 0 ? "-" : b.description.joint.name, traits_of(b.description.joint.type).name,
+              b.description.mass);
   }
 }
 

@@ -20,7 +20,7 @@ BodyQuantities body_quantities(const Model& model, const Kinematics& k, const St
   const Vector3d w_B = transposed_times(X_WB.R, V_WC.angular);
   const Vector3d h_B = d.inertia * w_B;
   BodyQuantities b{{{X_WB.R * h_B, d.mass * V_WC.linear}, X_WB.p + arm}, dot(w_B, h_B)};
-  if (velocity_count(d.joint.type) == 1) {
+  if (has_one_axis(d.joint.type)) {
     const double rate = state.v[body.v];
     b.twice_spin_energy += d.joint.reflected_inertia() * rate * rate;
   }

@@ -59,7 +59,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   for (int j : system.robot_joints) {
     const JointDescription& joint = system.model.bodies()[system.model.joints()[j]].description.joint;
     joints.push_back(joint.name);
-    prismatic = prismatic || joint.type == JointType::prismatic;
+    prismatic = prismatic || slides_along_axis(joint.type);
   }
   const std::string mixed = prismatic ? "; m where the joint is prismatic" : "";
   add("joints/position", "rad", "joint positions" + mixed, joints);

@@ -222,22 +222,16 @@ struct LoopSolver::Implementation {
 
   void step_coordinates(std::span<const double> dq, std::span<double> q) const {
     for (const TreeLink<double>& link : model.tree().links) {
-      switch (link.joint) {
-        case LinkJoint::root_fixed:
-          break;
-        case LinkJoint::root_free: {
-          const Rotationd R = rotation_matrix(Quaterniond{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]});
-          const Vector3d p = R * Vector3d{dq[link.v + 3], dq[link.v + 4], dq[link.v + 5]};
-          for (int k = 0; k < 3; ++k) q[link.q + k] += p[k];
-          step_quaternion(&q[link.q + 3], {dq[link.v], dq[link.v + 1], dq[link.v + 2]});
-          break;
-        }
-        case LinkJoint::spherical:
-          step_quaternion(&q[link.q], {dq[link.v], dq[link.v + 1], dq[link.v + 2]});
-          break;
-        default:
-          q[link.q] += dq[link.v];
+      const JointTraits& joint = traits_of(link.joint);
+      if (has_one_axis(link.joint)) q[link.q] += dq[link.v];
+      if (joint.quaternion < 0) continue;
+      double* turn = &q[link.q + joint.quaternion];
+      if (joint.position >= 0) {
+        const Vector3d p = rotation_matrix(Quaterniond{turn[0], turn[1], turn[2], turn[3]}) *
+                           Vector3d{dq[link.v + 3], dq[link.v + 4], dq[link.v + 5]};
+        for (int k = 0; k < 3; ++k) q[link.q + joint.position + k] += p[k];
       }
+      step_quaternion(turn, {dq[link.v], dq[link.v + 1], dq[link.v + 2]});
     }
   }
 

@@ -110,7 +110,7 @@ GRAPNEL_INLINE void pass(Spherical, const Vector3d& torque, const LinkScratch<do
   rotate_all(b, w.R_FL);
 }
 
-int slots_of(const TreeLink<double>& link) { return link.parent < 0 ? 6 : link.joint == LinkJoint::spherical ? 3 : 1; }
+int slots_of(const TreeLink<double>& link) { return link.parent < 0 ? 6 : link.joint == JointType::spherical ? 3 : 1; }
 
 // Row by row products of two closures' rows, added: block(r, :) += a(r) b.
 GRAPNEL_INLINE void add_product(const ClosureRow& a, const ClosureRow& b, Pack (&block)[6]) {
@@ -154,7 +154,7 @@ LoopColumns::LoopColumns(const Tree<double>& tree, std::span<const LoopPath> pat
     way.end_slot = slot;
     ways_.push_back(way);
     for (int root : {path.root_a, path.root_b}) {
-      if (tree.links[root].joint != LinkJoint::root_free || root_factor_of_[root] >= 0) continue;
+      if (tree.links[root].joint != JointType::free || root_factor_of_[root] >= 0) continue;
       root_factor_of_[root] = static_cast<int>(roots_.size());
       roots_.push_back(root);
     }
@@ -261,7 +261,7 @@ void LoopColumns::arrive(const Step& step, const Pack (&F)[6], const DynamicsInp
   const TreeLink<double>& link = tree_.links[n];
   for (int i = 0; i < 6; ++i) raw_[slot + i].r = F[i];
   free = Pack{};
-  if (link.joint == LinkJoint::root_free && !is_prescribed(in.prescribed, n)) {
+  if (link.joint == JointType::free && !is_prescribed(in.prescribed, n)) {
     const RootFactor& root = root_factor_[root_factor_of_[n]];
     Pack x[6];  // L^-1 F
     for (int i = 0; i < 6; ++i) {
@@ -275,7 +275,7 @@ void LoopColumns::arrive(const Step& step, const Pack (&F)[6], const DynamicsInp
   for (int i = 0; i < 6; ++i) y_[slot + i].r = Pack{};
   const Vector3d g = gravity_in_root(link, in.q, in.gravity);
   SpatialAccelerationd A{Vector3d::zero(), -g};
-  if (link.joint == LinkJoint::root_free) {
+  if (link.joint == JointType::free) {
     for (int k = 0; k < 3; ++k)
       A.angular[k] += in.acceleration[link.v + k], A.linear[k] += in.acceleration[link.v + 3 + k];
   }
@@ -324,10 +324,10 @@ void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint
           w.p.angular[k] -= weighted(raw_[slot + k], x);
           w.p.linear[k] -= weighted(raw_[slot + 3 + k], x);
         }
-      } else if (link.joint == LinkJoint::spherical) {
+      } else if (link.joint == JointType::spherical) {
         for (int k = 0; k < 3; ++k) w.p.angular[k] -= weighted(raw_[slot + k], x);
       } else if (is_prescribed(prescribed, n)) {
-        (link.joint == LinkJoint::revolute ? w.p.angular : w.p.linear)[link.axis] -= weighted(raw_[slot], x);
+        (link.joint == JointType::revolute ? w.p.angular : w.p.linear)[link.axis] -= weighted(raw_[slot], x);
       } else {
         w.g += inverse_root_[n] * weighted(y_[slot], x);
       }

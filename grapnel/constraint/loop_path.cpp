@@ -44,7 +44,7 @@ Posed pose_along(const std::vector<int>& from, const Tree<double>& tree, std::sp
 }
 
 Posed root_in_world(const TreeLink<double>& link, std::span<const double> q) {
-  if (link.joint == LinkJoint::root_fixed) return link.X_PF;
+  if (link.joint == JointType::fixed) return link.X_PF;
   return {rotation_matrix(Quaterniond{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]}),
           {q[link.q], q[link.q + 1], q[link.q + 2]}};
 }
@@ -72,7 +72,7 @@ LoopPath make_loop_path(const Model& model, const LoopClosure& closure) {
   const Body& a = model.bodies()[closure.body_a];
   const Body& b = model.bodies()[closure.body_b];
   const Tree<double>& tree = model.tree();
-  const auto is_ground = [&](int link) { return tree.links[link].joint == LinkJoint::root_fixed; };
+  const auto is_ground = [&](int link) { return tree.links[link].joint == JointType::fixed; };
   if (a.placement.link == b.placement.link || (is_ground(a.placement.link) && is_ground(b.placement.link))) {
     throw std::invalid_argument("loop closure '" + closure.name + "': bodies '" + a.description.name + "' and '" +
                                 b.description.name + "' cannot move against each other");

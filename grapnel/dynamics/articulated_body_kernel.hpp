@@ -254,7 +254,7 @@ template <class S>
 void solve_root(const TreeLink<S>& link, const DynamicsInput<S>& in, LinkScratch<S>& w, std::span<S> vdot,
                 std::span<S> force) {
   const Vector3<S> g = gravity_in_root(link, in.q, in.gravity);
-  if (link.joint == LinkJoint::root_fixed) {
+  if (link.joint == JointType::fixed) {
     w.A = {Vector3<S>::zero(), -g};
     return;
   }

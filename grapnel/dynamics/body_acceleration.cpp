@@ -28,13 +28,9 @@ std::vector<BodyAcceleration> body_accelerations(const Model& model, const Kinem
     a.angular = carrier.angular + cross(V_P.angular, spin);
     a.linear = carrier.linear + cross(carrier.angular, arm) + cross(V_P.angular, cross(V_P.angular, arm)) +
                2.0 * cross(V_P.angular, slip);
-    if (joint.type == JointType::spherical) {
-      a.angular += X_WB.R * rates(body.v);
-    } else if (joint.type == JointType::prismatic) {
-      a.linear += rate(body.v) * (X_WB.R * joint.axis);
-    } else if (velocity_count(joint.type) == 1) {
-      a.angular += rate(body.v) * (X_WB.R * joint.axis);
-    }
+    if (traits_of(joint.type).quaternion >= 0) a.angular += X_WB.R * rates(body.v);
+    if (has_one_axis(joint.type))
+      (turns_about_axis(joint.type) ? a.angular : a.linear) += rate(body.v) * (X_WB.R * joint.axis);
   }
   return result;
 }

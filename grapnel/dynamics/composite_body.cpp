@@ -33,7 +33,7 @@ GRAPNEL_INLINE void project(const TreeLink<S>& link, const Momentum<S>& h, int c
   visit_joint(link, [&](auto joint) {
     using Joint = decltype(joint);
     if constexpr (std::is_same_v<Joint, Root>) {
-      if (link.joint != LinkJoint::root_free) return;
+      if (link.joint != JointType::free) return;
       for (int k = 0; k < 3; ++k) write(link.v + k, sign * h.angular[k]), write(link.v + 3 + k, sign * h.linear[k]);
     } else if constexpr (std::is_same_v<Joint, Spherical>) {
       for (int k = 0; k < 3; ++k) write(link.v + k, sign * h.angular[k]);
@@ -46,7 +46,7 @@ GRAPNEL_INLINE void project(const TreeLink<S>& link, const Momentum<S>& h, int c
 // The 6 x 6 block of a free root: its composite inertia.
 template <class S>
 void write_root(const TreeLink<S>& link, const RigidBodyInertia<S>& I, int size, std::span<S> M) {
-  if (link.joint != LinkJoint::root_free) return;
+  if (link.joint != JointType::free) return;
   const ArticulatedInertia<S> A = articulated(I);
   for (int r = 0; r < 3; ++r) {
     for (int c = 0; c < 3; ++c) {

@@ -58,25 +58,10 @@ void point_jacobian(const Model& model, const Kinematics& kinematics, int body, 
     const Body& b = model.bodies()[i];
     const Posed& X = kinematics.X_WB[i];
     const Vector3d arm = p_WP - X.p;
-    switch (b.description.joint.type) {
-      case JointType::fixed:
-        break;
-      case JointType::prismatic:
-        write_column(J, b.v, Vector3d::zero(), X.R * b.description.joint.axis);
-        break;
-      case JointType::revolute:
-      case JointType::continuous: {
-        const Vector3d axis = X.R * b.description.joint.axis;
-        write_column(J, b.v, axis, cross(axis, arm));
-        break;
-      }
-      case JointType::free:
-        for (int k = 0; k < 3; ++k) write_column(J, b.v + 3 + k, Vector3d::zero(), X.R.column(k));
-        [[fallthrough]];
-      case JointType::spherical:
-        for (int k = 0; k < 3; ++k) write_column(J, b.v + k, X.R.column(k), cross(X.R.column(k), arm));
-        break;
-    }
+    each_direction(
+        b.description.joint.type, b.v, X.R, X.R * b.description.joint.axis,
+        [&](int v, const Vector3d& axis) { write_column(J, v, axis, cross(axis, arm)); },
+        [&](int v, const Vector3d& axis) { write_column(J, v, Vector3d::zero(), axis); });
   }
 }
 

@@ -37,7 +37,7 @@ GRAPNEL_INLINE Rotation<S> joint_rotation(Spherical, const LinkScratch<S>& w, co
 
 template <class S>
 LinkMotion<S> root_motion(const TreeLink<S>& link, std::span<const S> q, std::span<const S> v) {
-  if (link.joint == LinkJoint::root_fixed) return {link.X_PF, Twist<S>::zero()};
+  if (link.joint == JointType::fixed) return {link.X_PF, Twist<S>::zero()};
   const Rotation<S> R = rotation_matrix(Quaternion<S>{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]});
   const Pose<S> X{R, {q[link.q], q[link.q + 1], q[link.q + 2]}};
   return {X, v.empty() ? Twist<S>::zero() : R * root_velocity(link, v)};
@@ -82,23 +82,14 @@ void coordinate_rates(const Tree<S>& tree, std::span<const S> q, std::span<const
     qdot[offset] = rate.w, qdot[offset + 1] = rate.x, qdot[offset + 2] = rate.y, qdot[offset + 3] = rate.z;
   };
   for (const TreeLink<S>& link : tree.links) {
-    switch (link.joint) {
-      case LinkJoint::root_fixed:
-        break;
-      case LinkJoint::root_free: {
-        const Quaternion<S> orientation{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]};
-        const Vector3<S> velocity =
-            rotation_matrix(orientation) * Vector3<S>{v[link.v + 3], v[link.v + 4], v[link.v + 5]};
-        for (int k = 0; k < 3; ++k) qdot[link.q + k] = velocity[k];
-        quaternion_part(link.q + 3, link.v);
-        break;
-      }
-      case LinkJoint::spherical:
-        quaternion_part(link.q, link.v);
-        break;
-      default:
-        qdot[link.q] = v[link.v];
-        break;
+    const JointTraits& joint = traits_of(link.joint);
+    if (has_one_axis(link.joint)) qdot[link.q] = v[link.v];
+    if (joint.quaternion >= 0) quaternion_part(link.q + joint.quaternion, link.v);
+    if (joint.position >= 0) {
+      const int at = link.q + joint.quaternion;
+      const Vector3<S> velocity = rotation_matrix(Quaternion<S>{q[at], q[at + 1], q[at + 2], q[at + 3]}) *
+                                  Vector3<S>{v[link.v + 3], v[link.v + 4], v[link.v + 5]};
+      for (int k = 0; k < 3; ++k) qdot[link.q + joint.position + k] = velocity[k];
     }
   }
 }

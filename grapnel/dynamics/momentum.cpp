@@ -60,7 +60,7 @@ double kinetic_energy(const Model& model, const Kinematics& kinematics, const St
     const Twistd V_WC = shift(kinematics.V_WB[i], X_WB.R * d.com);
     const Vector3d w_B = transposed_times(X_WB.R, V_WC.angular);
     twice += dot(w_B, d.inertia * w_B) + d.mass * dot(V_WC.linear, V_WC.linear);
-    if (velocity_count(d.joint.type) == 1) {
+    if (has_one_axis(d.joint.type)) {
       const double rate = state.v[body.v];
       twice += d.joint.reflected_inertia() * rate * rate;
     }

@@ -26,7 +26,7 @@ void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorks
       const Vector3<S> g = gravity_in_root(link, in.q, in.gravity);
       w.V = root_velocity(link, in.v);
       w.A = {Vector3<S>::zero(), -g};
-      if (moving && link.joint == LinkJoint::root_free) {
+      if (moving && link.joint == JointType::free) {
         for (int k = 0; k < 3; ++k) {
           w.A.angular[k] += in.acceleration[link.v + k];
           w.A.linear[k] += in.acceleration[link.v + 3 + k];
@@ -52,7 +52,7 @@ void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorks
     visit_joint(link, [&](auto joint) {
       using Joint = decltype(joint);
       if constexpr (std::is_same_v<Joint, Root>) {
-        if (link.joint != LinkJoint::root_free) return;
+        if (link.joint != JointType::free) return;
         for (int k = 0; k < 3; ++k) force[link.v + k] = w.p.angular[k], force[link.v + 3 + k] = w.p.linear[k];
       } else {
         if constexpr (std::is_same_v<Joint, Spherical>) {

@@ -29,7 +29,7 @@ struct Root {};
 template <class S, class F>
 GRAPNEL_INLINE void visit_joint(const TreeLink<S>& link, F&& f) {
   switch (link.joint) {
-    case LinkJoint::revolute:
+    case JointType::revolute:
       switch (link.axis) {
         case 0:
           f(Revolute<0>{});
@@ -41,7 +41,7 @@ GRAPNEL_INLINE void visit_joint(const TreeLink<S>& link, F&& f) {
           f(Revolute<2>{});
           return;
       }
-    case LinkJoint::prismatic:
+    case JointType::prismatic:
       switch (link.axis) {
         case 0:
           f(Prismatic<0>{});
@@ -53,7 +53,7 @@ GRAPNEL_INLINE void visit_joint(const TreeLink<S>& link, F&& f) {
           f(Prismatic<2>{});
           return;
       }
-    case LinkJoint::spherical:
+    case JointType::spherical:
       f(Spherical{});
       return;
     default:
@@ -202,14 +202,14 @@ GRAPNEL_INLINE S along(Prismatic<K>, const SpatialVector<kKind, S>& F) {
 /// Gravity expressed in a root link's frame.
 template <class S>
 GRAPNEL_INLINE Vector3<S> gravity_in_root(const TreeLink<S>& link, std::span<const S> q, const Vector3<S>& gravity) {
-  if (link.joint == LinkJoint::root_fixed) return transposed_times(link.X_PF.R, gravity);
+  if (link.joint == JointType::fixed) return transposed_times(link.X_PF.R, gravity);
   return transposed_times(rotation_matrix(Quaternion<S>{q[link.q + 3], q[link.q + 4], q[link.q + 5], q[link.q + 6]}),
                           gravity);
 }
 
 template <class S>
 GRAPNEL_INLINE Twist<S> root_velocity(const TreeLink<S>& link, std::span<const S> v) {
-  if (link.joint == LinkJoint::root_fixed) return Twist<S>::zero();
+  if (link.joint == JointType::fixed) return Twist<S>::zero();
   return {{v[link.v], v[link.v + 1], v[link.v + 2]}, {v[link.v + 3], v[link.v + 4], v[link.v + 5]}};
 }
 

@@ -35,7 +35,7 @@ void root_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> 
 template <class S>
 int free_root_count(const Tree<S>& tree) {
   int count = 0;
-  for (const TreeLink<S>& link : tree.links) count += link.joint == LinkJoint::root_free;
+  for (const TreeLink<S>& link : tree.links) count += link.joint == JointType::free;
   return count;
 }
 

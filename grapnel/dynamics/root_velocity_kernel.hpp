@@ -64,7 +64,7 @@ void recover_roots(const Tree<S>& tree, std::span<const RootMomentum<S>> momentu
   int next = 0;
   for (std::size_t n = 0; n < tree.links.size(); ++n) {
     const TreeLink<S>& link = tree.links[n];
-    if (link.joint != LinkJoint::root_free) continue;
+    if (link.joint != JointType::free) continue;
     const LinkScratch<S>& w = workspace.links[n];
     const RootMomentum<S>& m = momentum[next++];
     const Rotation<S> R_WB = root_rotation<S>(link, q);
@@ -89,7 +89,7 @@ void root_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> 
   int next = 0;
   for (std::size_t n = 0; n < tree.links.size(); ++n) {
     const TreeLink<S>& link = tree.links[n];
-    if (link.joint != LinkJoint::root_free) continue;
+    if (link.joint != JointType::free) continue;
     const LinkScratch<S>& w = workspace.links[n];
     const Rotation<S> R_WB = root_rotation(link, q);
     const Vector3<S> com_B = w.composite.com();

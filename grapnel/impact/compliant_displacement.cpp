@@ -33,24 +33,21 @@ StartPose::StartPose(const Model& model, const State& state, const Vector3d& ori
 // The motion the body's own joint adds, seen in W with everything before it at the start.
 Displacement StartPose::own_motion(const Start& start, std::span<const double> change) const {
   Displacement own;
-  switch (start.type) {
-    case JointType::fixed:
-      return own;
-    case JointType::prismatic:
-      own.move = change[start.q] * start.axis;
-      return own;
-    case JointType::free:
-      own.turn = turn_in_world(start.R_WB, change.subspan(start.q + 3, 4));
-      return own;  // its translation comes at last
-    case JointType::spherical:
-      own.turn = turn_in_world(start.R_WB, change.subspan(start.q, 4));
-      break;
-    default: {
-      const double half = 0.5 * change[start.q];
-      const Vector3d v = std::sin(half) * start.axis;
-      own.turn = {std::cos(half), v[0], v[1], v[2]};
-    }
+  const JointTraits& joint = traits_of(start.type);
+  if (joint.axis == AxisMotion::slide) {
+    own.move = change[start.q] * start.axis;
+    return own;
   }
+  if (joint.axis == AxisMotion::turn) {
+    const double half = 0.5 * change[start.q];
+    const Vector3d v = std::sin(half) * start.axis;
+    own.turn = {std::cos(half), v[0], v[1], v[2]};
+  } else if (joint.quaternion >= 0) {
+    own.turn = turn_in_world(start.R_WB, change.subspan(start.q + joint.quaternion, 4));
+  } else {
+    return own;
+  }
+  if (joint.position >= 0) return own;         // its translation comes at last
   own.move = turned_by(own.turn, -start.arm);  // the joint stays where it is
   return own;
 }

@@ -97,19 +97,15 @@ void fill_sizes(const Model& model, const CompliantSystem& system, std::span<con
   }
   if (v.size() > 0) v = v.cwiseMax(1e-6 * v.maxCoeff());
   for (const TreeLink<double>& link : model.tree().links) {
-    const auto turns = [&](int q, int from) {
-      for (int k = 0; k < 4; ++k) size[q + k] = 0.5 * time * v.segment(from, 3).norm();
-    };
-    if (link.joint == LinkJoint::root_fixed) continue;
-    if (link.joint == LinkJoint::root_free) {
+    const JointTraits& joint = traits_of(link.joint);
+    if (has_one_axis(link.joint)) size[link.q] = time * v[link.v];
+    if (joint.quaternion >= 0) {
+      for (int k = 0; k < 4; ++k) size[link.q + joint.quaternion + k] = 0.5 * time * v.segment(link.v, 3).norm();
+    }
+    if (joint.position >= 0) {
       // Of the centre of mass, or of a held root.
       for (int k = 0; k < 3; ++k)
-        size[link.q + k] = time * std::max(impulse / model.mass(), v.segment(link.v + 3, 3).norm());
-      turns(link.q + 3, link.v);
-    } else if (link.joint == LinkJoint::spherical) {
-      turns(link.q, link.v);
-    } else {
-      size[link.q] = time * v[link.v];
+        size[link.q + joint.position + k] = time * std::max(impulse / model.mass(), v.segment(link.v + 3, 3).norm());
     }
   }
   for (std::size_t r = 0; r < system.integrated_rates().size(); ++r) {

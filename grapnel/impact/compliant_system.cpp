@@ -82,8 +82,8 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
   bool all_by_momentum = true;
   Vector3d total = Vector3d::zero();
   for (const TreeLink<double>& link : model.tree().links) {
-    all_by_momentum = all_by_momentum && link.joint != LinkJoint::root_fixed;
-    if (link.joint != LinkJoint::root_free) continue;
+    all_by_momentum = all_by_momentum && link.joint != JointType::fixed;
+    if (link.joint != JointType::free) continue;
     const RootMomentum<double>& m = momenta_[trees_.size()];
     const int body = free_root_at(model, link.v);
     trees_.push_back({body, link.q, link.v, m.h, m.p_WCom, m.mass});
@@ -254,23 +254,12 @@ Twistd CompliantSystem::in_target_axes(int grip) const {
 // Rates of the coordinates' part of y.
 void CompliantSystem::coordinate_changes(std::span<const double> y, std::span<double> dydt) const {
   for (const TreeLink<double>& link : model_.tree().links) {
-    const auto quaternion = [&](int q, int v) {
-      const Quaterniond rate = quaternion_rate(Quaterniond{1 + y[q], y[q + 1], y[q + 2], y[q + 3]},
-                                               Vector3d{now_.v[v], now_.v[v + 1], now_.v[v + 2]});
-      dydt[q] = rate.w, dydt[q + 1] = rate.x, dydt[q + 2] = rate.y, dydt[q + 3] = rate.z;
-    };
-    switch (link.joint) {
-      case LinkJoint::root_fixed:
-        break;
-      case LinkJoint::root_free:
-        quaternion(link.q + 3, link.v);
-        break;
-      case LinkJoint::spherical:
-        quaternion(link.q, link.v);
-        break;
-      default:
-        dydt[link.q] = now_.v[link.v];
-    }
+    if (has_one_axis(link.joint)) dydt[link.q] = now_.v[link.v];
+    if (traits_of(link.joint).quaternion < 0) continue;
+    const int q = link.q + traits_of(link.joint).quaternion, v = link.v;
+    const Quaterniond rate = quaternion_rate(Quaterniond{1 + y[q], y[q + 1], y[q + 2], y[q + 3]},
+                                             Vector3d{now_.v[v], now_.v[v + 1], now_.v[v + 2]});
+    dydt[q] = rate.w, dydt[q + 1] = rate.x, dydt[q + 2] = rate.y, dydt[q + 3] = rate.z;
   }
   // Free trees: what impulses add to the uniform motion of the centre of mass; held roots: where they go.
   for (std::size_t i = 0; i < trees_.size(); ++i) {

@@ -76,22 +76,7 @@ DualMatrix body_jacobian(const Model& model, const DualSystem& system, int body,
     const auto travelling = [&](int velocity, const Vector3<Dual>& axis) {
       write_column(J, velocity, Vector3<Dual>::zero(), axis);
     };
-    switch (link.joint) {
-      case LinkJoint::root_fixed:
-        break;
-      case LinkJoint::revolute:
-        turning(link.v, Dual(link.sign) * X.R.column(link.axis));
-        break;
-      case LinkJoint::prismatic:
-        travelling(link.v, Dual(link.sign) * X.R.column(link.axis));
-        break;
-      case LinkJoint::root_free:
-        for (int k = 0; k < 3; ++k) travelling(link.v + 3 + k, X.R.column(k));
-        [[fallthrough]];
-      case LinkJoint::spherical:
-        for (int k = 0; k < 3; ++k) turning(link.v + k, X.R.column(k));
-        break;
-    }
+    each_direction(link.joint, link.v, X.R, Dual(link.sign) * X.R.column(link.axis), turning, travelling);
   }
   return J;
 }

@@ -131,8 +131,8 @@ std::vector<JointPeakTimes> describe_peaks(const Model& model, const CompliantOu
       const Wrenchd& F = through[s][body];
       raise(norm(F.linear), joint.peak_force, times[j].force);
       raise(norm(F.angular), joint.peak_moment, times[j].moment);
-      if (velocity_count(description.type) != 1) continue;
-      const double driving = dot(axis, description.type == JointType::prismatic ? F.linear : F.angular);
+      if (!has_one_axis(description.type)) continue;
+      const double driving = dot(axis, slides_along_axis(description.type) ? F.linear : F.angular);
       raise(std::abs(driving), joint.peak_driving, times[j].driving);
     }
   }

@@ -56,9 +56,9 @@ void describe_reactions(const CaptureSystem& system, const Kinematics& k, const 
     joint.joint = body.description.joint.name, joint.body = body.description.name;
     joint.impulse = through[i].linear, joint.angular_impulse = through[i].angular;
     const Vector3d axis = k.X_WB[i].R * body.description.joint.axis;
-    if (body.description.joint.type == JointType::prismatic) {
+    if (slides_along_axis(body.description.joint.type)) {
       joint.along_axis = dot(axis, joint.impulse);
-    } else if (velocity_count(body.description.joint.type) == 1) {
+    } else if (has_one_axis(body.description.joint.type)) {
       joint.along_axis = dot(axis, joint.angular_impulse);
     }
     report.joints.push_back(joint);
@@ -295,7 +295,7 @@ std::string describe_giving_way(const Model& model, const ImpactReport& report) 
     const char* unit = "rad/s";
     for (int body : model.joints()) {
       const JointDescription& joint = model.bodies()[body].description.joint;
-      if (joint.name == held.joint && joint.type == JointType::prismatic) unit = "m/s";
+      if (joint.name == held.joint) unit = axis_units(joint.type).rate;
     }
     const double by = held.rate_after - held.told_rate;
     drives.push_back({std::abs(by), fmt::format("{} by {:.4g} {} (told {:.4g}, now {:.4g})", held.joint, by, unit,

@@ -125,7 +125,7 @@ void LaneConservation<S>::operator()(const Tree<S>& tree, std::span<const S> q, 
     b.size.linear += norm(momentum_[n].linear);
     b.size.second_moment += half * S(S(I.xx + I.yy) + I.zz);
     b.size.inner_energy += half * dot(w_L, h_L);
-    if (link.joint == LinkJoint::revolute || link.joint == LinkJoint::prismatic) {
+    if (has_one_axis(link.joint)) {
       const S rate = v[static_cast<std::size_t>(link.v)];
       b.size.inner_energy += S(half * S(link.armature * rate)) * rate;
     }

@@ -43,7 +43,7 @@ class LaneFreeBodies {
  public:
   explicit LaneFreeBodies(const PhaseTables& tables)
       : tables_(tables), is_free_(tables.link_count), bodies_(tables.link_count) {
-    for (int i = 0; i < tables.link_count; ++i) is_free_[i] = tables.links[i].joint == LinkJoint::root_free;
+    for (int i = 0; i < tables.link_count; ++i) is_free_[i] = tables.links[i].joint == JointType::free;
     for (int i = 0; i < tables.link_count; ++i) {
       if (tables.links[i].parent >= 0) is_free_[tables.links[i].parent] = 0;
     }
@@ -185,7 +185,7 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     const LinkTable& l = tables.links[i];
     tree_.links.push_back({l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, Pose<S>::identity(),
                            RigidBodyInertia<S>::zero(), S(0.0), l.has_armature});
-    roots_ += l.joint == LinkJoint::root_free;
+    roots_ += l.joint == JointType::free;
     const bool is_prescribed = l.output == ControlOutput::motion, is_computed = l.output == ControlOutput::acceleration;
     any_driven_ = any_driven_ || l.output != ControlOutput::none;
     any_computed_ = any_computed_ || is_computed;

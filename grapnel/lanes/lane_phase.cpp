@@ -91,8 +91,7 @@ struct Trees {
   explicit Trees(const std::vector<LinkTable>& links) {
     for (const LinkTable& link : links) {
       of_link.push_back(link.parent < 0 ? count++ : of_link[static_cast<std::size_t>(link.parent)]);
-      const bool jointed = link.joint == LinkJoint::revolute || link.joint == LinkJoint::prismatic;
-      if (jointed && driven < 0) driven = of_link.back();
+      if (has_one_axis(link.joint) && driven < 0) driven = of_link.back();
     }
   }
   std::vector<int> of_link;

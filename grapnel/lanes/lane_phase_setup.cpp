@@ -172,7 +172,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (setup.held_root >= 0) return "a base is held";
   if (!setup.drives.empty() && setup.drives.size() != model.joints().size()) return "drives do not match the joints";
   for (const TreeLink<double>& link : model.tree().links) {
-    if (link.parent < 0 && link.joint != LinkJoint::root_free) return "a root is not free";
+    if (link.parent < 0 && link.joint != JointType::free) return "a root is not free";
   }
   return {};
 }

@@ -16,7 +16,7 @@ namespace grapnel::lanes {
 /// A link of the tree, as all cases have it.
 struct LinkTable {
   int parent;
-  LinkJoint joint;
+  JointType joint;
   std::uint8_t axis;
   bool rotated;
   bool has_armature;

@@ -7,40 +7,10 @@
 #include <limits>
 #include <string>
 
+#include "grapnel/model/joint_type.hpp"
 #include "grapnel/spatial/inertia.hpp"
 
 namespace grapnel {
-
-/// How a body may move relative to its parent. `free` and a `fixed` joint to the world make a root; `spherical` occurs
-/// where a target is held at a point.
-enum class JointType { revolute, continuous, prismatic, fixed, spherical, free };
-
-/// Number of generalized velocities of a joint.
-constexpr int velocity_count(JointType type) {
-  switch (type) {
-    case JointType::free:
-      return 6;
-    case JointType::spherical:
-      return 3;
-    case JointType::fixed:
-      return 0;
-    default:
-      return 1;
-  }
-}
-/// Number of coordinates of a joint (a free joint: position and quaternion; a spherical one: quaternion).
-constexpr int coordinate_count(JointType type) {
-  switch (type) {
-    case JointType::free:
-      return 7;
-    case JointType::spherical:
-      return 4;
-    case JointType::fixed:
-      return 0;
-    default:
-      return 1;
-  }
-}
 
 /// Position limits [rad or m], rate limit [rad/s or m/s], effort limit [N m or N]; infinite where none is given.
 struct JointLimits {

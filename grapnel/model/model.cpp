@@ -80,7 +80,7 @@ void check_joint(const BodyDescription& body, std::vector<std::string>& faults) 
   const auto fault = [&](const std::string& text) {
     faults.push_back(fmt::format("joint '{}' of body '{}': {}", j.name, body.name, text));
   };
-  if (j.type == JointType::revolute || j.type == JointType::continuous || j.type == JointType::prismatic) {
+  if (has_one_axis(j.type)) {
     const double length = norm(j.axis);
     if (!(std::abs(length - 1) < 1e-9)) fault(fmt::format("axis has length {}, must be a unit vector", length));
   }
@@ -220,7 +220,7 @@ Model ModelBuilder::build() const {
       sorted.push_back(bodies_[i]);
       // Within the tolerance of the check, but kernels and Jacobians must see the same direction.
       Vector3d& axis = sorted.back().joint.axis;
-      if (velocity_count(sorted.back().joint.type) == 1) axis *= 1 / norm(axis);
+      if (has_one_axis(sorted.back().joint.type)) axis *= 1 / norm(axis);
       placed[i] = progress = true;
     }
   }
@@ -237,9 +237,8 @@ Model ModelBuilder::build() const {
     const JointType type = b.joint.type;
     parent.push_back(b.parent.empty() ? -1 : index.find(b.parent)->second);
     q.push_back(next_q), v.push_back(next_v);
-    if (type == JointType::free) model.quaternions_.push_back(next_q + 3);
-    if (type == JointType::spherical) model.quaternions_.push_back(next_q);
-    if (velocity_count(type) == 1) model.joints_.push_back(static_cast<int>(i));
+    if (const int at = traits_of(type).quaternion; at >= 0) model.quaternions_.push_back(next_q + at);
+    if (has_one_axis(type)) model.joints_.push_back(static_cast<int>(i));
     next_q += coordinate_count(type), next_v += velocity_count(type);
   }
   std::vector<BodyPlacement> placements;

@@ -49,22 +49,6 @@ Alignment choose_frame(const Rotationd& R_PF, const Vector3d& axis_F) {
   return {rotation_between({0, 0, 1}, axis_P), true, {2, 1.0}};
 }
 
-LinkJoint link_joint(JointType type) {
-  switch (type) {
-    case JointType::free:
-      return LinkJoint::root_free;
-    case JointType::spherical:
-      return LinkJoint::spherical;
-    case JointType::prismatic:
-      return LinkJoint::prismatic;
-    case JointType::fixed:
-      return LinkJoint::root_fixed;  // only as a root; others are merged
-    default:
-      break;
-  }
-  return LinkJoint::revolute;
-}
-
 }  // namespace
 
 Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent,
@@ -81,7 +65,7 @@ Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::ve
       // A root: for a fixed one X_PF is its pose in the world.
       const int link = static_cast<int>(tree.links.size());
       const bool rotated = type == JointType::fixed;
-      tree.links.push_back({-1, link_joint(type), 2, rotated, q[i], v[i], 1.0,
+      tree.links.push_back({-1, type, 2, rotated, q[i], v[i], 1.0,
                             type == JointType::fixed ? body.X_PF : Posed::identity(), inertia, 0.0, false});
       placements.push_back({link, Posed::identity()});
       continue;
@@ -95,11 +79,12 @@ Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::ve
       continue;
     }
     Alignment alignment{X_LF.R, true, {2, 1.0}};
-    if (type != JointType::spherical) alignment = choose_frame(X_LF.R, body.joint.axis);
+    if (has_one_axis(type)) alignment = choose_frame(X_LF.R, body.joint.axis);
+    const JointType moves_as = type == JointType::continuous ? JointType::revolute : type;
     const int link = static_cast<int>(tree.links.size());
     // The body's axes in the internal frame, constant because both are fixed on the body.
     const Posed X_LB{orthonormalized(transpose(alignment.R_PL) * X_LF.R), Vector3d::zero()};
-    tree.links.push_back({carrier.link, link_joint(type), alignment.axis.axis, alignment.rotated, q[i], v[i],
+    tree.links.push_back({carrier.link, moves_as, alignment.axis.axis, alignment.rotated, q[i], v[i],
                           alignment.axis.sign, Posed{alignment.R_PL, X_LF.p}, X_LB * inertia,
                           body.joint.reflected_inertia(), body.joint.reflected_inertia() != 0});
     placements.push_back({link, X_LB});

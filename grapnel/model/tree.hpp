@@ -16,16 +16,10 @@
 
 namespace grapnel {
 
-enum class LinkJoint : std::uint8_t { root_free, root_fixed, revolute, prismatic, spherical };
-/// Whether a joint has one coordinate, along or about an axis: such joints have drives and friction.
-GRAPNEL_INLINE constexpr bool has_one_axis(LinkJoint joint) {
-  return joint == LinkJoint::revolute || joint == LinkJoint::prismatic;
-}
-
 template <class S = double>
 struct TreeLink {
-  int parent;  // index of the parent link; -1 for a root
-  LinkJoint joint;
+  int parent;                   // index of the parent link; -1 for a root
+  JointType joint;              // a continuous joint moves as a revolute one and is one here; `free`, `fixed`: of roots
   std::uint8_t axis;            // coordinate axis of a revolute or prismatic joint in the link's frame: 0, 1, 2
   bool rotated;                 // X_PF.R is not the identity
   int q;                        // first coordinate

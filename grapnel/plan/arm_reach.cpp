@@ -10,7 +10,7 @@ ArmReach arm_reach(const Model& model, int frame) {
   ArmReach reach{-1, norm(f.X_BE.p)};
   for (int b = f.body; b >= 0 && model.bodies()[b].parent >= 0; b = model.bodies()[b].parent) {
     const JointDescription& joint = model.bodies()[b].description.joint;
-    if (joint.type == JointType::prismatic) {
+    if (slides_along_axis(joint.type)) {
       reach.length += std::max(std::abs(joint.limits.lower), std::abs(joint.limits.upper));
     }
     if (velocity_count(joint.type) == 0) {

@@ -20,7 +20,7 @@ FloatingBase::FloatingBase(const Model& model, bool floats) : model_(model), flo
     throw std::invalid_argument("FloatingBase: every link but the root needs a joint of one degree of freedom");
   }
   q_.assign(model.coordinates(), 0.0);
-  if (links[0].joint == LinkJoint::root_free) q_[links[0].q + 3] = 1;
+  if (links[0].joint == JointType::free) q_[links[0].q + 3] = 1;
   motion_.resize(count);
   axis_.resize(count), composite_.resize(count), inertia_.resize(count), V_.resize(count), h_.resize(count);
   per_angle_ = per_rate_ = Matrix6Xd::Zero(6, joints());
@@ -34,12 +34,12 @@ void FloatingBase::place(std::span<const double> theta) {
   // A fixed root stands at X_PF in the world; here only what is relative to it matters.
   const Posed X_BW = inverse(motion_[0].X_WL);
   for (std::size_t i = 0; i < links.size(); ++i) {
-    if (links[0].joint == LinkJoint::root_fixed) motion_[i].X_WL = X_BW * motion_[i].X_WL;
+    if (links[0].joint == JointType::fixed) motion_[i].X_WL = X_BW * motion_[i].X_WL;
     const Posed& X = motion_[i].X_WL;
     inertia_[i] = composite_[i] = X * links[i].inertia;
     if (i == 0) continue;
     const Vector3d a = links[i].sign * X.R.column(links[i].axis);
-    axis_[i] = links[i].joint == LinkJoint::prismatic ? Twistd{Vector3d::zero(), a} : Twistd{a, cross(X.p, a)};
+    axis_[i] = slides_along_axis(links[i].joint) ? Twistd{Vector3d::zero(), a} : Twistd{a, cross(X.p, a)};
   }
   for (std::size_t i = links.size(); i-- > 1;) composite_[links[i].parent] += composite_[i];
   if (!floats_) return;

@@ -11,19 +11,6 @@
 namespace grapnel {
 namespace {
 
-std::string joint_type(JointType type) {
-  switch (type) {
-    case JointType::revolute:
-      return "revolute";
-    case JointType::continuous:
-      return "continuous";
-    case JointType::prismatic:
-      return "prismatic";
-    default:
-      return "fixed";
-  }
-}
-
 std::string shape_name(Geometry::Shape shape) {
   switch (shape) {
     case Geometry::Shape::box:
@@ -100,7 +87,7 @@ class SceneBuilder {
     body.series = base ? "base" : "links/" + description.name;
     if (!base) {
       body.parent = description.parent;
-      body.joint = SceneJoint{description.joint.name, joint_type(description.joint.type), description.joint.axis,
+      body.joint = SceneJoint{description.joint.name, traits_of(description.joint.type).name, description.joint.axis,
                               description.X_PF};
     }
     body.mass = description.mass, body.com = description.com, body.inertia = description.inertia;
@@ -190,8 +177,8 @@ void check_servicer(const CaptureProblem& problem, const CaptureSystem& system, 
         k.X_WB[i] * RigidBodyInertiad::about_com(b.mass, b.com, b.inertia);
     if (body.parent < 0) continue;
     const Vector3d axis = k.X_WB[i].R * b.joint.axis;  // a joint's motion leaves its own axis where it is
-    if (b.joint.type == JointType::prismatic) check.in_plane(axis);
-    if (b.joint.type == JointType::revolute || b.joint.type == JointType::continuous) check.along_normal(axis);
+    if (slides_along_axis(b.joint.type)) check.in_plane(axis);
+    if (turns_about_axis(b.joint.type)) check.along_normal(axis);
   }
   for (const auto& [body, inertia] : rigid) check.body(inertia);
   for (const EndEffectorSetup& e : problem.robot.end_effectors) {

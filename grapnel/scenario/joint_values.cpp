@@ -40,15 +40,12 @@ void for_each_value(const Node& node, const std::string& path, const ReadRobot& 
   }
 }
 
-bool turns(const JointDescription& joint) {
-  return joint.type == JointType::revolute || joint.type == JointType::continuous;
-}
-
 // "; 30 degrees are 0.523598776" where an angle is larger than a turn and would be within the limits as degrees.
 std::string degrees_advice(const JointDescription& joint, double value) {
   const double as_degrees = value * std::numbers::pi / 180;
   const bool fits = as_degrees >= joint.limits.lower && as_degrees <= joint.limits.upper;
-  if (!turns(joint) || !fits || std::abs(value) <= 2 * std::numbers::pi || std::abs(value) > 720) return {};
+  if (!turns_about_axis(joint.type) || !fits || std::abs(value) <= 2 * std::numbers::pi || std::abs(value) > 720)
+    return {};
   return fmt::format("; it is in rad, {} degrees are {:.9g}", value, as_degrees);
 }
 
@@ -103,7 +100,7 @@ void check_position_limits(const Node& node, const std::string& path, const Read
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     const JointLimits& limits = robot.joints[i].limits;
     if (is_within(limits, value, false)) {
-      if (turns(robot.joints[i])) doubt_angle(value, mark, name, faults);
+      if (turns_about_axis(robot.joints[i].type)) doubt_angle(value, mark, name, faults);
       return;
     }
     faults.add(mark, fmt::format("{} is {}, beyond the joint's limits {} to {}{}", name, value, limits.lower,
@@ -114,7 +111,7 @@ void check_position_limits(const Node& node, const std::string& path, const Read
 void check_rate_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
   for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
     if (is_within(robot.joints[i].limits, value, true)) {
-      if (turns(robot.joints[i])) doubt_angular_rate(value, mark, name, faults);
+      if (turns_about_axis(robot.joints[i].type)) doubt_angular_rate(value, mark, name, faults);
       return;
     }
     faults.add(mark,

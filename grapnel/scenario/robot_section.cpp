@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/sections.hpp"
@@ -30,9 +31,14 @@ struct Described<Geometry::Shape> {
 
 template <>
 struct Described<JointType> {
-  using enum JointType;
-  static constexpr auto choices = std::to_array({choice(revolute, "revolute"), choice(continuous, "continuous"),
-                                                 choice(prismatic, "prismatic"), choice(fixed, "fixed")});
+  static constexpr auto choices = [] {
+    std::array<Choice, std::ranges::count_if(kJointTypes, &JointTraits::in_robot_files)> result{};
+    std::size_t next = 0;
+    for (const JointTraits& t : kJointTypes) {
+      if (t.in_robot_files) result[next++] = choice(t.type, t.name);
+    }
+    return result;
+  }();
   static constexpr Type type = enumeration<JointType>("JointType", choices);
 };
 

@@ -110,9 +110,7 @@ class Builder {
   void joints() {
     for (const BodyDescription& body : problem_.robot.bodies) {
       const JointDescription& joint = body.joint;
-      const bool slides = joint.type == JointType::prismatic;
-      if (!slides && joint.type != JointType::revolute && joint.type != JointType::continuous) continue;
-      joint_columns(joint.name, slides);
+      if (has_one_axis(joint.type)) joint_columns(joint.name, axis_units(joint.type));
     }
   }
 
@@ -307,21 +305,21 @@ class Builder {
         });
   }
 
-  void joint_columns(const std::string& joint, bool slides) {
-    add("joints/" + joint + "/position", slides ? "m" : "rad", "at the capture, by plan or as given",
+  void joint_columns(const std::string& joint, const AxisUnits& units) {
+    add("joints/" + joint + "/position", units.position, "at the capture, by plan or as given",
         [joint](const StudyCase&, const CaptureResult& r) {
           if (!r.plan) return double(NAN);
           const auto at = std::find(r.plan->joints.begin(), r.plan->joints.end(), joint) - r.plan->joints.begin();
           return at < std::ssize(r.plan->final_position) ? r.plan->final_position[at] : NAN;
         });
-    add("joints/" + joint + "/velocity_change", slides ? "m/s" : "rad/s", "of the joint, in the impact",
+    add("joints/" + joint + "/velocity_change", units.rate, "of the joint, in the impact",
         [joint](const StudyCase&, const CaptureResult& r) {
           if (!r.impact) return double(NAN);
           const auto& names = r.impact->joint_names;
           const auto at = std::find(names.begin(), names.end(), joint) - names.begin();
           return at < std::ssize(r.impact->joint_velocity_change) ? r.impact->joint_velocity_change[at] : NAN;
         });
-    add("joints/" + joint + "/driving_impulse", slides ? "N s" : "N m s", "that the joint passes on along its axis",
+    add("joints/" + joint + "/driving_impulse", units.impulse, "that the joint passes on along its axis",
         [joint](const StudyCase&, const CaptureResult& r) {
           if (!r.impact) return double(NAN);
           for (const JointImpulse& one : r.impact->joints) {

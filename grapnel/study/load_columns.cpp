@@ -36,7 +36,7 @@ double least_margin(const CaptureResult& result, const std::string& of, const st
   return least;
 }
 
-void add_quantities(const std::string& of, const LoadRating& rating, bool has_axis, bool slides, double effort,
+void add_quantities(const std::string& of, const LoadRating& rating, const AxisUnits* axis, double effort,
                     std::vector<LoadQuantity>& all) {
   const auto add = [&](const char* name, const char* unit, double limit, bool limited = false) {
     all.push_back({of, name, unit, std::isfinite(limit), limited});
@@ -45,9 +45,9 @@ void add_quantities(const std::string& of, const LoadRating& rating, bool has_ax
   add("moment", "N m", rating.moment);
   add("impulse", "N s", rating.impulse);
   add("angular_impulse", "N m s", rating.angular_impulse);
-  if (!has_axis) return;
-  add("driving", slides ? "N" : "N m", rating.driving, std::isfinite(effort));
-  add("driving_impulse", slides ? "N s" : "N m s", rating.driving_impulse);
+  if (!axis) return;
+  add("driving", axis->effort, rating.driving, std::isfinite(effort));
+  add("driving_impulse", axis->impulse, rating.driving_impulse);
 }
 
 std::vector<LoadQuantity> load_quantities(const CaptureProblem& problem) {
@@ -57,12 +57,11 @@ std::vector<LoadQuantity> load_quantities(const CaptureProblem& problem) {
     if (body.name == problem.robot.base) continue;
     const auto rating = std::find_if(problem.robot.ratings.begin(), problem.robot.ratings.end(),
                                      [&](const auto& r) { return r.first == body.joint.name; });
+    const AxisUnits units = axis_units(body.joint.type);
     add_quantities(body.joint.name, rating == problem.robot.ratings.end() ? none : rating->second,
-                   velocity_count(body.joint.type) == 1, body.joint.type == JointType::prismatic,
-                   body.joint.limits.effort, all);
+                   has_one_axis(body.joint.type) ? &units : nullptr, body.joint.limits.effort, all);
   }
-  for (const EndEffectorSetup& e : problem.robot.end_effectors)
-    add_quantities(e.name, e.rating, false, false, NAN, all);
+  for (const EndEffectorSetup& e : problem.robot.end_effectors) add_quantities(e.name, e.rating, nullptr, NAN, all);
   const BaseControlSetup* controls[2] = {
       problem.approach && problem.approach->base_control ? &*problem.approach->base_control : nullptr,
       problem.post_impact && problem.post_impact->base_control ? &*problem.post_impact->base_control : nullptr};

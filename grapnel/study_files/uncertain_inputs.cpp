@@ -47,8 +47,7 @@ class JointUnitFinder {
   static std::string either(const JointUnits& units) { return units.turning + " or " + units.sliding; }
 
   static std::string unit_of(const JointUnits& units, const JointDescription& joint) {
-    const bool turns = joint.type == JointType::revolute || joint.type == JointType::continuous;
-    return turns ? units.turning : joint.type == JointType::prismatic ? units.sliding : either(units);
+    return turns_about_axis(joint.type) ? units.turning : slides_along_axis(joint.type) ? units.sliding : either(units);
   }
 
   const JointDescription* named(const std::string& name) const {

@@ -323,7 +323,7 @@ struct ImpactSolver::Implementation {
       held_change[rate.velocity] = rate.after - v[rate.velocity];
     }
     for (const TreeLink<double>& link : model.tree().links) {
-      const int count = link.joint == LinkJoint::root_free ? 6 : link.joint == LinkJoint::spherical ? 3 : 0;
+      const int count = link.joint == JointType::free ? 6 : link.joint == JointType::spherical ? 3 : 0;
       for (int k = 1; k < count; ++k) {
         if (held[link.v + k] != held[link.v])
           throw std::invalid_argument(

@@ -128,7 +128,7 @@ CaseSet random_cases(int index) {
   set.prescribed.assign(model.velocities(), 0);
   for (const TreeLink<double>& link : model.tree().links) {
     if (link.parent < 0 || !random.chance(0.3)) continue;
-    const int count = link.joint == LinkJoint::spherical ? 3 : 1;
+    const int count = link.joint == JointType::spherical ? 3 : 1;
     for (int k = 0; k < count; ++k) set.prescribed[link.v + k] = 1;
   }
   for (LaneCase& c : set.cases) {

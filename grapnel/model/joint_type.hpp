@@ -1,0 +1,78 @@
+#pragma once
+
+/// @file
+/// What the program knows about the types of joints. All but the recursive kernels (dynamics/recursion.hpp) asks the
+/// table here: a new type is a row of it, as long as its coordinates are of the kinds that JointTraits names.
+
+#include <cstdint>
+
+#include "grapnel/spatial/rotation.hpp"
+
+namespace grapnel {
+
+/// How a body may move relative to its parent. `free` and a `fixed` joint to the world make a root; `spherical` occurs
+/// where a target is held at a point.
+enum class JointType : std::uint8_t { revolute, continuous, prismatic, fixed, spherical, free };
+
+/// What a joint's one coordinate is: an angle about its axis [rad], or a length along it [m].
+enum class AxisMotion : std::uint8_t { none, turn, slide };
+
+struct JointTraits {
+  JointType type;
+  const char* name;     // in files and results
+  bool in_robot_files;  // others come about by bases, targets and grasps
+  AxisMotion axis;
+  int quaternion = -1;  // where it begins among the joint's coordinates; velocities 0 to 2 turn it, in the body's axes
+  int position = -1;    // likewise, of the body's origin in W; velocities 3 to 5 move it, in the body's axes
+};
+
+inline constexpr JointTraits kJointTypes[] = {
+    {JointType::revolute, "revolute", true, AxisMotion::turn},
+    {JointType::continuous, "continuous", true, AxisMotion::turn},
+    {JointType::prismatic, "prismatic", true, AxisMotion::slide},
+    {JointType::fixed, "fixed", true, AxisMotion::none},
+    {JointType::spherical, "spherical", false, AxisMotion::none, 0},
+    {JointType::free, "free", false, AxisMotion::none, 3, 0},
+};
+
+GRAPNEL_INLINE constexpr const JointTraits& traits_of(JointType type) { return kJointTypes[static_cast<int>(type)]; }
+
+/// Whether a joint has one coordinate, along or about an axis: such joints have drives and friction.
+GRAPNEL_INLINE constexpr bool has_one_axis(JointType type) { return traits_of(type).axis != AxisMotion::none; }
+constexpr bool turns_about_axis(JointType type) { return traits_of(type).axis == AxisMotion::turn; }
+constexpr bool slides_along_axis(JointType type) { return traits_of(type).axis == AxisMotion::slide; }
+
+/// Number of generalized velocities of a joint.
+constexpr int velocity_count(JointType type) {
+  const JointTraits& t = traits_of(type);
+  return (has_one_axis(type) ? 1 : 0) + (t.quaternion >= 0 ? 3 : 0) + (t.position >= 0 ? 3 : 0);
+}
+/// Number of its coordinates.
+constexpr int coordinate_count(JointType type) {
+  const JointTraits& t = traits_of(type);
+  return (has_one_axis(type) ? 1 : 0) + (t.quaternion >= 0 ? 4 : 0) + (t.position >= 0 ? 3 : 0);
+}
+
+/// Units of what belongs to a joint's axis.
+struct AxisUnits {
+  const char *position, *rate, *effort, *impulse;
+};
+constexpr AxisUnits axis_units(JointType type) {
+  return slides_along_axis(type) ? AxisUnits{"m", "m/s", "N", "N s"} : AxisUnits{"rad", "rad/s", "N m", "N m s"};
+}
+
+/// The joint's motion subspace: turn(velocity, axis) for each velocity that turns the body about an axis through its
+/// origin, slide(velocity, axis) for each that moves it along one. `v`: the joint's first velocity; `R`: from the
+/// body's axes to those of the results, which are `axis`'s, the joint's own, as well.
+template <class S, class Turn, class Slide>
+void each_direction(JointType type, int v, const Rotation<S>& R, const Vector3<S>& axis, Turn turn, Slide slide) {
+  const JointTraits& t = traits_of(type);
+  if (t.axis == AxisMotion::turn) turn(v, axis);
+  if (t.axis == AxisMotion::slide) slide(v, axis);
+  for (int k = 0; k < 3; ++k) {
+    if (t.quaternion >= 0) turn(v + k, R.column(k));
+    if (t.position >= 0) slide(v + 3 + k, R.column(k));
+  }
+}
+
+}  // namespace grapnel
