@@ -443,7 +443,7 @@ void order_joints(ReadRobot& robot, bool faultless, const Mark& mark, FaultList&
   }
   if (!robot.order_known) {
     for (const BodyDescription& body : robot.setup.bodies) {
-      if (velocity_count(body.joint.type) == 1 && !body.joint.name.empty()) robot.joints.push_back(body.joint);
+      if (has_one_axis(body.joint.type) && !body.joint.name.empty()) robot.joints.push_back(body.joint);
     }
   }
   for (std::size_t i = 0; i < robot.joints.size(); ++i) robot.joint_index.emplace(robot.joints[i].name, i);
