@@ -207,11 +207,10 @@ struct LoopSolver::Implementation {
       const TreeLink<double>& link = tree.links[n];
       LinkScratch<double>& w = links[n];
       visit_joint(link, [&](auto joint) {
-        if constexpr (std::is_same_v<decltype(joint), Root>) {
+        if constexpr (kIsRoot<decltype(joint)>) {
           w.V = root_velocity(link, v);
         } else if (q.empty()) {
-          w.V = motion_to_link(joint, link, w, links[link.parent].V);
-          add_joint_motion(joint, link, v, w.V);
+          move(joint, link, v, links[link.parent].V, w);
         } else {
           follow(joint, link, q, v, links[link.parent].V, w);
         }
@@ -223,8 +222,10 @@ struct LoopSolver::Implementation {
   void step_coordinates(std::span<const double> dq, std::span<double> q) const {
     for (const TreeLink<double>& link : model.tree().links) {
       const JointTraits& joint = traits_of(link.joint);
-      if (has_one_axis(link.joint)) q[link.q] += dq[link.v];
-      if (joint.quaternion < 0) continue;
+      if (joint.quaternion < 0) {
+        for (int k = 0; k < joint.velocities; ++k) q[link.q + k] += dq[link.v + k];
+        continue;
+      }
       double* turn = &q[link.q + joint.quaternion];
       if (joint.position >= 0) {
         const Vector3d p = rotation_matrix(Quaterniond{turn[0], turn[1], turn[2], turn[3]}) *

@@ -51,19 +51,11 @@ GRAPNEL_INLINE void dot_all(const Bundle& b, const SpatialAccelerationd& A, Pack
   for (int k = 0; k < 3; ++k) sum += A.angular[k] * b.f[k] + A.linear[k] * b.f[3 + k];
 }
 
-template <int K>
-double joint_inertia(Revolute<K>, const TreeLink<double>& link, const LinkScratch<double>& w) {
-  return w.I.J(K, K) + link.armature;
-}
-template <int K>
-double joint_inertia(Prismatic<K>, const TreeLink<double>& link, const LinkScratch<double>& w) {
-  return w.I.M(K, K) + link.armature;
-}
-
 // Through a joint with one degree of freedom: F - G K goes on. `free`: what the link's own motion adds to F.A.
-template <class Joint>
-GRAPNEL_INLINE void pass(Joint joint, const TreeLink<double>& link, const LinkScratch<double>& w, bool rigid, Bundle& b,
-                         ClosureRow* y, ClosureRow* raw, double& inverse_root, Pack& free) {
+template <OneAxis Joint>
+GRAPNEL_INLINE void pass(Joint joint, const TreeLink<double>& link, std::span<const double>,
+                         const LinkScratch<double>& w, bool rigid, Bundle& b, ClosureRow* y, ClosureRow* raw,
+                         double& inverse_root, Pack& free) {
   const Pack K = b.f[Joint::kTurns ? Joint::kAxis : 3 + Joint::kAxis];
   if (rigid) {
     raw->r = K;
@@ -85,8 +77,9 @@ GRAPNEL_INLINE void pass(Joint joint, const TreeLink<double>& link, const LinkSc
 
 // Through a spherical joint, which takes all moment: with J = L L^T, Y = L^-1 K, and H^T J^-1 K is taken from the
 // force. The joint's own acceleration is J^-1 (torque - (I A' + p).angular).
-GRAPNEL_INLINE void pass(Spherical, const Vector3d& torque, const LinkScratch<double>& w, bool rigid, Bundle& b,
-                         ClosureRow* y, ClosureRow* raw, Pack& free) {
+GRAPNEL_INLINE void pass(Spherical, const TreeLink<double>& link, std::span<const double> force,
+                         const LinkScratch<double>& w, bool rigid, Bundle& b, ClosureRow* y, ClosureRow* raw, double&,
+                         Pack& free) {
   for (int k = 0; k < 3; ++k) raw[k].r = b.f[k];
   free = Pack{};
   if (rigid) {
@@ -99,6 +92,7 @@ GRAPNEL_INLINE void pass(Spherical, const Vector3d& torque, const LinkScratch<do
     y[1].r = (raw[1].r - l10 * y[0].r) / l11;
     y[2].r = (raw[2].r - l20 * y[0].r - l21 * y[1].r) / l22;
     const Pack x2 = y[2].r / l22, x1 = (y[1].r - l21 * x2) / l11, x0 = (y[0].r - l10 * x1 - l20 * x2) / l00;
+    const Vector3d torque{force[link.v], force[link.v + 1], force[link.v + 2]};
     const Vector3d u = torque - w.p.angular;
     free = u[0] * x0 + u[1] * x1 + u[2] * x2;
     for (int k = 0; k < 3; ++k) {
@@ -110,7 +104,7 @@ GRAPNEL_INLINE void pass(Spherical, const Vector3d& torque, const LinkScratch<do
   rotate_all(b, w.R_FL);
 }
 
-int slots_of(const TreeLink<double>& link) { return link.parent < 0 ? 6 : link.joint == JointType::spherical ? 3 : 1; }
+int slots_of(const TreeLink<double>& link) { return link.parent < 0 ? 6 : velocity_count(link.joint); }
 
 // Row by row products of two closures' rows, added: block(r, :) += a(r) b.
 GRAPNEL_INLINE void add_product(const ClosureRow& a, const ClosureRow& b, Pack (&block)[6]) {
@@ -219,13 +213,8 @@ void LoopColumns::carry(std::span<const LoopPath> paths, std::span<const LoopPla
         const bool rigid = is_prescribed(in.prescribed, n);
         Pack free{};
         visit_joint(link, [&](auto joint) {
-          using Joint = decltype(joint);
-          if constexpr (std::is_same_v<Joint, Spherical>) {
-            const Vector3d torque{in.force[link.v], in.force[link.v + 1], in.force[link.v + 2]};
-            pass(joint, torque, w, rigid, b, &y_[slot], &raw_[slot], free);
-          } else if constexpr (!std::is_same_v<Joint, Root>) {
-            pass(joint, link, w, rigid, b, &y_[slot], &raw_[slot], inverse_root_[n], free);
-          }
+          if constexpr (!kIsRoot<decltype(joint)>)
+            pass(joint, link, in.force, w, rigid, b, &y_[slot], &raw_[slot], inverse_root_[n], free);
         });
         sum += free;
         squares += free * free;
@@ -324,10 +313,10 @@ void LoopColumns::impose(std::span<const double> rows, std::span<const std::uint
           w.p.angular[k] -= weighted(raw_[slot + k], x);
           w.p.linear[k] -= weighted(raw_[slot + 3 + k], x);
         }
-      } else if (link.joint == JointType::spherical) {
+      } else if (!has_one_axis(link.joint)) {
         for (int k = 0; k < 3; ++k) w.p.angular[k] -= weighted(raw_[slot + k], x);
       } else if (is_prescribed(prescribed, n)) {
-        (link.joint == JointType::revolute ? w.p.angular : w.p.linear)[link.axis] -= weighted(raw_[slot], x);
+        (turns_about_axis(link.joint) ? w.p.angular : w.p.linear)[link.axis] -= weighted(raw_[slot], x);
       } else {
         w.g += inverse_root_[n] * weighted(y_[slot], x);
       }

@@ -21,19 +21,7 @@ GRAPNEL_INLINE void step_outward(const TreeLink<double>& link, const LinkScratch
   X.p += X.R * w.p_PL;
   if (link.rotated) X.R = X.R * link.X_PF.R;
   recursion::visit_joint(link, [&](auto joint) {
-    using Joint = decltype(joint);
-    if constexpr (std::is_same_v<Joint, recursion::Spherical>) {
-      X.R = X.R * w.R_FL;
-    } else if constexpr (!std::is_same_v<Joint, recursion::Root>) {
-      if constexpr (Joint::kTurns) {
-        constexpr int i = (Joint::kAxis + 1) % 3, j = (Joint::kAxis + 2) % 3;
-        for (auto& row : X.R.m) {
-          const double x = row[i], y = row[j];
-          row[i] = w.angle.cosine * x + w.angle.sine * y;
-          row[j] = w.angle.cosine * y - w.angle.sine * x;
-        }
-      }
-    }
+    if constexpr (!recursion::kIsRoot<decltype(joint)>) X.R = joint_rotation(joint, w, X.R);
   });
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "grapnel/dynamics/composite_inertia.hpp"
 #include "grapnel/dynamics/recursion.hpp"
 
 namespace grapnel {
@@ -10,36 +9,13 @@ namespace {
 
 using namespace recursion;
 
-// Momentum of the composite body when joint direction k moves with unit rate: I_c S_k.
-template <int K, class S>
-GRAPNEL_INLINE Momentum<S> unit_momentum(Revolute<K>, const RigidBodyInertia<S>& I, int) {
-  const Vector3<S>& h = I.first_moment;
-  return {{I.rotational(0, K), I.rotational(1, K), I.rotational(2, K)}, cross(Vector3<S>::unit(K), h)};
-}
-template <int K, class S>
-GRAPNEL_INLINE Momentum<S> unit_momentum(Prismatic<K>, const RigidBodyInertia<S>& I, int) {
-  return {cross(I.first_moment, Vector3<S>::unit(K)), I.mass * Vector3<S>::unit(K)};
-}
-template <class S>
-GRAPNEL_INLINE Momentum<S> unit_momentum(Spherical, const RigidBodyInertia<S>& I, int k) {
-  return {{I.rotational(0, k), I.rotational(1, k), I.rotational(2, k)}, cross(Vector3<S>::unit(k), I.first_moment)};
-}
-
 // S^T h of one link for a momentum carried to it, written to the row and column the two velocities share.
 template <class S>
 GRAPNEL_INLINE void project(const TreeLink<S>& link, const Momentum<S>& h, int column, const S& sign, int size,
                             std::span<S> M) {
-  const auto write = [&](int row, const S& value) { M[row * size + column] = M[column * size + row] = value; };
   visit_joint(link, [&](auto joint) {
-    using Joint = decltype(joint);
-    if constexpr (std::is_same_v<Joint, Root>) {
-      if (link.joint != JointType::free) return;
-      for (int k = 0; k < 3; ++k) write(link.v + k, sign * h.angular[k]), write(link.v + 3 + k, sign * h.linear[k]);
-    } else if constexpr (std::is_same_v<Joint, Spherical>) {
-      for (int k = 0; k < 3; ++k) write(link.v + k, sign * h.angular[k]);
-    } else {
-      write(link.v, sign * link.sign * along(joint, h));
-    }
+    put_forces(joint, link, h,
+               [&](int row, const S& value) { M[row * size + column] = M[column * size + row] = sign * value; });
   });
 }
 
@@ -70,7 +46,7 @@ void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace
     const TreeLink<S>& link = tree.links[n];
     scratch[n].composite = link.inertia;
     visit_joint(link, [&](auto joint) {
-      if constexpr (!std::is_same_v<decltype(joint), Root>) place(joint, link, q, scratch[n]);
+      if constexpr (!kIsRoot<decltype(joint)>) place(joint, link, q, scratch[n]);
     });
   }
   for (std::size_t n = tree.links.size(); n-- > 0;) {
@@ -78,21 +54,20 @@ void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace
     const LinkScratch<S>& w = scratch[n];
     visit_joint(link, [&](auto joint) {
       using Joint = decltype(joint);
-      if constexpr (std::is_same_v<Joint, Root>) {
+      if constexpr (kIsRoot<Joint>) {
         write_root(link, w.composite, size, mass_matrix);
       } else {
         scratch[link.parent].composite += inertia_to_parent(joint, link, w, w.composite);
-        constexpr int kColumns = std::is_same_v<Joint, Spherical> ? 3 : 1;
-        for (int k = 0; k < kColumns; ++k) {
+        for (int k = 0; k < Joint::kVelocities; ++k) {
           Momentum<S> h = unit_momentum(joint, w.composite, k);
-          const S sign(kColumns == 1 ? link.sign : 1.0);
+          const S sign(OneAxis<Joint> ? link.sign : 1.0);
           project(link, h, link.v + k, sign, size, mass_matrix);
-          if (kColumns == 1) mass_matrix[link.v * size + link.v] += link.armature;
+          if (OneAxis<Joint>) mass_matrix[link.v * size + link.v] += link.armature;
           // Carried down the branch, the momentum meets every ancestor's joint.
           for (int m = static_cast<int>(n); tree.links[m].parent >= 0; m = tree.links[m].parent) {
             const TreeLink<S>& carrier = tree.links[m];
             visit_joint(carrier, [&](auto step) {
-              if constexpr (!std::is_same_v<decltype(step), Root>) h = force_to_parent(step, carrier, scratch[m], h);
+              if constexpr (!kIsRoot<decltype(step)>) h = force_to_parent(step, carrier, scratch[m], h);
             });
             project(tree.links[carrier.parent], h, link.v + k, sign, size, mass_matrix);
           }

@@ -14,27 +14,6 @@ namespace link_motion_steps {
 
 using namespace recursion;
 
-// Orientation of a link against its joint frame.
-template <int K, class S>
-GRAPNEL_INLINE Rotation<S> joint_rotation(Revolute<K>, const LinkScratch<S>& w, const Rotation<S>& R_WF) {
-  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
-  Rotation<S> R;
-  for (int r = 0; r < 3; ++r) {
-    R.m[r][K] = R_WF.m[r][K];
-    R.m[r][i] = w.angle.cosine * R_WF.m[r][i] + w.angle.sine * R_WF.m[r][j];
-    R.m[r][j] = w.angle.cosine * R_WF.m[r][j] - w.angle.sine * R_WF.m[r][i];
-  }
-  return R;
-}
-template <int K, class S>
-GRAPNEL_INLINE Rotation<S> joint_rotation(Prismatic<K>, const LinkScratch<S>&, const Rotation<S>& R_WF) {
-  return R_WF;
-}
-template <class S>
-GRAPNEL_INLINE Rotation<S> joint_rotation(Spherical, const LinkScratch<S>& w, const Rotation<S>& R_WF) {
-  return R_WF * w.R_FL;
-}
-
 template <class S>
 LinkMotion<S> root_motion(const TreeLink<S>& link, std::span<const S> q, std::span<const S> v) {
   if (link.joint == JointType::fixed) return {link.X_PF, Twist<S>::zero()};
@@ -57,7 +36,7 @@ void link_motion(const Tree<S>& tree, std::span<const S> q, std::span<const S> v
     const LinkMotion<S>& parent = motion[link.parent];
     LinkScratch<S> w;
     visit_joint(link, [&](auto joint) {
-      if constexpr (!std::is_same_v<decltype(joint), Root>) {
+      if constexpr (!kIsRoot<decltype(joint)>) {
         place(joint, link, q, w);
         const Rotation<S> R_WF = link.rotated ? parent.X_WL.R * link.X_PF.R : parent.X_WL.R;
         const Vector3<S> arm = parent.X_WL.R * w.p_PL;
@@ -83,8 +62,11 @@ void coordinate_rates(const Tree<S>& tree, std::span<const S> q, std::span<const
   };
   for (const TreeLink<S>& link : tree.links) {
     const JointTraits& joint = traits_of(link.joint);
-    if (has_one_axis(link.joint)) qdot[link.q] = v[link.v];
-    if (joint.quaternion >= 0) quaternion_part(link.q + joint.quaternion, link.v);
+    if (joint.quaternion < 0) {
+      for (int k = 0; k < joint.velocities; ++k) qdot[link.q + k] = v[link.v + k];
+      continue;
+    }
+    quaternion_part(link.q + joint.quaternion, link.v);
     if (joint.position >= 0) {
       const int at = link.q + joint.quaternion;
       const Vector3<S> velocity = rotation_matrix(Quaternion<S>{q[at], q[at + 1], q[at + 2], q[at + 3]}) *

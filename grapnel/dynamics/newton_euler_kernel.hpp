@@ -35,7 +35,7 @@ void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorks
     } else {
       const LinkScratch<S>& parent = scratch[link.parent];
       visit_joint(link, [&](auto joint) {
-        if constexpr (!std::is_same_v<decltype(joint), Root>) {
+        if constexpr (!kIsRoot<decltype(joint)>) {
           follow(joint, link, in.q, in.v, parent.V, w);
           w.A = motion_to_link(joint, link, w, parent.A) + joint_bias(joint, link, in.v, w.V);
           if (moving) add_joint_motion(joint, link, in.acceleration, w.A);
@@ -51,14 +51,9 @@ void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorks
     LinkScratch<S>& w = scratch[n];
     visit_joint(link, [&](auto joint) {
       using Joint = decltype(joint);
-      if constexpr (std::is_same_v<Joint, Root>) {
-        if (link.joint != JointType::free) return;
-        for (int k = 0; k < 3; ++k) force[link.v + k] = w.p.angular[k], force[link.v + 3 + k] = w.p.linear[k];
-      } else {
-        if constexpr (std::is_same_v<Joint, Spherical>) {
-          for (int k = 0; k < 3; ++k) force[link.v + k] = w.p.angular[k];
-        } else {
-          force[link.v] = link.sign * along(joint, w.p);
+      put_forces(joint, link, w.p, [&](int v, const S& value) { force[v] = value; });
+      if constexpr (!kIsRoot<Joint>) {
+        if constexpr (OneAxis<Joint>) {
           if (moving) force[link.v] += link.armature * in.acceleration[link.v];
         }
         scratch[link.parent].p += force_to_parent(joint, link, w, w.p);

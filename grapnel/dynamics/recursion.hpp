@@ -1,29 +1,39 @@
 #pragma once
 
 /// @file
-/// Steps that the recursive kernels share: how a link's motion follows from its parent's, and how wrenches go back. One
-/// overload per kind of joint, chosen once per link by `visit_joint`.
+/// What the recursive kernels need of joints: how a link's motion follows from its parent's, how inertias and wrenches
+/// go back, how a joint gives way. One overload per kind of joint, chosen once per link by `visit_joint`; the sweeps
+/// and the lanes know no kinds.
 
 #include <span>
 
 #include "grapnel/dynamics/articulated_body.hpp"
+#include "grapnel/dynamics/symmetric_solve.hpp"
 
 namespace grapnel::recursion {
 
 /// A revolute joint about coordinate axis K of the link's frame.
 template <int K>
 struct Revolute {
+  static constexpr int kVelocities = 1;
   static constexpr bool kTurns = true;
   static constexpr int kAxis = K;
 };
 /// A prismatic joint along coordinate axis K.
 template <int K>
 struct Prismatic {
+  static constexpr int kVelocities = 1;
   static constexpr bool kTurns = false;
   static constexpr int kAxis = K;
 };
-struct Spherical {};
+struct Spherical {
+  static constexpr int kVelocities = 3;
+};
 struct Root {};
+template <class Joint>
+inline constexpr bool kIsRoot = std::is_same_v<Joint, Root>;
+template <class Joint>
+concept OneAxis = Joint::kVelocities == 1;
 
 /// Calls f with the tag of the link's joint.
 template <class S, class F>
@@ -133,15 +143,19 @@ GRAPNEL_INLINE SpatialVector<kKind, S> force_to_parent(Joint joint, const TreeLi
 
 // --- The joint's own motion S v and the velocity-dependent V x S v. -------------------------------------------------
 
-template <int K, class S, SpatialKind kKind>
-GRAPNEL_INLINE void add_joint_motion(Revolute<K>, const TreeLink<S>& link, std::span<const S> v,
-                                     SpatialVector<kKind, S>& V) {
-  V.angular[K] += link.sign * v[link.v];
+/// What of a motion or a wrench is along the joint's axis: S^T F.
+template <OneAxis Joint, class S, SpatialKind kKind>
+GRAPNEL_INLINE S& along(Joint, SpatialVector<kKind, S>& F) {
+  return (Joint::kTurns ? F.angular : F.linear)[Joint::kAxis];
 }
-template <int K, class S, SpatialKind kKind>
-GRAPNEL_INLINE void add_joint_motion(Prismatic<K>, const TreeLink<S>& link, std::span<const S> v,
+template <OneAxis Joint, class S, SpatialKind kKind>
+GRAPNEL_INLINE const S& along(Joint, const SpatialVector<kKind, S>& F) {
+  return (Joint::kTurns ? F.angular : F.linear)[Joint::kAxis];
+}
+template <OneAxis Joint, class S, SpatialKind kKind>
+GRAPNEL_INLINE void add_joint_motion(Joint joint, const TreeLink<S>& link, std::span<const S> v,
                                      SpatialVector<kKind, S>& V) {
-  V.linear[K] += link.sign * v[link.v];
+  along(joint, V) += link.sign * v[link.v];
 }
 template <class S, SpatialKind kKind>
 GRAPNEL_INLINE void add_joint_motion(Spherical, const TreeLink<S>& link, std::span<const S> v,
@@ -190,14 +204,287 @@ GRAPNEL_INLINE SpatialAcceleration<S> joint_bias(Spherical, const TreeLink<S>& l
 
 // --- S^T F: the generalized force a wrench exerts at the joint. -----------------------------------------------------
 
-template <int K, class S, SpatialKind kKind>
-GRAPNEL_INLINE S along(Revolute<K>, const SpatialVector<kKind, S>& F) {
-  return F.angular[K];
+/// All components of S^T F: put(velocity, value).
+template <OneAxis Joint, class S, SpatialKind kKind, class Put>
+GRAPNEL_INLINE void put_forces(Joint joint, const TreeLink<S>& link, const SpatialVector<kKind, S>& F, Put put) {
+  put(link.v, S(link.sign * along(joint, F)));
 }
-template <int K, class S, SpatialKind kKind>
-GRAPNEL_INLINE S along(Prismatic<K>, const SpatialVector<kKind, S>& F) {
-  return F.linear[K];
+template <class S, SpatialKind kKind, class Put>
+GRAPNEL_INLINE void put_forces(Spherical, const TreeLink<S>& link, const SpatialVector<kKind, S>& F, Put put) {
+  for (int k = 0; k < 3; ++k) put(link.v + k, F.angular[k]);
 }
+template <class S, SpatialKind kKind, class Put>
+GRAPNEL_INLINE void put_forces(Root, const TreeLink<S>& link, const SpatialVector<kKind, S>& F, Put put) {
+  if (link.joint != JointType::free) return;
+  for (int k = 0; k < 3; ++k) put(link.v + k, F.angular[k]), put(link.v + 3 + k, F.linear[k]);
+}
+
+// --- Orientations, inertias and momenta between the link's frame and its parent's. -----------------------------------
+
+/// A link's orientation from that of its joint frame.
+template <int K, class S>
+GRAPNEL_INLINE Rotation<S> joint_rotation(Revolute<K>, const LinkScratch<S>& w, const Rotation<S>& R_WF) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  Rotation<S> R;
+  for (int r = 0; r < 3; ++r) {
+    R.m[r][K] = R_WF.m[r][K];
+    R.m[r][i] = w.angle.cosine * R_WF.m[r][i] + w.angle.sine * R_WF.m[r][j];
+    R.m[r][j] = w.angle.cosine * R_WF.m[r][j] - w.angle.sine * R_WF.m[r][i];
+  }
+  return R;
+}
+template <int K, class S>
+GRAPNEL_INLINE Rotation<S> joint_rotation(Prismatic<K>, const LinkScratch<S>&, const Rotation<S>& R_WF) {
+  return R_WF;
+}
+template <class S>
+GRAPNEL_INLINE Rotation<S> joint_rotation(Spherical, const LinkScratch<S>& w, const Rotation<S>& R_WF) {
+  return R_WF * w.R_FL;
+}
+template <int K, class S>
+GRAPNEL_INLINE void rotate_inertia(Revolute<K>, const LinkScratch<S>& w, Symmetric3<S>& J) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  const S ji = J(i, K), jj = J(j, K);
+  rotate_block_about<K>(w.angle, J);
+  J(i, K) = w.angle.cosine * ji - w.angle.sine * jj;
+  J(j, K) = w.angle.sine * ji + w.angle.cosine * jj;
+}
+template <int K, class S>
+GRAPNEL_INLINE void rotate_inertia(Revolute<K>, const LinkScratch<S>& w, ArticulatedInertia<S>& I) {
+  rotate_about<K>(w.angle, I);
+}
+template <int K, class Inertia, class S>
+GRAPNEL_INLINE void rotate_inertia(Prismatic<K>, const LinkScratch<S>&, Inertia&) {}
+template <class S>
+GRAPNEL_INLINE void rotate_inertia(Spherical, const LinkScratch<S>& w, Symmetric3<S>& J) {
+  J = rotate(w.R_FL, J);
+}
+template <class S>
+GRAPNEL_INLINE void rotate_inertia(Spherical, const LinkScratch<S>& w, ArticulatedInertia<S>& I) {
+  rotate_general(I, w.R_FL);
+}
+/// A rigid inertia seen from the parent's frame.
+template <class Joint, class S>
+GRAPNEL_INLINE RigidBodyInertia<S> inertia_to_parent(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w,
+                                                     const RigidBodyInertia<S>& I) {
+  Symmetric3<S> J = I.rotational;
+  Vector3<S> h = joint_forth(joint, w, I.first_moment);
+  rotate_inertia(joint, w, J);
+  if (link.rotated) {
+    J = rotate(link.X_PF.R, J);
+    h = link.X_PF.R * h;
+  }
+  return shift_origin(RigidBodyInertia<S>{I.mass, h, J}, w.p_PL);
+}
+/// Momentum of an inertia when joint direction k moves with unit rate: I S_k.
+template <int K, class S>
+GRAPNEL_INLINE Momentum<S> unit_momentum(Revolute<K>, const RigidBodyInertia<S>& I, int) {
+  const Vector3<S>& h = I.first_moment;
+  return {{I.rotational(0, K), I.rotational(1, K), I.rotational(2, K)}, cross(Vector3<S>::unit(K), h)};
+}
+template <int K, class S>
+GRAPNEL_INLINE Momentum<S> unit_momentum(Prismatic<K>, const RigidBodyInertia<S>& I, int) {
+  return {cross(I.first_moment, Vector3<S>::unit(K)), I.mass * Vector3<S>::unit(K)};
+}
+template <class S>
+GRAPNEL_INLINE Momentum<S> unit_momentum(Spherical, const RigidBodyInertia<S>& I, int k) {
+  return {{I.rotational(0, k), I.rotational(1, k), I.rotational(2, k)}, cross(Vector3<S>::unit(k), I.first_moment)};
+}
+
+// --- How a joint gives way: the steps of forward dynamics. -----------------------------------------------------------
+
+// The inertia and bias wrench that the joint passes to the parent, still in the link's frame:
+//   I_a = I - U D^-1 U^T,   p_a = p + I_a c + U D^-1 u,
+// the terms of (4.8) and (4.11) of docs/theory.md; c is the bias acceleration (Featherstone 2008, eqs. 7.25, 7.26).
+template <class S>
+struct Transmitted {
+  ArticulatedInertia<S> I;
+  Wrench<S> p;
+};
+
+// The sums of (4.8) and (4.11). The first child to arrive brings the carrier's own inertia in: its structure is still
+// known there, and the first sweep need not write it out.
+template <class S>
+GRAPNEL_INLINE void receive(const TreeLink<S>& carrier, const ArticulatedInertia<S>& I, const Wrench<S>& p,
+                            LinkScratch<S>& parent) {
+  if (parent.carries) {
+    parent.I += I;
+  } else {
+    set_sum(parent.I, carrier.inertia, I);
+    parent.carries = true;
+  }
+  parent.p += p;
+}
+
+// One column of the factorization (4.9).
+template <class S>
+struct Column {
+  Wrench<S> U;  // I S: what unit acceleration of the joint takes
+  S u;          // force - S^T p
+};
+// D = S^T I S + armature divides once: the third sweep, a chain of dependent steps, only multiplies and adds.
+template <class S>
+GRAPNEL_INLINE void store_gain(const Column<S>& column, const S& D, LinkScratch<S>& w) {
+  const S D_inverse = S(1) / D;
+  w.G = D_inverse * column.U;
+  w.g = D_inverse * column.u;
+}
+
+// I_a = I - G U^T, p_a = p + I_a c + G u, for any structure; t holds I and p. Changed in place: with packs, structures
+// of this size returned or assigned as a whole go through memory (a sixth of the time).
+template <class S>
+GRAPNEL_INLINE void eliminate(const Column<S>& column, const LinkScratch<S>& w, Transmitted<S>& t) {
+  const Vector3<S>&a = w.G.angular, &l = w.G.linear, &Ua = column.U.angular, &Ul = column.U.linear;
+  t.I.J.xx -= a[0] * Ua[0], t.I.J.yy -= a[1] * Ua[1], t.I.J.zz -= a[2] * Ua[2];
+  t.I.J.xy -= a[0] * Ua[1], t.I.J.xz -= a[0] * Ua[2], t.I.J.yz -= a[1] * Ua[2];
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) t.I.H[r][c] -= a[r] * Ul[c];
+  }
+  t.I.M.xx -= l[0] * Ul[0], t.I.M.yy -= l[1] * Ul[1], t.I.M.zz -= l[2] * Ul[2];
+  t.I.M.xy -= l[0] * Ul[1], t.I.M.xz -= l[0] * Ul[2], t.I.M.yz -= l[1] * Ul[2];
+  t.p += t.I * w.bias;
+  t.p += column.u * w.G;
+}
+
+// The same for a revolute joint without rotor: the moment row of the axis vanishes exactly, and so do its products;
+// c has no component along the axis.
+template <int K, class S>
+GRAPNEL_INLINE void eliminate_revolute(const Column<S>& column, const LinkScratch<S>& w, Transmitted<S>& t) {
+  constexpr int i = (K + 1) % 3, j = (K + 2) % 3;
+  ArticulatedInertia<S>& I = t.I;
+  const Vector3<S>&a = w.G.angular, &l = w.G.linear, &Ua = column.U.angular, &Ul = column.U.linear;
+  I.J(i, i) -= a[i] * Ua[i], I.J(i, j) -= a[i] * Ua[j], I.J(j, j) -= a[j] * Ua[j];
+  I.J(K, K) = I.J(i, K) = I.J(j, K) = S(0);
+  for (int c = 0; c < 3; ++c) {
+    I.H[K][c] = S(0);
+    I.H[i][c] -= a[i] * Ul[c];
+    I.H[j][c] -= a[j] * Ul[c];
+  }
+  I.M.xx -= l[0] * Ul[0], I.M.yy -= l[1] * Ul[1], I.M.zz -= l[2] * Ul[2];
+  I.M.xy -= l[0] * Ul[1], I.M.xz -= l[0] * Ul[2], I.M.yz -= l[1] * Ul[2];
+  const Vector3<S>&ca = w.bias.angular, &cl = w.bias.linear;
+  t.p.angular[i] += I.J(i, i) * ca[i] + I.J(i, j) * ca[j] + I.H[i][i] * cl[i] + I.H[i][j] * cl[j];
+  t.p.angular[j] += I.J(i, j) * ca[i] + I.J(j, j) * ca[j] + I.H[j][i] * cl[i] + I.H[j][j] * cl[j];
+  for (int c = 0; c < 3; ++c) {
+    t.p.linear[c] += I.M(c, i) * cl[i] + I.M(c, j) * cl[j] + I.H[i][c] * ca[i] + I.H[j][c] * ca[j];
+  }
+  t.p += column.u * w.G;
+}
+
+// From the link's frame at its joint to the parent's, then to the parent's origin.
+template <class S>
+GRAPNEL_INLINE void shift_to_parent(const TreeLink<S>& link, const Vector3<S>& p_PL, ArticulatedInertia<S>& I) {
+  if (link.rotated) rotate_general(I, link.X_PF.R);
+  shift_origin(I, p_PL);
+}
+
+// S^T I S + armature.
+template <OneAxis Joint, class S>
+GRAPNEL_INLINE S joint_inertia(Joint, const TreeLink<S>& link, const LinkScratch<S>& w) {
+  return (Joint::kTurns ? w.I.J : w.I.M)(Joint::kAxis, Joint::kAxis) + link.armature;
+}
+
+// Behind a link whose joint gives way: sends inertia and bias wrench to the parent.
+template <int K, class S>
+GRAPNEL_INLINE void send(Revolute<K> joint, const TreeLink<S>& link, std::span<const S> force, LinkScratch<S>& w,
+                         const TreeLink<S>& carrier, LinkScratch<S>& parent) {
+  const Column<S> column{{{w.I.J(0, K), w.I.J(1, K), w.I.J(2, K)}, {w.I.H[K][0], w.I.H[K][1], w.I.H[K][2]}},
+                         link.sign * force[link.v] - w.p.angular[K]};
+  store_gain(column, joint_inertia(joint, link, w), w);
+  Transmitted<S> t{loaded(w.I), loaded(w.p)};
+  if (!link.has_armature) {
+    eliminate_revolute<K>(column, w, t);
+    rotate_behind_joint<K>(w.angle, t.I);
+    if (link.rotated) {
+      shift_to_parent(link, w.p_PL, t.I);
+    } else {
+      shift_behind_joint<K>(t.I, w.p_PL);
+    }
+  } else {
+    eliminate(column, w, t);
+    rotate_about<K>(w.angle, t.I);
+    shift_to_parent(link, w.p_PL, t.I);
+  }
+  receive(carrier, t.I, force_to_parent(joint, link, w, t.p), parent);
+}
+
+template <int K, class S>
+GRAPNEL_INLINE void send(Prismatic<K> joint, const TreeLink<S>& link, std::span<const S> force, LinkScratch<S>& w,
+                         const TreeLink<S>& carrier, LinkScratch<S>& parent) {
+  const Column<S> column{{{w.I.H[0][K], w.I.H[1][K], w.I.H[2][K]}, {w.I.M(0, K), w.I.M(1, K), w.I.M(2, K)}},
+                         link.sign * force[link.v] - w.p.linear[K]};
+  store_gain(column, joint_inertia(joint, link, w), w);
+  Transmitted<S> t{loaded(w.I), loaded(w.p)};
+  eliminate(column, w, t);
+  shift_to_parent(link, w.p_PL, t.I);
+  receive(carrier, t.I, force_to_parent(joint, link, w, t.p), parent);
+}
+
+// A spherical joint takes all moment: with I = [J H; H^T M], I_a = [0 0; 0 M - H^T J^-1 H].
+template <class S>
+GRAPNEL_INLINE void send(Spherical joint, const TreeLink<S>& link, std::span<const S> force, LinkScratch<S>& w,
+                         const TreeLink<S>& carrier, LinkScratch<S>& parent) {
+  const SymmetricFactor3<S> J(w.I.J);
+  const Vector3<S> torque{force[link.v], force[link.v + 1], force[link.v + 2]};
+  const Vector3<S> u = torque - w.p.angular;
+  Transmitted<S> t;
+  t.I.J = Symmetric3<S>::zero();
+  for (auto& row : t.I.H) row[0] = row[1] = row[2] = S(0);
+  Vector3<S> X[3];  // columns of J^-1 H
+  for (int c = 0; c < 3; ++c) X[c] = J.solve({w.I.H[0][c], w.I.H[1][c], w.I.H[2][c]});
+  const auto HtX = [&](int r, int c) { return w.I.H[0][r] * X[c][0] + w.I.H[1][r] * X[c][1] + w.I.H[2][r] * X[c][2]; };
+  const Symmetric3<S>& M = w.I.M;
+  t.I.M = {M.xx - HtX(0, 0), M.yy - HtX(1, 1), M.zz - HtX(2, 2), M.xy - HtX(0, 1), M.xz - HtX(0, 2), M.yz - HtX(1, 2)};
+  // p_a = p + I_a c + U D^-1 u; its moment is p.angular + u = torque.
+  t.p.angular = torque;
+  t.p.linear = w.p.linear + t.I.M * w.bias.linear;
+  for (int c = 0; c < 3; ++c) t.p.linear[c] += dot(X[c], u);
+  t.I.M = rotate(w.R_FL, t.I.M);
+  shift_to_parent(link, w.p_PL, t.I);
+  receive(carrier, t.I, force_to_parent(joint, link, w, t.p), parent);
+}
+
+// Behind a joint whose acceleration is prescribed: nothing yields, and S times the acceleration joins the bias.
+template <class Joint, class S>
+GRAPNEL_INLINE void send_rigid(Joint joint, const TreeLink<S>& link, std::span<const S> acceleration, LinkScratch<S>& w,
+                               const TreeLink<S>& carrier, LinkScratch<S>& parent) {
+  add_joint_motion(joint, link, acceleration, w.bias);
+  ArticulatedInertia<S> I = loaded(w.I);
+  const Wrench<S> p = w.p + I * w.bias;
+  rotate_inertia(joint, w, I);
+  shift_to_parent(link, w.p_PL, I);
+  receive(carrier, I, force_to_parent(joint, link, w, p), parent);
+}
+
+// The third sweep's step: the acceleration that the joint adds to w.A, where its parent's has arrived.
+template <OneAxis Joint, class S>
+GRAPNEL_INLINE void accelerate(Joint joint, const TreeLink<S>& link, const DynamicsInput<S>& in, bool rigid,
+                               LinkScratch<S>& w, std::span<S> vdot, std::span<S> force) {
+  if (rigid) {
+    vdot[link.v] = in.acceleration[link.v];
+    force[link.v] = link.sign * along(joint, w.I * w.A + w.p) + link.armature * vdot[link.v];
+  } else {
+    const S rate = w.g - dot(w.G.angular, w.A.angular) - dot(w.G.linear, w.A.linear);
+    along(joint, w.A) += rate;
+    vdot[link.v] = link.sign * rate;
+    force[link.v] = in.force[link.v];
+  }
+}
+template <class S>
+GRAPNEL_INLINE void accelerate(Spherical, const TreeLink<S>& link, const DynamicsInput<S>& in, bool rigid,
+                               LinkScratch<S>& w, std::span<S> vdot, std::span<S> force) {
+  const Wrench<S> F = w.I * w.A + w.p;
+  if (rigid) {
+    for (int k = 0; k < 3; ++k) vdot[link.v + k] = in.acceleration[link.v + k], force[link.v + k] = F.angular[k];
+  } else {
+    const Vector3<S> torque{in.force[link.v], in.force[link.v + 1], in.force[link.v + 2]};
+    const Vector3<S> rate = SymmetricFactor3<S>(w.I.J).solve(torque - F.angular);
+    w.A.angular += rate;
+    for (int k = 0; k < 3; ++k) vdot[link.v + k] = rate[k], force[link.v + k] = torque[k];
+  }
+}
+
+// --- Roots. ----------------------------------------------------------------------------------------------------------
 
 /// Gravity expressed in a root link's frame.
 template <class S>

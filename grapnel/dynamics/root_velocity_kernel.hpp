@@ -7,7 +7,6 @@
 
 #include "grapnel/dynamics/root_velocity.hpp"
 
-#include "grapnel/dynamics/composite_inertia.hpp"
 #include "grapnel/dynamics/recursion.hpp"
 #include "grapnel/dynamics/symmetric_solve.hpp"
 
@@ -29,7 +28,7 @@ void sum_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v
       w.V = moving_root ? root_velocity(link, v) : Twist<S>::zero();
     } else {
       visit_joint(link, [&](auto joint) {
-        if constexpr (!std::is_same_v<decltype(joint), Root>) {
+        if constexpr (!kIsRoot<decltype(joint)>) {
           follow(joint, link, q, v, scratch[link.parent].V, w);
         }
       });
@@ -41,7 +40,7 @@ void sum_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v
     const TreeLink<S>& link = tree.links[n];
     const LinkScratch<S>& w = scratch[n];
     visit_joint(link, [&](auto joint) {
-      if constexpr (!std::is_same_v<decltype(joint), Root>) {
+      if constexpr (!kIsRoot<decltype(joint)>) {
         scratch[link.parent].composite += inertia_to_parent(joint, link, w, w.composite);
         scratch[link.parent].momentum += force_to_parent(joint, link, w, w.momentum);
       }

@@ -98,10 +98,11 @@ void fill_sizes(const Model& model, const CompliantSystem& system, std::span<con
   if (v.size() > 0) v = v.cwiseMax(1e-6 * v.maxCoeff());
   for (const TreeLink<double>& link : model.tree().links) {
     const JointTraits& joint = traits_of(link.joint);
-    if (has_one_axis(link.joint)) size[link.q] = time * v[link.v];
-    if (joint.quaternion >= 0) {
-      for (int k = 0; k < 4; ++k) size[link.q + joint.quaternion + k] = 0.5 * time * v.segment(link.v, 3).norm();
+    if (joint.quaternion < 0) {
+      for (int k = 0; k < joint.velocities; ++k) size[link.q + k] = time * v[link.v + k];
+      continue;
     }
+    for (int k = 0; k < 4; ++k) size[link.q + joint.quaternion + k] = 0.5 * time * v.segment(link.v, 3).norm();
     if (joint.position >= 0) {
       // Of the centre of mass, or of a held root.
       for (int k = 0; k < 3; ++k)

@@ -254,9 +254,12 @@ Twistd CompliantSystem::in_target_axes(int grip) const {
 // Rates of the coordinates' part of y.
 void CompliantSystem::coordinate_changes(std::span<const double> y, std::span<double> dydt) const {
   for (const TreeLink<double>& link : model_.tree().links) {
-    if (has_one_axis(link.joint)) dydt[link.q] = now_.v[link.v];
-    if (traits_of(link.joint).quaternion < 0) continue;
-    const int q = link.q + traits_of(link.joint).quaternion, v = link.v;
+    const JointTraits& joint = traits_of(link.joint);
+    const int q = link.q + joint.quaternion, v = link.v;
+    if (joint.quaternion < 0) {
+      for (int k = 0; k < joint.velocities; ++k) dydt[link.q + k] = now_.v[v + k];
+      continue;
+    }
     const Quaterniond rate = quaternion_rate(Quaterniond{1 + y[q], y[q + 1], y[q + 2], y[q + 3]},
                                              Vector3d{now_.v[v], now_.v[v + 1], now_.v[v + 2]});
     dydt[q] = rate.w, dydt[q + 1] = rate.x, dydt[q + 2] = rate.y, dydt[q + 3] = rate.z;

@@ -2,7 +2,7 @@
 
 /// @file
 /// What the program knows about the types of joints. All but the recursive kernels (dynamics/recursion.hpp) asks the
-/// table here: a new type is a row of it, as long as its coordinates are of the kinds that JointTraits names.
+/// table here.
 
 #include <cstdint>
 
@@ -21,18 +21,20 @@ struct JointTraits {
   JointType type;
   const char* name;     // in files and results
   bool in_robot_files;  // others come about by bases, targets and grasps
+  int coordinates;      // where there is no quaternion they change at the rates of the velocities
+  int velocities;
   AxisMotion axis;
   int quaternion = -1;  // where it begins among the joint's coordinates; velocities 0 to 2 turn it, in the body's axes
   int position = -1;    // likewise, of the body's origin in W; velocities 3 to 5 move it, in the body's axes
 };
 
 inline constexpr JointTraits kJointTypes[] = {
-    {JointType::revolute, "revolute", true, AxisMotion::turn},
-    {JointType::continuous, "continuous", true, AxisMotion::turn},
-    {JointType::prismatic, "prismatic", true, AxisMotion::slide},
-    {JointType::fixed, "fixed", true, AxisMotion::none},
-    {JointType::spherical, "spherical", false, AxisMotion::none, 0},
-    {JointType::free, "free", false, AxisMotion::none, 3, 0},
+    {JointType::revolute, "revolute", true, 1, 1, AxisMotion::turn},
+    {JointType::continuous, "continuous", true, 1, 1, AxisMotion::turn},
+    {JointType::prismatic, "prismatic", true, 1, 1, AxisMotion::slide},
+    {JointType::fixed, "fixed", true, 0, 0, AxisMotion::none},
+    {JointType::spherical, "spherical", false, 4, 3, AxisMotion::none, 0},
+    {JointType::free, "free", false, 7, 6, AxisMotion::none, 3, 0},
 };
 
 GRAPNEL_INLINE constexpr const JointTraits& traits_of(JointType type) { return kJointTypes[static_cast<int>(type)]; }
@@ -43,15 +45,9 @@ constexpr bool turns_about_axis(JointType type) { return traits_of(type).axis ==
 constexpr bool slides_along_axis(JointType type) { return traits_of(type).axis == AxisMotion::slide; }
 
 /// Number of generalized velocities of a joint.
-constexpr int velocity_count(JointType type) {
-  const JointTraits& t = traits_of(type);
-  return (has_one_axis(type) ? 1 : 0) + (t.quaternion >= 0 ? 3 : 0) + (t.position >= 0 ? 3 : 0);
-}
+GRAPNEL_INLINE constexpr int velocity_count(JointType type) { return traits_of(type).velocities; }
 /// Number of its coordinates.
-constexpr int coordinate_count(JointType type) {
-  const JointTraits& t = traits_of(type);
-  return (has_one_axis(type) ? 1 : 0) + (t.quaternion >= 0 ? 4 : 0) + (t.position >= 0 ? 3 : 0);
-}
+constexpr int coordinate_count(JointType type) { return traits_of(type).coordinates; }
 
 /// Units of what belongs to a joint's axis.
 struct AxisUnits {
