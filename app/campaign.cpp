@@ -143,7 +143,7 @@ int run_and_write(Campaign& campaign, const fs::path& folder, const JobShard& sh
       {.version = GRAPNEL_VERSION, .writer = shard.is_part() ? shard.writer() : "", .extend = options.extend});
   take_total(campaign, store);
   command = options.resume;
-  if (!options.quiet) say_beginning(store, shard.is_part() ? "part " + shard.text() + " of it" : "");
+  if (!options.quiet) print_start(store, shard.is_part() ? "part " + shard.text() + " of it" : "");
   if (!options.quiet) say_how_long(campaign, store, shard, threads_of(options.threads), stop);
   const CaseProgress done = compute(campaign, store, shard, options, stop);
   if (done.stopped) {

@@ -29,9 +29,9 @@ void say_lines(const char* text) { to_stderr("grapnel: error: {}\n", text); }
 
 std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bool say) {
   try {
-    std::vector<Fault> doubts;
-    Campaign campaign = load_campaign(options.study, &doubts);
-    if (say) say_faults(doubts);
+    std::vector<Fault> warnings;
+    Campaign campaign = load_campaign(options.study, &warnings);
+    if (say) say_faults(warnings);
     if (!options.envelope || !campaign.design.empty()) return campaign;
     if (say)
       to_stderr(
@@ -53,7 +53,7 @@ void say_campaign(const Campaign& campaign, const CampaignRunOptions& options) {
   flush_stdout();
 }
 
-void say_beginning(const ShardStore& store, const std::string& part) {
+void print_start(const ShardStore& store, const std::string& part) {
   if (!store.was_there()) {
     to_stdout("{} cases{}{}\n", store.total(), part.empty() ? "" : ", ", part);
   } else {

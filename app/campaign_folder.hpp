@@ -22,7 +22,7 @@ std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bo
 void say_campaign(const Campaign& campaign, const CampaignRunOptions& options);
 
 /// What of the campaign is there already. `part`: of it, if not all.
-void say_beginning(const ShardStore& store, const std::string& part);
+void print_start(const ShardStore& store, const std::string& part);
 
 /// That it was stopped, and how it goes on, on stderr.
 void say_stopped(const std::filesystem::path& folder, std::uint64_t done, std::uint64_t total,

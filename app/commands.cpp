@@ -24,9 +24,9 @@ int bad_input(const InputError& error) {
   return kBadInput;
 }
 
-std::vector<std::string> messages_of(const std::vector<Fault>& doubts) {
+std::vector<std::string> messages_of(const std::vector<Fault>& warnings) {
   std::vector<std::string> messages;
-  for (const Fault& doubt : doubts) messages.push_back(doubt.message);
+  for (const Fault& doubt : warnings) messages.push_back(doubt.message);
   return messages;
 }
 
@@ -40,9 +40,9 @@ std::vector<Override> parse_overrides(const std::vector<std::string>& arguments)
 
 int run(const RunOptions& options) {
   CaptureProblem problem;
-  std::vector<Fault> doubts;
+  std::vector<Fault> warnings;
   try {
-    problem = load_scenario(options.scenario, parse_overrides(options.overrides), &doubts);
+    problem = load_scenario(options.scenario, parse_overrides(options.overrides), &warnings);
   } catch (const InputError& error) {
     return bad_input(error);
   }
@@ -53,20 +53,22 @@ int run(const RunOptions& options) {
   }
   const std::optional<fs::path> made = results_folder(options.output, options.scenario);
   if (!made) return kBadInput;
-  say_faults(doubts);
+  say_faults(warnings);
   const StopSignal stop;
-  return run_problem(
-      problem, options.scenario, *made,
-      {.quiet = options.quiet, .no_report = options.no_report, .doubts = messages_of(doubts), .stop = stop.token()});
+  return run_problem(problem, options.scenario, *made,
+                     {.quiet = options.quiet,
+                      .no_report = options.no_report,
+                      .warnings = messages_of(warnings),
+                      .stop = stop.token()});
 }
 
 int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
   try {
-    std::vector<Fault> doubts;
-    const CaptureProblem problem = load_scenario(scenario, parse_overrides(overrides), &doubts);
-    say_faults(doubts);
+    std::vector<Fault> warnings;
+    const CaptureProblem problem = load_scenario(scenario, parse_overrides(overrides), &warnings);
+    say_faults(warnings);
     to_stdout("{}: no faults{} ({}, sha256 {})\n", scenario.string(),
-              doubts.empty() ? "" : fmt::format(", {} warning{}", doubts.size(), doubts.size() == 1 ? "" : "s"),
+              warnings.empty() ? "" : fmt::format(", {} warning{}", warnings.size(), warnings.size() == 1 ? "" : "s"),
               problem.name, problem.sha256.substr(0, 12));
     return kDone;
   } catch (const InputError& error) {

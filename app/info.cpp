@@ -46,9 +46,9 @@ void print_bodies(const Model& model) {
 int info(const std::filesystem::path& file) {
   try {
     CaptureProblem problem;
-    std::vector<Fault> doubts;
-    problem.robot = load_robot(file, &doubts);
-    say_faults(doubts);
+    std::vector<Fault> warnings;
+    problem.robot = load_robot(file, &warnings);
+    say_faults(warnings);
     const CaptureSystem system = make_servicer(problem);
     const Model& model = system.model;
     const Kinematics k = forward_kinematics(model, zero_state(model));

@@ -116,7 +116,7 @@ int lead(Campaign& campaign, const fs::path& folder, const CampaignRunOptions& o
                      {.version = GRAPNEL_VERSION, .writer = writer(0), .extend = options.extend, .total = 0});
     take_total(campaign, store);
     command = options.resume;
-    if (!options.quiet) say_beginning(store, fmt::format("{} ranks", world.size()));
+    if (!options.quiet) print_start(store, fmt::format("{} ranks", world.size()));
     const CaseProgress done = world.size() == 1 ? compute_alone(campaign, store, options, stop)
                                                 : compute_by_ranks(store, options, world, stop, opened);
     if (done.stopped) {

@@ -80,9 +80,9 @@ int search_and_write(const Optimization& optimization, const OptimizeOptions& op
 int optimize(const OptimizeOptions& options) {
   Optimization optimization;
   try {
-    std::vector<Fault> doubts;
-    optimization = load_optimization(options.study, &doubts);
-    say_faults(doubts);
+    std::vector<Fault> warnings;
+    optimization = load_optimization(options.study, &warnings);
+    say_faults(warnings);
   } catch (const InputError& error) {
     say_faults(error.faults());
     return kBadInput;

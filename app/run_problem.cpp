@@ -132,19 +132,20 @@ std::string table_of(CaptureResult& result) {
 }
 
 // A plan that cannot be found has a cause, and what is hardly meant in the input is the likeliest.
-void name_suspects(CaptureResult& result, const std::vector<std::string>& doubts) {
+void name_suspects(CaptureResult& result, const std::vector<std::string>& warnings) {
   constexpr std::size_t kMost = 3;
   if (result.status != CaptureStatus::failed || !result.failure.starts_with("planning")) return;
-  for (std::size_t i = 0; i < std::min(doubts.size(), kMost); ++i)
-    result.failure += (i == 0 ? ". Look first at this: " : "; and at this: ") + doubts[i];
+  for (std::size_t i = 0; i < std::min(warnings.size(), kMost); ++i)
+    result.failure += (i == 0 ? ". Look first at this: " : "; and at this: ") + warnings[i];
 }
 
 void warn(const CaptureProblem& problem, const CaptureResult& result, const fs::path& file) {
   for (const std::string& slow : slow_phases(problem, result)) to_stderr("{}: warning: {}\n", file.string(), slow);
   for (const std::string& warning : result.warnings) to_stderr("{}: warning: {}\n", file.string(), warning);
-  for (const GripOutcome& grip : result.grips) {
-    if (grip.captured || result.failure.find(grip.reason) != std::string::npos) continue;  // said once
-    to_stderr("{}: warning: {} does not capture {}: {}\n", file.string(), grip.end_effector, grip.target, grip.reason);
+  for (const GraspOutcome& grasp : result.grasps) {
+    if (grasp.captured || result.failure.find(grasp.reason) != std::string::npos) continue;  // said once
+    to_stderr("{}: warning: {} does not capture {}: {}\n", file.string(), grasp.end_effector, grasp.target,
+              grasp.reason);
   }
   if (result.capture_verdict() == Captured::assumed)
     to_stderr("{}: warning: {}\n", file.string(), capture_sentence(result));
@@ -183,10 +184,10 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   } catch (const std::exception& error) {
     result = failed(problem, error.what());
   }
-  name_suspects(result, switches.doubts);
+  name_suspects(result, switches.warnings);
   const std::string table = switches.quiet ? std::string() : table_of(result);
   const std::vector<std::string> warnings = result.warnings;
-  result.warnings.insert(result.warnings.begin(), switches.doubts.begin(), switches.doubts.end());
+  result.warnings.insert(result.warnings.begin(), switches.warnings.begin(), switches.warnings.end());
   const Written written = write_results(problem, result, series, folder);
   result.warnings = warnings;  // what is doubtful has been said
   const bool complete = written.faults.empty();

@@ -17,7 +17,7 @@ struct RunSwitches {
   bool no_report = false;  // no report.html
   bool mute = false;       // not even warnings and why a simulation failed: one of many runs
   /// What in the input is hardly meant: it has been said, and is kept with the result.
-  std::vector<std::string> doubts = {};
+  std::vector<std::string> warnings = {};
   std::stop_token stop = {};  // asks to end with what there is by then
 };
 

@@ -66,9 +66,9 @@ std::vector<CaseRow> run_and_write(const Campaign& study, const SweepOptions& op
 int sweep(const SweepOptions& options) {
   Campaign study;
   try {
-    std::vector<Fault> doubts;
-    study = load_study(options.study, &doubts);
-    say_faults(doubts);
+    std::vector<Fault> warnings;
+    study = load_study(options.study, &warnings);
+    say_faults(warnings);
   } catch (const InputError& error) {
     say_faults(error.faults());
     return kBadInput;

@@ -54,9 +54,9 @@ CapturedSystem weld(const CaptureWorkload& workload, const State& arrived) {
   const Contact contact = make_contact(problem, workload.free, arrived);
   const ImpactOutcome outcome = run_impact({problem, workload.free, contact, problem.approach->duration});
   const Kinematics k = forward_kinematics(workload.free.model, outcome.after);
-  std::vector<HeldGrasp> grips;
-  for (std::size_t i = 0; i < problem.grasps.size(); ++i) grips.push_back(hold_grasp(problem, workload.free, k, i));
-  return join_targets(workload.free, outcome.after, grips);
+  std::vector<HeldGrasp> grasps;
+  for (std::size_t i = 0; i < problem.grasps.size(); ++i) grasps.push_back(hold_grasp(problem, workload.free, k, i));
+  return join_targets(workload.free, outcome.after, grasps);
 }
 
 std::vector<double> end_numbers(const CaptureSystem& system, const State& state) {

@@ -27,7 +27,7 @@ struct CaptureWorkload {
 /// From scenarios/thesis/open-loop-case-1.yaml: without clearance and output, its final rates as planned once.
 CaptureWorkload thesis_capture();
 
-/// The impact's outcome at the approach's end, with the targets welded to the arms that grip them.
+/// The impact's outcome at the approach's end, with the targets welded to the arms that grasp them.
 CapturedSystem weld(const CaptureWorkload& workload, const State& arrived);
 
 /// Base and joints of a state after the capture: position, quaternion (scalar part positive), joint values, velocity

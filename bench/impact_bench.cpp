@@ -1,4 +1,4 @@
-// The plastic impact: ImpactSolver, the fast route, beside plastic_impact(), the careful one, each arm gripping a
+// The plastic impact: ImpactSolver, the fast route, beside plastic_impact(), the careful one, each arm grasping a
 // target of its own; and the latter with all arms on one target (arms x joints of each).
 #include <benchmark/benchmark.h>
 #include <fmt/format.h>
@@ -24,7 +24,7 @@ using Shared = std::shared_ptr<const ImpactWorkload>;
 
 std::string target_name(int i) { return "target" + std::to_string(i); }
 
-// The robot with free targets, each gripped rigidly by the ends of its arms: every arm has its own, or all have one.
+// The robot with free targets, each grasped rigidly by the ends of its arms: every arm has its own, or all have one.
 Shared make_impacts(const std::string& name, int arms, int joints, bool alternate, bool own_targets) {
   ModelBuilder builder = describe_robot(arms, joints, alternate);
   for (int i = 0; i < (own_targets ? arms : 1); ++i) {
@@ -47,7 +47,7 @@ Shared make_impacts(const std::string& name, int arms, int joints, bool alternat
       const int target = model.body_index(target_name(own_targets ? arm : 0));
       grasps.push_back({hand, target, GraspModel::rigid, k.X_WB[hand] * Vector3d{1, 0, 0}, {0, 0, 1}});
       if (!own_targets && arm > 0) continue;
-      // The target's surface is at the hand (the first that grips it): its centre is a metre away.
+      // The target's surface is at the hand (the first that grasps it): its centre is a metre away.
       const Vector3d axis{uniform(generator), uniform(generator), uniform(generator)};
       const Rotationd R = rotation_about((1 / norm(axis)) * axis, 3 * uniform(generator));
       set_root_pose(model, target, {R, grasps.back().p_WC + R.column(0)}, state);

@@ -85,10 +85,10 @@ int main(int argc, char** argv) {
   // Defaults; mixed order so that a slow spell of the machine does not meet one benchmark alone.
   std::string mixed = "--benchmark_enable_random_interleaving=true";
   std::string repetitions = "--benchmark_repetitions=20";
-  std::string least_time = "--benchmark_min_time=0.02";
+  std::string minimum_time = "--benchmark_min_time=0.02";
   if (!given(argc, argv, "--benchmark_enable_random_interleaving")) arguments.push_back(mixed.data());
   if (!given(argc, argv, "--benchmark_repetitions")) arguments.push_back(repetitions.data());
-  if (!given(argc, argv, "--benchmark_min_time")) arguments.push_back(least_time.data());
+  if (!given(argc, argv, "--benchmark_min_time")) arguments.push_back(minimum_time.data());
   int count = static_cast<int>(arguments.size());
   benchmark::Initialize(&count, arguments.data());
   if (benchmark::ReportUnrecognizedArguments(count, arguments.data())) return 2;

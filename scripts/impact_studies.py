@@ -49,19 +49,19 @@ def value_of(text):
         return text
 
 
-def magnitude(row, grip):
-    """|P| on the robot at a grip [N s]."""
-    return row[f"grasps/{grip}/impulse_magnitude [N s]"]
+def magnitude(row, grasp):
+    """|P| on the robot at a grasp [N s]."""
+    return row[f"grasps/{grasp}/impulse_magnitude [N s]"]
 
 
-def impulse(row, grip):
-    """On the robot at a grip, in W [N s]."""
-    return [row[f"grasps/{grip}/impulse/{c} [N s]"] for c in "xyz"]
+def impulse(row, grasp):
+    """On the robot at a grasp, in W [N s]."""
+    return [row[f"grasps/{grasp}/impulse/{c} [N s]"] for c in "xyz"]
 
 
-def angular_impulse(row, grip):
-    """On the robot about the contact point of a grip, in W [N m s]."""
-    return [row[f"grasps/{grip}/angular_impulse/{c} [N m s]"] for c in "xyz"]
+def angular_impulse(row, grasp):
+    """On the robot about the contact point of a grasp, in W [N m s]."""
+    return [row[f"grasps/{grasp}/angular_impulse/{c} [N m s]"] for c in "xyz"]
 
 
 def joints(row):

@@ -18,7 +18,7 @@ def per_cent(x):
 
 
 def outputs(row):
-    """What is compared by itself, since units differ: impulses of both grips [N s], angular impulses [N m s]."""
+    """What is compared by itself, since units differ: impulses of both grasps [N s], angular impulses [N m s]."""
     return ([x for g in GRIPS for x in impulse(row, g)], [x for g in GRIPS for x in angular_impulse(row, g)])
 
 
@@ -46,13 +46,13 @@ def exact(fixed):
                      len(points), small(worst, 1e-12)))
     worst, mean = 0.0, 0.0
     for angle in angles_of(fixed):
-        for grip in GRIPS:
+        for grasp in GRIPS:
             for case in (*CASES, REVERSED):
                 points = along_speed(fixed, case, angle)
-                worst = max(worst, bend([r[SPEED] for r in points], [impulse(r, grip) for r in points]))
+                worst = max(worst, bend([r[SPEED] for r in points], [impulse(r, grasp) for r in points]))
             for a, b, rest in zip(*(along_speed(fixed, c, angle) for c in ("case 1", REVERSED, "case 2"))):
-                sums = [(x + y) / 2 for x, y in zip(impulse(a, grip), impulse(b, grip))]
-                mean = max(mean, distance(sums, impulse(rest, grip)) / max(magnitude(a, grip), magnitude(b, grip)))
+                sums = [(x + y) / 2 for x, y in zip(impulse(a, grasp), impulse(b, grasp))]
+                mean = max(mean, distance(sums, impulse(rest, grasp)) / max(magnitude(a, grasp), magnitude(b, grasp)))
     rows.append(("P against the relative speed is a straight line in space", "`thesis-open-loop-fixed`", len(fixed), small(worst, 1e-12)))
     rows.append(("P for targets at rest is the mean of P for opposite spins", "`thesis-open-loop-fixed`",
                  sum(r[MOTION] in ("case 1", REVERSED, "case 2") for r in fixed), small(mean, 1e-12)))
@@ -62,13 +62,13 @@ def exact(fixed):
 SPEEDS = (0.0, 0.1, 0.2)
 
 
-def curve_cells(points, grip, with_vector):
+def curve_cells(points, grasp, with_vector):
     """|P| at three speeds, how far |P| is from a straight line, and how far the vector P is."""
     speeds = [r[SPEED] for r in points]
-    cells = [number(magnitude(next(r for r in points if abs(r[SPEED] - v) < 1e-9), grip), 3) for v in SPEEDS]
-    cells.append(per_cent(bend(speeds, [[magnitude(r, grip)] for r in points])))
+    cells = [number(magnitude(next(r for r in points if abs(r[SPEED] - v) < 1e-9), grasp), 3) for v in SPEEDS]
+    cells.append(per_cent(bend(speeds, [[magnitude(r, grasp)] for r in points])))
     if with_vector:
-        cells.append(per_cent(bend(speeds, [impulse(r, grip) for r in points])))
+        cells.append(per_cent(bend(speeds, [impulse(r, grasp) for r in points])))
     return cells
 
 
@@ -79,14 +79,14 @@ def against_speed(rows, cases, with_approach):
         for angle in angles_of(rows):
             points = along_speed(rows, case, angle)
             cells = [case, f"{angle:.0f}°"]
-            for grip in GRIPS:
-                cells += curve_cells(points, grip, with_approach)
+            for grasp in GRIPS:
+                cells += curve_cells(points, grasp, with_approach)
             if with_approach:
                 cells.append(f"{max(max(q) - min(q) for q in zip(*map(joints, points))):.2f}")
             lines.append(cells)
     head = ["case", "θ_e"]
     for i in (1, 2):
-        head += [f"grip {i}: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "bend of \\|P\\|"] + (["bend of P"] if with_approach else [])
+        head += [f"grasp {i}: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "bend of \\|P\\|"] + (["bend of P"] if with_approach else [])
     return table(head + (["a joint changes by up to [rad]"] if with_approach else []), lines)
 
 
@@ -96,15 +96,15 @@ def closed_fixed():
     for case in CASES[:3]:
         points = [rows[f"{case}, {v:g} m/s"] for v in SPEEDS]
         cells = [case]
-        for grip in GRIPS:
-            cells += [number(magnitude(r, grip), 3) for r in points]
-            cells.append(small(bend(SPEEDS, [impulse(r, grip) for r in points]), 1e-12))
+        for grasp in GRIPS:
+            cells += [number(magnitude(r, grasp), 3) for r in points]
+            cells.append(small(bend(SPEEDS, [impulse(r, grasp) for r in points]), 1e-12))
         lines.append(cells)
-    return table(("case", "grip 1: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "bend of P", "grip 2: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s",
+    return table(("case", "grasp 1: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s", "bend of P", "grasp 2: \\|P\\| at 0 [N s]", "0.1 m/s", "0.2 m/s",
                   "bend of P"), lines)
 
 
-# Of each case, whose target a grip holds that spins.
+# Of each case, whose target a grasp holds that spins.
 SPINNING = {"open": (("case 1", "tip-1"), ("case 1", "tip-2"), ("case 3", "tip-1"), ("case 3", "tip-2"), ("case 4", "tip-2")),
             "closed": tuple((c, g) for c in ("case 1", "case 3", "case 4") for g in GRIPS)}
 
@@ -115,7 +115,7 @@ def rotating(tables):
     for loop, rows in tables.items():
         for angle in angles_of(rows):
             rest = along_speed(rows, "case 2", angle)
-            ratios = [magnitude(a, grip) / magnitude(b, grip) for case, grip in SPINNING[loop]
+            ratios = [magnitude(a, grasp) / magnitude(b, grasp) for case, grasp in SPINNING[loop]
                       for a, b in zip(along_speed(rows, case, angle), rest) if b[SPEED] > 0]
             more = sum(x > 1 for x in ratios)
             lines.append((loop, f"{angle:.0f}°", f"{more} of {len(ratios)}", f"{min(ratios):.3f}", f"{max(ratios):.3f}"))
@@ -137,7 +137,7 @@ def elbow():
         lines.append(cells)
     head = ["relative speed [m/s]"]
     for search in ("as found", "followed"):
-        head += [f"{search}: \\|P\\| at grip 1 [N s]", "elbow 1 [rad]", "elbow 2 [rad]", "kinetic energy before [J]"]
+        head += [f"{search}: \\|P\\| at grasp 1 [N s]", "elbow 1 [rad]", "elbow 2 [rad]", "kinetic energy before [J]"]
     return table(head, lines)
 
 
@@ -151,11 +151,11 @@ def against_angle():
             main = next(p for p in families(points) if p[0][ANGLE] <= 0 <= p[-1][ANGLE])
             lost = [r[ANGLE] for r in points if r["status"] != "ok"]
             cells = [loop, case, f"{main[0][ANGLE]:.0f}° to {main[-1][ANGLE]:.0f}°", ", ".join(f"{a:.0f}°" for a in lost) or "none"]
-            for grip in GRIPS:
-                least, most = min(main, key=lambda r: magnitude(r, grip)), max(main, key=lambda r: magnitude(r, grip))
-                cells += [f"{number(magnitude(r, grip), 3)} at {r[ANGLE]:.0f}°" for r in (least, most)]
+            for grasp in GRIPS:
+                least, most = min(main, key=lambda r: magnitude(r, grasp)), max(main, key=lambda r: magnitude(r, grasp))
+                cells += [f"{number(magnitude(r, grasp), 3)} at {r[ANGLE]:.0f}°" for r in (least, most)]
             lines.append(cells)
-    return table(("loop", "case", "one family of configurations", "unreachable", "grip 1: least \\|P\\| [N s]", "largest", "grip 2: least",
+    return table(("loop", "case", "one family of configurations", "unreachable", "grasp 1: least \\|P\\| [N s]", "largest", "grasp 2: least",
                   "largest"), lines)
 
 
@@ -196,7 +196,7 @@ def mass_ratio():
         mass = servicer * r["mass_ratio [1]"]
         lines.append((f"1e{round(decade)}", *(number(magnitude(r, g)) for g in GRIPS), *(number(magnitude(r, g) / mass, 5) for g in GRIPS),
                       *(number(x) for x in base)))
-    return table(("mass ratio", "grip 1: \\|P\\| [N s]", "grip 2: \\|P\\| [N s]", "grip 1: \\|P\\| / target's mass [m/s]", "grip 2 [m/s]",
+    return table(("mass ratio", "grasp 1: \\|P\\| [N s]", "grasp 2: \\|P\\| [N s]", "grasp 1: \\|P\\| / target's mass [m/s]", "grasp 2 [m/s]",
                   "base's velocity changes by [m/s]", "its angular velocity by [rad/s]"), lines)
 
 

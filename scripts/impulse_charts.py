@@ -86,14 +86,14 @@ def against_speed():
             chart.text(chart.left + 2, y0 - 8, f"{loop} loop, {case}: {MOTIONS[loop][case]}", size=12)
             for angle, colour in ANGLE_COLOURS.items():
                 points = along_speed(table, case, angle)
-                for grip, dashes in zip(GRIPS, ("", "5 3")):
-                    chart.curve([(r[SPEED], magnitude(r, grip)) for r in points], colour, dashes)
+                for grasp, dashes in zip(GRIPS, ("", "5 3")):
+                    chart.curve([(r[SPEED], magnitude(r, grasp)) for r in points], colour, dashes)
             parts += chart.parts
     key = Chart(0, 0, 1, 1, (0, 1), (0, 1))
     for i, (angle, colour) in enumerate(ANGLE_COLOURS.items()):
         key.key(left + 150 * i, 28, f"θ_e = {angle:.0f}°", colour)
-    key.key(left + 470, 28, "grip 1", "#222")
-    key.key(left + 580, 28, "grip 2", "#222", "5 3")
+    key.key(left + 470, 28, "grasp 1", "#222")
+    key.key(left + 580, 28, "grasp 2", "#222", "5 3")
     return left + 4 * (width + gap) + 4, top + 2 * (height + 76) - 24, "".join(key.parts + parts)
 
 
@@ -104,14 +104,14 @@ def against_angle():
     for row, (loop, least, most, step) in enumerate((("open", -30, 1.0, 0.2), ("closed", -60, 2.8, 0.4))):
         table = sweep(f"thesis-{loop}-loop-angle")
         y0 = top + row * (height + 76)
-        for column, grip in enumerate(GRIPS):
+        for column, grasp in enumerate(GRIPS):
             chart = Chart(left + column * (width + gap), y0, width, height, (least, 90), (0, most))
             chart.grid(ticks(least, 90, 30), ticks(0, most, step, 1), "angle of approach θ_e [°]", "|P| [N s]")
-            chart.text(chart.left + 2, y0 - 8, f"{loop} loop, grip {column + 1}, relative speed 0.1 m/s", size=13)
+            chart.text(chart.left + 2, y0 - 8, f"{loop} loop, grasp {column + 1}, relative speed 0.1 m/s", size=13)
             for i, (case, colour) in enumerate(CASE_COLOURS.items()):
                 points = [r for r in table if r[MOTION] == case]
                 for part in families(points):
-                    curve = [(r[ANGLE], magnitude(r, grip)) for r in part]
+                    curve = [(r[ANGLE], magnitude(r, grasp)) for r in part]
                     chart.curve(curve, colour)
                     for x, y in curve:
                         chart.dot(x, y, colour)
@@ -138,9 +138,9 @@ def against_mass():
     impulses = Chart(left, top, width, height, (-6, 4), (-5, 2))
     impulses.grid(decades(-6, 4, 2), decades(-5, 2, 1), "mass of each target over the servicer's", "|P| [N s]")
     impulses.text(left + 2, top - 10, "impulse", size=13)
-    for grip, colour, y in zip(GRIPS, ("#2a6fbb", "#c8553d"), (24, 44)):
-        impulses.curve([(x, math.log10(magnitude(r, grip))) for x, r in zip(ratios, table)], colour)
-        impulses.key(left + 16, top + y, f"grip {grip[-1]}", colour)
+    for grasp, colour, y in zip(GRIPS, ("#2a6fbb", "#c8553d"), (24, 44)):
+        impulses.curve([(x, math.log10(magnitude(r, grasp))) for x, r in zip(ratios, table)], colour)
+        impulses.key(left + 16, top + y, f"grasp {grasp[-1]}", colour)
     base = Chart(left + width + gap, top, width, height, (-6, 4), (-8, -1))
     base.grid(decades(-6, 4, 2), decades(-8, -1, 1), "mass of each target over the servicer's", "[m/s], [rad/s]")
     base.text(base.left + 2, top - 10, "change of the base's velocity and angular velocity", size=13)

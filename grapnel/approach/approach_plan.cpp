@@ -25,7 +25,7 @@ struct Unplannable : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-// One plan, leg by leg. Joints are those of the servicer alone, which are the robot's in the same order.
+// One plan, segment by segment. Joints are those of the servicer alone, which are the robot's in the same order.
 class Planner {
  public:
   Planner(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail,
@@ -60,11 +60,12 @@ class Planner {
       follow_stated();
     } else {
       for (const Waypoint& w : approach_.waypoints) pass(w);
-      const double final_leg_end = approach_.duration - (approach_.straight_in ? approach_.straight_in->duration : 0);
+      const double final_segment_end =
+          approach_.duration - (approach_.straight_in ? approach_.straight_in->duration : 0);
       if (approach_.straight_in) {
-        stand_off_and_in(final_leg_end);
+        stand_off_and_in(final_segment_end);
       } else {
-        final_leg(final_leg_end);
+        final_segment(final_segment_end);
       }
     }
   }
@@ -73,11 +74,14 @@ class Planner {
   std::string given_up() const {
     const PlanSetup plan = approach_.plan.value_or(PlanSetup{});
     return fmt::format(
-        "planning the approach: given up after {} evaluations of the servicer's motion, at the leg from t = {:.6g} s "
-        "on; the approach lasts {:.6g} s, and the longer a leg, the further joints swing on it and the more each of "
+        "planning the approach: given up after {} evaluations of the servicer's motion, at the segment from t = {:.6g} "
+        "s "
+        "on; the approach lasts {:.6g} s, and the longer a segment, the further joints swing on it and the more each "
+        "of "
         "the "
-        "search's {} beginnings costs: a shorter last leg (waypoints, straight_in), fewer approach.plan.starts or "
-        "approach.plan.measure: as_found take less, and approach.plan.max_evaluations allows more",
+        "search's {} initial guesses costs: a shorter last segment (waypoints, straight_in), fewer "
+        "approach.plan.starts or "
+        "approach.plan.objective: as_found take less, and approach.plan.max_evaluations allows more",
         plan.max_evaluations, time_, approach_.duration, plan.starts);
   }
 
@@ -94,38 +98,39 @@ class Planner {
     return [&progress, most](long done) { progress(kPlanning, static_cast<double>(done), static_cast<double>(most)); };
   }
 
-  // --- Legs ---------------------------------------------------------------------------------------------------------
+  // --- Segments
+  // ---------------------------------------------------------------------------------------------------------
 
-  LegStart leg_to(double end) const {
+  SegmentStart segment_to(double end) const {
     return {time_, end, approach_.profile, position_, rate_, X_WB_, problem_.integration.max_steps};
   }
 
-  // Flies a leg to final values and goes on from there.
+  // Flies a segment to final values and goes on from there.
   void advance(double end, const std::vector<double>& position, const std::vector<double>& rate) {
-    Leg leg(base_, leg_to(end), motion_, 1e-12, 1e-14);
-    LegEnd at_end;
+    PathSegment segment(base_, segment_to(end), motion_, 1e-12, 1e-14);
+    SegmentEnd at_end;
     // Where the base then is matters to what follows, and as a check.
     if (end < approach_.duration || detail_ == CaptureDetail::full) {
-      at_end = leg.fly(position, rate, false);
+      at_end = segment.fly(position, rate, false);
       if (!at_end.finished) throw std::runtime_error("planning the approach: " + at_end.failure);
     }
     for (std::size_t j = 0; j < position.size(); ++j) {
-      plan_.joints[j].pieces.push_back({time_, end, leg.path(static_cast<int>(j), position[j], rate[j])});
+      plan_.joints[j].pieces.push_back({time_, end, segment.path(static_cast<int>(j), position[j], rate[j])});
     }
-    plan_.report.rhs_evaluations += leg.rhs_evaluations();
+    plan_.report.rhs_evaluations += segment.rhs_evaluations();
     time_ = end, position_ = position, rate_ = rate, X_WB_ = at_end.X_WB;
   }
 
   ReachProblem reach_to(double end, std::vector<Goal> goals, RateDemand demand) const {
     ReachProblem reach;
-    reach.start = leg_to(end);
+    reach.start = segment_to(end);
     reach.motion = motion_;
     reach.goals = std::move(goals);
     reach.demand = demand;
     reach.lower = lower_, reach.upper = upper_;
     reach.rate_limit = rate_limit_;
     reach.guess = position_;
-    reach.measure = Measure(Measure::Kind::excursion, reach.start, reach.guess, lower_, upper_);
+    reach.objective = Objective(Objective::Kind::excursion, reach.start, reach.guess, lower_, upper_);
     return reach;
   }
 
@@ -134,7 +139,7 @@ class Planner {
     const PlanSetup& plan = *approach_.plan;
     reach.starts = plan.starts, reach.seed = plan.seed;
     if (!plan.guess.empty()) reach.guess = plan.guess;
-    reach.measure = Measure(kind_of(plan.measure), reach.start, reach.guess, lower_, upper_);
+    reach.objective = Objective(kind_of(plan.objective), reach.start, reach.guess, lower_, upper_);
   }
 
   ReachSolution solve(const ReachProblem& reach, const std::string& what) {
@@ -151,8 +156,8 @@ class Planner {
     PlanReport& r = plan_.report;
     r.searched = true;
     r.found = solution.found;
-    r.measure = approach_.plan ? name_of(approach_.plan->measure) : "excursion";
-    r.measure_value = solution.measure;
+    r.objective = approach_.plan ? name_of(approach_.plan->objective) : "excursion";
+    r.objective_value = solution.objective;
     r.miss.clear();
     for (std::size_t i = 0; i < reach.goals.size(); ++i) {
       r.miss.push_back({reach.goals[i].name, solution.miss[i].distance, solution.miss[i].angle});
@@ -200,9 +205,10 @@ class Planner {
     return [this](double) { watch_.count(kOfOneStep); };
   }
 
-  // --- The final leg ------------------------------------------------------------------------------------------------
+  // --- The final segment
+  // ------------------------------------------------------------------------------------------------
 
-  void final_leg(double end) {
+  void final_segment(double end) {
     ReachProblem reach = reach_to(end, capture_goals(problem_, servicer_.model, targets_), rate_demand(approach_));
     if (approach_.final_rates) reach.given_rates = *approach_.final_rates;
     std::vector<double> position = approach_.final_position, rate;
@@ -261,7 +267,7 @@ class Planner {
     }
   }
 
-  // Rates that no joint can have, or that make it swing on its way. Before the final leg is added to the plan.
+  // Rates that no joint can have, or that make it swing on its way. Before the final segment is added to the plan.
   void warn_of_rates(const std::vector<double>& rates, double end) {
     constexpr double kSwing = 0.19;                 // of rate times duration: the largest |e(x)| of (6.1)
     constexpr double kWide = 2 * std::numbers::pi;  // [rad or m]
@@ -280,7 +286,7 @@ class Planner {
     if (swing <= kWide) return;
     plan_.warnings.push_back(fmt::format(
         "approach: joints swing out on the way for the rates that they are to end with, '{}' by about {:.3g} "
-        "(rad or m) for {:.4g} on a leg of {:.4g} s; a shorter last leg (waypoints, straight_in) swings less",
+        "(rad or m) for {:.4g} on a segment of {:.4g} s; a shorter last segment (waypoints, straight_in) swings less",
         plan_.report.joints[widest], swing, rates[widest], end - time_));
   }
 
@@ -291,7 +297,7 @@ class Planner {
     return approach_.base_control.has_value() || !loads_on(servicer_.model, problem_.loads).empty();
   }
 
-  // Loads on a target that is to be gripped.
+  // Loads on a target that is to be grasped.
   bool targets_loaded() const {
     return std::any_of(problem_.loads.begin(), problem_.loads.end(), [&](const LoadSetup& load) {
       return std::any_of(problem_.grasps.begin(), problem_.grasps.end(),
@@ -302,10 +308,10 @@ class Planner {
   // Where joints that follow these final values exactly bring the servicer, with everything that acts on it.
   State fly_disturbed(const ReachProblem& reach, const std::vector<double>& position, const std::vector<double>& rate) {
     std::vector<JointTrajectory> joints = plan_.joints;
-    Leg leg(base_, reach.start, motion_, 1e-12, 1e-14);
+    PathSegment segment(base_, reach.start, motion_, 1e-12, 1e-14);
     for (std::size_t j = 0; j < position.size(); ++j) {
       joints[j].pieces.push_back(
-          {reach.start.begin, reach.start.end, leg.path(static_cast<int>(j), position[j], rate[j])});
+          {reach.start.begin, reach.start.end, segment.path(static_cast<int>(j), position[j], rate[j])});
     }
     PhaseDynamics dynamics(servicer_.model, approach_setup(problem_, servicer_, start_state_, joints, true));
     StepWatch watch;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The reference that the joints follow in the approach: legs from waypoint to waypoint, final joint values given or
-/// found by planning, the last piece straight in along the approach direction.
+/// The reference that the joints follow in the approach: segments from waypoint to waypoint, final joint values given
+/// or found by planning, the last piece straight in along the approach direction.
 
 #include <optional>
 
@@ -21,15 +21,15 @@ struct ApproachPlan {
 };
 
 /// Plans the approach of a problem whose targets move as `targets` says. The plan assumes that the joints follow it
-/// exactly. With `detail` columns the base's way along the last leg is not looked at, if nothing depends on it.
+/// exactly. With `detail` columns the base's way along the last segment is not looked at, if nothing depends on it.
 /// `progress` is told how far it is; what it throws passes through. Ends as a failure where PlanSetup::max_evaluations
 /// are reached. @throws std::runtime_error if an integration fails.
 ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets,
                            CaptureDetail detail = CaptureDetail::full, const CaptureProgress& progress = {});
 
-/// The same where nothing has to be worked out: final joint values and rates are stated, and there is one leg, or the
-/// motion is stated piece by piece. Else nothing. `system`: of the problem, with or without targets. The base's way is
-/// not looked at.
+/// The same where nothing has to be worked out: final joint values and rates are stated, and there is one segment, or
+/// the motion is stated piece by piece. Else nothing. `system`: of the problem, with or without targets. The base's way
+/// is not looked at.
 std::optional<ApproachPlan> stated_approach(const CaptureProblem& problem, const CaptureSystem& system);
 
 }  // namespace grapnel

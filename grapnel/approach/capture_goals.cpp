@@ -70,36 +70,36 @@ RateDemand rate_demand(const ApproachSetup& approach) {
   return RateDemand::linear;
 }
 
-const char* name_of(PlanSetup::Measure measure) {
-  switch (measure) {
-    case PlanSetup::Measure::excursion:
+const char* name_of(PlanSetup::Objective objective) {
+  switch (objective) {
+    case PlanSetup::Objective::excursion:
       return "excursion";
-    case PlanSetup::Measure::nearest:
+    case PlanSetup::Objective::nearest:
       return "nearest";
-    case PlanSetup::Measure::limits:
+    case PlanSetup::Objective::limits:
       return "limits";
-    case PlanSetup::Measure::manipulability:
+    case PlanSetup::Objective::manipulability:
       return "manipulability";
-    case PlanSetup::Measure::as_found:
+    case PlanSetup::Objective::as_found:
       break;
   }
   return "as_found";
 }
 
-Measure::Kind kind_of(PlanSetup::Measure measure) {
-  switch (measure) {
-    case PlanSetup::Measure::excursion:
-      return Measure::Kind::excursion;
-    case PlanSetup::Measure::nearest:
-      return Measure::Kind::nearest;
-    case PlanSetup::Measure::limits:
-      return Measure::Kind::limits;
-    case PlanSetup::Measure::manipulability:
-      return Measure::Kind::manipulability;
-    case PlanSetup::Measure::as_found:
+Objective::Kind kind_of(PlanSetup::Objective objective) {
+  switch (objective) {
+    case PlanSetup::Objective::excursion:
+      return Objective::Kind::excursion;
+    case PlanSetup::Objective::nearest:
+      return Objective::Kind::nearest;
+    case PlanSetup::Objective::limits:
+      return Objective::Kind::limits;
+    case PlanSetup::Objective::manipulability:
+      return Objective::Kind::manipulability;
+    case PlanSetup::Objective::as_found:
       break;
   }
-  return Measure::Kind::as_found;
+  return Objective::Kind::as_found;
 }
 
 }  // namespace grapnel

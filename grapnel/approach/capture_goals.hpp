@@ -5,7 +5,7 @@
 
 #include "grapnel/approach/target_motion.hpp"
 #include "grapnel/plan/goal.hpp"
-#include "grapnel/plan/measure.hpp"
+#include "grapnel/plan/objective.hpp"
 #include "grapnel/plan/straight_in.hpp"
 
 namespace grapnel {
@@ -20,8 +20,8 @@ std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Mo
 /// What the final rates of an approach are to do.
 RateDemand rate_demand(const ApproachSetup& approach);
 
-/// The measure of a plan as planning knows it, and its name as files and results have it.
-Measure::Kind kind_of(PlanSetup::Measure measure);
-const char* name_of(PlanSetup::Measure measure);
+/// The objective of a plan as planning knows it, and its name as files and results have it.
+Objective::Kind kind_of(PlanSetup::Objective objective);
+const char* name_of(PlanSetup::Objective objective);
 
 }  // namespace grapnel

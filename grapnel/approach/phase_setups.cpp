@@ -73,8 +73,8 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
       control.approaching ? problem.approach->base_control : post->base_control;
   PhaseSetup setup = common_setup(problem, system, base, start);
   if (setup.attitude && control.attitude) setup.attitude->R_WD = *control.attitude;
-  // A base that is held in the approach is let go at the first grip.
-  const bool held = problem.robot.base_mode == RobotSetup::Base::held && control.approaching && system.grips.empty();
+  // A base that is held in the approach is released at the first grasp.
+  const bool held = problem.robot.base_mode == RobotSetup::Base::held && control.approaching && system.grasps.empty();
   setup.held_root = held ? system.base : -1;
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
     JointDrive& drive = setup.drives[system.robot_joints[j]];

@@ -24,8 +24,8 @@ struct Setting {
   std::string_view reason, setting;
 };
 constexpr std::array<Setting, 7> kSettings{{
-    {"loops are closed", "two or more grips hold one target; simulate: impact leaves the motion afterwards out"},
-    {"grips close on arrival", "grasps[].closes_on_arrival, or approach.capture_at: envelope"},
+    {"loops are closed", "two or more grasps hold one target; simulate: impact leaves the motion afterwards out"},
+    {"grasps close on arrival", "grasps[].closes_on_arrival, or approach.capture_at: envelope"},
     {"there is gravity", "gravity"},
     {"there are external loads", "loads"},
     {"a base is under attitude control", "post_impact.base_control"},

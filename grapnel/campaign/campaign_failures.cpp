@@ -18,7 +18,7 @@ constexpr std::size_t kRowsAtOnce = 1 << 14;  // where many columns are needed t
 constexpr std::size_t kMostReasons = 50;
 constexpr std::size_t kMostKinds = 10000;  // of reasons that are counted each
 constexpr std::size_t kExamples = 3;
-constexpr double kEdge = 1e-9;  // a grip that closes by an event is on its tolerance's edge to rounding
+constexpr double kEdge = 1e-9;  // a grasp that closes by an event is on its tolerance's edge to rounding
 
 // Calls `take` with every row that is ok and its numbers, of which those at `reads` are there.
 template <class Take>
@@ -198,7 +198,7 @@ class CriteriaCounter {
   CampaignReport& report_;
   const std::vector<Criterion>& criteria_;
   const std::vector<GraspColumns> grasps_;
-  bool capture_ = false;    // a criterion asks whether grips close
+  bool capture_ = false;    // a criterion asks whether grasps close
   std::size_t judged_ = 0;  // column
   std::map<Signature, Reason> kinds_;
 };
@@ -283,7 +283,7 @@ void say_what_is_not_said(const Campaign& campaign, CampaignReport& report) {
   const bool all_assumed = report.assumed > 0 && report.assumed == report.success;
   if (report.assumed > 0)
     say(
-        fmt::format("{} successes that the grips close is assumed: end-effectors without an 'envelope' hold whatever "
+        fmt::format("{} successes that the grasps close is assumed: end-effectors without an 'envelope' hold whatever "
                     "they meet, and nothing was checked",
                     all_assumed ? "in all" : fmt::format("in {} of {}", report.assumed, report.success)));
   for (std::size_t c = 0; c < campaign.success.size(); ++c) {

@@ -98,7 +98,7 @@ struct CampaignReport {
   std::vector<Reason> failures;        // why cases are no success, each counted once: their status, or unmet criteria
   std::uint64_t failures_left_out = 0;
   std::vector<Grasp> grasps;
-  std::uint64_t assumed = 0;          // successes in which a grip was taken to hold, with nothing to judge it by
+  std::uint64_t assumed = 0;          // successes in which a grasp was taken to hold, with nothing to judge it by
   std::vector<std::string> warnings;  // what the numbers above do not say
   std::vector<EnvelopePoint> envelope;
 };

@@ -30,7 +30,7 @@ struct Flight {
   std::optional<lanes::LaneStructure> structure;
   std::exception_ptr trouble;  // thrown by what watches the piece of motion under way
 
-  bool flies_like(const Flight& other) const {
+  bool has_same_structure(const Flight& other) const {
     return !task->watch == !other.task->watch && *structure == *other.structure;
   }
 };
@@ -183,8 +183,8 @@ class LaneBlock {
     const bool any = !waiting.empty();
     while (!waiting.empty()) {
       const Flight& first = *waiting.front();
-      const auto others =
-          std::stable_partition(waiting.begin(), waiting.end(), [&](const Flight* f) { return f->flies_like(first); });
+      const auto others = std::stable_partition(waiting.begin(), waiting.end(),
+                                                [&](const Flight* f) { return f->has_same_structure(first); });
       fly(*first.structure, {waiting.begin(), others});
       if (stop_.stop_requested()) return false;
       waiting.erase(waiting.begin(), others);

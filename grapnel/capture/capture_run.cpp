@@ -117,7 +117,7 @@ std::string CaptureRun::next_name(const std::string& phase) {
 }
 
 void CaptureRun::to_free() {
-  if (bodies.system.grips.empty()) return;
+  if (bodies.system.grasps.empty()) return;
   bodies.state = take_apart(bodies.free, bodies.system, bodies.state);
   bodies.system = bodies.free;
   monitor.set_system(bodies.system);

@@ -105,7 +105,7 @@ struct CaptureRun {
   RunJoints joints;
   GraspSchedule schedule;
   RunMonitor monitor;
-  bool rebounded = false;  // something has been thrown back
+  bool rebounded = false;  // something has rebounded
 
  private:
   std::map<std::string, int> pieces_;   // of phases, by name

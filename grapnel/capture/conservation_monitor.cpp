@@ -329,7 +329,8 @@ std::string advice_for(const CaptureProblem& problem, const DriftCause& drift, s
   if (const char* loops = comparison_loops(integration); loops && !momentum)
     return fmt::format("integration.loops: {} is there to be compared with; projection keeps loops closed", loops);
   if (row == "compliant_energy_residual")
-    return "look for stiffness or damping that differs by many orders of magnitude between grips and contacts, and for "
+    return "look for stiffness or damping that differs by many orders of magnitude between grasps and contacts, and "
+           "for "
            "an impact that is longer than impact.longest; integration tolerances do not act during it";
   if (momentum && !drift.integrated && integration.root_velocity == IntegrationSetup::RootVelocity::recovered)
     return "momentum is recovered, not integrated, so that no tolerance mends it: look for positions, speeds or masses "

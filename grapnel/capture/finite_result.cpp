@@ -95,11 +95,11 @@ std::string first_not_finite(const CaptureResult& result) {
   Finder finder;
   finder.look("approach.start", result.approach_start);
   finder.look("approach.end", result.approach_end);
-  finder.look("capture.grasps", result.grips, true);  // of a run that got to its end all is known
+  finder.look("capture.grasps", result.grasps, true);  // of a run that got to its end all is known
   finder.look("impact", result.impact);
   finder.look("later_impacts", result.later_impacts);
   finder.look("post_impact.end", result.post_impact_end);
-  finder.look("post_impact.grip_loads", result.grip_loads);
+  finder.look("post_impact.grasp_loads", result.grasp_loads);
   finder.look("ledger.scale", result.ledger.scale);
   return finder.found();
 }

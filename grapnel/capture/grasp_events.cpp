@@ -23,7 +23,7 @@ void refuse_distant(CaptureRun& run, const std::vector<std::size_t>& closing) {
 // One that is too far away refuses the impact of all.
 void refuse_wide_gaps(CaptureRun& run, const std::vector<std::size_t>& closing, const Contact& contact) {
   std::string all;
-  std::vector<std::string> own(closing.size(), "contact refused, since another grip's is");
+  std::vector<std::string> own(closing.size(), "contact refused, since another grasp's is");
   for (std::size_t i = 0; i < closing.size(); ++i) {
     Contact one;
     one.gaps = {contact.gaps[i]}, one.displacement = {contact.displacement[i]};
@@ -95,10 +95,10 @@ bool close_grasps(CaptureRun& run, const std::vector<std::size_t>& grasps) {
     impact_in_time(run, closing);
     return true;
   }
-  std::vector<std::size_t> gripping, touching;
-  for (std::size_t i : closing) (run.problem.grasps[i].contact ? touching : gripping).push_back(i);
+  std::vector<std::size_t> grasping, touching;
+  for (std::size_t i : closing) (run.problem.grasps[i].contact ? touching : grasping).push_back(i);
   const bool contacts_only = law == ImpactSetup::Law::restitution || law == ImpactSetup::Law::friction;
-  if (!gripping.empty()) impact_at_once(run, gripping, contacts_only ? ImpactSetup::Law::plastic : law);
+  if (!grasping.empty()) impact_at_once(run, grasping, contacts_only ? ImpactSetup::Law::plastic : law);
   if (!touching.empty()) impact_at_once(run, touching, law);
   return true;
 }
@@ -159,7 +159,7 @@ void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law,
       if (g.end_effector != problem.grasps[i].end_effector) continue;
       const bool cut_short = n < unfinished.size() && !unfinished[n].empty();
       run.schedule.refuse({i},
-                          fmt::format("{}: it {}", problem.grasps[i].contact ? "a contact, no grip" : "thrown back",
+                          fmt::format("{}: it {}", problem.grasps[i].contact ? "a contact, no grasp" : "rebounded",
                                       cut_short ? "is " + unfinished[n]
                                                 : fmt::format("parts at {:.4g} m/s", norm(g.relative_velocity_after))));
     }

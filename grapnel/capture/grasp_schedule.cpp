@@ -85,10 +85,10 @@ bool GraspSchedule::any_left() const {
   return !undecided(GraspSetup::Closes::at_time).empty() || !undecided(GraspSetup::Closes::on_arrival).empty();
 }
 
-GripOutcome GraspSchedule::outcome(std::size_t grasp, bool captured, const std::string& reason, double time,
-                                   const GraspDeviation& deviation) const {
+GraspOutcome GraspSchedule::outcome(std::size_t grasp, bool captured, const std::string& reason, double time,
+                                    const GraspDeviation& deviation) const {
   const GraspSetup& g = problem_.grasps[grasp];
-  GripOutcome outcome;
+  GraspOutcome outcome;
   outcome.end_effector = g.end_effector, outcome.target = g.target, outcome.grasp_point = g.grasp_point;
   outcome.captured = captured, outcome.reason = reason, outcome.time = time;
   outcome.distance = deviation.position, outcome.angle = deviation.angle;
@@ -120,11 +120,11 @@ void GraspSchedule::release(std::size_t grasp, double time) { outcomes_[grasp]->
 void GraspSchedule::moved(std::size_t grasp, double distance) { outcomes_[grasp]->target_moved = distance; }
 
 // A grasp that has not been decided on by the end of the run.
-GripOutcome GraspSchedule::undecided_outcome(std::size_t grasp, double end, const GraspDecision& at_end) const {
+GraspOutcome GraspSchedule::undecided_outcome(std::size_t grasp, double end, const GraspDecision& at_end) const {
   const GraspSetup& g = problem_.grasps[grasp];
   const bool waits = g.closes == GraspSetup::Closes::on_arrival;
   const double time = g.closes == GraspSetup::Closes::at_time ? g.closes_at : end;
-  GripOutcome missed =
+  GraspOutcome missed =
       outcome(grasp, false,
               waits ? "did not come within its envelope before the run's end" : "the run ended before it was to close",
               time, at_end.deviation);
@@ -145,7 +145,7 @@ void GraspSchedule::write(double last_look, const CaptureSystem& system, const S
   if (result.failure.empty() && !all_decided)
     at_end = decide_grasps(problem_, system, forward_kinematics(system.model, state));
   for (std::size_t i = 0; i < outcomes_.size(); ++i)
-    result.grips.push_back(outcomes_[i] ? *outcomes_[i] : undecided_outcome(i, end, at_end[i]));
+    result.grasps.push_back(outcomes_[i] ? *outcomes_[i] : undecided_outcome(i, end, at_end[i]));
 }
 
 }  // namespace grapnel

@@ -48,13 +48,13 @@ class GraspSchedule {
 
  private:
   std::vector<std::size_t> undecided(GraspSetup::Closes how) const;
-  GripOutcome outcome(std::size_t grasp, bool captured, const std::string& reason, double time,
-                      const GraspDeviation& deviation) const;
-  GripOutcome undecided_outcome(std::size_t grasp, double end, const GraspDecision& at_end) const;
+  GraspOutcome outcome(std::size_t grasp, bool captured, const std::string& reason, double time,
+                       const GraspDeviation& deviation) const;
+  GraspOutcome undecided_outcome(std::size_t grasp, double end, const GraspDecision& at_end) const;
 
   const CaptureProblem& problem_;
-  std::vector<std::optional<GripOutcome>> outcomes_;  // per grasp, once decided
-  std::optional<double> first_time_;                  // of a decision
+  std::vector<std::optional<GraspOutcome>> outcomes_;  // per grasp, once decided
+  std::optional<double> first_time_;                   // of a decision
 };
 
 }  // namespace grapnel

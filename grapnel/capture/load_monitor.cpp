@@ -54,8 +54,8 @@ void LoadMonitor::add_channels(const PhaseDynamics& dynamics) {
       efforts_.watch(joint.name, channels_.size(), joint.limits.effort, works_by_effort(output));
     channels_.push_back({joint.name, "driving", std::min(rating.driving, joint.limits.effort)});
   }
-  for (const HeldGrasp& grip : system_->grips) {
-    const std::string& hand = problem_.grasps[grip.grasp].end_effector;
+  for (const HeldGrasp& grasp : system_->grasps) {
+    const std::string& hand = problem_.grasps[grasp.grasp].end_effector;
     channels_.push_back({hand, "force", rating_of(hand).force});
     channels_.push_back({hand, "moment", rating_of(hand).moment});
   }
@@ -71,14 +71,14 @@ void LoadMonitor::add_channels(const PhaseDynamics& dynamics) {
 // Magnitudes, but for efforts, which have signs.
 void LoadMonitor::evaluate(const PhaseSample& sample, std::span<double> values) {
   forward_kinematics(system_->model, sample.state, kinematics_);
-  const bool first = determined_.size() != system_->grips.size();
-  const std::vector<GraspWrench> grips = wrenches_of_grasps(*system_, kinematics_, sample, first);
+  const bool first = determined_.size() != system_->grasps.size();
+  const std::vector<GraspWrench> grasps = wrenches_of_grasps(*system_, kinematics_, sample, first);
   std::copy(sample.motor.begin(), sample.motor.end(), motor_.begin());
-  if (!system_->closures.empty()) add_self_stress(*system_, kinematics_, grips, motor_);
+  if (!system_->closures.empty()) add_self_stress(*system_, kinematics_, grasps, motor_);
   std::vector<Wrenchd> on_robot;
-  for (const GraspWrench& grip : grips) {
-    on_robot.push_back(grip.F_WC);
-    if (first) determined_.push_back(grip.determined);
+  for (const GraspWrench& grasp : grasps) {
+    on_robot.push_back(grasp.F_WC);
+    if (first) determined_.push_back(grasp.determined);
   }
   const std::vector<Wrenchd> through = joint_wrenches(*system_, kinematics_, sample, on_robot);
   std::size_t next = 0;
@@ -115,12 +115,12 @@ void LoadMonitor::end_phase() {
     const Channel& c = channels_[i];
     note({c.of, c.quantity, name_, found[i].magnitude, found[i].time, c.rating, false});
   }
-  const std::size_t first = channels_.size() - 2 * system_->grips.size() - (controls_base_ ? 3 : 0);
-  for (std::size_t g = 0; seen && g < system_->grips.size(); ++g) {
-    const GraspSetup& grasp = problem_.grasps[system_->grips[g].grasp];
+  const std::size_t first = channels_.size() - 2 * system_->grasps.size() - (controls_base_ ? 3 : 0);
+  for (std::size_t g = 0; seen && g < system_->grasps.size(); ++g) {
+    const GraspSetup& grasp = problem_.grasps[system_->grasps[g].grasp];
     const Peak &force = found[first + 2 * g], &moment = found[first + 2 * g + 1];
-    grips_.push_back({name_, grasp.end_effector, grasp.target, force.magnitude, force.time, moment.magnitude,
-                      moment.time, determined_[g]});
+    grasps_.push_back({name_, grasp.end_effector, grasp.target, force.magnitude, force.time, moment.magnitude,
+                       moment.time, determined_[g]});
   }
   events_ = efforts_.end_phase();
 }
@@ -187,7 +187,7 @@ void LoadMonitor::held(const std::string& phase, double begin, std::span<const s
 void LoadMonitor::write(CaptureResult& result) {
   if (open_) end_phase();
   result.peak_loads = peaks_;
-  result.grip_loads = grips_;
+  result.grasp_loads = grasps_;
 }
 
 }  // namespace grapnel

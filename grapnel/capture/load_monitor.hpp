@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The largest loads of every phase: what joints and grips pass on, what drives and base control exert, found in every
+/// The largest loads of every phase: what joints and grasps pass on, what drives and base control exert, found in every
 /// step of the integrator; and what impacts add.
 
 #include <string>
@@ -26,12 +26,12 @@ class LoadMonitor {
   void end_phase();
   /// What joints and grasps of the report bore in an impact. `peaks`: of one in time, per entry of report.joints.
   void impact(const std::string& phase, const ImpactReport& report, std::span<const JointPeakTimes> peaks = {});
-  /// What grips that hold already, of these end-effectors, bear in an impact in time: the largest of its samples.
+  /// What grasps that hold already, of these end-effectors, bear in an impact in time: the largest of its samples.
   void held(const std::string& phase, double begin, std::span<const std::string> hands,
             std::span<const CompliantSample> samples);
   /// Drives at their limits and beyond, in the phase that has ended last.
   std::vector<LimitEvent> take_events() { return std::exchange(events_, {}); }
-  /// Peaks of all phases and the loads on grips. Ends a phase that a failure has left open.
+  /// Peaks of all phases and the loads on grasps. Ends a phase that a failure has left open.
   void write(CaptureResult& result);
 
  private:
@@ -53,14 +53,14 @@ class LoadMonitor {
   std::vector<int> drives_;  // per such body: its place in Model::joints(), -1: it does not move
   bool controls_base_ = false;
   std::vector<Channel> channels_;
-  std::vector<std::vector<bool>> determined_;  // per grip, as the phase began
+  std::vector<std::vector<bool>> determined_;  // per grasp, as the phase began
   PeakSearch search_;
   EffortWatch efforts_;
   Kinematics kinematics_;
   std::vector<double> motor_;
   // What has been found:
   std::vector<PeakLoad> peaks_;
-  std::vector<GripLoad> grips_;
+  std::vector<GraspLoad> grasps_;
   std::vector<LimitEvent> events_;
 };
 

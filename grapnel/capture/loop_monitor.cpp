@@ -20,9 +20,9 @@ void LoopMonitor::begin_phase(const std::string& name, const CaptureProblem& pro
   any_ = true;
   LoopReport report;
   report.phase = name;
-  for (const HeldGrasp& grip : system.grips) {
-    const GraspSetup& g = problem.grasps[grip.grasp];
-    if (grip.closure >= 0) report.closures.push_back(g.end_effector + " - " + g.target);
+  for (const HeldGrasp& grasp : system.grasps) {
+    const GraspSetup& g = problem.grasps[grasp.grasp];
+    if (grasp.closure >= 0) report.closures.push_back(g.end_effector + " - " + g.target);
   }
   reports_.push_back(std::move(report));
 }
@@ -30,7 +30,7 @@ void LoopMonitor::begin_phase(const std::string& name, const CaptureProblem& pro
 std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Kinematics& kinematics,
                                              std::span<double> motor) {
   std::vector<GraspSample> result(problem_->grasps.size());
-  if (system_->grips.empty()) return result;
+  if (system_->grasps.empty()) return result;
   const std::vector<GraspWrench> wrenches = wrenches_of_grasps(*system_, kinematics, sample);
   Kinematics near;
   if (!system_->closures.empty()) {
@@ -39,13 +39,13 @@ std::vector<GraspSample> LoopMonitor::sample(const PhaseSample& sample, const Ki
     near = forward_kinematics(system_->model, at_origin);
     add_self_stress(*system_, kinematics, wrenches, motor);
   }
-  for (std::size_t i = 0; i < system_->grips.size(); ++i) {
-    const HeldGrasp& grip = system_->grips[i];
-    GraspSample& s = result[grip.grasp];
-    s.holds = grip.closure < 0 || sample.dynamics->loops() != nullptr;  // or the loop is cut
+  for (std::size_t i = 0; i < system_->grasps.size(); ++i) {
+    const HeldGrasp& grasp = system_->grasps[i];
+    GraspSample& s = result[grasp.grasp];
+    s.holds = grasp.closure < 0 || sample.dynamics->loops() != nullptr;  // or the loop is cut
     s.F_WC = wrenches[i].F_WC;
-    if (grip.closure < 0) continue;
-    s.defect = closure_defect(grip.frames, near);
+    if (grasp.closure < 0) continue;
+    s.defect = closure_defect(grasp.frames, near);
     phase_largest_.raise(*s.defect);
   }
   return result;
@@ -80,7 +80,7 @@ void LoopMonitor::write(CaptureResult& result) const {
     result.ledger.entries.push_back({name, value, bound, unit, any_ ? note : none, any_});
   };
   row("loop_closure_position", largest_.position, 1e-12, "m",
-      "largest distance of a grip's frames on hand and target that close a loop, at any sample");
+      "largest distance of a grasp's frames on hand and target that close a loop, at any sample");
   row("loop_closure_angle", largest_.angle, 1e-12, "rad", "the same for their orientation");
   row("loop_closure_velocity", std::max(largest_.velocity, largest_.angular_velocity), 1e-12, "m/s or rad/s",
       "the same for their relative motion");

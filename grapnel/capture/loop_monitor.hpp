@@ -13,8 +13,8 @@ namespace grapnel {
 /// One grasp of the problem at a sample.
 struct GraspSample {
   bool holds = false;
-  Wrenchd F_WC = Wrenchd::zero();       // on the robot at the grip, in W
-  std::optional<ClosureDefect> defect;  // of a grip that closes a loop, from poses and twists
+  Wrenchd F_WC = Wrenchd::zero();       // on the robot at the grasp, in W
+  std::optional<ClosureDefect> defect;  // of a grasp that closes a loop, from poses and twists
 };
 
 class LoopMonitor {
@@ -22,7 +22,7 @@ class LoopMonitor {
   /// `system` must live until the phase ends.
   void begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system);
   /// Per grasp of the problem. `motor` receives what is to be added to the efforts of prescribed joints so that they
-  /// and the grips' wrenches belong together; per Model::joints().
+  /// and the grasps' wrenches belong together; per Model::joints().
   std::vector<GraspSample> sample(const PhaseSample& sample, const Kinematics& kinematics, std::span<double> motor);
   void end_phase(const LoopOutcome& outcome);
   /// Reports, and the rows of the ledger.

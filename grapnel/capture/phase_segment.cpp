@@ -57,7 +57,7 @@ std::string reason_for_here(const CaptureRun& run, bool stops_on_arrival) {
   if (run.monitor.records()) return "it is recorded";
   if (run.monitor.seeks_loads()) return "loads are looked for";
   if (!run.bodies.system.closures.empty()) return "loops are closed";
-  return stops_on_arrival ? "grips close on arrival" : "";
+  return stops_on_arrival ? "grasps close on arrival" : "";
 }
 
 }  // namespace

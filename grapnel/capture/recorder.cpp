@@ -42,16 +42,16 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   for (const GraspSetup& g : problem.grasps) {
     add("grasps/" + g.end_effector + "/distance", "m", "distance of the end-effector from its grasp point",
         {"distance"});
-    add("grasps/" + g.end_effector + "/holds", "1", "1 while the grip holds, else 0", {"holds"});
+    add("grasps/" + g.end_effector + "/holds", "1", "1 while the grasp holds, else 0", {"holds"});
     add("grasps/" + g.end_effector + "/force", "N",
-        "force of the grip on the robot, in W; where closed loops leave it open, with the least self-stress", xyz);
-    add("grasps/" + g.end_effector + "/moment", "N m", "moment of the grip on the robot, about the grip, likewise",
+        "force of the grasp on the robot, in W; where closed loops leave it open, with the least self-stress", xyz);
+    add("grasps/" + g.end_effector + "/moment", "N m", "moment of the grasp on the robot, about the grasp, likewise",
         xyz);
   }
   for (const GraspSetup& g : problem.grasps) {
     if (!is_shared(problem, g.target)) continue;
     add("loops/" + g.end_effector + "/position_defect", "m",
-        "distance of the grip's frames on hand and target while it closes a loop, else 0", {"position_defect"});
+        "distance of the grasp's frames on hand and target while it closes a loop, else 0", {"position_defect"});
     add("loops/" + g.end_effector + "/angle_defect", "rad", "angle between them, likewise", {"angle_defect"});
   }
   std::vector<std::string> joints;
@@ -99,8 +99,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   add("system/external_angular_impulse", "N m s", "the same about the world's origin", xyz);
   watches_clearance_ = !make_clearance_model(problem, system).pairs().empty();
   if (watches_clearance_) {
-    add("clearance/least", "m",
-        "least distance of all watched bodies, by their shapes; negative: how deep they overlap", {"least"});
+    add("clearance/minimum", "m",
+        "minimum distance of all watched bodies, by their shapes; negative: how deep they overlap", {"least"});
   }
   std::size_t row = sizeof(double) + sizeof(int);
   for (const Series& s : series_.series) row += sizeof(double) * s.components.size();
@@ -162,9 +162,9 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
   }
 }
 
-void Recorder::put_grips(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grips) {
+void Recorder::put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps) {
   const GraspSample none;
-  const auto of = [&](std::size_t i) -> const GraspSample& { return grips.empty() ? none : grips[i]; };
+  const auto of = [&](std::size_t i) -> const GraspSample& { return grasps.empty() ? none : grasps[i]; };
   for (std::size_t i = 0; i < gaps.size(); ++i) {
     put(gaps[i].distance);
     put(of(i).holds ? 1.0 : 0.0);
@@ -228,7 +228,7 @@ void Recorder::put_conserved(const CaptureSystem& system, const Kinematics& k, c
 }
 
 void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const ConservedQuantities& quantities,
-                      const PhaseSample& s, std::span<const GraspSample> grips, double clearance,
+                      const PhaseSample& s, std::span<const GraspSample> grasps, double clearance,
                       std::span<const Wrenchd> through) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
@@ -241,7 +241,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   }
   const Kinematics& in_world = frame_.is_world() ? k : shifted;
   put_motion(system, in_world);
-  put_grips(grasp_gaps(problem_, system, k), grips);
+  put_grasps(grasp_gaps(problem_, system, k), grasps);
   const auto put_joints = [&](auto value) {
     for (int j : system.robot_joints) series_.series[next_].data.push_back(value(j));
     ++next_;

@@ -31,10 +31,10 @@ class Recorder {
   void stream_to(SeriesSink* sink) { sink_ = sink; }
   /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
-  /// `grips`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
+  /// `grasps`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
   /// `through`: what joints pass on, per body; empty: not known.
   void sample(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
-              const PhaseSample& sample, std::span<const GraspSample> grips, double clearance,
+              const PhaseSample& sample, std::span<const GraspSample> grasps, double clearance,
               std::span<const Wrenchd> through = {});
   /// The work done in the phase that ends is carried into the next.
   void end_phase(const PhaseIntegrals& integrals);
@@ -45,7 +45,7 @@ class Recorder {
   void put_conserved(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
                      const PhaseSample& sample);
   Vector3d late_impulse(const ConservedQuantities& quantities, const PhaseSample& sample) const;
-  void put_grips(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grips);
+  void put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
   void put(double value);
   void put(const Vector3d& v);

@@ -44,7 +44,7 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   const ConservedQuantities quantities = conserved_quantities(system_->model, kinematics_, sample.state);
   conservation_.sample(quantities, sample.integrals);
   std::copy(sample.motor.begin(), sample.motor.end(), motor_.begin());
-  const std::vector<GraspSample> grips = loops_.sample(sample, kinematics_, motor_);
+  const std::vector<GraspSample> grasps = loops_.sample(sample, kinematics_, motor_);
   sample.motor = motor_;
   // Efforts have been looked at in every step where loads are.
   const auto efforts = seeks_loads() ? std::span<const double>() : sample.motor;
@@ -52,13 +52,13 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   if (!keep) return;
   last_look_ = sample.time;
   if (recorder_)
-    recorder_->sample(*system_, kinematics_, quantities, sample, grips, clearance, joint_reactions(sample, grips));
+    recorder_->sample(*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps));
 }
 
 // What joints pass on, for the record.
-std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grips) const {
+std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std::span<const GraspSample> grasps) const {
   std::vector<Wrenchd> on_robot;
-  for (const HeldGrasp& grip : system_->grips) on_robot.push_back(grips[grip.grasp].F_WC);
+  for (const HeldGrasp& grasp : system_->grasps) on_robot.push_back(grasps[grasp.grasp].F_WC);
   return joint_wrenches(*system_, kinematics_, sample, on_robot);
 }
 
@@ -100,7 +100,7 @@ void RunMonitor::touch(const std::vector<std::size_t>& grasps) {
 
 // A sample outside any integration.
 void RunMonitor::instant(const CaptureSystem& system, const State& state, double time,
-                         std::span<const GraspSample> grips) {
+                         std::span<const GraspSample> grasps) {
   const Kinematics kinematics = forward_kinematics(system.model, state);
   const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
   conservation_.instant(quantities);
@@ -108,7 +108,7 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, double
   if (!recorder_) return;
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
   const PhaseIntegrals none;
-  recorder_->sample(system, kinematics, quantities, {time, state, none, zeros, zeros}, grips,
+  recorder_->sample(system, kinematics, quantities, {time, state, none, zeros, zeros}, grasps,
                     watches_.instant(system, kinematics));
 }
 
@@ -133,7 +133,7 @@ void RunMonitor::impact_in_time(const std::string& phase, const CaptureSystem& s
   }
   if (watched) watches_.end_phase();
   std::vector<std::string> end_effectors;
-  for (const HeldGrasp& grip : system.grips) end_effectors.push_back(problem_.grasps[grip.grasp].end_effector);
+  for (const HeldGrasp& grasp : system.grasps) end_effectors.push_back(problem_.grasps[grasp.grasp].end_effector);
   loads_.held(phase, begin, end_effectors, run.samples);
   conservation_.enter(run.from_ground);
   impact_checks_.note_compliant(run.energy_residual);
@@ -142,17 +142,17 @@ void RunMonitor::impact_in_time(const std::string& phase, const CaptureSystem& s
 // An instant of an impact in time, with the wrenches of grasps that close and of those that hold already.
 void RunMonitor::sample_yielding(const CaptureSystem& system, double begin, const std::vector<std::size_t>& closing,
                                  const CompliantSample& sample) {
-  std::vector<GraspSample> grips(problem_.grasps.size());
+  std::vector<GraspSample> grasps(problem_.grasps.size());
   for (std::size_t i = 0; i < closing.size(); ++i) {
-    grips[closing[i]].holds = true;
-    grips[closing[i]].F_WC = sample.grasp_wrenches[i];
+    grasps[closing[i]].holds = true;
+    grasps[closing[i]].F_WC = sample.grasp_wrenches[i];
   }
-  for (std::size_t i = 0; i < system.grips.size(); ++i) {
-    GraspSample& held = grips[system.grips[i].grasp];
+  for (std::size_t i = 0; i < system.grasps.size(); ++i) {
+    GraspSample& held = grasps[system.grasps[i].grasp];
     held.holds = true;
     held.F_WC = sample.held_wrenches[i];
   }
-  instant(system, sample.state, begin + sample.time, grips);
+  instant(system, sample.state, begin + sample.time, grasps);
 }
 
 void RunMonitor::stiffened(const std::string& phase, const Momentumd& from_ground, const ImpactReport& report,
@@ -168,7 +168,7 @@ void RunMonitor::brake(const std::string& phase, double time, const BrakeOutcome
   ImpactReport as_impact;
   as_impact.time = time, as_impact.duration = problem_.impact->duration;
   as_impact.joints = outcome.joints;
-  for (const BrakeGrip& g : outcome.report.grasps) {
+  for (const BrakeGrasp& g : outcome.report.grasps) {
     GraspImpulse& grasp = as_impact.grasps.emplace_back();
     grasp.end_effector = g.end_effector, grasp.target = g.target;
     grasp.impulse = g.impulse, grasp.angular_impulse = g.angular_impulse;

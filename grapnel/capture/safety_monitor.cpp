@@ -70,7 +70,7 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
     const int target = model.body_index(target_body_name(g.target));
     for (int body : tied_to(model, hand)) ignored.emplace_back(body, target);
   }
-  // A target that is caught is a child of the gripping link, and still may touch that link alone.
+  // A target that is caught is a child of the grasping link, and still may touch that link alone.
   std::vector<int> targets;
   for (const TargetSetup& t : problem.targets) targets.push_back(model.body_index(target_body_name(t.name)));
   return ClearanceModel(model, std::move(shapes), ignored, targets);
@@ -138,7 +138,7 @@ void SafetyMonitor::write(CaptureResult& result) {
 }
 
 void SafetyMonitor::write_events(CaptureResult& result) {
-  for (LeastClearance least : clearance_.least()) {
+  for (MinimumClearance least : clearance_.least()) {
     if (least.body_a.empty()) continue;
     least.body_a = shown_name(least.body_a), least.body_b = shown_name(least.body_b);
     result.clearance.push_back(least);
@@ -159,7 +159,7 @@ void SafetyMonitor::write_events(CaptureResult& result) {
 
 void SafetyMonitor::write_rows(CaptureResult& result) const {
   double overlap = 0;
-  for (const LeastClearance& least : result.clearance)
+  for (const MinimumClearance& least : result.clearance)
     overlap = std::max(overlap, problem_.clearance.required - least.distance);
   const auto excess = [&](LimitKind kind) {
     double largest = 0;

@@ -13,7 +13,7 @@
 namespace grapnel {
 
 /// Shapes of robot and targets on the bodies of a model of the capture, and the pairs that may touch: those a user
-/// names, and a gripping link with its target.
+/// names, and a grasping link with its target.
 ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system);
 
 class SafetyMonitor {
@@ -26,14 +26,14 @@ class SafetyMonitor {
   /// Forgets what has been seen of the phase under way, for one that is integrated once more.
   void restart_phase();
   /// The state at a time, later ones after earlier ones, with the motors' efforts per joint [N m or N]. Returns the
-  /// least clearance of all pairs there [m]; NaN where nothing is watched.
+  /// minimum clearance of all pairs there [m]; NaN where nothing is watched.
   double sample(double time, const State& state, std::span<const double> motor);
   /// The same at an instant outside any phase, as at an impact.
   double instant(const CaptureSystem& system, const Kinematics& kinematics) const;
   void end_phase();
   /// Events that somebody else has found.
   void add(const std::vector<LimitEvent>& events);
-  /// Least clearances, events, what of them is first, and the rows of the ledger, with what nobody looked at. Ends a
+  /// Minimum clearances, events, what of them is first, and the rows of the ledger, with what nobody looked at. Ends a
   /// phase that a failure has left open.
   void write(CaptureResult& result);
 

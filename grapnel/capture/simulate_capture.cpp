@@ -83,7 +83,7 @@ void warn_of_comparisons(CaptureRun& run) {
       warn(loops + "acceleration is for comparison: nothing brings loops back, defects stay and grow");
       break;
     case IntegrationSetup::Loops::open:
-      warn(loops + "open is for comparison: loops are cut, further grips of a target do not hold it");
+      warn(loops + "open is for comparison: loops are cut, further grasps of a target do not hold it");
   }
 }
 

@@ -27,7 +27,7 @@ struct ClearancePair {
   int body_b;
 };
 
-/// The least distance of all pairs, as ShapeDistance; infinite, with no pair, where nothing is checked.
+/// The minimum distance of all pairs, as ShapeDistance; infinite, with no pair, where nothing is checked.
 struct Clearance {
   double distance = std::numeric_limits<double>::infinity();  // [m]
   int pair = -1;                                              // index into ClearanceModel::pairs()
@@ -46,7 +46,7 @@ struct Clearance {
 ///   the parent. Siblings are checked, also where their common parent has no shape;
 /// - of ignored pairs of bodies.
 ///
-/// Bodies that are merely held, whatever joint stands for the grip, are named as `held`: they are nobody's neighbours,
+/// Bodies that are merely held, whatever joint stands for the grasp, are named as `held`: they are nobody's neighbours,
 /// so that what may touch them must be an ignored pair.
 ///
 /// Distances of a pair are computed only where cheap bounds (the distance of bounding spheres, then of bounding
@@ -62,7 +62,7 @@ class ClearanceModel {
   const std::vector<BodyShape>& shapes() const { return shapes_; }
   const std::vector<ClearancePair>& pairs() const { return pairs_; }
 
-  /// The least distance of all pairs. Reads X_WB of `kinematics`, which must be of the model that this was built for.
+  /// The minimum distance of all pairs. Reads X_WB of `kinematics`, which must be of the model that this was built for.
   /// Allocates a few numbers per shape.
   Clearance minimum(const Kinematics& kinematics) const;
   /// Distance of one pair.

@@ -11,8 +11,9 @@
 
 namespace grapnel {
 
-/// The least distance of any two watched bodies in a phase. An infinite distance and empty names: no pair was watched.
-struct LeastClearance {
+/// The minimum distance of any two watched bodies in a phase. An infinite distance and empty names: no pair was
+/// watched.
+struct MinimumClearance {
   double distance = std::numeric_limits<double>::infinity();  // [m]; negative: a depth of overlap
   std::string body_a;
   std::string body_b;
@@ -26,10 +27,10 @@ struct LeastClearance {
 /// or ends has that instant as its begin or end.
 struct ClearanceEvent {
   std::string phase;
-  double begin_time = 0;  // [s]
-  double end_time = 0;    // [s]
-  double required = 0;    // [m]
-  LeastClearance least;   // of this pair in this time
+  double begin_time = 0;   // [s]
+  double end_time = 0;     // [s]
+  double required = 0;     // [m]
+  MinimumClearance least;  // of this pair in this time
   /// When the two begin to overlap, which may be later than when they come too near [s]; absent: they do not.
   std::optional<double> overlap_begin = {};
 };

@@ -54,7 +54,7 @@ Clearance ClearanceWatch::sample(double time, const State& state) {
   }
   fill(time, state, phase_->next);
   const Clearance clearance = phase_->clearance->minimum(phase_->next.kinematics);
-  LeastClearance& least = least_.back();
+  MinimumClearance& least = least_.back();
   if (clearance.distance < least.distance) {
     note_least(clearance.pair, time, {clearance.distance, clearance.point_a, clearance.point_b, clearance.normal},
                least);
@@ -188,7 +188,7 @@ void ClearanceWatch::note_overlap(int pair, double time) {
   if (!begin) begin = time;
 }
 
-void ClearanceWatch::note_least(int pair, double time, const ShapeDistance& d, LeastClearance& least) const {
+void ClearanceWatch::note_least(int pair, double time, const ShapeDistance& d, MinimumClearance& least) const {
   const ClearancePair& p = phase_->clearance->pairs()[pair];
   const auto name = [&](int body) { return phase_->model->bodies()[body].description.name; };
   least = {d.distance, name(p.body_a), name(p.body_b), d.point_a, d.point_b, time, phase_->name};

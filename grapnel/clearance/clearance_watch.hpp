@@ -13,7 +13,7 @@
 
 namespace grapnel {
 
-/// Fed with consecutive samples of a phase, keeps the least clearance of each phase and the times in which a pair of
+/// Fed with consecutive samples of a phase, keeps the minimum clearance of each phase and the times in which a pair of
 /// bodies is nearer than required.
 ///
 /// Between samples the motion is interpolated (MotionSegment). It is searched where the samples say it matters: for
@@ -38,7 +38,7 @@ class ClearanceWatch {
   void forget_phase();
 
   /// One per phase, in order, the phase under way included.
-  const std::vector<LeastClearance>& least() const { return least_; }
+  const std::vector<MinimumClearance>& least() const { return least_; }
   /// In order of their begins.
   std::vector<ClearanceEvent> events() const;
 
@@ -72,11 +72,11 @@ class ClearanceWatch {
   void watch_piece(int pair, double begin, const ShapeDistance& at_begin, double end, const ShapeDistance& at_end);
   void note_event(int pair, double time, const ShapeDistance& d);
   void note_overlap(int pair, double time);
-  void note_least(int pair, double time, const ShapeDistance& d, LeastClearance& least) const;
+  void note_least(int pair, double time, const ShapeDistance& d, MinimumClearance& least) const;
 
   double required_;
   std::optional<Phase> phase_;
-  std::vector<LeastClearance> least_;
+  std::vector<MinimumClearance> least_;
   std::vector<ClearanceEvent> events_;
 };
 

@@ -308,7 +308,7 @@ std::string LoopSolver::contradicting_row() const {
     return s.closures[k].name + (turning ? ", turning about " : ", along ") +
            (turning && path.model == GraspModel::hinge
                 ? "a normal of the hinge"
-                : std::string(kAxes[turning ? row : row - path.angular_count]) + " of the grip");
+                : std::string(kAxes[turning ? row : row - path.angular_count]) + " of the grasp");
   }
   return {};
 }

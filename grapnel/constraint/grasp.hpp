@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A grip: which components of the relative motion of an end-effector and a target it forbids.
+/// A grasp: which components of the relative motion of an end-effector and a target it forbids.
 
 #include <Eigen/Core>
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace grapnel {
 
-/// A grip between two bodies at one common point.
+/// A grasp between two bodies at one common point.
 struct Grasp {
   int robot_body;  // carries the end-effector
   int target_body;
@@ -23,13 +23,13 @@ struct Grasp {
 /// Selects the constrained components of a relative twist [angular; linear] in W: rows x 6, orthonormal rows.
 Eigen::MatrixXd constrained_directions(const Grasp& grasp);
 
-/// Relative Jacobian of all grips, stacked in order: rows x velocities. u = J v is the end-effector's twist at the
+/// Relative Jacobian of all grasps, stacked in order: rows x velocities. u = J v is the end-effector's twist at the
 /// contact point minus the target's, in the constrained directions; over robot and targets together J M^-1 J^T is the W
 /// of docs/theory.md, equation (7.3), cross terms of a shared target included.
 Eigen::MatrixXd grasp_jacobian(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps);
 
-/// The target's own part of the contact-space inertia, J_t M_t^-1 J_t^T of one grip in its constrained directions: what
-/// the grip's impulse alone would do to the free target. rows x rows.
+/// The target's own part of the contact-space inertia, J_t M_t^-1 J_t^T of one grasp in its constrained directions:
+/// what the grasp's impulse alone would do to the free target. rows x rows.
 Eigen::MatrixXd target_mobility(const Model& model, const Kinematics& kinematics, const Grasp& grasp);
 
 }  // namespace grapnel

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Kinds of grip.
+/// Kinds of grasp.
 
 namespace grapnel {
 
@@ -9,7 +9,7 @@ namespace grapnel {
 /// end-effector. point: 3 rows, free to turn.
 enum class GraspModel { rigid, hinge, point };
 
-/// Rows a grip adds to the constraints.
+/// Rows a grasp adds to the constraints.
 constexpr int row_count(GraspModel model) {
   return model == GraspModel::rigid ? 6 : model == GraspModel::hinge ? 5 : 3;
 }

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A grip that closes a loop of a model's tree, or ties two trees: where it is on both bodies, and how far they are
+/// A grasp that closes a loop of a model's tree, or ties two trees: where it is on both bodies, and how far they are
 /// off.
 
 #include <span>
@@ -17,9 +17,9 @@ namespace grapnel {
 struct LoopClosure {
   std::string name;  // for messages
   int body_a;        // carries the end-effector
-  Posed X_AC;        // the grip's frame on it
+  Posed X_AC;        // the grasp's frame on it
   int body_b;        // the target
-  Posed X_BD;        // the grip's frame on it: C and D coincide where the loop is closed
+  Posed X_BD;        // the grasp's frame on it: C and D coincide where the loop is closed
   GraspModel model = GraspModel::rigid;
   Vector3d hinge_C{0, 0, 1};  // unit axis of a hinge, in C, and in D
 };

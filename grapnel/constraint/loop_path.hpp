@@ -43,7 +43,7 @@ struct LoneBody {
   double inverse_mass;
   Vector3d com;
   explicit LoneBody(const Body& body);
-  /// Sets a path's scales for a grip at point p of the link.
+  /// Sets a path's scales for a grasp at point p of the link.
   void scale_rows(const Vector3d& p, LoopPath& path) const;
 };
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// What deviations of momentum and energy are relative to, for one group of bodies that touch (docs/theory.md, section
-/// 9), as a template on the scalar: the books of single captures and those of lanes share it.
+/// 9), as a template on the scalar: the conservation checks of single captures and those of lanes share it.
 
 #include <algorithm>
 #include <cmath>

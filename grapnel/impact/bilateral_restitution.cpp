@@ -19,18 +19,18 @@ constexpr double kMissed = 1e-8;
 
 void check(std::span<const Grasp> grasps, std::span<const std::vector<double>> restitution) {
   if (restitution.size() != grasps.size()) {
-    throw std::invalid_argument(
-        fmt::format("bilateral_restitution: coefficients of {} grips for {} grips", restitution.size(), grasps.size()));
+    throw std::invalid_argument(fmt::format("bilateral_restitution: coefficients of {} grasps for {} grasps",
+                                            restitution.size(), grasps.size()));
   }
   for (std::size_t i = 0; i < grasps.size(); ++i) {
     if (static_cast<int>(restitution[i].size()) != row_count(grasps[i].model)) {
-      throw std::invalid_argument(fmt::format("bilateral_restitution: grip {} has {} rows but {} coefficients", i + 1,
+      throw std::invalid_argument(fmt::format("bilateral_restitution: grasp {} has {} rows but {} coefficients", i + 1,
                                               row_count(grasps[i].model), restitution[i].size()));
     }
     for (double e : restitution[i]) {
       if (!(e >= 0 && e <= 1)) {
         throw std::invalid_argument(
-            fmt::format("bilateral_restitution: coefficient {} of grip {} is not within 0 to 1", e, i + 1));
+            fmt::format("bilateral_restitution: coefficient {} of grasp {} is not within 0 to 1", e, i + 1));
       }
     }
   }
@@ -39,9 +39,9 @@ void check(std::span<const Grasp> grasps, std::span<const std::vector<double>> r
 std::string row_name(const Grasp& grasp, std::size_t index, int row) {
   constexpr const char* kAxes[] = {"x", "y", "z"};
   const int angular = row_count(grasp.model) - 3;
-  if (row >= angular) return fmt::format("grip {}, linear {}", index + 1, kAxes[row - angular]);
-  if (grasp.model == GraspModel::rigid) return fmt::format("grip {}, angular {}", index + 1, kAxes[row]);
-  return fmt::format("grip {}, angular, direction {} normal to the hinge", index + 1, row + 1);
+  if (row >= angular) return fmt::format("grasp {}, linear {}", index + 1, kAxes[row - angular]);
+  if (grasp.model == GraspModel::rigid) return fmt::format("grasp {}, angular {}", index + 1, kAxes[row]);
+  return fmt::format("grasp {}, angular, direction {} normal to the hinge", index + 1, row + 1);
 }
 
 std::string missed_rows(const Eigen::VectorXd& missed, double bound, std::span<const Grasp> grasps,
@@ -70,8 +70,8 @@ BilateralRestitution bilateral_restitution(const Model& model, const State& stat
   const Eigen::Map<const Eigen::VectorXd> v(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
   const Eigen::VectorXd u = rows.J * v;
   Eigen::VectorXd wanted = rows.held_after;  // u+ = -E u-
-  for (Eigen::Index row = 0; const std::vector<double>& grip : restitution) {
-    for (double e : grip) wanted[row] = -e * u[row], ++row;
+  for (Eigen::Index row = 0; const std::vector<double>& grasp : restitution) {
+    for (double e : grasp) wanted[row] = -e * u[row], ++row;
   }
   BilateralRestitution result{solve_rows(M, rows, state, wanted, grasps, held), {}};
   if (rows.J.rows() == 0) return result;
@@ -82,7 +82,7 @@ BilateralRestitution bilateral_restitution(const Model& model, const State& stat
   const Eigen::VectorXd missed = (rows.J * after - wanted).cwiseQuotient(size);
   const double fastest =
       std::max(u.cwiseQuotient(size).lpNorm<Eigen::Infinity>(), wanted.cwiseQuotient(size).lpNorm<Eigen::Infinity>());
-  // Rounding of J v itself, where the grips move along with velocities far above their relative ones.
+  // Rounding of J v itself, where the grasps move along with velocities far above their relative ones.
   const double rounding = 1e-14 * (rows.J.cwiseAbs() * v.cwiseAbs()).cwiseQuotient(size).lpNorm<Eigen::Infinity>();
   result.inconsistent = missed_rows(missed, std::max(kMissed * fastest, 100 * rounding), grasps, held);
   return result;

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Restitution at bilateral grips, u+ = -E u-: the grips' relative velocities are thrown back row by row. dT = -1/2
+/// Restitution at bilateral grasps, u+ = -E u-: the grasps' relative velocities rebound row by row. dT = -1/2
 /// u-^T (1 + E) W^+ (1 - E) u-  (docs/theory.md, section 11).
 
 #include <string>
@@ -12,12 +12,13 @@ namespace grapnel {
 
 struct BilateralRestitution {
   ImpactSolution solution;
-  /// Not empty: with redundant rows this E asks for velocities that no motion has; names the rows ("grip 2, linear y").
-  /// The solution then is the nearest in the least-squares sense. (Drives that hold rates against E just give way.)
+  /// Not empty: with redundant rows this E asks for velocities that no motion has; names the rows ("grasp 2, linear
+  /// y"). The solution then is the nearest in the least-squares sense. (Drives that hold rates against E just give
+  /// way.)
   std::string inconsistent;
 };
 
-/// `restitution`: per grip its coefficients, one per row of constrained_directions() in order, each from 0 to 1.
+/// `restitution`: per grasp its coefficients, one per row of constrained_directions() in order, each from 0 to 1.
 /// @throws std::invalid_argument if sizes do not fit or a coefficient is out of range.
 BilateralRestitution bilateral_restitution(const Model& model, const State& state, std::span<const Grasp> grasps,
                                            std::span<const std::vector<double>> restitution,

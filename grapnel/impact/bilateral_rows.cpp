@@ -14,7 +14,7 @@ Eigen::VectorXd as_vector(const std::vector<double>& v) {
   return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
 }
 
-// Solves and fills the books. `u_after` is what J v+ is to be; `impulse` receives P in constrained directions.
+// Solves and fills in the checks. `u_after` is what J v+ is to be; `impulse` receives P in constrained directions.
 ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& state,
                      const Eigen::VectorXd& u_after, Eigen::VectorXd& impulse) {
   const Eigen::MatrixXd& J = rows.J;
@@ -39,7 +39,7 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
   return result;
 }
 
-// Per component of the grip's wrench: whether every self-stress leaves it alone. Self-stresses have unit size in the
+// Per component of the grasp's wrench: whether every self-stress leaves it alone. Self-stresses have unit size in the
 // metric D, so a component's share is measured against the largest that unit size allows, sqrt(a D^-1 a^T) for
 // direction a.
 std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_rows,
@@ -55,19 +55,19 @@ std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const
 
 BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, const Eigen::MatrixXd& M,
                              std::span<const Grasp> grasps, std::span<const HeldRate> held) {
-  const Eigen::MatrixXd J_grips = grasp_jacobian(model, kinematics, grasps);
-  const Eigen::Index grip_rows = J_grips.rows(), held_rows = static_cast<Eigen::Index>(held.size());
-  const Eigen::Index count = grip_rows + held_rows;
+  const Eigen::MatrixXd J_grasps = grasp_jacobian(model, kinematics, grasps);
+  const Eigen::Index grasp_rows = J_grasps.rows(), held_rows = static_cast<Eigen::Index>(held.size());
+  const Eigen::Index count = grasp_rows + held_rows;
   BilateralRows rows{Eigen::MatrixXd::Zero(count, model.velocities()),
                      Eigen::MatrixXd::Zero(count, count),
                      Eigen::VectorXd::Zero(count),
                      Eigen::VectorXd(held_rows),
                      {},
                      {}};
-  rows.J.topRows(grip_rows) = J_grips;
+  rows.J.topRows(grasp_rows) = J_grasps;
   for (Eigen::Index i = 0; i < held_rows; ++i) {
-    rows.J(grip_rows + i, held[i].velocity) = 1;
-    rows.held_after[grip_rows + i] = held[i].after;
+    rows.J(grasp_rows + i, held[i].velocity) = 1;
+    rows.held_after[grasp_rows + i] = held[i].after;
     rows.held_inertia[i] = drive_inertia(model, held[i].velocity);
     if (std::find(rows.held.begin(), rows.held.end(), held[i].velocity) != rows.held.end())
       throw std::invalid_argument("bilateral_rows: a velocity is held twice");
@@ -137,7 +137,7 @@ ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, c
                           std::span<const HeldRate> held) {
   Eigen::VectorXd impulse, wanted = u_after;
   ImpactSolution result = solve(M, rows, before, wanted, impulse);
-  if (const auto allowed = rates_that_grips_allow(rows, wanted, result.null_space)) {
+  if (const auto allowed = rates_that_grasps_allow(rows, wanted, result.null_space)) {
     wanted.tail(rows.held_inertia.size()) = *allowed;
     result = solve(M, rows, before, wanted, impulse);
   }

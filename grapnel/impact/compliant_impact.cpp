@@ -44,8 +44,8 @@ void check_contact(const Model& model, const CompliantContact& c, std::size_t in
   require(c.friction == 0 || positive(c.slip_speed), who + ": slip_speed must be positive");
 }
 
-void check_grip(const Model& model, const CompliantGrip& g, std::size_t index) {
-  const std::string who = fmt::format("grip {}", index + 1);
+void check_grasp(const Model& model, const CompliantGrasp& g, std::size_t index) {
+  const std::string who = fmt::format("grasp {}", index + 1);
   check_bodies(model, g.grasp.robot_body, g.grasp.target_body, g.grasp.p_WC, who);
   require(positive(g.linear_stiffness), who + ": linear_stiffness must be positive");
   require(not_negative(g.linear_damping), who + ": linear_damping must not be negative");
@@ -87,16 +87,16 @@ void check(const Model& model, const State& state, const CompliantSetup& setup) 
 class Run {
  public:
   Run(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-      std::span<const CompliantGrip> grips, const CompliantSetup& setup, std::span<const int> held,
+      std::span<const CompliantGrasp> grasps, const CompliantSetup& setup, std::span<const int> held,
       const std::function<void(double t)>& each_step)
       : model_(model),
         state_(state),
         contacts_(contacts),
-        grips_(grips),
+        grasps_(grasps),
         setup_(setup),
         held_(held),
         each_step_(each_step),
-        system_(model, state, contacts, grips, held) {}
+        system_(model, state, contacts, grasps, held) {}
 
   CompliantOutcome outcome();
 
@@ -105,23 +105,23 @@ class Run {
   void integrate(StiffIntegrator& integrator, CompliantRecorder& recorder);
   bool follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder, bool event);
   void enter(std::size_t contact, ContactPhase next);
-  void note_grips(double t);
-  double grip_motion() const;
+  void note_grasps(double t);
+  double grasp_motion() const;
   bool is_over(double t) const;
   void limit_step(StiffIntegrator& integrator) const;
-  void close_books(double t, std::span<const double> y);
+  void check_balances(double t, std::span<const double> y);
 
   const Model& model_;
   const State& state_;
   std::span<const CompliantContact> contacts_;
-  std::span<const CompliantGrip> grips_;
+  std::span<const CompliantGrasp> grasps_;
   const CompliantSetup& setup_;
   std::span<const int> held_;
   const std::function<void(double t)>& each_step_;
   CompliantSystem system_;
   CompliantScales scales_;
   CompliantOutcome result_;
-  double grip_motion_before_ = 0, last_motion_ = 0;  // [J], [s]
+  double grasp_motion_before_ = 0, last_motion_ = 0;  // [J], [s]
   double largest_angle_ = 0;
 };
 
@@ -170,21 +170,21 @@ bool Run::follow_events(StiffIntegrator& integrator, CompliantRecorder& recorder
   return true;
 }
 
-// Kinetic energy of the grips' relative motion, with the inertia at the beginning, in the targets' axes.
-double Run::grip_motion() const {
-  const Eigen::Index count = static_cast<Eigen::Index>(grips_.size());
+// Kinetic energy of the grasps' relative motion, with the inertia at the beginning, in the targets' axes.
+double Run::grasp_motion() const {
+  const Eigen::Index count = static_cast<Eigen::Index>(grasps_.size());
   Eigen::VectorXd u(6 * count);
   for (Eigen::Index i = 0; i < count; ++i) {
     const Twistd u_T = system_.in_target_axes(static_cast<int>(i));
     for (int k = 0; k < 3; ++k) u[6 * i + k] = u_T.angular[k], u[6 * i + 3 + k] = u_T.linear[k];
   }
-  return 0.5 * u.dot(scales_.grip_inertia * u);
+  return 0.5 * u.dot(scales_.grasp_inertia * u);
 }
 
-void Run::note_grips(double t) {
-  if (grips_.empty()) return;
-  if (grip_motion() > setup_.settled * grip_motion_before_) last_motion_ = t;
-  for (std::size_t g = 0; g < grips_.size(); ++g) {
+void Run::note_grasps(double t) {
+  if (grasps_.empty()) return;
+  if (grasp_motion() > setup_.settled * grasp_motion_before_) last_motion_ = t;
+  for (std::size_t g = 0; g < grasps_.size(); ++g) {
     largest_angle_ = std::max(largest_angle_, system_.loads()[contacts_.size() + g].angle);
   }
 }
@@ -193,7 +193,7 @@ bool Run::is_over(double t) const {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     if (system_.phase[i] == ContactPhase::pressing || system_.loads()[i].rate > kNoSpeed * scales_.speed) return false;
   }
-  return grips_.empty() || t - last_motion_ >= 2 * std::numbers::pi * scales_.longest_grip_time;
+  return grasps_.empty() || t - last_motion_ >= 2 * std::numbers::pi * scales_.longest_grasp_time;
 }
 
 void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
@@ -203,7 +203,7 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
   while (true) {
     const double from = integrator.time();
     if (is_over(from)) {
-      result_.status = grips_.empty() ? Status::separated : Status::settled;
+      result_.status = grasps_.empty() ? Status::separated : Status::settled;
       return;
     }
     const StiffIntegrator::Result made = integrator.step();
@@ -223,10 +223,10 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
       limit_step(integrator);
     }
     system_.load(integrator.time(), integrator.y());
-    note_grips(integrator.time());
+    note_grasps(integrator.time());
     if (largest_angle_ > 3) {
       result_.message =
-          fmt::format("at {:.6g} s: a grip has turned by {:.3g} rad, springs there know half a turn at most",
+          fmt::format("at {:.6g} s: a grasp has turned by {:.3g} rad, springs there know half a turn at most",
                       integrator.time(), largest_angle_);
       return;
     }
@@ -238,7 +238,7 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
   }
 }
 
-void Run::close_books(double t, std::span<const double> y) {
+void Run::check_balances(double t, std::span<const double> y) {
   system_.load(t, y);
   result_.duration = t;
   result_.after = system_.now();
@@ -246,7 +246,7 @@ void Run::close_books(double t, std::span<const double> y) {
   double lost = 0;
   for (int i = 0; i < system_.interfaces(); ++i) {
     const bool is_contact = i < system_.contact_count();
-    ForceHistory& h = is_contact ? result_.contacts[i] : result_.grips[i - system_.contact_count()];
+    ForceHistory& h = is_contact ? result_.contacts[i] : result_.grasps[i - system_.contact_count()];
     const double* P = &y[system_.impulse_offset(i)];
     h.impulse = {{P[0], P[1], P[2]}, {P[3], P[4], P[5]}};
     h.energy_lost = y[system_.loss_offset(i)];
@@ -270,30 +270,30 @@ void Run::close_books(double t, std::span<const double> y) {
 
 CompliantOutcome Run::outcome() {
   result_.contacts.resize(contacts_.size());
-  result_.grips.resize(grips_.size());
+  result_.grasps.resize(grasps_.size());
   const std::vector<double> start(system_.size(), 0.0);
   system_.load(0, start);
   result_.kinetic_energy_before = system_.kinetic_energy_now();
   result_.kinetic_energy_taking_part = system_.kinetic_energy_taking_part_now();
-  scales_ = compliant_scales(model_, state_, system_, contacts_, grips_);
+  scales_ = compliant_scales(model_, state_, system_, contacts_, grasps_);
   CompliantRecorder recorder(system_, setup_.samples,
                              scales_.speed > 0 ? scales_.shortest_time / setup_.samples : setup_.longest);
   if (!(scales_.speed > 0)) {
     // Nothing moves against anything.
     recorder.mark(0, start);
-    result_.status = grips_.empty() ? CompliantOutcome::Status::separated : CompliantOutcome::Status::settled;
-    close_books(0, start);
+    result_.status = grasps_.empty() ? CompliantOutcome::Status::separated : CompliantOutcome::Status::settled;
+    check_balances(0, start);
     recorder.finish(result_);
     return std::move(result_);
   }
   choose_first_phases(start);
   system_.load(0, start);
-  grip_motion_before_ = grips_.empty() ? 0 : grip_motion();
+  grasp_motion_before_ = grasps_.empty() ? 0 : grasp_motion();
   StiffIntegrator integrator(system_, absolute_tolerances(model_, scales_, setup_.relative_tolerance), setup_.longest);
   integrate(integrator, recorder);
   result_.rhs_evaluations = integrator.evaluations();
   recorder.mark(integrator.time(), integrator.y());
-  close_books(integrator.time(), integrator.y());
+  check_balances(integrator.time(), integrator.y());
   recorder.finish(result_);
   return std::move(result_);
 }
@@ -301,13 +301,13 @@ CompliantOutcome Run::outcome() {
 }  // namespace
 
 CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                                  std::span<const CompliantGrip> grips, const CompliantSetup& setup,
+                                  std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
                                   std::span<const int> held, const std::function<void(double t)>& each_step) {
   check(model, state, setup);
   for (std::size_t i = 0; i < contacts.size(); ++i) check_contact(model, contacts[i], i);
-  for (std::size_t i = 0; i < grips.size(); ++i) check_grip(model, grips[i], i);
+  for (std::size_t i = 0; i < grasps.size(); ++i) check_grasp(model, grasps[i], i);
   check_held(model, held);
-  return Run(model, state, contacts, grips, setup, held, each_step).outcome();
+  return Run(model, state, contacts, grasps, setup, held, each_step).outcome();
 }
 
 }  // namespace grapnel

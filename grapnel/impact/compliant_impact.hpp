@@ -1,13 +1,13 @@
 #pragma once
 
 /// @file
-/// An impact resolved in time: contacts and grips as springs and dampers, the whole system moving meanwhile, for force
+/// An impact resolved in time: contacts and grasps as springs and dampers, the whole system moving meanwhile, for force
 /// histories.
 ///
-/// Momenta of free trees are integrated as the impulses that contacts and grips pass on, and the roots' velocities
+/// Momenta of free trees are integrated as the impulses that contacts and grasps pass on, and the roots' velocities
 /// follow from them: momentum is kept to rounding at any tolerance, and the energy balance is a check on everything
 /// else. Stiff integration (BDF of variable order) with events at touch and separation; docs/theory.md, section 12.
-/// Limitations: motors, joint friction and gravity do nothing meanwhile; a contact is a point against a plane; grips
+/// Limitations: motors, joint friction and gravity do nothing meanwhile; a contact is a point against a plane; grasps
 /// turn by less than half a turn.
 
 #include <functional>
@@ -39,10 +39,10 @@ struct CompliantContact {
   double slip_speed = 1e-4;  // [m/s]
 };
 
-/// A grip that yields: a spring and a damper in every direction that the grip model constrains, unstressed when the
+/// A grasp that yields: a spring and a damper in every direction that the grasp model constrains, unstressed when the
 /// impact begins. Springs act on the distance of the two points and on the angle between the two frames (hinge: between
 /// the two axes), dampers on the relative twist at the robot's point, where action and reaction are taken.
-struct CompliantGrip {
+struct CompliantGrasp {
   Grasp grasp;
   double linear_stiffness = 0;   // [N/m]
   double linear_damping = 0;     // [N s/m]
@@ -52,7 +52,7 @@ struct CompliantGrip {
 
 struct CompliantSetup {
   double longest = 1;  // the integration ends at the latest after this time [s]
-  /// Grips have come to rest when the kinetic energy of their relative motion stays below this fraction of what it was
+  /// Grasps have come to rest when the kinetic energy of their relative motion stays below this fraction of what it was
   /// at the beginning, for a whole period of the slowest spring. (Springs stay stressed where the joined bodies turn.)
   double settled = 1e-8;
   /// Local error per step, of what a rigid impact would change at most: velocities, impulses, and these times the
@@ -62,19 +62,19 @@ struct CompliantSetup {
   long most_steps = 2'000'000;
 };
 
-/// One contact or grip over time; forces act on the robot at its own point, in W.
+/// One contact or grasp over time; forces act on the robot at its own point, in W.
 struct ForceHistory {
   std::vector<Vector3d> point;      // where force and moment act, common to both bodies, in W, per sample [m]
   std::vector<Vector3d> force;      // [N]
   std::vector<Vector3d> moment;     // about the robot's point; zero for contacts [N m]
-  std::vector<double> deformation;  // of contacts along the normal, of grips the distance of the two points [m]
+  std::vector<double> deformation;  // of contacts along the normal, of grasps the distance of the two points [m]
   double peak_force = 0, peak_force_time = 0;    // over all steps, not only samples [N, s]
   double peak_moment = 0, peak_moment_time = 0;  // [N m, s]
   double largest_deformation = 0;                // [m]
-  double duration = 0;                           // of contacts: time in touch, of grips: until at rest [s]
+  double duration = 0;                           // of contacts: time in touch, of grasps: until at rest [s]
   Impulsed impulse = Impulsed::zero();           // integral, about the contact point at the beginning [N m s; N s]
   double energy_lost = 0;                        // by its damper and friction [J]
-  int touches = 0;                               // how often it came into touch; 1 for grips
+  int touches = 0;                               // how often it came into touch; 1 for grasps
 };
 
 struct CompliantOutcome {
@@ -86,7 +86,7 @@ struct CompliantOutcome {
   std::vector<double> times;  // of the samples, from 0, never falling; an event has two: just before and just after
   std::vector<State> states;  // at the samples
   std::vector<std::vector<double>> accelerations;  // at the samples: rates of State::v, per velocity
-  std::vector<ForceHistory> contacts, grips;
+  std::vector<ForceHistory> contacts, grasps;
   std::vector<double> held_impulses;  // per held velocity: integral of the effort that keeps it [N m s or N s]
   double held_work = 0;               // [J] done by these efforts
   double kinetic_energy_before = 0, kinetic_energy_after = 0, elastic_energy_after = 0;
@@ -96,12 +96,12 @@ struct CompliantOutcome {
   long rhs_evaluations = 0, steps = 0;
 };
 
-/// Integrates until every contact has separated and moves apart and every grip has come to rest, or the time is over.
+/// Integrates until every contact has separated and moves apart and every grasp has come to rest, or the time is over.
 /// `held`: velocities (indices into State::v) that keep the value they have, whatever effort that takes; of a free root
 /// or a spherical joint all or none. `each_step` is called with the time reached and may throw to end it.
 /// @throws std::invalid_argument for coefficients out of range, bad normals or another model's state.
 CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                                  std::span<const CompliantGrip> grips, const CompliantSetup& setup,
+                                  std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
                                   std::span<const int> held = {}, const std::function<void(double t)>& each_step = {});
 
 }  // namespace grapnel

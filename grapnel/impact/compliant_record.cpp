@@ -116,7 +116,7 @@ void CompliantRecorder::refine(StiffIntegrator& integrator, double from, double 
 void CompliantRecorder::finish(CompliantOutcome& outcome) {
   const int contacts = system_.contact_count();
   const auto history = [&](int i) -> ForceHistory& {
-    return i < contacts ? outcome.contacts[i] : outcome.grips[i - contacts];
+    return i < contacts ? outcome.contacts[i] : outcome.grasps[i - contacts];
   };
   for (const Sample& s : taken_) {
     outcome.times.push_back(s.t);

@@ -54,7 +54,7 @@ Interface contact_interface(const CompliantContact& c, const Eigen::MatrixXd& W,
   return i;
 }
 
-Interface grip_interface(const CompliantGrip& g, const Eigen::MatrixXd& W, const Twistd& u, const Interface& floors) {
+Interface grasp_interface(const CompliantGrasp& g, const Eigen::MatrixXd& W, const Twistd& u, const Interface& floors) {
   Interface i;
   i.mobility = std::max(W.bottomRightCorner<3, 3>().trace() / 3, floors.mobility);
   i.angular_mobility = std::max(W.topLeftCorner<3, 3>().trace() / 3, floors.angular_mobility);
@@ -65,15 +65,15 @@ Interface grip_interface(const CompliantGrip& g, const Eigen::MatrixXd& W, const
   return i;
 }
 
-// Of the stacked twists in the grips' directions, in W: A^T (A W A^T)^+ A.
-Eigen::MatrixXd relative_inertia(std::span<const CompliantGrip> grips, std::span<const Interface> of_grips) {
-  const Eigen::Index count = static_cast<Eigen::Index>(grips.size());
+// Of the stacked twists in the grasps' directions, in W: A^T (A W A^T)^+ A.
+Eigen::MatrixXd relative_inertia(std::span<const CompliantGrasp> grasps, std::span<const Interface> of_grasps) {
+  const Eigen::Index count = static_cast<Eigen::Index>(grasps.size());
   if (count == 0) return {};
-  Eigen::MatrixXd Y(of_grips[0].half.rows(), 6 * count);
+  Eigen::MatrixXd Y(of_grasps[0].half.rows(), 6 * count);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(6 * count, 6 * count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    Y.middleCols(6 * i, 6) = of_grips[i].half;
-    const Eigen::MatrixXd a = constrained_directions(grips[i].grasp);
+    Y.middleCols(6 * i, 6) = of_grasps[i].half;
+    const Eigen::MatrixXd a = constrained_directions(grasps[i].grasp);
     A.block(6 * i, 6 * i, a.rows(), 6) = a;
   }
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse;
@@ -126,7 +126,7 @@ void fill_sizes(const Model& model, const CompliantSystem& system, std::span<con
 }  // namespace
 
 CompliantScales compliant_scales(const Model& model, const State& state, const CompliantSystem& system,
-                                 std::span<const CompliantContact> contacts, std::span<const CompliantGrip> grips) {
+                                 std::span<const CompliantContact> contacts, std::span<const CompliantGrasp> grasps) {
   CompliantScales scales;
   const Kinematics k = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state);
@@ -157,13 +157,13 @@ CompliantScales compliant_scales(const Model& model, const State& state, const C
     });
     scales.longest_contact_time = std::max(scales.longest_contact_time, interfaces.back().time);
   }
-  for (std::size_t g = 0; g < grips.size(); ++g) {
-    const Grasp& grasp = grips[g].grasp;
+  for (std::size_t g = 0; g < grasps.size(); ++g) {
+    const Grasp& grasp = grasps[g].grasp;
     add(grasp.robot_body, grasp.target_body, grasp.p_WC, [&](const auto& W, const Interface& floors) {
-      return grip_interface(grips[g], W, system.loads()[contacts.size() + g].u, floors);
+      return grasp_interface(grasps[g], W, system.loads()[contacts.size() + g].u, floors);
     });
-    scales.longest_grip_time =
-        std::max({scales.longest_grip_time, interfaces.back().time, interfaces.back().angular_time});
+    scales.longest_grasp_time =
+        std::max({scales.longest_grasp_time, interfaces.back().time, interfaces.back().angular_time});
   }
   scales.shortest_time = std::numeric_limits<double>::infinity();
   for (const Interface& i : interfaces) {
@@ -171,7 +171,7 @@ CompliantScales compliant_scales(const Model& model, const State& state, const C
     scales.shortest_time = std::min(scales.shortest_time, i.time);
     if (i.angular_time > 0) scales.shortest_time = std::min(scales.shortest_time, i.angular_time);
   }
-  scales.grip_inertia = relative_inertia(grips, std::span(interfaces).subspan(contacts.size()));
+  scales.grasp_inertia = relative_inertia(grasps, std::span(interfaces).subspan(contacts.size()));
   fill_sizes(model, system, interfaces, scales);
   return scales;
 }

@@ -15,8 +15,8 @@ void put(const Vector3d& x, std::span<double> y, int offset) {
 }
 
 // The first contact point: displacements have least to cancel near where deformations are.
-Vector3d reference_point(std::span<const CompliantContact> contacts, std::span<const CompliantGrip> grips) {
-  return !contacts.empty() ? contacts[0].p_WC : !grips.empty() ? grips[0].grasp.p_WC : Vector3d::zero();
+Vector3d reference_point(std::span<const CompliantContact> contacts, std::span<const CompliantGrasp> grasps) {
+  return !contacts.empty() ? contacts[0].p_WC : !grasps.empty() ? grasps[0].grasp.p_WC : Vector3d::zero();
 }
 
 std::vector<std::uint8_t> marked(int size, std::span<const int> indices) {
@@ -51,20 +51,20 @@ Vector3d turn_between(const Vector3d& from, const Vector3d& change, double& angl
 }  // namespace
 
 CompliantSystem::CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                                 std::span<const CompliantGrip> grips, std::span<const int> held)
+                                 std::span<const CompliantGrasp> grasps, std::span<const int> held)
     : model_(model),
       contacts_(contacts.begin(), contacts.end()),
-      grips_(grips.begin(), grips.end()),
+      grasps_(grasps.begin(), grasps.end()),
       held_(held.begin(), held.end()),
       start_(state),
       now_(state),
       prescribed_(marked(model.velocities(), held)),
       by_momentum_(momentum_roots(model, prescribed_)),
-      pose_(model, state, reference_point(contacts, grips), by_momentum_),
+      pose_(model, state, reference_point(contacts, grasps), by_momentum_),
       change_(model.coordinates()),
       displacement_(model.bodies().size()),
       workspace_(model),
-      loads_(contacts.size() + grips.size()),
+      loads_(contacts.size() + grasps.size()),
       zero_(model.velocities()),
       vdot_(model.velocities()),
       qdot_(model.coordinates()) {
@@ -75,7 +75,7 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
     if (velocity_count(body.description.joint.type) > 0 && prescribed_[body.v] != 0) touch(body.root);
   }
   for (const CompliantContact& c : contacts) point_.push_back(c.p_WC);
-  for (const CompliantGrip& g : grips) point_.push_back(g.grasp.p_WC);
+  for (const CompliantGrasp& g : grasps) point_.push_back(g.grasp.p_WC);
   std::vector<std::uint8_t> recovered(model.velocities());
   momenta_.resize(free_root_count(model.tree()));
   root_momenta<double>(model.tree(), state.q, state.v, workspace_.kernel, momenta_);
@@ -108,7 +108,7 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
 
 int CompliantSystem::body_of(int interface, bool robot) const {
   if (interface < contact_count()) return robot ? contacts_[interface].robot_body : contacts_[interface].target_body;
-  const Grasp& g = grips_[interface - contact_count()].grasp;
+  const Grasp& g = grasps_[interface - contact_count()].grasp;
   return robot ? g.robot_body : g.target_body;
 }
 
@@ -160,7 +160,7 @@ void CompliantSystem::load(double t, std::span<const double> y) {
   pose_.displacements(change_, displacement_);
   forward_kinematics(model_, now_, workspace_.kinematics);
   for (std::size_t i = 0; i < contacts_.size(); ++i) load_contact(i);
-  for (std::size_t i = 0; i < grips_.size(); ++i) load_grip(i);
+  for (std::size_t i = 0; i < grasps_.size(); ++i) load_grasp(i);
 }
 
 // By how much the robot's point has left the target's, both at `arm` from o at the start.
@@ -192,10 +192,10 @@ void CompliantSystem::load_contact(std::size_t index) {
   load.energy = load.loss = 0;
   if (phase[index] == ContactPhase::pressing) {
     const Vector3d slip = load.u.linear + load.rate * n;
-    const double grip = c.friction * law.total / std::sqrt(dot(slip, slip) + c.slip_speed * c.slip_speed);
-    load.F.linear = law.total * n - grip * slip;
+    const double grasp = c.friction * law.total / std::sqrt(dot(slip, slip) + c.slip_speed * c.slip_speed);
+    load.F.linear = law.total * n - grasp * slip;
     load.energy = law.energy;
-    load.loss = (law.total - law.elastic) * load.rate + grip * dot(slip, slip);
+    load.loss = (law.total - law.elastic) * load.rate + grasp * dot(slip, slip);
   } else if (phase[index] == ContactPhase::relaxing) {
     load.energy = law.energy;
     load.loss = -law.elastic * load.rate;
@@ -203,8 +203,8 @@ void CompliantSystem::load_contact(std::size_t index) {
 }
 
 // (12.8)-(12.10)
-void CompliantSystem::load_grip(std::size_t index) {
-  const CompliantGrip& g = grips_[index];
+void CompliantSystem::load_grasp(std::size_t index) {
+  const CompliantGrasp& g = grasps_[index];
   InterfaceLoad& load = loads_[contacts_.size() + index];
   const Displacement &robot = displacement_[g.grasp.robot_body], &target = displacement_[g.grasp.target_body];
   const Vector3d arm = g.grasp.p_WC - pose_.origin();
@@ -244,10 +244,10 @@ double CompliantSystem::kinetic_energy_taking_part_now() const {
   return taking_part_.empty() ? 0 : kinetic_energy(model_, workspace_.kinematics, now_, taking_part_);
 }
 
-Twistd CompliantSystem::in_target_axes(int grip) const {
-  const Quaterniond& q = displacement_[grips_[grip].grasp.target_body].turn;
+Twistd CompliantSystem::in_target_axes(int grasp) const {
+  const Quaterniond& q = displacement_[grasps_[grasp].grasp.target_body].turn;
   const Quaterniond back{q.w, -q.x, -q.y, -q.z};
-  const Twistd& u = loads_[contacts_.size() + grip].u;
+  const Twistd& u = loads_[contacts_.size() + grasp].u;
   return {u.angular + turned_by(back, u.angular), u.linear + turned_by(back, u.linear)};
 }
 

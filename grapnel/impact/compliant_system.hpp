@@ -15,7 +15,7 @@ namespace grapnel {
 /// apart: no deformation. pressing: the force law holds. relaxing: the surface is dented, nothing touches it.
 enum class ContactPhase { apart, pressing, relaxing };
 
-/// What one contact or grip does at an instant, in W, on the robot's body at `point`.
+/// What one contact or grasp does at an instant, in W, on the robot's body at `point`.
 struct InterfaceLoad {
   Vector3d point = Vector3d::zero();  // on the robot's body: action and reaction are taken here
   Wrenchd F = Wrenchd::zero();        // about `point`
@@ -23,24 +23,24 @@ struct InterfaceLoad {
   double deformation = 0;             // [m]
   double rate = 0;                    // of it, for contacts [m/s]
   double signed_force = 0;            // what the law of a contact would give if it could pull [N]
-  double angle = 0;                   // of a grip's rotational spring [rad]
+  double angle = 0;                   // of a grasp's rotational spring [rad]
   double energy = 0;                  // of springs [J]
   double loss = 0;                    // power of dampers and friction, >= 0 [W]
 };
 
 /// Integrated numbers y: how coordinates differ from the start (StartPose), of free uniform motion for trees moved by
 /// their centres of mass; how the velocities differ that are neither held nor follow from momentum; per interface
-/// (contacts, then grips) the impulse about its point at the start; per interface the energy lost; per held velocity
+/// (contacts, then grasps) the impulse about its point at the start; per interface the energy lost; per held velocity
 /// its impulse; the work of held velocities. All zero at the start.
 class CompliantSystem {
  public:
   CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                  std::span<const CompliantGrip> grips, std::span<const int> held);
+                  std::span<const CompliantGrasp> grasps, std::span<const int> held);
 
   int size() const { return work_at_ + 1; }
-  int interfaces() const { return contact_count() + grip_count(); }
+  int interfaces() const { return contact_count() + grasp_count(); }
   int contact_count() const { return static_cast<int>(contacts_.size()); }
-  int grip_count() const { return static_cast<int>(grips_.size()); }
+  int grasp_count() const { return static_cast<int>(grasps_.size()); }
 
   /// Offsets in y.
   int rate_offset() const { return rate_at_; }
@@ -61,8 +61,8 @@ class CompliantSystem {
   double kinetic_energy_taking_part_now() const;
   /// Rates of all velocities under the present loads, per State::v; held ones zero.
   const std::vector<double>& accelerations_now();
-  /// A grip's relative twist in the axes that its target had at the start.
-  Twistd in_target_axes(int grip) const;
+  /// A grasp's relative twist in the axes that its target had at the start.
+  Twistd in_target_axes(int grasp) const;
 
   /// Right-hand side. Never throws.
   void rates(double t, std::span<const double> y, std::span<double> dydt);
@@ -79,7 +79,7 @@ class CompliantSystem {
  private:
   void recover_roots_at(double t, std::span<const double> y);
   void load_contact(std::size_t index);
-  void load_grip(std::size_t index);
+  void load_grasp(std::size_t index);
   Vector3d apart_by(int robot_body, int target_body, const Vector3d& arm) const;
   Twistd relative_twist(int robot_body, int target_body, const Vector3d& point) const;
   int body_of(int interface, bool robot) const;
@@ -87,7 +87,7 @@ class CompliantSystem {
 
   const Model& model_;
   std::vector<CompliantContact> contacts_;
-  std::vector<CompliantGrip> grips_;
+  std::vector<CompliantGrasp> grasps_;
   std::vector<int> held_;
   std::vector<int> taking_part_;  // roots of the trees that an interface or a held velocity acts on
   State start_, now_;

@@ -21,7 +21,7 @@ constexpr double kOtherTolerance = 1e-9;  // what the spread needs
 constexpr int kOtherSteps = 5000;
 constexpr double kUnique = 1e-6;          // spread below which the shares are said to be unique
 constexpr double kCreated = 1e-9;         // fraction of the work turned over that counts as energy created
-constexpr double kNothingYields = 1e-12;  // of the mobility that a contact would have without grips and held rates
+constexpr double kNothingYields = 1e-12;  // of the mobility that a contact would have without grasps and held rates
 
 void check(std::span<const ContactPoint> contacts) {
   for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -66,7 +66,7 @@ ContactRows contact_rows(const Model& model, const Kinematics& kinematics, std::
   return rows;
 }
 
-// The system as the contacts feel it: their inverse inertia with grips and held rates kept, and the velocities once
+// The system as the contacts feel it: their inverse inertia with grasps and held rates kept, and the velocities once
 // these are reached.
 struct Felt {
   Eigen::MatrixXd W;
@@ -82,7 +82,7 @@ Felt felt(const Eigen::MatrixXd& M, const Eigen::LLT<Eigen::MatrixXd>& mass, con
     f.W = Y.transpose() * Y;
     f.velocity = v;
   } else {
-    // The response to an impulse, M^-1 J^T, projected onto the motions that grips and held rates leave.
+    // The response to an impulse, M^-1 J^T, projected onto the motions that grasps and held rates leave.
     Eigen::MatrixXd response = mass.solve(J.transpose());
     const Eigen::VectorXd free = response.cwiseProduct(J.transpose()).colwise().sum();
     for (Eigen::Index i = 0; i < response.cols(); ++i) {
@@ -115,7 +115,7 @@ ContactPathProblem path_problem(const Felt& f, std::span<const ContactPoint> con
 std::string unyielding(const ContactPathProblem& problem) {
   for (Eigen::Index i = 0; i < static_cast<Eigen::Index>(problem.contacts.size()); ++i) {
     if (problem.W(3 * i, 3 * i) > 0 || problem.u[3 * i] >= -1e4 * problem.rounding) continue;
-    return fmt::format("contact {}: held rates and grips press it together at {:.3g} m/s and nothing can yield", i + 1,
+    return fmt::format("contact {}: held rates and grasps press it together at {:.3g} m/s and nothing can yield", i + 1,
                        -problem.u[3 * i]);
   }
   return {};
@@ -173,7 +173,7 @@ void fill_contacts(const ContactPath& path, const ContactRows& rows, std::span<c
   solution.energy_created = gained > kCreated * turned_over;
 }
 
-// What grips give in all, as a generalized impulse.
+// What grasps give in all, as a generalized impulse.
 Eigen::VectorXd generalized_impulse(const BilateralRows& rows, std::span<const Grasp> closed,
                                     const ImpactSolution& kept) {
   Eigen::VectorXd P(rows.J.rows());
@@ -205,7 +205,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
 
   if (!closed.empty() && !held.empty()) {
     const Eigen::MatrixXd null = solve_bilateral(M, bilateral, before, bilateral.held_after).null_space;
-    if (const auto allowed = rates_that_grips_allow(bilateral, bilateral.held_after, null))
+    if (const auto allowed = rates_that_grasps_allow(bilateral, bilateral.held_after, null))
       bilateral.held_after.tail(allowed->size()) = *allowed;
   }
   ContactPathProblem problem = path_problem(felt(M, mass, rows.J, bilateral, before), contacts, rows.J, hypothesis);
@@ -221,7 +221,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   if (solution.message.empty()) solution.status = ContactImpactSolution::Status::solved;
   solution.steps = path.steps;
 
-  // Grips and held rates take what the contacts bring and what they needed themselves, in one.
+  // Grasps and held rates take what the contacts bring and what they needed themselves, in one.
   State pushed = state;
   const Eigen::VectorXd brought = rows.J.transpose() * path.impulse;
   Eigen::Map<Eigen::VectorXd>(pushed.v.data(), before.size()) += mass.solve(brought);
@@ -231,7 +231,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
     ImpactSolution kept = solve_rows(M, bilateral, pushed, bilateral.held_after, closed, held);
     impulse += generalized_impulse(bilateral, closed, kept);
     solution.velocity = std::move(kept.velocity);
-    solution.grips = std::move(kept.contacts);
+    solution.grasps = std::move(kept.contacts);
     solution.held_impulses = std::move(kept.held_impulses);
   }
   const Eigen::Map<const Eigen::VectorXd> after(solution.velocity.data(), before.size());

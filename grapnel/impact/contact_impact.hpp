@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Impact of contacts that are not grips: unilateral, with restitution and Coulomb friction, any number at once.
+/// Impact of contacts that are not grasps: unilateral, with restitution and Coulomb friction, any number at once.
 ///
 /// All hypotheses share one path in the space of impulses and differ in where it ends (docs/theory.md, section 11).
 
@@ -52,7 +52,7 @@ struct ContactImpactSolution : ImpactChecks {
   std::string message;           // what did not converge, where; empty if solved
   std::vector<double> velocity;  // v+ of the whole model
   std::vector<ContactPointImpulse> contacts;
-  std::vector<ContactImpulse> grips;  // impulses of `closed`, as of plastic_impact()
+  std::vector<ContactImpulse> grasps;  // impulses of `closed`, as of plastic_impact()
   std::vector<double> held_impulses;
   bool energy_created = false;  // by the hypothesis (Newton's with friction can): flagged, never altered
   bool unique = true;           // whether all spreads are below 1e-6
@@ -60,7 +60,7 @@ struct ContactImpactSolution : ImpactChecks {
   double cone_residual = 0;     // largest violation of |P_t| <= mu P_n, over the largest P_n
 };
 
-/// Solves the impact. `closed`: grips that hold and pass on what the contacts bring; `held`: as of plastic_impact(),
+/// Solves the impact. `closed`: grasps that hold and pass on what the contacts bring; `held`: as of plastic_impact(),
 /// reached at once and kept. Contacts that do not approach and are not pushed together by others do nothing. Where
 /// held rates press a contact together that nothing else can yield to, the status says so.
 ///

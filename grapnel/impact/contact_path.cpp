@@ -14,12 +14,12 @@ constexpr double kGrowth = 6, kShrink = 0.2;
 constexpr double kWorthStiff = 30;  // how much further a stiff step must go than an explicit one
 constexpr int kPatience = 40;       // explicit steps so short that a stiff one would be worth it, before one is tried
 constexpr double kSmallestStep = 1e-13;
-constexpr double kStop = 1e-12;    // slower than this fraction of the approach a contact has come to rest
-constexpr double kEdge = 1e-10;    // a friction force this near the cone's edge is on it
-constexpr double kAtOnce = 1e-4;   // an event within so short a step from where it was not due is one at its start
-constexpr double kWornOut = 50;    // of the tolerance: forces and velocities left of a cascade that never ends
-constexpr double kFeed = 1000;     // steps after which twice as much is left of it
-constexpr double kSlowdown = 0.9;  // largest fraction of its speed that a sliding contact loses in a step
+constexpr double kStop = 1e-12;   // slower than this fraction of the approach a contact has come to rest
+constexpr double kEdge = 1e-10;   // a friction force this near the cone's edge is on it
+constexpr double kAtOnce = 1e-4;  // an event within so short a step from where it was not due is one at its start
+constexpr double kNegligibleRebound = 50;  // of the tolerance: forces and velocities left of a cascade that never ends
+constexpr double kFeed = 1000;             // steps after which twice as much is left of it
+constexpr double kSlowdown = 0.9;          // largest fraction of its speed that a sliding contact loses in a step
 
 // What ends a step early.
 struct Event {
@@ -350,7 +350,7 @@ ContactPath Follower::run() {
   note_modes();
   for (; motion_.any_touching(); ++result_.steps) {
     // Errors of the steps feed a cascade that hardly decays: the longer it has lasted the more they are.
-    if (motion_.worn_out(kWornOut * problem_.tolerance * (1 + result_.steps / kFeed))) break;
+    if (motion_.rebounds_negligible(kNegligibleRebound * problem_.tolerance * (1 + result_.steps / kFeed))) break;
     if (result_.steps == problem_.most_steps || !motion_.y().allFinite()) {
       result_.failure = fmt::format("contacts did not part within {} steps of the inner time", result_.steps);
       break;

@@ -6,7 +6,7 @@
 /// In an inner time every contact has a linear normal spring of infinitesimal size and Coulomb friction on a rigid
 /// tangent plane; the hypothesis of restitution decides how the spring unloads. For one contact the result does not
 /// depend on its stiffness: it is Routh's construction. Integrated with DOP853 to `tolerance`; the instants at which a
-/// spring turns, lets go or begins to act, and at which a contact begins or ceases to slide, are located.
+/// spring turns, releases or begins to act, and at which a contact begins or ceases to slide, are located.
 
 #include <Eigen/Core>
 #include <string>

@@ -63,10 +63,10 @@ bool PathMotion::any_touching() const {
                      [](const PathSpring& s) { return s.phase != NormalPhase::open; });
 }
 
-bool PathMotion::worn_out(double small) const {
+bool PathMotion::rebounds_negligible(double small) const {
   for (int i = 0; i < count_; ++i) {
     if (!touches(i)) continue;
-    // The velocity to which the spring could throw back.
+    // The velocity to which the spring could make it rebound.
     const double stored = std::abs(y_[i]) * std::sqrt(W_(3 * i, 3 * i) / stiffness(i));
     if (stored > small || std::abs(normal_velocity(y_, i) - contact(i).released) > small) return false;
   }
@@ -312,7 +312,7 @@ double PathMotion::try_step(double h) {
   return e5 == 0 ? 0.0 : e5 * e5 / std::sqrt(e5 * e5 + 0.01 * e3 * e3);
 }
 
-// Errors of forces, of impulses as the velocities feel them, and of the books, over the tolerance.
+// Errors of forces, of impulses as the velocities feel them, and of the energy balance, over the tolerance.
 double PathMotion::error_size(const PathState& error) const {
   double largest = error.head(count_).lpNorm<Eigen::Infinity>();
   for (Eigen::Index i = 0; i < 3 * count_; ++i) {

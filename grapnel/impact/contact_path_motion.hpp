@@ -29,7 +29,7 @@ struct PathSpring {
   Eigen::Vector2d direction = Eigen::Vector2d::Zero();  // of sliding while its speed is still zero
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();     // tangential velocity that counts as none
   Eigen::Vector2d share = Eigen::Vector2d::Zero();      // where sticking is redundant: force over the cone's radius
-  double released = 0;  // Newton's: the normal velocity at which the spring lets go; otherwise 0
+  double released = 0;  // Newton's: the normal velocity at which the spring releases; otherwise 0
   double top = 0;       // f when unloading began
   double slope = 0;     // Poisson's: f' while unloading
 };
@@ -41,7 +41,7 @@ struct RestProblem {
   bool redundant = false;  // A is singular
 };
 
-/// Instants that end a step: the normal velocity turns, the spring lets go, the friction force reaches its cone.
+/// Instants that end a step: the normal velocity turns, the spring releases, the friction force reaches its cone.
 enum class Watch { velocity, release, cone };
 
 class PathMotion {
@@ -59,8 +59,8 @@ class PathMotion {
   bool touches(int i) const { return contact(i).phase != NormalPhase::open; }
   bool any_touching() const;
   /// Whether of all contacts that touch the normal forces, and velocities less what Newton's hypothesis wants, have
-  /// become this small: contacts can throw each other back for ever, by the same factor in every cycle.
-  bool worn_out(double small) const;
+  /// become this small: contacts can rebound from each other for ever, by the same factor in every cycle.
+  bool rebounds_negligible(double small) const;
   double friction(int i) const { return problem_.contacts[static_cast<std::size_t>(i)].friction; }
 
   double normal_velocity(const PathState& y, int i) const;

@@ -33,7 +33,7 @@ ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Eigen::VectorXd& part
   checks.kinetic_energy_before = kinetic_energy(M, before);
   checks.kinetic_energy_after = kinetic_energy(M, after);
   const double T0 = kinetic_energy(M, before.cwiseProduct(part)), T1 = kinetic_energy(M, after.cwiseProduct(part));
-  // Of M v, not of M dv: a grip that meets its target's motion exactly has a dv of rounding alone. After the impact
+  // Of M v, not of M dv: a grasp that meets its target's motion exactly has a dv of rounding alone. After the impact
   // there may be more of it than before, where drives work.
   const double scale = std::max(T0, T1);
   checks.energy_identity_residual = ratio(std::abs((T1 - T0) - work), scale);

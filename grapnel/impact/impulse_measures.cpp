@@ -55,7 +55,7 @@ class Response {
   Eigen::LLT<Eigen::MatrixXd> factor_;
 };
 
-// Velocities once the held rates have the values they are to have, before any grip acts.
+// Velocities once the held rates have the values they are to have, before any grasp acts.
 Eigen::VectorXd velocity_with_held(const Eigen::MatrixXd& M, const State& state, std::span<const HeldRate> held,
                                    const Response& response) {
   const Eigen::VectorXd v = Eigen::Map<const Eigen::VectorXd>(state.v.data(), M.rows());
@@ -105,9 +105,9 @@ EndEffectorMeasures measure_end_effector(const Model& model, const Kinematics& k
   return m;
 }
 
-// D of (7.8) over all grips, block by block.
-Eigen::MatrixXd grip_metric(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps,
-                            Eigen::Index rows) {
+// D of (7.8) over all grasps, block by block.
+Eigen::MatrixXd grasp_metric(const Model& model, const Kinematics& kinematics, std::span<const Grasp> grasps,
+                             Eigen::Index rows) {
   Eigen::MatrixXd D = Eigen::MatrixXd::Zero(rows, rows);
   for (Eigen::Index row = 0; const Grasp& g : grasps) {
     D.block(row, row, row_count(g.model), row_count(g.model)) = target_mobility(model, kinematics, g);
@@ -169,10 +169,10 @@ void measure_base(const Model& model, const Kinematics& kinematics, int root, co
     comparable = I_b.matrixU() * change.middleRows<6>(v);
   }
   m.zero_disturbance = without_effect(comparable, metric);
-  m.zero_turning = without_effect(m.base_response.topRows<3>(), metric);
+  m.zero_base_angular_velocity = without_effect(m.base_response.topRows<3>(), metric);
 }
 
-// (13.7) for all grips and their resultant, against the robot's and the systems' centres of mass.
+// (13.7) for all grasps and their resultant, against the robot's and the systems' centres of mass.
 void measure_lines(const Model& model, const Kinematics& kinematics, int root, std::span<const Grasp> grasps,
                    std::span<const Impulsed> impulses, ImpulseMeasures& m) {
   const Vector3d robot = center_of_mass(model, kinematics, {&root, 1});
@@ -221,7 +221,7 @@ ImpulseLine impulse_line(const Impulsed& P_WC, const Vector3d& p_WC, const Vecto
 ImpulseMeasures impulse_measures(const Model& model, const State& state, int root, std::span<const Grasp> grasps,
                                  std::span<const Impulsed> impulses, std::span<const HeldRate> held) {
   if (!impulses.empty() && impulses.size() != grasps.size())
-    throw std::invalid_argument("impulse_measures: one impulse per grip is needed, or none");
+    throw std::invalid_argument("impulse_measures: one impulse per grasp is needed, or none");
   const Kinematics kinematics = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state);
   const Response response(M, held);
@@ -234,11 +234,11 @@ ImpulseMeasures impulse_measures(const Model& model, const State& state, int roo
   const Eigen::MatrixXd change = response(J.transpose());
   m.contact_inertia = J * change;
   if (J.rows() > 0) {
-    const Eigen::LLT<Eigen::MatrixXd> metric(grip_metric(model, kinematics, grasps, J.rows()));
+    const Eigen::LLT<Eigen::MatrixXd> metric(grasp_metric(model, kinematics, grasps, J.rows()));
     measure_coupled(response.half(J.transpose()), J * velocity, metric, m);
     measure_base(model, kinematics, root, M, change, metric, m);
   } else {
-    m.base_response = m.zero_disturbance = m.zero_turning = Eigen::MatrixXd(6, 0);
+    m.base_response = m.zero_disturbance = m.zero_base_angular_velocity = Eigen::MatrixXd(6, 0);
   }
   if (!impulses.empty()) measure_lines(model, kinematics, root, grasps, impulses, m);
   return m;

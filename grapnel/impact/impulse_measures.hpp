@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// What impulses at the grips would do, and which impulses a given motion brings: measures of a configuration, for r
+/// What impulses at the grasps would do, and which impulses a given motion brings: measures of a configuration, for r
 /// arms coupled through a floating base (the extended inverse inertia, impulse ellipsoid and impulse index go back to
 /// Yoshida and Sashida 1993; docs/theory.md, section 13).
 ///
@@ -26,7 +26,7 @@ struct ImpulseEllipsoid {
   Eigen::Vector3d semi_axes;  // impulse per velocity along each, descending [kg, or kg m^2]; infinite where rigid
 };
 
-/// Of one grip, at its contact point, the other arms (and what they would grip) free.
+/// Of one grasp, at its contact point, the other arms (and what they would grasp) free.
 struct EndEffectorMeasures {
   /// Extended inverse inertia of the robot alone, J_E M^-1 J_E^T (13.1): the change of the end-effector's twist
   /// [angular; linear] at the contact point in W for a unit impulse [angular; linear] on it there
@@ -60,32 +60,32 @@ struct ImpulseLine {
 };
 
 struct ImpulseMeasures {
-  std::vector<EndEffectorMeasures> end_effectors;  // per grip
-  /// Coupled over all r grips, in their constrained directions (rows): W = J M^-1 J^T of (7.4), relative velocity per
+  std::vector<EndEffectorMeasures> end_effectors;  // per grasp
+  /// Coupled over all r grasps, in their constrained directions (rows): W = J M^-1 J^T of (7.4), relative velocity per
   /// impulse [1/(kg m^2), 1/(kg m), 1/kg].
   Eigen::MatrixXd contact_inertia;
   int rank = 0;  // of it
   /// Largest and smallest singular value of (G^-1 W G^-T)^+ over its range, D = G G^T of (7.8): how much impulse a
-  /// relative motion brings at worst and at best, 1 where the robot is immovable and the target has one grip [1].
+  /// relative motion brings at worst and at best, 1 where the robot is immovable and the target has one grasp [1].
   double largest_impulse = 0, smallest_impulse = 0;
-  /// The same for the present relative motion u of all grips: sqrt(P^T D P / u^T D^-1 u), P = -W^+ u (13.6) [1].
+  /// The same for the present relative motion u of all grasps: sqrt(P^T D P / u^T D^-1 u), P = -W^+ u (13.6) [1].
   double coupled_index = 0;
   /// Change of the base's twist [angular; linear] at B's origin, in W, per impulse on the robot in each row, 6 x rows
   /// (13.8): [rad/s, m/s per N m s, N s]. Zero for a base that is fixed or held.
   Eigen::MatrixXd base_response;
   /// Impulses that leave the base's whole twist alone, and those that leave its angular velocity alone: columns in the
   /// constrained directions, orthonormal in D (N^T D N = 1; D's unit is that of energy per impulse squared).
-  Eigen::MatrixXd zero_disturbance;  // rows x k
-  Eigen::MatrixXd zero_turning;      // rows x k', contains the former
-  /// Where `impulses` pass the centre of mass of the robot, one entry per grip, and last their resultant. An impulse
+  Eigen::MatrixXd zero_disturbance;            // rows x k
+  Eigen::MatrixXd zero_base_angular_velocity;  // rows x k', contains the former
+  /// Where `impulses` pass the centre of mass of the robot, one entry per grasp, and last their resultant. An impulse
   /// with neither miss nor couple leaves the robot's angular momentum about its centre of mass alone, and with all
   /// joints locked the base's angular velocity.
   std::vector<ImpulseLine> robot_line;
-  /// The same against the centre of mass of robot and this grip's target; last: of robot and all gripped targets.
+  /// The same against the centre of mass of robot and this grasp's target; last: of robot and all grasped targets.
   std::vector<ImpulseLine> system_line;
 };
 
-/// `root`: the robot's base. `impulses`: on the robot at each grip, in W, of the solved impact; empty: no lines.
+/// `root`: the robot's base. `impulses`: on the robot at each grasp, in W, of the solved impact; empty: no lines.
 /// `held`: as of plastic_impact().
 /// @throws std::invalid_argument if `impulses` has another size than `grasps`, or the state another model's.
 ImpulseMeasures impulse_measures(const Model& model, const State& state, int root, std::span<const Grasp> grasps,

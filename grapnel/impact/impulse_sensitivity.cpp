@@ -29,7 +29,7 @@ Vector3d as_vector3(const Eigen::VectorXd& x, Eigen::Index first) { return {x[fi
 // One parameter: what it is called, and in which direction it changes the problem.
 struct Parameter {
   std::string name, unit;
-  int grip;
+  int grasp;
   ImpactVariation variation;
 };
 
@@ -72,7 +72,7 @@ class SolvedImpact {
   };
   std::optional<Derivative> along(const ImpactVariation& variation, std::string& undefined) const {
     if (contradiction_) {
-      undefined = "the held rates ask for velocities that the grips do not allow";
+      undefined = "the held rates ask for velocities that the grasps do not allow";
       return {};
     }
     const VariedImpact d = vary_impact(model_, state_, grasps_, held_, variation);
@@ -96,7 +96,7 @@ class SolvedImpact {
     return Derivative{mass_.matrixU().solve(c + range_ * (wanted - along_rows)), metric_.matrixU().solve(y),
                       d.directions};
   }
-  // P as it is, in the rows of one grip from `row` on.
+  // P as it is, in the rows of one grasp from `row` on.
   Eigen::VectorXd impulse(Eigen::Index row, Eigen::Index rows) const { return impulse_.segment(row, rows); }
 
  private:
@@ -156,13 +156,13 @@ void set_target_twist(const Model& model, const Kinematics& kinematics, const Gr
 }
 
 // Relative motion, as the target's (end-effector minus target, hence the signs), and its direction.
-void add_relative_motion(const Model& model, const Kinematics& kinematics, const Grasp& g, int grip,
+void add_relative_motion(const Model& model, const Kinematics& kinematics, const Grasp& g, int grasp,
                          std::vector<Parameter>& parameters) {
   const Twistd V_E = shift(kinematics.V_WB[g.robot_body], g.p_WC - kinematics.X_WB[g.robot_body].p);
   const Twistd V_T = shift(kinematics.V_WB[g.target_body], g.p_WC - kinematics.X_WB[g.target_body].p);
   const Vector3d u = V_E.linear - V_T.linear;
   const auto add = [&](const std::string& name, const char* unit, const Twistd& relative) {
-    Parameter p{name, unit, grip, ImpactVariation(model)};
+    Parameter p{name, unit, grasp, ImpactVariation(model)};
     set_target_twist(model, kinematics, g, {-relative.angular, -relative.linear}, p.variation);
     parameters.push_back(std::move(p));
   };
@@ -174,10 +174,10 @@ void add_relative_motion(const Model& model, const Kinematics& kinematics, const
     add(std::string("angle of attack") + kAxisNames[k], "rad", {none, cross(Vector3d::unit(k), u)});
 }
 
-// The joints between the gripping bodies and the base, and the least-squares inverse of the Jacobian of these bodies.
-class GrippingArms {
+// The joints between the grasping bodies and the base, and the least-squares inverse of the Jacobian of these bodies.
+class GraspingArms {
  public:
-  GrippingArms(const Model& model, const State& state, const Kinematics& kinematics, int root,
+  GraspingArms(const Model& model, const State& state, const Kinematics& kinematics, int root,
                std::span<const Grasp> grasps)
       : model_(model), state_(state), grasps_(grasps) {
     std::vector<bool> moves(static_cast<std::size_t>(model.velocities()), false);
@@ -206,21 +206,21 @@ class GrippingArms {
     svd_.setThreshold(kArmTolerance);
   }
 
-  // Turns the end-effector of a grip; false if the arm cannot, or cannot go on moving it as it does.
-  bool turn(int grip, const Vector3d& axis, ImpactVariation& variation) const {
+  // Turns the end-effector of a grasp; false if the arm cannot, or cannot go on moving it as it does.
+  bool turn(int grasp, const Vector3d& axis, ImpactVariation& variation) const {
     Eigen::VectorXd motion = Eigen::VectorXd::Zero(scale_.rows());
-    for (int k = 0; k < 3; ++k) motion[6 * grip + k] = axis[k];
+    for (int k = 0; k < 3; ++k) motion[6 * grasp + k] = axis[k];
     if (!follow(motion, variation.configuration)) return false;
     // Twists J v stay: J_m v' = -J' v (13.16).
     const DualMatrix J = vary_end_effectors(model_, state_, grasps_, variation.configuration);
     if (!follow(-J.derivative * as_vector(state_.v), variation.velocity)) return false;
-    variation.grip = grip;
+    variation.grasp = grasp;
     variation.turn = axis;
     return true;
   }
 
  private:
-  // Velocities of the joints that give the gripping bodies these twists.
+  // Velocities of the joints that give the grasping bodies these twists.
   bool follow(const Eigen::VectorXd& twists, std::vector<double>& velocities) const {
     const Eigen::VectorXd wanted = scale_ * twists;
     if (wanted.norm() == 0) return true;
@@ -241,9 +241,9 @@ class GrippingArms {
   Eigen::JacobiSVD<Eigen::MatrixXd> svd_;
 };
 
-void add_target(const Model& model, int target, int grip, std::vector<Parameter>& parameters) {
+void add_target(const Model& model, int target, int grasp, std::vector<Parameter>& parameters) {
   const auto add = [&](const char* name, const char* unit, double mass, const Symmetric3d& inertia) {
-    Parameter p{name, unit, grip, ImpactVariation(model)};
+    Parameter p{name, unit, grasp, ImpactVariation(model)};
     p.variation.target = target;
     p.variation.mass = mass;
     p.variation.inertia = inertia;
@@ -258,31 +258,31 @@ void add_target(const Model& model, int target, int grip, std::vector<Parameter>
 std::vector<Parameter> list_parameters(const Model& model, const State& state, int root,
                                        std::span<const Grasp> grasps) {
   const Kinematics kinematics = forward_kinematics(model, state);
-  const GrippingArms arms(model, state, kinematics, root, grasps);
+  const GraspingArms arms(model, state, kinematics, root, grasps);
   std::vector<Parameter> parameters;
   std::vector<int> targets;
   for (std::size_t i = 0; i < grasps.size(); ++i) {
-    const int grip = static_cast<int>(i);
-    add_relative_motion(model, kinematics, grasps[i], grip, parameters);
+    const int grasp = static_cast<int>(i);
+    add_relative_motion(model, kinematics, grasps[i], grasp, parameters);
     for (int k = 0; k < 3; ++k) {
-      Parameter p{std::string("approach angle") + kAxisNames[k], "rad", grip, ImpactVariation(model)};
-      if (arms.turn(grip, Vector3d::unit(k), p.variation)) parameters.push_back(std::move(p));
+      Parameter p{std::string("approach angle") + kAxisNames[k], "rad", grasp, ImpactVariation(model)};
+      if (arms.turn(grasp, Vector3d::unit(k), p.variation)) parameters.push_back(std::move(p));
     }
     for (int k = 0; k < 3; ++k) {
-      Parameter p{std::string("contact offset") + kAxisNames[k], "m", grip, ImpactVariation(model)};
-      p.variation.grip = grip;
+      Parameter p{std::string("contact offset") + kAxisNames[k], "m", grasp, ImpactVariation(model)};
+      p.variation.grasp = grasp;
       p.variation.contact = Vector3d::unit(k);
       parameters.push_back(std::move(p));
     }
     const int target = grasps[i].target_body;
     if (std::find(targets.begin(), targets.end(), target) != targets.end()) continue;
     targets.push_back(target);
-    add_target(model, target, grip, parameters);
+    add_target(model, target, grasp, parameters);
   }
   return parameters;
 }
 
-// d P of every grip in six components: the directions may turn.
+// d P of every grasp in six components: the directions may turn.
 std::vector<Impulsed> impulses_of(const SolvedImpact& solved, const SolvedImpact::Derivative& d) {
   std::vector<Impulsed> impulses;
   for (Eigen::Index row = 0; const DualMatrix& A : d.directions) {
@@ -313,7 +313,7 @@ std::vector<ImpulseSensitivity> impulse_sensitivities(const Model& model, const 
 
   std::vector<ImpulseSensitivity> sensitivities;
   for (const Parameter& p : list_parameters(model, state, root, grasps)) {
-    ImpulseSensitivity s{p.name, p.unit, p.grip, {}, {}, Twistd::zero()};
+    ImpulseSensitivity s{p.name, p.unit, p.grasp, {}, {}, Twistd::zero()};
     if (const auto d = solved.along(p.variation, s.undefined)) {
       s.impulse = impulses_of(solved, *d);
       // The base's own velocity before the impact is no parameter's: d (V+ - V-) = d V+.

@@ -16,25 +16,25 @@ namespace grapnel {
 struct ImpulseSensitivity {
   std::string parameter;  // see impulse_sensitivities()
   std::string unit;       // of the parameter: "m/s", "rad/s", "rad", "kg", "kg m^2", "m"
-  int grip = 0;           // whose motion, approach, contact or target changes; of a shared target the first
+  int grasp = 0;          // whose motion, approach, contact or target changes; of a shared target the first
   /// Why there are no derivatives (then NaN): the rank of the constraints changes with the parameter, or held rates
-  /// contradict the grips. Empty: they are valid.
+  /// contradict the grasps. Empty: they are valid.
   std::string undefined;
-  /// d P / d parameter, per grip, on the robot at its contact point (which moves with "contact offset"), in W. Where
+  /// d P / d parameter, per grasp, on the robot at its contact point (which moves with "contact offset"), in W. Where
   /// rows are redundant: of the least impulse in D, which plastic_impact() returns.
   std::vector<Impulsed> impulse;
   Twistd base = Twistd::zero();  // d (V+ - V-) / d parameter of the base at B's origin, in W
 };
 
-/// The parameters, in this order, for every grip:
+/// The parameters, in this order, for every grasp:
 /// - "relative velocity x", y, z [m/s] and "relative angular velocity x", y, z [rad/s]: of the end-effector against the
-///   target at the contact point, in W; it is the target's twist that changes (of a shared target at all its grips).
+///   target at the contact point, in W; it is the target's twist that changes (of a shared target at all its grasps).
 /// - "angle of attack x", y, z [rad]: the relative velocity turns about these axes of W, its size kept; likewise by the
 ///   target's velocity.
 /// - "approach angle x", y, z [rad]: the end-effector turns about the contact point, about these axes of W. Contact
 ///   point, base and all targets, their motion, and where and how all end-effectors move stay: with J the Jacobians of
-///   all gripping bodies by the joints between them and the base, these move by dq = J^+ [axis; 0] (zero for the other
-///   grips) and their rates follow by J^+ (-dJ v), the least sum of squares [rad, m] where redundant. A hinge's axis
+///   all grasping bodies by the joints between them and the base, these move by dq = J^+ [axis; 0] (zero for the other
+///   grasps) and their rates follow by J^+ (-dJ v), the least sum of squares [rad, m] where redundant. A hinge's axis
 ///   turns with the end-effector. Axes that the arm cannot follow are left out (planar arm: x and y).
 /// - "contact offset x", y, z [m]: the contact point moves in W, on both bodies alike.
 /// and for every target, with its motion kept: "target mass" [kg], its centre of mass and its inertia about it kept,
@@ -42,7 +42,7 @@ struct ImpulseSensitivity {
 ///
 /// `root`: the robot's base. `held`: as of plastic_impact(). The value after the impact is a constant (a brake's), but
 /// if it equals the present rate and is not zero the drive is taken to keep whatever rate the joint comes with.
-/// @throws std::invalid_argument if a grip's target is not a free body, or the state is another model's.
+/// @throws std::invalid_argument if a grasp's target is not a free body, or the state is another model's.
 std::vector<ImpulseSensitivity> impulse_sensitivities(const Model& model, const State& state, int root,
                                                       std::span<const Grasp> grasps,
                                                       std::span<const HeldRate> held = {});

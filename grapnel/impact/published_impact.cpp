@@ -24,16 +24,16 @@ Eigen::VectorXd as_eigen(const Twistd& V) {
 }
 Twistd as_twist(const Eigen::VectorXd& x) { return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}; }
 
-// One target with all its grips: J_t (2.15) of each with its lower-left block -[r x], stacked, and I_t (2.15) about the
-// target's centre of mass, in W.
+// One target with all its grasps: J_t (2.15) of each with its lower-left block -[r x], stacked, and I_t (2.15) about
+// the target's centre of mass, in W.
 struct TargetTerms {
   int body = -1;
-  std::vector<Eigen::Index> grips;
+  std::vector<Eigen::Index> grasps;
   Eigen::MatrixXd J_t, I_t;
   Twistd twist_com;
 };
 
-Eigen::MatrixXd grip_map(const Vector3d& r) {
+Eigen::MatrixXd grasp_map(const Vector3d& r) {
   Eigen::MatrixXd J_t = Eigen::MatrixXd::Identity(6, 6);
   J_t.bottomLeftCorner(3, 3) << 0, r[2], -r[1], -r[2], 0, r[0], r[1], -r[0], 0;
   return J_t;
@@ -56,14 +56,14 @@ std::vector<TargetTerms> target_terms(const Model& model, const Kinematics& kine
       terms.twist_com = shift(kinematics.V_WB[g.target_body], X_WT.R * d.com);
       t = all.insert(all.end(), std::move(terms));
     }
-    t->grips.push_back(static_cast<Eigen::Index>(i));
+    t->grasps.push_back(static_cast<Eigen::Index>(i));
     t->J_t.conservativeResize(t->J_t.rows() + 6, 6);
-    t->J_t.bottomRows(6) = grip_map(g.p_WC - X_WT * d.com);
+    t->J_t.bottomRows(6) = grasp_map(g.p_WC - X_WT * d.com);
   }
   return all;
 }
 
-// J_t^-1 x; with several grips J_t has more rows than columns, and the inverse is read as the least-squares one.
+// J_t^-1 x; with several grasps J_t has more rows than columns, and the inverse is read as the least-squares one.
 Eigen::MatrixXd divide_by(const Eigen::MatrixXd& J_t, const Eigen::MatrixXd& x) {
   if (J_t.rows() == 6) return J_t.partialPivLu().solve(x);
   return J_t.householderQr().solve(x);
@@ -92,8 +92,8 @@ PublishedImpact published_impact(const Model& model, const State& state, int roo
   std::vector<Eigen::MatrixXd> maps;  // J_t^-1 J of each target
   for (const TargetTerms& t : terms) {
     Eigen::MatrixXd J_k(t.J_t.rows(), n);
-    for (std::size_t i = 0; i < t.grips.size(); ++i) {
-      J_k.middleRows(6 * static_cast<Eigen::Index>(i), 6) = J.middleRows(6 * t.grips[i], 6);
+    for (std::size_t i = 0; i < t.grasps.size(); ++i) {
+      J_k.middleRows(6 * static_cast<Eigen::Index>(i), 6) = J.middleRows(6 * t.grasps[i], 6);
     }
     maps.push_back(divide_by(t.J_t, J_k));
     const Eigen::MatrixXd& C = maps.back();

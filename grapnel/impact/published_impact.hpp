@@ -18,8 +18,8 @@ struct PublishedImpact {
   Momentumd momentum_error = Momentumd::zero();  // total after minus before, about the world's origin, in W
 };
 
-/// `root` is the robot's base. Undefined where a grip is not rigid, where the base is fixed, and where
-/// I (thetadot_f - thetadot_i) is not in the range of J^T. Where several arms grip one target, J and J_t of its grips
+/// `root` is the robot's base. Undefined where a grasp is not rigid, where the base is fixed, and where
+/// I (thetadot_f - thetadot_i) is not in the range of J^T. Where several arms grasp one target, J and J_t of its grasps
 /// are stacked, and J_t^-1 in (3.10) and (3.12) is read as the least-squares inverse, on which the thesis is silent.
 PublishedImpact published_impact(const Model& model, const State& state, int root, std::span<const Grasp> grasps);
 

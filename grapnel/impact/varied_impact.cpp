@@ -97,7 +97,7 @@ DualMatrix vary_directions(const Grasp& grasp, const Vector3d& turn) {
   return A;
 }
 
-// J_t M_t^-1 J_t^T of one grip's free target (5.2), 6 x 6: column by column the twist at the contact that a unit
+// J_t M_t^-1 J_t^T of one grasp's free target (5.2), 6 x 6: column by column the twist at the contact that a unit
 // impulse there brings. The target itself does not move.
 DualMatrix vary_mobility(const Model& model, const Kinematics& kinematics, const Grasp& grasp,
                          const Vector3<Dual>& p_WC, const ImpactVariation& variation) {
@@ -164,7 +164,7 @@ VariedImpact vary_impact(const Model& model, const State& state, std::span<const
   Eigen::Index row = 0;
   for (std::size_t i = 0; i < grasps.size(); ++i) {
     const Grasp& g = grasps[i];
-    const bool varied = static_cast<int>(i) == variation.grip;
+    const bool varied = static_cast<int>(i) == variation.grasp;
     const Vector3<Dual> p_WC = dual(g.p_WC, varied ? variation.contact : Vector3d::zero());
     const DualMatrix A = vary_directions(g, varied ? variation.turn : Vector3d::zero());
     DualMatrix relative = body_jacobian(model, system, g.robot_body, p_WC);

@@ -9,8 +9,8 @@ namespace grapnel {
 namespace {
 
 // Of the size of its terms, what of a self-stress reaches a drive: less than this is rounding, and the self-stress one
-// of the grips alone.
-constexpr double kGripsAlone = 1e-8;
+// of the grasps alone.
+constexpr double kGraspsAlone = 1e-8;
 // Of the size of its terms: what a self-stress does on the rates told is zero.
 constexpr double kWorkRounding = 1e-13;
 // Of the largest rate, in the metric J_r: a drive that misses what it was told by less has not given way.
@@ -27,23 +27,23 @@ double drive_inertia(const Model& model, int velocity) {
   return 1;  // of a root or a spherical joint
 }
 
-std::optional<Eigen::VectorXd> rates_that_grips_allow(const BilateralRows& rows, const Eigen::VectorXd& after,
-                                                      const Eigen::MatrixXd& null_space) {
+std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows, const Eigen::VectorXd& after,
+                                                       const Eigen::MatrixXd& null_space) {
   const Eigen::Index held = rows.held_inertia.size();
   if (held == 0 || null_space.cols() == 0) return {};
   // Self-stresses that reach the drives: S_h = -J_h^T S_g over the size that its terms can have.
-  const Eigen::Index grips = rows.J.rows() - held;
-  const Eigen::MatrixXd J_h = rows.J.topRows(grips)(Eigen::all, rows.held);
-  const Eigen::VectorXd size = (J_h.cwiseAbs().transpose() * rows.D.diagonal().head(grips).cwiseSqrt().cwiseInverse());
+  const Eigen::Index grasps = rows.J.rows() - held;
+  const Eigen::MatrixXd J_h = rows.J.topRows(grasps)(Eigen::all, rows.held);
+  const Eigen::VectorXd size = (J_h.cwiseAbs().transpose() * rows.D.diagonal().head(grasps).cwiseSqrt().cwiseInverse());
   Eigen::MatrixXd reach = null_space.bottomRows(held);
   for (Eigen::Index i = 0; i < held; ++i) reach.row(i) *= size[i] > 0 ? 1 / size[i] : 0;
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(reach, Eigen::ComputeFullV);
-  const Eigen::Index count = (svd.singularValues().array() > kGripsAlone).count();
+  const Eigen::Index count = (svd.singularValues().array() > kGraspsAlone).count();
   if (count == 0) return {};
   const Eigen::MatrixXd V = svd.matrixV().leftCols(count);
   Eigen::MatrixXd S = null_space * V;
   for (Eigen::Index i = 0; i < held; ++i) {
-    if ((reach.row(i) * V).norm() <= kGripsAlone) S.row(grips + i).setZero();  // a drive in no loop
+    if ((reach.row(i) * V).norm() <= kGraspsAlone) S.row(grasps + i).setZero();  // a drive in no loop
   }
   const Eigen::VectorXd work = S.transpose() * after;  // on the rates told
   const Eigen::VectorXd terms = S.cwiseAbs().transpose() * after.cwiseAbs();

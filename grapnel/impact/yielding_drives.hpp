@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Held rates that the grips do not allow: drives give way, as little as they can (docs/theory.md, section 7).
+/// Held rates that the grasps do not allow: drives give way, as little as they can (docs/theory.md, section 7).
 ///
 /// A drive that holds a rate stands for a rotor of infinite inertia. The limit k -> infinity of the plastic impact with
 /// rotors k J_r that come in at the rates told is
@@ -14,7 +14,7 @@
 ///
 ///   s = w_h - J_r^-1 S_h (S_h^T J_r^-1 S_h)^+ (S_g^T w_g + S_h^T w_h).                                          (7.20)
 ///
-/// Momentum and grips are kept exactly. Where the rates told agree with the grips the bracket is zero, and so is the
+/// Momentum and grasps are kept exactly. Where the rates told agree with the grasps the bracket is zero, and so is the
 /// change.
 
 #include <optional>
@@ -29,8 +29,8 @@ double drive_inertia(const Model& model, int velocity);
 
 /// s of (7.20), where it differs from what `after` asks of the held rows, the last ones, by more than rounding; nothing
 /// where no drive has to give way. `null_space`: the self-stresses of `rows`, as of solve_impulsive_constraint().
-std::optional<Eigen::VectorXd> rates_that_grips_allow(const BilateralRows& rows, const Eigen::VectorXd& after,
-                                                      const Eigen::MatrixXd& null_space);
+std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows, const Eigen::VectorXd& after,
+                                                       const Eigen::MatrixXd& null_space);
 
 /// Per held rate, whether its drive gave way: whether it is off what it was told by more than rounding. `velocity`: of
 /// the whole model, after the impact.

@@ -12,9 +12,9 @@
 namespace grapnel {
 namespace {
 
-// Of the kinetic energy before: what springs of grips may hold when the time is over, as they may when grips are at
+// Of the kinetic energy before: what springs of grasps may hold when the time is over, as they may when grasps are at
 // rest and the joined bodies turn.
-constexpr double kLeftInGrips = 1e-3;
+constexpr double kLeftInGrasps = 1e-3;
 
 // Where a grasp of the problem is in the solver's lists.
 struct Place {
@@ -51,7 +51,7 @@ ForceProfile profile_of(const ForceHistory& history) {
   return p;
 }
 
-// The grips' and contacts' side of the impact, in the bodies of `system`.
+// The grasps' and contacts' side of the impact, in the bodies of `system`.
 class Yielding {
  public:
   Yielding(const CaptureProblem& problem, const CaptureSystem& free, const Contact& contact,
@@ -63,9 +63,9 @@ class Yielding {
       grasp.robot_body = same_body(free.model, grasp.robot_body, system.model);
       grasp.target_body = same_body(free.model, grasp.target_body, system.model);
       if (!problem.grasps[i].contact) {
-        places_.push_back({false, grips_.size()});
-        const GripComplianceSetup& g = impact.grip;
-        grips_.push_back({grasp, g.linear_stiffness, g.linear_damping, g.angular_stiffness, g.angular_damping});
+        places_.push_back({false, grasps_.size()});
+        const GraspComplianceSetup& g = impact.grasp;
+        grasps_.push_back({grasp, g.linear_stiffness, g.linear_damping, g.angular_stiffness, g.angular_damping});
         continue;
       }
       places_.push_back({true, contacts_.size()});
@@ -81,24 +81,24 @@ class Yielding {
   }
 
   std::span<const CompliantContact> contacts() const { return contacts_; }
-  std::span<const CompliantGrip> grips() const { return grips_; }
+  std::span<const CompliantGrasp> grasps() const { return grasps_; }
   std::size_t size() const { return places_.size(); }
 
   const ForceHistory& history(const CompliantOutcome& outcome, std::size_t grasp) const {
     const Place& p = places_[grasp];
-    return p.contact ? outcome.contacts[p.index] : outcome.grips[p.index];
+    return p.contact ? outcome.contacts[p.index] : outcome.grasps[p.index];
   }
   // The two bodies that a grasp joins.
   std::pair<int, int> bodies(std::size_t grasp) const {
     const Place& p = places_[grasp];
     if (p.contact) return {contacts_[p.index].robot_body, contacts_[p.index].target_body};
-    return {grips_[p.index].grasp.robot_body, grips_[p.index].grasp.target_body};
+    return {grasps_[p.index].grasp.robot_body, grasps_[p.index].grasp.target_body};
   }
 
  private:
   std::vector<Place> places_;
   std::vector<CompliantContact> contacts_;
-  std::vector<CompliantGrip> grips_;
+  std::vector<CompliantGrasp> grasps_;
 };
 
 // What joints pass on at a sample.
@@ -157,7 +157,7 @@ std::vector<CompliantSample> samples_of(const CompliantTask& task, const Yieldin
       sample.grasp_wrenches.push_back(Wrenchd{h.moment[s], h.force[s]});
     }
     const Kinematics k = forward_kinematics(model, sample.state);
-    for (const HeldGrasp& held : task.system.grips) {  // its target hangs on the robot: what reaches it, reversed
+    for (const HeldGrasp& held : task.system.grasps) {  // its target hangs on the robot: what reaches it, reversed
       const Grasp grasp = grasp_of(held, k);
       const int target = grasp.target_body;
       sample.held_wrenches.push_back(-shift(through[s][target], grasp.p_WC - k.X_WB[target].p));
@@ -209,20 +209,20 @@ void describe_unfinished(const CompliantTask& task, const Yielding& yielding, co
     }
     if (!how.empty()) places.push_back(fmt::format("{} is {}", task.problem.grasps[i].end_effector, how));
   }
-  // Nobody gets it back: the balance does not close. Grips that turn with their target never come to rest entirely.
+  // Nobody gets it back: the balance does not close. Grasps that turn with their target never come to rest entirely.
   const double missing = outcome.elastic_energy_after / outcome.kinetic_energy_taking_part;
-  if (pressed || !(missing <= kLeftInGrips)) run.energy_residual += missing;
+  if (pressed || !(missing <= kLeftInGrasps)) run.energy_residual += missing;
   run.warnings.push_back(
       fmt::format("impact: it was not over after impact.longest = {:.4g} s, and what follows is not to be trusted: {}. "
                   "The {:.4g} J in "
-                  "springs are deleted, and grips take the rest of the relative motion out at once (a larger "
+                  "springs are deleted, and grasps take the rest of the relative motion out at once (a larger "
                   "impact.longest lets it "
                   "end)",
                   longest, places.empty() ? "relative motion is left" : fmt::format("{}", fmt::join(places, "; ")),
                   outcome.elastic_energy_after));
 }
 
-// One grip or contact; `after`: of the system.
+// One grasp or contact; `after`: of the system.
 GraspImpulse describe_yielding(const CompliantTask& task, const Yielding& yielding, const CompliantOutcome& outcome,
                                const Kinematics& before, const Kinematics& after, std::size_t i) {
   const ForceHistory& history = yielding.history(outcome, i);
@@ -279,7 +279,7 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   for (const HeldRate& h : task.held) held.push_back(h.velocity);
   const CompliantSetup& setup = task.problem.impact->compliant;
   const CompliantOutcome outcome =
-      compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grips(), setup, held, task.each_step);
+      compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grasps(), setup, held, task.each_step);
   CompliantRun run;
   if (outcome.status == CompliantOutcome::Status::failed) {
     run.failure = fmt::format("impact in time from t = {:.6g} s: {}", task.time, outcome.message);

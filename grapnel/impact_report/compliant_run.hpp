@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// An impact that is resolved in time (ImpactSetup::Law::compliant): from a contact to what its grips and contacts
+/// An impact that is resolved in time (ImpactSetup::Law::compliant): from a contact to what its grasps and contacts
 /// bear, instant by instant.
 
 #include <functional>
@@ -15,7 +15,7 @@ struct CompliantSample {
   double time = 0;                      // from its beginning [s]
   State state;                          // of the system given
   std::vector<Wrenchd> grasp_wrenches;  // per grasp of the problem, on the robot at the contact, in W
-  std::vector<Wrenchd> held_wrenches;   // per CaptureSystem::grips, which hold already: likewise
+  std::vector<Wrenchd> held_wrenches;   // per CaptureSystem::grasps, which hold already: likewise
   /// What a fixed base's mount put in since the sample before, about the world's origin, in W: all that there was.
   Momentumd from_ground = Momentumd::zero();
 };

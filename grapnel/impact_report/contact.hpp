@@ -2,7 +2,7 @@
 
 /// @file
 /// The instant of contact: how far end-effectors are from their grasp points, whether the grippers can close on them,
-/// and what is gripped where.
+/// and what is grasped where.
 
 #include <optional>
 
@@ -34,8 +34,9 @@ struct Contact {
   std::vector<Grasp> grasps;           // common points are the end-effectors' origins
 };
 
-/// Applies the rule contact.gap to the grasps that close now. `held`: targets (in the problem's order) that other grips
-/// hold already, which stay where they are; empty: none. A target that several arms grip moves by the mean of its gaps.
+/// Applies the rule contact.gap to the grasps that close now. `held`: targets (in the problem's order) that other
+/// grasps hold already, which stay where they are; empty: none. A target that several arms grasp moves by the mean of
+/// its gaps.
 Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
                      const std::vector<bool>& held = {});
 
@@ -63,7 +64,7 @@ double envelope_excess(const std::optional<CaptureEnvelope>& envelope, const Gra
 /// Whether an envelope says how far the end-effector may be: without that nobody can judge a capture.
 bool judges_position(const std::optional<CaptureEnvelope>& envelope);
 
-/// Whether each grip closes, with the reason in words.
+/// Whether each grasp closes, with the reason in words.
 struct GraspDecision {
   bool captured = false;
   bool judged = false;   // by an envelope with a position
@@ -74,7 +75,7 @@ struct GraspDecision {
 std::vector<GraspDecision> decide_grasps(const CaptureProblem& problem, const CaptureSystem& system,
                                          const Kinematics& kinematics);
 
-/// The excess of every grasp, for grips that close when their envelopes are met.
+/// The excess of every grasp, for grasps that close when their envelopes are met.
 std::vector<double> envelope_excesses(const CaptureProblem& problem, const CaptureSystem& system,
                                       const Kinematics& kinematics);
 

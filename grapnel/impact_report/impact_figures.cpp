@@ -30,7 +30,7 @@ void put(const ImpulseEllipsoid& ellipsoid, std::vector<Vector3d>& axes, std::ve
   }
 }
 
-// The grips as the measures see them: what only touches has no moment.
+// The grasps as the measures see them: what only touches has no moment.
 std::vector<Grasp> measured_grasps(const ImpactTask& task) {
   std::vector<Grasp> grasps = task.contact.grasps;
   for (std::size_t i = 0; i < grasps.size(); ++i) {
@@ -98,7 +98,7 @@ void add_measures(const ImpactTask& task, ImpactReport& report) {
     row += rows;
   }
   m.zero_disturbance = describe_impulses(grasps, found.zero_disturbance);
-  m.zero_turning = describe_impulses(grasps, found.zero_turning);
+  m.zero_base_angular_velocity = describe_impulses(grasps, found.zero_base_angular_velocity);
   report.measures = std::move(m);
 }
 
@@ -108,8 +108,8 @@ void add_sensitivities(const ImpactTask& task, ImpactReport& report) {
   for (const ImpulseSensitivity& from : found) {
     ImpactSensitivity s;
     s.parameter = from.parameter, s.unit = from.unit, s.undefined = from.undefined;
-    s.end_effector = task.problem.grasps[from.grip].end_effector;
-    s.target = task.problem.grasps[from.grip].target;
+    s.end_effector = task.problem.grasps[from.grasp].end_effector;
+    s.target = task.problem.grasps[from.grasp].target;
     for (std::size_t i = 0; i < from.impulse.size(); ++i) {
       const Vector3d& P = report.grasps[i].impulse;
       s.impulse.push_back(from.impulse[i].linear);

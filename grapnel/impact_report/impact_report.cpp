@@ -26,7 +26,7 @@ Twistd relative_twist(const Grasp& grasp, const Kinematics& k) {
          shift(k.V_WB[grasp.target_body], grasp.p_WC - k.X_WB[grasp.target_body].p);
 }
 
-// The grips' impulses, on both sides.
+// The grasps' impulses, on both sides.
 std::vector<ExternalImpulse> impulses_at(std::span<const Grasp> grasps, const ImpactSolution& solution) {
   std::vector<ExternalImpulse> external;
   for (std::size_t i = 0; i < grasps.size(); ++i) {
@@ -90,7 +90,7 @@ void describe_published(const CaptureSystem& system, const CaptureProblem& probl
   report.as_published = a;
 }
 
-// Every further grip of a target against its first: distances that no motion of the target changes.
+// Every further grasp of a target against its first: distances that no motion of the target changes.
 std::vector<LoopGap> loop_gaps(const CaptureProblem& problem, const Contact& contact) {
   std::vector<LoopGap> loops;
   for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
@@ -179,7 +179,7 @@ const char* name_of(ContactMode mode) {
 
 // --- The laws -------------------------------------------------------------------------------------------------------
 
-// E of bilateral restitution, row by row: grips that hold already are not thrown back.
+// E of bilateral restitution, row by row: grasps that hold already do not rebound.
 std::vector<std::vector<double>> restitution_rows(const ImpactTask& task) {
   std::vector<std::vector<double>> rows;
   for (std::size_t i = 0; i < task.contact.grasps.size(); ++i) {
@@ -194,7 +194,7 @@ std::vector<std::vector<double>> restitution_rows(const ImpactTask& task) {
   return rows;
 }
 
-ImpactSolution solve_grips(const ImpactTask& task, ImpactReport& report) {
+ImpactSolution solve_grasps(const ImpactTask& task, ImpactReport& report) {
   switch (task.law) {
     case ImpactSetup::Law::as_published:
       return published_solution(task.system, task.contact);
@@ -232,7 +232,7 @@ ContactRebound describe_rebound(const ContactPoint& point, const ContactPointImp
   return r;
 }
 
-// Contacts, with the grips that hold passing on what they bring: in the form that grips have.
+// Contacts, with the grasps that hold passing on what they bring: in the form that grasps have.
 ImpactSolution solve_contacts(const ImpactTask& task, const Kinematics& before, ImpactOutcome& outcome) {
   std::vector<ContactPoint> points;
   for (std::size_t i = task.already_closed; i < task.contact.grasps.size(); ++i)
@@ -248,7 +248,7 @@ ImpactSolution solve_contacts(const ImpactTask& task, const Kinematics& before, 
   outcome.residuals.cone = s.cone_residual;
   ImpactSolution solution;
   solution.velocity = s.velocity;
-  solution.contacts = s.grips;
+  solution.contacts = s.grasps;
   for (std::size_t i = 0; i < points.size(); ++i) {
     solution.contacts.push_back({s.contacts[i].P_WC, std::vector<bool>(6, s.unique)});
     report.grasps[task.already_closed + i].rebound = describe_rebound(points[i], s.contacts[i]);
@@ -372,7 +372,7 @@ ImpactOutcome run_impact(const ImpactTask& task) {
     report.grasps.push_back(describe_meeting(problem, contact, before, i));
 
   const bool rebounds = task.law == ImpactSetup::Law::restitution || task.law == ImpactSetup::Law::friction;
-  const ImpactSolution solution = rebounds ? solve_contacts(task, before, outcome) : solve_grips(task, report);
+  const ImpactSolution solution = rebounds ? solve_contacts(task, before, outcome) : solve_grasps(task, report);
   outcome.after = {contact.state.q, solution.velocity};
   outcome.residuals.momentum = solution.generalized_momentum_residual;
   outcome.residuals.energy = solution.energy_identity_residual;
@@ -406,7 +406,7 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   if (task.already_closed > 0) {
     report.as_published_absent = "a target is already held";
   } else if (rebounds) {
-    report.as_published_absent = "the thesis has grips only";
+    report.as_published_absent = "the thesis has grasps only";
   } else {
     describe_published(system, problem, contact, report);
   }

@@ -49,7 +49,7 @@ std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& k, std
 }
 
 std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample,
-                                    std::span<const Wrenchd> grips) {
+                                    std::span<const Wrenchd> grasps) {
   const PhaseDynamics& dynamics = *sample.dynamics;
   std::vector<ExternalWrench> external(dynamics.external_wrenches().begin(), dynamics.external_wrenches().end());
   const std::vector<Body>& bodies = system.model.bodies();
@@ -57,11 +57,11 @@ std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematic
     const BodyDescription& body = bodies[i].description;
     external.push_back({static_cast<int>(i), k.X_WB[i] * body.com, {Vector3d::zero(), body.mass * dynamics.gravity()}});
   }
-  for (std::size_t g = 0; g < system.grips.size(); ++g) {
-    if (system.grips[g].closure == HeldGrasp::kInTree) continue;  // a joint of the tree carries the target
-    const Grasp grasp = grasp_of(system.grips[g], k);
-    external.push_back({grasp.robot_body, grasp.p_WC, grips[g]});
-    external.push_back({grasp.target_body, grasp.p_WC, -grips[g]});
+  for (std::size_t g = 0; g < system.grasps.size(); ++g) {
+    if (system.grasps[g].closure == HeldGrasp::kInTree) continue;  // a joint of the tree carries the target
+    const Grasp grasp = grasp_of(system.grasps[g], k);
+    external.push_back({grasp.robot_body, grasp.p_WC, grasps[g]});
+    external.push_back({grasp.target_body, grasp.p_WC, -grasps[g]});
   }
   return joint_wrenches(system.model, k, dynamics.acceleration(), external);
 }
@@ -108,19 +108,19 @@ Wrenchd needed_wrench(const Model& model, const Kinematics& k, const BodyAcceler
   return F;
 }
 
-// All grips of one target.
+// All grasps of one target.
 struct TargetGrasps {
   const CaptureSystem& system;
   const Kinematics& k;
-  std::vector<std::size_t> held;  // in system.grips; the first carries the target
+  std::vector<std::size_t> held;  // in system.grasps; the first carries the target
   std::vector<Grasp> grasps;
   std::vector<Eigen::MatrixXd> directions, D;
 
   TargetGrasps(const CaptureSystem& s, const Kinematics& kinematics, int body) : system(s), k(kinematics) {
-    for (std::size_t i = 0; i < s.grips.size(); ++i) {
-      if (s.grips[i].frames.body_b != body) continue;
+    for (std::size_t i = 0; i < s.grasps.size(); ++i) {
+      if (s.grasps[i].frames.body_b != body) continue;
       held.push_back(i);
-      grasps.push_back(grasp_of(s.grips[i], k));
+      grasps.push_back(grasp_of(s.grasps[i], k));
       directions.push_back(constrained_directions(grasps.back()));
       D.push_back(target_mobility(s.model, k, grasps.back()));
     }
@@ -142,8 +142,8 @@ std::vector<int> first_rows(const CaptureSystem& system) {
 // One solution of the equations of all targets, as the solver of the loops has it, and what each self-stress adds.
 struct Balance {
   std::vector<TargetGrasps> targets;
-  std::vector<Wrenchd> F;                    // per grip, on the robot, in W
-  std::vector<std::vector<Wrenchd>> stress;  // per self-stress and grip
+  std::vector<Wrenchd> F;                    // per grasp, on the robot, in W
+  std::vector<std::vector<Wrenchd>> stress;  // per self-stress and grasp
 };
 
 Balance balance_of(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample) {
@@ -152,7 +152,7 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
   const LoopSolver* solver = sample.dynamics->loops();
   const std::vector<int> first = first_rows(system);
   const Eigen::MatrixXd null = solver ? solver->self_stresses() : Eigen::MatrixXd(0, 0);
-  const std::vector<Wrenchd> nothing(system.grips.size(), Wrenchd::zero());
+  const std::vector<Wrenchd> nothing(system.grasps.size(), Wrenchd::zero());
   Balance result{{}, nothing, {static_cast<std::size_t>(null.cols()), nothing}};
   for (int frame : system.target_frames) {
     TargetGrasps t(system, k, model.frames()[frame].body);
@@ -162,24 +162,24 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
     Wrenchd& carried = result.F[t.held[0]];
     carried = -needed_wrench(model, k, A[body], body, *sample.dynamics, p_1);
     for (std::size_t i = 1; i < t.held.size(); ++i) {
-      const HeldGrasp& grip = system.grips[t.held[i]];
-      // Whatever another grip carries, the first carries less.
+      const HeldGrasp& grasp = system.grasps[t.held[i]];
+      // Whatever another grasp carries, the first carries less.
       const auto share = [&](std::vector<Wrenchd>& F, const Wrenchd& other) {
         F[t.held[i]] = other;
         F[t.held[0]] -= shift(other, p_1 - t.grasps[i].p_WC);
       };
-      if (grip.closure == HeldGrasp::kRedundant) {
+      if (grasp.closure == HeldGrasp::kRedundant) {
         for (Eigen::Index row = 0; row < t.directions[i].rows(); ++row)
           share(result.stress.emplace_back(nothing), as_wrench(t.directions[i].row(row).transpose()));
         continue;
       }
       if (!solver) continue;  // loops are cut
-      const Rotationd R_WC = (k.X_WB[grip.frames.body_a] * grip.frames.X_AC).R;
-      const int row = first[grip.closure], count = row_count(grip.frames.model);
-      share(result.F, R_WC * closure_wrench(grip.frames, solver->multipliers().subspan(row, count)));
+      const Rotationd R_WC = (k.X_WB[grasp.frames.body_a] * grasp.frames.X_AC).R;
+      const int row = first[grasp.closure], count = row_count(grasp.frames.model);
+      share(result.F, R_WC * closure_wrench(grasp.frames, solver->multipliers().subspan(row, count)));
       for (Eigen::Index s = 0; s < null.cols(); ++s) {
         const std::span<const double> column(null.col(s).data() + row, static_cast<std::size_t>(count));
-        share(result.stress[s], R_WC * closure_wrench(grip.frames, column));
+        share(result.stress[s], R_WC * closure_wrench(grasp.frames, column));
       }
     }
     result.targets.push_back(std::move(t));
@@ -187,7 +187,7 @@ Balance balance_of(const CaptureSystem& system, const Kinematics& k, const Phase
   return result;
 }
 
-// Adds the self-stresses with which the sum of f^T D f = |G^T f|^2 over all grips is least, D = G G^T.
+// Adds the self-stresses with which the sum of f^T D f = |G^T f|^2 over all grasps is least, D = G G^T.
 void relieve(const Balance& balance, bool with_determined, std::vector<GraspWrench>& result) {
   const Eigen::Index stresses = static_cast<Eigen::Index>(balance.stress.size());
   int rows = 0;
@@ -228,8 +228,8 @@ void relieve(const Balance& balance, bool with_determined, std::vector<GraspWren
 
 std::vector<GraspWrench> wrenches_of_grasps(const CaptureSystem& system, const Kinematics& k, const PhaseSample& sample,
                                             bool with_determined) {
-  std::vector<GraspWrench> result(system.grips.size());
-  if (system.grips.empty() || !sample.dynamics) return result;
+  std::vector<GraspWrench> result(system.grasps.size());
+  if (system.grasps.empty() || !sample.dynamics) return result;
   const Balance balance = balance_of(system, k, sample);
   for (std::size_t g = 0; g < result.size(); ++g) {
     result[g].F_WC = balance.F[g];
@@ -243,9 +243,9 @@ void add_self_stress(const CaptureSystem& system, const Kinematics& k, std::span
                      std::span<double> motor) {
   const Model& model = system.model;
   Eigen::MatrixXd J_a(6, model.velocities()), J_b(6, model.velocities());
-  for (std::size_t g = 0; g < system.grips.size(); ++g) {
-    if (system.grips[g].closure < 0) continue;
-    const Grasp grasp = grasp_of(system.grips[g], k);
+  for (std::size_t g = 0; g < system.grasps.size(); ++g) {
+    if (system.grasps[g].closure < 0) continue;
+    const Grasp grasp = grasp_of(system.grasps[g], k);
     point_jacobian(model, k, grasp.robot_body, grasp.p_WC, J_a);
     point_jacobian(model, k, grasp.target_body, grasp.p_WC, J_b);
     // Zero at joints that yield.

@@ -20,24 +20,24 @@ std::vector<Wrenchd> joint_wrenches(const Model& model, const State& state, std:
 std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& kinematics, std::span<const double> vdot,
                                     std::span<const ExternalWrench> external);
 
-/// The same at a sample of a phase (`kinematics` of its state), with gravity, loads, and what grips pass on that close
-/// loops of the tree. `grips`: the wrenches on the robot at the grips, in W, per entry of system.grips.
+/// The same at a sample of a phase (`kinematics` of its state), with gravity, loads, and what grasps pass on that close
+/// loops of the tree. `grasps`: the wrenches on the robot at the grasps, in W, per entry of system.grasps.
 std::vector<Wrenchd> joint_wrenches(const CaptureSystem& system, const Kinematics& kinematics,
-                                    const PhaseSample& sample, std::span<const Wrenchd> grips);
+                                    const PhaseSample& sample, std::span<const Wrenchd> grasps);
 
 /// Bodies of the robot that joints carry, fixed ones too: all but the base. Their order is the robot's in every model
 /// of one capture.
 std::vector<int> carried_bodies(const CaptureSystem& system);
 
-/// Wrench of one grip, on the robot at the grip, in W, [moment; force].
+/// Wrench of one grasp, on the robot at the grasp, in W, [moment; force].
 struct GraspWrench {
   Wrenchd F_WC = Wrenchd::zero();
   std::vector<bool> determined;             // per component: the same whatever self-stress the loops carry
   Wrenchd beyond_solver = Wrenchd::zero();  // F_WC less what the solver of the loops has it be
 };
 
-/// Per entry of system.grips, at a sample of a phase (`kinematics` of its state). All grips of a target together give
-/// it the motion it has; where loops are redundant or joints held, self-stresses leave single grips open, and of all
+/// Per entry of system.grasps, at a sample of a phase (`kinematics` of its state). All grasps of a target together give
+/// it the motion it has; where loops are redundant or joints held, self-stresses leave single grasps open, and of all
 /// wrenches those with the least sum of F^T (J_t M_t^-1 J_t^T) F are returned, as in the impact (7.8).
 /// `with_determined`: fill that too.
 std::vector<GraspWrench> wrenches_of_grasps(const CaptureSystem& system, const Kinematics& kinematics,

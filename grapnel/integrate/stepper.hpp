@@ -52,7 +52,7 @@ struct IntegrationStatistics {
 template <class F, class S>
 concept RightHandSide = std::invocable<F&, double, std::span<const S>, std::span<S>>;
 
-/// State and bookkeeping of a stepper; the methods derive from it.
+/// State and statistics of a stepper; the methods derive from it.
 template <class S>
 class Stepper {
  public:

@@ -36,7 +36,7 @@ struct LaneFreeBody {
   Symmetric3<S> inertia, inverse;  // about the centre of mass
 };
 
-/// Free bodies that carry nothing, such as targets before they are gripped: torque-free rigid bodies need no recursion
+/// Free bodies that carry nothing, such as targets before they are grasped: torque-free rigid bodies need no recursion
 /// and no solution of six equations.
 template <class S>
 class LaneFreeBodies {

@@ -9,7 +9,7 @@
 namespace grapnel {
 namespace {
 
-constexpr int kTrials = 40;     // random beginnings per arm
+constexpr int kTrials = 40;     // random initial guesses per arm
 constexpr int kKept = 8;        // solutions per arm
 constexpr double kGood = 1e-6;  // the base moves anyway, so this is enough [m and rad]
 
@@ -106,7 +106,7 @@ void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
     const double spread = trial == 0 ? 0 : std::min(1.0, 0.1 * trial);
     for (int j : arm.joints) theta[j] = (1 - spread) * theta[j] + spread * random[j];
     if (!still_base_ik(base_, X_WB, arm, problem_, theta)) continue;
-    const double measure = problem_.measure.value(base_, arm.goals, theta, {}, nullptr);
+    const double objective = problem_.objective.value(base_, arm.goals, theta, {}, nullptr);
     std::vector<double> values;
     for (int j : arm.joints) values.push_back(theta[j]);
     const bool known = std::any_of(found.begin(), found.end(), [&](const auto& f) {
@@ -114,7 +114,7 @@ void ArmStarts::solve(Solved& solved, const Posed& X_WB) {
       for (std::size_t k = 0; k < values.size(); ++k) apart = std::max(apart, std::abs(values[k] - f.second[k]));
       return apart < 1e-3;
     });
-    if (!known) found.emplace_back(measure, std::move(values));
+    if (!known) found.emplace_back(objective, std::move(values));
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   if (found.size() > kKept) found.resize(kKept);
@@ -128,7 +128,7 @@ std::vector<double> ArmStarts::next() {
   for (const Solved& solved : arms_) {
     const Arm& arm = solved.arm;
     const std::size_t count = solved.solutions.size();
-    // All arms' k-th solutions first, later mixed; once all have been served, random beginnings.
+    // All arms' k-th solutions first, later mixed; once all have been served, random initial guesses.
     const bool fresh = count > 0 && served_ < 2 * count;
     const std::size_t pick = count > 0 ? stride % count : 0;
     for (std::size_t k = 0; k < arm.joints.size(); ++k) {

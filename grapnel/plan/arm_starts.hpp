@@ -24,10 +24,11 @@ bool still_base_ik(FloatingBase& base, const Posed& X_WB, const Arm& arm, const 
 
 class ArmStarts {
  public:
-  /// Solves each arm from many random beginnings, with the base at
-  /// X_WB, and orders its solutions by the problem's measure.
+  /// Solves each arm from many random initial guesses, with the base at
+  /// X_WB, and orders its solutions by the problem's objective.
   ArmStarts(FloatingBase& base, const ReachProblem& problem, const Posed& X_WB);
-  /// The next beginning: first every arm's best, then the others in turn; where an arm has no solution, random values.
+  /// The next initial guess: first every arm's best, then the others in turn; where an arm has no solution, random
+  /// values.
   std::vector<double> next();
   /// Whether every arm has a solution.
   bool complete() const;

@@ -32,8 +32,8 @@ double objective(const std::vector<double>& x, std::vector<double>& gradient, vo
   Problem& p = *static_cast<Problem*>(data);
   const Shot& shot = p.at(x);
   if (!shot.valid) throw nlopt::forced_stop();
-  Measure::Gradient g;
-  const double value = p.reach.measure.value(p.base, p.reach.goals, x, shot.rate, gradient.empty() ? nullptr : &g);
+  Objective::Gradient g;
+  const double value = p.reach.objective.value(p.base, p.reach.goals, x, shot.rate, gradient.empty() ? nullptr : &g);
   if (!gradient.empty()) {
     const Eigen::Index n = static_cast<Eigen::Index>(x.size());
     Eigen::Map<Eigen::VectorXd>(gradient.data(), n) =

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// The best solution near a given one: the measure made least while the goals stay met.
+/// The best solution near a given one: the objective made least while the goals stay met.
 
 #include "grapnel/plan/shooting.hpp"
 

@@ -1,8 +1,9 @@
 #pragma once
 
 /// @file
-/// What an end-effector is to be and do at the end of a leg, as an error that vanishes there, and the joint rates that
-/// give it the motion asked for. Thread safety: plain values; functions use the FloatingBase they are given as scratch.
+/// What an end-effector is to be and do at the end of a segment, as an error that vanishes there, and the joint rates
+/// that give it the motion asked for. Thread safety: plain values; functions use the FloatingBase they are given as
+/// scratch.
 
 #include "grapnel/plan/floating_base.hpp"
 

@@ -35,7 +35,7 @@ double half_square(const std::vector<double>& x, std::vector<double>& gradient, 
   return 0.5 * n.error.squaredNorm();
 }
 
-// The best of several beginnings: where joints are, and random values.
+// The best of several initial guesses: where joints are, and random values.
 Nearest nearest_of_many(FloatingBase& base, const Posed& X_WB, const Arm& arm, const ReachProblem& problem,
                         std::vector<double>& theta) {
   constexpr int kInitialGuesses = 12;
@@ -90,7 +90,7 @@ SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::ve
   constexpr int kRounds = 4;
   SettledArms s{split_arms(base, problem.goals), {}, std::move(theta), problem.start.X_WB};
   s.nearest.resize(s.arms.size());
-  Leg leg(base, problem.start, problem.motion, 1e-9, 1e-11);
+  PathSegment segment(base, problem.start, problem.motion, 1e-9, 1e-11);
   const std::vector<double> at_rest(s.theta.size(), 0.0);
   for (int i = 0; i < kRounds; ++i) {
     for (std::size_t a = 0; a < s.arms.size(); ++a) {
@@ -98,7 +98,7 @@ SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::ve
                             : approach_goals(base, s.X_WB, s.arms[a], problem, s.theta);
     }
     if (i + 1 == kRounds) break;
-    if (const LegEnd end = leg.fly(s.theta, at_rest, false); end.finished) s.X_WB = end.X_WB;
+    if (const SegmentEnd end = segment.fly(s.theta, at_rest, false); end.finished) s.X_WB = end.X_WB;
   }
   return s;
 }

@@ -26,8 +26,8 @@ struct SettledArms {
   std::vector<double> theta;
   Posed X_WB = Posed::identity();
 };
-/// Alternates between the arms' least squares, from several beginnings, and flights there. Every arm by itself: an arm
-/// does not give way so that the base's motion helps another. `theta` (one per joint): the first beginning.
+/// Alternates between the arms' least squares, from several initial guesses, and flights there. Every arm by itself: an
+/// arm does not give way so that the base's motion helps another. `theta` (one per joint): the first initial guess.
 SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::vector<double> theta);
 
 }  // namespace grapnel

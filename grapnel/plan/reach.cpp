@@ -39,7 +39,7 @@ void check(const FloatingBase& base, const ReachProblem& p) {
   }
 }
 
-// One search: several beginnings, the best solution, or the closest attempt.
+// One search: several initial guesses, the best solution, or the closest attempt.
 class Search {
  public:
   Search(FloatingBase& base, const ReachProblem& problem)
@@ -50,7 +50,7 @@ class Search {
     for (std::size_t j = 0; j < guess.size(); ++j)
       guess[j] = std::clamp(guess[j], problem_.lower[j], problem_.upper[j]);
     attempt(guess);
-    const bool first_is_enough = problem_.measure.kind() == Measure::Kind::as_found;
+    const bool first_is_enough = problem_.objective.kind() == Objective::Kind::as_found;
     if (problem_.starts > 1 && !(first_is_enough && !solutions_.empty())) {
       // The base is kept where the best attempt so far has taken it, unless that led nowhere.
       const bool near = closest_.valid && closest_.size() < 0.3 * first_error_;
@@ -63,19 +63,21 @@ class Search {
   }
 
  private:
-  // A few different solutions give the measure its choice; more cost time for little.
-  bool enough() const { return solutions_.size() >= (problem_.measure.kind() == Measure::Kind::as_found ? 1u : 4u); }
+  // A few different solutions give the objective its choice; more cost time for little.
+  bool enough() const {
+    return solutions_.size() >= (problem_.objective.kind() == Objective::Kind::as_found ? 1u : 4u);
+  }
 
-  // Some beginnings are kept for a base that ends elsewhere.
+  // Some initial guesses are kept for a base that ends elsewhere.
   int half() const { return (problem_.starts + 1) / 2; }
 
-  // From the arms' solutions with the base still at X_WB, until there are `most` beginnings.
+  // From the arms' solutions with the base still at X_WB, until there are `most` initial guesses.
   void attempt_from_arms(const Posed& X_WB, int most) {
-    ArmStarts beginnings(base_, problem_, X_WB);
+    ArmStarts guesses(base_, problem_, X_WB);
     // An arm that does not reach its goal with the base still hardly does while the base moves.
     constexpr int kHopeless = 3;
-    if (!beginnings.complete()) most = std::min(most, std::max(kHopeless, result_.starts + 1));
-    while (result_.starts < most && !enough()) attempt(beginnings.next());
+    if (!guesses.complete()) most = std::min(most, std::max(kHopeless, result_.starts + 1));
+    while (result_.starts < most && !enough()) attempt(guesses.next());
   }
 
   // The base may end far from where it starts: begin where arms that all reach their goals take it.
@@ -128,8 +130,8 @@ class Search {
     return std::nullopt;
   }
 
-  double measure(const Shot& shot) {
-    return problem_.measure.value(base_, problem_.goals, shot.position, shot.rate, nullptr);
+  double objective(const Shot& shot) {
+    return problem_.objective.value(base_, problem_.goals, shot.position, shot.rate, nullptr);
   }
 
   bool within_rate_limits(const Shot& shot) const {
@@ -141,7 +143,7 @@ class Search {
 
   bool is_better(const Shot& a, const Shot& b) {
     const bool good = within_rate_limits(a);
-    return good != within_rate_limits(b) ? good : measure(a) < measure(b);
+    return good != within_rate_limits(b) ? good : objective(a) < objective(b);
   }
 
   // Whether an attempt that does not arrive leaves no more than each goal accepts.
@@ -176,7 +178,7 @@ class Search {
     std::stable_sort(solutions_.begin(), solutions_.end(),
                      [&](const Shot& a, const Shot& b) { return is_better(a, b); });
     Shot best = solutions_.front();
-    if (problem_.measure.kind() != Measure::Kind::as_found && !result_.approximate) {
+    if (problem_.objective.kind() != Objective::Kind::as_found && !result_.approximate) {
       constexpr std::size_t kImproved = 2;
       for (std::size_t i = 0; i < std::min(kImproved, solutions_.size()); ++i) {
         const std::optional<Shot> better = newton(best_near(base_, problem_, shooting_, solutions_[i]));
@@ -194,7 +196,7 @@ class Search {
     result_.miss = misses(problem_.goals, shot.error);
     if (!shot.valid) return;
     result_.within_rate_limits = within_rate_limits(shot);
-    result_.measure = measure(shot);
+    result_.objective = objective(shot);
     result_.smallest_singular_value =
         least_norm_step(shot.J, shot.error, shot.position, problem_.lower, problem_.upper, 0).smallest_singular_value;
   }

@@ -1,19 +1,19 @@
 #pragma once
 
 /// @file
-/// Free-floating inverse kinematics: final joint values and rates of a leg such that the momentum-conserving motion
+/// Free-floating inverse kinematics: final joint values and rates of a segment such that the momentum-conserving motion
 /// brings every end-effector to its goal.
 ///
 /// Where the end-effectors end depends on the base, and the base on the whole way there (its angular momentum is a
 /// non-holonomic constraint), so this is a boundary value problem: with e(theta_f, rate_f) the goals' error,
 ///   e = 0,   rate_f = rho(theta_f, X_WB)                                                            (1)
 /// where rho are the rates that the generalized Jacobian demands at the end, and X_WB(theta_f, rate_f) the integral of
-/// the momentum equation (Leg), sensitivities included. At every iterate rate_f is settled first, by Newton's method in
-/// the six directions of the base; then
+/// the momentum equation (PathSegment), sensitivities included. At every iterate rate_f is settled first, by Newton's
+/// method in the six directions of the base; then
 ///   de/dtheta_f = E_theta + E_xi (xi_theta + xi_rate K),
 ///   K = d rate_f/d theta_f = (1 - rho_xi xi_rate)^-1 (rho_theta + rho_xi xi_theta)                  (2)
-/// gives Newton steps of least norm within the joints' limits. Beginnings besides the guess come from inverse
-/// kinematics arm by arm with the base kept still, which costs no integration. Among solutions a measure decides,
+/// gives Newton steps of least norm within the joints' limits. Initial guesses besides the stated one come from inverse
+/// kinematics arm by arm with the base kept still, which costs no integration. Among solutions a objective decides,
 /// improved by sequential quadratic programming (NLopt's SLSQP; Kraft 1994) with e = 0 and the rate limits as
 /// constraints, and polished by Newton again; a solution within the rate limits is better than any beyond them.
 
@@ -21,22 +21,22 @@
 #include <string>
 
 #include "grapnel/plan/goal.hpp"
-#include "grapnel/plan/leg.hpp"
-#include "grapnel/plan/measure.hpp"
+#include "grapnel/plan/objective.hpp"
+#include "grapnel/plan/path_segment.hpp"
 
 namespace grapnel {
 
 struct ReachProblem {
-  LegStart start;
+  SegmentStart start;
   FreeMotion motion;
   std::vector<Goal> goals;
   RateDemand demand = RateDemand::twist;
   std::vector<double> given_rates;   // per joint, for RateDemand::given; empty: zero
   std::vector<double> lower, upper;  // of final joint values; infinite where there are none
   std::vector<double> rate_limit;    // of the sizes of final rates; infinite where there are none; empty: none
-  Measure measure;
+  Objective objective;
   std::vector<double> guess;  // where the search begins
-  int starts = 16;            // at most so many beginnings, the guess among them
+  int starts = 16;            // at most so many initial guesses, the guess among them
   std::uint64_t seed = 0;
 };
 
@@ -54,10 +54,10 @@ struct ReachSolution {
   std::vector<GoalMiss> miss;          // per goal
   bool within_rate_limits = true;      // whether the final rates are
   double unmet_rate = 0;               // largest component of the demanded motion that no joint rates give
-  double measure = 0;
-  int starts = 0;      // beginnings tried
+  double objective = 0;
+  int starts = 0;      // initial guesses tried
   int solutions = 0;   // of them that led to a solution
-  int iterations = 0;  // Newton's, over all beginnings
+  int iterations = 0;  // Newton's, over all initial guesses
   long rhs_evaluations = 0;
   double smallest_singular_value = 0;  // of the goals' error against final joint values, where it is not structural
   std::string failure;                 // if not found: which end-effector misses by how much, and what stops it

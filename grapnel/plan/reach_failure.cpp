@@ -154,7 +154,7 @@ Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const S
   constexpr double kUnknown = std::numeric_limits<double>::infinity();
   failure.miss.assign(problem.goals.size(), {kUnknown, kUnknown});
   failure.text = fmt::format(
-      "every arm by itself reaches its point, but none of the {} beginning{} tried led to a motion "
+      "every arm by itself reaches its point, but none of the {} initial guess{} tried led to a motion "
       "that brings all there with the demanded final motion",
       tried, tried == 1 ? "" : "s");
   if (closest.valid) {

@@ -19,7 +19,7 @@ struct Failure {
 /// (incompatible_goals). Then one sentence per end-effector that does not arrive: its closest miss, and the reach, the
 /// other hands on the same joints, the joint limits or the singularity that stops it there. Each arm by itself is
 /// brought as near as it goes, with the base where that motion, ending at rest, takes it (settle_arms); rates play no
-/// part in it. `closest`: the best attempt of the search, after `tried` beginnings.
+/// part in it. `closest`: the best attempt of the search, after `tried` initial guesses.
 Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const Shot& closest, int tried);
 
 }  // namespace grapnel

@@ -10,7 +10,7 @@ namespace {
 
 // The base's motion is integrated this well; positions come out to about 1e-12 m.
 constexpr double kRelativeTolerance = 1e-12, kAbsoluteTolerance = 1e-14;
-// Faster rates at the end, that would turn a joint this far within the leg, are no plan and cost endless steps.
+// Faster rates at the end, that would turn a joint this far within the segment, are no plan and cost endless steps.
 constexpr double kFast = 1;       // [rad/s or m/s]
 constexpr double kWildest = 200;  // [rad or m]
 // Steps of the central differences of rho: it is cheap, smooth and of order one.
@@ -28,7 +28,7 @@ Posed displaced(const Posed& X, const Vector6d& xi) {
 Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
     : base_(base),
       problem_(problem),
-      leg_(base, problem.start, problem.motion, kRelativeTolerance, kAbsoluteTolerance) {}
+      segment_(base, problem.start, problem.motion, kRelativeTolerance, kAbsoluteTolerance) {}
 
 // rho of (1) at the configuration that is placed.
 Eigen::VectorXd Shooting::rho(const Posed& X_WB, double* unmet) const {
@@ -74,11 +74,11 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
   if (given) shot.rate = problem_.given_rates.empty() ? std::vector<double>(n, 0.0) : problem_.given_rates;
 
   constexpr int kMost = 25;
-  LegEnd end;
+  SegmentEnd end;
   Eigen::MatrixXd rho_xi = Eigen::MatrixXd::Zero(n, 6);
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0;; ++i) {
-    end = leg_.fly(shot.position, shot.rate, true);
+    end = segment_.fly(shot.position, shot.rate, true);
     if (!end.finished) trouble_ = end.failure;
     if (!end.finished || i == kMost) return shot;
     base_.place(shot.position);

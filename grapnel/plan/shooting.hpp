@@ -25,7 +25,7 @@ class Shooting {
   Shooting(FloatingBase& base, const ReachProblem& problem);
   /// Evaluates at `position`; `rate` is where settling begins.
   Shot shoot(const std::vector<double>& position, const std::vector<double>& rate);
-  long rhs_evaluations() const { return leg_.rhs_evaluations(); }
+  long rhs_evaluations() const { return segment_.rhs_evaluations(); }
   /// Why the latest integration that did not reach its end stopped; empty if all did.
   const std::string& trouble() const { return trouble_; }
 
@@ -36,7 +36,7 @@ class Shooting {
 
   FloatingBase& base_;
   const ReachProblem& problem_;
-  Leg leg_;
+  PathSegment segment_;
   std::string trouble_;
 };
 

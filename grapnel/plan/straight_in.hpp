@@ -13,7 +13,7 @@
 #include <string>
 
 #include "grapnel/plan/goal.hpp"
-#include "grapnel/plan/leg.hpp"
+#include "grapnel/plan/path_segment.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 

@@ -16,7 +16,7 @@ namespace grapnel {
 namespace {
 
 constexpr double kFits = 1e-6;  // a smaller gap is none [m and rad]
-constexpr int kBeginnings = 24;
+constexpr int kInitialGuesses = 24;
 
 Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& w) {
   Eigen::Matrix3d M;
@@ -188,7 +188,7 @@ ClosestTogether closest_together(FloatingBase& base, const ReachProblem& problem
   std::vector<double> x = theta;
   x.resize(theta.size() + 6, 0.0);
   ClosestTogether best = least_squares(chain, problem, x);
-  for (int i = 1; i < kBeginnings && best.error.norm() > kFits; ++i) {
+  for (int i = 1; i < kInitialGuesses && best.error.norm() > kFits; ++i) {
     for (std::size_t j = 0; j < theta.size(); ++j) {
       const double start = problem.start.position[j];
       x[j] = uniform(std::max(problem.lower[j], start - std::numbers::pi),

@@ -12,13 +12,13 @@
 namespace grapnel {
 
 /// The closest attempt of some goals with joints and base free: the least sum of squares of the goals' error [m and
-/// rad] that was found from several beginnings (NLopt's SLSQP), joints within their limits.
+/// rad] that was found from several initial guesses (NLopt's SLSQP), joints within their limits.
 struct ClosestTogether {
   Eigen::VectorXd error;      // of the goals
   std::vector<double> theta;  // all joints
   Posed X_WB = Posed::identity();
 };
-/// `theta` (one per joint): where the first beginning has the joints; the base begins at the leg's start.
+/// `theta` (one per joint): where the first initial guess has the joints; the base begins at the segment's start.
 ClosestTogether closest_together(FloatingBase& base, const ReachProblem& problem, std::span<const Goal> goals,
                                  const std::vector<double>& theta);
 

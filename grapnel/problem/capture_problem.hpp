@@ -51,7 +51,7 @@ struct LoadRating {
   double driving_impulse = kNone;
 };
 
-/// A frame on a link that can grip.
+/// A frame on a link that can grasp.
 struct EndEffectorSetup : FrameDescription {
   std::optional<Vector3d> approach_axis =
       {};  // unit, in the end-effector's frame: the direction in which it reaches out
@@ -101,7 +101,7 @@ struct GraspSetup {
   std::string grasp_point;
   GraspModel model = GraspModel::rigid;
   Vector3d hinge_axis{0, 0, 1};  // unit, in the end-effector's frame; for model hinge
-  /// No grip: the end-effector only touches the target there, and is thrown back by ImpactSetup's contact law; `model`
+  /// No grasp: the end-effector only touches the target there, and rebounds by ImpactSetup's contact law; `model`
   /// is not read. What surface it meets: contact_normal().
   bool contact = false;
   /// What the end-effector's orientation at the grasp is to be. axis: its approach axis along the grasp point's
@@ -140,14 +140,14 @@ struct BaseControlSetup {
 /// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
 /// grasp point.
 struct PlanSetup {
-  /// What is least among the solutions. excursion: the joints' motion on the way (Measure). nearest: squares of the
+  /// What is least among the solutions. excursion: the joints' motion on the way (Objective). nearest: squares of the
   /// distances from `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to the
   /// ranges. manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian). as_found: nothing; Newton's
-  /// method with steps of least norm from the guess, or from the first other beginning that leads to a solution.
-  enum class Measure { excursion, nearest, limits, manipulability, as_found };
-  Measure measure = Measure::excursion;
+  /// method with steps of least norm from the guess, or from the first other initial guess that leads to a solution.
+  enum class Objective { excursion, nearest, limits, manipulability, as_found };
+  Objective objective = Objective::excursion;
   std::vector<double> guess;  // per joint: where the search begins; empty: the initial values
-  int starts = 16;            // at most so many beginnings, the guess first
+  int starts = 16;            // at most so many initial guesses, the guess first
   std::uint64_t seed = 0;     // of the others
   /// Where planning gives up: evaluations of the servicer's kinematics and momentum, over the whole approach.
   long max_evaluations = 30'000'000;
@@ -203,7 +203,7 @@ struct ApproachSetup {
   std::optional<StraightIn> straight_in;  // with plan only; then rates follow from it
   TrackingSetup tracking;
   std::optional<BaseControlSetup> base_control;
-  /// When the grips close. end: at T. envelope: as soon as every end-effector is within its envelope, at T at the
+  /// When the grasps close. end: at T. envelope: as soon as every end-effector is within its envelope, at T at the
   /// latest.
   enum class CaptureAt { end, envelope };
   CaptureAt capture_at = CaptureAt::end;
@@ -228,8 +228,8 @@ struct ContactComplianceSetup {
   double slip_speed = 1e-4;  // [m/s]
 };
 
-/// How grips yield; see CompliantGrip.
-struct GripComplianceSetup {
+/// How grasps yield; see CompliantGrasp.
+struct GraspComplianceSetup {
   double linear_stiffness = 0;   // [N/m]
   double linear_damping = 0;     // [N s/m]
   double angular_stiffness = 0;  // [N m/rad]
@@ -237,11 +237,11 @@ struct GripComplianceSetup {
 };
 
 struct ImpactSetup {
-  /// plastic: grips, exact, all at once. bilateral_restitution: grips whose relative velocity is thrown back, u+ = -E
-  /// u-, and that do not hold. restitution: contacts, without friction. friction: contacts, with Coulomb's. compliant:
-  /// grips and contacts, resolved in time. as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not
-  /// conserved, and velocities of a closed loop do not fit it. With restitution and friction, grips that close at the
-  /// same time close first, plastically.
+  /// plastic: grasps, exact, all at once. bilateral_restitution: grasps whose relative velocity is reversed in part, u+
+  /// = -E u-, and that do not hold. restitution: contacts, without friction. friction: contacts, with Coulomb's.
+  /// compliant: grasps and contacts, resolved in time. as_published: the thesis's (3.9)-(3.13), for comparison:
+  /// momentum is not conserved, and velocities of a closed loop do not fit it. With restitution and friction, grasps
+  /// that close at the same time close first, plastically.
   enum class Law { plastic, bilateral_restitution, restitution, friction, compliant, as_published };
   Law law = Law::plastic;
   double duration = 1e-3;  // over which mean forces are taken [s]
@@ -249,12 +249,12 @@ struct ImpactSetup {
   /// their rates, as with infinitely heavy rotors.
   enum class Joints { free, braked, driven };
   Joints joints = Joints::free;
-  double restitution = 0;          // e of contacts; of grips, of the linear rows
-  double angular_restitution = 0;  // of grips
+  double restitution = 0;          // e of contacts; of grasps, of the linear rows
+  double angular_restitution = 0;  // of grasps
   double friction = 0;             // Coulomb's coefficient; laws friction and compliant
   RestitutionHypothesis hypothesis = RestitutionHypothesis::stronge;
   ContactComplianceSetup contact;  // law compliant
-  GripComplianceSetup grip;
+  GraspComplianceSetup grasp;
   CompliantSetup compliant;
 };
 
@@ -264,7 +264,7 @@ struct PostImpactSetup {
   Joints joints = Joints::free;
   std::vector<double> kp, kd;  // for pd: per joint; holds the angles found at the impact, rates zero
   std::optional<BaseControlSetup> base_control;
-  /// Grips that let go.
+  /// Grasps that are released.
   struct Release {
     double after = 0;                        // since this phase began [s]
     std::vector<std::string> end_effectors;  // empty: all that hold something
@@ -324,7 +324,7 @@ struct CaptureProblem {
 enum class CaptureDetail {
   /// Everything that CaptureResult can hold.
   full,
-  /// What studies and campaigns keep of a case (study/column.hpp): warnings, plan, grips, impacts with impulses,
+  /// What studies and campaigns keep of a case (study/column.hpp): warnings, plan, grasps, impacts with impulses,
   /// joints, energies and margins, states between phases, clearance, limits, ledger and cost. What is there is the
   /// same, bit for bit, but for the ledger: where neither clearance nor joint limits nor closed loops are watched its
   /// checks look at the ends of steps, some 32 in a phase, instead of output instants; and for efforts against their

@@ -223,13 +223,13 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
       for (const std::string& name : release.end_effectors) {
         if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
                          [&](const GraspSetup& g) { return g.end_effector == name; }))
-          faults.push_back(fmt::format("post_impact: release of '{}', which grips nothing", name));
+          faults.push_back(fmt::format("post_impact: release of '{}', which grasps nothing", name));
       }
     }
   }
 }
 
-// When grips close, and by what law.
+// When grasps close, and by what law.
 void check_closing(const CaptureProblem& problem, std::vector<std::string>& faults) {
   const double approach = problem.approach ? problem.approach->duration : 0;
   const double end = approach + (problem.post_impact ? problem.post_impact->duration : 0);
@@ -239,7 +239,7 @@ void check_closing(const CaptureProblem& problem, std::vector<std::string>& faul
   for (const GraspSetup& g : problem.grasps) {
     if (published && (g.model != GraspModel::rigid || g.closes != GraspSetup::Closes::together))
       faults.push_back(
-          fmt::format("grasp of '{}': the published law is for rigid grips that close together", g.end_effector));
+          fmt::format("grasp of '{}': the published law is for rigid grasps that close together", g.end_effector));
     if (g.closes == GraspSetup::Closes::together) continue;
     if (!problem.impact) faults.push_back(fmt::format("grasp of '{}': closing needs an impact", g.end_effector));
     if (g.closes == GraspSetup::Closes::at_time && !(g.closes_at > 0 && g.closes_at <= end))
@@ -267,7 +267,7 @@ void check_initial(const CaptureProblem& problem, std::vector<std::string>& faul
     if (std::none_of(problem.grasps.begin(), problem.grasps.end(),
                      [&](const GraspSetup& g) { return g.target == t.name; }) &&
         problem.impact) {
-      faults.push_back(fmt::format("target '{}' is gripped by nobody", t.name));
+      faults.push_back(fmt::format("target '{}' is grasped by nobody", t.name));
     }
   }
 }

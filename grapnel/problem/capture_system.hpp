@@ -24,13 +24,13 @@ class CaptureProblemError : public std::invalid_argument {
 /// target may be called like a link.
 std::string target_body_name(const std::string& target);
 
-/// A grip that holds, in a model: frame C on body a, of the robot, and D on body b, the target, are kept together.
+/// A grasp that holds, in a model: frame C on body a, of the robot, and D on body b, the target, are kept together.
 struct HeldGrasp {
   std::size_t grasp = 0;  // in CaptureProblem::grasps
   LoopClosure frames;
   static constexpr int kInTree = -1, kRedundant = -2;
   /// In CaptureSystem::closures. kInTree: it carries the target, as a joint of the tree. kRedundant: what it holds is
-  /// one rigid body with the target already, by another grip.
+  /// one rigid body with the target already, by another grasp.
   int closure = kInTree;
 };
 
@@ -41,8 +41,8 @@ struct CaptureSystem {
   std::vector<int> end_effectors;          // frames, in the robot's order
   std::vector<int> target_frames;          // the targets' own frames, in the problem's order
   std::vector<int> robot_joints;           // positions in Model::joints() that belong to the robot
-  std::vector<HeldGrasp> grips = {};       // that hold; none before the capture
-  std::vector<LoopClosure> closures = {};  // of grips beyond the first of a target
+  std::vector<HeldGrasp> grasps = {};      // that hold; none before the capture
+  std::vector<LoopClosure> closures = {};  // of grasps beyond the first of a target
 };
 
 /// Checks the problem and builds servicer and free targets. @throws CaptureProblemError, ModelError.

@@ -7,53 +7,53 @@
 namespace grapnel {
 namespace {
 
-// The first grip of a body, which carries it; null for bodies that no grip holds.
-const HeldGrasp* carrier(std::span<const HeldGrasp> grips, int body) {
-  const auto grip =
-      std::find_if(grips.begin(), grips.end(), [&](const HeldGrasp& g) { return g.frames.body_b == body; });
-  return grip == grips.end() ? nullptr : &*grip;
+// The first grasp of a body, which carries it; null for bodies that no grasp holds.
+const HeldGrasp* carrier(std::span<const HeldGrasp> grasps, int body) {
+  const auto grasp =
+      std::find_if(grasps.begin(), grasps.end(), [&](const HeldGrasp& g) { return g.frames.body_b == body; });
+  return grasp == grasps.end() ? nullptr : &*grasp;
 }
 
-JointDescription grip_joint(const LoopClosure& grip, const std::string& name, const Rotationd& R_TC) {
+JointDescription grasp_joint(const LoopClosure& grasp, const std::string& name, const Rotationd& R_TC) {
   JointDescription joint;
   joint.name = name;
-  joint.type = grip.model == GraspModel::rigid   ? JointType::fixed
-               : grip.model == GraspModel::hinge ? JointType::revolute
-                                                 : JointType::spherical;
-  if (grip.model == GraspModel::hinge) joint.axis = R_TC * grip.hinge_C;
+  joint.type = grasp.model == GraspModel::rigid   ? JointType::fixed
+               : grasp.model == GraspModel::hinge ? JointType::revolute
+                                                  : JointType::spherical;
+  if (grasp.model == GraspModel::hinge) joint.axis = R_TC * grasp.hinge_C;
   return joint;
 }
 
-// The target's body, its frame moved to the grip (axes unchanged), where the new joint sits. A rigid grip keeps the
+// The target's body, its frame moved to the grasp (axes unchanged), where the new joint sits. A rigid grasp keeps the
 // pose that it found; the others start from the turn there is now.
-BodyDescription hang(const BodyDescription& target, const HeldGrasp& grip, const std::string& parent,
+BodyDescription hang(const BodyDescription& target, const HeldGrasp& grasp, const std::string& parent,
                      const Kinematics& k) {
-  const LoopClosure& frames = grip.frames;
+  const LoopClosure& frames = grasp.frames;
   BodyDescription caught = target;
   caught.com = caught.com - frames.X_BD.p;
   caught.parent = parent;
   const Rotationd R_CT = transpose((k.X_WB[frames.body_a] * frames.X_AC).R) * k.X_WB[frames.body_b].R;
   const Rotationd R = frames.model == GraspModel::rigid ? transpose(frames.X_BD.R) : R_CT;
   caught.X_PF = frames.X_AC * Posed{R, Vector3d::zero()};
-  caught.joint = grip_joint(frames, "grip:" + caught.name, transpose(R));
+  caught.joint = grasp_joint(frames, "grasp:" + caught.name, transpose(R));
   return caught;
 }
 
 // Coordinates and velocities carry over by body; joints that are new start at zero with the relative rate.
-State carry_over(const Model& from, const State& state, const Kinematics& k, std::span<const HeldGrasp> grips,
+State carry_over(const Model& from, const State& state, const Kinematics& k, std::span<const HeldGrasp> grasps,
                  const Model& to) {
   State result = zero_state(to);
   for (std::size_t i = 0; i < from.bodies().size(); ++i) {
     const Body& old_body = from.bodies()[i];
     const Body& new_body = to.bodies()[to.body_index(old_body.description.name)];
-    const HeldGrasp* grip = carrier(grips, static_cast<int>(i));
-    if (!grip) {
+    const HeldGrasp* grasp = carrier(grasps, static_cast<int>(i));
+    if (!grasp) {
       const JointType type = new_body.description.joint.type;
       std::copy_n(state.q.begin() + old_body.q, coordinate_count(type), result.q.begin() + new_body.q);
       std::copy_n(state.v.begin() + old_body.v, velocity_count(type), result.v.begin() + new_body.v);
       continue;
     }
-    const LoopClosure& frames = grip->frames;
+    const LoopClosure& frames = grasp->frames;
     const Vector3d relative = k.V_WB[i].angular - k.V_WB[frames.body_a].angular;
     if (frames.model == GraspModel::hinge)
       result.v[new_body.v] = dot((k.X_WB[frames.body_a] * frames.X_AC).R * frames.hinge_C, relative);
@@ -89,7 +89,7 @@ HeldGrasp hold_grasp(const CaptureProblem& problem, const CaptureSystem& free, c
   const Frame& hand = free.model.frames()[free.model.frame_index(setup.end_effector)];
   HeldGrasp held;
   held.grasp = grasp;
-  held.frames.name = "grip of '" + setup.end_effector + "' on '" + setup.target + "'";
+  held.frames.name = "grasp of '" + setup.end_effector + "' on '" + setup.target + "'";
   held.frames.body_a = hand.body;
   held.frames.X_AC = hand.X_BE;
   held.frames.body_b = free.model.frames()[free.target_frames[target_index(problem, setup.target)]].body;
@@ -99,44 +99,44 @@ HeldGrasp hold_grasp(const CaptureProblem& problem, const CaptureSystem& free, c
   return held;
 }
 
-Grasp grasp_of(const HeldGrasp& grip, const Kinematics& kinematics) {
-  const Posed X_WC = kinematics.X_WB[grip.frames.body_a] * grip.frames.X_AC;
-  return {grip.frames.body_a, grip.frames.body_b, grip.frames.model, X_WC.p, X_WC.R * grip.frames.hinge_C};
+Grasp grasp_of(const HeldGrasp& grasp, const Kinematics& kinematics) {
+  const Posed X_WC = kinematics.X_WB[grasp.frames.body_a] * grasp.frames.X_AC;
+  return {grasp.frames.body_a, grasp.frames.body_b, grasp.frames.model, X_WC.p, X_WC.R * grasp.frames.hinge_C};
 }
 
-CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::span<const HeldGrasp> grips) {
+CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::span<const HeldGrasp> grasps) {
   const Kinematics k = forward_kinematics(free.model, state);
   const auto name_of = [&](int body) -> const std::string& { return free.model.bodies()[body].description.name; };
   ModelBuilder builder;
   for (std::size_t i = 0; i < free.model.bodies().size(); ++i) {
     const BodyDescription& body = free.model.bodies()[i].description;
-    const HeldGrasp* grip = carrier(grips, static_cast<int>(i));
-    builder.add(grip ? hang(body, *grip, name_of(grip->frames.body_a), k) : body);
+    const HeldGrasp* grasp = carrier(grasps, static_cast<int>(i));
+    builder.add(grasp ? hang(body, *grasp, name_of(grasp->frames.body_a), k) : body);
   }
   for (const Frame& frame : free.model.frames()) {
     Posed X_BE = frame.X_BE;
-    if (const HeldGrasp* grip = carrier(grips, frame.body)) X_BE.p = X_BE.p - grip->frames.X_BD.p;
+    if (const HeldGrasp* grasp = carrier(grasps, frame.body)) X_BE.p = X_BE.p - grasp->frames.X_BD.p;
     builder.add(FrameDescription{frame.name, name_of(frame.body), X_BE});
   }
   CapturedSystem captured{renumber(free, builder.build()), {}};
   CaptureSystem& system = captured.system;
-  for (const HeldGrasp& grip : grips) {
-    HeldGrasp held = grip;
-    const HeldGrasp* first = carrier(grips, grip.frames.body_b);
-    held.frames.body_a = system.model.body_index(name_of(grip.frames.body_a));
-    held.frames.body_b = system.model.body_index(name_of(grip.frames.body_b));
+  for (const HeldGrasp& grasp : grasps) {
+    HeldGrasp held = grasp;
+    const HeldGrasp* first = carrier(grasps, grasp.frames.body_b);
+    held.frames.body_a = system.model.body_index(name_of(grasp.frames.body_a));
+    held.frames.body_b = system.model.body_index(name_of(grasp.frames.body_b));
     held.frames.X_BD.p = held.frames.X_BD.p - first->frames.X_BD.p;
     const auto link_of = [&](int body) { return system.model.bodies()[body].placement.link; };
     held.closure = HeldGrasp::kInTree;
-    if (first != &grip && link_of(held.frames.body_a) == link_of(held.frames.body_b)) {
+    if (first != &grasp && link_of(held.frames.body_a) == link_of(held.frames.body_b)) {
       held.closure = HeldGrasp::kRedundant;
-    } else if (first != &grip) {
+    } else if (first != &grasp) {
       held.closure = static_cast<int>(system.closures.size());
       system.closures.push_back(held.frames);
     }
-    system.grips.push_back(std::move(held));
+    system.grasps.push_back(std::move(held));
   }
-  captured.state = carry_over(free.model, state, k, grips, system.model);
+  captured.state = carry_over(free.model, state, k, grasps, system.model);
   return captured;
 }
 

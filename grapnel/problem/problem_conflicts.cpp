@@ -65,7 +65,7 @@ class Conflicts {
     if (problem_.impact) check_impact(*problem_.impact);
     if (problem_.post_impact) {
       check_releases(*problem_.post_impact);
-      // A held base is let go at the impact.
+      // A held base is released at the impact.
       if (problem_.post_impact->base_control && problem_.robot.base_mode == RobotSetup::Base::fixed)
         refuse_base_control("post_impact.base_control");
     }
@@ -242,7 +242,7 @@ class Conflicts {
     }
   }
 
-  // ---- Grasps that close, and let go ----
+  // ---- Grasps that close, and release ----
 
   void check_closing() {
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
@@ -304,7 +304,7 @@ class Conflicts {
     if (is_same)
       add(place, "{} names {} twice", path, in_quotes(name));
     else
-      add(place, "end-effector {} in {} has let go before, in post_impact.release[{}]", in_quotes(name), path, first);
+      add(place, "end-effector {} in {} has released before, in post_impact.release[{}]", in_quotes(name), path, first);
   }
 
   // With capture_at: envelope post_impact may begin, and the grasp be released, still earlier than this.
@@ -314,7 +314,7 @@ class Conflicts {
     const auto approach = duration_of(problem_.approach);
     if (grasp == problem_.grasps.end() || grasp->closes != GraspSetup::Closes::at_time) return;
     if (!approach || !(after > 0) || grasp->closes_at < *approach + after) return;
-    add(fmt::format("{}[{}]", path, k), "end-effector {} in {} closes at {} [s], must close before it lets go at {}",
+    add(fmt::format("{}[{}]", path, k), "end-effector {} in {} closes at {} [s], must close before it releases at {}",
         in_quotes(name), path, grasp->closes_at, *approach + after);
   }
 
@@ -331,7 +331,7 @@ class Conflicts {
     }
   }
 
-  // The thesis's formulas are for rigid grips of a floating robot that close all at once.
+  // The thesis's formulas are for rigid grasps of a floating robot that close all at once.
   void check_published() {
     const auto undefined = [&](const std::string& why) {
       add("impact.law", "impact.law: as_published is not defined {}; use plastic", why);
@@ -348,16 +348,16 @@ class Conflicts {
 
   // What the law needs of the grasps.
   void check_law(const ImpactSetup& impact) {
-    bool any_contact = false, any_grip = false, any_turning = false;
+    bool any_contact = false, any_grasp = false, any_turning = false;
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
       const GraspSetup& grasp = problem_.grasps[i];
-      (grasp.contact ? any_contact : any_grip) = true;
+      (grasp.contact ? any_contact : any_grasp) = true;
       any_turning = any_turning || (!grasp.contact && grasp.model != GraspModel::point);
       if (grasp.contact) check_contact(grasp, fmt::format("grasps[{}].model", i), impact.law);
     }
-    if (is_of_contacts(impact.law) && impact.law != Law::compliant && !any_contact && any_grip) {
+    if (is_of_contacts(impact.law) && impact.law != Law::compliant && !any_contact && any_grasp) {
       add("impact.law",
-          "impact.law: {} is for contacts, and every grasp here is a grip; give a grasp model: contact, or use law "
+          "impact.law: {} is for contacts, and every grasp here is a grasp; give a grasp model: contact, or use law "
           "bilateral_restitution or plastic",
           name_of(impact.law));
     }
@@ -365,20 +365,20 @@ class Conflicts {
     if (any_contact && impact.contact.stiffness == 0)
       add("impact.law", "impact.law: compliant needs impact.contact with the stiffness of the contacts").relies_on =
           "impact.contact";
-    if (any_grip && impact.grip.linear_stiffness == 0)
-      add("impact.law", "impact.law: compliant needs impact.grip with the stiffness of the grips").relies_on =
-          "impact.grip";
-    if (any_turning && impact.grip.angular_stiffness == 0)
-      add_key("impact.grip",
-              "missing key 'angular_stiffness' in impact.grip: rigid grips and hinges hold rotations too")
-          .relies_on = "impact.grip.angular_stiffness";
+    if (any_grasp && impact.grasp.linear_stiffness == 0)
+      add("impact.law", "impact.law: compliant needs impact.grasp with the stiffness of the grasps").relies_on =
+          "impact.grasp";
+    if (any_turning && impact.grasp.angular_stiffness == 0)
+      add_key("impact.grasp",
+              "missing key 'angular_stiffness' in impact.grasp: rigid grasps and hinges hold rotations too")
+          .relies_on = "impact.grasp.angular_stiffness";
   }
 
-  // A contact needs a law that throws it back, and a surface.
+  // A contact needs a law that lets it rebound, and a surface.
   void check_contact(const GraspSetup& grasp, const std::string& path, Law law) {
     if (!is_of_contacts(law)) {
       add(path,
-          "{}: contact has no meaning with impact.law {}; use restitution, friction or compliant, or let it grip "
+          "{}: contact has no meaning with impact.law {}; use restitution, friction or compliant, or let it grasp "
           "(rigid, hinge, point)",
           path, name_of(law));
     }

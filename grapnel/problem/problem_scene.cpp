@@ -29,7 +29,7 @@ std::string shape_name(Geometry::Shape shape) {
   return "none";
 }
 
-std::string grip_name(const GraspSetup& grasp) {
+std::string grasp_name(const GraspSetup& grasp) {
   if (grasp.contact) return "contact";
   return grasp.model == GraspModel::rigid ? "rigid" : grasp.model == GraspModel::hinge ? "hinge" : "point";
 }
@@ -52,7 +52,7 @@ class SceneBuilder {
     add_robot();
     for (const TargetSetup& t : problem_.targets) add_target(t);
     for (const GraspSetup& g : problem_.grasps) {
-      scene_.grasps.push_back({g.end_effector, g.target, g.grasp_point, grip_name(g)});
+      scene_.grasps.push_back({g.end_effector, g.target, g.grasp_point, grasp_name(g)});
     }
     return std::move(scene_);
   }
@@ -203,7 +203,7 @@ void check_targets(const CaptureProblem& problem, PlaneCheck& check) {
   }
 }
 
-// Grips and what acts from outside, at the initial pose: motion in the plane keeps what they are to it.
+// Grasps and what acts from outside, at the initial pose: motion in the plane keeps what they are to it.
 void check_actions(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& k, PlaneCheck& check) {
   const Model& model = system.model;
   check.in_plane(problem.gravity);
@@ -242,7 +242,7 @@ Scene scene_of(const CaptureProblem& problem) {
   Scene scene = SceneBuilder(problem).build();
   scene.planar = planar;
   for (const EndEffectorSetup& e : problem.robot.end_effectors) {
-    if (e.envelope) scene.limits.grips.push_back({e.name, e.envelope->position, e.envelope->velocity});
+    if (e.envelope) scene.limits.grasps.push_back({e.name, e.envelope->position, e.envelope->velocity});
   }
   if (problem.clearance.enabled) scene.limits.clearance = problem.clearance.required;
   return scene;

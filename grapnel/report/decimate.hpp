@@ -29,8 +29,8 @@ std::vector<double> deviations_allowed(const TimeSeries& series, double bound);
 bool shows_peaks(std::string_view path);
 
 /// Numbers of the samples that stay, ascending: the first and the last of each phase, all of equal times, the largest
-/// grip forces and moments of each phase, the peaks of shows_peaks(), and as few others as a single pass finds, so that
-/// deviations_allowed(series, bound) holds. Where a component changes to or from NaN or infinity both sides stay.
+/// grasp forces and moments of each phase, the peaks of shows_peaks(), and as few others as a single pass finds, so
+/// that deviations_allowed(series, bound) holds. Where a component changes to or from NaN or infinity both sides stay.
 /// Empty if there would be more than `at_most`.
 std::optional<std::vector<std::size_t>> kept_samples(const TimeSeries& series, double bound,
                                                      std::size_t at_most = std::numeric_limits<std::size_t>::max());

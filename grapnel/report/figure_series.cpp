@@ -137,7 +137,7 @@ Drawing torques(const RunSource& run) {
   return drawing;
 }
 
-// The velocity of the point that an end-effector is to grip, or nothing.
+// The velocity of the point that an end-effector is to grasp, or nothing.
 struct GraspPointMotion {
   bool known = false;
   Vectors linear, angular;
@@ -303,8 +303,8 @@ Drawing energy(const RunSource& run) {
   return {{panel}, 1};
 }
 
-// Names of the grips that close a loop.
-std::vector<std::string> closing_grips(const RunSource& run) {
+// Names of the grasps that close a loop.
+std::vector<std::string> closing_grasps(const RunSource& run) {
   std::vector<std::string> names;
   for (const std::string& name : names_in(run.series, "loops", "position_defect")) {
     if (!all_zero(wanted(run, "loops/" + name + "/position_defect").data)) names.push_back(name);
@@ -314,7 +314,7 @@ std::vector<std::string> closing_grips(const RunSource& run) {
 
 Drawing loops(const RunSource& run) {
   Drawing drawing;
-  const std::vector<std::string> names = closing_grips(run);
+  const std::vector<std::string> names = closing_grasps(run);
   if (names.empty()) throw std::runtime_error("the run closed no loop");
   const std::array<std::array<const char*, 4>, 2> kinds{
       {{"position_defect", "loop defect", "m", "loop_closure_position"},
@@ -339,12 +339,12 @@ Drawing loops(const RunSource& run) {
 Drawing forces(const RunSource& run) {
   std::vector<Vectors> force, moment;
   const std::vector<std::string> names = names_in(run.series, "grasps", "force");
-  if (names.empty()) throw std::runtime_error("the run has not recorded the force of any grip");
+  if (names.empty()) throw std::runtime_error("the run has not recorded the force of any grasp");
   for (std::size_t e = 0; e < names.size(); ++e) {
     force.push_back(vectors_of(wanted(run, "grasps/" + names[e] + "/force"), names[e], color_of(e)));
     moment.push_back(vectors_of(wanted(run, "grasps/" + names[e] + "/moment"), names[e], color_of(e)));
   }
-  return linear_and_angular(run, "grip force", "F", "N", force, "grip moment", "M", "N m", moment);
+  return linear_and_angular(run, "grasp force", "F", "N", force, "grasp moment", "M", "N m", moment);
 }
 
 Drawing clearance(const RunSource& run) {
@@ -379,7 +379,7 @@ constexpr std::array<Kind, 11> kKinds{{
     {"energy", "kinetic energy and work", energy},
     {"loops", "defects of closed loops, on a logarithmic axis", loops},
     {"torques", "motor torques and joint friction", torques},
-    {"forces", "forces and moments on the grips", forces},
+    {"forces", "forces and moments on the grasps", forces},
     {"clearance", "clearance of bodies", clearance},
 }};
 

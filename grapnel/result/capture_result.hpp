@@ -57,8 +57,8 @@ struct EndEffectorMotion {
 /// to hold whatever it met: nobody judged it.
 enum class Captured { no, assumed, yes };
 
-/// Whether one grip closes at the instant of capture: what success means.
-struct GripOutcome {
+/// Whether one grasp closes at the instant of capture: what success means.
+struct GraspOutcome {
   std::string end_effector;
   std::string target;
   std::string grasp_point;
@@ -85,7 +85,7 @@ struct PhaseEnd {
   std::vector<BodyMotion> targets;
 };
 
-/// A contact that is no grip: how it was thrown back.
+/// A contact that is no grasp: how it rebounded.
 struct ContactRebound {
   Vector3d normal;
   double normal_impulse = 0;
@@ -97,7 +97,7 @@ struct ContactRebound {
   double spread = 0;
 };
 
-/// A contact or grip that was resolved in time.
+/// A contact or grasp that was resolved in time.
 struct ForceProfile {
   double peak_force = 0, peak_force_time = 0;
   double peak_moment = 0, peak_moment_time = 0;
@@ -107,7 +107,7 @@ struct ForceProfile {
   int touches = 0;
 };
 
-/// One grip or contact of the impact. Impulses act on the robot, at the common contact point; the target gets the
+/// One grasp or contact of the impact. Impulses act on the robot, at the common contact point; the target gets the
 /// opposite there.
 struct GraspImpulse {
   std::string end_effector;
@@ -197,8 +197,8 @@ struct AsPublished {
   double relative_angular_momentum_error = 0;
 };
 
-/// Joints locked at once after the grip: a second impulse with its own books.
-struct BrakeGrip {
+/// Joints locked at once after the grasp: a second impulse with its own checks.
+struct BrakeGrasp {
   std::string end_effector;
   std::string target;
   Vector3d impulse;
@@ -209,12 +209,12 @@ struct BrakeReport {
   std::vector<double> impulse;
   double kinetic_energy_before = 0;
   double kinetic_energy_after = 0;
-  std::vector<BrakeGrip> grasps;
+  std::vector<BrakeGrasp> grasps;
   Vector3d base_velocity_change = Vector3d::zero();
   Vector3d base_angular_velocity_change = Vector3d::zero();
 };
 
-/// Two grips of one target, and whether both can be where they are meant to be: no motion of the target changes the
+/// Two grasps of one target, and whether both can be where they are meant to be: no motion of the target changes the
 /// distances, so their difference is what remains open, or is welded as found.
 struct LoopGap {
   std::string target;
@@ -225,21 +225,21 @@ struct LoopGap {
   double gap() const { return std::abs(end_effector_distance - grasp_point_distance); }
 };
 
-/// What a body received in the impact: unique, also where the impulses of single grips are not.
+/// What a body received in the impact: unique, also where the impulses of single grasps are not.
 struct BodyImpulse {
   std::string body;
   Vector3d impulse;
   Vector3d angular_impulse;
 };
 
-/// An impulse that changes no velocity: one vector of the null space's basis, per grip as in GraspImpulse, scaled so
+/// An impulse that changes no velocity: one vector of the null space's basis, per grasp as in GraspImpulse, scaled so
 /// that its largest component is 1 (N s or N m s).
 struct SelfStress {
-  std::vector<Vector3d> impulse;  // per grip of the impact [N s]
+  std::vector<Vector3d> impulse;  // per grasp of the impact [N s]
   std::vector<Vector3d> angular_impulse;
 };
 
-/// What an impulse at one grip does, and what the present motion asks for: measures of the configuration at the
+/// What an impulse at one grasp does, and what the present motion asks for: measures of the configuration at the
 /// contact point, everything else free (but for joints that are held). Vectors and axes in W.
 struct EndEffectorMeasure {
   std::string end_effector;
@@ -253,14 +253,14 @@ struct EndEffectorMeasure {
   double miss_of_system_com = 0;
 };
 
-/// The same for all grips together.
+/// The same for all grasps together.
 struct ImpactMeasures {
   std::vector<EndEffectorMeasure> end_effectors;
   double largest_impulse = 0, smallest_impulse = 0, coupled_index = 0;
   double miss_of_robot_com = 0, miss_of_system_com = 0;
-  std::vector<std::vector<double>> base_response;  // per grip 6 x 6, row by row
+  std::vector<std::vector<double>> base_response;  // per grasp 6 x 6, row by row
   std::vector<SelfStress> zero_disturbance;
-  std::vector<SelfStress> zero_turning;
+  std::vector<SelfStress> zero_base_angular_velocity;
 };
 
 /// Derivatives of the impact with respect to what is uncertain.
@@ -327,8 +327,8 @@ struct LoopReport {
   double integration_error = 0;
 };
 
-/// The load on one grip while it holds.
-struct GripLoad {
+/// The load on one grasp while it holds.
+struct GraspLoad {
   std::string phase;
   std::string end_effector;
   std::string target;
@@ -360,7 +360,7 @@ struct Violation {
   double time = 0;
 };
 
-/// Grips that let go.
+/// Grasps that are released.
 struct ReleaseReport {
   double time = 0;
   std::vector<std::string> end_effectors;
@@ -385,27 +385,28 @@ struct CaptureResult {
   std::vector<std::string> warnings;
   std::optional<PhaseEnd> approach_start;
   std::optional<PhaseEnd> approach_end;
-  std::optional<PlanReport> plan;  // of the approach
-  double capture_time = 0;         // when the grips were to close [s]
-  std::vector<GripOutcome> grips;  // per grasp; empty where the run did not come so far
-  /// All grips closed.
+  std::optional<PlanReport> plan;    // of the approach
+  double capture_time = 0;           // when the grasps were to close [s]
+  std::vector<GraspOutcome> grasps;  // per grasp; empty where the run did not come so far
+  /// All grasps closed.
   bool captured() const {
-    return !grips.empty() && std::all_of(grips.begin(), grips.end(), [](const GripOutcome& g) { return g.captured; });
+    return !grasps.empty() &&
+           std::all_of(grasps.begin(), grasps.end(), [](const GraspOutcome& g) { return g.captured; });
   }
   /// Whether all of them did, as far as anybody judged it.
   Captured capture_verdict() const {
-    Captured verdict = grips.empty() ? Captured::no : Captured::yes;
-    for (const GripOutcome& g : grips) verdict = std::min(verdict, g.verdict());
+    Captured verdict = grasps.empty() ? Captured::no : Captured::yes;
+    for (const GraspOutcome& g : grasps) verdict = std::min(verdict, g.verdict());
     return verdict;
   }
   std::optional<ImpactReport> impact;       // the first
-  std::vector<ImpactReport> later_impacts;  // of grips that closed later
+  std::vector<ImpactReport> later_impacts;  // of grasps that closed later
   std::vector<ReleaseReport> releases;
-  std::vector<LoopReport> loops;     // per phase with closed loops
-  std::vector<GripLoad> grip_loads;  // per phase and grip
-  std::vector<PeakLoad> peak_loads;  // over all phases: per load and phase
+  std::vector<LoopReport> loops;       // per phase with closed loops
+  std::vector<GraspLoad> grasp_loads;  // per phase and grasp
+  std::vector<PeakLoad> peak_loads;    // over all phases: per load and phase
   std::optional<PhaseEnd> post_impact_end;
-  std::vector<LeastClearance> clearance;  // per phase in which bodies with shapes were watched
+  std::vector<MinimumClearance> clearance;  // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>> clearance_unwatched;  // hand and target of each grasp; ignored pairs
   std::vector<LimitEvent> limit_events;

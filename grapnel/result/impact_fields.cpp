@@ -23,8 +23,8 @@ std::vector<ImpulseSet> with_names(const std::vector<SelfStress>& sets, const Im
   std::vector<ImpulseSet> named;
   for (const SelfStress& set : sets) {
     ImpulseSet& all = named.emplace_back();
-    const std::size_t grips = std::min({impact.grasps.size(), set.impulse.size(), set.angular_impulse.size()});
-    for (std::size_t i = 0; i < grips; ++i)
+    const std::size_t grasps = std::min({impact.grasps.size(), set.impulse.size(), set.angular_impulse.size()});
+    for (std::size_t i = 0; i < grasps; ++i)
       all.grasps.push_back({impact.grasps[i].end_effector, set.impulse[i], set.angular_impulse[i]});
   }
   return named;
@@ -69,8 +69,7 @@ const Type& type_of<ContactRebound>() {
                         "of the normal impulse over other orders of simultaneous contacts, relative; null: not known")
           .or_null(),
   };
-  static constexpr Type type =
-      structure<R>("ContactRebound", "a contact that is no grip: how it was thrown back.", fields);
+  static constexpr Type type = structure<R>("ContactRebound", "a contact that is no grasp: how it rebounded.", fields);
   return type;
 }
 
@@ -82,12 +81,12 @@ const Type& type_of<ForceProfile>() {
       field<&P::peak_force_time>("peak_force_time", "s", "when that is, from the impact's beginning"),
       field<&P::peak_moment>("peak_moment", "N m", "largest moment in the impact"),
       field<&P::peak_moment_time>("peak_moment_time", "s", "when that is, from the impact's beginning"),
-      field<&P::largest_deformation>("largest_deformation", "m", "of the contact or the grip's spring"),
-      field<&P::duration>("duration", "s", "in touch, or until the grip was at rest"),
+      field<&P::largest_deformation>("largest_deformation", "m", "of the contact or the grasp's spring"),
+      field<&P::duration>("duration", "s", "in touch, or until the grasp was at rest"),
       field<&P::energy_lost>("energy_lost", "J", "by damping and friction"),
       field<&P::touches>("touches", "1", "how often the bodies came together"),
   };
-  static constexpr Type type = structure<P>("ForceProfile", "a contact or grip that was resolved in time.", fields);
+  static constexpr Type type = structure<P>("ForceProfile", "a contact or grasp that was resolved in time.", fields);
   return type;
 }
 
@@ -95,10 +94,10 @@ template <>
 const Type& type_of<GraspImpulse>() {
   using G = GraspImpulse;
   static constexpr Field fields[] = {
-      field<&G::end_effector>("end_effector", "of the grip or contact"),
-      field<&G::target>("target", "of the grip or contact"),
+      field<&G::end_effector>("end_effector", "of the grasp or contact"),
+      field<&G::target>("target", "of the grasp or contact"),
       field<&G::grasp_point>("grasp_point", "on the target"),
-      field<&G::model>("model", "`rigid` (6 rows), `hinge` (5), `point` (3), `contact` (no grip)"),
+      field<&G::model>("model", "`rigid` (6 rows), `hinge` (5), `point` (3), `contact` (no grasp)"),
       field<&G::contact_point>("contact_point", "m", "common to end-effector and target, in W"),
       field<&G::gap>("gap", "m", "distance of end-effector and grasp point when they were joined"),
       field<&G::gap_angle>("gap_angle", "rad", "angle between their frames when they were joined"),
@@ -116,14 +115,14 @@ const Type& type_of<GraspImpulse>() {
       field<&G::relative_angular_velocity_before>("relative_angular_velocity_before", "rad/s",
                                                   "end-effector minus target, before, in W"),
       field<&G::relative_velocity_after>("relative_velocity_after", "m/s",
-                                         "the same afterwards: zero in what a grip holds"),
+                                         "the same afterwards: zero in what a grasp holds"),
       field<&G::relative_angular_velocity_after>("relative_angular_velocity_after", "rad/s", "likewise"),
       field<&G::rebound>("rebound", "of a contact under `restitution` or `friction`"),
       field<&G::profile>("profile", "law `compliant`"),
   };
   static constexpr Type type = structure<G>(
       "GraspImpulse",
-      "one grip or contact of the impact. Impulses act **on the robot** at the contact point; the target gets the "
+      "one grasp or contact of the impact. Impulses act **on the robot** at the contact point; the target gets the "
       "opposite there.",
       fields);
   return type;
@@ -133,7 +132,7 @@ template <>
 const Type& type_of<ImpulseAtGrasp>() {
   using I = ImpulseAtGrasp;
   static constexpr Field fields[] = {
-      field<&I::end_effector>("end_effector", "whose grip it is"),
+      field<&I::end_effector>("end_effector", "whose grasp it is"),
       field<&I::impulse>("impulse", "N s", "as in `GraspImpulse`"),
       field<&I::angular_impulse>("angular_impulse", "N m s", "as in `GraspImpulse`"),
   };
@@ -159,7 +158,7 @@ const Type& type_of<LoopGap>() {
       field<&L::target>("target", "that both hold"),
       derived<[](const L& l) {
         return Names{l.end_effectors[0], l.end_effectors[1]};
-      }>("end_effectors", "", "the first grip's, the further one's"),
+      }>("end_effectors", "", "the first grasp's, the further one's"),
       derived<[](const L& l) {
         return Names{l.grasp_points[0], l.grasp_points[1]};
       }>("grasp_points", "", "likewise"),
@@ -170,7 +169,7 @@ const Type& type_of<LoopGap>() {
           "by how much these differ. No motion of the target changes either: so much remains, and is held as found"),
   };
   static constexpr Type type = structure<L>(
-      "LoopGap", "a further grip of a target against the first: whether both can be where they are meant to be.",
+      "LoopGap", "a further grasp of a target against the first: whether both can be where they are meant to be.",
       fields);
   return type;
 }
@@ -186,7 +185,7 @@ const Type& type_of<BodyImpulse>() {
   };
   static constexpr Type type = structure<BodyImpulse>(
       "BodyImpulse",
-      "all that a body received, from joints and grips together: unique, also where the impulses of single grips are "
+      "all that a body received, from joints and grasps together: unique, also where the impulses of single grasps are "
       "not.",
       fields);
   return type;
@@ -229,7 +228,7 @@ const Type& type_of<HeldJoint>() {
   static constexpr Type type = structure<H>(
       "HeldJoint",
       "a joint that a brake or a drive held during the impact, or was to hold. Law `compliant`: it gives way when the "
-      "grips become rigid; `impulse` and `work` are until then.",
+      "grasps become rigid; `impulse` and `work` are until then.",
       fields);
   return type;
 }
@@ -250,12 +249,13 @@ template <>
 const Type& type_of<AsPublished::Grasp>() {
   using G = AsPublished::Grasp;
   static constexpr Field fields[] = {
-      field<&G::end_effector>("end_effector", "of the grip"),
+      field<&G::end_effector>("end_effector", "of the grasp"),
       field<&G::impulse>("impulse", "N s", "as in `GraspImpulse`"),
       field<&G::angular_impulse>("angular_impulse", "N m s", "as in `GraspImpulse`"),
       field<&G::impulse_magnitude>("impulse_magnitude", "N s", "of the impulse"),
   };
-  static constexpr Type type = structure<G>("PublishedImpulse", "one grip's impulse by the thesis's formulas.", fields);
+  static constexpr Type type =
+      structure<G>("PublishedImpulse", "one grasp's impulse by the thesis's formulas.", fields);
   return type;
 }
 
@@ -263,7 +263,7 @@ template <>
 const Type& type_of<AsPublished>() {
   using P = AsPublished;
   static constexpr Field fields[] = {
-      field<&P::grasps>("grasps", "per grip"),
+      field<&P::grasps>("grasps", "per grasp"),
       field<&P::joint_velocity_after>("joint_velocity_after", "rad/s or m/s",
                                       "(3.11), in the order of `joint_names` of the impact"),
       field<&P::linear_momentum_error>("linear_momentum_error", "N s", "total after minus before, its magnitude"),
@@ -279,17 +279,17 @@ const Type& type_of<AsPublished>() {
 }
 
 template <>
-const Type& type_of<BrakeGrip>() {
-  using G = BrakeGrip;
+const Type& type_of<BrakeGrasp>() {
+  using G = BrakeGrasp;
   static constexpr Field fields[] = {
-      field<&G::end_effector>("end_effector", "of the grip"),
-      field<&G::target>("target", "of the grip"),
+      field<&G::end_effector>("end_effector", "of the grasp"),
+      field<&G::target>("target", "of the grasp"),
       field<&G::impulse>("impulse", "N s", "on the robot at the contact point, in W"),
       field<&G::angular_impulse>("angular_impulse", "N m s", "about the contact point, in W"),
       derived<[](const G& g) { return norm(g.impulse); }>("impulse_magnitude", "N s", "of the impulse"),
   };
   static constexpr Type type = structure<G>(
-      "BrakeGrip", "what a grip passes on because of the brake, besides the impulse of the impact.", fields);
+      "BrakeGrasp", "what a grasp passes on because of the brake, besides the impulse of the impact.", fields);
   return type;
 }
 
@@ -301,13 +301,13 @@ const Type& type_of<BrakeReport>() {
       field<&B::impulse>("impulse", "N m s or N s", "per joint, along or about its axis"),
       field<&B::kinetic_energy_before>("kinetic_energy_before", "J", "of everything, before the brake"),
       field<&B::kinetic_energy_after>("kinetic_energy_after", "J", "after it"),
-      field<&B::grasps>("grasps", "per grip that holds"),
+      field<&B::grasps>("grasps", "per grasp that holds"),
       field<&B::base_velocity_change>("base_velocity_change", "m/s", "of the base's origin, by the brake alone, in W"),
       field<&B::base_angular_velocity_change>("base_angular_velocity_change", "rad/s", "by the brake alone, in W"),
   };
   static constexpr Type type =
       structure<B>("BrakeReport",
-                   "joints locked at once after the grip: a second impulse with its own checks. `targets_after` and "
+                   "joints locked at once after the grasp: a second impulse with its own checks. `targets_after` and "
                    "the impact's own "
                    "changes are before the brake; the second sample of `contact` in the time series is after it.",
                    fields);
@@ -319,14 +319,15 @@ const Type& type_of<CompliantReport>() {
   using C = CompliantReport;
   static constexpr Field fields[] = {
       field<&C::end>("end",
-                     "`separated` (contacts only), `settled` (grips are at rest), `time_over` (`impact.longest`)"),
+                     "`separated` (contacts only), `settled` (grasps are at rest), `time_over` (`impact.longest`)"),
       field<&C::duration>("duration", "s", "of the impact"),
       field<&C::energy_lost>("energy_lost", "J", "by dampers and friction"),
       field<&C::elastic_energy_after>(
           "elastic_energy_after", "J",
-          "left in springs at the end; given up when grips become rigid. With `time_over` the impact was cut off: this "
+          "left in springs at the end; given up when grasps become rigid. With `time_over` the impact was cut off: "
+          "this "
           "energy is missing, and the ledger's `compliant_energy_residual` fails if a contact is still compressed or "
-          "grips hold more than a thousandth of the kinetic energy before"),
+          "grasps hold more than a thousandth of the kinetic energy before"),
       field<&C::residual_impulse>("residual_impulse", "N s",
                                   "largest impulse that then takes out what relative motion is left"),
       field<&C::energy_residual>(
@@ -344,7 +345,7 @@ template <>
 const Type& type_of<EndEffectorMeasure>() {
   using M = EndEffectorMeasure;
   static constexpr Field fields[] = {
-      field<&M::end_effector>("end_effector", "of the grip or contact"),
+      field<&M::end_effector>("end_effector", "of the grasp or contact"),
       derived<[](const M& m) { return rows_of_six(m.inverse_inertia); }>(
           "inverse_inertia", "1/(kg m^2), 1/(kg m), 1/kg",
           "change of the end-effector's twist per impulse on it: six rows of six"),
@@ -372,7 +373,7 @@ const Type& type_of<EndEffectorMeasure>() {
   };
   static constexpr Type type = structure<M>(
       "EndEffectorMeasure",
-      "what an impulse at one grip does, and what the present motion asks for, at the contact point.", fields);
+      "what an impulse at one grasp does, and what the present motion asks for, at the contact point.", fields);
   return type;
 }
 
@@ -384,7 +385,7 @@ const Type& type_of<MeasuresOf>() {
 > ("end_effectors", "", "per grasp"),
     derived<[](const M& m) { return m.get().largest_impulse; }>(
         "largest_impulse", "1",
-        "of all grips together: impulse that a relative motion brings at worst; 1: as against an immovable robot")
+        "of all grasps together: impulse that a relative motion brings at worst; 1: as against an immovable robot")
         .or_null(),
     derived<[](const M& m) { return m.get().smallest_impulse; }>("smallest_impulse", "1", "likewise, at best")
         .or_null(),
@@ -401,11 +402,11 @@ const Type& type_of<MeasuresOf>() {
       for (const std::vector<double>& one : m.get().base_response) all.push_back(rows_of_six(one));
       return all;
     }>("base_response", "1/(kg m^2), 1/(kg m), 1/kg",
-       "per grasp: change of the base's twist per impulse there; zero in directions that the grip leaves free"),
+       "per grasp: change of the base's twist per impulse there; zero in directions that the grasp leaves free"),
     derived<[](const M& m) { return with_names(m.get().zero_disturbance, *m.impact); }>(
         "zero_disturbance", "", "a basis of the impulses that leave the base's twist alone"),
-    derived<[](const M& m) { return with_names(m.get().zero_turning, *m.impact); }>(
-        "zero_turning", "", "a basis of those that leave its angular velocity alone"),
+    derived<[](const M& m) { return with_names(m.get().zero_base_angular_velocity, *m.impact); }>(
+        "zero_base_angular_velocity", "", "a basis of those that leave its angular velocity alone"),
 };  // namespace grapnel
 static constexpr Type type = structure<M>(
     "ImpactMeasures",
@@ -494,13 +495,13 @@ const Type& type_of<ImpactReport>() {
           "duration", "s",
           "over which mean forces are taken: `impact.duration` of the scenario, while the impact itself "
           "takes no time. Law `compliant`: how long it took"),
-      field<&I::grasps>("grasps", "grips that closed, and contacts that touched"),
+      field<&I::grasps>("grasps", "grasps that closed, and contacts that touched"),
       field<&I::rank>("rank", "1", "independent ones among the rows"),
-      field<&I::rows>("rows", "1", "conditions that the grips pose"),
+      field<&I::rows>("rows", "1", "conditions that the grasps pose"),
       derived<[](const I& i) { return with_names(i.null_space, i); }>(
           "null_space", "",
           "`rows` - `rank` self-stresses: impulses that change no velocity and may be added to the grasps'"),
-      field<&I::loops>("loops", "per further grip of a target, against its first"),
+      field<&I::loops>("loops", "per further grasp of a target, against its first"),
       field<&I::body_impulses>("body_impulses", "per body"),
       field<&I::kinetic_energy_before>("kinetic_energy_before", "J", "of robot and targets, just before the impact"),
       field<&I::kinetic_energy_after>("kinetic_energy_after", "J", "just after it"),
@@ -521,7 +522,7 @@ const Type& type_of<ImpactReport>() {
       field<&I::show_as_published>("show_as_published",
                                    "whether the scenario asks for `as_published` (`output.as_published`, or its own "
                                    "law): only then the terminal, the report and figures show it"),
-      field<&I::brake>("brake", "where joints are locked after the grip"),
+      field<&I::brake>("brake", "where joints are locked after the grasp"),
       field<&I::joints_during>("joints_during", "`free`, `braked` or `driven`: what `impact.joints` asked for"),
       field<&I::held_joints>("held_joints", "that brakes or drives held, or were to hold"),
       field<&I::unique>("unique",
@@ -548,7 +549,7 @@ const Type& type_of<ImpactReport>() {
       field<&I::speed_limits>("speed_limits", "per grasp whose arm has ratings"),
   };
   static constexpr Type type =
-      structure<I>("ImpactReport", "an impact: what changes at once when grips close and contacts touch.", fields);
+      structure<I>("ImpactReport", "an impact: what changes at once when grasps close and contacts touch.", fields);
   return type;
 }
 

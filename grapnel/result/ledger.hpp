@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The books of a capture: each conserved or balanced quantity with its largest deviation, the bound it must keep, and
-/// whether it did.
+/// The conservation checks of a capture: each conserved or balanced quantity with its largest deviation, the bound it
+/// must keep, and whether it did.
 
 #include <string>
 #include <vector>

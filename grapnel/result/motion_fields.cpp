@@ -1,4 +1,4 @@
-// The fields of bodies and joints in motion, of plans, and of grips that close or miss.
+// The fields of bodies and joints in motion, of plans, and of grasps that close or miss.
 #include "grapnel/result/result_fields.hpp"
 
 namespace grapnel {
@@ -31,19 +31,20 @@ const Type& type_of<JointMotion>() {
 template <>
 const Type& type_of<EndEffectorMotion>() {
   using E = EndEffectorMotion;
-  constexpr auto grips = [](const E& e) { return !e.target.empty(); };
+  constexpr auto grasps = [](const E& e) { return !e.target.empty(); };
   static constexpr Field fields[] = {
       field<&E::name>("name", "of the end-effector"),
       field<&E::position>("position", "m", "of the origin of the end-effector's frame, in W"),
       field<&E::velocity>("velocity", "m/s", "of that origin, in W"),
       field<&E::angular_velocity>("angular_velocity", "rad/s", "in W"),
-      field<&E::target>("target", "what it is to grip; this and what follows are absent if it grips nothing")
-          .when<grips>(),
-      field<&E::grasp_point>("grasp_point", "on the target").when<grips>(),
-      field<&E::miss_distance>("miss_distance", "m", "from the end-effector's origin to the grasp point").when<grips>(),
-      field<&E::relative_velocity>("relative_velocity", "m/s", "end-effector minus grasp point, in W").when<grips>(),
+      field<&E::target>("target", "what it is to grasp; this and what follows are absent if it grasps nothing")
+          .when<grasps>(),
+      field<&E::grasp_point>("grasp_point", "on the target").when<grasps>(),
+      field<&E::miss_distance>("miss_distance", "m", "from the end-effector's origin to the grasp point")
+          .when<grasps>(),
+      field<&E::relative_velocity>("relative_velocity", "m/s", "end-effector minus grasp point, in W").when<grasps>(),
       field<&E::relative_angular_velocity>("relative_angular_velocity", "rad/s", "end-effector minus target, in W")
-          .when<grips>(),
+          .when<grasps>(),
   };
   static constexpr Type type =
       structure<E>("EndEffectorMotion", "an end-effector, and how it stands to the grasp point it is to meet.", fields);
@@ -57,7 +58,7 @@ const Type& type_of<PhaseEnd>() {
       field<&PhaseEnd::base>("base", "of the robot"),
       field<&PhaseEnd::joints>("joints", "of the robot"),
       field<&PhaseEnd::end_effectors>("end_effectors", "of the robot"),
-      field<&PhaseEnd::targets>("targets", "the free bodies that may be gripped"),
+      field<&PhaseEnd::targets>("targets", "the free bodies that may be grasped"),
   };
   static constexpr Type type =
       structure<PhaseEnd>("PhaseEnd", "the system's state where a phase begins or ends.", fields);
@@ -119,10 +120,10 @@ const Type& type_of<PlanReport>() {
                        "whether there is a solution; this and what follows down to `smallest_singular_value` "
                        "only where final values were looked for")
           .when<searched>(),
-      field<&P::measure>("measure", "what was made least").when<searched>(),
-      field<&P::measure_value>("measure_value", "1", "how small that became").when<searched>().or_null(),
+      field<&P::objective>("objective", "what was made least").when<searched>(),
+      field<&P::objective_value>("objective_value", "1", "how small that became").when<searched>().or_null(),
       field<&P::miss>("miss", "per end-effector").when<searched>(),
-      field<&P::starts>("starts", "1", "beginnings tried").when<searched>(),
+      field<&P::starts>("starts", "1", "initial guesses tried").when<searched>(),
       field<&P::solutions>("solutions", "1", "how many of them led to a solution").when<searched>(),
       field<&P::iterations>("iterations", "1", "Newton steps over all of them").when<searched>(),
       field<&P::smallest_singular_value>("smallest_singular_value", "m/rad",
@@ -147,13 +148,13 @@ const Type& type_of<Captured>() {
 }
 
 template <>
-const Type& type_of<GripOutcome>() {
-  using G = GripOutcome;
+const Type& type_of<GraspOutcome>() {
+  using G = GraspOutcome;
   static constexpr Field fields[] = {
-      field<&G::end_effector>("end_effector", "that is to grip"),
-      field<&G::target>("target", "that is to be gripped"),
+      field<&G::end_effector>("end_effector", "that is to grasp"),
+      field<&G::target>("target", "that is to be grasped"),
       field<&G::grasp_point>("grasp_point", "on the target"),
-      derived<[](const G& g) { return g.verdict(); }>("captured", "", "whether this grip closed."),
+      derived<[](const G& g) { return g.verdict(); }>("captured", "", "whether this grasp closed."),
       field<&G::judged>("judged", "whether an envelope with a position judged it"),
       field<&G::reason>("reason",
                         "in words: which tolerance of the envelope was kept or missed. A contact is never captured: "
@@ -167,16 +168,16 @@ const Type& type_of<GripOutcome>() {
       field<&G::velocity>("velocity", "m/s", "relative to the grasp point, at that instant").or_null(),
       field<&G::angular_velocity>("angular_velocity", "rad/s", "relative to the target, at that instant").or_null(),
       field<&G::time>("time", "s",
-                      "when this grip closed, or was to close. The deviations above are those of this instant; of a "
-                      "grip that never came so far those of the run's end, null after a failure")
+                      "when this grasp closed, or was to close. The deviations above are those of this instant; of a "
+                      "grasp that never came so far those of the run's end, null after a failure")
           .or_null(),
       field<&G::target_moved>("target_moved", "m",
                               "by which `contact.gap: translate_target` moved its target so that it closes"),
-      field<&G::released>("released", "s", "when it let go; absent if it did not"),
+      field<&G::released>("released", "s", "when it was released; absent if it was not"),
   };
   static constexpr Type type = structure<G>(
-      "GripOutcome",
-      "whether one grip closes at the instant of capture: what success means. The angle is 0 if the grasp leaves it "
+      "GraspOutcome",
+      "whether one grasp closes at the instant of capture: what success means. The angle is 0 if the grasp leaves it "
       "free (that between the frames is `gap_angle` of `GraspImpulse`).",
       fields);
   return type;

@@ -37,8 +37,8 @@ struct PlanReport {
 
   bool searched = false;  // final positions were looked for; the rest is meaningful then
   bool found = false;
-  std::string measure;
-  double measure_value = 0;
+  std::string objective;
+  double objective_value = 0;
   std::vector<PlannedMiss> miss;
   int starts = 0;
   int solutions = 0;

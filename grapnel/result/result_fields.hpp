@@ -3,7 +3,7 @@
 /// @file
 /// The descriptions of what summary.json is made of: every structure of a result has one table of its fields, with
 /// key, unit and meaning. What is written, published and documented of a field follows from its line there.
-/// motion_fields.cpp: bodies, plans, grips; impact_fields.cpp: impacts; summary_fields.cpp: the rest and the document.
+/// motion_fields.cpp: bodies, plans, grasps; impact_fields.cpp: impacts; summary_fields.cpp: the rest and the document.
 
 #include <string>
 
@@ -19,7 +19,7 @@ const Type& type_of<BodyMotion>();
 template <>
 const Type& type_of<PhaseEnd>();
 template <>
-const Type& type_of<GripOutcome>();
+const Type& type_of<GraspOutcome>();
 template <>
 const Type& type_of<PlanReport>();
 template <>
@@ -31,7 +31,7 @@ const Type& type_of<SpeedLimit>();
 template <>
 const Type& type_of<ImpactReport>();
 template <>
-const Type& type_of<GripLoad>();
+const Type& type_of<GraspLoad>();
 template <>
 const Type& type_of<LedgerScale>();
 

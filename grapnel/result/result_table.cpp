@@ -21,17 +21,17 @@ std::string vector(const Vector3d& v) {
 }
 
 /// "left -> debris/handle"
-std::string grip(const std::string& end_effector, const std::string& target, const std::string& grasp_point) {
+std::string grasp(const std::string& end_effector, const std::string& target, const std::string& grasp_point) {
   if (target.empty()) return end_effector;
   return end_effector + " -> " + target + (grasp_point.empty() ? "" : "/" + grasp_point);
 }
 
-// The sentence, then why grips did not close.
+// The sentence, then why grasps did not close.
 std::string capture_lines(const CaptureResult& result) {
-  if (result.grips.empty()) return "";
+  if (result.grasps.empty()) return "";
   std::string out = paragraph(capture_sentence(result), "");
-  for (const GripOutcome& g : result.grips) {
-    if (!g.captured) out += paragraph(grip(g.end_effector, g.target, g.grasp_point) + ": " + g.reason, "  ");
+  for (const GraspOutcome& g : result.grasps) {
+    if (!g.captured) out += paragraph(grasp(g.end_effector, g.target, g.grasp_point) + ": " + g.reason, "  ");
   }
   return out;
 }
@@ -65,7 +65,7 @@ std::string ledger_line(const CaptureResult& result) {
   return failing > 0
              ? fmt::format("ledger: FAILS, {} of {} conserved quantities outside their bounds: this is no result\n",
                            failing, checked)
-             : "ledger: the books balance, every conserved quantity is within its bound\n";
+             : "ledger: every conserved quantity is within its bound\n";
 }
 
 std::string verdict(const CaptureResult& result) {
@@ -98,9 +98,9 @@ std::string beyond(const CaptureResult& result, double time) {
 std::string plan_table(const CaptureResult& result) {
   if (!result.plan || !result.plan->searched) return "";
   const PlanReport& plan = *result.plan;
-  std::string out = fmt::format("\nplan: {}, {} of {} beginnings, {} Newton steps, measure {} = {}\n",
+  std::string out = fmt::format("\nplan: {}, {} of {} initial guesses, {} Newton steps, objective {} = {}\n",
                                 plan.found ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations,
-                                plan.measure, short_number(plan.measure_value));
+                                plan.objective, short_number(plan.objective_value));
   TextTable table;
   table.row({"joint", "final value", "final rate"});
   table.row({"", "rad or m", "rad/s or m/s"});
@@ -117,13 +117,13 @@ std::string approach_table(const CaptureResult& result) {
   std::string out =
       fmt::format("\napproach, at its end (t = {} s{})\n", short_number(end.time), beyond(result, end.time));
   TextTable table;
-  table.row({"end-effector", "miss distance", "relative speed", "relative rate"});
+  table.row({"end-effector", "miss distance", "relative speed", "relative angular velocity"});
   table.row({"", "m", "m/s", "rad/s"});
   bool any = false;
   for (const EndEffectorMotion& e : end.end_effectors) {
     if (e.target.empty()) continue;
     any = true;
-    table.row({grip(e.name, e.target, e.grasp_point), short_number(e.miss_distance),
+    table.row({grasp(e.name, e.target, e.grasp_point), short_number(e.miss_distance),
                short_number(norm(e.relative_velocity)), short_number(norm(e.relative_angular_velocity))});
   }
   if (any) out += table.text();
@@ -161,7 +161,7 @@ std::string grasp_table(const ImpactReport& impact) {
   for (const GraspImpulse& g : impact.grasps) {
     const std::string mark = all_of(g.determined) ? "" : " *";
     all_determined = all_determined && all_of(g.determined);
-    row({grip(g.end_effector, g.target, g.grasp_point) + mark, short_number(g.impulse_magnitude),
+    row({grasp(g.end_effector, g.target, g.grasp_point) + mark, short_number(g.impulse_magnitude),
          published_impulse(impact, g.end_effector), short_number(norm(g.angular_impulse)), short_number(g.mean_force),
          short_number(g.gap), short_number(norm(g.relative_velocity_before))});
   }
@@ -177,7 +177,7 @@ std::string grasp_table(const ImpactReport& impact) {
   return out;
 }
 
-// How contacts were thrown back.
+// How contacts were rebounding.
 std::string rebound_table(const ImpactReport& impact) {
   TextTable table;
   table.row({"contact", "normal", "tangential", "speed after", "modes"});
@@ -187,14 +187,14 @@ std::string rebound_table(const ImpactReport& impact) {
     if (!g.rebound) continue;
     any = true;
     const ContactRebound& r = *g.rebound;
-    table.row({grip(g.end_effector, g.target, g.grasp_point), short_number(r.normal_impulse),
+    table.row({grasp(g.end_effector, g.target, g.grasp_point), short_number(r.normal_impulse),
                short_number(norm(r.tangential_impulse)), short_number(norm(g.relative_velocity_after)),
                fmt::format("{}", fmt::join(r.modes, ", "))});
   }
   return any ? table.text() : "";
 }
 
-// What contacts and grips bore over time.
+// What contacts and grasps bore over time.
 std::string profile_table(const ImpactReport& impact) {
   TextTable table;
   table.row({"in time", "peak force", "at", "peak moment", "deformation", "duration", "energy lost"});
@@ -204,7 +204,7 @@ std::string profile_table(const ImpactReport& impact) {
     if (!g.profile) continue;
     any = true;
     const ForceProfile& p = *g.profile;
-    table.row({grip(g.end_effector, g.target, g.grasp_point), short_number(p.peak_force),
+    table.row({grasp(g.end_effector, g.target, g.grasp_point), short_number(p.peak_force),
                short_number(p.peak_force_time), short_number(p.peak_moment), short_number(p.largest_deformation),
                short_number(p.duration), short_number(p.energy_lost)});
   }
@@ -330,15 +330,15 @@ std::string impact_tables(const CaptureResult& result) {
   return out;
 }
 
-// "release at t = 45 s: left lets go of debris"
+// "release at t = 45 s: left releases debris"
 std::string release_lines(const CaptureResult& result) {
   std::string out;
   for (const ReleaseReport& release : result.releases) {
-    std::vector<std::string> grips;
+    std::vector<std::string> grasps;
     for (std::size_t i = 0; i < release.end_effectors.size() && i < release.targets.size(); ++i) {
-      grips.push_back(release.end_effectors[i] + " lets go of " + release.targets[i]);
+      grasps.push_back(release.end_effectors[i] + " releases " + release.targets[i]);
     }
-    const std::string what = grips.empty() ? "nothing was held" : fmt::format("{}", fmt::join(grips, ", "));
+    const std::string what = grasps.empty() ? "nothing was held" : fmt::format("{}", fmt::join(grasps, ", "));
     out += "\n" + paragraph(fmt::format("release at t = {} s: {}", short_number(release.time), what), "");
   }
   return out;
@@ -365,15 +365,15 @@ std::string loop_tables(const CaptureResult& result) {
 }
 
 std::string load_table(const CaptureResult& result) {
-  if (result.grip_loads.empty()) return "";
+  if (result.grasp_loads.empty()) return "";
   TextTable table;
-  table.row({"load on a grip", "phase", "largest force", "at", "largest moment", "at"});
+  table.row({"load on a grasp", "phase", "largest force", "at", "largest moment", "at"});
   table.row({"", "", "N", "s", "N m", "s"});
   bool all_determined = true;
-  for (const GripLoad& load : result.grip_loads) {
+  for (const GraspLoad& load : result.grasp_loads) {
     const std::string mark = all_of(load.determined) ? "" : " *";
     all_determined = all_determined && all_of(load.determined);
-    table.row({grip(load.end_effector, load.target, "") + mark, load.phase, short_number(load.largest_force),
+    table.row({grasp(load.end_effector, load.target, "") + mark, load.phase, short_number(load.largest_force),
                short_number(load.force_time), short_number(load.largest_moment), short_number(load.moment_time)});
   }
   std::string out = "\n" + table.text();
@@ -398,9 +398,9 @@ std::string post_impact_table(const CaptureResult& result) {
 std::string clearance_table(const CaptureResult& result) {
   if (result.clearance.empty()) return "";
   TextTable table;
-  table.row({"least clearance", "distance", "time", "bodies"});
+  table.row({"minimum clearance", "distance", "time", "bodies"});
   table.row({"", "m", "s", ""});
-  for (const LeastClearance& c : result.clearance) {
+  for (const MinimumClearance& c : result.clearance) {
     table.row({c.phase, short_number(c.distance), short_number(c.time), c.body_a + ", " + c.body_b});
   }
   return "\n" + table.text();

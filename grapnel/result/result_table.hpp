@@ -10,7 +10,7 @@
 namespace grapnel {
 
 /// Plain text of at most 100 columns: verdict and warnings, approach, impacts per grasp, releases, how loops were kept
-/// closed, loads on the grips, ledger. Three to six significant digits; summary.json has them all.
+/// closed, loads on the grasps, ledger. Three to six significant digits; summary.json has them all.
 std::string result_table(const CaptureResult& result);
 
 }  // namespace grapnel

@@ -68,14 +68,14 @@ struct SceneGrasp {
   std::string model;  // rigid, hinge, point, contact
 };
 
-/// What a grip can close on, and what bodies are to keep from each other: lines in plots. Infinite: any.
+/// What a grasp can close on, and what bodies are to keep from each other: lines in plots. Infinite: any.
 struct SceneLimits {
-  struct Grip {
+  struct Grasp {
     std::string end_effector;
     double position = 0;  // from the grasp point [m]
     double velocity = 0;  // relative [m/s]
   };
-  std::vector<Grip> grips;          // of end-effectors that have an envelope
+  std::vector<Grasp> grasps;        // of end-effectors that have an envelope
   std::optional<double> clearance;  // required distance [m]; absent: not watched
 };
 

@@ -121,7 +121,7 @@ const Type& type_of<SceneGraspPoint>() {
       field<&P::approach_direction>("approach_direction", "1", "unit, in the target's frame; null: none is given")
           .or_null(),
   };
-  static constexpr Type type = structure<P>("SceneGraspPoint", "where a target may be gripped.", fields);
+  static constexpr Type type = structure<P>("SceneGraspPoint", "where a target may be grasped.", fields);
   return type;
 }
 
@@ -129,8 +129,8 @@ template <>
 const Type& type_of<SceneGrasp>() {
   using G = SceneGrasp;
   static constexpr Field fields[] = {
-      field<&G::end_effector>("end_effector", "that grips"),
-      field<&G::target>("target", "that is gripped"),
+      field<&G::end_effector>("end_effector", "that grasps"),
+      field<&G::target>("target", "that is grasped"),
       field<&G::grasp_point>("grasp_point", "of the target"),
       field<&G::model>("model", "`rigid`, `hinge`, `point`, or `contact` for what is only touched"),
   };
@@ -139,14 +139,14 @@ const Type& type_of<SceneGrasp>() {
 }
 
 template <>
-const Type& type_of<SceneLimits::Grip>() {
-  using G = SceneLimits::Grip;
+const Type& type_of<SceneLimits::Grasp>() {
+  using G = SceneLimits::Grasp;
   static constexpr Field fields[] = {
       field<&G::end_effector>("end_effector", "that has an envelope"),
       field<&G::position>("position", "m", "largest distance from the grasp point; null: any").or_null(),
       field<&G::velocity>("velocity", "m/s", "largest relative speed; null: any").or_null(),
   };
-  static constexpr Type type = structure<G>("SceneGripLimits", "what a grip can close on.", fields);
+  static constexpr Type type = structure<G>("SceneGraspLimits", "what a grasp can close on.", fields);
   return type;
 }
 
@@ -154,7 +154,7 @@ template <>
 const Type& type_of<SceneLimits>() {
   using L = SceneLimits;
   static constexpr Field fields[] = {
-      field<&L::grips>("grips", "of end-effectors with an envelope"),
+      field<&L::grasps>("grasps", "of end-effectors with an envelope"),
       field<&L::clearance>("clearance", "m", "the distance that bodies are to keep; null: it is not watched").or_null(),
   };
   static constexpr Type type = structure<L>("SceneLimits", "lines in plots.", fields);

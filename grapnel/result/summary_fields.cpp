@@ -17,7 +17,7 @@ const Type& type_of<LoopReport>() {
   using L = LoopReport;
   static constexpr Field fields[] = {
       field<&L::phase>("phase", "with closed loops"),
-      field<&L::closures>("closures", "`end-effector - target`: the grips that close loops of the tree"),
+      field<&L::closures>("closures", "`end-effector - target`: the grasps that close loops of the tree"),
       field<&L::rows>("rows", "1", "of all closures"),
       field<&L::rank>("rank", "1",
                       "as the phase began; smaller than `rows`: some say the same, and internal loads are not all "
@@ -35,33 +35,33 @@ const Type& type_of<LoopReport>() {
   };
   static constexpr Type type = structure<L>(
       "LoopReport",
-      "how loops were kept closed in one phase, also of the approach where a grip closed before its end. What remains "
+      "how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains "
       "after projection is in the ledger (`loop_closure_...`).",
       fields);
   return type;
 }
 
 template <>
-const Type& type_of<GripLoad>() {
-  using G = GripLoad;
+const Type& type_of<GraspLoad>() {
+  using G = GraspLoad;
   static constexpr Field fields[] = {
-      field<&G::phase>("phase", "in which the grip held"),
-      field<&G::end_effector>("end_effector", "of the grip"),
-      field<&G::target>("target", "of the grip"),
-      field<&G::largest_force>("largest_force", "N", "on the robot, at the grip"),
+      field<&G::phase>("phase", "in which the grasp held"),
+      field<&G::end_effector>("end_effector", "of the grasp"),
+      field<&G::target>("target", "of the grasp"),
+      field<&G::largest_force>("largest_force", "N", "on the robot, at the grasp"),
       field<&G::force_time>("force_time", "s", "when that was"),
-      field<&G::largest_moment>("largest_moment", "N m", "about the grip"),
+      field<&G::largest_moment>("largest_moment", "N m", "about the grasp"),
       field<&G::moment_time>("moment_time", "s", "when that was"),
       field<&G::determined>(
           "determined",
           "six, per component, angular x, y, z then linear x, y, z, in W, as the phase began; where a "
           "self-stress leaves components open, the least in the metric of the impact is given"),
   };
-  static constexpr Type type = structure<G>(
-      "GripLoad",
-      "the load on one grip while it holds, in one phase. Its course is in the time series `grasps/END_EFFECTOR/force` "
-      "and `moment`.",
-      fields);
+  static constexpr Type type = structure<G>("GraspLoad",
+                                            "the load on one grasp while it holds, in one phase. Its course is in the "
+                                            "time series `grasps/END_EFFECTOR/force` "
+                                            "and `moment`.",
+                                            fields);
   return type;
 }
 
@@ -72,8 +72,8 @@ const Type& type_of<PeakLoad>() {
       field<&L::of>("of", "joint, end-effector, or `base control`"),
       field<&L::quantity>(
           "quantity",
-          "in motion: `force` and `moment`, the magnitudes of what a joint passes on at its origin, or a grip at the "
-          "grip; `driving`, the effort of a joint's drive or brake along its axis; of base control `driving/x`, "
+          "in motion: `force` and `moment`, the magnitudes of what a joint passes on at its origin, or a grasp at the "
+          "grasp; `driving`, the effort of a joint's drive or brake along its axis; of base control `driving/x`, "
           "`driving/y`, `driving/z`, the torque about the base's axes. In impacts: `impulse`, `angular_impulse`, "
           "`driving_impulse`, and `force`, `moment`, `driving`: the peaks of an impact in time, else means over "
           "`impact.duration`"),
@@ -99,11 +99,11 @@ template <>
 const Type& type_of<ReleaseReport>() {
   using R = ReleaseReport;
   static constexpr Field fields[] = {
-      field<&R::time>("time", "s", "when they let go"),
-      field<&R::end_effectors>("end_effectors", "that let go"),
+      field<&R::time>("time", "s", "when they were released"),
+      field<&R::end_effectors>("end_effectors", "that released their targets"),
       field<&R::targets>("targets", "that each of them held"),
   };
-  static constexpr Type type = structure<R>("ReleaseReport", "grips that let go together.", fields);
+  static constexpr Type type = structure<R>("ReleaseReport", "grasps that are released together.", fields);
   return type;
 }
 
@@ -123,8 +123,8 @@ struct Limits {
 }  // namespace
 
 template <>
-const Type& type_of<LeastClearance>() {
-  using C = LeastClearance;
+const Type& type_of<MinimumClearance>() {
+  using C = MinimumClearance;
   static constexpr Field fields[] = {
       field<&C::phase>("phase", "in which bodies with shapes were watched"),
       field<&C::distance>("distance", "m", "negative: a depth of overlap; null: no pair was watched").or_null(),
@@ -136,8 +136,8 @@ const Type& type_of<LeastClearance>() {
       }>("points", "m", "of them that are nearest, in W"),
       field<&C::time>("time", "s", "when that is"),
   };
-  static constexpr Type type =
-      structure<C>("LeastClearance", "the least distance of any two bodies that are watched, in one phase.", fields);
+  static constexpr Type type = structure<C>(
+      "MinimumClearance", "the minimum distance of any two bodies that are watched, in one phase.", fields);
   return type;
 }
 
@@ -152,8 +152,8 @@ const Type& type_of<ClearanceEvent>() {
       field<&E::begin_time>("begin", "s", "of this time; if it was under way when its phase began, that instant"),
       field<&E::end_time>("end", "s", "likewise"),
       field<&E::required>("required", "m", "the distance that was asked for"),
-      derived<[](const E& e) { return e.least.distance; }>("least_distance", "m", "negative: a depth of overlap"),
-      derived<[](const E& e) { return e.least.time; }>("least_time", "s", "when that was"),
+      derived<[](const E& e) { return e.least.distance; }>("minimum_distance", "m", "negative: a depth of overlap"),
+      derived<[](const E& e) { return e.least.time; }>("minimum_time", "s", "when that was"),
       field<&E::overlap_begin>("overlap_begin", "s",
                                "when the two begin to overlap, which may be later than `begin`; absent: they do not"),
   };
@@ -171,7 +171,8 @@ const Type& type_of<Clearances>() {
         for (const auto& [a, b] : c.result->clearance_unwatched) pairs.push_back({a, b});
         return pairs;
       }>("unwatched", "",
-         "pairs of bodies that were not watched: the link that grips and its target (they are to touch, so that a hand "
+         "pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that a "
+         "hand "
          "that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the "
          "tree are not watched either"),
       derived < [](const C& c) -> auto& {return *std::min_element(
@@ -427,7 +428,7 @@ struct PostImpact {
 };
 
 bool has_approach(const CaptureResult& r) { return r.approach_start || r.approach_end || r.plan; }
-bool has_post_impact(const CaptureResult& r) { return r.post_impact_end || !r.loops.empty() || !r.grip_loads.empty(); }
+bool has_post_impact(const CaptureResult& r) { return r.post_impact_end || !r.loops.empty() || !r.grasp_loads.empty(); }
 
 }  // namespace
 
@@ -485,17 +486,17 @@ const Type& type_of<Capture>() {
   using C = Capture;
   static constexpr Field fields[] = {
       derived<[](const C& c) { return c.result->capture_verdict(); }>(
-          "captured", "", "of all grips; `assumed`, if that is so of at least one and all closed."),
+          "captured", "", "of all grasps; `assumed`, if that is so of at least one and all closed."),
       derived<[](const C& c) { return capture_sentence(*c.result); }>(
           "verdict", "", "the sentence on the terminal, with the gap and by how much targets were moved"),
       derived<[](const C& c) { return c.result->capture_time; }>("time", "s",
                                                                  "when those were to close that close together"),
-      derived < [](const C& c) -> auto& {return c.result->grips;
+      derived < [](const C& c) -> auto& {return c.result->grasps;
 }
 > ("grasps", "", "per grasp of the scenario"),
 }
 ;
-static constexpr Type type = structure<C>("Capture", "whether the grips closed.", fields);
+static constexpr Type type = structure<C>("Capture", "whether the grasps closed.", fields);
 return type;
 }
 
@@ -507,10 +508,10 @@ const Type& type_of<PostImpact>() {
 > ("end", "", "at the end of the motion"), derived < [](const P& p) -> auto& { return p.result->loops; }
 > ("loops", "", "absent where no loop was closed").when<[](const P& p) { return !p.result->loops.empty(); }>(),
     derived < [](const P& p) -> auto& {
-  return p.result->grip_loads;
+  return p.result->grasp_loads;
 }
-> ("grip_loads", "", "per phase and grip; absent where nothing was held")
-        .when<[](const P& p) { return !p.result->grip_loads.empty(); }>(),
+> ("grasp_loads", "", "per phase and grasp; absent where nothing was held")
+        .when<[](const P& p) { return !p.result->grasp_loads.empty(); }>(),
 }
 ;
 static constexpr Type type = structure<P>("PostImpact", "the motion after the impact.", fields);
@@ -534,20 +535,20 @@ const Type& type_of<Summary>() {
     derived<[](const S& s) { return Approach{&s.result}; }>("approach", "", "absent without an approach")
         .when<[](const S& s) { return has_approach(s.result); }>(),
     derived<[](const S& s) { return Capture{&s.result}; }>("capture", "",
-                                                           "whether the grips closed; absent without grasps")
-        .when<[](const S& s) { return !s.result.grips.empty(); }>(),
+                                                           "whether the grasps closed; absent without grasps")
+        .when<[](const S& s) { return !s.result.grasps.empty(); }>(),
     derived < [](const S& s) -> auto& {
   return s.result.impact;
 }
 > ("impact", "", "the first; absent without an impact"), derived < [](const S& s) -> auto& {
   return s.result.later_impacts;
 }
-> ("later_impacts", "", "of grips that closed later, in the order of time; absent if there are none")
+> ("later_impacts", "", "of grasps that closed later, in the order of time; absent if there are none")
         .when<[](const S& s) { return !s.result.later_impacts.empty(); }>(),
     derived < [](const S& s) -> auto& {
   return s.result.releases;
 }
-> ("releases", "", "grips that let go, in the order of time; absent if there are none")
+> ("releases", "", "grasps that are released, in the order of time; absent if there are none")
         .when<[](const S& s) { return !s.result.releases.empty(); }>(),
     derived<[](const S& s) { return PostImpact{&s.result}; }>("post_impact", "", "absent without such motion")
         .when<[](const S& s) { return has_post_impact(s.result); }>(),

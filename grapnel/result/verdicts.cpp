@@ -22,7 +22,7 @@ std::string listed(const std::vector<std::string>& names) {
 // ", by moving debris 106 mm and rocket 20 mm"
 std::string moved_words(const CaptureResult& result) {
   std::vector<std::string> moves, targets;
-  for (const GripOutcome& g : result.grips) {
+  for (const GraspOutcome& g : result.grasps) {
     if (!g.captured || !(g.target_moved > 0) || std::count(targets.begin(), targets.end(), g.target) > 0) continue;
     targets.push_back(g.target);
     moves.push_back(fmt::format("{} {}", g.target, length_text(g.target_moved)));
@@ -117,12 +117,12 @@ std::string length_text(double metres) {
 }
 
 std::string capture_sentence(const CaptureResult& result) {
-  if (result.grips.empty()) return "";
+  if (result.grasps.empty()) return "";
   const Captured verdict = result.capture_verdict();
   std::size_t closed = 0;
   double gap = 0;
   std::vector<std::string> unjudged;
-  for (const GripOutcome& g : result.grips) {
+  for (const GraspOutcome& g : result.grasps) {
     closed += g.captured;
     // Of those that decide: all that closed, or those that did not.
     if (g.captured == (verdict != Captured::no) && !(g.distance <= gap)) gap = g.distance;
@@ -130,9 +130,9 @@ std::string capture_sentence(const CaptureResult& result) {
   }
   std::string text = fmt::format("captured: {}", verdict == Captured::no ? "NO" : name_of(verdict));
   if (verdict != Captured::no) text += moved_words(result);
-  text +=
-      fmt::format(" ({} of {} grips, t = {} s, {} {})", closed, result.grips.size(), short_number(result.capture_time),
-                  result.grips.size() == 1 ? "gap" : "largest gap", length_text(gap));
+  text += fmt::format(" ({} of {} grasps, t = {} s, {} {})", closed, result.grasps.size(),
+                      short_number(result.capture_time), result.grasps.size() == 1 ? "gap" : "largest gap",
+                      length_text(gap));
   if (!unjudged.empty()) text += fmt::format(": no envelope says what {} can close on", listed(unjudged));
   if (result.valid_until && *result.valid_until < result.capture_time)
     text += fmt::format("; beyond validity, bodies overlap from t = {} s on", short_number(*result.valid_until));

@@ -21,7 +21,7 @@ constexpr const char* name_of(Captured captured) {
 /// "106 mm", "38.2 m".
 std::string length_text(double metres);
 
-/// The first sentence of a verdict: "captured: assumed, by moving debris 106 mm (1 of 1 grips, t = 20 s, gap 106 mm):
+/// The first sentence of a verdict: "captured: assumed, by moving debris 106 mm (1 of 1 grasps, t = 20 s, gap 106 mm):
 /// no envelope says what left can close on". Empty without grasps.
 std::string capture_sentence(const CaptureResult& result);
 

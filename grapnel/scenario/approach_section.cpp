@@ -26,12 +26,12 @@ struct Described<JointControl> {
 };
 
 template <>
-struct Described<PlanSetup::Measure> {
-  using enum PlanSetup::Measure;
+struct Described<PlanSetup::Objective> {
+  using enum PlanSetup::Objective;
   static constexpr auto choices =
       std::to_array({choice(excursion, "excursion"), choice(nearest, "nearest"), choice(limits, "limits"),
                      choice(manipulability, "manipulability"), choice(as_found, "as_found")});
-  static constexpr Type type = enumeration<PlanSetup::Measure>("Measure", choices);
+  static constexpr Type type = enumeration<PlanSetup::Objective>("Objective", choices);
 };
 
 template <>
@@ -123,16 +123,17 @@ template <>
 struct Described<PlanSetup> {
   using T = PlanSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::measure>("measure", "",
-                         "What is least among the solutions. excursion: the joints' ways. nearest: the distance from "
-                         "guess. limits: the distance from the middle of the joints' ranges. manipulability: minus the "
-                         "manipulability of the arms. as_found: nothing; the first solution from the guess is taken."),
+      field<&T::objective>(
+          "measure", "",
+          "What is least among the solutions. excursion: the joints' ways. nearest: the distance from "
+          "guess. limits: the distance from the middle of the joints' ranges. manipulability: minus the "
+          "manipulability of the arms. as_found: nothing; the first solution from the guess is taken."),
       field<&T::guess>("guess", "rad or m",
                        "Every moving joint's value where the search begins; absent: the initial values.")
           .as("joint values")
           .optional(),
       field<&T::starts>("starts", "",
-                        "At most so many beginnings of the search; the guess is the first, the others are random.")
+                        "At most so many initial guesses of the search; the guess is the first, the others are random.")
           .at_least(1)
           .at_most(1000),
       field<&T::seed>("seed", "", "Of the random numbers; the same seed gives the same results.")
@@ -257,7 +258,7 @@ struct Described<ApproachSetup> {
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
       field<&T::capture_at>(
           "capture_at", "",
-          "When the grips close that have no time of their own. end: at the end of the approach. envelope: as soon as "
+          "When the grasps close that have no time of their own. end: at the end of the approach. envelope: as soon as "
           "each of their end-effectors is within its envelope, at the end at the latest."),
   });
   static constexpr auto rules = std::to_array<Rule>({

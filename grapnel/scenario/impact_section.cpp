@@ -64,10 +64,11 @@ template <>
 struct Described<ContactSetup> {
   using T = ContactSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::gap>("gap", "",
-                     "weld_as_found: the relative pose is kept. translate_target: the target is moved until its grasp "
-                     "point is at the tip; with several grips by the mean of their gaps, what remains is kept. refuse: "
-                     "the simulation fails beyond the limit."),
+      field<&T::gap>(
+          "gap", "",
+          "weld_as_found: the relative pose is kept. translate_target: the target is moved until its grasp "
+          "point is at the tip; with several grasps by the mean of their gaps, what remains is kept. refuse: "
+          "the simulation fails beyond the limit."),
       field<&T::refuse_beyond>("limit", "m", "Largest accepted distance, for gap refuse; ignored otherwise.")
           .above(0)
           .optional(),
@@ -102,8 +103,8 @@ struct Described<ContactComplianceSetup> {
 };
 
 template <>
-struct Described<GripComplianceSetup> {
-  using T = GripComplianceSetup;
+struct Described<GraspComplianceSetup> {
+  using T = GraspComplianceSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::linear_stiffness>("linear_stiffness", "N/m", "").above(0).required(),
       field<&T::linear_damping>("linear_damping", "N s/m", "").at_least(0),
@@ -111,18 +112,19 @@ struct Described<GripComplianceSetup> {
       field<&T::angular_damping>("angular_damping", "N m s/rad", "").at_least(0),
   });
   static constexpr Type type = structure<T>(
-      "grip_compliance", "Law compliant: spring and damper of grips, in every direction that they hold.", fields);
+      "grasp_compliance", "Law compliant: spring and damper of grasps, in every direction that they hold.", fields);
 };
 
 template <>
 struct Described<ImpactSetup> {
   using T = ImpactSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::law>("law", "",
-                     "plastic: grips; the grasped points move together afterwards. bilateral_restitution: grips throw "
-                     "the relative velocity back, u+ = -E u-, and do not hold. restitution: contacts, without "
-                     "friction. friction: contacts, with Coulomb's. compliant: grips and contacts resolved in time. "
-                     "as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not conserved."),
+      field<&T::law>(
+          "law", "",
+          "plastic: grasps; the grasped points move together afterwards. bilateral_restitution: grasps reverse "
+          "the relative velocity back, u+ = -E u-, and do not hold. restitution: contacts, without "
+          "friction. friction: contacts, with Coulomb's. compliant: grasps and contacts resolved in time. "
+          "as_published: the thesis's (3.9)-(3.13), for comparison: momentum is not conserved."),
       field<&T::duration>("duration", "s", "Over which mean forces are taken; it has no influence on the motion.")
           .above(0),
       field<&T::joints>("joints", "",
@@ -145,16 +147,16 @@ struct Described<ImpactSetup> {
           .at_least(0)
           .optional(),
       field<&T::contact>("contact", "", "").optional(),
-      field<&T::grip>("grip", "", "").optional(),
+      field<&T::grasp>("grasp", "", "").optional(),
       found<[](T& t) -> double& { return t.compliant.longest; }>(
           "longest", "s",
-          "Law compliant: the impact is over at the latest after this time (absent: 1 s); what relative motion a grip "
+          "Law compliant: the impact is over at the latest after this time (absent: 1 s); what relative motion a grasp "
           "then has left is taken out at once.")
           .above(0)
           .optional(),
       found<[](T& t) -> double& { return t.compliant.settled; }>(
           "settled", "",
-          "Law compliant: a grip is at rest when this fraction is left of the energy of its relative motion. Absent: "
+          "Law compliant: a grasp is at rest when this fraction is left of the energy of its relative motion. Absent: "
           "1e-8.")
           .above(0)
           .at_most(0.1)
@@ -168,11 +170,11 @@ struct Described<PostImpactSetup::Release> {
   using T = PostImpactSetup::Release;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::after>("after", "s", "Since post_impact began; before its end.").above(0).required(),
-      field<&T::end_effectors>("end_effectors", "", "Whose grips; absent: all that hold something then.")
+      field<&T::end_effectors>("end_effectors", "", "Whose grasps; absent: all that hold something then.")
           .items(1, 0)
           .optional(),
   });
-  static constexpr Type type = structure<T>("release", "Grips let go; momenta are carried over.", fields);
+  static constexpr Type type = structure<T>("release", "Grasps are released; momenta are carried over.", fields);
 };
 
 template <>
@@ -194,7 +196,7 @@ struct Described<PostImpactSetup> {
           .optional()
           .when<[](const T& t) { return t.joints == T::Joints::pd; }>(),
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
-      field<&T::releases>("release", "", "Grips that let go, in the order of time.").items(0, 1000),
+      field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
   });
   static constexpr auto rules = std::to_array<Rule>({
       when("joints", "pd").require("kp, kd"),
@@ -222,7 +224,7 @@ const KeyUse kUses[] = {
     {"hypothesis", {Law::restitution, Law::friction}},
     {"friction", {Law::friction, Law::compliant}},
     {"contact", {Law::compliant}},
-    {"grip", {Law::compliant}},
+    {"grasp", {Law::compliant}},
     {"longest", {Law::compliant}},
     {"settled", {Law::compliant}},
     {"joints", {Law::plastic, Law::bilateral_restitution, Law::restitution, Law::friction, Law::compliant}}};
@@ -252,16 +254,16 @@ void check_uses(const Node& node, Law law, FaultList& faults) {
   }
 }
 
-// End-effectors that let go: who they are, and that they grip.
+// End-effectors that release: who they are, and that they grasp.
 class ReleaseNames {
  public:
   explicit ReleaseNames(Reading& reading) : reading_(reading) {
     const NameTable& known = reading.robot.end_effectors;
     for (const GraspSetup& grasp : reading.problem.grasps) {
       doubtful_ = doubtful_ || !known.contains(grasp.end_effector);
-      if (known.contains(grasp.end_effector)) grippers_.push_back(grasp.end_effector);
+      if (known.contains(grasp.end_effector)) grasping_.push_back(grasp.end_effector);
     }
-    doubtful_ = doubtful_ || grippers_.empty();  // grasps are missing or no list, which is a fault of its own
+    doubtful_ = doubtful_ || grasping_.empty();  // grasps are missing or no list, which is a fault of its own
   }
 
   void check(const Node& name, const std::string& path) {
@@ -270,13 +272,13 @@ class ReleaseNames {
     const auto& grasps = reading_.problem.grasps;
     const auto is_its = [&](const GraspSetup& grasp) { return grasp.end_effector == name.text; };
     if (doubtful_ || std::any_of(grasps.begin(), grasps.end(), is_its) || !checked_.insert(name.text).second) return;
-    reading_.faults.add(name.mark, fmt::format("end-effector {} in {} grips nothing{}", in_quotes(name.text), path,
-                                               suggestion(name.text, grippers_, "grips")));
+    reading_.faults.add(name.mark, fmt::format("end-effector {} in {} grasps nothing{}", in_quotes(name.text), path,
+                                               suggestion(name.text, grasping_, "grasps")));
   }
 
  private:
   Reading& reading_;
-  std::vector<std::string> grippers_;
+  std::vector<std::string> grasping_;
   std::set<std::string, std::less<>> checked_;
   bool doubtful_ = false;
 };

@@ -85,7 +85,7 @@ std::optional<double> cosine(const Vector3d& a, const Vector3d& b) {
 }
 constexpr double kOpposite = 0.5;  // of a cosine: 60 degrees
 
-// The middle of what is to be gripped.
+// The middle of what is to be grasped.
 Vector3d middle_of(const TargetSetup& target) {
   return target.geometry.shape == Geometry::Shape::none ? target.com : target.geometry.X_BG.p;
 }
@@ -230,7 +230,7 @@ void doubt_grasp_points(const Node& target, const std::string& path, const Targe
 
 void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultList& faults) {
   constexpr double kSame = 1e-3;  // [m]
-  const bool lets_go = problem.post_impact && !problem.post_impact->releases.empty();
+  const bool releases = problem.post_impact && !problem.post_impact->releases.empty();
   const auto position = [&](const GraspSetup& grasp) -> const Vector3d* {
     for (const TargetSetup& t : problem.targets) {
       if (t.name != grasp.target) continue;
@@ -246,10 +246,10 @@ void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultL
       const GraspSetup &first = problem.grasps[a], &second = problem.grasps[b];
       const Vector3d* at_a = first.target == second.target ? position(first) : nullptr;
       // One hand may take over from another.
-      const bool in_turn = lets_go && (first.closes != second.closes || first.closes_at != second.closes_at);
+      const bool in_turn = releases && (first.closes != second.closes || first.closes_at != second.closes_at);
       if (!at_a || in_turn || norm(*at_a - *at_b) > kSame) continue;
       faults.warn(part(list.items[b], "point").mark,
-                  fmt::format("{}: end-effectors {} and {} grip the same place of target {}, where two hands have no "
+                  fmt::format("{}: end-effectors {} and {} grasp the same place of target {}, where two hands have no "
                               "room",
                               item("grasps", b), in_quotes(first.end_effector), in_quotes(second.end_effector),
                               in_quotes(second.target)));

@@ -328,7 +328,7 @@ struct Described<RobotSetup> {
       group<T, BaseKeys>("base", "").required(),
       links("links", "", "Links in any order; each hangs on its parent by a joint. Branches are allowed.")
           .items(0, 4000),
-      field<&T::end_effectors>("end_effectors", "", "Named frames on links, or on the base, that can grip."),
+      field<&T::end_effectors>("end_effectors", "", "Named frames on links, or on the base, that can grasp."),
   });
   static constexpr Type type =
       structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields);

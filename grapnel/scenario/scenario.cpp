@@ -103,8 +103,8 @@ class Loader {
   Loader(std::filesystem::path path, ScenarioFiles& files, FaultList faults = {})
       : path_(std::move(path)), files_(files), faults_(std::move(faults)) {}
 
-  /// The problem; into `doubts`, if any, what is allowed but hardly meant.
-  CaptureProblem load(std::span<const Change> changes, std::vector<Fault>* doubts = nullptr) {
+  /// The problem; into `warnings`, if any, what is allowed but hardly meant.
+  CaptureProblem load(std::span<const Change> changes, std::vector<Fault>* warnings = nullptr) {
     const Mark blame{std::make_shared<const std::string>(path_.string()), 0, 0};
     std::string bytes, robot_bytes;
     std::optional<Node> scenario = read_tree(path_, FileKind::scenario, blame, bytes, files_, faults_);
@@ -132,7 +132,7 @@ class Loader {
         read_scenario(*scenario, std::move(robot), trajectory ? &*trajectory : nullptr, meshes, faults_);
     for (const Fault& fault : robot_faults_.all()) faults_.add(fault);
     faults_.throw_if_any();
-    if (doubts) {
+    if (warnings) {
       for (const Fault& warning : robot_faults_.warnings()) faults_.warn(warning);
       try {
         doubt_start(problem, *scenario, faults_);
@@ -140,7 +140,7 @@ class Loader {
         faults_.add(scenario->mark, error.what());
       }
       faults_.throw_if_any();
-      *doubts = sorted_faults(faults_.warnings());
+      *warnings = sorted_faults(faults_.warnings());
     }
     problem.sha256 = sha256(bytes + robot_bytes + trajectory_bytes + bytes_of_meshes_ + bytes_of_overrides_);
     problem.source = source_texts(text_at(*scenario, "description"), bytes, robot_bytes, trajectory_bytes, changes);
@@ -251,7 +251,7 @@ void ScenarioFiles::keep(const std::filesystem::path& path, File file) {
 }
 
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides,
-                             std::vector<Fault>* doubts) {
+                             std::vector<Fault>* warnings) {
   FaultList faults;
   std::vector<Change> changes;
   for (const Override& one : overrides) {
@@ -260,15 +260,15 @@ CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const 
       changes.push_back({one.path, mark, std::move(*value), one.value});
   }
   ScenarioFiles files;
-  return Loader(path, files, std::move(faults)).load(changes, doubts);
+  return Loader(path, files, std::move(faults)).load(changes, warnings);
 }
 
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files,
-                             std::vector<Fault>* doubts) {
-  return Loader(path, files).load(changes, doubts);
+                             std::vector<Fault>* warnings) {
+  return Loader(path, files).load(changes, warnings);
 }
 
-RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* doubts) {
+RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* warnings) {
   FaultList faults;
   std::string bytes;
   const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
@@ -280,7 +280,7 @@ RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* dou
   const Meshes meshes = read_mesh_files(*tree, path, files, bytes, faults);
   ReadRobot robot = read_robot(*tree, {}, meshes, faults);
   faults.throw_if_any();
-  if (doubts) *doubts = sorted_faults(faults.warnings());
+  if (warnings) *warnings = sorted_faults(faults.warnings());
   return std::move(robot.setup);
 }
 

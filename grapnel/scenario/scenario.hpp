@@ -17,13 +17,13 @@ namespace grapnel {
 
 /// Reads a scenario and the robot and trajectory files it names, applies the overrides in order, and checks everything.
 /// CaptureProblem::sha256 is that of the scenario file's bytes, then the robot file's, then the trajectory file's, then
-/// "--set path=value\n" of every override. Into `doubts`, where somebody reads them, what is allowed but hardly meant,
-/// such as an angle in degrees: warnings, in the order of their places. @throws InputError with all faults.
+/// "--set path=value\n" of every override. Into `warnings`, where somebody reads them, what is allowed but hardly
+/// meant, such as an angle in degrees: warnings, in the order of their places. @throws InputError with all faults.
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides = {},
-                             std::vector<Fault>* doubts = nullptr);
+                             std::vector<Fault>* warnings = nullptr);
 
-/// Reads a robot file; `doubts` as for load_scenario(). @throws InputError with all faults.
-RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* doubts = nullptr);
+/// Reads a robot file; `warnings` as for load_scenario(). @throws InputError with all faults.
+RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* warnings = nullptr);
 
 /// The published JSON Schemas (draft 7).
 std::string scenario_schema();

@@ -38,7 +38,7 @@ class ScenarioFiles {
 
 /// load_scenario() with changes as trees. @throws InputError with all faults.
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files,
-                             std::vector<Fault>* doubts = nullptr);
+                             std::vector<Fault>* warnings = nullptr);
 
 /// The path of a file that another one names, as a person would write it: relative to that file's folder, with ".."
 /// resolved where that names the same file (with symbolic links it may not).

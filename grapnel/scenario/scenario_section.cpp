@@ -107,7 +107,7 @@ struct Described<IntegrationSetup> {
                        "How closed loops are kept closed. projection: positions and velocities are brought back after "
                        "every step and at every output. baumgarte: defects are fed back to the accelerations. "
                        "acceleration: on accelerations alone, as in the thesis: defects stay and grow. open: loops are "
-                       "cut, further grips of a target do not hold it."),
+                       "cut, further grasps of a target do not hold it."),
       field<&T::baumgarte_time>("baumgarte_time", "s", "Within which defects decay, for loops: baumgarte; absent: 0.1.")
           .above(0)
           .optional(),
@@ -155,7 +155,8 @@ struct Described<CaptureProblem> {
       field<&T::gravity>("gravity", "m/s^2", "Uniform gravity in W, for ground test beds."),
       group<T, InitialKeys>("initial", ""),
       field<&T::targets>(&targets_description, "targets", "The free bodies to be caught."),
-      field<&T::grasps>(&grasps_description, "grasps", "Who grips what; all at one instant where nothing else is said.")
+      field<&T::grasps>(&grasps_description, "grasps",
+                        "Who grasps what; all at one instant where nothing else is said.")
           .items(1, 0)
           .optional(),
       field<&T::approach>(&approach_description, "approach", "").optional(),
@@ -176,7 +177,7 @@ struct Described<CaptureProblem> {
   });
   static constexpr Type type =
       structure<T>("scenario",
-                   "One capture: a robot, its targets, who grips what, and the phases to simulate. SI units, radians; "
+                   "One capture: a robot, its targets, who grasps what, and the phases to simulate. SI units, radians; "
                    "vectors in the world frame where nothing else is said.",
                    fields, rules);
 };

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// A model under joint controllers and gravity as a differential equation, with the integrals that its books need.
+/// A model under joint controllers and gravity as a differential equation, with the integrals that its conservation
+/// checks need.
 ///
 /// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
 /// the external impulse; and these of each tree, where anything acts from outside. They are under error control: where

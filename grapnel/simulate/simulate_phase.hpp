@@ -31,8 +31,8 @@ struct PhaseStep {
 /// Looks into every step, after it.
 using StepProbe = std::function<void(const PhaseStep&)>;
 
-/// Looks at a phase between its steps, where its books may be kept without output in between: no instant is
-/// interpolated and no effort worked out.
+/// Looks at a phase between its steps, where its conservation checks may be made without output in between: no instant
+/// is interpolated and no effort worked out.
 struct StepWatch {
   /// At the start, at the end, and after steps in between: the first that reaches each of `looks` - 1 evenly spaced
   /// times. The state as PhaseDynamics::state() has it; both are valid during the call.

@@ -37,7 +37,7 @@ double number_in(const Field& field, const void* owner, std::size_t component) {
   return number;
 }
 
-// The impulse of an end-effector's grip or contact, in whichever impact it came, and that impact.
+// The impulse of an end-effector's grasp or contact, in whichever impact it came, and that impact.
 struct FoundGrasp {
   const ImpactReport* impact = nullptr;
   const GraspImpulse* grasp = nullptr;
@@ -83,13 +83,14 @@ class Builder {
   explicit Builder(const CaptureProblem& problem) : problem_(problem) {}
 
   void outcome() {
-    add("captured", "1", "whether all grips closed; see captured/judged", [](const StudyCase&, const CaptureResult& r) {
-      return r.grips.empty() ? NAN : static_cast<double>(r.captured());
-    });
+    add("captured", "1", "whether all grasps closed; see captured/judged",
+        [](const StudyCase&, const CaptureResult& r) {
+          return r.grasps.empty() ? NAN : static_cast<double>(r.captured());
+        });
     add("captured/judged", "1",
         "whether envelopes say so; 0: captured is assumed, nothing says what a hand can close on",
         [](const StudyCase&, const CaptureResult& r) {
-          return r.grips.empty() ? NAN : double(r.capture_verdict() != Captured::assumed);
+          return r.grasps.empty() ? NAN : double(r.capture_verdict() != Captured::assumed);
         });
   }
 
@@ -114,7 +115,7 @@ class Builder {
     }
   }
 
-  void books() {
+  void conservation_checks() {
     add(std::string(kConservationColumn), "1", "whether momentum and energy were kept within their bounds",
         [](const StudyCase&, const CaptureResult& r) {
           return r.status == CaptureStatus::completed ? double(r.ledger.pass()) : NAN;
@@ -165,10 +166,10 @@ class Builder {
       add(std::string("end/base/angular_velocity/") + kComponents[k], "rad/s", "of the base at the end, in W",
           [end, k](const StudyCase&, const CaptureResult& r) { return end(r, &BodyMotion::angular_velocity, k); });
     }
-    add("clearance/least", "m", "least distance of bodies that are watched; negative: depth of overlap",
+    add("clearance/minimum", "m", "minimum distance of bodies that are watched; negative: depth of overlap",
         [](const StudyCase&, const CaptureResult& r) {
           double least = NAN;
-          for (const LeastClearance& one : r.clearance) least = std::fmin(least, one.distance);
+          for (const MinimumClearance& one : r.clearance) least = std::fmin(least, one.distance);
           return least;
         });
   }
@@ -204,15 +205,15 @@ class Builder {
 
   // How the end-effector stood to its grasp point when it was to close, whether or not it did.
   void closing_columns(const std::string& e) {
-    const Find<GripOutcome> outcome = [e](const CaptureResult& r) -> const GripOutcome* {
-      for (const GripOutcome& one : r.grips) {
+    const Find<GraspOutcome> outcome = [e](const CaptureResult& r) -> const GraspOutcome* {
+      for (const GraspOutcome& one : r.grasps) {
         if (one.end_effector == e) return &one;
       }
       return nullptr;
     };
     const std::string grasp = "grasps/" + e + "/";
-    add(grasp + "captured", "1", "whether this grip closed", [outcome](const StudyCase&, const CaptureResult& r) {
-      const GripOutcome* found = outcome(r);
+    add(grasp + "captured", "1", "whether this grasp closed", [outcome](const StudyCase&, const CaptureResult& r) {
+      const GraspOutcome* found = outcome(r);
       return found ? double(found->captured) : NAN;
     });
     field(grasp + "position_error", "distance", outcome);
@@ -227,23 +228,23 @@ class Builder {
     struct Tolerance {
       const char* name;
       double CaptureEnvelope::*allowed;
-      double GripOutcome::*found;
+      double GraspOutcome::*found;
     };
     static constexpr Tolerance kTolerances[] = {
-        {"position", &CaptureEnvelope::position, &GripOutcome::distance},
-        {"angle", &CaptureEnvelope::angle, &GripOutcome::angle},
-        {"velocity", &CaptureEnvelope::velocity, &GripOutcome::velocity},
-        {"angular_velocity", &CaptureEnvelope::angular_velocity, &GripOutcome::angular_velocity}};
+        {"position", &CaptureEnvelope::position, &GraspOutcome::distance},
+        {"angle", &CaptureEnvelope::angle, &GraspOutcome::angle},
+        {"velocity", &CaptureEnvelope::velocity, &GraspOutcome::velocity},
+        {"angular_velocity", &CaptureEnvelope::angular_velocity, &GraspOutcome::angular_velocity}};
     const CaptureEnvelope* envelope = envelope_of(problem_, e);
     for (const Tolerance& tolerance : kTolerances) {
       if (envelope == nullptr || envelope->*tolerance.allowed == CaptureEnvelope::kAny) continue;
       add(std::string("grasps/") + e + "/tolerance_used/" + tolerance.name, "1",
-          "deviation over what the envelope allows; above 1 the grip misses",
+          "deviation over what the envelope allows; above 1 the grasp misses",
           [e, tolerance](const StudyCase& point, const CaptureResult& r) {
             const CaptureEnvelope* of_case = envelope_of(point.problem, e);
-            for (const GripOutcome& grip : r.grips) {
-              if (of_case != nullptr && grip.end_effector == e)
-                return grip.*tolerance.found / (of_case->*tolerance.allowed);
+            for (const GraspOutcome& grasp : r.grasps) {
+              if (of_case != nullptr && grasp.end_effector == e)
+                return grasp.*tolerance.found / (of_case->*tolerance.allowed);
             }
             return double(NAN);
           });
@@ -347,7 +348,7 @@ std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_mo
   build.impact();
   build.joints();
   build.ratings(with_motion_afterwards);
-  build.books();
+  build.conservation_checks();
   if (with_motion_afterwards) build.motion_afterwards();
   return build.take();
 }

@@ -44,10 +44,11 @@ Json before_after(const std::string& name, const std::string& unit, double befor
 
 // Columns that the table on the terminal shows.
 bool is_looked_for(const std::string& name) {
-  for (const char* pattern : {"grasps/*/impulse_magnitude", "grasps/*/angular_impulse_magnitude", "grasps/*/peak_force",
-                              "grasps/*/relative_speed", "grasps/*/largest_speed", "base/angular_velocity_change",
-                              "base/velocity_change", "kinetic_energy_before", "kinetic_energy_after",
-                              "joints/*/position", "joints/*/driving_impulse", "clearance/least", "ledger/feasible"}) {
+  for (const char* pattern :
+       {"grasps/*/impulse_magnitude", "grasps/*/angular_impulse_magnitude", "grasps/*/peak_force",
+        "grasps/*/relative_speed", "grasps/*/largest_speed", "base/angular_velocity_change", "base/velocity_change",
+        "kinetic_energy_before", "kinetic_energy_after", "joints/*/position", "joints/*/driving_impulse",
+        "clearance/minimum", "ledger/feasible"}) {
     if (column_matches(pattern, name)) return true;
   }
   return false;

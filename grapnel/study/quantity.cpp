@@ -91,7 +91,7 @@ void expect_rates_follow(const CaptureProblem& problem, const GraspSetup& grasp,
   if (approach.final_rates || (!approach.match && !approach.plan))
     refuse(quantity, "the approach's final rates are given; approach.final_rates needs 'match'");
   if (grasp.closes != GraspSetup::Closes::together)
-    refuse(quantity, fmt::format("the grip of '{}' does not close at the end of the approach", grasp.end_effector));
+    refuse(quantity, fmt::format("the grasp of '{}' does not close at the end of the approach", grasp.end_effector));
 }
 
 // Without an approach: relative velocity of a grasp's contact point, from the initial state.
@@ -125,7 +125,7 @@ void set_relative_velocity(const Quantity& quantity, const Vector3d& u, CaptureP
   }
   const auto same = [&](const GraspSetup& other) { return other.target == g.target; };
   if (std::count_if(problem.grasps.begin(), problem.grasps.end(), same) > 1)
-    refuse(quantity, fmt::format("without an approach the target moves, and '{}' is gripped more than once", g.target));
+    refuse(quantity, fmt::format("without an approach the target moves, and '{}' is grasped more than once", g.target));
   TargetSetup& target = target_named(problem, g.target);
   target.V_WT.linear += relative_velocity(problem, grasp) - u;
 }

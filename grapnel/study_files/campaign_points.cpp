@@ -54,8 +54,8 @@ std::vector<std::size_t> CampaignPoints::axis_sizes() const {
   return sizes;
 }
 
-CaptureProblem CampaignPoints::before_quantities(std::span<const std::size_t> at, std::vector<Fault>* doubts) {
-  return load_scenario(scenario, changes_at(set, axes, at), files, doubts);
+CaptureProblem CampaignPoints::before_quantities(std::span<const std::size_t> at, std::vector<Fault>* warnings) {
+  return load_scenario(scenario, changes_at(set, axes, at), files, warnings);
 }
 
 std::shared_ptr<const DesignPoint> CampaignPoints::design_point(std::uint64_t number) {

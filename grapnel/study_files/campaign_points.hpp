@@ -41,9 +41,9 @@ class CampaignPoints {
   std::optional<SamplePoints> samples;
   ScenarioFiles files;
 
-  /// The scenario at a position of the design before quantities are applied; `doubts` as of load_scenario().
+  /// The scenario at a position of the design before quantities are applied; `warnings` as of load_scenario().
   /// @throws InputError
-  CaptureProblem before_quantities(std::span<const std::size_t> at, std::vector<Fault>* doubts = nullptr);
+  CaptureProblem before_quantities(std::span<const std::size_t> at, std::vector<Fault>* warnings = nullptr);
   /// A point of the design by its number. @throws std::exception if its scenario is faulty or cannot be planned.
   std::shared_ptr<const DesignPoint> design_point(std::uint64_t number);
 

@@ -450,7 +450,7 @@ struct Described<CampaignFile> {
           .required(),
       field<&T::success>("success",
                          "Conditions on a case's columns and inputs that must all hold for a success; absent: "
-                         "captured, where the scenario has grips.")
+                         "captured, where the scenario has grasps.")
           .called("an expression; {name, holds}")
           .items(1, 0),
       field<&T::keep>("keep", ""),

@@ -32,7 +32,7 @@ class CampaignReader {
   explicit CampaignReader(const std::filesystem::path& path)
       : path_(path), points_(std::make_shared<CampaignPoints>()) {}
 
-  Campaign read(std::vector<Fault>* doubts) {
+  Campaign read(std::vector<Fault>* warnings) {
     StudyDocument document = read_document(path_, file_, faults_);
     root_ = std::move(document.root);
     structure_is_sound_ = document.sound;
@@ -52,7 +52,7 @@ class CampaignReader {
     keep_columns();
     faults_.throw_if_any();
     prefer_setters();
-    if (doubts) points_->before_quantities(std::vector<std::size_t>(points_->axes.size(), 0), doubts);
+    if (warnings) points_->before_quantities(std::vector<std::size_t>(points_->axes.size(), 0), warnings);
     result_.sha256 = sha256(result_.text + shas_);
     result_.draw = [points = points_](std::uint64_t k) { return points->inputs(k); };
     result_.problem = [points = points_](std::uint64_t k) { return points->study_case(k); };
@@ -398,7 +398,7 @@ class CampaignReader {
   static bool says_captured(const std::string& name) {
     return name == "captured" || (name.starts_with("grasps/") && name.ends_with("/captured"));
   }
-  // What tells why a grip did not close, and whether anybody judged it.
+  // What tells why a grasp did not close, and whether anybody judged it.
   void keep_why_captured() {
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       const std::string& name = columns_[c].name;
@@ -448,8 +448,8 @@ class CampaignReader {
 
 }  // namespace
 
-Campaign load_campaign(const std::filesystem::path& path, std::vector<Fault>* doubts) {
-  return CampaignReader(path).read(doubts);
+Campaign load_campaign(const std::filesystem::path& path, std::vector<Fault>* warnings) {
+  return CampaignReader(path).read(warnings);
 }
 
 }  // namespace grapnel

@@ -95,7 +95,7 @@ class OptimizationReader {
   explicit OptimizationReader(const std::filesystem::path& path)
       : path_(path), points_(std::make_shared<OptimizationPoints>()) {}
 
-  Optimization read(std::vector<Fault>* doubts) {
+  Optimization read(std::vector<Fault>* warnings) {
     OptimizationFile file;
     StudyDocument document = read_document(path_, file, faults_);
     root_ = std::move(document.root);
@@ -109,7 +109,7 @@ class OptimizationReader {
     result_.mode = file.simulate;
     result_.feasible = file.feasible;
     result_.search = file.search;
-    const auto base = read_base(doubts);
+    const auto base = read_base(warnings);
     take_variables(file, base.get());
     if (base && structure_is_sound_) check_ends(*base);
     take_measures(file);
@@ -129,14 +129,14 @@ class OptimizationReader {
 
  private:
   // The scenario as it is, with "set".
-  std::shared_ptr<const CaptureProblem> read_base(std::vector<Fault>* doubts) {
+  std::shared_ptr<const CaptureProblem> read_base(std::vector<Fault>* warnings) {
     if (points_->named.empty()) return nullptr;
     const std::size_t before = faults_.size();
     read_file(points_->scenario, part(root_, "scenario").mark, faults_, kLargestFile, points_->named);
     if (faults_.size() != before) return nullptr;
     try {
       auto base = std::make_shared<const CaptureProblem>(
-          load_scenario(points_->scenario, points_->set, points_->files, doubts));
+          load_scenario(points_->scenario, points_->set, points_->files, warnings));
       result_.columns = offered_columns(*base, result_.mode == StudyMode::run);
       expect_impact(result_.mode, *base, root_, faults_);
       return base;
@@ -227,8 +227,8 @@ class OptimizationReader {
 
 }  // namespace
 
-Optimization load_optimization(const std::filesystem::path& path, std::vector<Fault>* doubts) {
-  return OptimizationReader(path).read(doubts);
+Optimization load_optimization(const std::filesystem::path& path, std::vector<Fault>* warnings) {
+  return OptimizationReader(path).read(warnings);
 }
 
 }  // namespace grapnel

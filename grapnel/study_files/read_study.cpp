@@ -45,7 +45,7 @@ class Points {
     return made;
   }
 
-  std::vector<Fault> doubts(std::span<const std::size_t> at) {
+  std::vector<Fault> warnings(std::span<const std::size_t> at) {
     const Changed changed = changes(at);
     std::vector<Fault> found;
     load_scenario(changed.scenario, changed.changes, files_, &found);
@@ -119,7 +119,7 @@ class StudyReader {
  public:
   explicit StudyReader(const std::filesystem::path& path) : path_(path), points_(std::make_shared<Points>()) {}
 
-  Campaign read(std::vector<Fault>* doubts) {
+  Campaign read(std::vector<Fault>* warnings) {
     StudyFile file;
     StudyDocument document = read_document(path_, file, faults_);
     root_ = std::move(document.root);
@@ -138,7 +138,7 @@ class StudyReader {
     if (can_make_points()) check_points();
     choose_columns();
     faults_.throw_if_any();
-    if (doubts) *doubts = points_->doubts(Position(points_->axes.size(), 0));
+    if (warnings) *warnings = points_->warnings(Position(points_->axes.size(), 0));
     study_.sha256 = sha256(study_.text + shas_);
     std::vector<std::size_t> sizes;
     for (const StudyAxis& axis : study_.design) sizes.push_back(axis.values.size());
@@ -278,8 +278,8 @@ class StudyReader {
 
 }  // namespace
 
-Campaign load_study(const std::filesystem::path& path, std::vector<Fault>* doubts) {
-  return StudyReader(path).read(doubts);
+Campaign load_study(const std::filesystem::path& path, std::vector<Fault>* warnings) {
+  return StudyReader(path).read(warnings);
 }
 
 }  // namespace grapnel

@@ -123,7 +123,7 @@ TEST_F(Campaign, WritesItsResultsAndTheSameBytesForAnyNumberOfThreads) {
   ASSERT_EQ(o.code, 0) << o.err;
   EXPECT_EQ(
       o.err,
-      "study.yaml: warning: in all successes that the grips close is assumed: end-effectors without an 'envelope' "
+      "study.yaml: warning: in all successes that the grasps close is assumed: end-effectors without an 'envelope' "
       "hold whatever they meet, and nothing was checked\n");
   EXPECT_THAT(o.out, HasSubstr("600 cases, all assumed to hold, not judged\n"));
   EXPECT_THAT(o.out, HasSubstr("grapnel 0.1.0, campaign study.yaml (sha256 "));

@@ -212,7 +212,8 @@ TEST_F(Program, SaysWhatIsAssumedAndUntilWhenItIsValid) {
   const Outcome o = run("run " + scenario(kCase1) + " -o r");
   EXPECT_EQ(o.code, 0) << o.err;
   EXPECT_THAT(
-      o.out, HasSubstr("\ncaptured: assumed, by moving target-1 106 mm and target-2 64.8 mm (2 of 2 grips, t = 20 s,"));
+      o.out,
+      HasSubstr("\ncaptured: assumed, by moving target-1 106 mm and target-2 64.8 mm (2 of 2 grasps, t = 20 s,"));
   EXPECT_THAT(o.out, testing::ContainsRegex("\nfeasible: NO, valid until 3[0-9.]+ s: .* overlap from then on"));
   EXPECT_THAT(o.out, HasSubstr("worst in post_impact: base and target-1 overlap by 0.68"));
   EXPECT_THAT(o.out, testing::Not(HasSubstr("n/a")));
@@ -235,7 +236,7 @@ TEST_F(Program, SaysWhatIsAssumedAndUntilWhenItIsValid) {
   EXPECT_EQ(far.code, 1);
   EXPECT_THAT(far.err,
               HasSubstr("m from grasp point 'grip' of target 'target-1', more than a tenth of its arm's reach"));
-  EXPECT_THAT(far.out, HasSubstr("\ncaptured: NO (0 of 2 grips"));
+  EXPECT_THAT(far.out, HasSubstr("\ncaptured: NO (0 of 2 grasps"));
 }
 
 // The first example: a capture that arrives, judged by envelopes, all of whose bodies and limits are watched and kept.
@@ -243,7 +244,7 @@ TEST_F(Program, TheFirstExampleIsACaptureThatIsFeasible) {
   const Outcome o = run("run " + scenario("dual-arm-satellite-handles.yaml") + " -o r");
   EXPECT_EQ(o.code, 0);
   EXPECT_EQ(complaints(o), "");
-  EXPECT_THAT(o.out, HasSubstr("\ncaptured: yes (2 of 2 grips, t = 45 s, largest gap 6.56 mm)"));
+  EXPECT_THAT(o.out, HasSubstr("\ncaptured: yes (2 of 2 grasps, t = 45 s, largest gap 6.56 mm)"));
   EXPECT_THAT(o.out, HasSubstr("\nfeasible: yes, clearance and joint limits are kept\n"));
 }
 

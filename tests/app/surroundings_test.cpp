@@ -26,7 +26,7 @@ using testing::Not;
 
 const std::string kCase1 = "thesis/open-loop-case-1.yaml";
 const std::string kShort = " --set approach.duration=2 --set post_impact.duration=1 ";
-// The search with wide swings at its ends: a long leg.
+// The search with wide swings at its ends: a long segment.
 const std::string kEndless = " --set approach.plan.max_evaluations=1000000000000 --set approach.duration=200000 ";
 
 class Surroundings : public test::ProgramRun {

@@ -58,7 +58,7 @@ TEST_F(Sweep, WritesItsTable) {
 
 // What grapnel check and run say of a scenario, the commands say that run it many times: 8 t with 17 kg m^2.
 TEST_F(Sweep, AllStudiesSayWhatIsDoubtfulInTheScenario) {
-  const std::string head = "name: doubts\nscenario: " + scenario("thesis/open-loop-case-1-planned.yaml") +
+  const std::string head = "name: warnings\nscenario: " + scenario("thesis/open-loop-case-1-planned.yaml") +
                            "\nsimulate: impact\nset: {'targets[0].mass': 8000, approach.plan.starts: 1}\n";
   const std::string says = "targets[0].inertia: the moment of inertia";
   ASSERT_THAT(run("check " + scenario("thesis/open-loop-case-1-planned.yaml") + " --set 'targets[0].mass=8000'").err,

@@ -88,7 +88,7 @@ TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
   const Campaign campaign = campaign_of(watched_problem());
   const std::vector<CaseRow> alone = one_by_one(campaign);
   const std::size_t all = campaign.columns.size(), watched = column(campaign, kWatched[0]);
-  const std::size_t clearance = column(campaign, "clearance/least");
+  const std::size_t clearance = column(campaign, "clearance/minimum");
   for (std::size_t i = watched; i < all; ++i) EXPECT_GT(alone[0].values[i], 1e-3) << campaign.columns[i].name;
   for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
     const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});

@@ -228,12 +228,12 @@ TEST(CampaignReport, InfluenceOfAnInputIsNotTheDesigns) {
   EXPECT_NEAR(a.report.inputs[0].description.mean, 20, 0.1) << "shown as it is";
 }
 
-// A campaign of one grasp: a's grip closes where both tolerances are kept.
-struct Gripping {
+// A campaign of one grasp: a's grasp closes where both tolerances are kept.
+struct Grasping {
   Campaign campaign = fake_campaign(1000);
   std::vector<CaseRow> rows;
 
-  explicit Gripping(bool judged = true) {
+  explicit Grasping(bool judged = true) {
     campaign.columns = {{"captured", "1", "", {}},
                         {"captured/judged", "1", "", {}},
                         {"grasps/tip-1/captured", "1", "", {}},
@@ -275,20 +275,20 @@ struct Gripping {
 };
 
 TEST(CampaignReport, CountsWhyCasesAreNoSuccess) {
-  Gripping gripping;
-  gripping.rows[7].status = CaseStatus::failed;
-  gripping.rows[7].reason = "conservation check failed: energy_drift 1e-3, at most 1e-10";
-  gripping.rows[8].status = CaseStatus::failed;
-  gripping.rows[8].reason = "conservation check failed: linear_momentum_drift 1e-5, at most 1e-11";
+  Grasping grasping;
+  grasping.rows[7].status = CaseStatus::failed;
+  grasping.rows[7].reason = "conservation check failed: energy_drift 1e-3, at most 1e-10";
+  grasping.rows[8].status = CaseStatus::failed;
+  grasping.rows[8].reason = "conservation check failed: linear_momentum_drift 1e-5, at most 1e-11";
   std::uint64_t position = 0, velocity = 0, missed = 0;
-  for (const CaseRow& row : gripping.rows) {
+  for (const CaseRow& row : grasping.rows) {
     if (row.status != CaseStatus::ok || row.values[0] == 1) continue;
     ++missed;
     ++(row.values[6] > row.values[7] ? position : velocity);
   }
   ASSERT_GT(position, 50u);
   ASSERT_GT(velocity, 10u);
-  const Analyzed a = gripping.with({"captured"});
+  const Analyzed a = grasping.with({"captured"});
   const Json& failures = a.json["failures"];
   ASSERT_EQ(failures.size(), 3u) << failures;
   EXPECT_EQ(failures[0]["reason"], "not met: captured (tip-1 misses by position)");
@@ -323,7 +323,7 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
     for (const std::string& one : a.report.warnings) all += one + "\n";
     return all;
   };
-  Gripping judged, assumed(false);
+  Grasping judged, assumed(false);
   const Analyzed certain = judged.with({"captured", "grasps/tip-1/impulse > -50", "grasps/tip-1/impulse > 50"});
   EXPECT_NE(warnings(certain).find("'grasps/tip-1/impulse > 50' never holds"), std::string::npos) << warnings(certain);
   const Analyzed always = judged.with({"grasps/tip-1/captured < 5"});
@@ -333,7 +333,7 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
   const Analyzed nobody = assumed.with({"captured"});
   EXPECT_EQ(nobody.json["success"]["assumed"], 1000);
   EXPECT_EQ(warnings(nobody),
-            "in all successes that the grips close is assumed: end-effectors without an 'envelope' hold whatever they "
+            "in all successes that the grasps close is assumed: end-effectors without an 'envelope' hold whatever they "
             "meet, and nothing was checked\n");
   EXPECT_NE(campaign_summary(nobody.campaign, nobody.report).find("1000 cases, all assumed to hold, not judged\n"),
             std::string::npos);
@@ -349,15 +349,15 @@ TEST(CampaignReport, SaysWhatASuccessDoesNotSay) {
 
 // Where nothing is caught there is no impulse to check: it is the miss that decides.
 TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
-  Gripping gripping;
+  Grasping grasping;
   std::uint64_t missed = 0, hard = 0;
-  for (const CaseRow& row : gripping.rows) {
+  for (const CaseRow& row : grasping.rows) {
     missed += row.values[0] == 0;
     hard += row.values[0] == 1 && row.values[3] >= 4;
   }
   ASSERT_GT(missed, 100u);
   ASSERT_GT(hard, 10u);
-  const Analyzed a = gripping.with({"captured", "grasps/tip-1/impulse < 4"});
+  const Analyzed a = grasping.with({"captured", "grasps/tip-1/impulse < 4"});
   EXPECT_EQ(a.json["criteria"][0]["only_this"], missed);
   EXPECT_EQ(a.json["criteria"][1]["only_this"], hard);
   EXPECT_EQ(a.json["criteria"][1]["not_checked"], missed);
@@ -368,7 +368,7 @@ TEST(CampaignReport, WhatWasNotCheckedTakesNothingFromWhatFailed) {
 }
 
 TEST(CampaignReport, SixCoordinatesOfAGraspPointAreOneInput) {
-  const Analyzed a = Gripping().with({"captured", "grasps/tip-1/impulse < 4"});
+  const Analyzed a = Grasping().with({"captured", "grasps/tip-1/impulse < 4"});
   const Json& sensitivity = a.json["sensitivity"];
   ASSERT_EQ(sensitivity["groups"].size(), 2u) << sensitivity["groups"];
   EXPECT_EQ(sensitivity["groups"][0]["name"], "targets.box.grasp_points.grip");
@@ -392,7 +392,7 @@ TEST(CampaignReport, SixCoordinatesOfAGraspPointAreOneInput) {
 }
 
 TEST(CampaignReport, RoundingIsNoResult) {
-  const Analyzed a = Gripping().with({"captured", "abs(noise) < 1"});
+  const Analyzed a = Grasping().with({"captured", "abs(noise) < 1"});
   for (const Json& measure : a.json["sensitivity"]["measures"]) EXPECT_NE(measure["name"], "noise");
   EXPECT_EQ(a.json["sensitivity"]["rounding"], Json::parse(R"(["noise"])"));
   EXPECT_EQ(campaign_summary(a.campaign, a.report).find("noise [N s]"), std::string::npos);

@@ -166,9 +166,9 @@ TEST(Reactions, BaseReceivesWhatChangesItsMomentum) {
   }
 }
 
-// What the target takes up between the two samples of contact has come through its grip: at the impact and by the
+// What the target takes up between the two samples of contact has come through its grasp: at the impact and by the
 // brake.
-TEST(Braked, TheGripsPassOnWhatTheTargetsTakeUp) {
+TEST(Braked, TheGraspsPassOnWhatTheTargetsTakeUp) {
   CaptureProblem p = thesis_case();
   p.contact.gap = ContactSetup::Gap::weld_as_found;
   p.post_impact.emplace();

@@ -79,8 +79,8 @@ TEST(Matching, SaysWhatNoRatesCanGive) {
   EXPECT_NE(r.warnings[0].find("0.03"), std::string::npos) << r.warnings[0];
 }
 
-// A slow final spin on a long leg makes joints swing by many turns: a strange motion, but one that there is.
-TEST(Planning, LongLegsArriveAndSayThatJointsSwing) {
+// A slow final spin on a long segment makes joints swing by many turns: a strange motion, but one that there is.
+TEST(Planning, LongSegmentsArriveAndSayThatJointsSwing) {
   CaptureProblem p = thesis_case();
   p.approach->duration = 1000;
   p.approach->match = RateMatch::twist;

@@ -23,9 +23,9 @@ CaptureProblem thesis_case() {
     t.inertia = Symmetric3d::diagonal(1, 1, 1);
     t.X_WT.p = {2 * side, -2 * side, 0};
     t.V_WT = {{0, 0, 0.2}, {0, 0, 0}};
-    t.grasp_points = {{"grip", {Rotationd::identity(), {0, 0.5 * side, 0}}}};
+    t.grasp_points = {{"grasp", {Rotationd::identity(), {0, 0.5 * side, 0}}}};
     p.targets.push_back(t);
-    p.grasps.push_back({"tip-" + std::to_string(i), t.name, "grip", GraspModel::rigid, {0, 0, 1}});
+    p.grasps.push_back({"tip-" + std::to_string(i), t.name, "grasp", GraspModel::rigid, {0, 0, 1}});
   }
   p.approach.emplace();
   p.approach->duration = 20;

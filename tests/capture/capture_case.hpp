@@ -22,7 +22,7 @@ void use_pd(CaptureProblem& problem, double kp, double kd);
 
 /// A random branched robot with two targets that tumble about any axis, triaxial, centres of mass off their frames;
 /// a moving base; 3 s of approach and 4 s afterwards. Options vary with `index`: tracking, what is known of targets,
-/// the motion given to the base, grips, gap rule, joints afterwards.
+/// the motion given to the base, grasps, gap rule, joints afterwards.
 CaptureProblem random_capture(int index);
 
 const Series& series(const CaptureResult& result, const std::string& path);

@@ -1,4 +1,4 @@
-/// Several arms on one target, gripped at one instant: the thesis's closed loop with the reference numbers of its
+/// Several arms on one target, grasped at one instant: the thesis's closed loop with the reference numbers of its
 /// consistent version, the loop that the published angles leave open, and random captures in space.
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace grapnel::testing {
 namespace {
 
-// --- The thesis's closed loop, gripped where it closes
+// --- The thesis's closed loop, grasped where it closes
 
 const CaptureResult& reference() {
   static const CaptureResult result = simulate_capture(scenario("thesis/closed-loop.yaml"));
@@ -76,7 +76,7 @@ TEST(ThesisClosedLoop, KeepsItsLedgerAndItsLoop) {
 
 // --- Of all impulses that stop the relative motion
 
-// Sum over the grips of P^T D P and its derivative along another set of impulses, from the target's mass and inertia.
+// Sum over the grasps of P^T D P and its derivative along another set of impulses, from the target's mass and inertia.
 struct Metric {
   double value = 0, slope = 0, size = 0;
 };
@@ -161,7 +161,7 @@ TEST(Impulses, AreLeastWhereShortArmsLeaveThemOpen) {
     const CaptureResult r = simulate_capture(p);
     ASSERT_TRUE(r.impact) << r.failure;
     const ImpactReport& i = *r.impact;
-    // Free: base and joints; grips: 6 each, of which the target takes up 6.
+    // Free: base and joints; grasps: 6 each, of which the target takes up 6.
     const int arms = static_cast<int>(options.target_of_arm.size());
     EXPECT_EQ(i.rank, 6 + 2 * arms);
     EXPECT_EQ(i.null_space.size(), static_cast<std::size_t>(i.rows - i.rank));
@@ -182,7 +182,7 @@ TEST(Impulses, AreLeastWhereShortArmsLeaveThemOpen) {
   EXPECT_GT(undetermined, 20);
 }
 
-// What a target receives is its grips' impulses together; self-stresses added to them do not show in it.
+// What a target receives is its grasps' impulses together; self-stresses added to them do not show in it.
 TEST(Impulses, TogetherGiveTheTargetItsShare) {
   const ImpactReport& i = *reference().impact;
   Vector3d linear = Vector3d::zero(), angular = linear;
@@ -223,7 +223,7 @@ TEST(PublishedAngles, LeaveAGapAndStayClosedAsFound) {
   EXPECT_EQ(gap.target, "sphere");
   EXPECT_EQ(gap.end_effectors[0] + gap.grasp_points[0], "tip-1right");
   EXPECT_EQ(gap.end_effectors[1] + gap.grasp_points[1], "tip-2left");
-  // Each grip keeps the distance with which it was found.
+  // Each grasp keeps the distance with which it was found.
   for (const char* tip : {"tip-1", "tip-2"}) {
     const std::string path = "grasps/" + std::string(tip) + "/distance";
     const std::size_t first = first_sample(r, "post_impact");
@@ -236,7 +236,7 @@ TEST(PublishedAngles, LeaveAGapAndStayClosedAsFound) {
 TEST(PublishedAngles, WrongPositionsAloneDoNotOpenTheLoop) {
   const CaptureResult r = simulate_capture(published(Law::plastic, IntegrationSetup::Loops::acceleration, 50));
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_LT(defect(r, last_sample(r, "post_impact")), 1e-9);  // measured 1.8e-11: what integration lets go
+  EXPECT_LT(defect(r, last_sample(r, "post_impact")), 1e-9);  // measured 1.8e-11: what integration release
   EXPECT_GT(defect(r, last_sample(r, "post_impact")), 1e-13);
   EXPECT_FALSE(row(r, "loop_closure_position").pass());
   EXPECT_TRUE(row(r, "linear_momentum_drift").pass());
@@ -355,9 +355,9 @@ TEST(ClosedLoops, StayClosedAndKeepTheBooks) {
   }
 }
 
-// The order of the grasps decides which grip carries the target in the tree and which close loops: the physics does not
-// know it.
-TEST(ClosedLoops, DoNotDependOnWhichGripCarriesTheTarget) {
+// The order of the grasps decides which grasp carries the target in the tree and which close loops: the physics does
+// not know it.
+TEST(ClosedLoops, DoNotDependOnWhichGraspCarriesTheTarget) {
   using enum GraspModel;
   const CaptureProblem p = random_loops({{0, 0, 0}, {rigid, point, hinge}, 5, 0.2, 2}, 20);
   CaptureProblem q = p;
@@ -381,9 +381,9 @@ TEST(ClosedLoops, DoNotDependOnWhichGripCarriesTheTarget) {
   }
 }
 
-// --- A grip that misses leaves an open chain
+// --- A grasp that misses leaves an open chain
 
-TEST(OneGripMissed, IsTheOpenChainOfTheOthers) {
+TEST(OneGraspMissed, IsTheOpenChainOfTheOthers) {
   CaptureProblem p = scenario("thesis/closed-loop-published-angles.yaml");
   p.post_impact->duration = 10;
   p.output_interval = 0.5;
@@ -398,14 +398,15 @@ TEST(OneGripMissed, IsTheOpenChainOfTheOthers) {
   const CaptureResult cut = simulate_capture(p), open = simulate_capture(alone);
   expect_passes(cut);
   EXPECT_FALSE(cut.captured());
-  EXPECT_TRUE(cut.grips[0].captured);
-  EXPECT_FALSE(cut.grips[1].captured);
+  EXPECT_TRUE(cut.grasps[0].captured);
+  EXPECT_FALSE(cut.grasps[1].captured);
   EXPECT_EQ(cut.impact->rows, 6);
   EXPECT_TRUE(cut.loops.empty());
   ASSERT_EQ(cut.series.time.size(), open.series.time.size());
   int compared = 0;
   for (const Series& s : open.series.series) {
-    if (s.path == "clearance/least") continue;  // a hand that is to grip a target may touch it, one that is not may not
+    if (s.path == "clearance/minimum")
+      continue;  // a hand that is to grasp a target may touch it, one that is not may not
     const Series& other = series(cut, s.path);
     EXPECT_EQ(std::memcmp(s.data.data(), other.data.data(), s.data.size() * sizeof(double)), 0) << s.path;
     ++compared;

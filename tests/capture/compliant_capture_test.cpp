@@ -42,7 +42,7 @@ double largest_force(const CaptureResult& r, const std::string& hand) {
   return most;
 }
 
-TEST(CompliantGrips, AreRecordedInTimeAndHoldAfterwards) {
+TEST(CompliantGrasps, AreRecordedInTimeAndHoldAfterwards) {
   Worst integral("integral of the force"), peak("peak");
   for (int i = 0; i < 3; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -71,7 +71,7 @@ TEST(CompliantGrips, AreRecordedInTimeAndHoldAfterwards) {
       const double most = largest_force(r, g.end_effector);
       EXPECT_LE(most, g.profile->peak_force * (1 + 1e-12));
       EXPECT_LT(peak.note(1 - most / g.profile->peak_force, i), 2e-3);
-      EXPECT_TRUE(r.grips[k].captured);
+      EXPECT_TRUE(r.grasps[k].captured);
       // Rigid from then on.
       EXPECT_LT(opening(p, r, k, last + 1, r.series.time.size() - 1).position, 1e-11);
       EXPECT_LT(norm(relative_twist_at(p, r, k, last + 1).linear), 1e-12);
@@ -79,7 +79,7 @@ TEST(CompliantGrips, AreRecordedInTimeAndHoldAfterwards) {
   }
 }
 
-TEST(CompliantGrips, ConvergeToThePlasticImpact) {
+TEST(CompliantGrasps, ConvergeToThePlasticImpact) {
   CaptureProblem rigid = meeting_case(1);
   const CaptureResult plastic = simulate_capture(rigid);
   double previous = 0, rate = 0;
@@ -112,7 +112,7 @@ TEST(CompliantContacts, PartAndTheTargetIsFree) {
     const std::size_t last = last_sample(r, "contact");
     for (std::size_t k = 0; k < 2; ++k) {
       const GraspImpulse& g = r.impact->grasps[k];
-      EXPECT_FALSE(r.grips[k].captured);
+      EXPECT_FALSE(r.grasps[k].captured);
       EXPECT_GT(g.profile->energy_lost, 0);
       EXPECT_GE(g.profile->touches, 1);
       EXPECT_LT(integral.note(norm(impulse_of(r, g.end_effector, "contact") - g.impulse) / norm(g.impulse), i),
@@ -208,7 +208,7 @@ TEST(CompliantImpact, WithBrakedJointsConvergesToThePlasticOneWithThem) {
 TEST(CompliantImpact, WhileAnotherArmHoldsATarget) {
   for (bool contact : {false, true}) {
     CaptureProblem p = contact ? soft_rebound(3) : yielding_case(1e7, 3);
-    p.impact->grip = yielding_case(1e7, 3).impact->grip;
+    p.impact->grasp = yielding_case(1e7, 3).impact->grasp;
     p.grasps[0].contact = false;
     p.grasps[1].closes = GraspSetup::Closes::at_time, p.grasps[1].closes_at = 0.5;
     p.impact->compliant.samples = 20000;
@@ -218,7 +218,7 @@ TEST(CompliantImpact, WhileAnotherArmHoldsATarget) {
     EXPECT_EQ(r.later_impacts[0].time, 0.5);
     ASSERT_EQ(r.later_impacts[0].grasps.size(), 1u);
     const std::size_t first = first_sample(r, "contact_2"), last = last_sample(r, "contact_2");
-    // The held target gets what its grip passes on, all the time.
+    // The held target gets what its grasp passes on, all the time.
     Vector3d passed = Vector3d::zero();
     for (std::size_t s = first + 1; s < last; ++s) {
       EXPECT_EQ(value_at(r, "grasps/hand0/holds", s), s + 1 < last ? 1 : value_at(r, "grasps/hand0/holds", s));
@@ -241,14 +241,14 @@ TEST(CompliantImpact, PassesOverWhatIsDueMeanwhile) {
   p.post_impact->releases = {{1.2, {"hand0"}}};
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-  EXPECT_EQ(r.impact->compliant->end, "time_over");  // grips this soft are not at rest after a second
+  EXPECT_EQ(r.impact->compliant->end, "time_over");  // grasps this soft are not at rest after a second
   for (const LedgerEntry& e : r.ledger.entries)
     EXPECT_EQ(e.pass(), e.name != "compliant_energy_residual") << e.name << " " << e.value;
   ASSERT_EQ(r.later_impacts.size(), 1u);
   EXPECT_GT(r.later_impacts[0].time, 1e-3);
   ASSERT_EQ(r.releases.size(), 1u);
   EXPECT_EQ(r.releases[0].end_effectors, std::vector<std::string>{"hand0"});
-  EXPECT_TRUE(r.grips[0].captured && r.grips[1].captured);
+  EXPECT_TRUE(r.grasps[0].captured && r.grasps[1].captured);
 }
 
 TEST(CompliantImpact, WhileAnotherArmFollowsItsTrajectory) {
@@ -273,7 +273,8 @@ TEST(CompliantImpact, WhileAnotherArmFollowsItsTrajectory) {
   }
 }
 
-// What springs still hold when the time is over is said; more than a thousandth of the energy fails the books.
+// What springs still hold when the time is over is said; more than a thousandth of the energy fails the conservation
+// checks.
 TEST(CompliantImpact, BrakesAfterwardsAndWarnsWhereItIsNotOver) {
   CaptureProblem p = yielding_case(1e4, 1);
   p.impact->compliant.longest = 5e-3;
@@ -296,14 +297,14 @@ TEST(CompliantContacts, StillCompressedWhenTheTimeIsOverFailTheBooks) {
   const CaptureResult over = simulate_capture(whole);
   expect_passes(over);
   EXPECT_EQ(over.impact->compliant->end, "separated");
-  EXPECT_THAT(over.grips[0].reason, HasSubstr("a contact, no grip: it parts at "));
+  EXPECT_THAT(over.grasps[0].reason, HasSubstr("a contact, no grasp: it parts at "));
   CaptureProblem p = whole;
   p.impact->compliant.longest = over.impact->grasps[0].profile->peak_force_time;  // the most compressed
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_EQ(r.impact->compliant->end, "time_over");
-  EXPECT_THAT(r.grips[0].reason, HasSubstr("a contact, no grip: it is still compressed by "));
-  EXPECT_THAT(r.grips[0].reason, HasSubstr(" J in the springs"));
+  EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact, no grasp: it is still compressed by "));
+  EXPECT_THAT(r.grasps[0].reason, HasSubstr(" J in the springs"));
   EXPECT_FALSE(row(r, "compliant_energy_residual").pass());
   EXPECT_FALSE(r.ledger.pass());
   EXPECT_GT(r.impact->compliant->elastic_energy_after, 0.1);   // measured 0.38 J
@@ -318,7 +319,7 @@ TEST(CompliantImpact, IsRefusedInClosedLoops) {
   options.time = 1;
   CaptureProblem p = random_loops(options, 3);
   p.impact->law = Law::compliant;
-  p.impact->grip = yielding_case(1e5, 1).impact->grip;
+  p.impact->grasp = yielding_case(1e5, 1).impact->grasp;
   p.grasps[2].closes = GraspSetup::Closes::at_time, p.grasps[2].closes_at = 0.5;
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::failed);
@@ -346,8 +347,8 @@ TEST(CompliantImpact, HappensOnArrivalInTheEnvelope) {
   expect_passes(r);
   ASSERT_TRUE(r.impact);
   EXPECT_GT(r.impact->time, 0);
-  EXPECT_NEAR(r.grips[0].distance, 0.04, 1e-6);
-  EXPECT_TRUE(r.grips[0].captured);
+  EXPECT_NEAR(r.grasps[0].distance, 0.04, 1e-6);
+  EXPECT_TRUE(r.grasps[0].captured);
 }
 
 }  // namespace

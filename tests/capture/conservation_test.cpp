@@ -18,7 +18,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-// A base without arms at rest, and a target that comes in along a line through both centres of mass and the grip:
+// A base without arms at rest, and a target that comes in along a line through both centres of mass and the grasp:
 // nothing ever turns.
 CaptureProblem head_on(const Vector3d& along) {
   CaptureProblem p;
@@ -101,7 +101,7 @@ TEST(Conservation, AHeavyBystanderHidesNoErrorOfTheImpact) {
     p.post_impact->duration = 1;
     p.impact->law = law;
     p.impact->compliant.longest = 2e-3;
-    p.impact->grip = yielding_case(2e3, 0).impact->grip;
+    p.impact->grasp = yielding_case(2e3, 0).impact->grasp;
     const CaptureResult r = simulate_capture(p);
     EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
     EXPECT_FALSE(r.ledger.pass());
@@ -293,8 +293,8 @@ TEST(FiniteResult, NamesTheFirstNumberThatIsNone) {
   EXPECT_EQ(first_not_finite(bad), "ledger.scale.energy");
   bad.impact->grasps[1].impulse = {0, NAN, 0};
   EXPECT_EQ(first_not_finite(bad), "impact.grasps[" + bad.impact->grasps[1].end_effector + "].impulse");
-  bad.grips[0].distance = INFINITY;
-  EXPECT_EQ(first_not_finite(bad), "capture.grasps[" + bad.grips[0].end_effector + "].distance");
+  bad.grasps[0].distance = INFINITY;
+  EXPECT_EQ(first_not_finite(bad), "capture.grasps[" + bad.grasps[0].end_effector + "].distance");
   bad.approach_end->base.velocity = {1e200, 0, 0};  // finite, but not its square
   EXPECT_EQ(first_not_finite(bad), "approach.end.base.velocity");
 }

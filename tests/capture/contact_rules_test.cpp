@@ -78,7 +78,7 @@ TEST(Refuse, SaysByHowMuchAndKeepsTheApproach) {
             std::string("contact refused: end-effector 'tip-1' misses grasp point 'grip' of target 'target-1' by ") +
                 number + " m; contact.limit is 0.08 m");
   EXPECT_FALSE(r.captured());
-  EXPECT_EQ(r.grips.at(0).reason, r.failure);
+  EXPECT_EQ(r.grasps.at(0).reason, r.failure);
   EXPECT_FALSE(r.impact);
   EXPECT_FALSE(r.post_impact_end);
   EXPECT_EQ(r.series.time.back(), 20);
@@ -146,26 +146,26 @@ TEST(TranslateTarget, SharedTargetMovesByTheMean) {
   EXPECT_TRUE(r.impact->as_published);  // with the least-squares reading of J_t^-1
 }
 
-// Nobody judges a grip without an envelope: it is assumed, with the gap it bridges.
+// Nobody judges a grasp without an envelope: it is assumed, with the gap it bridges.
 TEST(CapturedVerdict, IsAssumedWithoutAnEnvelope) {
   CaptureProblem p = lagging();
   const CaptureResult welded = simulate_capture(p);
   EXPECT_EQ(welded.capture_verdict(), Captured::assumed);
-  EXPECT_FALSE(welded.grips[0].judged);
-  EXPECT_EQ(welded.grips[0].target_moved, 0);
-  EXPECT_GT(welded.grips[0].distance, 0.05);
+  EXPECT_FALSE(welded.grasps[0].judged);
+  EXPECT_EQ(welded.grasps[0].target_moved, 0);
+  EXPECT_GT(welded.grasps[0].distance, 0.05);
   // An envelope that says nothing of the distance does not judge it either.
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope.emplace().velocity = 1;
   EXPECT_EQ(simulate_capture(p).capture_verdict(), Captured::assumed);
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 0.2;
   const CaptureResult judged = simulate_capture(p);
   EXPECT_EQ(judged.capture_verdict(), Captured::yes);
-  EXPECT_TRUE(judged.grips[0].judged && judged.grips[0].limiting.empty());
+  EXPECT_TRUE(judged.grasps[0].judged && judged.grasps[0].limiting.empty());
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope->position = 0.09, e.envelope->velocity = 0.001;
   const CaptureResult missed = simulate_capture(p);
   EXPECT_EQ(missed.capture_verdict(), Captured::no);
-  EXPECT_EQ(missed.grips[0].limiting, "velocity");  // 2.8 times the tolerance, the distance 1.2 times
-  EXPECT_TRUE(missed.grips[0].judged);
+  EXPECT_EQ(missed.grasps[0].limiting, "velocity");  // 2.8 times the tolerance, the distance 1.2 times
+  EXPECT_TRUE(missed.grasps[0].judged);
 }
 
 TEST(CapturedVerdict, SaysByHowMuchATargetWasMoved) {
@@ -173,8 +173,8 @@ TEST(CapturedVerdict, SaysByHowMuchATargetWasMoved) {
   p.contact.gap = ContactSetup::Gap::translate_target;
   const CaptureResult r = simulate_capture(p);
   for (std::size_t i = 0; i < 2; ++i) {
-    EXPECT_NEAR(r.grips[i].target_moved, r.impact->grasps[i].gap, 1e-15);
-    EXPECT_EQ(r.grips[i].distance, r.impact->grasps[i].gap);
+    EXPECT_NEAR(r.grasps[i].target_moved, r.impact->grasps[i].gap, 1e-15);
+    EXPECT_EQ(r.grasps[i].distance, r.impact->grasps[i].gap);
   }
 }
 
@@ -218,7 +218,7 @@ CaptureProblem with_balls(double radius) {
 
 double least_clearance(const CaptureResult& r) {
   double least = 10;
-  for (const LeastClearance& phase : r.clearance) least = std::min(least, phase.distance);
+  for (const MinimumClearance& phase : r.clearance) least = std::min(least, phase.distance);
   return least;
 }
 

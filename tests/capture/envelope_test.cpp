@@ -1,4 +1,4 @@
-/// Which grips close: capture envelopes, what becomes of grips that do not, captures at the envelope. And what is
+/// Which grasps close: capture envelopes, what becomes of grasps that do not, captures at the envelope. And what is
 /// watched: clearance and joint limits, against closed forms.
 
 #include <gmock/gmock.h>
@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using Orientation = GraspSetup::Orientation;
 
 // Case 1 with a motion afterwards; both hands miss by centimetres and move against their targets.
-CaptureProblem gripping() {
+CaptureProblem grasping() {
   CaptureProblem p = thesis_case_pd();
   p.approach->duration = 10;
   p.targets[0].V_WT = {{0.05, -0.02, 0.2}, {0.01, 0.02, -0.01}};
@@ -34,20 +34,20 @@ CaptureProblem gripping() {
 
 TEST(Envelope, EachCriterionFailsAloneWithItsNumbers) {
   for (Orientation o : {Orientation::free, Orientation::axis, Orientation::pose}) {
-    CaptureProblem p = gripping();
+    CaptureProblem p = grasping();
     for (GraspSetup& g : p.grasps) g.orientation = o;
     const CaptureResult open = simulate_capture(p);
     ASSERT_EQ(open.status, CaptureStatus::completed) << open.failure;
     ASSERT_TRUE(open.captured());
-    EXPECT_THAT(open.grips[0].reason, HasSubstr("no envelope"));
+    EXPECT_THAT(open.grasps[0].reason, HasSubstr("no envelope"));
     const Meeting m = meeting(p, open, 0, last_sample(open, "approach"));
     const double angle = o == Orientation::free ? 0 : o == Orientation::axis ? m.axis_angle() : m.pose_angle();
     const double found[] = {m.distance(), angle, norm(m.relative_velocity()), norm(m.relative_spin())};
     const char* names[] = {"distance", "angle", "speed", "angular rate"};
-    EXPECT_NEAR(open.grips[0].distance, found[0], 1e-12);
-    EXPECT_NEAR(open.grips[0].angle, found[1], 1e-9);
-    EXPECT_NEAR(open.grips[0].velocity, found[2], 1e-12);
-    EXPECT_NEAR(open.grips[0].angular_velocity, found[3], 1e-12);
+    EXPECT_NEAR(open.grasps[0].distance, found[0], 1e-12);
+    EXPECT_NEAR(open.grasps[0].angle, found[1], 1e-9);
+    EXPECT_NEAR(open.grasps[0].velocity, found[2], 1e-12);
+    EXPECT_NEAR(open.grasps[0].angular_velocity, found[3], 1e-12);
     for (int tight = -1; tight < 4; ++tight) {
       if (tight == 1 && o == Orientation::free) continue;
       CaptureProblem q = p;
@@ -57,32 +57,32 @@ TEST(Envelope, EachCriterionFailsAloneWithItsNumbers) {
       q.robot.end_effectors[0].envelope = e;
       const CaptureResult r = simulate_capture(q);
       ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
-      EXPECT_EQ(r.grips[0].captured, tight < 0);
-      EXPECT_TRUE(r.grips[1].captured);
+      EXPECT_EQ(r.grasps[0].captured, tight < 0);
+      EXPECT_TRUE(r.grasps[1].captured);
       EXPECT_EQ(r.captured(), tight < 0);
       if (tight < 0) {
-        EXPECT_THAT(r.grips[0].reason, ::testing::StartsWith("within the envelope: "));
+        EXPECT_THAT(r.grasps[0].reason, ::testing::StartsWith("within the envelope: "));
         continue;
       }
       char number[40];
       std::snprintf(number, sizeof number, "%s %.4g ", names[tight], found[tight]);
-      EXPECT_THAT(r.grips[0].reason, ::testing::StartsWith("outside the envelope: " + std::string(number)));
-      EXPECT_EQ(r.grips[0].reason.find(','), std::string::npos) << r.grips[0].reason;
+      EXPECT_THAT(r.grasps[0].reason, ::testing::StartsWith("outside the envelope: " + std::string(number)));
+      EXPECT_EQ(r.grasps[0].reason.find(','), std::string::npos) << r.grasps[0].reason;
       std::snprintf(number, sizeof number, "of %.4g ", *tolerances[tight]);
-      EXPECT_THAT(r.grips[0].reason, HasSubstr(number));
+      EXPECT_THAT(r.grasps[0].reason, HasSubstr(number));
     }
   }
 }
 
 TEST(Envelope, LeavesTheOthersTargetAlone) {
-  CaptureProblem p = gripping();
+  CaptureProblem p = grasping();
   p.robot.end_effectors[0].envelope = CaptureEnvelope{1e-6, 1, 1, 1};
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   expect_passes(r);
-  ASSERT_EQ(r.grips.size(), 2u);
-  EXPECT_FALSE(r.grips[0].captured);
-  EXPECT_TRUE(r.grips[1].captured);
+  ASSERT_EQ(r.grasps.size(), 2u);
+  EXPECT_FALSE(r.grasps[0].captured);
+  EXPECT_TRUE(r.grasps[1].captured);
   ASSERT_TRUE(r.impact);
   ASSERT_EQ(r.impact->grasps.size(), 1u);
   EXPECT_EQ(r.impact->grasps[0].end_effector, "tip-2");
@@ -113,7 +113,7 @@ TEST(Envelope, LeavesTheOthersTargetAlone) {
 }
 
 TEST(Envelope, NobodyClosesNothingHappens) {
-  CaptureProblem p = gripping();
+  CaptureProblem p = grasping();
   for (EndEffectorSetup& e : p.robot.end_effectors) e.envelope = CaptureEnvelope{1e-6, 1, 1, 1};
   const CaptureResult r = simulate_capture(p);
   EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
@@ -137,7 +137,7 @@ double excess(const CaptureProblem& p, const CaptureResult& r, std::size_t s) {
 }
 
 TEST(CaptureAtEnvelope, EndsTheApproachWhereTheExcessVanishes) {
-  CaptureProblem p = gripping();
+  CaptureProblem p = grasping();
   p.approach->tracking = {};
   p.approach->capture_at = ApproachSetup::CaptureAt::envelope;
   for (EndEffectorSetup& e : p.robot.end_effectors) {
@@ -207,7 +207,7 @@ TEST(Clearance, OfAForearmThatPassesATargetIsThatByHand) {
   for (std::size_t s = 0; s < r.series.time.size(); ++s) {
     const Posed X = pose_at(r, "links/arm-1-link-2", s);
     const double d = point_to_segment(vector_at(r, "targets/rock/position", s), X.p, X * Vector3d{1, 0, 0}) - 0.25;
-    worst = std::max(worst, std::abs(d - series(r, "clearance/least").data[s]));
+    worst = std::max(worst, std::abs(d - series(r, "clearance/minimum").data[s]));
     if (d < least) least = d, when = r.series.time[s];
     if (d < 0.1 && begin < 0) begin = r.series.time[s];
     if (d < 0.1) end = r.series.time[s];
@@ -234,12 +234,12 @@ TEST(Clearance, OfAForearmThatPassesATargetIsThatByHand) {
               least, when);
 }
 
-// The gripping link may touch its target, before and after the grip; the link before it may not, also where the target
+// The grasping link may touch its target, before and after the grasp; the link before it may not, also where the target
 // hangs on the hand by a fixed joint.
 TEST(Clearance, OfACaughtTargetFromTheLinkBeforeTheHand) {
   for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     for (bool hand_has_shape : {true, false}) {
-      CaptureProblem p = gripping();
+      CaptureProblem p = grasping();
       p.targets[0].V_WT = {{0, 0, 0.2}, {0, 0, 0}};
       for (GraspSetup& g : p.grasps) g.model = model;
       p.targets[0].geometry = sphere(1.7);
@@ -257,7 +257,7 @@ TEST(Clearance, OfACaughtTargetFromTheLinkBeforeTheHand) {
         }
         EXPECT_LT(least, 0);
         const auto found = std::find_if(r.clearance.begin(), r.clearance.end(),
-                                        [&](const LeastClearance& c) { return c.phase == phase; });
+                                        [&](const MinimumClearance& c) { return c.phase == phase; });
         ASSERT_NE(found, r.clearance.end());
         EXPECT_NEAR(found->distance, least, 1e-3);  // samples against a search between them
         EXPECT_THAT((std::vector{found->body_a, found->body_b}),
@@ -273,14 +273,14 @@ TEST(Clearance, OfACaughtTargetFromTheLinkBeforeTheHand) {
 
 // Shapes stay where the user put them when the target's frame moves to the contact.
 TEST(Clearance, OfACaughtTargetsShapeIsWhereItWas) {
-  CaptureProblem p = gripping();
+  CaptureProblem p = grasping();
   p.targets[0].geometry = sphere(0.1, {0.2, -0.3, 0.4});
   p.targets[1].geometry = sphere(0.1, {-0.1, 0.2, 0.1});
   p.robot.geometry = {};
   p.output_interval = 0.05;
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.clearance.size(), 2u);
-  for (const LeastClearance& c : r.clearance) {
+  for (const MinimumClearance& c : r.clearance) {
     double least = 100;
     for (std::size_t s = first_sample(r, c.phase); s <= last_sample(r, c.phase); ++s) {
       const Vector3d a = pose_at(r, "targets/target-1", s) * Vector3d{0.2, -0.3, 0.4};
@@ -294,7 +294,7 @@ TEST(Clearance, OfACaughtTargetsShapeIsWhereItWas) {
 // --- Joint limits ---------------------------------------------------------------------------------------------------
 
 TEST(Limits, OfPositionRateAndEffortAreFoundInBothPhases) {
-  CaptureProblem p = gripping();
+  CaptureProblem p = grasping();
   p.approach->tracking = {};
   p.post_impact->joints = PostImpactSetup::Joints::free;
   p.output_interval = 0.02;

@@ -33,7 +33,7 @@ CaptureProblem rebound_case(ImpactSetup::Law law, double restitution, double fri
 CaptureProblem yielding_case(double linear_stiffness, int index) {
   CaptureProblem p = meeting_case(index);
   p.impact->law = ImpactSetup::Law::compliant;
-  GripComplianceSetup& g = p.impact->grip;
+  GraspComplianceSetup& g = p.impact->grasp;
   g.linear_stiffness = linear_stiffness;
   g.linear_damping = 6 * std::sqrt(linear_stiffness);
   g.angular_stiffness = 0.05 * linear_stiffness;

@@ -10,9 +10,9 @@ namespace grapnel::testing {
 /// random_loops() with one target per arm (two arms of four joints), where the point that each hand meets has a
 /// surface normal against which it moves, oblique. No approach; 2 s of motion afterwards.
 CaptureProblem meeting_case(int index);
-/// The same with contacts instead of grips under the given law, e and mu.
+/// The same with contacts instead of grasps under the given law, e and mu.
 CaptureProblem rebound_case(ImpactSetup::Law law, double restitution, double friction, int index);
-/// The same with grips that yield [N/m], about critically damped for what is met here.
+/// The same with grasps that yield [N/m], about critically damped for what is met here.
 CaptureProblem yielding_case(double linear_stiffness, int index);
 
 /// Relative twist [angular; linear] of a grasp at the sample, at the end-effector's origin.

@@ -52,8 +52,8 @@ TEST(Restitution, OneContactThrowsTheNormalVelocityBackAndTheTargetIsFree) {
     EXPECT_LT(momentum.note(momentum_jump(r, s, s + 1), i), 1e-13);                                    // measured 4e-16
     EXPECT_LT(pushed.note(targets_pushed(p, r, after), i), 1e-12);                                     // measured 2e-15
     EXPECT_EQ(r.series.time.back(), 2);  // the run goes on
-    EXPECT_FALSE(r.grips.at(0).captured);
-    EXPECT_THAT(r.grips[0].reason, HasSubstr("a contact, no grip: it parts at"));
+    EXPECT_FALSE(r.grasps.at(0).captured);
+    EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact, no grasp: it parts at"));
     const GraspImpulse& g = r.impact->grasps.at(0);
     ASSERT_TRUE(g.rebound);
     EXPECT_EQ(r.impact->law, "restitution");
@@ -151,8 +151,8 @@ TEST(BilateralRestitution, ThrowsWholeTwistsBackAndLetsGo) {
       EXPECT_LT(twist.note(norm(v.angular + 0.25 * u.angular) / norm(u.angular), i), 1e-11);
       const GraspImpulse& g = r.impact->grasps[k];
       expected += 0.5 * (dot(g.impulse, u.linear + v.linear) + dot(g.angular_impulse, u.angular + v.angular));
-      EXPECT_FALSE(r.grips[k].captured);
-      EXPECT_THAT(r.grips[k].reason, HasSubstr("thrown back"));
+      EXPECT_FALSE(r.grasps[k].captured);
+      EXPECT_THAT(r.grasps[k].reason, HasSubstr("rebounded"));
     }
     EXPECT_LT(energy.note(std::abs(r.impact->kinetic_energy_after - r.impact->kinetic_energy_before - expected), i),
               1e-12);
@@ -160,7 +160,7 @@ TEST(BilateralRestitution, ThrowsWholeTwistsBackAndLetsGo) {
   }
 }
 
-TEST(BilateralRestitution, OfZeroIsPlasticButForTheGrip) {
+TEST(BilateralRestitution, OfZeroIsPlasticButForTheGrasp) {
   CaptureProblem p = meeting_case(2);
   const CaptureResult plastic = simulate_capture(p);
   p.impact->law = Law::bilateral_restitution;
@@ -168,8 +168,8 @@ TEST(BilateralRestitution, OfZeroIsPlasticButForTheGrip) {
   expect_passes(r);
   for (std::size_t k = 0; k < 2; ++k)
     EXPECT_LT(norm(r.impact->grasps[k].impulse - plastic.impact->grasps[k].impulse), 1e-12);
-  EXPECT_TRUE(plastic.grips[0].captured);
-  EXPECT_FALSE(r.grips[0].captured);
+  EXPECT_TRUE(plastic.grasps[0].captured);
+  EXPECT_FALSE(r.grasps[0].captured);
 }
 
 // Two hands of few joints on one target: some rows say the same.
@@ -190,7 +190,7 @@ TEST(BilateralRestitution, ThatNoMotionHasNamesItsRows) {
 
 // --- Several kinds and times ---
 
-TEST(GripsAndContacts, AtTheSameInstantGripsCloseFirst) {
+TEST(GraspsAndContacts, AtTheSameInstantGraspsCloseFirst) {
   CaptureProblem p = rebound_case(Law::friction, 0.4, 0.3, 5);
   p.grasps[0].contact = false;
   const CaptureResult r = simulate_capture(p);
@@ -201,20 +201,20 @@ TEST(GripsAndContacts, AtTheSameInstantGripsCloseFirst) {
   EXPECT_EQ(r.impact->time, r.later_impacts[0].time);
   const ImpactReport& rebound = r.later_impacts[0];
   EXPECT_EQ(rebound.law, "friction");
-  ASSERT_EQ(rebound.grasps.size(), 2u);  // the grip passes on what the contact brings
+  ASSERT_EQ(rebound.grasps.size(), 2u);  // the grasp passes on what the contact brings
   EXPECT_FALSE(rebound.grasps[0].rebound);
   ASSERT_TRUE(rebound.grasps[1].rebound);
   EXPECT_GT(norm(rebound.grasps[0].impulse), 1e-4);
   EXPECT_LT(norm(rebound.grasps[0].relative_velocity_after) + norm(rebound.grasps[0].relative_angular_velocity_after),
             1e-12);
-  EXPECT_TRUE(r.grips[0].captured);
-  EXPECT_FALSE(r.grips[1].captured);
+  EXPECT_TRUE(r.grasps[0].captured);
+  EXPECT_FALSE(r.grasps[1].captured);
   EXPECT_LT(opening(p, r, 0, first_sample(r, "contact_2"), r.series.time.size() - 1).position, 1e-11);
   EXPECT_EQ(value_at(r, "grasps/hand0/holds", r.series.time.size() - 1), 1);
   EXPECT_EQ(value_at(r, "grasps/hand1/holds", r.series.time.size() - 1), 0);
 }
 
-TEST(GripsAndContacts, ALaterContactFindsTheGripHolding) {
+TEST(GraspsAndContacts, ALaterContactFindsTheGraspHolding) {
   CaptureProblem p = rebound_case(Law::restitution, 0.8, 0, 5);
   p.grasps[0].contact = false;
   p.grasps[1].closes = GraspSetup::Closes::at_time;
@@ -233,8 +233,8 @@ TEST(GripsAndContacts, ALaterContactFindsTheGripHolding) {
   }
 }
 
-// The same target is gripped by one hand and touched by the other.
-TEST(GripsAndContacts, OnOneTarget) {
+// The same target is grasped by one hand and touched by the other.
+TEST(GraspsAndContacts, OnOneTarget) {
   LoopOptions options;
   options.joints = 6;
   options.time = 1;
@@ -249,7 +249,7 @@ TEST(GripsAndContacts, OnOneTarget) {
   expect_passes(r);
   ASSERT_EQ(r.later_impacts.size(), 1u);
   ASSERT_TRUE(r.later_impacts[0].grasps.at(1).rebound);
-  EXPECT_TRUE(r.grips[0].captured);
+  EXPECT_TRUE(r.grasps[0].captured);
   EXPECT_LT(opening(p, r, 0, first_sample(r, "post_impact"), r.series.time.size() - 1).position, 1e-11);
 }
 

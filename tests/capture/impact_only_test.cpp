@@ -108,7 +108,7 @@ TEST(ImpactOnly, OfSampledMotionsAndEveryLaw) {
       EXPECT_LT(worst.note(difference(*whole.impact, *alone.impact), static_cast<int>(law)), 1e-9);
       continue;
     }
-    // Steps differ with the last digits, and so does the step after which the grips count as at rest: to
+    // Steps differ with the last digits, and so does the step after which the grasps count as at rest: to
     // sqrt(impact.settled) of the relative motion.
     EXPECT_LT(difference(*whole.impact, *alone.impact), 1e-3);
     for (std::size_t k = 0; k < 2; ++k) {

@@ -44,7 +44,7 @@ TEST(AnHour, OfTwoArmsInSpace) {
   expect_an_hour(p);
 }
 
-TEST(AnHour, OfThreeArmsWithMixedGrips) {
+TEST(AnHour, OfThreeArmsWithMixedGrasps) {
   CaptureProblem p =
       random_loops({{0, 0, 0}, {GraspModel::rigid, GraspModel::hinge, GraspModel::point}, 6, 0.2, 3600}, 2);
   p.output_interval = 2;

@@ -89,7 +89,7 @@ CaptureProblem random_loops(const LoopOptions& options, int index) {
   Random random(5000 + index);
   CaptureProblem p;
   p.name = "loops " + std::to_string(index);
-  p.contact.largest_gap = std::numeric_limits<double>::infinity();  // grips may close on their way
+  p.contact.largest_gap = std::numeric_limits<double>::infinity();  // grasps may close on their way
   p.robot.name = "random";
   p.robot.base = "base";
   p.robot.bodies = {base_body()};
@@ -176,7 +176,7 @@ void expect_finite(const CaptureResult& r) {
     for (double x : i->joint_velocity_change) EXPECT_TRUE(std::isfinite(x));
     EXPECT_TRUE(std::isfinite(i->kinetic_energy_after));
   }
-  for (const GripLoad& g : r.grip_loads) EXPECT_TRUE(std::isfinite(g.largest_force + g.largest_moment));
+  for (const GraspLoad& g : r.grasp_loads) EXPECT_TRUE(std::isfinite(g.largest_force + g.largest_moment));
   for (const LoopReport& l : r.loops) {
     EXPECT_TRUE(std::isfinite(l.unprojected_position + l.unprojected_angle + l.correction_total + l.integration_error));
   }

@@ -16,14 +16,14 @@ struct LoopOptions {
 };
 
 /// A base of 300 kg with arms of links of 0.45 m whose hands ("hand0", …) are somewhere near their targets
-/// ("target0", …): tumbling, triaxial, centres of mass off their frames. No approach: grips close at t = 0, welded as
+/// ("target0", …): tumbling, triaxial, centres of mass off their frames. No approach: grasps close at t = 0, welded as
 /// found, by a plastic impact; joints are free afterwards. Everything moves from the start.
 CaptureProblem random_loops(const LoopOptions& options, int index);
 
 /// A scenario of the repository, by its path under scenarios/.
 CaptureProblem scenario(const std::string& path);
 
-/// The grip of hand and target is the same at all samples from `from` to `to`, by the poses recorded: what a grip of
+/// The grasp of hand and target is the same at all samples from `from` to `to`, by the poses recorded: what a grasp of
 /// its kind forbids [m, rad], and how far hand and target turn against each other.
 struct Opening {
   double position = 0, angle = 0, turned = 0;
@@ -36,10 +36,10 @@ Opening opening(const CaptureProblem& problem, const CaptureResult& result, cons
 /// No number of series (but what joints that follow nothing are to follow), ledger and impacts is NaN or infinite.
 void expect_finite(const CaptureResult& result);
 
-/// Differences between a grip's forces and the motions recorded, relative to the largest force and moment of the phase.
-/// By central differences of order 8 over the samples, at every fifth sample.
+/// Differences between a grasp's forces and the motions recorded, relative to the largest force and moment of the
+/// phase. By central differences of order 8 over the samples, at every fifth sample.
 struct WrenchErrors {
-  double linear = 0, angular = 0;  // the targets' momenta against what their grips pass on (and gravity)
+  double linear = 0, angular = 0;  // the targets' momenta against what their grasps pass on (and gravity)
   double base = 0, joints = 0;     // inverse dynamics of the robot alone: forces left on the base; joint efforts
   double largest_force = 0;
 };

@@ -1,4 +1,4 @@
-/// Closed loops with brakes, motors, gravity, loads, other bases, and what their grips carry.
+/// Closed loops with brakes, motors, gravity, loads, other bases, and what their grasps carry.
 
 #include <gtest/gtest.h>
 
@@ -75,7 +75,7 @@ TEST(BrakedLoops, MoveAsOneRigidBody) {
 }
 
 // Light wrists locked to a heavy target: what rounding leaves between them, times its mass, stays rounding (it was a
-// momentum of 6e-11 of the scale while brakes were rows beside those of the grips).
+// momentum of 6e-11 of the scale while brakes were rows beside those of the grasps).
 TEST(BrakedLoops, KeepTheMomentumOfHeavyTargets) {
   for (const double factor : {1e2, 1e3, 1e4}) {
     CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
@@ -95,7 +95,7 @@ TEST(BrakedLoops, KeepTheMomentumOfHeavyTargets) {
   }
 }
 
-// Where all joints are locked every wrench between the grips is a self-stress, and least in the metric is an equal
+// Where all joints are locked every wrench between the grasps is a self-stress, and least in the metric is an equal
 // share: with F_1 + F_2 given, D_1 F_1 = D_2 F_2 says that either alone would move the target alike.
 TEST(BrakedLoops, ShareTheLoadEqually) {
   for (const std::size_t arms : {2u, 3u}) {
@@ -116,11 +116,11 @@ TEST(BrakedLoops, ShareTheLoadEqually) {
         EXPECT_LT(norm(F.angular - about_origin[0].angular), 1e-9 * norm(about_origin[0].angular));
       }
     }
-    for (const GripLoad& load : r.grip_loads) EXPECT_EQ(load.determined, std::vector<bool>(6, false));
+    for (const GraspLoad& load : r.grasp_loads) EXPECT_EQ(load.determined, std::vector<bool>(6, false));
   }
 }
 
-// --- What grips carry
+// --- What grasps carry
 
 struct Named {
   const char* name;
@@ -130,9 +130,9 @@ struct Named {
   Joints control;
   bool gravity;
 };
-class GripWrenches : public ::testing::TestWithParam<Named> {};
+class GraspWrenches : public ::testing::TestWithParam<Named> {};
 INSTANTIATE_TEST_SUITE_P(
-    Loops, GripWrenches,
+    Loops, GraspWrenches,
     ::testing::Values(Named{"rigid_free", {rigid, rigid}, {0, 0}, 7, Joints::free, false},
                       Named{"rigid_held", {rigid, rigid}, {0, 0}, 6, Joints::pd, false},
                       Named{"mixed", {hinge, point, rigid}, {0, 0, 0}, 6, Joints::pd, false},
@@ -144,8 +144,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Named{"braked", {rigid, rigid}, {0, 0}, 5, Joints::braked, false}),
     [](const auto& test) { return test.param.name; });
 
-// The targets' momenta and the robot alone under its grips' wrenches, by finite differences of what is recorded.
-TEST_P(GripWrenches, ExplainTheMotionOfTargetAndRobot) {
+// The targets' momenta and the robot alone under its grasps' wrenches, by finite differences of what is recorded.
+TEST_P(GraspWrenches, ExplainTheMotionOfTargetAndRobot) {
   const Named& c = GetParam();
   CaptureProblem p = dense(random_loops({c.targets, c.models, c.joints, 0.3, 2}, 80));
   p.post_impact->joints = c.control;
@@ -174,7 +174,7 @@ TEST_P(GripWrenches, ExplainTheMotionOfTargetAndRobot) {
     }
   }
   // The report's largest are those of the samples, and a little more: they are found between samples too.
-  for (const GripLoad& load : r.grip_loads) {
+  for (const GraspLoad& load : r.grasp_loads) {
     double largest = 0;
     for (std::size_t s = first_sample(r, "post_impact"); s <= last_sample(r, "post_impact"); ++s)
       largest = std::max(largest, norm(vector_at(r, "grasps/" + load.end_effector + "/force", s)));
@@ -185,7 +185,7 @@ TEST_P(GripWrenches, ExplainTheMotionOfTargetAndRobot) {
 
 // Short arms leave self-stresses: of all wrenches with the same effect the least in the metric. A pair of opposite
 // wrenches that the joints of both arms do not feel is such a self-stress; along all of them the metric is flat.
-TEST(GripWrenchesOfShortArms, AreLeast) {
+TEST(GraspWrenchesOfShortArms, AreLeast) {
   CaptureProblem p = dense(random_loops({{0, 0}, {}, 2, 0.3, 2}, 81));
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -223,7 +223,8 @@ TEST(GripWrenchesOfShortArms, AreLeast) {
     EXPECT_LT(std::abs(slope), 1e-9 * std::sqrt(value * size));
     EXPECT_GT(value, 0);
   }
-  for (const GripLoad& load : r.grip_loads) EXPECT_NE(load.determined, std::vector<bool>(6, true)) << load.end_effector;
+  for (const GraspLoad& load : r.grasp_loads)
+    EXPECT_NE(load.determined, std::vector<bool>(6, true)) << load.end_effector;
 }
 
 // --- Bases, loads, control
@@ -339,8 +340,8 @@ TEST(LoopsByOtherIntegrators, ComparisonModesAreWorse) {
               open(fed), open(alone));
 }
 
-// Cut open at the impact: from there on the motion is that of the tree, which one grip alone carries on. The same from
-// the state after the impact without any second grip.
+// Cut open at the impact: from there on the motion is that of the tree, which one grasp alone carries on. The same from
+// the state after the impact without any second grasp.
 TEST(LoopsByOtherIntegrators, CutOpenTheyAreTheOpenChain) {
   CaptureProblem p = random_loops({{0, 0}, {}, 5, 0.3, 5}, 98);
   p.integration.loops = IntegrationSetup::Loops::open;
@@ -412,7 +413,7 @@ TEST(TwoHandsOfOneArm, CloseALoopOnOneLinkOrSeveral) {
     }
   }
 }
-// The two grips exchanged in the list: then the second closes the loop on the link that carries the target.
+// The two grasps exchanged in the list: then the second closes the loop on the link that carries the target.
 TEST(TwoHandsOfOneArm, OnTheSameLink) {
   for (const GraspModel model : {rigid, hinge, point}) {
     for (const GraspModel first : {rigid, hinge, point}) {

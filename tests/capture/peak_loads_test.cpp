@@ -129,13 +129,13 @@ void expect_no_influence_of_output(CaptureProblem p) {
     p.output_interval = interval;
     const CaptureResult r = simulate_capture(p);
     expect_same_loads(unrecorded, r);
-    for (const GripLoad& g : r.grip_loads) {
+    for (const GraspLoad& g : r.grasp_loads) {
       const PeakLoad* force = find(r, g.end_effector, "force", g.phase);
       ASSERT_TRUE(force);
       EXPECT_EQ(g.largest_force, force->peak);
       EXPECT_EQ(g.determined.size(), 6U);
     }
-    EXPECT_EQ(r.grip_loads.size(), p.grasps.size());
+    EXPECT_EQ(r.grasp_loads.size(), p.grasps.size());
   }
 }
 
@@ -210,7 +210,7 @@ TEST(PeakLoads, ReactionsAccelerateTheBase) {
   EXPECT_NEAR(peak->peak, largest, 1e-2 * largest);
 }
 
-// Loads jump as grips close: the first instant of a phase counts.
+// Loads jump as grasps close: the first instant of a phase counts.
 TEST(PeakLoads, TheInstantAfterAnImpactCounts) {
   CaptureProblem p = driven_case();
   for (BodyDescription& body : p.robot.bodies) body.joint.limits.effort = JointLimits{}.effort;
@@ -232,7 +232,7 @@ TEST(PeakLoads, TheInstantAfterAnImpactCounts) {
   EXPECT_GT(peak->peak, 0.05);
 }
 
-// A grip that bears the impact and not what comes afterwards: over all phases the margin is negative.
+// A grasp that bears the impact and not what comes afterwards: over all phases the margin is negative.
 TEST(PeakLoads, AMarginIsOverAllPhases) {
   CaptureProblem p = driven_case();
   p.impact->duration = 1;  // a soft impact, supposedly
@@ -281,7 +281,7 @@ TEST(PeakLoads, DrivesAndBaseControlSaturateForKnownTimes) {
   EXPECT_EQ(recorded, 0.5);
 }
 
-// Brakes that stop the arms load grips and joints too.
+// Brakes that stop the arms load grasps and joints too.
 TEST(PeakLoads, BrakesHaveTheirOwn) {
   CaptureProblem p = meeting_case(2);
   p.post_impact->joints = PostImpactSetup::Joints::braked;
@@ -294,7 +294,7 @@ TEST(PeakLoads, BrakesHaveTheirOwn) {
     ASSERT_TRUE(load);
     EXPECT_NEAR(load->peak, std::abs(brake.impulse[j]), 1e-9 * std::abs(brake.impulse[j]));  // measured 2e-13
   }
-  for (const BrakeGrip& g : brake.grasps) {
+  for (const BrakeGrasp& g : brake.grasps) {
     const PeakLoad* load = find(r, g.end_effector, "impulse", "brake");
     ASSERT_TRUE(load);
     EXPECT_EQ(load->peak, norm(g.impulse));

@@ -25,7 +25,7 @@ TEST(Phases, ApproachAlone) {
   EXPECT_NO_THROW(check_time_series(r.series));
 }
 
-TEST(Phases, ApproachAloneWithTargetsThatNobodyGrips) {
+TEST(Phases, ApproachAloneWithTargetsThatNobodyGrasps) {
   CaptureProblem p = thesis_case_pd();
   p.impact.reset(), p.grasps.clear(), p.approach->match.reset();
   const CaptureResult r = simulate_capture(p);
@@ -191,7 +191,7 @@ TEST(Faults, AreAllListedAtOnce) {
                   "initial joint positions: 5 values for 6 joints", "approach: duration must be positive",
                   "approach: kd: 7 values for 6 joints", "impact: duration must be positive",
                   "post_impact: duration must be positive", "initial: give the base's twist or the momentum, not both",
-                  "target 'target-2' is gripped by nobody"));
+                  "target 'target-2' is grasped by nobody"));
 }
 
 TEST(Faults, EachIsFound) {
@@ -241,11 +241,11 @@ TEST(Faults, EachIsFound) {
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.post_impact->releases = {{0.5, {"tip-3"}}};
             }),
-            "post_impact: release of 'tip-3', which grips nothing");
+            "post_impact: release of 'tip-3', which grasps nothing");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.impact->law = ImpactSetup::Law::as_published, p.grasps[1].model = GraspModel::point;
             }),
-            "grasp of 'tip-2': the published law is for rigid grips that close together");
+            "grasp of 'tip-2': the published law is for rigid grasps that close together");
   EXPECT_EQ(fault([](CaptureProblem& p) {
               p.integration.loops = IntegrationSetup::Loops::baumgarte, p.integration.baumgarte_time = 0;
             }),

@@ -18,11 +18,11 @@ using Orientation = GraspSetup::Orientation;
 using ::testing::HasSubstr;
 
 // Plans instead of the final values given.
-CaptureProblem plan_of(CaptureProblem p, PlanSetup::Measure measure = PlanSetup::Measure::excursion) {
+CaptureProblem plan_of(CaptureProblem p, PlanSetup::Objective measure = PlanSetup::Objective::excursion) {
   p.approach->tracking = {};
   p.approach->final_position.clear();
   p.approach->plan.emplace();
-  p.approach->plan->measure = measure;
+  p.approach->plan->objective = measure;
   p.post_impact.reset();
   return p;
 }
@@ -144,7 +144,7 @@ TEST(SevenJointPlan, MeetsPosesWithWholeTwists) {
     EXPECT_GT(m.distance(), 1e-3);
   }
   p.approach->plan.emplace();
-  p.approach->plan->measure = PlanSetup::Measure::as_found;
+  p.approach->plan->objective = PlanSetup::Objective::as_found;
   p.approach->plan->guess = p.approach->final_position;
   p.approach->final_position.clear();
   const CaptureResult r = simulate_capture(p);
@@ -205,11 +205,12 @@ double excursion(const CaptureProblem& p, const CaptureResult& r) {
   return sum;
 }
 
-TEST(Measure, IsLeastForThePlanThatMadeItSo) {
+TEST(Objective, IsLeastForThePlanThatMadeItSo) {
   std::vector<CaptureProblem> problems;
   std::vector<CaptureResult> results;
-  for (PlanSetup::Measure m : {PlanSetup::Measure::excursion, PlanSetup::Measure::nearest, PlanSetup::Measure::limits,
-                               PlanSetup::Measure::manipulability, PlanSetup::Measure::as_found}) {
+  for (PlanSetup::Objective m :
+       {PlanSetup::Objective::excursion, PlanSetup::Objective::nearest, PlanSetup::Objective::limits,
+        PlanSetup::Objective::manipulability, PlanSetup::Objective::as_found}) {
     CaptureProblem p = plan_of(thesis_case(), m);
     p.impact.reset();
     p.approach->match = RateMatch::velocity_least_rates;
@@ -295,7 +296,7 @@ TEST(ClosedLoop, ArrivesForEveryMotionOfTheTarget) {
     ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
     expect_passes(r);
     EXPECT_TRUE(r.ledger.feasible());
-    for (const LeastClearance& c : r.clearance) EXPECT_GT(c.distance, 0.05) << c.body_a << ", " << c.body_b;
+    for (const MinimumClearance& c : r.clearance) EXPECT_GT(c.distance, 0.05) << c.body_a << ", " << c.body_b;
     EXPECT_NEAR(hands_apart(r), 1, 1e-11);  // measured 3e-14
     for (std::size_t g = 0; g < 2; ++g) {
       const Meeting m = meeting(p, r, g, last_sample(r, "approach"));
@@ -397,7 +398,7 @@ TEST(IdleArm, StaysOrMovesAndTheOtherArrives) {
   EXPECT_LT(norm(m.relative_velocity()) + norm(m.relative_spin()), 1e-9);
 }
 
-// The base itself grips: it moves by the arms' reaction alone.
+// The base itself grasps: it moves by the arms' reaction alone.
 TEST(HandOnTheBase, IsMovedByReactionAndSaysWhenItCannot) {
   CaptureProblem p = plan_of(thesis_case());
   p.impact.reset(), p.approach->match.reset();
@@ -463,7 +464,7 @@ TEST(Failure, AfterPlanningKeepsThePlanAndTheSamplesSoFar) {
   EXPECT_GT(r.series.time.size(), 1u);
   EXPECT_LT(r.series.time.back(), 20);
   EXPECT_TRUE(r.approach_start);
-  EXPECT_FALSE(r.approach_end || r.impact || !r.grips.empty());
+  EXPECT_FALSE(r.approach_end || r.impact || !r.grasps.empty());
 
   CaptureProblem refused = plan_of(thesis_case());
   refused.approach->tracking.mode = JointControl::pd;
@@ -474,7 +475,7 @@ TEST(Failure, AfterPlanningKeepsThePlanAndTheSamplesSoFar) {
   EXPECT_EQ(gap.status, CaptureStatus::failed);
   EXPECT_THAT(gap.failure, HasSubstr("contact refused: end-effector 'tip-1' misses"));
   EXPECT_TRUE(gap.plan->found && gap.approach_end);
-  EXPECT_EQ(gap.grips.size(), 2u);
+  EXPECT_EQ(gap.grasps.size(), 2u);
   EXPECT_FALSE(gap.impact);
 }
 

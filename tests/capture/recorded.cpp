@@ -98,7 +98,7 @@ std::optional<CaptureProblem> random_plan(int index, GraspSetup::Orientation ori
     p.targets[i].grasp_points[0].approach_direction = transposed_times(p.targets[i].X_WT.R, axis_W);
   }
   p.approach->plan.emplace();
-  p.approach->plan->measure = PlanSetup::Measure::as_found;
+  p.approach->plan->objective = PlanSetup::Objective::as_found;
   p.approach->plan->guess = p.approach->final_position;
   for (double& x : p.approach->plan->guess) x += random.uniform(-0.03, 0.03);
   p.approach->final_position.clear();

@@ -23,7 +23,7 @@ BodyDescription bar(const std::string& name, const std::string& parent, const Po
   return b;
 }
 
-// A four-bar linkage: two links on the base, `width` apart, and a coupler as the target, gripped at both ends. Links
+// A four-bar linkage: two links on the base, `width` apart, and a coupler as the target, grasped at both ends. Links
 // start at the angles `a` and `b` [rad] against the base line, link 0 turning at `rate`.
 struct FourBar {
   double width = 2, left = 1, right = 1;
@@ -238,10 +238,10 @@ TEST(StretchedArms, AreAnsweredStraightAndNearlyStraight) {
   EXPECT_GT(through, 0);
 }
 
-// Two arms that coincide, gripping at one point: every row twice. Rigid hands on bent arms come to a configuration
-// where the rank falls: at most bends the run stops there and says so; where a step slips over it, the books say that
-// the result is none.
-TEST(StretchedArms, TwoGripsAtOnePoint) {
+// Two arms that coincide, grasping at one point: every row twice. Rigid hands on bent arms come to a configuration
+// where the rank falls: at most bends the run stops there and says so; where a step slips over it, the conservation
+// checks say that the result is none.
+TEST(StretchedArms, TwoGraspsAtOnePoint) {
   for (const double bend : {0.0, 0.3}) {
     for (const GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
       const CaptureProblem p = stretched(0.1, bend, model, true);

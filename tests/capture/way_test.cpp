@@ -196,7 +196,7 @@ CaptureProblem straight(GraspSetup::Orientation orientation) {
   p.targets[0].V_WT.angular = {0, 0, 0.12};
   p.targets[1].V_WT.angular = {0, 0, -0.1};
   p.targets[1].com = {0.1, 0.05, 0};
-  p.approach->plan->measure = PlanSetup::Measure::as_found;
+  p.approach->plan->objective = PlanSetup::Objective::as_found;
   for (std::size_t g = 0; g < 2; ++g) {
     p.grasps[g].orientation = orientation;
     p.robot.end_effectors[g].approach_axis = Vector3d{1, 0, 0};

@@ -128,10 +128,10 @@ TEST(YieldingDrives, GiveWayUnderOtherLaws) {
     p.impact->restitution = p.impact->angular_restitution = 0.4;
     p.impact->friction = law == Law::friction ? 0.3 : 0;
     if (law == Law::compliant) {
-      p.impact->grip = {1e5, 2e3, 5e3, 200};
+      p.impact->grasp = {1e5, 2e3, 5e3, 200};
       p.impact->compliant.longest = 0.2;
     } else if (law != Law::bilateral_restitution) {
-      // Two hands grip; the third only touches, later, while they hold.
+      // Two hands grasp; the third only touches, later, while they hold.
       p.grasps[2].contact = true;
       p.grasps[2].closes = GraspSetup::Closes::at_time, p.grasps[2].closes_at = 0.1;
       p.targets[0].grasp_points[2].normal = Vector3d{0, 0, 1};
@@ -139,14 +139,14 @@ TEST(YieldingDrives, GiveWayUnderOtherLaws) {
     const CaptureResult r = simulate_capture(p);
     if (r.status != CaptureStatus::completed) {
       // A contact gives a drive no way to go: with nothing else to yield it is refused.
-      EXPECT_THAT(r.failure, HasSubstr("held rates and grips press it together"));
+      EXPECT_THAT(r.failure, HasSubstr("held rates and grasps press it together"));
       EXPECT_TRUE(law == Law::restitution || law == Law::friction);
     }
     EXPECT_LT(row(r, "linear_momentum_drift").value, 1e-11);
     EXPECT_LT(row(r, "angular_momentum_drift").value, 1e-11);
     EXPECT_GT(gave_way(*r.impact), 0);
     if (law == Law::compliant) {
-      // Springs let the drives go on pulling until the time is over; then grips are rigid and drives give way.
+      // Springs let the drives go on pulling until the time is over; then grasps are rigid and drives give way.
       EXPECT_EQ(r.impact->compliant->end, "time_over");
       EXPECT_FALSE(row(r, "compliant_energy_residual").pass());
     } else if (r.status == CaptureStatus::completed) {

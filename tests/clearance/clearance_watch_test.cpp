@@ -1,4 +1,4 @@
-// Least clearances and events between samples, against closed forms.
+// Minimum clearances and events between samples, against closed forms.
 #include "grapnel/clearance/clearance_watch.hpp"
 
 #include <gmock/gmock.h>
@@ -36,7 +36,7 @@ TEST(ClearanceWatch, SpheresThatPassBetweenSamples) {
   Random random(31);
   const Model model = free_bodies(2);
   const ClearanceModel clearance(model, {{0, ball(0.3)}, {1, ball(0.2)}});
-  Worst distance("least distance [m]"), time("its time [s]"), crossing("begin and end of the event [s]");
+  Worst distance("minimum distance [m]"), time("its time [s]"), crossing("begin and end of the event [s]");
   for (int i = 0; i < 300; ++i) {
     SCOPED_TRACE(seed_note(i));
     const double miss = random.uniform(0.1, 2), speed = random.log_uniform(0.05, 5);
@@ -48,7 +48,7 @@ TEST(ClearanceWatch, SpheresThatPassBetweenSamples) {
     std::vector<SteadyBody> placed = bodies;
     placed[1].p = bodies[0].p + miss * n - t_c * v;
     const ClearanceWatch found = watch(model, clearance, placed, required, 0, 10, 9);
-    const LeastClearance& l = found.least().at(0);
+    const MinimumClearance& l = found.least().at(0);
     ASSERT_LT(distance.note(std::abs(l.distance - least), i), 1e-9);  // measured 2.4e-15
     ASSERT_LT(time.note(std::abs(l.time - t_c), i), 1e-5);            // measured 8e-7
     EXPECT_EQ(l.body_a, "a");
@@ -111,7 +111,7 @@ TEST(ClearanceWatch, TurningRodPassesABall) {
   const Model model = free_bodies(2);
   Geometry rod{Shape::capsule, {0.002, 4, 0}, {rotation_about({0, 1, 0}, M_PI_2), {1, 0, 0}}};
   const ClearanceModel clearance(model, {{0, rod}, {1, ball(0.05)}});
-  Worst distance("least distance of a turning rod [m]"), time("its time [s]");
+  Worst distance("minimum distance of a turning rod [m]"), time("its time [s]");
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));
     const double t_c = random.uniform(0.4, 0.8), gap = random.uniform(0.01, 0.5);

@@ -324,7 +324,7 @@ TEST(LoopSolver, RefusesWhatIsNoLoop) {
   add("target", "", JointType::free);
   const Model model = builder.build();
   const auto message = [&](int a, int b) -> std::string {
-    const LoopClosure c{"grip", a, Posed::identity(), b, Posed::identity(), GraspModel::rigid, {0, 0, 1}};
+    const LoopClosure c{"grasp", a, Posed::identity(), b, Posed::identity(), GraspModel::rigid, {0, 0, 1}};
     try {
       LoopSolver solver(model, {&c, 1});
     } catch (const std::invalid_argument& error) {
@@ -335,12 +335,12 @@ TEST(LoopSolver, RefusesWhatIsNoLoop) {
   const int base = model.body_index("base"), arm = model.body_index("arm"), hand = model.body_index("hand"),
             target = model.body_index("target");
   EXPECT_EQ(message(base, hand), "accepted");
-  EXPECT_THAT(message(arm, hand), ::testing::AllOf(::testing::HasSubstr("grip"), ::testing::HasSubstr("hand"),
+  EXPECT_THAT(message(arm, hand), ::testing::AllOf(::testing::HasSubstr("grasp"), ::testing::HasSubstr("hand"),
                                                    ::testing::HasSubstr("arm")));
-  EXPECT_THAT(message(hand, hand), ::testing::HasSubstr("grip"));
+  EXPECT_THAT(message(hand, hand), ::testing::HasSubstr("grasp"));
   EXPECT_EQ(message(hand, target), "accepted");  // two trees: two_trees_test.cpp
-  EXPECT_THAT(message(-1, hand), ::testing::HasSubstr("grip"));
-  EXPECT_THAT(message(hand, 4), ::testing::HasSubstr("grip"));
+  EXPECT_THAT(message(-1, hand), ::testing::HasSubstr("grasp"));
+  EXPECT_THAT(message(hand, 4), ::testing::HasSubstr("grasp"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-/// Grips: which directions they forbid, their Jacobian, the target's share of the contact-space inertia.
+/// Grasps: which directions they forbid, their Jacobian, the target's share of the contact-space inertia.
 
 #include <gtest/gtest.h>
 
@@ -45,18 +45,18 @@ TEST(ConstrainedDirections, AreOrthonormalAndLeaveTheRightMotionFree) {
   }
 }
 
-struct Grips {
+struct Grasps {
   Model model;
   State state;
   std::vector<Grasp> grasps;
 };
-Grips random_grips(int index) {
+Grasps random_grasps(int index) {
   RobotOptions options;
   options.targets = 2;
   Random random(index);
   Model model = random_model(options, random);
   State state = random_state(model, random);
-  Grips g{std::move(model), std::move(state), {}};
+  Grasps g{std::move(model), std::move(state), {}};
   const int bodies = static_cast<int>(g.model.bodies().size());
   for (int i = 0; i < 4; ++i) {
     int body = random.integer(0, bodies - 1);
@@ -71,7 +71,7 @@ TEST(GraspJacobian, GivesTheRelativeTwistOfPosesAndTwists) {
   Worst worst("J v against twists of forward kinematics");
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const Grips g = random_grips(i);
+    const Grasps g = random_grasps(i);
     const Kinematics k = forward_kinematics(g.model, g.state);
     const Eigen::VectorXd u = grasp_jacobian(g.model, k, g.grasps) * eigen(g.state.v);
     Eigen::Index row = 0;
@@ -93,7 +93,7 @@ TEST(TargetMobility, IsTheTargetsPartOfTheContactInertia) {
   Worst worst("target mobility against J M^-1 J^T of the target alone");
   for (int i = 0; i < kCases; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const Grips g = random_grips(i);
+    const Grasps g = random_grasps(i);
     const Kinematics k = forward_kinematics(g.model, g.state);
     const Eigen::MatrixXd M = mass_matrix(g.model, g.state);
     for (const Grasp& grasp : g.grasps) {

@@ -51,17 +51,17 @@ Gain gain_of(const TargetSetup& target, const ImpactReport& impact, const Vector
   return {after.linear - before.linear, after.angular - before.angular};
 }
 
-// A target gets what the robot does not: the opposite of all its grips' impulses together.
+// A target gets what the robot does not: the opposite of all its grasps' impulses together.
 void expect_accounted(const CaptureProblem& p, const ImpactReport& impact) {
   for (const TargetSetup& target : p.targets) {
-    const auto grips = [&](const GraspImpulse& g) { return g.target == target.name; };
-    const auto first = std::find_if(impact.grasps.begin(), impact.grasps.end(), grips);
+    const auto grasps = [&](const GraspImpulse& g) { return g.target == target.name; };
+    const auto first = std::find_if(impact.grasps.begin(), impact.grasps.end(), grasps);
     ASSERT_NE(first, impact.grasps.end());
     const Vector3d p_WC = first->contact_point;  // where moments are taken
     const Gain gain = gain_of(target, impact, p_WC);
     Gain left = gain;
     for (const GraspImpulse& g : impact.grasps) {
-      if (!grips(g)) continue;
+      if (!grasps(g)) continue;
       EXPECT_GT(g.gap, 1e-5);  // friction and noise are felt
       EXPECT_GT(g.impulse_magnitude, 1e-3);
       left.linear += g.impulse;
@@ -112,7 +112,7 @@ TEST_P(Planned, CapturesWithinItsBooksAndLimits) {
     EXPECT_TRUE(e.kind == LimitKind::effort_saturated && e.joint.starts_with("base control")) << e.joint;
   // The approach and afterwards, which later impacts and releases cut.
   ASSERT_EQ(r.clearance.size(), 2 + r.later_impacts.size() + r.releases.size());
-  for (const LeastClearance& c : r.clearance)
+  for (const MinimumClearance& c : r.clearance)
     EXPECT_GE(c.distance, p.clearance.required) << c.body_a << ", " << c.body_b;
 
   expect_accounted(p, *r.impact);
@@ -192,9 +192,9 @@ TEST_P(Planned, BringsEveryHandToItsGraspPoint) {
 
 struct SharedExample {
   std::string name;
-  int rows;                      // of all grips together; all independent
+  int rows;                      // of all grasps together; all independent
   std::vector<double> impulses;  // of the first impact, as the file's header has them [N s]
-  std::size_t loops;             // that are closed while all grips hold
+  std::size_t loops;             // that are closed while all grasps hold
 };
 void PrintTo(const SharedExample& one, std::ostream* out) { *out << one.name; }
 class Shared : public ::testing::TestWithParam<SharedExample> {};
@@ -226,8 +226,8 @@ TEST_P(Shared, ClosesItsLoopsAtOnceAndKeepsThemClosed) {
   EXPECT_TRUE(row(r, "loop_closure_position").applies);
 }
 
-// Both hands, half a second apart; both let go 20 s after the first has closed.
-TEST(SecondGripLater, ClosesTheLoopWithAnImpactOfItsOwnAndLetsGo) {
+// Both hands, half a second apart; both release it 20 s after the first has closed.
+TEST(SecondGraspLater, ClosesTheLoopWithAnImpactOfItsOwnAndLetsGo) {
   const CaptureResult r = simulate_capture(load("second-grip-later"));
   expect_passes(r);
   ASSERT_TRUE(r.impact && r.captured());
@@ -246,9 +246,9 @@ TEST(SecondGripLater, ClosesTheLoopWithAnImpactOfItsOwnAndLetsGo) {
   ASSERT_EQ(r.releases.size(), 1u);
   EXPECT_EQ(r.releases[0].time, 65);
   EXPECT_EQ(r.releases[0].end_effectors.size(), 2u);
-  for (const GripOutcome& grip : r.grips) EXPECT_EQ(grip.released, 65.0);
+  for (const GraspOutcome& grasp : r.grasps) EXPECT_EQ(grasp.released, 65.0);
   ASSERT_EQ(r.loops.size(), 1u);  // closed from 45.5 s to 65 s, before and after that there is none
-  // What lets go keeps its motion: the samples just before and just after.
+  // What release keeps its motion: the samples just before and just after.
   const std::size_t after = first_sample(r, "post_impact_3");
   ASSERT_LT(after, r.series.time.size());
   EXPECT_EQ(r.series.time[after], 65);
@@ -318,7 +318,7 @@ TEST(ContactRebound, TheSatelliteIsFreeAgain) {
 }
 
 // Grippers of a given stiffness: forces over time, and how near they are to the ratings.
-TEST(CompliantGrip, HasAForceProfileAndMargins) {
+TEST(CompliantGrasp, HasAForceProfileAndMargins) {
   const CaptureProblem p = load("compliant-grip");
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);

@@ -20,20 +20,20 @@ constexpr double kRoundingLeft = 4e-16;
 constexpr double kSmallest = 1e-300;
 // Of the size of its terms, what of a self-stress reaches a drive, what it does on the rates told, and pivots of
 // self-stresses that are one another's sum: as in grapnel/impact/yielding_drives.cpp.
-constexpr double kGripsAlone = 1e-8, kWorkRounding = 1e-13, kDependent = 1e-14;
+constexpr double kGraspsAlone = 1e-8, kWorkRounding = 1e-13, kDependent = 1e-14;
 
-bool same_grip(const Grasp& x, const Grasp& y) {
+bool same_grasp(const Grasp& x, const Grasp& y) {
   return x.robot_body == y.robot_body && x.target_body == y.target_body && x.model == y.model;
 }
 
-// A grip as a closure: only bodies and kind matter, frames come with each impact. C's z axis is a hinge's.
-LoopPath make_path(const Model& model, const Grasp& grip, std::size_t index, int first_row) {
-  LoopClosure closure{"grip " + std::to_string(index + 1),
-                      grip.robot_body,
+// A grasp as a closure: only bodies and kind matter, frames come with each impact. C's z axis is a hinge's.
+LoopPath make_path(const Model& model, const Grasp& grasp, std::size_t index, int first_row) {
+  LoopClosure closure{"grasp " + std::to_string(index + 1),
+                      grasp.robot_body,
                       Posed::identity(),
-                      grip.target_body,
+                      grasp.target_body,
                       Posed::identity(),
-                      grip.model};
+                      grasp.model};
   LoopPath path = make_loop_path(model, closure);
   path.first_row = first_row;
   return path;
@@ -154,7 +154,7 @@ void LeastImpulse::choose(const PivotedCholesky& factor, std::span<const LoopPat
   }
 }
 
-// (7.20) for self-stresses of grips by a pivoted factor of W, where the joints held have no row.
+// (7.20) for self-stresses of grasps by a pivoted factor of W, where the joints held have no row.
 // Nothing allocates after construction.
 class YieldingDrives {
  public:
@@ -208,7 +208,7 @@ bool YieldingDrives::give_way(const PivotedCholesky& factor, std::span<const std
         const double term = null_[r] * response_[r * velocities_ + v];
         sum += term, terms += std::abs(term);
       }
-      S[v] = std::abs(sum) > kGripsAlone * terms ? sum : 0;
+      S[v] = std::abs(sum) > kGraspsAlone * terms ? sum : 0;
       size += S[v] * S[v] / inertia_[v];
     }
     double work = 0, terms = 0;
@@ -238,11 +238,11 @@ bool YieldingDrives::give_way(const PivotedCholesky& factor, std::span<const std
 
 struct ImpactSolver::Implementation {
   const Model& model;
-  std::vector<Grasp> grips;
+  std::vector<Grasp> grasps;
   std::vector<LoopPath> paths;  // X_aC, X_bD and scales of the last impact
   std::vector<LoopPlace> places;
-  std::vector<LoneBody> targets;  // per grip
-  std::vector<Rotationd> R_WC;    // per grip: the identity, or z along the hinge
+  std::vector<LoneBody> targets;  // per grasp
+  std::vector<Rotationd> R_WC;    // per grasp: the identity, or z along the hinge
   LoopColumns columns;
   PivotedCholesky factor;
   LeastImpulse least;
@@ -257,24 +257,24 @@ struct ImpactSolver::Implementation {
   std::vector<Impulsed> impulses;
   double residual = 0;
 
-  static std::vector<LoopPath> make_paths(const Model& model, std::span<const Grasp> grips) {
+  static std::vector<LoopPath> make_paths(const Model& model, std::span<const Grasp> grasps) {
     std::vector<LoopPath> paths;
     int row = 0;
-    for (std::size_t k = 0; k < grips.size(); ++k) {
-      paths.push_back(make_path(model, grips[k], k, row));
+    for (std::size_t k = 0; k < grasps.size(); ++k) {
+      paths.push_back(make_path(model, grasps[k], k, row));
       row += paths.back().rows;
     }
     return paths;
   }
-  static int count_rows(std::span<const Grasp> grips) {
+  static int count_rows(std::span<const Grasp> grasps) {
     int rows = 0;
-    for (const Grasp& g : grips) rows += row_count(g.model);
+    for (const Grasp& g : grasps) rows += row_count(g.model);
     return rows;
   }
 
   Implementation(const Model& m, std::span<const Grasp> g)
       : model(m),
-        grips(g.begin(), g.end()),
+        grasps(g.begin(), g.end()),
         paths(make_paths(m, g)),
         places(paths.size()),
         R_WC(paths.size(), Rotationd::identity()),
@@ -301,14 +301,14 @@ struct ImpactSolver::Implementation {
         held_rate(zeros),
         held(zeros.size()),
         impulses(paths.size(), Impulsed::zero()) {
-    for (const Grasp& grip : grips) targets.emplace_back(m.bodies()[grip.target_body]);
+    for (const Grasp& grasp : grasps) targets.emplace_back(m.bodies()[grasp.target_body]);
   }
 
   void check(std::span<const double> q, std::span<const double> v, std::span<const Grasp> now) const {
     if (q.size() != static_cast<std::size_t>(model.coordinates()) || v.size() != zeros.size())
       throw std::invalid_argument("ImpactSolver: the state has another model's size");
-    if (!std::equal(now.begin(), now.end(), grips.begin(), grips.end(), same_grip))
-      throw std::invalid_argument("ImpactSolver: not the grips it was made for");
+    if (!std::equal(now.begin(), now.end(), grasps.begin(), grasps.end(), same_grasp))
+      throw std::invalid_argument("ImpactSolver: not the grasps it was made for");
   }
 
   // Marks what is held and by how much its velocity changes.
@@ -332,8 +332,8 @@ struct ImpactSolver::Implementation {
     }
   }
 
-  // Frames of the grips on both bodies, and the units of their rows.
-  void place_grips(std::span<const double> q, std::span<const Grasp> now) {
+  // Frames of the grasps on both bodies, and the units of their rows.
+  void place_grasps(std::span<const double> q, std::span<const Grasp> now) {
     link_poses(model.tree(), workspace.links, q, X_WL);
     for (std::size_t k = 0; k < paths.size(); ++k) {
       LoopPath& path = paths[k];
@@ -378,7 +378,7 @@ struct ImpactSolver::Implementation {
     factor.factor(kRankTolerance);
   }
 
-  // Where grips are redundant and contradict what is held drives give way: changes what is held. Links then are at
+  // Where grasps are redundant and contradict what is held drives give way: changes what is held. Links then are at
   // rest. After factor_contact_inertia().
   void let_drives_give_way(DynamicsInput<double> in, std::span<const double> v) {
     in.acceleration = zeros;
@@ -470,16 +470,16 @@ struct ImpactSolver::Implementation {
   }
 };
 
-ImpactSolver::ImpactSolver(const Model& model, std::span<const Grasp> grips)
-    : implementation_(std::make_unique<Implementation>(model, grips)) {}
+ImpactSolver::ImpactSolver(const Model& model, std::span<const Grasp> grasps)
+    : implementation_(std::make_unique<Implementation>(model, grasps)) {}
 ImpactSolver::~ImpactSolver() = default;
 ImpactSolver::ImpactSolver(ImpactSolver&&) noexcept = default;
 ImpactSolver& ImpactSolver::operator=(ImpactSolver&&) noexcept = default;
 
-void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, std::span<const Grasp> grips,
+void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, std::span<const Grasp> grasps,
                          std::span<const HeldRate> held) {
   Implementation& s = *implementation_;
-  s.check(q, v, grips);
+  s.check(q, v, grasps);
   const bool holding = !held.empty();
   if (holding) s.hold(v, held);
   // Impulses and changes of velocity stand where the recursion has forces and accelerations, at rest.
@@ -487,7 +487,7 @@ void ImpactSolver::solve(std::span<const double> q, std::span<const double> v, s
   in.q = q, in.v = s.zeros, in.force = s.zeros;
   if (holding) in.prescribed = s.held, in.acceleration = s.held_change;
   articulated_inertias<double>(s.model.tree(), in, s.workspace);
-  s.place_grips(q, grips);
+  s.place_grasps(q, grasps);
   s.factor_contact_inertia(in);
   if (holding && s.factor.rank() < s.factor.size()) {
     s.let_drives_give_way(in, v);

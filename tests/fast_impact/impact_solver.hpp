@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Plastic impact of all grips at once in O(n): a second route to what plastic_impact() finds, for tests and
+/// Plastic impact of all grasps at once in O(n): a second route to what plastic_impact() finds, for tests and
 /// benchmarks. Captures do not use it: docs/performance.md says what that would bring and cost.
 ///
 /// The same equations as plastic_impact(), W P = -u- (docs/theory.md, equation (7.3)), with W = Y^T Y from unit
@@ -18,31 +18,31 @@
 
 namespace grapnel {
 
-/// Solves impacts of one model with the same bodies gripping, at any states and contact points.
+/// Solves impacts of one model with the same bodies grasping, at any states and contact points.
 class ImpactSolver {
  public:
-  /// Of `grips` the bodies and kinds are read. The model must outlive the solver.
-  /// @throws std::invalid_argument if a grip names no two bodies, or two that no joint parts.
-  ImpactSolver(const Model& model, std::span<const Grasp> grips);
+  /// Of `grasps` the bodies and kinds are read. The model must outlive the solver.
+  /// @throws std::invalid_argument if a grasp names no two bodies, or two that no joint parts.
+  ImpactSolver(const Model& model, std::span<const Grasp> grasps);
   ~ImpactSolver();
   ImpactSolver(ImpactSolver&&) noexcept;
   ImpactSolver& operator=(ImpactSolver&&) noexcept;
 
-  /// Solves the impact at coordinates q and velocities v. `grips`: those of the constructor, now with their contact
+  /// Solves the impact at coordinates q and velocities v. `grasps`: those of the constructor, now with their contact
   /// points and hinge axes in W. `held`: as of plastic_impact(), but all velocities of a free root or of a spherical
   /// joint, or none; drives give way as there. Allocates nothing.
-  /// @throws std::invalid_argument for another model's sizes, other grips, or a joint held in part.
-  void solve(std::span<const double> q, std::span<const double> v, std::span<const Grasp> grips,
+  /// @throws std::invalid_argument for another model's sizes, other grasps, or a joint held in part.
+  void solve(std::span<const double> q, std::span<const double> v, std::span<const Grasp> grasps,
              std::span<const HeldRate> held = {});
 
   /// Of the last solve() (before the first: zero). Velocities v+ of the whole model.
   std::span<const double> velocity() const;
-  /// Per grip, on the robot at the contact point, in W [N m s; N s]. Where rows are redundant those with the least sum
+  /// Per grasp, on the robot at the contact point, in W [N m s; N s]. Where rows are redundant those with the least sum
   /// of P^T (J_t M_t^-1 J_t^T) P, as of plastic_impact().
   std::span<const Impulsed> impulses() const;
   /// Per velocity: the impulse that a held one takes, zero at the others [N m s or N s].
   std::span<const double> held_impulses() const;
-  /// Independent rows of the grips, given what is held, and all rows of the grips. plastic_impact() counts held rates
+  /// Independent rows of the grasps, given what is held, and all rows of the grasps. plastic_impact() counts held rates
   /// in both.
   int rank() const;
   int rows() const;

@@ -113,9 +113,9 @@ Outcome load_and_build(const fs::path& scenario, const std::vector<std::string>&
   try {
     std::vector<Override> overrides;
     for (const std::string& argument : arguments) overrides.push_back(parse_override(argument));
-    std::vector<Fault> doubts;
-    problem = load_scenario(scenario, overrides, &doubts);
-    require_sound(doubts);
+    std::vector<Fault> warnings;
+    problem = load_scenario(scenario, overrides, &warnings);
+    require_sound(warnings);
   } catch (const InputError& error) {
     return refusal(error);
   }

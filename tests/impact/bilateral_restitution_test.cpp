@@ -1,4 +1,4 @@
-/// Restitution at grips that hold both ways: u+ = -E u-.
+/// Restitution at grasps that hold both ways: u+ = -E u-.
 
 #include "grapnel/impact/bilateral_restitution.hpp"
 
@@ -41,8 +41,8 @@ TEST(BilateralRestitution, ThrowsBackAndKeepsTheEnergyIdentity) {
     const Eigen::MatrixXd J = grasp_jacobian(c.model, forward_kinematics(c.model, c.state), c.grasps);
     const Eigen::VectorXd u = J * eigen(c.state.v);
     Eigen::VectorXd e(u.size());
-    for (Eigen::Index row = 0; const auto& grip : E) {
-      for (double x : grip) e[row++] = x;
+    for (Eigen::Index row = 0; const auto& grasp : E) {
+      for (double x : grasp) e[row++] = x;
     }
     const Eigen::VectorXd thrown = e.cwiseProduct(u);
     EXPECT_LT(law.note((J * eigen(b.solution.velocity) + thrown).norm() / u.norm(), i), 1e-10);
@@ -73,7 +73,7 @@ TEST(BilateralRestitution, NamesRowsThatContradictEachOther) {
     if (plastic.rank == plastic.rows) continue;
     Random random(50000 + i);
     const BilateralRestitution b = bilateral_restitution(c.model, c.state, c.grasps, coefficients(c, random));
-    named += b.inconsistent.find("grip ") != std::string::npos;
+    named += b.inconsistent.find("grasp ") != std::string::npos;
   }
   EXPECT_GT(named, 20);
 }

@@ -280,8 +280,8 @@ TEST(CompliantContacts, RefuseBadArguments) {
     EXPECT_THROW(compliant_impact(c.model, c.state, {&c.contact, 1}, {}, {}, held), std::invalid_argument);
   }
   const Grasp grasp{0, 1, GraspModel::hinge, c.contact.p_WC, {0, 0, 2}};
-  for (const CompliantGrip& g : {CompliantGrip{grasp, 1e5, 0, 1e4, 0}, CompliantGrip{grasp, 0, 0, 1e4, 0},
-                                 CompliantGrip{grasp, 1e5, -1, 1e4, 0}, CompliantGrip{grasp, 1e5, 0, 0, 0}}) {
+  for (const CompliantGrasp& g : {CompliantGrasp{grasp, 1e5, 0, 1e4, 0}, CompliantGrasp{grasp, 0, 0, 1e4, 0},
+                                  CompliantGrasp{grasp, 1e5, -1, 1e4, 0}, CompliantGrasp{grasp, 1e5, 0, 0, 0}}) {
     EXPECT_THROW(compliant_impact(c.model, c.state, {}, {&g, 1}, {}), std::invalid_argument);
   }
 }

@@ -16,8 +16,8 @@ ImpactCase make(int index, RobotOptions options, bool shared) {
     (c.model.bodies()[i].description.name[0] == 't' ? targets : links).push_back(i);
   }
   for (int t : targets) {
-    const int grips = shared ? random.integer(1, 2) : 1;
-    for (int g = 0; g < grips; ++g) {
+    const int grasps = shared ? random.integer(1, 2) : 1;
+    for (int g = 0; g < grasps; ++g) {
       const int link = links[random.integer(0, static_cast<int>(links.size()) - 1)];
       const Vector3d p = k.X_WB[link].p + k.X_WB[link].R * random.vector(0.5);
       // The target sits around the first of its contact points.

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Random robots with random grips on random targets, and what all impact identities need of them.
+/// Random robots with random grasps on random targets, and what all impact identities need of them.
 
 #include <Eigen/Core>
 
@@ -20,17 +20,17 @@ struct ImpactCase {
   std::vector<Grasp> grasps;
 };
 
-/// Case `index`: one to three targets, each gripped by one or two bodies of the robot (a body may hold several, so
-/// loops occur), grips of all kinds at points near the targets; in turn with a fixed root and with spherical joints.
+/// Case `index`: one to three targets, each grasped by one or two bodies of the robot (a body may hold several, so
+/// loops occur), grasps of all kinds at points near the targets; in turn with a fixed root and with spherical joints.
 ImpactCase random_impact(int index);
-/// The same with every target gripped once and a free root.
+/// The same with every target grasped once and a free root.
 ImpactCase random_open_impact(int index);
 
 inline State with_velocity(State state, const std::vector<double>& v) {
   state.v = v;
   return state;
 }
-/// Stacked impulses in the grips' constrained directions.
+/// Stacked impulses in the grasps' constrained directions.
 Eigen::VectorXd stacked_impulse(const ImpactCase& c, const ImpactSolution& solution);
 
 }  // namespace grapnel::testing

@@ -16,12 +16,12 @@ TEST(ImpactChecks, ThoseTakePartOnWhoseTreeARowActs) {
     const Eigen::MatrixXd J = grasp_jacobian(c.model, forward_kinematics(c.model, c.state), c.grasps);
     const Eigen::VectorXd part = taking_part(c.model, J);
     for (const Body& body : c.model.bodies()) {
-      bool gripped = false;
+      bool grasped = false;
       for (const Grasp& g : c.grasps) {
-        for (int b : {g.robot_body, g.target_body}) gripped = gripped || c.model.bodies()[b].root == body.root;
+        for (int b : {g.robot_body, g.target_body}) grasped = grasped || c.model.bodies()[b].root == body.root;
       }
       for (int k = 0; k < velocity_count(body.description.joint.type); ++k)
-        EXPECT_EQ(part[body.v + k], gripped ? 1 : 0);
+        EXPECT_EQ(part[body.v + k], grasped ? 1 : 0);
     }
     EXPECT_TRUE(taking_part(c.model, Eigen::MatrixXd(0, c.model.velocities())).isZero(0));
   }

@@ -1,4 +1,4 @@
-/// What every plastic impact must obey, on random robots, targets and grips.
+/// What every plastic impact must obey, on random robots, targets and grasps.
 
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ TEST(PlasticImpact, GeneralizedMomentum) {
   }
 }
 
-TEST(PlasticImpact, GripsHoldAfterwards) {
+TEST(PlasticImpact, GraspsHoldAfterwards) {
   Worst worst("relative velocity in constrained directions, from poses and twists, over the fastest");
   for (int i = 0; i < kImpacts; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -146,7 +146,7 @@ TEST(PlasticImpact, ImpulseIsLinearInTheRelativeVelocityAndBlindToTheRest) {
     const std::vector<double> other = random.values(c.model.velocities(), 1.5);
     const ImpactSolution s1 = plastic_impact(c.model, c.state, c.grasps);
     const ImpactSolution s2 = plastic_impact(c.model, with_velocity(c.state, other), c.grasps);
-    // s1.velocity satisfies the grips: it adds motion but no relative velocity.
+    // s1.velocity satisfies the grasps: it adds motion but no relative velocity.
     const Eigen::VectorXd v = -1.7 * eigen(c.state.v) + 0.6 * eigen(other) + 3.0 * eigen(s1.velocity);
     const ImpactSolution s = plastic_impact(c.model, with_velocity(c.state, values(v)), c.grasps);
     const Eigen::VectorXd expected = -1.7 * stacked_impulse(c, s1) + 0.6 * stacked_impulse(c, s2);

@@ -260,7 +260,8 @@ TEST(ImpactSolver, RefusesWhatItWasNotMadeFor) {
   std::vector<Grasp> other = c.grasps;
   other[0].robot_body =
       c.model.body_index("b0") == other[0].robot_body ? other[0].target_body : c.model.body_index("b0");
-  EXPECT_EQ(message([&] { solver.solve(c.state.q, c.state.v, other); }), "ImpactSolver: not the grips it was made for");
+  EXPECT_EQ(message([&] { solver.solve(c.state.q, c.state.v, other); }),
+            "ImpactSolver: not the grasps it was made for");
   const int base = c.model.bodies()[c.model.body_index("b0")].v;
   const HeldRate part[] = {{base + 2, 0}};
   EXPECT_EQ(message([&] { solver.solve(c.state.q, c.state.v, c.grasps, part); }),

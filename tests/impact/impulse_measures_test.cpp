@@ -80,7 +80,7 @@ std::vector<double> after_impulses(const ImpactCase& c, const std::vector<Impuls
 
 Impulsed impulse_from(const Eigen::VectorXd& P) { return {{P[0], P[1], P[2]}, {P[3], P[4], P[5]}}; }
 
-// Impulses per grip from rows in the constrained directions.
+// Impulses per grasp from rows in the constrained directions.
 std::vector<Impulsed> from_rows(const ImpactCase& c, const Eigen::VectorXd& rows) {
   std::vector<Impulsed> impulses;
   Eigen::Index row = 0;
@@ -164,9 +164,9 @@ TEST(ImpulseMeasures, EffectiveMassIsImpulsePerSpeed) {
   }
 }
 
-// The impulse of a point grip for a relative velocity along an axis of the ellipsoid is that axis; and the index is the
-// impulse's size per speed.
-TEST(ImpulseMeasures, EllipsoidIsTheImpulseOfAPointGrip) {
+// The impulse of a point grasp for a relative velocity along an axis of the ellipsoid is that axis; and the index is
+// the impulse's size per speed.
+TEST(ImpulseMeasures, EllipsoidIsTheImpulseOfAPointGrasp) {
   Worst axes("semi-axes against impulses"), index("impulse index against |P|/|u|");
   for (int i = 0; i < 60; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -268,7 +268,7 @@ TEST(ImpulseMeasures, ImmovableRobot) {
     EXPECT_LE(free.smallest_impulse, 1 + 1e-10);
     EXPECT_LE(free.largest_impulse, 1 + 1e-10);
     EXPECT_EQ(free.base_response.norm(), 0);
-    EXPECT_EQ(free.zero_turning.cols(), free.contact_inertia.rows());
+    EXPECT_EQ(free.zero_base_angular_velocity.cols(), free.contact_inertia.rows());
   }
 }
 
@@ -305,7 +305,7 @@ TEST(ImpulseMeasures, HeldBaseIsAsOneThatIsFixed) {
   }
 }
 
-// --- All grips together. --------------------------------------------------------------------------------------------
+// --- All grasps together. --------------------------------------------------------------------------------------------
 
 // P = -W^+ u in the metric of the targets, held rates jumping first: the coupled index is that of the solved impact.
 TEST(ImpulseMeasures, CoupledIndexIsThatOfTheImpact) {
@@ -322,7 +322,7 @@ TEST(ImpulseMeasures, CoupledIndexIsThatOfTheImpact) {
       D.block(row, row, block.rows(), block.rows()) = block;
       row += block.rows();
     }
-    // Impulses of held rates follow those of the grips.
+    // Impulses of held rates follow those of the grasps.
     const auto index = [&](const Eigen::VectorXd& all_rows, const Eigen::VectorXd& u) {
       const Eigen::VectorXd P = all_rows.head(D.rows());
       return std::sqrt(P.dot(D * P) / u.dot(D.llt().solve(u)));
@@ -336,7 +336,7 @@ TEST(ImpulseMeasures, CoupledIndexIsThatOfTheImpact) {
     EXPECT_LE(m.coupled_index, m.largest_impulse * (1 + 1e-9));
     EXPECT_LE(m.smallest_impulse, m.largest_impulse);
 
-    // Two joints jump to other rates: first without grips, then the grips see what that left.
+    // Two joints jump to other rates: first without grasps, then the grasps see what that left.
     std::vector<HeldRate> held = all_joints(c.model, c.state, root_of(c));
     if (held.size() < 4) continue;
     held = {{held[0].velocity, 0.3}, {held[2].velocity, -0.2}};
@@ -381,18 +381,18 @@ TEST(ImpulseMeasures, ZeroDisturbanceImpulses) {
     const ImpulseMeasures m = measure(c);
     const Eigen::Index rows = m.base_response.cols();
     EXPECT_GE(m.zero_disturbance.cols(), rows - 6);
-    EXPECT_GE(m.zero_turning.cols(), rows - 3);
+    EXPECT_GE(m.zero_base_angular_velocity.cols(), rows - 3);
     for (Eigen::Index n = 0; n < m.zero_disturbance.cols(); ++n, ++found) {
       const Eigen::VectorXd P = m.zero_disturbance.col(n);
       const Eigen::VectorXd size = m.base_response.cwiseAbs() * P.cwiseAbs();
       const Eigen::VectorXd change = base_change(c, after_impulses(c, from_rows(c, P), true));
       EXPECT_LT(whole.note(change.cwiseQuotient(size).cwiseAbs().maxCoeff(), i), 1e-9);
       // It lies in the span of those that do not turn it.
-      const Eigen::VectorXd in_span = m.zero_turning.colPivHouseholderQr().solve(P);
-      EXPECT_LT((m.zero_turning * in_span - P).norm() / P.norm(), 1e-8);
+      const Eigen::VectorXd in_span = m.zero_base_angular_velocity.colPivHouseholderQr().solve(P);
+      EXPECT_LT((m.zero_base_angular_velocity * in_span - P).norm() / P.norm(), 1e-8);
     }
-    for (Eigen::Index n = 0; n < m.zero_turning.cols(); ++n) {
-      const Eigen::VectorXd P = m.zero_turning.col(n);
+    for (Eigen::Index n = 0; n < m.zero_base_angular_velocity.cols(); ++n) {
+      const Eigen::VectorXd P = m.zero_base_angular_velocity.col(n);
       const Eigen::VectorXd size = (m.base_response.cwiseAbs() * P.cwiseAbs()).head<3>();
       const Eigen::VectorXd change = base_change(c, after_impulses(c, from_rows(c, P), true)).head<3>();
       EXPECT_LT(turning.note(change.cwiseQuotient(size).cwiseAbs().maxCoeff(), i), 1e-9);

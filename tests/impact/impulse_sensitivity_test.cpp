@@ -30,8 +30,8 @@ struct Problem {
 
 // --- Problems. ------------------------------------------------------------------------------------------------------
 
-Problem thesis_problem(GraspModel grip, bool shared) {
-  ReferenceImpact r = reference_impact(grip, 0.1);
+Problem thesis_problem(GraspModel grasp, bool shared) {
+  ReferenceImpact r = reference_impact(grasp, 0.1);
   const int t1 = r.grasps[0].target_body;
   set_root_twist(r.model, t1, {{0, 0, 0.3}, {0.02, -0.05, 0}}, r.state);
   if (shared) {
@@ -107,7 +107,7 @@ void set_target_motion(Problem& p, const Grasp& g, const Twistd& V_WC) {
   set_root_twist(p.model, g.target_body, shift(V_WC, origin - g.p_WC), p.state);
 }
 
-// Columns of the gripping bodies' Jacobians by the robot's joints.
+// Columns of the grasping bodies' Jacobians by the robot's joints.
 Eigen::MatrixXd joint_jacobian(const Problem& p, const Kinematics& k) {
   Eigen::MatrixXd J(6 * static_cast<int>(p.grasps.size()), p.model.velocities()), J_E(6, p.model.velocities());
   for (std::size_t i = 0; i < p.grasps.size(); ++i) {
@@ -122,7 +122,7 @@ Eigen::MatrixXd joint_jacobian(const Problem& p, const Kinematics& k) {
 
 // Turns the end-effector by the whole angle about the contact point: Newton's method with the Jacobian of the start, so
 // that the joints' displacement stays in its row space (the least one); then the rates.
-void turn_end_effector(Problem& p, int grip, const Vector3d& axis, double angle) {
+void turn_end_effector(Problem& p, int grasp, const Vector3d& axis, double angle) {
   const Kinematics before = forward_kinematics(p.model, p.state);
   const Eigen::MatrixXd J = joint_jacobian(p, before);
   Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse;
@@ -134,7 +134,7 @@ void turn_end_effector(Problem& p, int grip, const Vector3d& axis, double angle)
     for (std::size_t i = 0; i < p.grasps.size(); ++i) {
       const Grasp& g = p.grasps[i];
       const Posed &X_0 = before.X_WB[g.robot_body], &X = k.X_WB[g.robot_body];
-      const Rotationd turn = rotation_about(axis, static_cast<int>(i) == grip ? angle : 0.0);
+      const Rotationd turn = rotation_about(axis, static_cast<int>(i) == grasp ? angle : 0.0);
       const Posed wanted{turn * X_0.R, g.p_WC + turn * (X_0.p - g.p_WC)};
       const Vector3d rotation = rotation_vector(wanted.R * transpose(X.R));
       const Vector3d travel = wanted.p - X.p + cross(rotation, g.p_WC - X.p);
@@ -154,8 +154,8 @@ void turn_end_effector(Problem& p, int grip, const Vector3d& axis, double angle)
   inverse.compute(joint_jacobian(p, after));
   const Eigen::VectorXd rates = inverse.solve(missing);
   for (int i = 0; i < rates.size(); ++i) p.state.v[i] += rates[i];
-  if (p.grasps[grip].model == GraspModel::hinge)
-    p.grasps[grip].hinge_W = rotation_about(axis, angle) * p.grasps[grip].hinge_W;
+  if (p.grasps[grasp].model == GraspModel::hinge)
+    p.grasps[grasp].hinge_W = rotation_about(axis, angle) * p.grasps[grasp].hinge_W;
 }
 
 int axis_of(const std::string& parameter) { return parameter.back() - 'x'; }
@@ -163,7 +163,7 @@ bool is(const ImpulseSensitivity& s, const std::string& name) { return s.paramet
 
 Problem changed(const Problem& original, const ImpulseSensitivity& s, double step) {
   Problem p = original;
-  const Grasp& g = p.grasps[s.grip];
+  const Grasp& g = p.grasps[s.grasp];
   const Kinematics k = forward_kinematics(p.model, p.state);
   const Twistd V_E = twist_at(k, g.robot_body, g.p_WC), V_T = twist_at(k, g.target_body, g.p_WC);
   const Vector3d axis = s.parameter == "target mass" ? Vector3d::zero() : Vector3d::unit(axis_of(s.parameter));
@@ -176,12 +176,12 @@ Problem changed(const Problem& original, const ImpulseSensitivity& s, double ste
   } else if (is(s, "approach angle")) {
     std::vector<bool> driven;
     for (const HeldRate& h : p.held) driven.push_back(h.after != 0 && h.after == p.state.v[h.velocity]);
-    turn_end_effector(p, s.grip, axis, step);
+    turn_end_effector(p, s.grasp, axis, step);
     for (std::size_t i = 0; i < driven.size(); ++i) {
       if (driven[i]) p.held[i].after = p.state.v[p.held[i].velocity];
     }
   } else if (is(s, "contact offset")) {
-    p.grasps[s.grip].p_WC = g.p_WC + step * axis;
+    p.grasps[s.grasp].p_WC = g.p_WC + step * axis;
   } else if (s.parameter == "target mass") {
     p.model = with_target(p.model, g.target_body, step, Symmetric3d::zero());
   } else if (is(s, "target inertia")) {
@@ -196,7 +196,7 @@ Problem changed(const Problem& original, const ImpulseSensitivity& s, double ste
 
 // --- Comparison. ----------------------------------------------------------------------------------------------------
 
-// Angular parts of all grips, linear parts, and the base's change: [0] to [3] are compared each in its own unit.
+// Angular parts of all grasps, linear parts, and the base's change: [0] to [3] are compared each in its own unit.
 struct Outcome {
   std::array<Eigen::VectorXd, 4> part;
 };
@@ -257,7 +257,7 @@ double step_unit(const Problem& p, const ImpulseSensitivity& s) {
   if (is(s, "target inertia")) {
     const Eigen::Vector3d moments =
         Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(
-            eigen(p.model.bodies()[p.grasps[s.grip].target_body].description.inertia), Eigen::EigenvaluesOnly)
+            eigen(p.model.bodies()[p.grasps[s.grasp].target_body].description.inertia), Eigen::EigenvaluesOnly)
             .eigenvalues();
     return std::min(1.0, 5 * (moments[0] + moments[1] - moments[2]));
   }
@@ -282,7 +282,7 @@ double best_deviation(const Problem& p, const ImpulseSensitivity& s) {
 
 void compare_all(const Problem& p, Worst& worst, int where, std::set<std::string>* names = nullptr) {
   for (const ImpulseSensitivity& s : impulse_sensitivities(p.model, p.state, p.root, p.grasps, p.held)) {
-    SCOPED_TRACE(s.parameter + " of grip " + std::to_string(s.grip));
+    SCOPED_TRACE(s.parameter + " of grasp " + std::to_string(s.grasp));
     ASSERT_EQ(s.undefined, "");
     ASSERT_EQ(s.impulse.size(), p.grasps.size());
     EXPECT_LT(worst.note(best_deviation(p, s), where), 1e-6);  // measured 1.3e-7, planar; 5e-9, spatial arms
@@ -294,9 +294,9 @@ void compare_all(const Problem& p, Worst& worst, int where, std::set<std::string
 
 TEST(ImpulseSensitivity, ThesisRobotWithTwoTargets) {
   Worst worst("thesis robot, two targets");
-  for (GraspModel grip : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
+  for (GraspModel grasp : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     std::set<std::string> names;
-    compare_all(thesis_problem(grip, false), worst, static_cast<int>(grip), &names);
+    compare_all(thesis_problem(grasp, false), worst, static_cast<int>(grasp), &names);
     // A planar arm turns its hand about z only.
     EXPECT_EQ(names.count("approach angle x") + names.count("approach angle y"), 0u);
     EXPECT_EQ(names.count("approach angle z"), 1u);
@@ -332,10 +332,10 @@ TEST(ImpulseSensitivity, FixedBase) {
   }
 }
 
-// Planar arms on one target: out-of-plane rows are redundant, and the impulse is the least one. Rigid grips keep their
+// Planar arms on one target: out-of-plane rows are redundant, and the impulse is the least one. Rigid grasps keep their
 // rank whatever changes.
-TEST(ImpulseSensitivity, RedundantGrips) {
-  Worst worst("thesis robot, two rigid grips on one target");
+TEST(ImpulseSensitivity, RedundantGrasps) {
+  Worst worst("thesis robot, two rigid grasps on one target");
   const Problem p = thesis_problem(GraspModel::rigid, true);
   const ImpactSolution s = plastic_impact(p.model, p.state, p.grasps);
   ASSERT_LT(s.rank, s.rows);
@@ -345,7 +345,7 @@ TEST(ImpulseSensitivity, RedundantGrips) {
 // Two bodies of one welded hand hold the target twice: every self-stress is possible, in and out of plane. Stresses of
 // the least solution depend on the parameter through D and the null space.
 TEST(ImpulseSensitivity, LeastSelfStressMoves) {
-  Worst worst("two grips of one hand on one target");
+  Worst worst("two grasps of one hand on one target");
   for (int i = 0; i < 9; ++i) {
     SCOPED_TRACE(seed_note(i));
     Problem p = spatial_problem(i, 7, true);
@@ -355,7 +355,7 @@ TEST(ImpulseSensitivity, LeastSelfStressMoves) {
     p.grasps[0].model = GraspModel::rigid;
     const ImpactSolution s = plastic_impact(p.model, p.state, p.grasps);
     ASSERT_EQ(s.rows - s.rank, row_count(p.grasps[1].model));
-    // Every angle of approach would move the other grip of the same hand: there is none.
+    // Every angle of approach would move the other grasp of the same hand: there is none.
     std::set<std::string> names;
     compare_all(p, worst, i, &names);
     EXPECT_EQ(names.size(), 9u + 3 + 4);
@@ -402,7 +402,7 @@ TEST(ImpulseSensitivity, RedundantBrakes) {
 }
 
 TEST(ImpulseSensitivity, RandomRobots) {
-  Worst worst("random branched robots, grips anywhere");
+  Worst worst("random branched robots, grasps anywhere");
   int rows = 0, undefined = 0;
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -413,7 +413,7 @@ TEST(ImpulseSensitivity, RandomRobots) {
     const Problem p{c.model, c.state, c.grasps, {}, root};
     const int rank = plastic_impact(p.model, p.state, p.grasps).rank;
     for (const ImpulseSensitivity& s : impulse_sensitivities(p.model, p.state, p.root, p.grasps)) {
-      SCOPED_TRACE(s.parameter + " of grip " + std::to_string(s.grip));
+      SCOPED_TRACE(s.parameter + " of grasp " + std::to_string(s.grasp));
       ++rows;
       if (s.undefined.empty()) {
         EXPECT_LT(worst.note(best_deviation(p, s), i), 1e-6);  // measured 8e-8
@@ -434,7 +434,7 @@ TEST(ImpulseSensitivity, DifferencesConvergeWithTheSquareOfTheStep) {
   const Problem p = spatial_problem(3, 7, false);
   const Outcome here = solved(p);
   for (const ImpulseSensitivity& s : impulse_sensitivities(p.model, p.state, p.root, p.grasps)) {
-    SCOPED_TRACE(s.parameter + " of grip " + std::to_string(s.grip));
+    SCOPED_TRACE(s.parameter + " of grasp " + std::to_string(s.grasp));
     const double unit = step_unit(p, s);
     const double coarse = deviation(here, s, central_difference(p, s, 4e-3 * unit));
     const double fine = deviation(here, s, central_difference(p, s, 2e-3 * unit));
@@ -455,7 +455,7 @@ TEST(ImpulseSensitivity, LinearInRelativeMotion) {
     Eigen::VectorXd P = Eigen::VectorXd::Zero(12);
     for (const ImpulseSensitivity& s : impulse_sensitivities(p.model, p.state, p.root, p.grasps)) {
       if (!is(s, "relative")) continue;
-      const Grasp& g = p.grasps[s.grip];
+      const Grasp& g = p.grasps[s.grasp];
       const Twistd u = twist_at(k, g.robot_body, g.p_WC) - twist_at(k, g.target_body, g.p_WC);
       const double part = is(s, "relative velocity") ? u.linear[axis_of(s.parameter)] : u.angular[axis_of(s.parameter)];
       for (int n = 0; n < 2; ++n) P.segment<6>(6 * n) += part * eigen(s.impulse[n]);
@@ -467,8 +467,8 @@ TEST(ImpulseSensitivity, LinearInRelativeMotion) {
   }
 }
 
-// For a rigid grip the contact point is but a point of reference: P's angular part shifts, nothing else changes.
-TEST(ImpulseSensitivity, RigidGripsDoNotKnowTheirContactPoint) {
+// For a rigid grasp the contact point is but a point of reference: P's angular part shifts, nothing else changes.
+TEST(ImpulseSensitivity, RigidGraspsDoNotKnowTheirContactPoint) {
   Worst worst("d P/d offset against -e x P");
   for (int i = 0; i < 6; ++i) {
     Problem p = spatial_problem(80 + i, 7, i % 2 == 0);
@@ -478,7 +478,8 @@ TEST(ImpulseSensitivity, RigidGripsDoNotKnowTheirContactPoint) {
       if (!is(s, "contact offset")) continue;
       for (int n = 0; n < 2; ++n) {
         const Impulsed& P = solution.contacts[n].P_WC;
-        const Vector3d wanted = n == s.grip ? -cross(Vector3d::unit(axis_of(s.parameter)), P.linear) : Vector3d::zero();
+        const Vector3d wanted =
+            n == s.grasp ? -cross(Vector3d::unit(axis_of(s.parameter)), P.linear) : Vector3d::zero();
         EXPECT_LT(worst.note(norm(s.impulse[n].angular - wanted) / norm(P.linear), i), 1e-10);
         EXPECT_LT(worst.note(norm(s.impulse[n].linear) / norm(P.linear), i), 1e-10);
       }
@@ -517,7 +518,7 @@ TEST(ImpulseSensitivity, ReducedMassInClosedForm) {
   }
 }
 
-// Two point grips at one point say everything twice; apart, they also stop all turning but that about their line. So
+// Two point grasps at one point say everything twice; apart, they also stop all turning but that about their line. So
 // the rank changes with the offset of either, and P jumps: that has no derivative. Everything else has.
 TEST(ImpulseSensitivity, RankThatChangesIsSaid) {
   Problem p = spatial_problem(5, 7, true);
@@ -550,7 +551,7 @@ TEST(ImpulseSensitivity, DrivesThatContradictAreSaid) {
   const std::vector<bool> gave_way = which_gave_way(p.model, p.held, s.velocity);
   ASSERT_TRUE(std::find(gave_way.begin(), gave_way.end(), true) != gave_way.end());
   for (const ImpulseSensitivity& d : impulse_sensitivities(p.model, p.state, p.root, p.grasps, p.held)) {
-    EXPECT_EQ(d.undefined, "the held rates ask for velocities that the grips do not allow");
+    EXPECT_EQ(d.undefined, "the held rates ask for velocities that the grasps do not allow");
     EXPECT_TRUE(std::isnan(d.base.linear[0]));
   }
 }

@@ -12,7 +12,7 @@
 namespace grapnel::testing {
 namespace {
 
-// The impulse of brakes on these velocities, with no grip.
+// The impulse of brakes on these velocities, with no grasp.
 ImpactSolution lock_joints(const Model& model, const State& state, const std::vector<int>& velocities,
                            std::vector<double>& impulse) {
   std::vector<HeldRate> held;

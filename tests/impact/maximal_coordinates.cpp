@@ -68,7 +68,7 @@ struct System {
   std::vector<Eigen::Vector3d> com;
   Matrix M;
   Vector v;
-  std::vector<Matrix> rows;  // per body's joint, then per grip: in all velocities
+  std::vector<Matrix> rows;  // per body's joint, then per grasp: in all velocities
   std::vector<Matrix> directions;
   std::vector<Vector> rate_row;  // per body with a rotor: s; else empty
 
@@ -110,7 +110,7 @@ struct System {
     rate_row[i] = X.transpose() * along;
     M += joint.reflected_inertia() * rate_row[i] * rate_row[i].transpose();
   }
-  void add_grip(const Grasp& g) {
+  void add_grasp(const Grasp& g) {
     directions.push_back(twist_rows(g.model == GraspModel::rigid   ? 0
                                     : g.model == GraspModel::hinge ? 1
                                                                    : 3,
@@ -123,7 +123,7 @@ struct System {
 
 MaximalSolution maximal_impact(const Model& model, const State& state, std::span<const Grasp> grasps) {
   System s(model, state);
-  for (const Grasp& g : grasps) s.add_grip(g);
+  for (const Grasp& g : grasps) s.add_grasp(g);
   Eigen::Index count = 0;
   for (const Matrix& r : s.rows) count += r.rows();
   const Eigen::Index n = s.v.size();

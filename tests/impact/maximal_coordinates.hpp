@@ -2,7 +2,7 @@
 
 /// @file
 /// Plastic impact in maximal coordinates, an independent reference: six velocities per body (in W, at its centre of
-/// mass), joints and grips as constraint rows, all in one dense system
+/// mass), joints and grasps as constraint rows, all in one dense system
 ///   [M  C^T][ v+ ]   [M v-]
 ///   [C   0 ][-l  ] = [ 0  ],   M = diag(I_c, m 1) + sum a s^T s,
 /// where row s gives a joint's rate from the bodies' velocities and a is what its rotor reflects. Uses of Grapnel only
@@ -16,7 +16,7 @@ namespace grapnel::testing {
 
 struct MaximalSolution {
   std::vector<Twistd> V_WB;       // per body after the impact, at its frame's origin, in W
-  std::vector<Impulsed> contact;  // per grip, on the robot at the contact point (least norm where not unique)
+  std::vector<Impulsed> contact;  // per grasp, on the robot at the contact point (least norm where not unique)
   std::vector<Impulsed> joint;    // per body: what its joint transmits, about the body frame's origin, in W
   double residual = 0;            // of the linear system, relative
 };

@@ -12,7 +12,7 @@
 namespace grapnel::testing {
 namespace {
 
-// thesis-facts, the closed loop that closes: target centre (0, 1.35), grips at (+-0.5, 1.35), 0.5 m along the third
+// thesis-facts, the closed loop that closes: target centre (0, 1.35), grasps at (+-0.5, 1.35), 0.5 m along the third
 // links. The target also moves out of the plane, or all self-stress would be zero.
 ImpactCase thesis_loop(const Units& units = {}) {
   ModelBuilder builder;

@@ -1,4 +1,4 @@
-/// Drives that are told rates which the grips do not allow: they give way as rotors of ever larger inertia would.
+/// Drives that are told rates which the grasps do not allow: they give way as rotors of ever larger inertia would.
 
 #include <gtest/gtest.h>
 
@@ -158,10 +158,10 @@ bool floats(const Model& model) {
   return false;
 }
 
-// Brakes and rates of any kind, on random trees with up to six grips: the definition's two minima, without
+// Brakes and rates of any kind, on random trees with up to six grasps: the definition's two minima, without
 // self-stresses.
-TEST(YieldingDrives, JumpAsLittleAsTheGripsAllowAndKeepTheRest) {
-  Worst grips("relative motion left"), momentum("|M dv - J^T P|"), first("first minimum"), second("second minimum"),
+TEST(YieldingDrives, JumpAsLittleAsTheGraspsAllowAndKeepTheRest) {
+  Worst grasps("relative motion left"), momentum("|M dv - J^T P|"), first("first minimum"), second("second minimum"),
       energy("energy identity"), total("total momentum");
   int gave_way = 0, fixed = 0, rotors = 0, slides = 0;
   for (int i = 0; i < 2 * kImpacts; ++i) {
@@ -182,9 +182,9 @@ TEST(YieldingDrives, JumpAsLittleAsTheGripsAllowAndKeepTheRest) {
       H(k, h.velocity) = 1, told[k] = h.after, drive[k] = s.held_impulses[static_cast<std::size_t>(k)];
       weight[k] = drive_inertia(c.model, h.velocity);
     }
-    // Grips and momentum are kept whatever drives are told.
+    // Grasps and momentum are kept whatever drives are told.
     const double size = v.norm();
-    EXPECT_LT(grips.note((J * after).norm() / (J.norm() * size), i), 1e-11);
+    EXPECT_LT(grasps.note((J * after).norm() / (J.norm() * size), i), 1e-11);
     const Eigen::VectorXd P = J.transpose() * stacked_impulse(c, s).head(J.rows()) + H.transpose() * drive;
     EXPECT_LT(momentum.note((M * (after - v) - P).norm() / (M * v).norm(), i), 1e-10);
     EXPECT_LT(s.constraint_residual, 1e-10);
@@ -207,7 +207,7 @@ TEST(YieldingDrives, JumpAsLittleAsTheGripsAllowAndKeepTheRest) {
         slides +=
             c.model.bodies()[b].v == h.velocity && c.model.bodies()[b].description.joint.type == JointType::prismatic;
     }
-    // All velocities that the grips allow, N z, and those among them that no drive feels: neither sum of squares falls
+    // All velocities that the grasps allow, N z, and those among them that no drive feels: neither sum of squares falls
     // along any.
     const Eigen::MatrixXd N = kernel(J);
     const Eigen::VectorXd jump = weight.asDiagonal() * (H * after - told);
@@ -265,9 +265,9 @@ TEST(YieldingDrives, AreTheSameInTheFastSolver) {
   EXPECT_GT(gave_way, 100);
 }
 
-// Contacts feel grips whose drives have given way; what is thrown back may ask for more than drives are told.
-TEST(YieldingDrives, GiveWayToClosedGripsInOtherLaws) {
-  Worst blow("momentum in a blow"), thrown("velocities thrown back");
+// Contacts feel grasps whose drives have given way; what rebounds may ask for more than drives are told.
+TEST(YieldingDrives, GiveWayToClosedGraspsInOtherLaws) {
+  Worst blow("momentum in a blow"), thrown("velocities rebounding");
   for (int index = 0; index < 12; ++index) {
     SCOPED_TRACE(seed_note(index));
     const ImpactCase c = arms_on_one_target(robots()[static_cast<std::size_t>(index) % 6], 500 + index);
@@ -283,7 +283,7 @@ TEST(YieldingDrives, GiveWayToClosedGripsInOtherLaws) {
     const Eigen::VectorXd u = J * v;
     EXPECT_LT(thrown.note((J * eigen(back.solution.velocity) + 0.5 * u).norm() / u.norm(), index), 1e-10);
     EXPECT_LT(back.solution.generalized_momentum_residual, 1e-10);
-    // The last grip holds no longer: it is a contact of an arm that is free to yield. Two arms still hold a loop.
+    // The last grasp holds no longer: it is a contact of an arm that is free to yield. Two arms still hold a loop.
     if (c.grasps.size() < 3) continue;
     const std::vector<Grasp> closed(c.grasps.begin(), c.grasps.end() - 1);
     const std::vector<HeldRate> two(held.begin(), held.end() - robots()[static_cast<std::size_t>(index) % 6].joints);

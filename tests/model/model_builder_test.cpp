@@ -88,7 +88,7 @@ TEST(ModelBuilder, ReattachesABodyOfAnExistingModel) {
                            .add(base())
                            .add(link())
                            .add(body("target", "", JointType::free))
-                           .add(FrameDescription{"grip", "target", Posed::identity()})
+                           .add(FrameDescription{"grasp", "target", Posed::identity()})
                            .build();
   JointDescription weld;
   weld.name = "weld", weld.type = JointType::fixed;
@@ -99,7 +99,7 @@ TEST(ModelBuilder, ReattachesABodyOfAnExistingModel) {
   const Body& target = after.bodies()[after.body_index("target")];
   EXPECT_EQ(target.parent, after.body_index("link"));
   EXPECT_EQ(target.root, after.body_index("base"));
-  EXPECT_EQ(after.frames()[after.frame_index("grip")].body, after.body_index("target"));
+  EXPECT_EQ(after.frames()[after.frame_index("grasp")].body, after.body_index("target"));
   EXPECT_EQ(after.mass(), before.mass());
   EXPECT_THAT([&] { ModelBuilder(before).attach("moon", "link", X, weld); },
               ThrowsMessage<std::out_of_range>(HasSubstr("no body 'moon' to attach")));

@@ -2,7 +2,7 @@
 
 /// @file
 /// Closed loops in maximal coordinates, an independent reference: every body free with six velocities in W at its own
-/// centre of mass, and all joints, grips and prescribed motions as constraint rows of one dense system,
+/// centre of mass, and all joints, grasps and prescribed motions as constraint rows of one dense system,
 ///   M Vdot + h = f + s^T tau + C^T l,   C Vdot + c = 0,   M = diag(I_c, m 1) + sum a s^T s, (1)
 /// where the rows s give the joints' rates from the bodies' velocities and a is what a rotor reflects. With M = L L^T
 /// and A = C L^-T, every row scaled to length one, the solution nearest to the free one is

@@ -1,9 +1,9 @@
-/// The momentum integral of a leg: against the simulation that knows only equations of motion, and its sensitivities
-/// against differences.
+/// The momentum integral of a segment: against the simulation that knows only equations of motion, and its
+/// sensitivities against differences.
 
 #include <gtest/gtest.h>
 
-#include "grapnel/plan/leg.hpp"
+#include "grapnel/plan/path_segment.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 #include "plan/plan_case.hpp"
 #include "support/worst.hpp"
@@ -13,7 +13,7 @@ namespace {
 
 struct Flight {
   Servicer servicer;
-  LegStart start;
+  SegmentStart start;
   Vector3d gravity;
   std::vector<double> position, rate;  // final
 };
@@ -49,14 +49,15 @@ Posed simulated_end(const Flight& f) {
   return root_pose(f.servicer.model, outcome.end_state, 0);
 }
 
-TEST(Leg, EndsWhereForwardDynamicsEnds) {
-  Worst position("end of a leg against the simulation [m]"), angle("the same [rad]");
+TEST(PathSegment, EndsWhereForwardDynamicsEnds) {
+  Worst position("end of a segment against the simulation [m]"), angle("the same [rad]");
   for (int i = 0; i < 24; ++i) {
     SCOPED_TRACE(seed_note(i));
     const Flight f = random_flight(i);
     FloatingBase base(f.servicer.model, true);
-    Leg leg(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity), 1e-12, 1e-14);
-    const LegEnd end = leg.fly(f.position, f.rate, false);
+    PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity), 1e-12,
+                        1e-14);
+    const SegmentEnd end = segment.fly(f.position, f.rate, false);
     ASSERT_TRUE(end.finished) << end.failure;
     const Posed expected = simulated_end(f);
     EXPECT_GT(rotation_angle(transpose(f.start.X_WB.R) * end.X_WB.R), 1e-3);             // it has turned
@@ -65,20 +66,21 @@ TEST(Leg, EndsWhereForwardDynamicsEnds) {
   }
 }
 
-TEST(Leg, SensitivitiesAreThoseOfDifferences) {
+TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
   Worst worst("sensitivities of the base's end");
   for (int i = 0; i < 12; ++i) {
     SCOPED_TRACE(seed_note(i));
     const Flight f = random_flight(i);
     FloatingBase base(f.servicer.model, true);
-    Leg leg(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity), 1e-12, 1e-14);
-    const LegEnd end = leg.fly(f.position, f.rate, true);
+    PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity), 1e-12,
+                        1e-14);
+    const SegmentEnd end = segment.fly(f.position, f.rate, true);
     ASSERT_TRUE(end.finished) << end.failure;
     const double h = 1e-4;
     // Displacement of the base in B between two flights.
     const auto difference = [&](const std::vector<double>& x1, const std::vector<double>& r1,
                                 const std::vector<double>& x0, const std::vector<double>& r0) {
-      const Posed X1 = leg.fly(x1, r1, false).X_WB, X0 = leg.fly(x0, r0, false).X_WB;
+      const Posed X1 = segment.fly(x1, r1, false).X_WB, X0 = segment.fly(x0, r0, false).X_WB;
       const Vector3d w = rotation_vector(transpose(X0.R) * X1.R), p = transposed_times(end.X_WB.R, X1.p - X0.p);
       return Vector6d((Vector6d() << w[0], w[1], w[2], p[0], p[1], p[2]).finished() / (2 * h));
     };

@@ -1,6 +1,6 @@
 /// Measures of solutions: against their definitions, and gradients against differences.
 
-#include "grapnel/plan/measure.hpp"
+#include "grapnel/plan/objective.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 struct MeasureCase {
   Servicer servicer;
-  LegStart start;
+  SegmentStart start;
   std::vector<double> guess, lower, upper, position, rate;
   std::vector<Goal> goals;
 };
@@ -45,7 +45,7 @@ TEST(Excursion, FromRestToRestIsHalfTheSumOfSquares) {
     MeasureCase c = random_measure(1, profile);
     c.start.rate.assign(c.start.rate.size(), 0.0);
     FloatingBase base(c.servicer.model, true);
-    const Measure m(Measure::Kind::excursion, c.start, c.guess, c.lower, c.upper);
+    const Objective m(Objective::Kind::excursion, c.start, c.guess, c.lower, c.upper);
     double expected = 0;
     for (std::size_t j = 0; j < c.position.size(); ++j)
       expected += 0.5 * std::pow(c.position[j] - c.start.position[j], 2);
@@ -58,7 +58,7 @@ TEST(Excursion, IsTheIntegralOfTheSquaredRates) {
   for (JointProfile profile : kProfiles) {
     const MeasureCase c = random_measure(2, profile);
     FloatingBase base(c.servicer.model, true);
-    const Measure m(Measure::Kind::excursion, c.start, c.guess, c.lower, c.upper);
+    const Objective m(Objective::Kind::excursion, c.start, c.guess, c.lower, c.upper);
     const double T = c.start.end - c.start.begin;
     constexpr int kParts = 4000;
     double sum = 0, unit = 0;  // midpoint rule
@@ -75,16 +75,16 @@ TEST(Excursion, IsTheIntegralOfTheSquaredRates) {
   }
 }
 
-TEST(Measure, GradientsAreThoseOfDifferences) {
-  using Kind = Measure::Kind;
+TEST(Objective, GradientsAreThoseOfDifferences) {
+  using Kind = Objective::Kind;
   Worst worst("gradients of measures");
   for (int i = 0; i < 12; ++i) {
     for (Kind kind : {Kind::excursion, Kind::nearest, Kind::limits, Kind::manipulability, Kind::as_found}) {
       SCOPED_TRACE(seed_note(i));
       MeasureCase c = random_measure(i, kProfiles[i % 3]);
       FloatingBase base(c.servicer.model, true);
-      const Measure m(kind, c.start, c.guess, c.lower, c.upper);
-      Measure::Gradient g;
+      const Objective m(kind, c.start, c.guess, c.lower, c.upper);
+      Objective::Gradient g;
       m.value(base, c.goals, c.position, c.rate, &g);
       double scale = 1;
       for (double x : g.position) scale = std::max(scale, std::abs(x));

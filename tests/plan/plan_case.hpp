@@ -40,7 +40,7 @@ inline Servicer random_servicer(int index, bool free_root = true) {
 
 inline constexpr double kNone = std::numeric_limits<double>::infinity();
 
-/// A leg from `start` with no limits and nothing better than the first solution.
+/// A segment from `start` with no limits and nothing better than the first solution.
 inline ReachProblem reach_problem(const Servicer& s, double duration, JointProfile profile, const Vector3d& gravity) {
   ReachProblem p;
   const std::size_t n = s.model.joints().size();
@@ -65,8 +65,8 @@ inline Servicer thesis_servicer() {
 }
 
 /// Sets the measure of a problem from its start, guess and limits.
-inline void set_measure(ReachProblem& p, Measure::Kind kind) {
-  p.measure = Measure(kind, p.start, p.guess, p.lower, p.upper);
+inline void set_measure(ReachProblem& p, Objective::Kind kind) {
+  p.objective = Objective(kind, p.start, p.guess, p.lower, p.upper);
 }
 
 inline ReachProblem thesis_problem(const Servicer& s, RateDemand demand) {

@@ -78,9 +78,9 @@ TEST(ThesisPlan, MeasuresChooseAmongSolutions) {
   ReachProblem p = thesis_problem(s, RateDemand::twist);
   p.starts = 8;
   const ReachSolution as_found = plan_reach(base, p);
-  set_measure(p, Measure::Kind::nearest);
+  set_measure(p, Objective::Kind::nearest);
   const ReachSolution nearest = plan_reach(base, p);
-  set_measure(p, Measure::Kind::excursion);
+  set_measure(p, Objective::Kind::excursion);
   const ReachSolution excursion = plan_reach(base, p);
   for (const ReachSolution* r : {&as_found, &nearest, &excursion}) expect_arrives(*r);
   EXPECT_LT(distance(nearest.position, p.guess), distance(as_found.position, p.guess));
@@ -97,7 +97,7 @@ TEST(ThesisPlan, MeasuresChooseAmongSolutions) {
       std::vector<double> x = excursion.position;
       x[j] += h;
       const Shot near = shooting.shoot(x, shot.rate);
-      return p.measure.value(base, p.goals, near.position, near.rate, nullptr);
+      return p.objective.value(base, p.goals, near.position, near.rate, nullptr);
     };
     gradient[j] = (value(1e-4) - value(-1e-4)) / 2e-4;
   }
@@ -111,7 +111,7 @@ TEST(ThesisPlan, SameSeedSameBits) {
   FloatingBase base(s.model, true), other(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::twist);
   p.guess = p.start.position;
-  set_measure(p, Measure::Kind::excursion);
+  set_measure(p, Objective::Kind::excursion);
   const ReachSolution a = plan_reach(base, p), b = plan_reach(other, p);
   expect_arrives(a);
   EXPECT_EQ(a.position, b.position);
@@ -125,7 +125,7 @@ TEST(ThesisPlan, StaysWithinLimits) {
   const ReachSolution without = plan_reach(base, p);
   // A limit that cuts off what was found.
   p.upper[1] = without.position[1] - 0.05;
-  for (Measure::Kind kind : {Measure::Kind::as_found, Measure::Kind::excursion}) {
+  for (Objective::Kind kind : {Objective::Kind::as_found, Objective::Kind::excursion}) {
     set_measure(p, kind);
     const ReachSolution within = plan_reach(base, p);
     expect_arrives(within);
@@ -206,8 +206,8 @@ TEST(RandomPlan, FindsWhatAFlightHasReached) {
     std::vector<double> position = p.start.position, rate(position.size());
     for (double& x : position) x += random.uniform(-0.7, 0.7);
     for (double& x : rate) x = random.uniform(-0.2, 0.2);
-    Leg leg(base, p.start, p.motion, 1e-12, 1e-14);
-    const LegEnd end = leg.fly(position, rate, false);
+    PathSegment segment(base, p.start, p.motion, 1e-12, 1e-14);
+    const SegmentEnd end = segment.fly(position, rate, false);
     base.place(position);
     const Momentumd h_B = p.motion.in_base(p.start.end, end.X_WB);
     base.move(rate, h_B);
@@ -227,7 +227,7 @@ TEST(RandomPlan, FindsWhatAFlightHasReached) {
     const ReachSolution r = plan_reach(base, p);
     if (!r.found) continue;
     ++solved;
-    const LegEnd check = leg.fly(r.position, r.rate, false);
+    const SegmentEnd check = segment.fly(r.position, r.rate, false);
     base.place(r.position);
     const Posed X_WE = check.X_WB * base.frame_pose(frame);
     EXPECT_LT(worst.note(norm(X_WE.p - g.X_WG.p), i), 1e-9);

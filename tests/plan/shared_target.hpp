@@ -18,7 +18,7 @@ struct ManyArms {
 /// world's origin with a small twist (in the plane for planar arms).
 Servicer random_servicer_with(const ManyArms& kind, int index);
 
-/// A leg that brings all hands to one target with a random twist: grasp points "point-1", ... of "target" where a
+/// A segment that brings all hands to one target with a random twist: grasp points "point-1", ... of "target" where a
 /// flight to final values `reached`, up to `turn` [rad] from the start, has brought the hands, so that a solution is
 /// known.
 struct SharedTarget {

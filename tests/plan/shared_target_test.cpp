@@ -34,8 +34,8 @@ TEST(RandomSharedTarget, IsReachedByAllHandsAtOnce) {
     ++solved, at_once += r.starts == 1;
     unmet.note(r.unmet_rate, i);
     // Flown again, the hands are where the target has its points.
-    Leg leg(base, p.start, p.motion, 1e-12, 1e-14);
-    const LegEnd end = leg.fly(r.position, r.rate, false);
+    PathSegment segment(base, p.start, p.motion, 1e-12, 1e-14);
+    const SegmentEnd end = segment.fly(r.position, r.rate, false);
     base.place(r.position);
     for (const Goal& g : p.goals) {
       const Posed X_WE = end.X_WB * base.frame_pose(g.frame);
@@ -48,7 +48,7 @@ TEST(RandomSharedTarget, IsReachedByAllHandsAtOnce) {
       }
     }
   }
-  std::printf("[ measured ] %d of %d random shared targets planned, %d from the first beginning\n", solved, tried,
+  std::printf("[ measured ] %d of %d random shared targets planned, %d from the first initial guess\n", solved, tried,
               at_once);
   EXPECT_GE(solved, tried - 1);  // measured 24; a solution exists, a search may miss it
 }

@@ -174,7 +174,7 @@ TEST(Together, CountsTheBeginningsThatWereTried) {
     EXPECT_EQ(r.starts, starts);
     EXPECT_THAT(r.failure,
                 HasSubstr("every arm by itself reaches its point, but none of the " + std::to_string(starts) +
-                          (starts == 1 ? " beginning tried" : " beginnings tried")));
+                          (starts == 1 ? " beginning tried" : " initial guesses tried")));
   }
 }
 

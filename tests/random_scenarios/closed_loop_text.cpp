@@ -63,7 +63,7 @@ class Writer {
 
   // Arms start around the base and lead away from it; all lengths along x of the link's frame.
   void write_arm(int arm) {
-    // Three joints for a grip in the plane and six in space, sometimes fewer or more.
+    // Three joints for a grasp in the plane and six in space, sometimes fewer or more.
     const int count = planar_ ? integer(2, 4) : integer(planned_ ? 5 : 3, 7);
     const double around_base = 2.1 * (arm - 1) + around(0.3), radius = 0.5;
     const Rotationd R_BA = rotation_from_rpy(0, 0, around_base);

@@ -8,7 +8,7 @@
 namespace grapnel::testing {
 
 /// Planar and spatial servicers on a free base with two or three arms of two to seven revolute joints, drifting and
-/// turning; a target that two or three of the arms grip, and sometimes a second one for the third arm; grips of every
+/// turning; a target that two or three of the arms grasp, and sometimes a second one for the third arm; grasps of every
 /// model, usually rigid. Half of them start at their grasp points and close at t = 0, the others plan an approach
 /// there. 20 to 60 s of free motion follow.
 ///

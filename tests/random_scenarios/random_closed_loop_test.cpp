@@ -1,5 +1,5 @@
 // Random captures that close loops, each with every row of its ledger at the default settings of integration, and with
-// grips that hold by the tests' own kinematics. Seeds: random_run.hpp.
+// grasps that hold by the tests' own kinematics. Seeds: random_run.hpp.
 //
 //   build/release/bin/random_closed_loop_test --seed 42 --cases 100
 
@@ -21,14 +21,14 @@ namespace {
 
 struct Tally {
   int runs = 0, completed = 0, planned = 0, triple = 0, redundant = 0;
-  double apart = 0, turned = 0;             // of what grips hold, by written kinematics [m, rad]
+  double apart = 0, turned = 0;             // of what grasps hold, by written kinematics [m, rad]
   double slowest = 0;                       // [s]
   std::map<std::string, double> of_bounds;  // largest share, per row
   std::vector<std::string> failures;
 };
 Tally tally;
 
-// Grips hold what they held just after the impact, at every sample: poses of hands multiplied out here.
+// Grasps hold what they held just after the impact, at every sample: poses of hands multiplied out here.
 void expect_held(const CaptureProblem& p, const CaptureResult& r) {
   const std::size_t begin = first_sample(r, "post_impact");
   RC_ASSERT(begin + 10 < r.series.time.size());
@@ -49,8 +49,8 @@ void expect_held(const CaptureProblem& p, const CaptureResult& r) {
       double turned = 0;
       if (grasp.model == GraspModel::rigid) turned = rotation_angle(turn);
       if (grasp.model == GraspModel::hinge) turned = norm(turn * grasp.hinge_axis - grasp.hinge_axis);
-      if (!(apart < 1e-11)) RC_FAIL("the grip of " + grasp.end_effector + " opens by " + std::to_string(apart) + " m");
-      if (!(turned < 1e-11)) RC_FAIL("the grip of " + grasp.end_effector + " turns by " + std::to_string(turned));
+      if (!(apart < 1e-11)) RC_FAIL("the grasp of " + grasp.end_effector + " opens by " + std::to_string(apart) + " m");
+      if (!(turned < 1e-11)) RC_FAIL("the grasp of " + grasp.end_effector + " turns by " + std::to_string(turned));
       tally.apart = std::max(tally.apart, apart), tally.turned = std::max(tally.turned, turned);
     }
   }
@@ -92,7 +92,7 @@ TEST(RandomClosedLoops, KeepEveryRowOfTheirLedger) {
                                        GRAPNEL_RANDOM_CASES, check);
   EXPECT_TRUE(passed);
   std::printf(
-      "[ measured ] %d runs: %d completed, %d planned, %d with two loops, %d with redundant closures; grips open by "
+      "[ measured ] %d runs: %d completed, %d planned, %d with two loops, %d with redundant closures; grasps open by "
       "%.2g m, %.2g rad; slowest %.3f s\n",
       tally.runs, tally.completed, tally.planned, tally.triple, tally.redundant, tally.apart, tally.turned,
       tally.slowest);

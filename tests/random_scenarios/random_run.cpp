@@ -74,7 +74,7 @@ bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& 
 void expect_finite(const CaptureResult& result) {
   for (const Series& series : result.series.series) {
     if (series.path.starts_with("joints/reference_")) continue;  // NaN where joints follow nothing
-    // NaN where a grip does not hold, or closes no loop, and what joints pass on at impacts, which take no time.
+    // NaN where a grasp does not hold, or closes no loop, and what joints pass on at impacts, which take no time.
     const bool may_be_absent = series.path.starts_with("loops/") || series.path.ends_with("/force") ||
                                series.path.ends_with("/moment") || series.path.starts_with("joints/reaction_");
     for (const double value : series.data) {

@@ -26,7 +26,7 @@ bool passes_on_random(const std::string& property, const rc::Gen<ScenarioText>& 
                       const std::function<void(const std::filesystem::path&)>& check);
 
 /// RC_FAILs where a series or the summary is not finite, except where NaN says that there is nothing (a joint that
-/// follows no reference, a grip that does not hold or closes no loop).
+/// follows no reference, a grasp that does not hold or closes no loop).
 void expect_finite(const CaptureResult& result);
 /// RC_FAILs where two results differ in a bit of their series or a character of their summaries.
 void expect_same(const CaptureResult& a, const CaptureResult& b);

@@ -25,7 +25,7 @@ struct Tally {
 };
 Tally tally;
 
-bool grip_one_target(const ImpactReport& impact) {
+bool grasp_one_target(const ImpactReport& impact) {
   std::set<std::string> targets;
   for (const GraspImpulse& grasp : impact.grasps) targets.insert(grasp.target);
   return targets.size() < impact.grasps.size();
@@ -37,9 +37,9 @@ void note(const CaptureResult& result, double seconds) {
   tally.impacts += result.impact.has_value();
   tally.motions_after += result.post_impact_end.has_value();
   tally.brakes += result.impact && result.impact->brake.has_value();
-  tally.shared += result.impact && grip_one_target(*result.impact);
+  tally.shared += result.impact && grasp_one_target(*result.impact);
   tally.later += !result.later_impacts.empty();
-  tally.missed += !result.grips.empty() && !result.captured();
+  tally.missed += !result.grasps.empty() && !result.captured();
   tally.released += !result.releases.empty();
   tally.looped += !result.loops.empty();
   for (const LoopReport& loops : result.loops) tally.redundant += loops.rank < loops.rows;
@@ -108,7 +108,7 @@ TEST(RandomScenarios, RunAndKeepTheirLedger) {
   std::printf(
       "[ measured ] %d runs: %d completed, %d with impact, %d braked, %d on one target, %d moved on; %d with later "
       "impacts, "
-      "%d missed, %d let go, %d phases of %d looped with redundant closures; ledgers: %d "
+      "%d missed, %d release, %d phases of %d looped with redundant closures; ledgers: %d "
       "needed smaller tolerances, %d failed at wild rates; slowest %.3f s\n",
       tally.runs, tally.completed, tally.impacts, tally.brakes, tally.shared, tally.motions_after, tally.later,
       tally.missed, tally.released, tally.redundant, tally.looped, tally.mended, tally.wild, tally.slowest);

@@ -158,12 +158,12 @@ class Writer {
     }
   }
 
-  // Every arm that grips has a target of its own, or one that others grip too.
+  // Every arm that grasps has a target of its own, or one that others grasp too.
   void write_targets() {
-    const int grips = integer(1, arms_);
-    const bool share = grips > 1 && percent(60);
+    const int grasps = integer(1, arms_);
+    const bool share = grasps > 1 && percent(60);
     std::vector<int> target_of{1};
-    for (int g = 2; g <= grips; ++g) {
+    for (int g = 2; g <= grasps; ++g) {
       const int last = *std::max_element(target_of.begin(), target_of.end());
       target_of.push_back(share && (g == 2 || percent(70)) ? integer(1, last) : last + 1);
     }
@@ -177,13 +177,13 @@ class Writer {
       line(fmt::format("    grasp_points: [{{name: grip, {}}}, {{name: handle, {}}}]", pose(0.8), pose(0.8)));
     }
     line("grasps:");
-    for (int g = 1; g <= grips; ++g) {
+    for (int g = 1; g <= grasps; ++g) {
       line(fmt::format("  - {{end_effector: tip-{}, target: target-{}, point: {}, {}{}}}", g, target_of[g - 1],
-                       any_of<2>({"grip", "handle"}), grip(), closing(g)));
+                       any_of<2>({"grasp", "handle"}), grasp(), closing(g)));
     }
   }
 
-  // When a grip closes; noted for what lets go.
+  // When a grasp closes; noted for what release.
   std::string closing(int arm) {
     closes_.push_back(0);
     if (!impact_ || !percent(20)) return "";
@@ -194,7 +194,7 @@ class Writer {
     return fmt::format(", closes_at: {:.12g}", time);
   }
 
-  // One grip lets go, or all; what closes later than that still holds.
+  // One grasp release, or all; what closes later than that still holds.
   std::string releases() {
     if (!percent(30)) return "";
     const double after = uniform(0.1, 0.9) * after_s_;
@@ -203,7 +203,7 @@ class Writer {
     if (closes_[arm - 1] >= approach_s_ + after) return "";
     return fmt::format(", release: [{{after: {:.12g}, end_effectors: [tip-{}]}}]", after, arm);
   }
-  static std::string grip() {
+  static std::string grasp() {
     const std::string model = any_of<3>({"rigid", "point", "hinge"});
     return "model: " + model + (model == "hinge" ? ", axis: " + unit_vector() : "");
   }
@@ -299,7 +299,7 @@ class Writer {
   bool impact_ = false;
   double approach_s_ = 0, after_s_ = 0;  // durations; 0: no such phase [s]
   std::vector<bool> envelopes_;          // per arm
-  std::vector<double> closes_;           // per grip: the time it states, else 0 [s]
+  std::vector<double> closes_;           // per grasp: the time it states, else 0 [s]
 };
 
 }  // namespace

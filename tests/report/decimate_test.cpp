@@ -140,7 +140,7 @@ TEST(Decimate, PhasesAndEqualTimesStay) {
   EXPECT_EQ(*kept_samples(s, 1e-2), (std::vector<std::size_t>{0, 39, 40, 41, 42, 70, 71, 99}));
 }
 
-TEST(Decimate, GripForcePeaksStay) {
+TEST(Decimate, GraspForcePeaksStay) {
   // A peak that any coarse line may cut: 1e-3 of the range above its neighbours.
   const auto force = [](double t) { return t < 0.25 ? 100.0 : t == 0.5 ? 10.001 : 10.0; };
   TimeSeries s = over_unit_time(101, force, "grasps/tip/force");

@@ -70,8 +70,8 @@ RunSource sample_run(bool planar, const std::string& odd, double spin) {
       SceneShape{"cylinder", {0.05, 0.7, 0}, {rotation_about({0, 1, 0}, 1.5707963267948966), {0.35, 0, 0}}, -1};
   scene.bodies[3].shape = SceneShape{"sphere", {0.5, 0, 0}, Posed::identity(), -1};
   scene.end_effectors = {{"tip", "two", {Rotationd::identity(), {0.7, 0, 0}}}};
-  scene.grasp_points = {{"ball", "grip", {-0.5, 0, 0}, std::nullopt}};
-  scene.grasps = {{"tip", "ball", "grip", "rigid"}};
+  scene.grasp_points = {{"ball", "grasp", {-0.5, 0, 0}, std::nullopt}};
+  scene.grasps = {{"tip", "ball", "grasp", "rigid"}};
   run.scene = scene;
   return run;
 }

@@ -35,7 +35,7 @@ TEST(SummaryContract, FilesKeepTheSchema) {
   CaptureResult fixed = sample_result();
   fixed.impact->as_published.reset();
   fixed.plan->searched = false;
-  fixed.clearance.clear(), fixed.grips.clear(), fixed.grip_loads.clear();
+  fixed.clearance.clear(), fixed.grasps.clear(), fixed.grasp_loads.clear();
   EXPECT_THAT(schema().faults_of(parsed(fixed)), IsEmpty());
 }
 

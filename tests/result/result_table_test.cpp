@@ -35,7 +35,7 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
   const std::string text = result_table(result);
   EXPECT_THAT(text, HasSubstr("sample: completed"));
   EXPECT_THAT(text, HasSubstr("ledger: FAILS, 1 of 2 conserved quantities outside their bounds"));
-  EXPECT_THAT(text, HasSubstr("captured: NO (1 of 2 grips, t = 20 s, largest gap "));
+  EXPECT_THAT(text, HasSubstr("captured: NO (1 of 2 grasps, t = 20 s, largest gap "));
   EXPECT_THAT(text, HasSubstr("right -> debris/rail: outside the envelope"));
   // The first violation leads, then the worst of each phase.
   EXPECT_THAT(text, HasSubstr("feasible: NO, valid until 32 s, where bodies overlap; first rate of left-1 passes its "
@@ -43,7 +43,7 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
                               "  worst in approach: rate of left-1 is -0.3, its limit -0.2 at t = 3.5 s\n"
                               "  worst in post_impact: base and debris overlap by 0.05 m at t = 33 s\n"));
   EXPECT_THAT(text, HasSubstr("after the impact, at its end (t = 70 s; beyond validity, which ends at t = 32 s)"));
-  EXPECT_THAT(text, HasSubstr("plan: found, 4 of 5 beginnings, 23 Newton steps, measure excursion"));
+  EXPECT_THAT(text, HasSubstr("plan: found, 4 of 5 initial guesses, 23 Newton steps, measure excursion"));
   EXPECT_THAT(text, HasSubstr("warning: second"));
   EXPECT_THAT(text, ContainsRegex("left -> debris/left_handle [*] +12\\.346 +98\\.765 .* 123\\.46"));
   EXPECT_THAT(text, HasSubstr("5.25 -> 4.125"));
@@ -57,14 +57,14 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
 // captured: yes, no or assumed, with the gap; feasible: yes, no or not checked, with the reason.
 TEST(ResultTable, SaysNoMoreThanWasChecked) {
   CaptureResult result = test::sample_result();
-  result.grips[1].captured = true;
-  result.grips[0].distance = 0.004, result.grips[1].distance = 0.0066;
-  EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: yes (2 of 2 grips, t = 20 s, largest gap 6.6 mm)\n"));
-  for (GripOutcome& grip : result.grips) grip.judged = false, grip.distance = 38.2;
-  EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: assumed (2 of 2 grips, t = 20 s, largest gap 38.2 m): no "
+  result.grasps[1].captured = true;
+  result.grasps[0].distance = 0.004, result.grasps[1].distance = 0.0066;
+  EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: yes (2 of 2 grasps, t = 20 s, largest gap 6.6 mm)\n"));
+  for (GraspOutcome& grasp : result.grasps) grasp.judged = false, grasp.distance = 38.2;
+  EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: assumed (2 of 2 grasps, t = 20 s, largest gap 38.2 m): no "
                                               "envelope says what left and right\ncan close on\n"));
-  for (GripOutcome& grip : result.grips) grip.target_moved = 0.106;
-  EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: assumed, by moving debris 106 mm (2 of 2 grips"));
+  for (GraspOutcome& grasp : result.grasps) grasp.target_moved = 0.106;
+  EXPECT_THAT(result_table(result), HasSubstr("\ncaptured: assumed, by moving debris 106 mm (2 of 2 grasps"));
   result.valid_until = 12;
   EXPECT_THAT(capture_sentence(result), HasSubstr("; beyond validity, bodies overlap from t = 12 s on"));
 
@@ -99,14 +99,14 @@ TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {
   result.loops[0].unprojected_position = 1.25e-13;
   result.loops[0].unprojected_angle = 2.5e-13;
   result.loops[0].correction_total = 3.75e-12;
-  result.grip_loads[1].largest_force = 12.345678;
-  result.grip_loads[1].force_time = 21.5;
+  result.grasp_loads[1].largest_force = 12.345678;
+  result.grasp_loads[1].force_time = 21.5;
   const std::string text = result_table(result);
   EXPECT_THAT(text, HasSubstr("\nimpact at t = 20 s: plastic, rank 11 of 12 rows, impulses not unique, mean"));
   EXPECT_THAT(text, HasSubstr("\nlater impact at t = 27 s: plastic, rank 12 of 12 rows, mean force over 0.1 s\n"));
   EXPECT_THAT(text, HasSubstr("  the loop over debris misses by 0.25 m: left and right are 1.25 m apart, left_handle "
                               "and\n  right_handle 1 m\n"));
-  EXPECT_THAT(text, HasSubstr("\nrelease at t = 45 s: left lets go of debris, right lets go of debris\n"));
+  EXPECT_THAT(text, HasSubstr("\nrelease at t = 45 s: left releases debris, right releases debris\n"));
   EXPECT_THAT(text, HasSubstr("\nclosed loops, post_impact: right - debris, third - debris; rank 9 of 12 rows\n"));
   EXPECT_THAT(text, ContainsRegex("largest defect of a step +m, rad +1\\.25e-13 +2\\.5e-13\n"));
   EXPECT_THAT(text, ContainsRegex("corrections, integration errors +1 +3\\.75e-12"));
@@ -117,7 +117,7 @@ TEST(ResultTable, ShowsLoopsLaterImpactsReleasesAndLoads) {
   // A loop that closes on its grasp points is not worth a line; neither is a mark where all is unique.
   result.impact->loops[0].end_effector_distance = 1 + 9e-7;
   result.later_impacts.clear();
-  result.grip_loads.pop_back();
+  result.grasp_loads.pop_back();
   const std::string shorter = result_table(result);
   EXPECT_THAT(shorter, Not(HasSubstr("the loop over")));
   EXPECT_THAT(shorter, Not(HasSubstr("of these the least")));
@@ -144,7 +144,7 @@ TEST(ResultTable, StaysWithinItsColumns) {
   result.releases[0].targets[0] = name;
   result.loops[0].closures[0] = name;
   result.loops[0].correction_total = -1.23456789e-100;
-  for (GripLoad& load : result.grip_loads) {
+  for (GraspLoad& load : result.grasp_loads) {
     load.target = name;
     load.phase = "post_impact";
     load.largest_force = load.force_time = load.largest_moment = load.moment_time = -1.23456789e-100;
@@ -166,12 +166,12 @@ TEST(ResultTable, SaysOnlyWhatHappened) {
   result.later_impacts.clear();
   result.releases.clear();
   result.loops.clear();
-  result.grip_loads.clear();
+  result.grasp_loads.clear();
   result.post_impact_end.reset();
   const std::string text = result_table(result);
   EXPECT_THAT(text, HasSubstr("sample: FAILED: body arm_2 at 3.5 s: not a number\n"));
   EXPECT_THAT(text, Not(HasSubstr("impact at")));
-  for (const char* words : {"release at", "closed loops", "load on a grip"}) EXPECT_THAT(text, Not(HasSubstr(words)));
+  for (const char* words : {"release at", "closed loops", "load on a grasp"}) EXPECT_THAT(text, Not(HasSubstr(words)));
 }
 
 TEST(TextTable, AlignsColumnsByCharactersNotBytes) {

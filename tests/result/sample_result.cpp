@@ -74,7 +74,7 @@ void describe_law(ImpactReport& report) {
   report.grasps[0].rebound = rebound;
   report.grasps[0].profile = ForceProfile{};
   report.hypothesis = "stronge";
-  report.inconsistent = "grip 1, linear y";
+  report.inconsistent = "grasp 1, linear y";
   report.held_joints = {{"left-1", 0.25, 0.5}};
   report.compliant = CompliantReport{};
   EndEffectorMeasure measure;
@@ -129,12 +129,12 @@ ImpactReport impact() {
 }
 
 // The first holds for 25 s, the second misses.
-std::vector<GripOutcome> grips() {
-  std::vector<GripOutcome> both(2);
-  for (GripOutcome& grip : both) {
-    grip.target = "debris";
-    grip.judged = true;
-    grip.distance = next(), grip.angle = next(), grip.velocity = next(), grip.angular_velocity = next();
+std::vector<GraspOutcome> grasps() {
+  std::vector<GraspOutcome> both(2);
+  for (GraspOutcome& grasp : both) {
+    grasp.target = "debris";
+    grasp.judged = true;
+    grasp.distance = next(), grasp.angle = next(), grasp.velocity = next(), grasp.angular_velocity = next();
   }
   both[0].end_effector = "left", both[0].grasp_point = "handle";
   both[0].captured = true, both[0].reason = "within the envelope";
@@ -169,8 +169,8 @@ CaptureResult sample_result() {
   plan.final_position = {next(), next()};
   plan.final_rates = {next(), next()};
   plan.searched = plan.found = true;
-  plan.measure = "excursion";
-  plan.measure_value = next();
+  plan.objective = "excursion";
+  plan.objective_value = next();
   plan.miss = {{"left", next(), next()}, {"right", next(), next()}};
   plan.starts = 5, plan.solutions = 4, plan.iterations = 23;
   plan.rhs_evaluations = 1234;
@@ -178,7 +178,7 @@ CaptureResult sample_result() {
   plan.straight_in = StraightInReport{15, 0.3, 0.02, next(), true, 16, 17, next(), 16.5, 1e-13};
   result.plan = plan;
   result.capture_time = 20;
-  result.grips = grips();
+  result.grasps = grasps();
   result.clearance = {{0.25, "left_link", "debris", next_vector(), next_vector(), 12, "approach"},
                       {-0.05, "base", "debris", next_vector(), next_vector(), 33, "post_impact"}};
   result.clearance_events = {{"post_impact", 32, 34, 0, result.clearance[1], 32}};
@@ -194,7 +194,7 @@ CaptureResult sample_result() {
   result.releases = {{45, {"left", "right"}, {"debris", "debris"}}};
   result.loops = {
       {"post_impact", {"right - debris", "third - debris"}, 12, 9, next(), next(), next(), next(), next(), next()}};
-  result.grip_loads = {
+  result.grasp_loads = {
       {"post_impact", "left", "debris", next(), next(), next(), next(), {true, true, true, true, true, true}},
       {"post_impact", "right", "debris", next(), next(), next(), next(), {true, false, true, true, true, true}}};
   result.post_impact_end = phase_end(70);

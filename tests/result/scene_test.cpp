@@ -43,7 +43,7 @@ Scene sample_scene() {
   scene.grasp_points = {{"bus", "ring", {0, 1, 0}, {}}, {"bus", "bar", {0, 2, 0}, Vector3d{0, 0.8, 0.6}}};
   scene.grasps = {{"hand", "bus", "bar", "hinge"}};
   scene.meshes = {{"part.stl", {0, 0, 0, 1, 0, 0, 0, 0.1, 0, 0, 0, 1}, {0, 1, 2, 0, 3, 1}}};
-  scene.limits.grips = {{"hand", 0.02, std::numeric_limits<double>::infinity()}};
+  scene.limits.grasps = {{"hand", 0.02, std::numeric_limits<double>::infinity()}};
   scene.limits.clearance = 0.05;
   return scene;
 }
@@ -155,8 +155,8 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
   EXPECT_TRUE(json["grasp_points"][0]["approach_direction"].is_null());
   EXPECT_EQ(keys(json["grasps"][0]), "end_effector target grasp_point model ");
   EXPECT_EQ(keys(json["meshes"][0]), "name vertices triangles ");
-  EXPECT_EQ(keys(json["limits"]), "grips clearance ");
-  EXPECT_EQ(json["limits"]["grips"][0],
+  EXPECT_EQ(keys(json["limits"]), "grasps clearance ");
+  EXPECT_EQ(json["limits"]["grasps"][0],
             (Json{{"end_effector", "hand"}, {"position", 0.02}, {"velocity", nullptr}}));  // infinite: any
   EXPECT_EQ(json["limits"]["clearance"], 0.05);
   EXPECT_EQ(sample_text().back(), '\n');
@@ -184,7 +184,7 @@ TEST_F(SceneFile, SaysWhatIsDamagedAndWhere) {
             "bodies[0].geometry.shape: 'torus' is none of box, cylinder, capsule, sphere, mesh");
   EXPECT_EQ(fault("/bodies/0/geometry/mesh", 1), "bodies[0].geometry.mesh: 1 is out of range: there are 1");
   EXPECT_EQ(fault("/bodies/0/geometry/mesh", -1), "bodies[0].geometry.mesh: not a whole number from 0");
-  EXPECT_EQ(fault("/end_effectors/0/body", "leg"), "end_effectors[0].body: there is no 'leg'");
+  EXPECT_EQ(fault("/end_effectors/0/body", "segment"), "end_effectors[0].body: there is no 'segment'");
   EXPECT_EQ(fault("/grasp_points/1/target", "moon"), "grasp_points[1].target: there is no 'moon'");
   EXPECT_EQ(fault("/grasps/0/end_effector", "foot"), "grasps[0].end_effector: there is no 'foot'");
   EXPECT_EQ(fault("/grasps/0/grasp_point", "rod"), "grasps[0].grasp_point: 'bus' has no grasp point 'rod'");

@@ -34,7 +34,7 @@ TEST(Summary, HasEveryKeyOfTheContract) {
               "");
   expect_keys(summary["scenario"], {"name", "sha256"}, "scenario");
   expect_keys(summary["approach"], {"start", "end", "planned_final_rates", "plan"}, "approach");
-  expect_keys(summary["post_impact"], {"end", "loops", "grip_loads"}, "post_impact");
+  expect_keys(summary["post_impact"], {"end", "loops", "grasp_loads"}, "post_impact");
   for (const json& end : {summary["approach"]["start"], summary["approach"]["end"], summary["post_impact"]["end"]}) {
     expect_keys(end, {"time", "base", "joints", "end_effectors", "targets"}, "end");
     expect_keys(end["base"], kBody, "end.base");
@@ -120,7 +120,7 @@ TEST(Summary, HasWhatLawsMeasuresAndRatingsSay) {
               "impact.compliant");
   expect_keys(impact["measures"],
               {"end_effectors", "largest_impulse", "smallest_impulse", "coupled_index", "miss_of_robot_com",
-               "miss_of_system_com", "base_response", "zero_disturbance", "zero_turning"},
+               "miss_of_system_com", "base_response", "zero_disturbance", "zero_base_angular_velocity"},
               "impact.measures");
   expect_keys(impact["measures"]["end_effectors"][0],
               {"end_effector", "inverse_inertia", "pair_inverse_inertia", "linear_axes", "linear_mass", "angular_axes",
@@ -165,9 +165,9 @@ TEST(Summary, HasLoopsLaterImpactsAndReleases) {
                "unprojected_angular_velocity", "correction_total", "integration_error"},
               "post_impact.loops[]");
   expect_keys(
-      summary["post_impact"]["grip_loads"][0],
+      summary["post_impact"]["grasp_loads"][0],
       {"phase", "end_effector", "target", "largest_force", "force_time", "largest_moment", "moment_time", "determined"},
-      "post_impact.grip_loads[]");
+      "post_impact.grasp_loads[]");
 }
 
 TEST(Summary, PutsEachValueOfLoopsUnderItsOwnKey) {
@@ -200,23 +200,24 @@ TEST(Summary, PutsEachValueOfLoopsUnderItsOwnKey) {
   EXPECT_EQ(loops["unprojected_angular_velocity"], kept.unprojected_angular_velocity);
   EXPECT_EQ(loops["correction_total"], kept.correction_total);
   EXPECT_EQ(loops["integration_error"], kept.integration_error);
-  const GripLoad& load = result.grip_loads[1];
-  const json& grip = summary["post_impact"]["grip_loads"][1];
-  EXPECT_EQ(grip["end_effector"], "right");
-  EXPECT_EQ(grip["largest_force"], load.largest_force);
-  EXPECT_EQ(grip["force_time"], load.force_time);
-  EXPECT_EQ(grip["largest_moment"], load.largest_moment);
-  EXPECT_EQ(grip["moment_time"], load.moment_time);
-  EXPECT_EQ(grip["determined"], load.determined);
+  const GraspLoad& load = result.grasp_loads[1];
+  const json& grasp = summary["post_impact"]["grasp_loads"][1];
+  EXPECT_EQ(grasp["end_effector"], "right");
+  EXPECT_EQ(grasp["largest_force"], load.largest_force);
+  EXPECT_EQ(grasp["force_time"], load.force_time);
+  EXPECT_EQ(grasp["largest_moment"], load.largest_moment);
+  EXPECT_EQ(grasp["moment_time"], load.moment_time);
+  EXPECT_EQ(grasp["determined"], load.determined);
 }
 
 TEST(Summary, HasPlanCaptureClearanceAndLimits) {
   const json summary = parsed(test::sample_result());
   const json& plan = summary["approach"]["plan"];
-  expect_keys(plan,
-              {"joints", "final_position", "final_rates", "unmet_rate", "rhs_evaluations", "found", "measure",
-               "measure_value", "miss", "starts", "solutions", "iterations", "smallest_singular_value", "straight_in"},
-              "approach.plan");
+  expect_keys(
+      plan,
+      {"joints", "final_position", "final_rates", "unmet_rate", "rhs_evaluations", "found", "measure",
+       "objective_value", "miss", "starts", "solutions", "iterations", "smallest_singular_value", "straight_in"},
+      "approach.plan");
   expect_keys(plan["miss"][0], {"end_effector", "distance", "angle"}, "approach.plan.miss[]");
   expect_keys(plan["straight_in"],
               {"begin", "stand_off", "final_speed", "smallest_singular_value", "damped", "damped_interval", "unmet",
@@ -244,7 +245,7 @@ TEST(Summary, HasPlanCaptureClearanceAndLimits) {
   EXPECT_EQ(clearance["least"]["bodies"], (std::vector<std::string>{"base", "debris"}));
   expect_keys(clearance["phases"][0], {"phase", "distance", "bodies", "points", "time"}, "clearance.phases[]");
   expect_keys(clearance["events"][0],
-              {"phase", "bodies", "begin", "end", "required", "least_distance", "least_time", "overlap_begin"},
+              {"phase", "bodies", "begin", "end", "required", "minimum_distance", "minimum_time", "overlap_begin"},
               "clearance.events[]");
   expect_keys(summary["limits"]["events"][0],
               {"kind", "joint", "phase", "begin", "end", "limit", "worst_value", "worst_time"}, "limits.events[]");
@@ -344,7 +345,7 @@ TEST(Summary, LeavesAbsentPhasesOut) {
   EXPECT_EQ(summary["status"], "not_run");
   result = test::sample_result();
   result.loops.clear();
-  result.grip_loads.clear();
+  result.grasp_loads.clear();
   expect_keys(parsed(result)["post_impact"], {"end"}, "post_impact without loops and loads");
   result.impact->as_published.reset();
   result.impact->as_published_absent = "(J^T)+ is not defined here";

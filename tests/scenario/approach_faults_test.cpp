@@ -88,11 +88,11 @@ const std::vector<FaultCase> kCases{
       "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is nothing to reach"}},
     {"plan_unknown_measure",
      {way("plan: {measure: nearby}")},
-     {"scenario.yaml:32:19: error: unknown value 'nearby' for approach.plan.measure; allowed are excursion, nearest, "
+     {"scenario.yaml:32:19: error: unknown value 'nearby' for approach.plan.objective; allowed are excursion, nearest, "
       "limits, manipulability, as_found"}},
     {"plan_nearest_without_guess",
-     {way("plan: {measure: nearest}")},
-     {"scenario.yaml:32:9: error: missing key 'guess' in approach.plan, needed with measure: nearest"}},
+     {way("plan: {objective: nearest}")},
+     {"scenario.yaml:32:9: error: missing key 'guess' in approach.plan, needed with objective: nearest"}},
     {"plan_guess_beyond_limit",
      {way("plan: {guess: {shoulder: 3, elbow: 0}}")},
      {"scenario.yaml:32:28: error: approach.plan.guess.shoulder is 3, beyond the joint's limits -2 to 2"}},

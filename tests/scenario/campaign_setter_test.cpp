@@ -143,10 +143,10 @@ TEST(ProblemSetter, OfImpactLaws) {
   expect_set(contact, "impact.restitution", 0.9375);
   expect_set(contact, "impact.friction", 1.125);
   Base compliant("scenarios/compliant-grip.yaml", {});
-  expect_set(compliant, "impact.grip.linear_stiffness");
-  expect_set(compliant, "impact.grip.linear_damping");
-  expect_set(compliant, "impact.grip.angular_stiffness");
-  expect_set(compliant, "impact.grip.angular_damping");
+  expect_set(compliant, "impact.grasp.linear_stiffness");
+  expect_set(compliant, "impact.grasp.linear_damping");
+  expect_set(compliant, "impact.grasp.angular_stiffness");
+  expect_set(compliant, "impact.grasp.angular_damping");
   Base momentum("scenarios/thesis/open-loop-case-1.yaml",
                 {{"initial.base.momentum", "{linear: [1, 2, 3], angular: [0.1, 0.2, 0.3]}"},
                  {"contact", "{gap: refuse, limit: 1, largest_gap: 2}"}});

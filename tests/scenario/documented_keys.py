@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 SUPERSCRIPTS = {"²": "^2", "³": "^3"}
 # Keys that a sentence describes wherever they occur, or a table of their own kind.
 ELSEWHERE = re.compile(r"(^|\.)(position|quaternion_wxyz|rpy|geometry\.\w+|robot\.\w.*)$|\.inertia\.\w+$|origin\.|\.momentum$"
-                       r"|(^|\.)(tracking|noise|straight_in|state|limits|friction|rating|contact|grip|time|base|joint|origin)$")
+                       r"|(^|\.)(tracking|noise|straight_in|state|limits|friction|rating|contact|grasp|time|base|joint|origin)$")
 
 
 def resolved(root, node):

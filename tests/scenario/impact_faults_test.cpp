@@ -17,7 +17,7 @@ TEST_P(ImpactFault, IsReportedWithItsPlace) {
 Edit impact(const std::string& keys) { return {"impact: {duration: 1e-3}", "impact: {" + keys + "}"}; }
 // A contact on a sphere, whose surface is known.
 Edit on_sphere() { return {"    grasp_points", "    geometry: {shape: sphere, radius: 0.5}\n    grasp_points"}; }
-const std::string kGrip = "grip: {linear_stiffness: 1e5, angular_stiffness: 1e3}";
+const std::string kGrasp = "grasp: {linear_stiffness: 1e5, angular_stiffness: 1e3}";
 
 const std::vector<FaultCase> kCases{
     // --- Accepted ---
@@ -26,7 +26,7 @@ const std::vector<FaultCase> kCases{
      {impact("law: friction, friction: 0.3, restitution: 0.5, hypothesis: newton, joints: braked"),
       with_grasp("model: contact"), on_sphere()},
      {}},
-    {"compliant_accepted", {impact("law: compliant, longest: 0.5, settled: 1e-6, " + kGrip)}, {}},
+    {"compliant_accepted", {impact("law: compliant, longest: 0.5, settled: 1e-6, " + kGrasp)}, {}},
     {"compliant_contact_accepted",
      {impact("law: compliant, friction: 0.2, contact: {model: hunt_crossley, stiffness: 1e6, damping: 0.3, exponent: "
              "1.5, slip_speed: 1e-3}"),
@@ -50,9 +50,9 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:35:28: error: impact.friction has no meaning with law restitution; it belongs to friction, "
       "compliant"}},
     {"compliance_of_plastic",
-     {impact("contact: {stiffness: 1}, " + kGrip + ", longest: 1, settled: 1e-3")},
+     {impact("contact: {stiffness: 1}, " + kGrasp + ", longest: 1, settled: 1e-3")},
      {"scenario.yaml:34:10: error: impact.contact has no meaning with law plastic; it belongs to compliant",
-      "scenario.yaml:34:35: error: impact.grip has no meaning with law plastic; it belongs to compliant",
+      "scenario.yaml:34:35: error: impact.grasp has no meaning with law plastic; it belongs to compliant",
       "scenario.yaml:34:90: error: impact.longest has no meaning with law plastic; it belongs to compliant",
       "scenario.yaml:34:102: error: impact.settled has no meaning with law plastic; it belongs to compliant"}},
     {"joints_of_as_published",
@@ -88,47 +88,47 @@ const std::vector<FaultCase> kCases{
     {"contact_of_plastic",
      {with_grasp("model: contact"), on_sphere()},
      {"scenario.yaml:30:59: error: grasps[0].model: contact has no meaning with impact.law plastic; use restitution, "
-      "friction or compliant, or let it grip (rigid, hinge, point)"}},
+      "friction or compliant, or let it grasp (rigid, hinge, point)"}},
     {"contact_of_as_published",
      {impact("law: as_published"), with_grasp("model: contact"), on_sphere()},
      {"scenario.yaml:30:59: error: grasps[0].model: contact has no meaning with impact.law as_published; use "
-      "restitution, friction or compliant, or let it grip (rigid, hinge, point)"}},
+      "restitution, friction or compliant, or let it grasp (rigid, hinge, point)"}},
     {"contact_without_normal",
      {impact("law: friction"), with_grasp("model: contact")},
      {"scenario.yaml:29:59: error: grasps[0].model: contact needs the surface's normal: give grasp point 'grip' of "
       "target 'ball' a normal, or an approach_direction (the normal is against it)"}},
-    {"friction_of_grips_only",
+    {"friction_of_grasps_only",
      {impact("law: friction")},
-     {"scenario.yaml:34:15: error: impact.law: friction is for contacts, and every grasp here is a grip; give a grasp "
+     {"scenario.yaml:34:15: error: impact.law: friction is for contacts, and every grasp here is a grasp; give a grasp "
       "model: contact, or use law bilateral_restitution or plastic"}},
     {"normal_not_unit",
      {with_point("normal: [0, 2, 0]")},
      {"scenario.yaml:27:53: error: targets[0].grasp_points[0].normal has length 2, must be a unit vector; normalised "
       "it is [0, 1, 0]"}},
     // --- Compliance ---
-    {"compliant_without_grip",
+    {"compliant_without_grasp",
      {impact("law: compliant")},
-     {"scenario.yaml:34:15: error: impact.law: compliant needs impact.grip with the stiffness of the grips"}},
+     {"scenario.yaml:34:15: error: impact.law: compliant needs impact.grasp with the stiffness of the grasps"}},
     {"compliant_without_contact",
-     {impact("law: compliant, " + kGrip), with_grasp("model: contact"), on_sphere()},
+     {impact("law: compliant, " + kGrasp), with_grasp("model: contact"), on_sphere()},
      {"scenario.yaml:35:15: error: impact.law: compliant needs impact.contact with the stiffness of the contacts"}},
-    {"grip_without_angular_stiffness",
-     {impact("law: compliant, grip: {linear_stiffness: 1e5}")},
-     {"scenario.yaml:34:26: error: missing key 'angular_stiffness' in impact.grip: rigid grips and hinges hold "
+    {"grasp_without_angular_stiffness",
+     {impact("law: compliant, grasp: {linear_stiffness: 1e5}")},
+     {"scenario.yaml:34:26: error: missing key 'angular_stiffness' in impact.grasp: rigid grasps and hinges hold "
       "rotations too"}},
-    {"grip_without_linear_stiffness",
-     {impact("law: compliant, grip: {angular_stiffness: 1e5}")},
-     {"scenario.yaml:34:32: error: missing key 'linear_stiffness' in impact.grip"}},
-    {"grip_of_point_needs_no_angular_stiffness",
-     {impact("law: compliant, grip: {linear_stiffness: 1e5}"), with_grasp("model: point")},
+    {"grasp_without_linear_stiffness",
+     {impact("law: compliant, grasp: {angular_stiffness: 1e5}")},
+     {"scenario.yaml:34:32: error: missing key 'linear_stiffness' in impact.grasp"}},
+    {"grasp_of_point_needs_no_angular_stiffness",
+     {impact("law: compliant, grasp: {linear_stiffness: 1e5}"), with_grasp("model: point")},
      {}},
     {"stiffness_zero",
-     {impact("law: compliant, grip: {linear_stiffness: 0, angular_stiffness: -1, linear_damping: -1, "
+     {impact("law: compliant, grasp: {linear_stiffness: 0, angular_stiffness: -1, linear_damping: -1, "
              "angular_damping: -2}")},
-     {"scenario.yaml:34:51: error: impact.grip.linear_stiffness is 0, must be greater than 0 [N/m]",
-      "scenario.yaml:34:73: error: impact.grip.angular_stiffness is -1, must be greater than 0 [N m/rad]",
-      "scenario.yaml:34:93: error: impact.grip.linear_damping is -1, must be at least 0 [N s/m]",
-      "scenario.yaml:34:114: error: impact.grip.angular_damping is -2, must be at least 0 [N m s/rad]"}},
+     {"scenario.yaml:34:51: error: impact.grasp.linear_stiffness is 0, must be greater than 0 [N/m]",
+      "scenario.yaml:34:73: error: impact.grasp.angular_stiffness is -1, must be greater than 0 [N m/rad]",
+      "scenario.yaml:34:93: error: impact.grasp.linear_damping is -1, must be at least 0 [N s/m]",
+      "scenario.yaml:34:114: error: impact.grasp.angular_damping is -2, must be at least 0 [N m s/rad]"}},
     {"contact_ranges",
      {impact("law: compliant, contact: {model: herz, stiffness: -1, damping: -1, exponent: 0.5, slip_speed: 0}"),
       with_grasp("model: contact"), on_sphere()},
@@ -141,7 +141,7 @@ const std::vector<FaultCase> kCases{
      {impact("law: compliant, contact: {}"), with_grasp("model: contact"), on_sphere()},
      {"scenario.yaml:35:35: error: missing key 'stiffness' in impact.contact"}},
     {"longest_and_settled",
-     {impact("law: compliant, longest: 0, settled: 0.5, " + kGrip)},
+     {impact("law: compliant, longest: 0, settled: 0.5, " + kGrasp)},
      {"scenario.yaml:34:35: error: impact.longest is 0, must be greater than 0 [s]",
       "scenario.yaml:34:47: error: impact.settled is 0.5, must be greater than 0 and at most 0.1"}},
     // --- Arrival ---

@@ -24,7 +24,7 @@ TEST(LoadApproach, DefaultsAreThoseOfThePlainStructs) {
                                      "{position: 0.1}}\n  base_control: {kp: 1, kd: 2}"),
                                  with_tip(kAxis), with_point(kDirection), with_wrench("{body: base}")});
   const ApproachSetup& a = *p.approach;
-  EXPECT_EQ(a.plan->measure, PlanSetup{}.measure);
+  EXPECT_EQ(a.plan->objective, PlanSetup{}.objective);
   EXPECT_EQ(a.plan->starts, PlanSetup{}.starts);
   EXPECT_EQ(a.plan->seed, PlanSetup{}.seed);
   EXPECT_EQ(a.straight_in->final_speed, StraightIn{}.final_speed);
@@ -83,19 +83,19 @@ TEST(LoadApproach, OrientationOfAGrasp) {
 
 TEST(LoadApproach, Plan) {
   const CaptureProblem p =
-      load({way("plan: {measure: nearest, guess: {elbow: 1, shoulder: -1}, starts: 7, seed: 42}")});
+      load({way("plan: {objective: nearest, guess: {elbow: 1, shoulder: -1}, starts: 7, seed: 42}")});
   const ApproachSetup& a = *p.approach;
   ASSERT_TRUE(a.plan);
-  EXPECT_EQ(a.plan->measure, PlanSetup::Measure::nearest);
+  EXPECT_EQ(a.plan->objective, PlanSetup::Objective::nearest);
   EXPECT_THAT(a.plan->guess, ElementsAre(-1, 1));
   EXPECT_EQ(a.plan->starts, 7);
   EXPECT_EQ(a.plan->seed, 42u);
   EXPECT_TRUE(a.final_position.empty());
   EXPECT_FALSE(a.sampled);
-  using Measure = PlanSetup::Measure;
-  EXPECT_EQ(load({way("plan: {measure: limits}")}).approach->plan->measure, Measure::limits);
-  EXPECT_EQ(load({way("plan: {measure: manipulability}")}).approach->plan->measure, Measure::manipulability);
-  EXPECT_EQ(load({way("plan: {measure: as_found}")}).approach->plan->measure, Measure::as_found);
+  using Objective = PlanSetup::Objective;
+  EXPECT_EQ(load({way("plan: {objective: limits}")}).approach->plan->objective, Objective::limits);
+  EXPECT_EQ(load({way("plan: {measure: manipulability}")}).approach->plan->objective, Objective::manipulability);
+  EXPECT_EQ(load({way("plan: {measure: as_found}")}).approach->plan->objective, Objective::as_found);
   EXPECT_EQ(load({way("plan: {seed: 9007199254740991}")}).approach->plan->seed, 9007199254740991u);
 }
 
@@ -179,7 +179,7 @@ TEST(LoadApproach, TrackingAndControl) {
   EXPECT_EQ((*post.R_WD)(1, 1), -1);
 }
 
-// A held base is let go at the impact.
+// A held base is released at the impact.
 TEST(LoadApproach, HeldBaseMayBeControlledAfterTheImpact) {
   EXPECT_TRUE(
       load({{"base: {mass: 100,", "base: {mode: held, mass: 100,"}, with_post_impact("base_control: {kp: 1, kd: 1}")})

@@ -112,7 +112,7 @@ std::string rich_scenario() {
   return edited(kSmallScenario,
                 {with_tip("approach_axis: [1, 0, 0], envelope: {position: 0.1, angle: 0.2}"),
                  with_point("approach_direction: [0, -1, 0]"), with_grasp("orientation: axis"),
-                 way("profile: quintic\n  plan: {measure: nearest, guess: [0, 0], starts: 3, seed: 1}\n"
+                 way("profile: quintic\n  plan: {objective: nearest, guess: [0, 0], starts: 3, seed: 1}\n"
                      "  straight_in: {stand_off: 0.5, duration: 4, final_speed: 0.02}\n"
                      "  waypoints:\n"
                      "    - {time: 5, joints: {shoulder: 0.3, elbow: 0.4}, rates: {elbow: 0.5}}\n"
@@ -147,8 +147,8 @@ TEST(Mutation, OnlySuccessOrInputError) {
     const std::size_t damages = i % 3 == 0 ? 3 : 1;
     for (std::size_t k = 0; k < damages; ++k) text = damaged(std::move(text), random);
     const auto path = folder.write("scenarios/thesis/mutant.yaml", text);
-    std::vector<Fault> doubts;
-    try_to([&] { load_scenario(path, {}, &doubts); }, text, tally);
+    std::vector<Fault> warnings;
+    try_to([&] { load_scenario(path, {}, &warnings); }, text, tally);
     if (i % 4 == 0) try_to([&] { load_robot(path); }, text, tally);
     if (HasFailure()) return;
   }

@@ -11,8 +11,8 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-std::vector<std::string> doubts_with(const std::vector<Edit>& edits) {
-  return doubts_of(edited(kSmallScenario, edits));
+std::vector<std::string> warnings_with(const std::vector<Edit>& edits) {
+  return warnings_of(edited(kSmallScenario, edits));
 }
 Edit of_ball(const std::string& mass, const std::string& inertia) {
   return {"mass: 10\n    inertia: [1, 1, 1]", "mass: " + mass + "\n    inertia: " + inertia};
@@ -21,82 +21,82 @@ Edit with_shape(const std::string& shape) {
   return {"    grasp_points", "    geometry: " + shape + "\n    grasp_points"};
 }
 
-TEST(Doubts, NoneOfWhatIsShipped) {
+TEST(Warnings, NoneOfWhatIsShipped) {
   for (const auto& path : shipped_scenarios()) {
     SCOPED_TRACE(path);
-    std::vector<Fault> doubts;
-    load_scenario(path, {}, &doubts);
-    for (const Fault& doubt : doubts) ADD_FAILURE() << doubt.text();
+    std::vector<Fault> warnings;
+    load_scenario(path, {}, &warnings);
+    for (const Fault& doubt : warnings) ADD_FAILURE() << doubt.text();
   }
   for (const auto& path : shipped_robots()) {
     SCOPED_TRACE(path);
-    std::vector<Fault> doubts;
-    load_robot(path, &doubts);
-    for (const Fault& doubt : doubts) ADD_FAILURE() << doubt.text();
+    std::vector<Fault> warnings;
+    load_robot(path, &warnings);
+    for (const Fault& doubt : warnings) ADD_FAILURE() << doubt.text();
   }
-  EXPECT_THAT(doubts_of(kSmallScenario), IsEmpty());
+  EXPECT_THAT(warnings_of(kSmallScenario), IsEmpty());
 }
 
-TEST(Doubts, InertiaWithoutAShape) {
+TEST(Warnings, InertiaWithoutAShape) {
   EXPECT_THAT(
-      doubts_with({of_ball("8000", "[17, 17, 17]")}),
+      warnings_with({of_ball("8000", "[17, 17, 17]")}),
       ElementsAre("scenario.yaml:24:14: warning: targets[0].inertia: the moment of inertia 17 kg m^2 and the mass "
                   "8000 kg make a radius of gyration of 0.0461 m, and a ball of the densest metal has more; is "
                   "the inertia in t m^2, or the mass in g?"));
   EXPECT_THAT(
-      doubts_with({of_ball("8", "[129000, 129000, 129000]")}),
+      warnings_with({of_ball("8", "[129000, 129000, 129000]")}),
       ElementsAre("scenario.yaml:24:14: warning: targets[0].inertia: the moment of inertia 129000 kg m^2 and the "
                   "mass 8 kg make a radius of gyration of 127 m, and more than 10 m is hardly meant; is the mass "
                   "in t?"));
-  EXPECT_THAT(doubts_with({of_ball("8000", "[17000, 17000, 17000]")}), IsEmpty());
+  EXPECT_THAT(warnings_with({of_ball("8000", "[17000, 17000, 17000]")}), IsEmpty());
   // A station of 420 t may be large; a rod may turn easily about its own axis.
-  EXPECT_THAT(doubts_with({of_ball("420000", "[1e8, 1.3e8, 2e8]")}), IsEmpty());
-  EXPECT_THAT(doubts_with({of_ball("10", "[0.0001, 3, 3]")}), IsEmpty());
+  EXPECT_THAT(warnings_with({of_ball("420000", "[1e8, 1.3e8, 2e8]")}), IsEmpty());
+  EXPECT_THAT(warnings_with({of_ball("10", "[0.0001, 3, 3]")}), IsEmpty());
   EXPECT_THAT(
-      doubts_with({{"base: {mass: 100, inertia: [10, 10, 10]}", "base: {mass: 100, inertia: [1e6, 1e6, 1e6]}"}}),
+      warnings_with({{"base: {mass: 100, inertia: [10, 10, 10]}", "base: {mass: 100, inertia: [1e6, 1e6, 1e6]}"}}),
       ElementsAre(HasSubstr("scenario.yaml:4:30: warning: robot.base.inertia: the moment of inertia 1e+06 kg m^2")));
   // The largest principal moment, whatever the axes: of this matrix it is 2 + 0.9.
-  EXPECT_THAT(doubts_with({of_ball("0.01", "[2, 2, 2, 0.9, 0, 0]")}),
+  EXPECT_THAT(warnings_with({of_ball("0.01", "[2, 2, 2, 0.9, 0, 0]")}),
               ElementsAre(HasSubstr("the moment of inertia 2.9 kg m^2")));
 }
 
-TEST(Doubts, InertiaWithAShape) {
+TEST(Warnings, InertiaWithAShape) {
   const Edit ball = with_shape("{shape: sphere, radius: 0.5}");
-  EXPECT_THAT(doubts_with({ball}), IsEmpty());
-  EXPECT_THAT(doubts_with({ball, of_ball("10", "[40, 40, 40]")}),
+  EXPECT_THAT(warnings_with({ball}), IsEmpty());
+  EXPECT_THAT(warnings_with({ball, of_ball("10", "[40, 40, 40]")}),
               ElementsAre(HasSubstr("make a radius of gyration of 2 m, and the shape ends 0.5 m from the centre of "
                                     "mass")));
-  EXPECT_THAT(doubts_with({ball, of_ball("10", "[0.004, 0.004, 0.004]")}),
+  EXPECT_THAT(warnings_with({ball, of_ball("10", "[0.004, 0.004, 0.004]")}),
               ElementsAre(HasSubstr("make a radius of gyration of 0.02 m")));
-  EXPECT_THAT(doubts_with({with_shape("{shape: box, size: [0.5, 1, 10]}"), of_ball("10", "[90, 90, 1]")}), IsEmpty());
+  EXPECT_THAT(warnings_with({with_shape("{shape: box, size: [0.5, 1, 10]}"), of_ball("10", "[90, 90, 1]")}), IsEmpty());
 }
 
-TEST(Doubts, AnglesAndRatesInDegrees) {
+TEST(Warnings, AnglesAndRatesInDegrees) {
   EXPECT_THAT(
-      doubts_with({{"state: {position: [2, 0, 0], angular_velocity: [0, 0, 0.2]}",
-                    "state: {position: [2, 0, 0], rpy: [0, 0, -90], angular_velocity: [0, 0, 12]}"}}),
+      warnings_with({{"state: {position: [2, 0, 0], angular_velocity: [0, 0, 0.2]}",
+                      "state: {position: [2, 0, 0], rpy: [0, 0, -90], angular_velocity: [0, 0, 12]}"}}),
       ElementsAre("scenario.yaml:25:46: warning: targets[0].state.rpy[2] is -90 rad, more than a full turn; angles "
                   "are in rad, -90 degrees would be -1.57079633",
                   "scenario.yaml:25:77: warning: targets[0].state.angular_velocity[2] is 12 rad/s, 1.91 turns per "
                   "second; rates are in rad/s, 12 deg/s would be 0.20943951"));
   EXPECT_THAT(
-      doubts_with({{"elbow: 1}", "elbow: 45}"}}),
+      warnings_with({{"elbow: 1}", "elbow: 45}"}}),
       ElementsAre("scenario.yaml:20:34: warning: initial.joints.elbow is 45 rad, more than a full turn; angles are "
                   "in rad, 45 degrees would be 0.785398163"));
-  EXPECT_THAT(doubts_with({{"[0.2, -0.4]", "[0.2, -40]"}}),
+  EXPECT_THAT(warnings_with({{"[0.2, -0.4]", "[0.2, -40]"}}),
               ElementsAre(HasSubstr("approach.final_joints[1] (joint 'elbow') is -40 rad")));
-  EXPECT_THAT(doubts_with({{"{match: velocity}", "{elbow: 10}"}}),
+  EXPECT_THAT(warnings_with({{"{match: velocity}", "{elbow: 10}"}}),
               ElementsAre(HasSubstr("approach.final_rates.elbow is 10 rad/s")));
   // A slide may go ten metres; a full turn is one.
   EXPECT_THAT(
-      doubts_with({{"{name: elbow, type: revolute", "{name: elbow, type: prismatic"}, {"elbow: 1}", "elbow: 10}"}}),
+      warnings_with({{"{name: elbow, type: revolute", "{name: elbow, type: prismatic"}, {"elbow: 1}", "elbow: 10}"}}),
       IsEmpty());
-  EXPECT_THAT(doubts_with({{"elbow: 1}", "elbow: 6.283185307179586}"}}), IsEmpty());
+  EXPECT_THAT(warnings_with({{"elbow: 1}", "elbow: 6.283185307179586}"}}), IsEmpty());
 }
 
-TEST(Doubts, QuaternionsInAnotherOrder) {
+TEST(Warnings, QuaternionsInAnotherOrder) {
   const auto turned = [](const std::string& q) {
-    return doubts_with({{"position: [2, 0, 0],", "position: [2, 0, 0], quaternion_wxyz: " + q + ","}});
+    return warnings_with({{"position: [2, 0, 0],", "position: [2, 0, 0], quaternion_wxyz: " + q + ","}});
   };
   EXPECT_THAT(turned("[0, 0, 0, 1]"),
               ElementsAre("scenario.yaml:25:51: warning: targets[0].state.quaternion_wxyz turns by 180 degrees; in the "
@@ -108,21 +108,22 @@ TEST(Doubts, QuaternionsInAnotherOrder) {
   EXPECT_THAT(turned("[0.70710678118654752, 0, 0, 0.70710678118654752]"), IsEmpty());
 }
 
-TEST(Doubts, GraspPoints) {
+TEST(Warnings, GraspPoints) {
   const Edit ball = with_shape("{shape: sphere, radius: 0.5}");
   EXPECT_THAT(
-      doubts_with({ball, {"{name: grip, position: [0, 0.5, 0]}", "{name: grip, position: [2, 0.5, 0]}"}}),
+      warnings_with({ball, {"{name: grip, position: [0, 0.5, 0]}", "{name: grip, position: [2, 0.5, 0]}"}}),
       ElementsAre("scenario.yaml:28:32: warning: targets[0].grasp_points[0].position is 2.062 m from the target's "
                   "origin, and its shape ends at 0.5 m; positions of grasp points are in the target's frame, in m"));
   EXPECT_THAT(
-      doubts_with({with_tip("approach_axis: [1, 0, 0]"), with_point("approach_direction: [0, 1, 0]")}),
+      warnings_with({with_tip("approach_axis: [1, 0, 0]"), with_point("approach_direction: [0, 1, 0]")}),
       ElementsAre("scenario.yaml:27:65: warning: targets[0].grasp_points[0].approach_direction leads away from the "
                   "target: it is the direction in which the end-effector comes in; is [0, -1, 0] meant?"));
-  EXPECT_THAT(doubts_with({with_tip("approach_axis: [1, 0, 0]"), with_point("approach_direction: [0, -1, 0]")}),
+  EXPECT_THAT(warnings_with({with_tip("approach_axis: [1, 0, 0]"), with_point("approach_direction: [0, -1, 0]")}),
               IsEmpty());
-  EXPECT_THAT(doubts_with({with_point("normal: [0, -1, 0]")}), ElementsAre(HasSubstr("normal leads into the target")));
+  EXPECT_THAT(warnings_with({with_point("normal: [0, -1, 0]")}),
+              ElementsAre(HasSubstr("normal leads into the target")));
   EXPECT_THAT(
-      doubts_with({with_tip("approach_axis: [-1, 0, 0]")}),
+      warnings_with({with_tip("approach_axis: [-1, 0, 0]")}),
       ElementsAre("scenario.yaml:18:68: warning: robot.end_effectors[0].approach_axis points back from the "
                   "end-effector to the origin of its link 'lower': it is the direction in which the end-effector "
                   "reaches out"));
@@ -134,25 +135,25 @@ const Edit kSecondGrasp{"  - {end_effector: tip, target: ball, point: grip}",
                         "  - {end_effector: tip, target: ball, point: grip}\n"
                         "  - {end_effector: hand, target: ball, point: grip}"};
 
-TEST(Doubts, TwoHandsAtOnePlace) {
+TEST(Warnings, TwoHandsAtOnePlace) {
   EXPECT_THAT(
-      doubts_with({kSecondHand, kSecondGrasp}),
-      ElementsAre("scenario.yaml:31:47: warning: grasps[1]: end-effectors 'tip' and 'hand' grip the same place of "
+      warnings_with({kSecondHand, kSecondGrasp}),
+      ElementsAre("scenario.yaml:31:47: warning: grasps[1]: end-effectors 'tip' and 'hand' grasp the same place of "
                   "target 'ball', where two hands have no room"));
   // One takes over from the other.
-  EXPECT_THAT(doubts_with({kSecondHand,
-                           {"  - {end_effector: tip, target: ball, point: grip}",
-                            "  - {end_effector: tip, target: ball, point: grip}\n"
-                            "  - {end_effector: hand, target: ball, point: grip, closes_at: 25}"},
-                           with_post_impact("release: [{after: 4, end_effectors: [tip]}]")}),
+  EXPECT_THAT(warnings_with({kSecondHand,
+                             {"  - {end_effector: tip, target: ball, point: grip}",
+                              "  - {end_effector: tip, target: ball, point: grip}\n"
+                              "  - {end_effector: hand, target: ball, point: grip, closes_at: 25}"},
+                             with_post_impact("release: [{after: 4, end_effectors: [tip]}]")}),
               IsEmpty());
 }
 
-TEST(Doubts, BodiesThatOverlapAtTheStart) {
+TEST(Warnings, BodiesThatOverlapAtTheStart) {
   const Edit base{"base: {mass: 100, inertia: [10, 10, 10]}",
                   "base: {mass: 100, inertia: [10, 10, 10], geometry: {shape: box, size: [1, 1, 1]}}"};
   const auto at = [&](const std::string& x) {
-    return doubts_with({base, with_shape("{shape: sphere, radius: 0.5}"), {"position: [2, 0, 0]", "position: " + x}});
+    return warnings_with({base, with_shape("{shape: sphere, radius: 0.5}"), {"position: [2, 0, 0]", "position: " + x}});
   };
   EXPECT_THAT(at("[0.9, 0, 0]"),
               ElementsAre("scenario.yaml:25:23: warning: 'base' and target 'ball' overlap by 0.1 m at t "
@@ -164,18 +165,18 @@ TEST(Doubts, BodiesThatOverlapAtTheStart) {
   std::vector<Edit> unwatched = there, allowed = there;
   unwatched.push_back(with_top("clearance: {enabled: false}"));
   allowed.push_back(with_top("clearance: {ignore: [[base, ball]]}"));
-  EXPECT_THAT(doubts_with(unwatched), testing::SizeIs(1));
-  EXPECT_THAT(doubts_with(allowed), IsEmpty());
+  EXPECT_THAT(warnings_with(unwatched), testing::SizeIs(1));
+  EXPECT_THAT(warnings_with(allowed), IsEmpty());
   // The start is found from the capture: the ball drifts in from x = 2.9.
-  EXPECT_THAT(doubts_with({base,
-                           with_shape("{shape: sphere, radius: 0.5}"),
-                           {"position: [2, 0, 0], angular_velocity",
-                            "position: [0.9, 0, 0], velocity: [-0.1, 0, 0], angular_velocity"}}),
+  EXPECT_THAT(warnings_with({base,
+                             with_shape("{shape: sphere, radius: 0.5}"),
+                             {"position: [2, 0, 0], angular_velocity",
+                              "position: [0.9, 0, 0], velocity: [-0.1, 0, 0], angular_velocity"}}),
               IsEmpty());
 }
 
-TEST(Doubts, OfOverridesNameThem) {
-  EXPECT_THAT(doubts_of(kSmallScenario, {{"initial.joints.elbow", "90"}}),
+TEST(Warnings, OfOverridesNameThem) {
+  EXPECT_THAT(warnings_of(kSmallScenario, {{"initial.joints.elbow", "90"}}),
               ElementsAre(HasSubstr("--set initial.joints.elbow=90: warning: initial.joints.elbow is 90 rad")));
 }
 

@@ -129,12 +129,12 @@ std::vector<std::string> faults_of(std::string_view text, const std::vector<Over
   return faults_of_file(folder.write("scenario.yaml", text), overrides);
 }
 
-std::vector<std::string> doubts_of(std::string_view text, const std::vector<Override>& overrides) {
+std::vector<std::string> warnings_of(std::string_view text, const std::vector<Override>& overrides) {
   const TemporaryFolder folder;
-  std::vector<Fault> doubts;
-  load_scenario(folder.write("scenario.yaml", text), overrides, &doubts);
+  std::vector<Fault> warnings;
+  load_scenario(folder.write("scenario.yaml", text), overrides, &warnings);
   std::vector<std::string> result;
-  for (Fault doubt : doubts) {
+  for (Fault doubt : warnings) {
     if (doubt.file.starts_with(folder.path().string())) doubt.file.erase(0, folder.path().string().size() + 1);
     result.push_back(doubt.text());
   }

@@ -40,7 +40,7 @@ std::string edited(std::string text, const std::vector<std::pair<std::string, st
 std::vector<std::string> faults_of(std::string_view text, const std::vector<Override>& overrides = {});
 std::vector<std::string> robot_faults_of(std::string_view text);
 /// Warning texts of a scenario with this content, which must be without faults.
-std::vector<std::string> doubts_of(std::string_view text, const std::vector<Override>& overrides = {});
+std::vector<std::string> warnings_of(std::string_view text, const std::vector<Override>& overrides = {});
 /// Fault texts of a file, with the folder's path removed.
 std::vector<std::string> faults_of_file(const std::filesystem::path& path, const std::vector<Override>& overrides = {});
 

@@ -112,7 +112,7 @@ TEST(Schema, RefusesWhatTheReaderRefuses) {
       with_approach("plan: {}"),
       with_approach("trajectory: motion.csv"),
       way("profile: quintic"),
-      way("plan: {measure: nearest}"),
+      way("plan: {objective: nearest}"),
       way("plan: {starts: 0}"),
       way("plan: {starts: 1001}"),
       way("plan: {seed: -1}"),
@@ -178,7 +178,7 @@ TEST(Schema, AcceptsWhatTheReaderAccepts) {
   const std::vector<std::vector<Edit>> edits{
       {with_tip("envelope: {angle: 0.1}")},
       {way("plan: {}")},
-      {way("plan: {measure: nearest, guess: [0, 0], starts: 1000, seed: 9007199254740991}")},
+      {way("plan: {objective: nearest, guess: [0, 0], starts: 1000, seed: 9007199254740991}")},
       {way("plan: {}\n  straight_in: {stand_off: 1, duration: 1}"), with_tip("approach_axis: [1, 0, 0]"),
        with_point("approach_direction: [0, -1, 0]")},
       {with_approach("profile: quintic\n  waypoints: [{time: 5, end_effectors: {tip: {position: [1, 0, 0]}}}]")},

@@ -28,7 +28,7 @@ INSTANTIATE_TEST_SUITE_P(Scenarios, CaseDetail,
                                            Detail{"planned", "thesis/open-loop-case-3-planned.yaml", false},
                                            Detail{"closed_loop", "thesis/closed-loop.yaml", false},
                                            Detail{"limits", "seven-joint-dual-capture.yaml", false},
-                                           Detail{"grip_later", "second-grip-later.yaml", false},
+                                           Detail{"grasp_later", "second-grip-later.yaml", false},
                                            Detail{"envelope", "dual-arm-envelope-capture.yaml", true},
                                            Detail{"rebound", "contact-rebound.yaml", false},
                                            Detail{"yielding", "compliant-grip.yaml", false}),
@@ -41,7 +41,7 @@ StudyCase shipped_case(const Detail& detail) {
   point.problem.output_interval = 0.1;
   // Any plan will do.
   if (auto& approach = point.problem.approach; approach && approach->plan)
-    approach->plan->measure = PlanSetup::Measure::as_found;
+    approach->plan->measure = PlanSetup::Objective::as_found;
   if (point.problem.post_impact && point.problem.post_impact->releases.empty())
     point.problem.post_impact->duration = std::min(point.problem.post_impact->duration, 2.0);
   point.inward_normals = inward_normals(point.problem);

@@ -138,7 +138,7 @@ TEST(Quantity, ApproachAngleTurnsTheEndEffector) {
     const Quaterniond& q = r.approach_end->base.quaternion_wxyz;
     const double base = 2 * std::atan2(q.z, q.w);
     const auto& angle = r.approach_end->joints.position;
-    // Grips: at the right of the sphere, to be met leftwards (180 degrees), and at its left, rightwards (0 degrees).
+    // Grasps: at the right of the sphere, to be met leftwards (180 degrees), and at its left, rightwards (0 degrees).
     const double tip_1 = base + angle[0] + angle[1] + angle[2], tip_2 = base + angle[3] + angle[4] + angle[5];
     EXPECT_NEAR(std::remainder(tip_1 - (180 + degrees) * kDegree, 2 * std::numbers::pi), 0, 1e-9) << degrees;
     EXPECT_NEAR(std::remainder(tip_2 - degrees * kDegree, 2 * std::numbers::pi), 0, 1e-9) << degrees;
@@ -186,7 +186,7 @@ TEST(Quantity, WhatHasNoMeaningIsRefusedWithTheReason) {
   EXPECT_THAT(refusal(blunt, {set(QuantityKind::approach_angle, 0.1)}), HasSubstr("no approach_axis"));
   CaptureProblem shared = closed();
   shared.approach.reset();
-  EXPECT_THAT(refusal(shared, {set(QuantityKind::relative_speed, 0.1)}), HasSubstr("gripped more than once"));
+  EXPECT_THAT(refusal(shared, {set(QuantityKind::relative_speed, 0.1)}), HasSubstr("grasped more than once"));
 }
 
 TEST(Quantity, NamesAndKindsBelongTogether) {

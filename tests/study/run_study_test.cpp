@@ -22,7 +22,8 @@ using testing::StartsWith;
 
 std::string thesis(const std::string& name) { return test::shipped("scenarios/thesis/" + name); }
 
-// Two scenarios, three angles of which one cannot be reached, two speeds. Two beginnings of the search are enough here.
+// Two scenarios, three angles of which one cannot be reached, two speeds. Two initial guesses of the search are enough
+// here.
 std::string mixed_study() {
   return "name: mixed\nsimulate: impact\nset: {approach.plan.starts: 2}\naxes:\n"
          "  - name: case\n    values:\n"
@@ -147,7 +148,7 @@ TEST(RunStudy, ColumnsMayBeChosen) {
 
 // --- What must hold at a fixed configuration ---
 
-using Impulses = std::vector<double>;  // [angular; linear] of each grip, then the base's change
+using Impulses = std::vector<double>;  // [angular; linear] of each grasp, then the base's change
 
 Impulses impulses(const CaptureProblem& problem) {
   const CaptureResult r = simulate_impact_only(problem);

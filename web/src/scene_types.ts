@@ -96,7 +96,7 @@ export interface SceneEndEffector {
   quaternion_wxyz: [number, number, number, number];
 }
 
-// where a target may be gripped.
+// where a target may be grasped.
 export interface SceneGraspPoint {
   /** that it is on */
   target: string;
@@ -110,9 +110,9 @@ export interface SceneGraspPoint {
 
 // what is to meet.
 export interface SceneGrasp {
-  /** that grips */
+  /** that grasps */
   end_effector: string;
-  /** that is gripped */
+  /** that is grasped */
   target: string;
   /** of the target */
   grasp_point: string;
@@ -133,13 +133,13 @@ export interface SceneMesh {
 // lines in plots.
 export interface SceneLimits {
   /** of end-effectors with an envelope */
-  grips: SceneGripLimits[];
+  grasps: SceneGraspLimits[];
   /** the distance that bodies are to keep; null: it is not watched [m] */
   clearance: number | null;
 }
 
-// what a grip can close on.
-export interface SceneGripLimits {
+// what a grasp can close on.
+export interface SceneGraspLimits {
   /** that has an envelope */
   end_effector: string;
   /** largest distance from the grasp point; null: any [m] */

@@ -16,13 +16,13 @@ export interface Summary {
   warnings: string[];
   /** absent without an approach */
   approach?: Approach;
-  /** whether the grips closed; absent without grasps */
+  /** whether the grasps closed; absent without grasps */
   capture?: Capture;
   /** the first; absent without an impact */
   impact?: ImpactReport;
-  /** of grips that closed later, in the order of time; absent if there are none */
+  /** of grasps that closed later, in the order of time; absent if there are none */
   later_impacts?: ImpactReport[];
-  /** grips that let go, in the order of time; absent if there are none */
+  /** grasps that are released, in the order of time; absent if there are none */
   releases?: ReleaseReport[];
   /** absent without such motion */
   post_impact?: PostImpact;
@@ -76,7 +76,7 @@ export interface PhaseEnd {
   joints: JointMotion;
   /** of the robot */
   end_effectors: EndEffectorMotion[];
-  /** the free bodies that may be gripped */
+  /** the free bodies that may be grasped */
   targets: BodyMotion[];
 }
 
@@ -114,7 +114,7 @@ export interface EndEffectorMotion {
   velocity: [number, number, number];
   /** in W [rad/s] */
   angular_velocity: [number, number, number];
-  /** what it is to grip; this and what follows are absent if it grips nothing */
+  /** what it is to grasp; this and what follows are absent if it grasps nothing */
   target?: string;
   /** on the target */
   grasp_point?: string;
@@ -143,10 +143,10 @@ export interface PlanReport {
   /** what was made least */
   measure?: string;
   /** how small that became [1] */
-  measure_value?: number | null;
+  objective_value?: number | null;
   /** per end-effector */
   miss?: PlannedMiss[];
-  /** beginnings tried [1] */
+  /** initial guesses tried [1] */
   starts?: number;
   /** how many of them led to a solution [1] */
   solutions?: number;
@@ -190,29 +190,29 @@ export interface StraightInReport {
   fit_error: number;
 }
 
-// whether the grips closed.
+// whether the grasps closed.
 export interface Capture {
-  /** of all grips; `assumed`, if that is so of at least one and all closed. */
+  /** of all grasps; `assumed`, if that is so of at least one and all closed. */
   captured: Captured;
   /** the sentence on the terminal, with the gap and by how much targets were moved */
   verdict: string;
   /** when those were to close that close together [s] */
   time: number;
   /** per grasp of the scenario */
-  grasps: GripOutcome[];
+  grasps: GraspOutcome[];
 }
 
 export type Captured = "yes" | "assumed" | "no";
 
-// whether one grip closes at the instant of capture: what success means. The angle is 0 if the grasp leaves it free (that between the frames is `gap_angle` of `GraspImpulse`).
-export interface GripOutcome {
-  /** that is to grip */
+// whether one grasp closes at the instant of capture: what success means. The angle is 0 if the grasp leaves it free (that between the frames is `gap_angle` of `GraspImpulse`).
+export interface GraspOutcome {
+  /** that is to grasp */
   end_effector: string;
-  /** that is to be gripped */
+  /** that is to be grasped */
   target: string;
   /** on the target */
   grasp_point: string;
-  /** whether this grip closed. */
+  /** whether this grasp closed. */
   captured: Captured;
   /** whether an envelope with a position judged it */
   judged: boolean;
@@ -228,15 +228,15 @@ export interface GripOutcome {
   velocity: number | null;
   /** relative to the target, at that instant [rad/s] */
   angular_velocity: number | null;
-  /** when this grip closed, or was to close. The deviations above are those of this instant; of a grip that never came so far those of the run's end, null after a failure [s] */
+  /** when this grasp closed, or was to close. The deviations above are those of this instant; of a grasp that never came so far those of the run's end, null after a failure [s] */
   time: number | null;
   /** by which `contact.gap: translate_target` moved its target so that it closes [m] */
   target_moved: number;
-  /** when it let go; absent if it did not [s] */
+  /** when it was released; absent if it was not [s] */
   released?: number;
 }
 
-// an impact: what changes at once when grips close and contacts touch.
+// an impact: what changes at once when grasps close and contacts touch.
 export interface ImpactReport {
   /** as in the scenario. `as_published`: the velocities after it are the thesis's, and momentum is not conserved */
   law: string;
@@ -244,15 +244,15 @@ export interface ImpactReport {
   time: number;
   /** over which mean forces are taken: `impact.duration` of the scenario, while the impact itself takes no time. Law `compliant`: how long it took [s] */
   duration: number;
-  /** grips that closed, and contacts that touched */
+  /** grasps that closed, and contacts that touched */
   grasps: GraspImpulse[];
   /** independent ones among the rows [1] */
   rank: number;
-  /** conditions that the grips pose [1] */
+  /** conditions that the grasps pose [1] */
   rows: number;
   /** `rows` - `rank` self-stresses: impulses that change no velocity and may be added to the grasps' */
   null_space: ImpulseSet[];
-  /** per further grip of a target, against its first */
+  /** per further grasp of a target, against its first */
   loops: LoopGap[];
   /** per body */
   body_impulses: BodyImpulse[];
@@ -282,7 +282,7 @@ export interface ImpactReport {
   as_published_absent?: string;
   /** whether the scenario asks for `as_published` (`output.as_published`, or its own law): only then the terminal, the report and figures show it */
   show_as_published: boolean;
-  /** where joints are locked after the grip */
+  /** where joints are locked after the grasp */
   brake?: BrakeReport;
   /** `free`, `braked` or `driven`: what `impact.joints` asked for */
   joints_during: string;
@@ -308,15 +308,15 @@ export interface ImpactReport {
   speed_limits: SpeedLimit[];
 }
 
-// one grip or contact of the impact. Impulses act **on the robot** at the contact point; the target gets the opposite there.
+// one grasp or contact of the impact. Impulses act **on the robot** at the contact point; the target gets the opposite there.
 export interface GraspImpulse {
-  /** of the grip or contact */
+  /** of the grasp or contact */
   end_effector: string;
-  /** of the grip or contact */
+  /** of the grasp or contact */
   target: string;
   /** on the target */
   grasp_point: string;
-  /** `rigid` (6 rows), `hinge` (5), `point` (3), `contact` (no grip) */
+  /** `rigid` (6 rows), `hinge` (5), `point` (3), `contact` (no grasp) */
   model: string;
   /** common to end-effector and target, in W [m] */
   contact_point: [number, number, number];
@@ -340,7 +340,7 @@ export interface GraspImpulse {
   relative_velocity_before: [number, number, number];
   /** end-effector minus target, before, in W [rad/s] */
   relative_angular_velocity_before: [number, number, number];
-  /** the same afterwards: zero in what a grip holds [m/s] */
+  /** the same afterwards: zero in what a grasp holds [m/s] */
   relative_velocity_after: [number, number, number];
   /** likewise [rad/s] */
   relative_angular_velocity_after: [number, number, number];
@@ -350,7 +350,7 @@ export interface GraspImpulse {
   profile?: ForceProfile;
 }
 
-// a contact that is no grip: how it was thrown back.
+// a contact that is no grasp: how it rebounded.
 export interface ContactRebound {
   /** unit, from the target to the robot, in W [1] */
   normal: [number, number, number];
@@ -370,7 +370,7 @@ export interface ContactRebound {
   spread: number | null;
 }
 
-// a contact or grip that was resolved in time.
+// a contact or grasp that was resolved in time.
 export interface ForceProfile {
   /** largest force in the impact [N] */
   peak_force: number;
@@ -380,9 +380,9 @@ export interface ForceProfile {
   peak_moment: number;
   /** when that is, from the impact's beginning [s] */
   peak_moment_time: number;
-  /** of the contact or the grip's spring [m] */
+  /** of the contact or the grasp's spring [m] */
   largest_deformation: number;
-  /** in touch, or until the grip was at rest [s] */
+  /** in touch, or until the grasp was at rest [s] */
   duration: number;
   /** by damping and friction [J] */
   energy_lost: number;
@@ -398,7 +398,7 @@ export interface ImpulseSet {
 
 // a part of an `ImpulseSet`.
 export interface ImpulseAtGrasp {
-  /** whose grip it is */
+  /** whose grasp it is */
   end_effector: string;
   /** as in `GraspImpulse` [N s] */
   impulse: [number, number, number];
@@ -406,11 +406,11 @@ export interface ImpulseAtGrasp {
   angular_impulse: [number, number, number];
 }
 
-// a further grip of a target against the first: whether both can be where they are meant to be.
+// a further grasp of a target against the first: whether both can be where they are meant to be.
 export interface LoopGap {
   /** that both hold */
   target: string;
-  /** the first grip's, the further one's */
+  /** the first grasp's, the further one's */
   end_effectors: [string, string];
   /** likewise */
   grasp_points: [string, string];
@@ -422,7 +422,7 @@ export interface LoopGap {
   gap: number;
 }
 
-// all that a body received, from joints and grips together: unique, also where the impulses of single grips are not.
+// all that a body received, from joints and grasps together: unique, also where the impulses of single grasps are not.
 export interface BodyImpulse {
   /** that received it */
   body: string;
@@ -462,7 +462,7 @@ export interface BaseReaction {
 
 // the thesis's own estimate, (3.8)-(3.13), for the same capture.
 export interface AsPublished {
-  /** per grip */
+  /** per grasp */
   grasps: PublishedImpulse[];
   /** (3.11), in the order of `joint_names` of the impact [rad/s or m/s] */
   joint_velocity_after: number[];
@@ -476,9 +476,9 @@ export interface AsPublished {
   relative_angular_momentum_error: number | null;
 }
 
-// one grip's impulse by the thesis's formulas.
+// one grasp's impulse by the thesis's formulas.
 export interface PublishedImpulse {
-  /** of the grip */
+  /** of the grasp */
   end_effector: string;
   /** as in `GraspImpulse` [N s] */
   impulse: [number, number, number];
@@ -488,7 +488,7 @@ export interface PublishedImpulse {
   impulse_magnitude: number;
 }
 
-// joints locked at once after the grip: a second impulse with its own checks. `targets_after` and the impact's own changes are before the brake; the second sample of `contact` in the time series is after it.
+// joints locked at once after the grasp: a second impulse with its own checks. `targets_after` and the impact's own changes are before the brake; the second sample of `contact` in the time series is after it.
 export interface BrakeReport {
   /** that are locked */
   joints: string[];
@@ -498,19 +498,19 @@ export interface BrakeReport {
   kinetic_energy_before: number;
   /** after it [J] */
   kinetic_energy_after: number;
-  /** per grip that holds */
-  grasps: BrakeGrip[];
+  /** per grasp that holds */
+  grasps: BrakeGrasp[];
   /** of the base's origin, by the brake alone, in W [m/s] */
   base_velocity_change: [number, number, number];
   /** by the brake alone, in W [rad/s] */
   base_angular_velocity_change: [number, number, number];
 }
 
-// what a grip passes on because of the brake, besides the impulse of the impact.
-export interface BrakeGrip {
-  /** of the grip */
+// what a grasp passes on because of the brake, besides the impulse of the impact.
+export interface BrakeGrasp {
+  /** of the grasp */
   end_effector: string;
-  /** of the grip */
+  /** of the grasp */
   target: string;
   /** on the robot at the contact point, in W [N s] */
   impulse: [number, number, number];
@@ -520,7 +520,7 @@ export interface BrakeGrip {
   impulse_magnitude: number;
 }
 
-// a joint that a brake or a drive held during the impact, or was to hold. Law `compliant`: it gives way when the grips become rigid; `impulse` and `work` are until then.
+// a joint that a brake or a drive held during the impact, or was to hold. Law `compliant`: it gives way when the grasps become rigid; `impulse` and `work` are until then.
 export interface HeldJoint {
   /** that was held, or was to be held */
   joint: string;
@@ -538,13 +538,13 @@ export interface HeldJoint {
 
 // an impact that was resolved in time.
 export interface CompliantReport {
-  /** `separated` (contacts only), `settled` (grips are at rest), `time_over` (`impact.longest`) */
+  /** `separated` (contacts only), `settled` (grasps are at rest), `time_over` (`impact.longest`) */
   end: string;
   /** of the impact [s] */
   duration: number;
   /** by dampers and friction [J] */
   energy_lost: number;
-  /** left in springs at the end; given up when grips become rigid. With `time_over` the impact was cut off: this energy is missing, and the ledger's `compliant_energy_residual` fails if a contact is still compressed or grips hold more than a thousandth of the kinetic energy before [J] */
+  /** left in springs at the end; given up when grasps become rigid. With `time_over` the impact was cut off: this energy is missing, and the ledger's `compliant_energy_residual` fails if a contact is still compressed or grasps hold more than a thousandth of the kinetic energy before [J] */
   elastic_energy_after: number;
   /** largest impulse that then takes out what relative motion is left [N s] */
   residual_impulse: number;
@@ -558,7 +558,7 @@ export interface CompliantReport {
 export interface ImpactMeasures {
   /** per grasp */
   end_effectors: EndEffectorMeasure[];
-  /** of all grips together: impulse that a relative motion brings at worst; 1: as against an immovable robot [1] */
+  /** of all grasps together: impulse that a relative motion brings at worst; 1: as against an immovable robot [1] */
   largest_impulse: number | null;
   /** likewise, at best [1] */
   smallest_impulse: number | null;
@@ -568,17 +568,17 @@ export interface ImpactMeasures {
   miss_of_robot_com: number | null;
   /** the same from that of robot and targets [m] */
   miss_of_system_com: number | null;
-  /** per grasp: change of the base's twist per impulse there; zero in directions that the grip leaves free [1/(kg m^2), 1/(kg m), 1/kg] */
+  /** per grasp: change of the base's twist per impulse there; zero in directions that the grasp leaves free [1/(kg m^2), 1/(kg m), 1/kg] */
   base_response: [number, number, number, number, number, number][][];
   /** a basis of the impulses that leave the base's twist alone */
   zero_disturbance: ImpulseSet[];
   /** a basis of those that leave its angular velocity alone */
-  zero_turning: ImpulseSet[];
+  zero_base_angular_velocity: ImpulseSet[];
 }
 
-// what an impulse at one grip does, and what the present motion asks for, at the contact point.
+// what an impulse at one grasp does, and what the present motion asks for, at the contact point.
 export interface EndEffectorMeasure {
-  /** of the grip or contact */
+  /** of the grasp or contact */
   end_effector: string;
   /** change of the end-effector's twist per impulse on it: six rows of six [1/(kg m^2), 1/(kg m), 1/kg] */
   inverse_inertia: [number, number, number, number, number, number][];
@@ -658,11 +658,11 @@ export interface SpeedLimit {
   quantity: string;
 }
 
-// grips that let go together.
+// grasps that are released together.
 export interface ReleaseReport {
-  /** when they let go [s] */
+  /** when they were released [s] */
   time: number;
-  /** that let go */
+  /** that release */
   end_effectors: string[];
   /** that each of them held */
   targets: string[];
@@ -674,15 +674,15 @@ export interface PostImpact {
   end?: PhaseEnd;
   /** absent where no loop was closed */
   loops?: LoopReport[];
-  /** per phase and grip; absent where nothing was held */
-  grip_loads?: GripLoad[];
+  /** per phase and grasp; absent where nothing was held */
+  grasp_loads?: GraspLoad[];
 }
 
-// how loops were kept closed in one phase, also of the approach where a grip closed before its end. What remains after projection is in the ledger (`loop_closure_...`).
+// how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains after projection is in the ledger (`loop_closure_...`).
 export interface LoopReport {
   /** with closed loops */
   phase: string;
-  /** `end-effector - target`: the grips that close loops of the tree */
+  /** `end-effector - target`: the grasps that close loops of the tree */
   closures: string[];
   /** of all closures [1] */
   rows: number;
@@ -702,19 +702,19 @@ export interface LoopReport {
   integration_error: number;
 }
 
-// the load on one grip while it holds, in one phase. Its course is in the time series `grasps/END_EFFECTOR/force` and `moment`.
-export interface GripLoad {
-  /** in which the grip held */
+// the load on one grasp while it holds, in one phase. Its course is in the time series `grasps/END_EFFECTOR/force` and `moment`.
+export interface GraspLoad {
+  /** in which the grasp held */
   phase: string;
-  /** of the grip */
+  /** of the grasp */
   end_effector: string;
-  /** of the grip */
+  /** of the grasp */
   target: string;
-  /** on the robot, at the grip [N] */
+  /** on the robot, at the grasp [N] */
   largest_force: number;
   /** when that was [s] */
   force_time: number;
-  /** about the grip [N m] */
+  /** about the grasp [N m] */
   largest_moment: number;
   /** when that was [s] */
   moment_time: number;
@@ -726,7 +726,7 @@ export interface GripLoad {
 export interface PeakLoad {
   /** joint, end-effector, or `base control` */
   of: string;
-  /** in motion: `force` and `moment`, the magnitudes of what a joint passes on at its origin, or a grip at the grip; `driving`, the effort of a joint's drive or brake along its axis; of base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes. In impacts: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: the peaks of an impact in time, else means over `impact.duration` */
+  /** in motion: `force` and `moment`, the magnitudes of what a joint passes on at its origin, or a grasp at the grasp; `driving`, the effort of a joint's drive or brake along its axis; of base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes. In impacts: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: the peaks of an impact in time, else means over `impact.duration` */
   quantity: string;
   /** impacts are phases too: `contact`, `contact_2`, and brakes: `brake` */
   phase: string;
@@ -744,18 +744,18 @@ export interface PeakLoad {
 
 // distances between bodies with shapes.
 export interface Clearances {
-  /** pairs of bodies that were not watched: the link that grips and its target (they are to touch, so that a hand that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either */
+  /** pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that a hand that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either */
   unwatched: [string, string][];
   /** of all phases */
-  least: LeastClearance;
+  least: MinimumClearance;
   /** per phase */
-  phases: LeastClearance[];
+  phases: MinimumClearance[];
   /** bodies too near */
   events: ClearanceEvent[];
 }
 
-// the least distance of any two bodies that are watched, in one phase.
-export interface LeastClearance {
+// the minimum distance of any two bodies that are watched, in one phase.
+export interface MinimumClearance {
   /** in which bodies with shapes were watched */
   phase: string;
   /** negative: a depth of overlap; null: no pair was watched [m] */
@@ -781,9 +781,9 @@ export interface ClearanceEvent {
   /** the distance that was asked for [m] */
   required: number;
   /** negative: a depth of overlap [m] */
-  least_distance: number;
+  minimum_distance: number;
   /** when that was [s] */
-  least_time: number;
+  minimum_time: number;
   /** when the two begin to overlap, which may be later than `begin`; absent: they do not [s] */
   overlap_begin?: number;
 }

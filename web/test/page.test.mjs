@@ -92,7 +92,7 @@ describe("without a mouse or with other eyes", () => {
     const named = () => page.evaluate(() => document.activeElement.textContent);
     assert.equal(await named(), "Trails");
     await page.keyboard.press("ArrowRight");
-    assert.equal(await named(), "Grips");
+    assert.equal(await named(), "Grasps");
     await page.keyboard.press("End");
     assert.equal(await named(), "Names");
     await page.keyboard.press("ArrowRight");
@@ -136,7 +136,7 @@ describe("what stands where", () => {
     const { page, context } = await open(browser, handles, { viewport: { width: 1600, height: 1000 } });
     await page.waitForSelector(".plot");
     const titles = await seen(page, ".plot h3");
-    assert.deepEqual(titles, ["Distance and relative speed", "Grip force", "Base rate", "Least clearance", "Energy and work", "Worst margin to a rating"]);
+    assert.deepEqual(titles, ["Distance and relative speed", "Grasp force", "Base rate", "Minimum clearance", "Energy and work", "Worst margin to a rating"]);
     await page.getByText("Open all groups").click();
     assert.ok((await seen(page, ".plot h3")).length > 20);
     await page.getByText("Fold all groups").click();

@@ -141,7 +141,7 @@ function twoArms() {
     grasp_points: [{ target: "debris", name: "bar", position: [0, 0, 0], approach_direction: null }],
     grasps: ["tip-1", "tip-2"].map((end_effector) => ({ end_effector, target: "debris", grasp_point: "bar", model: "rigid" })),
     meshes: [],
-    limits: { grips: [{ end_effector: "tip-1", position: 0.03, velocity: 0.02 }, { end_effector: "tip-2", position: 0.03, velocity: 0.01 }], clearance: 0.05 },
+    limits: { grasps: [{ end_effector: "tip-1", position: 0.03, velocity: 0.02 }, { end_effector: "tip-2", position: 0.03, velocity: 0.01 }], clearance: 0.05 },
   };
 }
 
@@ -161,7 +161,7 @@ function fullRun() {
       [`grasps/${name}/distance`, "m", [""], six(1, 0.5, 0.5, 0, 0, 0)],
       [`grasps/${name}/force`, "N", xyz, force],
     ]),
-    ["clearance/least", "m", [""], six(1, 1, 1, 1, 1, 1)], ["system/kinetic_energy", "J", [""], six(2, 2, 2, 1, 1, 1)],
+    ["clearance/minimum", "m", [""], six(1, 1, 1, 1, 1, 1)], ["system/kinetic_energy", "J", [""], six(2, 2, 2, 1, 1, 1)],
   ];
   const summary = {
     loads: [

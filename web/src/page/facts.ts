@@ -20,7 +20,7 @@ export function keyFacts(run: Run): Fact[] {
   return [...graspFacts(s), ...energyFacts(s), ...baseFacts(run), marginFact(s), clearanceFact(s)];
 }
 
-// The first and those of grips that closed later.
+// The first and those of grasps that closed later.
 export function allImpacts(s: PartlySummary): Partly<ImpactReport>[] {
   return [...(s.impact ? [s.impact] : []), ...list(s.later_impacts)];
 }
@@ -43,7 +43,7 @@ function graspFacts(s: PartlySummary): Fact[] {
   );
 }
 
-// Joints that brake right after the grip pass on an impulse of their own.
+// Joints that brake right after the grasp pass on an impulse of their own.
 function byBrakes(impact: Partly<ImpactReport>, who: string): string {
   const own = list(impact.brake?.grasps).find((grasp) => grasp.end_effector === who);
   return own ? `; then ${withUnit(num(own.impulse_magnitude), "N s")} by the brakes` : "";
@@ -173,7 +173,7 @@ function clearanceFact(s: PartlySummary): Fact {
   const least = s.clearance?.least;
   const fact: Fact = {
     key: "clearance",
-    name: "Least clearance",
+    name: "Minimum clearance",
     value: null,
     unit: "m",
     detail: clearanceUnseen(s),

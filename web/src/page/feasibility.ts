@@ -1,4 +1,4 @@
-// Could the robot do this: clearance between bodies, limits of joints; and loads on grips afterwards, closed loops, cost.
+// Could the robot do this: clearance between bodies, limits of joints; and loads on grasps afterwards, closed loops, cost.
 import { element } from "../dom";
 import { number } from "../format";
 import type { Run } from "../run";
@@ -32,7 +32,7 @@ function clearance(s: PartlySummary): HTMLElement[] {
   ]);
   const columns: Column[] = [
     { head: "Phase" },
-    { head: "Least distance", unit: "m", numeric: true, title: "negative: a depth of overlap" },
+    { head: "Minimum distance", unit: "m", numeric: true, title: "negative: a depth of overlap" },
     { head: "Bodies" },
     { head: "Time", unit: "s", numeric: true },
     { head: "Nearest points", unit: "m" },
@@ -42,9 +42,9 @@ function clearance(s: PartlySummary): HTMLElement[] {
   const reason = text(checkOf(s, "clearance_violation")?.not_checked, "");
   if (reason) result.push(element("p", {}, mark("warn", `Not checked: ${reason}.`)));
   if (phases.length > 0)
-    result.push(table("Least clearance per phase (negative: depth of overlap)", columns, phases));
+    result.push(table("Minimum clearance per phase (negative: depth of overlap)", columns, phases));
   const events = [...list(s.clearance.events)].sort(
-    (a, b) => (num(a.least_distance) ?? 0) - (num(b.least_distance) ?? 0),
+    (a, b) => (num(a.minimum_distance) ?? 0) - (num(b.minimum_distance) ?? 0),
   );
   if (events.length === 0) result.push(element("p", {}, "No two watched bodies came nearer than required."));
   else {
@@ -63,8 +63,8 @@ function clearance(s: PartlySummary): HTMLElement[] {
       number(num(one.begin)),
       number(num(one.end)),
       number(num(one.required)),
-      number(num(one.least_distance)),
-      number(num(one.least_time)),
+      number(num(one.minimum_distance)),
+      number(num(one.minimum_time)),
     ]);
     result.push(table(`Too near: ${events.length} events, deepest first`, heads, rows.slice(0, kFewEvents)));
     if (rows.length > kFewEvents)
@@ -116,12 +116,12 @@ function limits(run: Run): HTMLElement[] {
 }
 
 export function afterSection(s: PartlySummary): HTMLElement[] {
-  const result = [...gripLoads(s), ...loops(s), ...endState(s)];
+  const result = [...graspLoads(s), ...loops(s), ...endState(s)];
   return result.length > 0 ? result : [absent("Nothing is known of the motion after the impact.")];
 }
 
-function gripLoads(s: PartlySummary): HTMLElement[] {
-  const rows = list(s.post_impact?.grip_loads).map((one): Cell[] => [
+function graspLoads(s: PartlySummary): HTMLElement[] {
+  const rows = list(s.post_impact?.grasp_loads).map((one): Cell[] => [
     text(one.end_effector),
     text(one.target),
     words(one.phase),
@@ -142,7 +142,7 @@ function gripLoads(s: PartlySummary): HTMLElement[] {
     { head: "at", unit: "s", numeric: true },
     { head: "Determined" },
   ];
-  return [table("Loads on grips while they hold", columns, rows)];
+  return [table("Loads on grasps while they hold", columns, rows)];
 }
 
 function loops(s: PartlySummary): HTMLElement[] {

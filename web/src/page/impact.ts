@@ -1,4 +1,4 @@
-// The impact: what each grip received, what the arms passed on, what became of the motion.
+// The impact: what each grasp received, what the arms passed on, what became of the motion.
 import { element } from "../dom";
 import { number } from "../format";
 import type { ImpactReport } from "../summary_types";
@@ -113,7 +113,7 @@ function loops(impact: Partly<ImpactReport>): HTMLElement[] {
     { head: "Grasp points' distance", unit: "m", numeric: true },
     { head: "Gap that remains", unit: "m", numeric: true },
   ];
-  return [table("Grips that close loops", columns, rows)];
+  return [table("Grasps that close loops", columns, rows)];
 }
 
 function releases(s: PartlySummary): HTMLElement[] {

@@ -39,7 +39,7 @@ export function measuresPart(impact: Partly<ImpactReport>): HTMLElement[] {
     table("Measures", kColumns, rows),
     pairs([
       [
-        "impulse of all grips together",
+        "impulse of all grasps together",
         `at worst ${number(num(measures.largest_impulse))}, at best ${number(num(measures.smallest_impulse))}, now ${number(num(measures.coupled_index))} (1: as against an immovable robot)`,
       ],
       ["resultant impulse misses the robot's centre of mass by", withMeters(measures.miss_of_robot_com)],
@@ -93,7 +93,7 @@ function subspaces(measures: Partly<ImpactMeasures>): HTMLElement[] {
   return (
     [
       ["zero_disturbance", "Impulses that leave the base's motion alone"],
-      ["zero_turning", "Impulses that leave the base's rate alone"],
+      ["zero_base_angular_velocity", "Impulses that leave the base's angular velocity alone"],
     ] as const
   ).flatMap(([key, title]) => {
     const basis = list(measures[key]);

@@ -97,29 +97,29 @@ export function brake(impact: Partly<ImpactReport>): HTMLElement[] {
     text(joint),
     number(num(list(one.impulse)[i])),
   ]);
-  const grips = list(one.grasps).map((grasp): Cell[] => [
+  const grasps = list(one.grasps).map((grasp): Cell[] => [
     text(grasp.end_effector),
     number(num(grasp.impulse_magnitude)),
     vectorCell(grasp.impulse),
     vectorCell(grasp.angular_impulse),
   ]);
   return [
-    element("h3", {}, "Brakes after the grip"),
+    element("h3", {}, "Brakes after the grasp"),
     pairs([
       ["kinetic energy", `${number(num(one.kinetic_energy_before))} → ${withUnit(num(one.kinetic_energy_after), "J")}`],
       ["base: change of rate", changeText(one.base_angular_velocity_change, "rad/s")],
       ["base: change of velocity", changeText(one.base_velocity_change, "m/s")],
     ]),
-    grips.length > 0
+    grasps.length > 0
       ? table(
-          "Impulses that the grips pass on because of the brakes",
+          "Impulses that the grasps pass on because of the brakes",
           [
             { head: "End-effector" },
             { head: "Impulse", unit: "N s", numeric: true },
             { head: "Vector", unit: "N s" },
             { head: "Angular impulse", unit: "N m s" },
           ],
-          grips,
+          grasps,
         )
       : element("span"),
     fold(

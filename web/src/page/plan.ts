@@ -22,13 +22,13 @@ export function planSection(s: PartlySummary): HTMLElement[] {
     pairs([
       [
         "made least",
-        plan.measure
-          ? `${words(plan.measure)}: ${withUnit(num(plan.measure_value), plan.measure === "excursion" ? "rad² (m²)" : "")}`
+        plan.objective
+          ? `${words(plan.objective)}: ${withUnit(num(plan.objective_value), plan.objective === "excursion" ? "rad² (m²)" : "")}`
           : "",
       ],
       ["motion demanded that no joint rates give", num(plan.unmet_rate) === null ? "" : number(num(plan.unmet_rate))],
       [
-        "beginnings tried",
+        "initial guesses tried",
         looked
           ? `${number(num(plan.starts))}, of which ${number(num(plan.solutions))} led to a solution in ${number(num(plan.iterations))} Newton steps`
           : "",

@@ -2,7 +2,7 @@
 import { element } from "../dom";
 import { number, unitText } from "../format";
 import type { Run } from "../run";
-import type { ClearanceEvent, GripOutcome } from "../summary_types";
+import type { ClearanceEvent, GraspOutcome } from "../summary_types";
 import { keyFacts, ledgerRows, limitUnit, tightest, type Fact, type LedgerRow } from "./facts";
 import { list, num, text, withUnit, words, type Partly, type PartlySummary } from "./read";
 import { mark } from "./table";
@@ -53,7 +53,7 @@ function captureAnswer(s: PartlySummary): Answer {
     return {
       question,
       tone: "none",
-      word: "Nothing to grip",
+      word: "Nothing to grasp",
       said: "This run has no grasps, or its summary does not say.",
     };
   const answer = capturedAnswer(s.capture.captured);
@@ -61,7 +61,7 @@ function captureAnswer(s: PartlySummary): Answer {
   // Contacts are not meant to hold.
   const met = list(s.impact?.grasps);
   if (!captured && met.length > 0 && met.every((grasp) => grasp.model === "contact"))
-    return { question, tone: "none", word: "Contact, no grip", said: captureSentence(s) };
+    return { question, tone: "none", word: "Contact, no grasp", said: captureSentence(s) };
   const words = { yes: "Captured", assumed: "Assumed, not judged", no: "Not captured" };
   const tones: Record<string, Tone> = { yes: isBeyond(s, s.capture.time) ? "warn" : "good", assumed: "warn", no: "bad" };
   return { question, tone: tones[answer], word: words[answer], said: captureSentence(s) };
@@ -81,7 +81,7 @@ function isBeyond(s: PartlySummary, time: unknown): boolean {
 
 function captureCard(s: PartlySummary): HTMLElement {
   const before = s.capture ? captureSentence(s) : "It ended before a capture was judged.";
-  return card(captureAnswer(s), s.status === "failed" ? element("p", { class: "small" }, before) : null, gripList(s));
+  return card(captureAnswer(s), s.status === "failed" ? element("p", { class: "small" }, before) : null, graspList(s));
 }
 
 export function captureSentence(s: PartlySummary): string {
@@ -93,30 +93,30 @@ export function captureSentence(s: PartlySummary): string {
   const impulse = strongest
     ? `, impulse up to ${withUnit(num(strongest.impulse_magnitude), "N s")} (${text(strongest.end_effector)})`
     : "";
-  return `${closed.length} of ${grasps.length} grips closed${movedTargets(closed)}${closingTimes(s, closed)}${gapText(closed)}${impulse}.${unjudged(closed)}`;
+  return `${closed.length} of ${grasps.length} grasps closed${movedTargets(closed)}${closingTimes(s, closed)}${gapText(closed)}${impulse}.${unjudged(closed)}`;
 }
 
 // contact.gap: translate_target is no capture of the target where it was.
-function movedTargets(closed: Partly<GripOutcome>[]): string {
+function movedTargets(closed: Partly<GraspOutcome>[]): string {
   const moved = new Map<string, number>();
   for (const grasp of closed) if ((num(grasp.target_moved) ?? 0) > 0) moved.set(text(grasp.target), num(grasp.target_moved)!);
   const each = [...moved].map(([target, by]) => `${target} by ${withUnit(by, "m", 3)}`);
   return each.length > 0 ? ` by moving ${each.join(" and ")}` : "";
 }
 
-function gapText(closed: Partly<GripOutcome>[]): string {
+function gapText(closed: Partly<GraspOutcome>[]): string {
   const gaps = closed.map((grasp) => num(grasp.distance)).filter((gap) => gap !== null);
   if (gaps.length === 0) return "";
   return `, ${gaps.length > 1 ? "largest gap" : "gap"} ${withUnit(Math.max(...gaps), "m", 3)}`;
 }
 
-function unjudged(closed: Partly<GripOutcome>[]): string {
+function unjudged(closed: Partly<GraspOutcome>[]): string {
   const hands = closed.filter((grasp) => grasp.judged === false).map((grasp) => text(grasp.end_effector));
   return hands.length > 0 ? ` No envelope says what ${hands.join(" and ")} can close on: that it holds is assumed.` : "";
 }
 
-// Grips may close one after the other.
-function closingTimes(s: PartlySummary, closed: Partly<GripOutcome>[]): string {
+// Grasps may close one after the other.
+function closingTimes(s: PartlySummary, closed: Partly<GraspOutcome>[]): string {
   if (closed.length === 0) return "";
   const times = closed.map((grasp) => num(grasp.time) ?? num(s.capture?.time)).filter((time) => time !== null);
   if (times.length === 0) return "";
@@ -126,17 +126,17 @@ function closingTimes(s: PartlySummary, closed: Partly<GripOutcome>[]): string {
     : `, the first at ${withUnit(first, "s")}, the last at ${withUnit(last, "s")}`;
 }
 
-function isContact(s: PartlySummary, grip: Partly<GripOutcome>): boolean {
-  return list(s.impact?.grasps).some((one) => one.end_effector === grip.end_effector && one.model === "contact");
+function isContact(s: PartlySummary, grasp: Partly<GraspOutcome>): boolean {
+  return list(s.impact?.grasps).some((one) => one.end_effector === grasp.end_effector && one.model === "contact");
 }
 
-function gripList(s: PartlySummary): HTMLElement | null {
+function graspList(s: PartlySummary): HTMLElement | null {
   const grasps = list(s.capture?.grasps);
   if (grasps.length === 0) return null;
   const rows = grasps.map((grasp) => {
     const answer = capturedAnswer(grasp.captured);
     const tone: Tone = answer === "yes" ? "good" : answer === "assumed" ? "warn" : isContact(s, grasp) ? "none" : "bad";
-    const released = num(grasp.released) !== null ? `; let go at ${withUnit(num(grasp.released), "s")}` : "";
+    const released = num(grasp.released) !== null ? `; release at ${withUnit(num(grasp.released), "s")}` : "";
     return element(
       "li",
       {},
@@ -144,7 +144,7 @@ function gripList(s: PartlySummary): HTMLElement | null {
       element("span", { class: "reason" }, `${text(grasp.reason, "no reason is given")}${released}`),
     );
   });
-  return element("ul", { class: "grips" }, ...rows);
+  return element("ul", { class: "grasps" }, ...rows);
 }
 
 // ---- To be trusted? ----
@@ -279,16 +279,16 @@ function clearanceTroubles(s: PartlySummary): Trouble[] {
   for (const event of list(s.clearance?.events)) {
     const pair = list(event.bodies).join(" – ");
     const known = byPair.get(pair);
-    if (!known || num(event.least_distance)! < num(known.least_distance)!) byPair.set(pair, event);
+    if (!known || num(event.minimum_distance)! < num(known.minimum_distance)!) byPair.set(pair, event);
   }
   return [...byPair]
     .map(([pair, event]) => {
-      const distance = num(event.least_distance) ?? 0;
+      const distance = num(event.minimum_distance) ?? 0;
       const how =
         distance < 0
           ? `overlap by ${withUnit(-distance, "m", 3)}`
           : `${withUnit(distance, "m", 3)} apart, ${withUnit(num(event.required), "m", 3)} required`;
-      return { text: `${pair}: ${how} at ${withUnit(num(event.least_time), "s")}`, size: -distance };
+      return { text: `${pair}: ${how} at ${withUnit(num(event.minimum_time), "s")}`, size: -distance };
     })
     .sort((a, b) => b.size - a.size);
 }
@@ -315,10 +315,10 @@ function tiles(facts: Fact[]): HTMLElement[] {
   return facts
     .filter((fact) => !/^(mean|peak) force /.test(fact.key))
     .map((fact) => {
-      const grip = fact.key.replace(/^impulse /, "");
+      const grasp = fact.key.replace(/^impulse /, "");
       return tile(
         fact,
-        grip === fact.key ? undefined : (byKey.get(`peak force ${grip}`) ?? byKey.get(`mean force ${grip}`)),
+        grasp === fact.key ? undefined : (byKey.get(`peak force ${grasp}`) ?? byKey.get(`mean force ${grasp}`)),
       );
     });
 }

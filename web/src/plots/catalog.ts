@@ -5,7 +5,7 @@ import type { Run } from "../run";
 import { label } from "../format";
 import { armPlots } from "./catalog_joints";
 import { overviewOf } from "./catalog_key";
-import { contactPlots, endEffectorPlots, loopPlots } from "./catalog_grips";
+import { contactPlots, endEffectorPlots, loopPlots } from "./catalog_grasps";
 import { rotationVectors } from "./kinematics";
 import {
   axisStyle,
@@ -25,7 +25,7 @@ import { lazily, type PlotSpec } from "./spec";
 const kGroups = [
   "Joints",
   "End-effectors",
-  "Grip loads",
+  "Grasp loads",
   "Momentum",
   "Base",
   "Energy",
@@ -176,13 +176,13 @@ function targetPlots(context: Context): PlotSpec[] {
 }
 
 function clearancePlots(context: Context): PlotSpec[] {
-  const series = take(context, "clearance/least");
+  const series = take(context, "clearance/minimum");
   if (!series) return [];
   return [
     {
       id: "clearance",
       group: "Clearance",
-      title: "Least clearance",
+      title: "Minimum clearance",
       axis: label("distance", series.unit),
       unit: series.unit,
       lines: [componentLine(context, series, 0, { label: "least of all bodies", ...lineStyle(0) })],

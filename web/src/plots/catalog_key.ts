@@ -1,4 +1,4 @@
-// The six plots that a report shows first, with the limits that count: distance and relative speed at the grasp points, grip
+// The six plots that a report shows first, with the limits that count: distance and relative speed at the grasp points, grasp
 // force, base rate, clearance, energy, worst margin to a rating.
 import { label } from "../format";
 import { allImpacts } from "../page/facts";
@@ -19,7 +19,7 @@ export function overviewOf(context: Context, all: PlotSpec[]): { plots: PlotSpec
   };
   const of = (id: string) => all.find((plot) => plot.id === id);
   add(closingPlot(context, of("grip-distance"), of("relative-speed")), "distance and relative speed: there is no grasp");
-  add(limited(of("grip-force"), ratingLimits(context.run, "force")), "grip force: no grip carries any");
+  add(limited(of("grip-force"), ratingLimits(context.run, "force")), "grasp force: no grasp carries any");
   add(of("base-angular_velocity"), "base rate: it is not recorded");
   add(limited(of("clearance"), clearanceLimit(context.run)), "clearance: it was not watched");
   add(of("energy"), "energy: it is not recorded");
@@ -51,10 +51,10 @@ function closingPlot(context: Context, distance?: PlotSpec, speed?: PlotSpec): P
 }
 
 function envelopeLimits(run: Run): Limit[] {
-  const grips = records(run.scene?.limits?.grips).filter((grip) => run.scene!.grasps.some((one) => one.end_effector === grip.end_effector));
+  const grasps = records(run.scene?.limits?.grasps).filter((grasp) => run.scene!.grasps.some((one) => one.end_effector === grasp.end_effector));
   return [
-    ...merged(grips.map((grip) => ({ name: String(grip.end_effector), value: grip.position })), "allowed distance"),
-    ...merged(grips.map((grip) => ({ name: String(grip.end_effector), value: grip.velocity })), "allowed speed").map((limit) => ({ ...limit, right: true })),
+    ...merged(grasps.map((grasp) => ({ name: String(grasp.end_effector), value: grasp.position })), "allowed distance"),
+    ...merged(grasps.map((grasp) => ({ name: String(grasp.end_effector), value: grasp.velocity })), "allowed speed").map((limit) => ({ ...limit, right: true })),
   ];
 }
 
@@ -142,8 +142,8 @@ function sampledMargin(context: Context): Line[] {
 const kJointLoads: Record<string, string> = { driving: "joints/effort", force: "joints/reaction_force", moment: "joints/reaction_moment" };
 
 function loadSeries(run: Run, of: string, quantity: string): (() => ArrayLike<number>) | null {
-  const grip = run.series(`grasps/${of}/${quantity}`);
-  if (grip && (quantity === "force" || quantity === "moment")) return isZero(grip) ? null : () => magnitudes(grip.data, grip.width);
+  const grasp = run.series(`grasps/${of}/${quantity}`);
+  if (grasp && (quantity === "force" || quantity === "moment")) return isZero(grasp) ? null : () => magnitudes(grasp.data, grasp.width);
   const path = Object.hasOwn(kJointLoads, quantity) ? kJointLoads[quantity] : "";
   const series = run.series(path);
   const joint = series?.components.indexOf(of) ?? -1;

@@ -1,9 +1,9 @@
-// A direction to look from, chosen so that arms and targets lie apart and the grips are not hidden behind bodies.
+// A direction to look from, chosen so that arms and targets lie apart and the grasps are not hidden behind bodies.
 import { Mesh, MeshStandardMaterial, type Object3D, Raycaster, Vector3 } from "three";
 
 export interface Sight {
   apart: Vector3[]; // what should lie apart: centres of bodies, end-effectors
-  seen: Vector3[]; // what should be seen: grips
+  seen: Vector3[]; // what should be seen: grasps
   bodies: Object3D[]; // what may hide it
   span: number; // size of it all [m]
 }

@@ -6,9 +6,9 @@ import type { Shown } from "./run_view";
 
 const kNames: [keyof Shown, string, string][] = [
   ["trails", "Trails", "Ways of end-effectors and of the targets' centres of mass"],
-  ["points", "Grips", "Grasp points and contact points"],
+  ["points", "Grasps", "Grasp points and contact points"],
   ["impulses", "Impulses", "Impulses on the robot at the impact [N s]"],
-  ["forces", "Grip forces", "Forces of the grips on the robot [N]"],
+  ["forces", "Grasp forces", "Forces of the grasps on the robot [N]"],
   ["momentum", "Momentum", "Linear momentum of robot, targets and all together [N s]"],
   ["mass", "Centre of mass", "Centre of mass of the whole system"],
   ["axes", "Axes", "Axes of base, targets and end-effectors: x red, y green, z blue"],

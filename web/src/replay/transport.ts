@@ -29,7 +29,7 @@ export class Transport {
   private readonly video = element("button", { type: "button", class: "replay-chip", "aria-pressed": "false" }, "Record video");
   private readonly videoSaid = element("span", { class: "replay-said", role: "status" });
   private readonly slow = element("input", { type: "checkbox" });
-  private readonly boundaries: number[]; // beginnings of phases, and the end [s]
+  private readonly boundaries: number[]; // initial guesses of phases, and the end [s]
 
   constructor(
     private readonly clock: Clock,

@@ -42,7 +42,7 @@ export class Impulses {
   ) {
     const largest = Math.max(0, ...impacts.flatMap((i) => i.grasps.map((g) => Math.hypot(...g.impulse))));
     const momentum = Number(run.summary?.ledger?.scale?.linear_momentum) || 0;
-    this.largest = largest > kRounding * momentum ? largest : 0; // grips that meet without a blow get no arrows
+    this.largest = largest > kRounding * momentum ? largest : 0; // grasps that meet without a blow get no arrows
     for (const impact of impacts) {
       for (const grasp of impact.grasps) {
         const arrow = new Arrow(paints, role, 0.0065 * span);
@@ -161,7 +161,7 @@ export function momentumArrows(run: Run, bodies: BodyView[], paints: Paints, lab
   return made;
 }
 
-// While an impact is resolved in time the grips' forces are worth seeing; later they are shown to the same scale.
+// While an impact is resolved in time the grasps' forces are worth seeing; later they are shown to the same scale.
 export function forceArrows(run: Run, names: string[], paints: Paints, labels: Labels, span: number): SeriesArrows {
   const made = new SeriesArrows(run, 0.34 * span, "N");
   for (const name of names) {

@@ -116,7 +116,7 @@ export class ParallelCoordinates {
       this.stroke(pen, k);
     }
     const thin = on.length > this.drawn.length ? `${plural(this.drawn.length, "line")} of ${plural(on.length, table.noun)} drawn, evenly picked. ` : "";
-    const hint = "Drag along an axis to keep what passes there, click it to let go.";
+    const hint = "Drag along an axis to keep what passes there, click it to release.";
     this.card.note.textContent = `${thin}${this.state.filtered ? `${plural(on.length, table.noun)} kept. ` : ""}${hint}`;
   }
 
@@ -192,20 +192,20 @@ export class ParallelCoordinates {
       const [y1, y2] = [clamp(range.to), clamp(range.from)];
       group.append(svgElement("rect", { class: "st-brush", x: axis.x - 7, y: y1, width: 14, height: Math.max(2, y2 - y1) }));
     }
-    const grip = svgElement("rect", { class: "st-brush-grip", x: axis.x - 14, y: kTop - 6, width: 28, height: kHeight - kTop - kBottom + 12 });
-    grip.addEventListener("pointerdown", (event) => this.brush(event, axis, grip));
-    group.append(grip);
+    const grasp = svgElement("rect", { class: "st-brush-grip", x: axis.x - 14, y: kTop - 6, width: 28, height: kHeight - kTop - kBottom + 12 });
+    grasp.addEventListener("pointerdown", (event) => this.brush(event, axis, grasp));
+    group.append(grasp);
   }
 
-  private brush(event: PointerEvent, axis: ParallelAxis, grip: SVGRectElement): void {
+  private brush(event: PointerEvent, axis: ParallelAxis, grasp: SVGRectElement): void {
     event.preventDefault();
-    grip.setPointerCapture(event.pointerId);
+    grasp.setPointerCapture(event.pointerId);
     const top = this.overlay.getBoundingClientRect().top;
     const from = event.clientY - top;
     let to = from;
     const shade = svgElement("rect", { class: "st-brush", x: axis.x - 7, width: 14, y: from, height: 0 });
-    grip.before(shade);
-    grip.addEventListener("pointermove", (moved) => {
+    grasp.before(shade);
+    grasp.addEventListener("pointermove", (moved) => {
       to = Math.min(kHeight - kBottom, Math.max(kTop, moved.clientY - top));
       shade.setAttribute("y", String(Math.min(from, to)));
       shade.setAttribute("height", String(Math.abs(to - from)));
@@ -215,8 +215,8 @@ export class ParallelCoordinates {
       const slack = 1e-9 * (axis.greatest - axis.least);
       this.state.setRange(axis.field.key, Math.abs(to - from) < 4 ? null : { field: axis.field, from: ends[0] - slack, to: ends[1] + slack });
     };
-    grip.addEventListener("pointerup", end, { once: true });
-    grip.addEventListener("pointercancel", () => this.draw(), { once: true });
+    grasp.addEventListener("pointerup", end, { once: true });
+    grasp.addEventListener("pointercancel", () => this.draw(), { once: true });
   }
 
   private drawMarked(): void {

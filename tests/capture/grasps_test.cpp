@@ -1,4 +1,4 @@
-/// Grips of all kinds hold, recomputed from the poses that results report.
+/// Grasps of all kinds hold, recomputed from the poses that results report.
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@ namespace grapnel::testing {
 namespace {
 
 // A random 3D capture with targets tumbling about any axis, then 6 s free.
-CaptureProblem grip_case(GraspModel model, int index) {
+CaptureProblem grasp_case(GraspModel model, int index) {
   CaptureProblem p = random_capture(index);
   p.approach->tracking.mode = JointControl::prescribed;
   p.contact.gap = ContactSetup::Gap::weld_as_found;
@@ -43,19 +43,19 @@ Closure closure(const CaptureProblem& p, const CaptureResult& r) {
   return worst;
 }
 
-class Grip : public ::testing::TestWithParam<GraspModel> {};
-INSTANTIATE_TEST_SUITE_P(Models, Grip, ::testing::Values(GraspModel::rigid, GraspModel::hinge, GraspModel::point),
+class Grasp : public ::testing::TestWithParam<GraspModel> {};
+INSTANTIATE_TEST_SUITE_P(Models, Grasp, ::testing::Values(GraspModel::rigid, GraspModel::hinge, GraspModel::point),
                          [](const auto& test) {
                            return test.param == GraspModel::rigid   ? "rigid"
                                   : test.param == GraspModel::hinge ? "hinge"
                                                                     : "point";
                          });
 
-TEST_P(Grip, StaysClosedAndKeepsTheBooks) {
+TEST_P(Grasp, StaysClosedAndKeepsTheBooks) {
   double turned = 0;
   for (int i = 100; i < 106; ++i) {
     SCOPED_TRACE(seed_note(i));
-    const CaptureProblem p = grip_case(GetParam(), i);
+    const CaptureProblem p = grasp_case(GetParam(), i);
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
     ASSERT_TRUE(r.post_impact_end);
@@ -81,7 +81,7 @@ TEST_P(Grip, StaysClosedAndKeepsTheBooks) {
     EXPECT_NEAR(value_at(r, "system/kinetic_energy", s + 1), r.impact->kinetic_energy_after,
                 1e-12 * r.ledger.scale.energy);
     EXPECT_TRUE(row(r, "energy_drift").applies);
-    // What the grips pass on is what a point or hinge can.
+    // What the grasps pass on is what a point or hinge can.
     for (std::size_t g = 0; g < p.grasps.size(); ++g) {
       const GraspImpulse& impulse = r.impact->grasps[g];
       if (GetParam() == GraspModel::point) {
@@ -93,7 +93,7 @@ TEST_P(Grip, StaysClosedAndKeepsTheBooks) {
       }
     }
   }
-  EXPECT_EQ(turned > 0.1, GetParam() != GraspModel::rigid);  // they do turn in their grips
+  EXPECT_EQ(turned > 0.1, GetParam() != GraspModel::rigid);  // they do turn in their grasps
 }
 
 // The target receives the opposite at the same point: its momentum change says so.

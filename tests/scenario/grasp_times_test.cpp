@@ -1,4 +1,4 @@
-// Grips at different times, releases, impact laws and how loops are kept closed: what the keys become, and every kind
+// Grasps at different times, releases, impact laws and how loops are kept closed: what the keys become, and every kind
 // of fault in them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ CaptureProblem load(const std::vector<Edit>& edits) {
   return load_scenario(folder.write("scenario.yaml", edited(kSmallScenario, edits)));
 }
 
-// A second end-effector that can grip the same ball, a third that does not, and the second's grasp, grasps[1].
+// A second end-effector that can grasp the same ball, a third that does not, and the second's grasp, grasps[1].
 Edit with_knee() {
   return {"    - {name: tip, link: lower, position: [1, 0, 0]}",
           "    - {name: tip, link: lower, position: [1, 0, 0]}\n    - {name: knee, link: upper, envelope: {position: "
@@ -36,7 +36,7 @@ Edit without_approach() {
   return {"approach:\n  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}\n", ""};
 }
 
-TEST(LoadGrips, AllTogetherWhereNothingIsSaid) {
+TEST(LoadGrasps, AllTogetherWhereNothingIsSaid) {
   const CaptureProblem p = load({});
   EXPECT_EQ(p.grasps[0].closes, Closes::together);
   EXPECT_EQ(p.grasps[0].closes, GraspSetup{}.closes);
@@ -47,7 +47,7 @@ TEST(LoadGrips, AllTogetherWhereNothingIsSaid) {
   EXPECT_EQ(p.integration.baumgarte_time, IntegrationSetup{}.baumgarte_time);
 }
 
-TEST(LoadGrips, TimesOfTheirOwn) {
+TEST(LoadGrasps, TimesOfTheirOwn) {
   const CaptureProblem p = load({with_knee(), with_knee_grasp("closes_at: 25.5")});
   EXPECT_EQ(p.grasps[0].closes, Closes::together);
   EXPECT_EQ(p.grasps[1].closes, Closes::at_time);
@@ -67,7 +67,7 @@ TEST(LoadGrips, TimesOfTheirOwn) {
   EXPECT_EQ(load({with_grasp("closes_at: 10"), without_approach()}).grasps[0].closes_at, 10);
 }
 
-TEST(LoadGrips, EnvelopesOnlyOfGripsThatWaitForEachOther) {
+TEST(LoadGrasps, EnvelopesOnlyOfGraspsThatWaitForEachOther) {
   const std::vector<Edit> edits{with_approach("capture_at: envelope"), with_knee(), with_knee_grasp()};
   std::vector<Edit> timed = edits;
   timed.push_back(with_grasp("closes_at: 25"));  // the tip has no envelope
@@ -77,7 +77,7 @@ TEST(LoadGrips, EnvelopesOnlyOfGripsThatWaitForEachOther) {
                           "end-effector 'tip'"));
 }
 
-TEST(LoadGrips, Releases) {
+TEST(LoadGrasps, Releases) {
   const CaptureProblem p =
       load({with_knee(), with_knee_grasp("closes_at: 22"),
             with_post_impact("release: [{after: 2.5, end_effectors: [knee, tip]}, {after: 9.5}]")});
@@ -89,7 +89,7 @@ TEST(LoadGrips, Releases) {
   EXPECT_THAT(releases[1].end_effectors, IsEmpty());
 }
 
-TEST(LoadGrips, LawsAndLoops) {
+TEST(LoadGrasps, LawsAndLoops) {
   const CaptureProblem p = load({with_impact("law: as_published, duration: 2e-3"),
                                  with_top("integration: {loops: baumgarte, baumgarte_time: 0.25}")});
   EXPECT_EQ(p.impact->law, ImpactSetup::Law::as_published);
@@ -102,16 +102,16 @@ TEST(LoadGrips, LawsAndLoops) {
   EXPECT_EQ(load({with_top("integration: {loops: projection}")}).integration.loops, Loops::projection);
 }
 
-// Several grips of one target, whatever follows and wherever the target is put.
-TEST(LoadGrips, SharedTargets) {
+// Several grasps of one target, whatever follows and wherever the target is put.
+TEST(LoadGrasps, SharedTargets) {
   const CaptureProblem p = load({with_knee(), with_knee_grasp(), with_top("contact: {gap: translate_target}")});
   EXPECT_EQ(p.contact.gap, ContactSetup::Gap::translate_target);
   EXPECT_EQ(p.grasps.size(), 2u);
   EXPECT_TRUE(p.post_impact);
 }
 
-// Across what gap a grip without an envelope may hold: a distance, or any.
-TEST(LoadGrips, LargestGap) {
+// Across what gap a grasp without an envelope may hold: a distance, or any.
+TEST(LoadGrasps, LargestGap) {
   EXPECT_FALSE(load({}).contact.largest_gap);
   EXPECT_EQ(load({with_top("contact: {largest_gap: 0.25}")}).contact.largest_gap, 0.25);
   EXPECT_EQ(load({with_top("contact: {largest_gap: any}")}).contact.largest_gap,
@@ -123,10 +123,10 @@ TEST(LoadGrips, LargestGap) {
   }
 }
 
-class GripFault : public testing::TestWithParam<FaultCase> {};
+class GraspFault : public testing::TestWithParam<FaultCase> {};
 
 // The texts are the interface: they name the place, the value, what is allowed and what may have been meant.
-TEST_P(GripFault, IsReportedWithItsPlace) {
+TEST_P(GraspFault, IsReportedWithItsPlace) {
   const FaultCase& fault = GetParam();
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
 }
@@ -194,19 +194,20 @@ const std::vector<FaultCase> kCases{
      {with_knee(), with_post_impact("release: [{after: 5, end_effectors: [tib, knee, camera]}]")},
      {"scenario.yaml:37:66: error: unknown end-effector 'tib' in post_impact.release[0].end_effectors; did you mean "
       "'tip'?",
-      "scenario.yaml:37:71: error: end-effector 'knee' in post_impact.release[0].end_effectors grips nothing; grips "
+      "scenario.yaml:37:71: error: end-effector 'knee' in post_impact.release[0].end_effectors grasps nothing; grasps "
       "are tip",
-      "scenario.yaml:37:77: error: end-effector 'camera' in post_impact.release[0].end_effectors grips nothing; grips "
+      "scenario.yaml:37:77: error: end-effector 'camera' in post_impact.release[0].end_effectors grasps nothing; "
+      "grasps "
       "are tip"}},
     {"release_twice",
      {with_post_impact("release: [{after: 5, end_effectors: [tip, tip]}, {after: 6, end_effectors: [tip]}]")},
      {"scenario.yaml:35:71: error: post_impact.release[0].end_effectors names 'tip' twice",
-      "scenario.yaml:35:105: error: end-effector 'tip' in post_impact.release[1].end_effectors has let go before, in "
+      "scenario.yaml:35:105: error: end-effector 'tip' in post_impact.release[1].end_effectors has released before, in "
       "post_impact.release[0]"}},
     {"release_before_it_closes",
      {with_grasp("closes_at: 25"), with_post_impact("release: [{after: 5, end_effectors: [tip]}]")},
      {"scenario.yaml:35:66: error: end-effector 'tip' in post_impact.release[0].end_effectors closes at 25 [s], must "
-      "close before it lets go at 25"}},
+      "close before it releases at 25"}},
     {"release_empty",
      {with_post_impact("release: [{after: 5, end_effectors: []}, {after: 6, end_effectors: tip}, {}]")},
      {"scenario.yaml:35:65: error: post_impact.release[0].end_effectors has 0 items, must have at least 1",
@@ -226,7 +227,7 @@ const std::vector<FaultCase> kCases{
     {"release_is_a_mapping",
      {with_post_impact("release: {after: 5}")},
      {"scenario.yaml:35:38: error: post_impact.release must be a list, not a mapping"}},
-    // Which of the grasps is misspelt is known; that the other name grips nothing is not.
+    // Which of the grasps is misspelt is known; that the other name grasps nothing is not.
     {"release_of_a_misspelt_grasp",
      {{"end_effector: tip", "end_effector: tipp"}, with_post_impact("release: [{after: 5, end_effectors: [tip]}]")},
      {"scenario.yaml:29:20: error: unknown end-effector 'tipp' in grasps[0]; did you mean 'tip'?"}},
@@ -276,15 +277,16 @@ const std::vector<FaultCase> kCases{
       "the others; use plastic",
       "scenario.yaml:39:47: error: post_impact.release[0].after is 20 [s], must be less than 10, post_impact's "
       "duration",
-      "scenario.yaml:39:67: error: end-effector 'camera' in post_impact.release[0].end_effectors grips nothing; grips "
+      "scenario.yaml:39:67: error: end-effector 'camera' in post_impact.release[0].end_effectors grasps nothing; "
+      "grasps "
       "are tip, knee"}},
 };
 
-INSTANTIATE_TEST_SUITE_P(Each, GripFault, testing::ValuesIn(kCases),
+INSTANTIATE_TEST_SUITE_P(Each, GraspFault, testing::ValuesIn(kCases),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
 // Without the mark's place there is still the override.
-TEST(GripFaults, OfOverrides) {
+TEST(GraspFaults, OfOverrides) {
   EXPECT_THAT(
       faults_of(kSmallScenario, std::vector<Override>{{"grasps.tip.closes_at", "31"}}),
       ElementsAre("--set grasps.tip.closes_at=31: error: grasps[0].closes_at is 31 [s], must be at most 30, the "

@@ -1,4 +1,4 @@
-#include "grapnel/plan/leg.hpp"
+#include "grapnel/plan/path_segment.hpp"
 
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/integrate/integrate.hpp"
@@ -48,7 +48,8 @@ FreeMotion free_motion(const Model& model, const State& state, double time, cons
   return {time, com, momentum_about(model, k, com), model.mass(), gravity};
 }
 
-Leg::Leg(FloatingBase& base, LegStart start, FreeMotion motion, double relative_tolerance, double absolute_tolerance)
+PathSegment::PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion, double relative_tolerance,
+                         double absolute_tolerance)
     : base_(base),
       start_(std::move(start)),
       motion_(motion),
@@ -58,11 +59,11 @@ Leg::Leg(FloatingBase& base, LegStart start, FreeMotion motion, double relative_
       theta_(base.joints()),
       theta_dot_(base.joints()) {}
 
-JointPath Leg::path(int j, double position, double rate) const {
+JointPath PathSegment::path(int j, double position, double rate) const {
   return {start_.profile, start_.end - start_.begin, start_.position[j], position, start_.rate[j], rate};
 }
 
-void Leg::rates(double t, std::span<const double> y, std::span<double> dydt, bool sensitivities) {
+void PathSegment::rates(double t, std::span<const double> y, std::span<double> dydt, bool sensitivities) {
   ++evaluations_;
   const double s = t - start_.begin;
   for (int j = 0; j < base_.joints(); ++j) {
@@ -92,9 +93,9 @@ void Leg::rates(double t, std::span<const double> y, std::span<double> dydt, boo
   dD.rightCols(n) += b.position * base_.per_angle() + b.rate * base_.per_rate();
 }
 
-LegEnd Leg::fly(std::span<const double> position, std::span<const double> rate, bool sensitivities) {
+SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const double> rate, bool sensitivities) {
   const int n = base_.joints();
-  LegEnd end;
+  SegmentEnd end;
   if (!base_.floats()) {
     end.finished = true;
     end.X_WB = start_.X_WB;

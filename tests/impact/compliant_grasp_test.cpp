@@ -1,4 +1,4 @@
-// Grips that yield: against the plastic impact they become as they stiffen.
+// Grasps that yield: against the plastic impact they become as they stiffen.
 #include <gtest/gtest.h>
 
 #include "impact/compliant_case.hpp"
@@ -11,11 +11,11 @@ namespace {
 
 using Status = CompliantOutcome::Status;
 
-std::vector<CompliantGrip> yielding(const std::vector<Grasp>& grasps, double stiffness, double damping_ratio = 0.7) {
+std::vector<CompliantGrasp> yielding(const std::vector<Grasp>& grasps, double stiffness, double damping_ratio = 0.7) {
   const double c = 2 * damping_ratio * std::sqrt(stiffness * 5);  // targets are of some 10 kg
-  std::vector<CompliantGrip> grips;
-  for (const Grasp& g : grasps) grips.push_back({g, stiffness, c, 0.2 * stiffness, 0.2 * c});
-  return grips;
+  std::vector<CompliantGrasp> grasps;
+  for (const Grasp& g : grasps) grasps.push_back({g, stiffness, c, 0.2 * stiffness, 0.2 * c});
+  return grasps;
 }
 
 // Both arms of the thesis robot on one target, 1 m apart on its sides; it turns and moves against them, in the plane.
@@ -73,8 +73,8 @@ void expect_convergence(const Model& model, const State& state, const std::vecto
     expect_balanced(model, state, o, energy, momentum, static_cast<int>(std::log10(k)));
     double impulse = 0, size = 0;
     for (std::size_t g = 0; g < grasps.size(); ++g) {
-      impulse = std::max(impulse, norm(o.grips[g].impulse.linear - rigid.contacts[g].P_WC.linear));
-      impulse = std::max(impulse, norm(o.grips[g].impulse.angular - rigid.contacts[g].P_WC.angular));
+      impulse = std::max(impulse, norm(o.grasps[g].impulse.linear - rigid.contacts[g].P_WC.linear));
+      impulse = std::max(impulse, norm(o.grasps[g].impulse.angular - rigid.contacts[g].P_WC.angular));
       size = std::max(size, norm(rigid.contacts[g].P_WC.linear));
     }
     const double velocity = velocity_error(o, state, rigid);
@@ -96,7 +96,7 @@ void expect_convergence(const Model& model, const State& state, const std::vecto
   EXPECT_LT(last_velocity, 2e-3);  // measured 4.5e-4
 }
 
-TEST(CompliantGrips, BecomePlasticOnTwoTargets) {
+TEST(CompliantGrasps, BecomePlasticOnTwoTargets) {
   for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     SCOPED_TRACE(row_count(model));
     const ReferenceImpact r = reference_impact(model, 0.5);
@@ -104,7 +104,7 @@ TEST(CompliantGrips, BecomePlasticOnTwoTargets) {
   }
 }
 
-TEST(CompliantGrips, BecomePlasticOnASharedTarget) {
+TEST(CompliantGrasps, BecomePlasticOnASharedTarget) {
   for (GraspModel model : {GraspModel::rigid, GraspModel::hinge, GraspModel::point}) {
     SCOPED_TRACE(row_count(model));
     const ImpactCase c = shared_target(model);
@@ -112,8 +112,8 @@ TEST(CompliantGrips, BecomePlasticOnASharedTarget) {
   }
 }
 
-// All grips, joints, roots, in three dimensions; lightly damped and over too short a time for any rest.
-TEST(CompliantGrips, KeepMomentumAndEnergyWhateverTheRobot) {
+// All grasps, joints, roots, in three dimensions; lightly damped and over too short a time for any rest.
+TEST(CompliantGrasps, KeepMomentumAndEnergyWhateverTheRobot) {
   Worst energy("energy residual"), momentum("momentum error"), impulse("impulse against the integral of samples");
   int free_roots = 0;
   for (int i = 0; i < 24; ++i) {
@@ -128,7 +128,7 @@ TEST(CompliantGrips, KeepMomentumAndEnergyWhateverTheRobot) {
       ++free_roots;
       EXPECT_LT(momentum.note(momentum_error(c.model, c.state, o.after), i), 1e-12);  // measured 5.5e-15
     }
-    for (const ForceHistory& h : o.grips) {
+    for (const ForceHistory& h : o.grasps) {
       const Vector3d sampled = integral(o.times, h.force);
       double largest = 0, furthest = 0;
       for (std::size_t s = 0; s < o.times.size(); ++s) {
@@ -145,7 +145,7 @@ TEST(CompliantGrips, KeepMomentumAndEnergyWhateverTheRobot) {
   EXPECT_GT(free_roots, 12);
 }
 
-TEST(CompliantGrips, HeldJointsKeepTheirRates) {
+TEST(CompliantGrasps, HeldJointsKeepTheirRates) {
   const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   std::vector<int> held;
   std::vector<HeldRate> rates;
@@ -178,7 +178,7 @@ TEST(CompliantGrips, HeldJointsKeepTheirRates) {
 }
 
 // A base that is held takes momentum from outside and turns on as it did.
-TEST(CompliantGrips, HeldBaseStaysOnItsCourse) {
+TEST(CompliantGrasps, HeldBaseStaysOnItsCourse) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   const int base = r.model.body_index("base");
   set_root_twist(r.model, base, {{0.1, -0.2, 0.3}, {0.02, 0.01, -0.03}}, r.state);
@@ -198,22 +198,22 @@ TEST(CompliantGrips, HeldBaseStaysOnItsCourse) {
   EXPECT_LT(std::abs(dot(axis, X1.p - X0.p) - dot(axis, V.linear) * o.duration), 1e-10);
 }
 
-TEST(CompliantGrips, UndampedGripsNeverRest) {
+TEST(CompliantGrasps, UndampedGraspsNeverRest) {
   const ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
   const CompliantOutcome o = compliant_impact(r.model, r.state, {}, yielding(r.grasps, 1e6, 0), {.longest = 0.1});
   EXPECT_EQ(o.status, Status::time_over);
-  EXPECT_EQ(o.grips[0].energy_lost, 0);
+  EXPECT_EQ(o.grasps[0].energy_lost, 0);
   EXPECT_GT(o.elastic_energy_after, 0);
   EXPECT_LT(o.energy_residual, 1e-8);
 }
 
-// At a spring constant so low that a grip turns through, which springs do not know.
-TEST(CompliantGrips, HalfATurnIsAFailureThatSaysSo) {
+// At a spring constant so low that a grasp turns through, which springs do not know.
+TEST(CompliantGrasps, HalfATurnIsAFailureThatSaysSo) {
   ReferenceImpact r = reference_impact(GraspModel::rigid, 0.5);
-  std::vector<CompliantGrip> grips = yielding(r.grasps, 1e-3, 0);
-  const CompliantOutcome o = compliant_impact(r.model, r.state, {}, grips, {.longest = 1000});
+  std::vector<CompliantGrasp> grasps = yielding(r.grasps, 1e-3, 0);
+  const CompliantOutcome o = compliant_impact(r.model, r.state, {}, grasps, {.longest = 1000});
   EXPECT_EQ(o.status, Status::failed);
-  EXPECT_NE(o.message.find("a grip has turned by"), std::string::npos) << o.message;
+  EXPECT_NE(o.message.find("a grasp has turned by"), std::string::npos) << o.message;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Plots of end-effectors and their grips: motion against the grasp points', distances, loads, closure of loops.
+// Plots of end-effectors and their grasps: motion against the grasp points', distances, loads, closure of loops.
 import type { Vec3 } from "../data";
 import { label } from "../format";
 import { checkOf } from "../page/facts";
@@ -24,14 +24,14 @@ function names(run: Run, group: string): string[] {
   return [...new Set(found.filter((name) => name !== undefined))];
 }
 
-interface Grip {
+interface Grasp {
   target: string;
   grasp_point: string;
   position: Vec3; // of the grasp point in the target's frame
 }
 
-// What an end-effector is to grip, by the scene.
-function gripOf(run: Run, endEffector: string): Grip | null {
+// What an end-effector is to grasp, by the scene.
+function graspOf(run: Run, endEffector: string): Grasp | null {
   const grasp = run.scene?.grasps?.find((one) => one.end_effector === endEffector);
   const point = run.scene?.grasp_points?.find((one) => one.target === grasp?.target && one.name === grasp?.grasp_point);
   return grasp && point ? { target: grasp.target, grasp_point: grasp.grasp_point, position: point.position } : null;
@@ -39,13 +39,13 @@ function gripOf(run: Run, endEffector: string): Grip | null {
 
 // Velocity of its grasp point; null: not known.
 function graspPointVelocity(context: Context, endEffector: string): (() => Float64Array) | null {
-  const grip = gripOf(context.run, endEffector);
-  if (!grip) return null;
+  const grasp = graspOf(context.run, endEffector);
+  if (!grasp) return null;
   const [velocity, rate, attitude] = ["velocity", "angular_velocity", "quaternion_wxyz"].map((name) =>
-    context.run.series(`targets/${grip.target}/${name}`),
+    context.run.series(`targets/${grasp.target}/${name}`),
   );
   if (!velocity || !rate || !attitude) return null;
-  return lazily(() => pointVelocities(velocity.data, rate.data, attitude.data, grip.position));
+  return lazily(() => pointVelocities(velocity.data, rate.data, attitude.data, grasp.position));
 }
 
 export function endEffectorPlots(context: Context): PlotSpec[] {
@@ -58,20 +58,20 @@ export function endEffectorPlots(context: Context): PlotSpec[] {
 }
 
 function velocityPlots(context: Context, name: string): PlotSpec[] {
-  const grip = gripOf(context.run, name);
+  const grasp = graspOf(context.run, name);
   context.used.add(`end_effectors/${name}/position`);
   return [false, true].flatMap((rotation) => {
     const series = take(context, `end_effectors/${name}/${rotation ? "angular_velocity" : "velocity"}`);
     if (!series) return [];
-    const rate = grip && context.run.series(`targets/${grip.target}/angular_velocity`);
+    const rate = grasp && context.run.series(`targets/${grasp.target}/angular_velocity`);
     const other = rotation ? rate && (() => Float64Array.from(rate.data)) : graspPointVelocity(context, name);
     const lines = components(context, rotation).flatMap((c): Line[] => {
       const style = axisStyle(c);
       const own = componentLine(context, series, c, { label: kAxes[c], ...style });
-      if (!other || !grip) return [own];
+      if (!other || !grasp) return [own];
       const of = rotation ? "target" : "grasp point";
       const key = rotation
-        ? `targets/${grip.target}/angular_velocity/${kAxes[c]}`
+        ? `targets/${grasp.target}/angular_velocity/${kAxes[c]}`
         : `grasps/${name}/grasp_point_velocity/${kAxes[c]}`;
       return [
         own,
@@ -85,10 +85,10 @@ function velocityPlots(context: Context, name: string): PlotSpec[] {
       ];
     });
     const what = rotation ? "Angular velocity" : "Velocity";
-    const against = grip
+    const against = grasp
       ? rotation
-        ? `and of ${grip.target}`
-        : `and of grasp point ${grip.grasp_point} on ${grip.target}`
+        ? `and of ${grasp.target}`
+        : `and of grasp point ${grasp.grasp_point} on ${grasp.target}`
       : "";
     return [
       {
@@ -98,7 +98,7 @@ function velocityPlots(context: Context, name: string): PlotSpec[] {
         axis: label(what.toLowerCase(), series.unit),
         unit: series.unit,
         lines,
-        note: grip ? `Solid: end-effector; dashed: ${against.slice(4)}. In W.` : undefined,
+        note: grasp ? `Solid: end-effector; dashed: ${against.slice(4)}. In W.` : undefined,
       },
     ];
   });
@@ -156,7 +156,7 @@ function distancePlot(context: Context): PlotSpec[] {
   ];
 }
 
-// Loads on grips while they hold; of an impact in time also what happens during it.
+// Loads on grasps while they hold; of an impact in time also what happens during it.
 export function contactPlots(context: Context): PlotSpec[] {
   const all = names(context.run, "grasps");
   const magnitudePlot = (quantity: "force" | "moment"): PlotSpec => {
@@ -169,12 +169,12 @@ export function contactPlots(context: Context): PlotSpec[] {
     });
     return {
       id: `grip-${quantity}`,
-      group: "Grip loads",
-      title: `Grip ${quantity}`,
+      group: "Grasp loads",
+      title: `Grasp ${quantity}`,
       axis: label(`magnitude of the ${quantity}`, unit),
       unit,
       lines,
-      note: "What the grips pass on while they hold, besides impulses that take no time.",
+      note: "What the grasps pass on while they hold, besides impulses that take no time.",
     };
   };
   const plots = [magnitudePlot("force"), magnitudePlot("moment")];
@@ -217,7 +217,7 @@ function historyPlots(context: Context, all: string[], phase: PhaseSpan, k: numb
     });
     return {
       id: `${phase.name}-${quantity}-${k}`,
-      group: "Grip loads",
+      group: "Grasp loads",
       title: `Contact ${quantity} history`,
       axis: label(`contact ${quantity}`, unit),
       unit,

@@ -5,19 +5,19 @@
 /// given as scratch.
 
 #include "grapnel/plan/goal.hpp"
-#include "grapnel/plan/leg.hpp"
+#include "grapnel/plan/path_segment.hpp"
 
 namespace grapnel {
 
-/// A number that is to be least, of the final joint values and rates of a leg. See PlanSetup::Measure.
-class Measure {
+/// A number that is to be least, of the final joint values and rates of a segment. See PlanSetup::Objective.
+class Objective {
  public:
   enum class Kind { excursion, nearest, limits, manipulability, as_found };
 
-  Measure() = default;
-  /// For a leg that begins as `start` says. `guess` is read by nearest, limits by limits.
-  Measure(Kind kind, const LegStart& start, std::vector<double> guess, std::vector<double> lower,
-          std::vector<double> upper);
+  Objective() = default;
+  /// For a segment that begins as `start` says. `guess` is read by nearest, limits by limits.
+  Objective(Kind kind, const SegmentStart& start, std::vector<double> guess, std::vector<double> lower,
+            std::vector<double> upper);
 
   Kind kind() const { return kind_; }
 
@@ -40,7 +40,7 @@ class Measure {
   double excursion(std::span<const double> position, std::span<const double> rate, Gradient* gradient) const;
 
   Kind kind_ = Kind::as_found;
-  LegStart start_;
+  SegmentStart start_;
   std::vector<double> guess_, lower_, upper_;
   // Integrals of products of s', e', b' of (6.1) over that of s'^2.
   double se_ = 0, sb_ = 0, ee_ = 0, eb_ = 0, bb_ = 0;

@@ -1,4 +1,4 @@
-#include "grapnel/plan/measure.hpp"
+#include "grapnel/plan/objective.hpp"
 
 #include <cmath>
 
@@ -26,7 +26,7 @@ double lost_manipulability(FloatingBase& base, std::span<const Goal> goals, std:
 }
 
 // Half the square of a distance of each joint from a place, over a length.
-double half_squares(std::span<const double> position, const std::vector<double>& place, Measure::Gradient* gradient) {
+double half_squares(std::span<const double> position, const std::vector<double>& place, Objective::Gradient* gradient) {
   double sum = 0;
   for (std::size_t j = 0; j < position.size(); ++j) {
     const double d = position[j] - place[j];
@@ -38,8 +38,8 @@ double half_squares(std::span<const double> position, const std::vector<double>&
 
 }  // namespace
 
-Measure::Measure(Kind kind, const LegStart& start, std::vector<double> guess, std::vector<double> lower,
-                 std::vector<double> upper)
+Objective::Objective(Kind kind, const SegmentStart& start, std::vector<double> guess, std::vector<double> lower,
+                     std::vector<double> upper)
     : kind_(kind), start_(start), guess_(std::move(guess)), lower_(std::move(lower)), upper_(std::move(upper)) {
   if (kind != Kind::excursion) return;
   // Simpson's rule on polynomials of order 8 or a cycloid: 1e-9.
@@ -57,7 +57,7 @@ Measure::Measure(Kind kind, const LegStart& start, std::vector<double> guess, st
   se_ /= ss, sb_ /= ss, ee_ /= ss, eb_ /= ss, bb_ /= ss;
 }
 
-double Measure::excursion(std::span<const double> position, std::span<const double> rate, Gradient* gradient) const {
+double Objective::excursion(std::span<const double> position, std::span<const double> rate, Gradient* gradient) const {
   const double T = start_.end - start_.begin;
   double sum = 0;
   for (std::size_t j = 0; j < position.size(); ++j) {
@@ -71,8 +71,8 @@ double Measure::excursion(std::span<const double> position, std::span<const doub
   return sum;
 }
 
-double Measure::value(FloatingBase& base, std::span<const Goal> goals, std::span<const double> position,
-                      std::span<const double> rate, Gradient* gradient) const {
+double Objective::value(FloatingBase& base, std::span<const Goal> goals, std::span<const double> position,
+                        std::span<const double> rate, Gradient* gradient) const {
   const std::size_t n = position.size();
   if (gradient) gradient->position.assign(n, 0.0), gradient->rate.assign(n, 0.0);
   double sum = 0;

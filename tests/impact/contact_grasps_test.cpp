@@ -1,4 +1,4 @@
-/// Contacts while grips hold and rates are held.
+/// Contacts while grasps hold and rates are held.
 
 #include <gtest/gtest.h>
 
@@ -9,15 +9,15 @@
 namespace grapnel::testing {
 namespace {
 
-// Two bodies that a rigid grip holds together take a blow as the one body they are.
-TEST(ContactGrips, ClosedGripMakesACompositeBody) {
+// Two bodies that a rigid grasp holds together take a blow as the one body they are.
+TEST(ContactGrasps, ClosedGraspMakesACompositeBody) {
   for (RestitutionHypothesis h : kHypotheses) {
     const Lump striker{"striker", 1.5, {0.2, 0.3, 0.1}, {0.4, 0.1, 0.6}, {{0.3, -0.2, 0.1}, {0.2, 0.1, -1}}};
     ContactCase two =
         lumps({striker, {"left", 2, {0.3, 0.4, 0.5}, {-0.5, 0, -0.5}}, {"right", 2, {0.3, 0.4, 0.5}, {0.5, 0, -0.5}}});
     two.contacts = {{0, 2, {0.3, 0.2, 0}, {0, 0, 1}, 0.5, 0.3, 1}};
-    const Grasp grip{1, 2, GraspModel::rigid, {0, 0, -0.5}, {0, 0, 1}};
-    const ContactImpactSolution held = contact_impact(two.model, two.state, two.contacts, h, {&grip, 1});
+    const Grasp grasp{1, 2, GraspModel::rigid, {0, 0, -0.5}, {0, 0, 1}};
+    const ContactImpactSolution held = contact_impact(two.model, two.state, two.contacts, h, {&grasp, 1});
     // Parallel axes: 2 kg at 0.5 m either side along x.
     ContactCase one = lumps({striker, {"both", 4, {0.6, 0.8 + 1, 1.0 + 1}, {0, 0, -0.5}}});
     one.contacts = {{0, 1, {0.3, 0.2, 0}, {0, 0, 1}, 0.5, 0.3, 1}};
@@ -29,7 +29,7 @@ TEST(ContactGrips, ClosedGripMakesACompositeBody) {
 }
 
 // A joint's rotor of ever larger inertia becomes a rate that is held: the error falls like 1/inertia.
-TEST(ContactGrips, LargeRotorBecomesAHeldRate) {
+TEST(ContactGrasps, LargeRotorBecomesAHeldRate) {
   const auto arm = [](double rotor) {
     ModelBuilder builder;
     BodyDescription base, link, ball;

@@ -1,4 +1,5 @@
-/// Grips that close one after the other, at stated times or on arrival, and grips that let go: what each event keeps.
+/// Grasps that close one after the other, at stated times or on arrival, and grasps that are released: what each event
+/// keeps.
 
 #include <gtest/gtest.h>
 
@@ -18,8 +19,8 @@ void expect_constant_momenta(const CaptureResult& r) {
   }
 }
 
-// From the two samples of an impact: energy lost is half the sum over the grips of the impulse times the relative
-// velocity there before (which each new grip has, and old ones do not).
+// From the two samples of an impact: energy lost is half the sum over the grasps of the impulse times the relative
+// velocity there before (which each new grasp has, and old ones do not).
 void expect_energy_identity(const CaptureResult& r, const ImpactReport& i) {
   double work = 0;
   for (const GraspImpulse& g : i.grasps)
@@ -39,7 +40,7 @@ CaptureProblem staged(const std::vector<int>& targets, const std::vector<double>
   return p;
 }
 
-TEST(SecondGripLater, IsAnImpactOfTheJoinedSystem) {
+TEST(SecondGraspLater, IsAnImpactOfTheJoinedSystem) {
   for (int index = 40; index < 44; ++index) {
     SCOPED_TRACE(seed_note(index));
     const CaptureProblem p = staged({0, 0, 0}, {0, 1.5, 3}, index, 5);
@@ -55,35 +56,35 @@ TEST(SecondGripLater, IsAnImpactOfTheJoinedSystem) {
     EXPECT_NEAR(r.later_impacts[1].time, 3, 1e-12);
     for (const ImpactReport& i : r.later_impacts) {
       expect_energy_identity(r, i);
-      // Old grips have no relative motion before, and pass on part of the blow.
+      // Old grasps have no relative motion before, and pass on part of the blow.
       EXPECT_LT(norm(i.grasps[0].relative_velocity_before), 1e-11);
       EXPECT_LT(norm(i.grasps[0].relative_angular_velocity_before), 1e-11);
       EXPECT_GT(norm(i.grasps.back().relative_velocity_before), 1e-3);
       EXPECT_GT(norm(i.grasps[0].impulse), 1e-3);
     }
-    // Each grip keeps what it found when it closed, through all later events.
+    // Each grasp keeps what it found when it closed, through all later events.
     const char* phases[] = {"post_impact", "post_impact_2", "post_impact_3"};
     for (std::size_t g = 0; g < 3; ++g) {
       const Opening o = opening(p, r, g, first_sample(r, phases[g]), r.series.time.size() - 1);
       EXPECT_LT(o.position, 2e-12);
       EXPECT_LT(o.angle, 2e-12);
-      EXPECT_NEAR(r.grips[g].time, 1.5 * static_cast<double>(g), 1e-12);
-      EXPECT_TRUE(r.grips[g].captured);
+      EXPECT_NEAR(r.grasps[g].time, 1.5 * static_cast<double>(g), 1e-12);
+      EXPECT_TRUE(r.grasps[g].captured);
     }
     // Places do not jump in an impact; the motion does.
     EXPECT_LT(jump(r, "post_impact", "contact_2", true), 1e-11);
     EXPECT_LT(jump(r, "contact_2", "post_impact_2", true), 1e-11);
     EXPECT_LT(jump(r, "post_impact", "post_impact_2", false), 1e-11);
     EXPECT_GT(jump(r, "post_impact", "post_impact_2", true), 1e-3);
-    // The loops are the grips beyond the first.
+    // The loops are the grasps beyond the first.
     ASSERT_EQ(r.loops.size(), 2u);
     EXPECT_EQ(r.loops[0].phase, "post_impact_2");
     EXPECT_EQ(r.loops[1].closures.size(), 2u);
   }
 }
 
-// Two grips half a second apart on one target, a third on another target that is only then caught.
-TEST(SecondGripLater, MayBeOnAnotherTarget) {
+// Two grasps half a second apart on one target, a third on another target that is only then caught.
+TEST(SecondGraspLater, MayBeOnAnotherTarget) {
   const CaptureProblem p = staged({0, 0, 1}, {0, 1, 1.5}, 45, 3);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
@@ -99,7 +100,7 @@ TEST(SecondGripLater, MayBeOnAnotherTarget) {
   EXPECT_GT(norm(vector_at(r, "targets/target1/linear_momentum", last_sample(r, "post_impact_3")) - h), 1e-3 * norm(h));
 }
 
-TEST(SecondGripLater, ThatMissesLeavesAnOpenChain) {
+TEST(SecondGraspLater, ThatMissesLeavesAnOpenChain) {
   CaptureProblem p = staged({0, 0}, {0, 1}, 46, 3);
   p.robot.end_effectors[1].envelope.emplace();
   p.robot.end_effectors[1].envelope->position = 1e-4;
@@ -108,10 +109,10 @@ TEST(SecondGripLater, ThatMissesLeavesAnOpenChain) {
   expect_constant_momenta(r);
   EXPECT_TRUE(r.later_impacts.empty());
   EXPECT_TRUE(r.loops.empty());
-  ASSERT_EQ(r.grips.size(), 2u);
-  EXPECT_FALSE(r.grips[1].captured);
-  EXPECT_NE(r.grips[1].reason.find("outside the envelope: distance"), std::string::npos) << r.grips[1].reason;
-  EXPECT_NEAR(r.grips[1].time, 1, 1e-12);
+  ASSERT_EQ(r.grasps.size(), 2u);
+  EXPECT_FALSE(r.grasps[1].captured);
+  EXPECT_NE(r.grasps[1].reason.find("outside the envelope: distance"), std::string::npos) << r.grasps[1].reason;
+  EXPECT_NEAR(r.grasps[1].time, 1, 1e-12);
   // As if it had never been meant to.
   p.grasps.pop_back();
   const CaptureResult alone = simulate_capture(p);
@@ -137,7 +138,7 @@ CaptureProblem approaching(const std::vector<double>& times, int index) {
   return p;
 }
 
-TEST(GripsInTheApproach, LetTheOtherArmsFollowTheirPaths) {
+TEST(GraspsInTheApproach, LetTheOtherArmsFollowTheirPaths) {
   for (int index = 50; index < 53; ++index) {
     SCOPED_TRACE(seed_note(index));
     const CaptureProblem p = approaching({1, 2, 0}, index);  // the third closes at the approach's end, at 3 s
@@ -149,7 +150,7 @@ TEST(GripsInTheApproach, LetTheOtherArmsFollowTheirPaths) {
     EXPECT_NEAR(r.impact->time, 1, 1e-12);
     EXPECT_NEAR(r.later_impacts[0].time, 2, 1e-12);
     EXPECT_NEAR(r.later_impacts[1].time, 3, 1e-12);
-    // Ideal drives keep the rates of the arms that grip nothing yet, whatever that takes; the others give way.
+    // Ideal drives keep the rates of the arms that grasp nothing yet, whatever that takes; the others give way.
     for (std::size_t j = 0; j < 18; ++j) {
       const double first = r.impact->joint_velocity_change[j], second = r.later_impacts[0].joint_velocity_change[j];
       if (j >= 6) {
@@ -162,7 +163,7 @@ TEST(GripsInTheApproach, LetTheOtherArmsFollowTheirPaths) {
         EXPECT_GT(std::abs(first), 1e-7) << j;
       }
     }
-    // Until their own grip these joints are on their paths.
+    // Until their own grasp these joints are on their paths.
     for (std::size_t s = 0; s <= last_sample(r, "approach_3"); ++s) {
       const std::vector<double> q = joints_at(r, "joints/position", s),
                                 to = joints_at(r, "joints/reference_position", s);
@@ -181,7 +182,7 @@ TEST(GripsInTheApproach, LetTheOtherArmsFollowTheirPaths) {
   }
 }
 
-TEST(GripsInTheApproach, MayAllCloseBeforeItsEndOrAfterIt) {
+TEST(GraspsInTheApproach, MayAllCloseBeforeItsEndOrAfterIt) {
   const CaptureResult early = simulate_capture(approaching({0.5, 1, 1.5}, 54));
   expect_passes(early);
   EXPECT_EQ(early.series.time.back(), 5);
@@ -195,14 +196,14 @@ TEST(GripsInTheApproach, MayAllCloseBeforeItsEndOrAfterIt) {
   // At the approach's very end, and at the run's.
   const CaptureResult edge = simulate_capture(approaching({3, 5, 0}, 54));
   expect_passes(edge);
-  ASSERT_EQ(edge.grips.size(), 3u);
-  for (const GripOutcome& g : edge.grips) EXPECT_TRUE(g.captured) << g.end_effector << " " << g.reason;
+  ASSERT_EQ(edge.grasps.size(), 3u);
+  for (const GraspOutcome& g : edge.grasps) EXPECT_TRUE(g.captured) << g.end_effector << " " << g.reason;
   EXPECT_EQ(edge.impact->grasps.size(), 2u);
   ASSERT_EQ(edge.later_impacts.size(), 1u);
   EXPECT_NEAR(edge.later_impacts[0].time, 5, 1e-12);
 }
 
-TEST(GripsInTheApproach, WorkWithDrivesThatGiveWay) {
+TEST(GraspsInTheApproach, WorkWithDrivesThatGiveWay) {
   for (const JointControl mode : {JointControl::pd, JointControl::computed_torque}) {
     for (const PostImpactSetup::Joints after :
          {PostImpactSetup::Joints::free, PostImpactSetup::Joints::pd, PostImpactSetup::Joints::braked}) {
@@ -275,17 +276,17 @@ CaptureProblem swinging_bar(double approach) {
   return p;
 }
 
-TEST(OnArrival, TheGripClosesAtTheEdgeOfItsEnvelope) {
+TEST(OnArrival, TheGraspClosesAtTheEdgeOfItsEnvelope) {
   const CaptureProblem p = swinging_bar(0);
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   expect_finite(r);
   ASSERT_EQ(r.later_impacts.size(), 1u);
-  ASSERT_EQ(r.grips.size(), 2u);
-  EXPECT_TRUE(r.grips[1].captured);
-  EXPECT_NEAR(r.grips[1].distance, 0.01, 1e-9);
-  EXPECT_GT(r.grips[1].time, 1);
-  EXPECT_LT(r.grips[1].time, 4);
+  ASSERT_EQ(r.grasps.size(), 2u);
+  EXPECT_TRUE(r.grasps[1].captured);
+  EXPECT_NEAR(r.grasps[1].distance, 0.01, 1e-9);
+  EXPECT_GT(r.grasps[1].time, 1);
+  EXPECT_LT(r.grasps[1].time, 4);
   EXPECT_NEAR(r.later_impacts[0].grasps[1].gap, 0.01, 1e-9);
   expect_energy_identity(r, r.later_impacts[0]);
   expect_constant_momenta(r);
@@ -302,8 +303,8 @@ TEST(OnArrival, NothingHappensIfItNeverComes) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   EXPECT_TRUE(r.later_impacts.empty());
-  EXPECT_FALSE(r.grips[1].captured);
-  EXPECT_EQ(r.grips[1].reason, "did not come within its envelope before the run's end");
+  EXPECT_FALSE(r.grasps[1].captured);
+  EXPECT_EQ(r.grasps[1].reason, "did not come within its envelope before the run's end");
 }
 
 TEST(OnArrival, AlsoInTheApproachWithTheDrivesOn) {
@@ -312,12 +313,12 @@ TEST(OnArrival, AlsoInTheApproachWithTheDrivesOn) {
     const CaptureResult r = simulate_capture(p);
     expect_passes(r);
     expect_finite(r);
-    ASSERT_EQ(r.grips.size(), 2u);
-    EXPECT_TRUE(r.grips[0].captured);
-    EXPECT_NEAR(r.grips[0].time, 0.5, 1e-12);
-    ASSERT_TRUE(r.grips[1].captured) << r.grips[1].reason;
-    EXPECT_EQ(r.grips[1].time<duration, duration> 3) << r.grips[1].time;
-    EXPECT_NEAR(r.grips[1].distance, 0.01, 1e-9);
+    ASSERT_EQ(r.grasps.size(), 2u);
+    EXPECT_TRUE(r.grasps[0].captured);
+    EXPECT_NEAR(r.grasps[0].time, 0.5, 1e-12);
+    ASSERT_TRUE(r.grasps[1].captured) << r.grasps[1].reason;
+    EXPECT_EQ(r.grasps[1].time<duration, duration> 3) << r.grasps[1].time;
+    EXPECT_NEAR(r.grasps[1].distance, 0.01, 1e-9);
     expect_constant_momenta(r);
     EXPECT_EQ(r.series.time.back(), duration + 8);
   }
@@ -328,8 +329,8 @@ TEST(OnArrival, AHandThatIsThereAlreadyClosesAtOnce) {
   p.robot.end_effectors[1].envelope->position = 5;
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
-  EXPECT_EQ(r.grips[1].time, 0);
-  EXPECT_TRUE(r.grips[1].captured);
+  EXPECT_EQ(r.grasps[1].time, 0);
+  EXPECT_TRUE(r.grasps[1].captured);
 }
 
 // --- Letting go
@@ -351,7 +352,7 @@ TEST(Release, CarriesAllMotionOver) {
     EXPECT_NEAR(r.releases[1].time, 3, 1e-12);
     EXPECT_LT(jump(r, "post_impact", "post_impact_2", true), 1e-11);  // measured 3e-14
     EXPECT_LT(jump(r, "post_impact_2", "post_impact_3", true), 1e-11);
-    for (std::size_t g = 0; g < 3; ++g) EXPECT_NEAR(r.grips[g].released.value_or(-1), g == 0 ? 1 : 3, 1e-12);
+    for (std::size_t g = 0; g < 3; ++g) EXPECT_NEAR(r.grasps[g].released.value_or(-1), g == 0 ? 1 : 3, 1e-12);
     const std::size_t taken = first_sample(r, "post_impact_2"), free = first_sample(r, "post_impact_3");
     for (std::size_t g = 1; g < 3; ++g) {
       EXPECT_LT(opening(p, r, g, first_sample(r, "post_impact"), free).position, 2e-12);
@@ -382,11 +383,11 @@ TEST(Release, OfWhatNobodyHoldsDoesNothing) {
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   EXPECT_TRUE(r.releases.empty());
-  EXPECT_TRUE(r.grips[1].captured);
-  EXPECT_FALSE(r.grips[1].released);
+  EXPECT_TRUE(r.grasps[1].captured);
+  EXPECT_FALSE(r.grasps[1].released);
 }
 
-TEST(Release, AGripMayCloseAfterAnotherHasLetGo) {
+TEST(Release, AGraspMayCloseAfterAnotherHasLetGo) {
   CaptureProblem p = staged({0, 0}, {0, 2}, 66, 4);
   p.post_impact->releases = {{1, {"hand0"}}};
   const CaptureResult r = simulate_capture(p);
@@ -411,7 +412,7 @@ TEST(Release, AtTheInstantAtWhichAnotherCloses) {
   expect_constant_momenta(r);
   ASSERT_EQ(r.later_impacts.size(), 1u);
   ASSERT_EQ(r.releases.size(), 1u);
-  EXPECT_TRUE(r.grips[1].captured);
+  EXPECT_TRUE(r.grasps[1].captured);
   EXPECT_LT(opening(p, r, 1, last_sample(r, "contact_2"), r.series.time.size() - 1).position, 2e-12);
 }
 

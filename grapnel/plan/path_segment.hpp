@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// One leg of an approach: the joints follow a profile from where they are to final values and rates, the base answers
-/// by conservation of momentum, and where it ends depends on those values: the integral of (2.3) with its
+/// One segment of an approach: the joints follow a profile from where they are to final values and rates, the base
+/// answers by conservation of momentum, and where it ends depends on those values: the integral of (2.3) with its
 /// sensitivities.
 ///
 /// With x = (final values, final rates) the joints move as theta(t) = ... + a(t) final + b(t) final_rate. A
@@ -33,8 +33,8 @@ struct FreeMotion {
 /// Of a servicer's state.
 FreeMotion free_motion(const Model& model, const State& state, double time, const Vector3d& gravity);
 
-/// Where a leg begins.
-struct LegStart {
+/// Where a segment begins.
+struct SegmentStart {
   double begin = 0, end = 0;  // [s]
   JointProfile profile = JointProfile::quintic;
   std::vector<double> position, rate;  // per joint
@@ -43,7 +43,7 @@ struct LegStart {
 };
 
 /// Where it ends.
-struct LegEnd {
+struct SegmentEnd {
   bool finished = false;
   std::string failure;
   Posed X_WB = Posed::identity();
@@ -51,15 +51,16 @@ struct LegEnd {
   Matrix6Xd per_rate;      // per final joint rate
 };
 
-class Leg {
+class PathSegment {
  public:
-  /// `base` is shared scratch and must outlive the leg. Tolerances are those of the integration of the base's pose.
-  Leg(FloatingBase& base, LegStart start, FreeMotion motion, double relative_tolerance, double absolute_tolerance);
+  /// `base` is shared scratch and must outlive the segment. Tolerances are those of the integration of the base's pose.
+  PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion, double relative_tolerance,
+              double absolute_tolerance);
 
   /// Flies it to these final values and rates (one per joint).
-  LegEnd fly(std::span<const double> position, std::span<const double> rate, bool sensitivities);
+  SegmentEnd fly(std::span<const double> position, std::span<const double> rate, bool sensitivities);
 
-  const LegStart& start() const { return start_; }
+  const SegmentStart& start() const { return start_; }
   const FreeMotion& motion() const { return motion_; }
   FloatingBase& base() const { return base_; }
   /// The path of joint j for these final values.
@@ -70,7 +71,7 @@ class Leg {
   void rates(double t, std::span<const double> y, std::span<double> dydt, bool sensitivities);
 
   FloatingBase& base_;
-  LegStart start_;
+  SegmentStart start_;
   FreeMotion motion_;
   Tolerances tolerances_;
   DormandPrince853<double> plain_, with_sensitivities_;
