@@ -4,7 +4,7 @@
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
-#include "grapnel/result/summary.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 int main(int argc, char** argv) {

@@ -8,7 +8,7 @@
 
 #include "grapnel/approach/target_motion.hpp"
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/result/plan_report.hpp"
+#include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
 namespace grapnel {

@@ -11,7 +11,7 @@
 #include "grapnel/campaign/run_block.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
-#include "grapnel/study/slow_run.hpp"
+#include "grapnel/study/run_case.hpp"
 
 namespace grapnel {
 namespace {

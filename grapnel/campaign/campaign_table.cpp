@@ -5,7 +5,7 @@
 #include <stdexcept>
 
 #include "grapnel/result/file_seal.hpp"
-#include "grapnel/result/hdf5_handle.hpp"
+#include "grapnel/result/hdf5_file.hpp"
 
 namespace grapnel {
 namespace {

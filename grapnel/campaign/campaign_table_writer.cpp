@@ -9,7 +9,6 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/file_seal.hpp"
-#include "grapnel/result/growing_dataset.hpp"
 #include "grapnel/result/hdf5_file.hpp"
 
 namespace grapnel {

@@ -12,7 +12,6 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/json_document.hpp"
-#include "grapnel/result/json_text.hpp"
 
 namespace grapnel {
 namespace {

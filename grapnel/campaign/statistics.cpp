@@ -5,7 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "grapnel/campaign/distribution.hpp"
+#include "grapnel/campaign/uncertain_value.hpp"
 
 namespace grapnel {
 namespace {

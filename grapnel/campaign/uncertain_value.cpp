@@ -1,6 +1,185 @@
 #include "grapnel/campaign/uncertain_value.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "grapnel/spatial/scalar.hpp"
+
 namespace grapnel {
+
+namespace {
+
+double polynomial(std::span<const double> coefficients, double x) {
+  double sum = 0;
+  for (auto c = coefficients.rbegin(); c != coefficients.rend(); ++c) sum = sum * x + *c;
+  return sum;
+}
+
+// The coefficients of AS 241: numerators and denominators for |p - 1/2| <= 0.425, then by r = sqrt(-log min(p, 1 - p))
+// to 5, then beyond.
+constexpr double kA[] = {3.3871328727963666080e0, 1.3314166789178437745e2, 1.9715909503065514427e3,
+                         1.3731693765509461125e4, 4.5921953931549871457e4, 6.7265770927008700853e4,
+                         3.3430575583588128105e4, 2.5090809287301226727e3};
+constexpr double kB[] = {1.0,
+                         4.2313330701600911252e1,
+                         6.8718700749205790830e2,
+                         5.3941960214247511077e3,
+                         2.1213794301586595867e4,
+                         3.9307895800092710610e4,
+                         2.8729085735721942674e4,
+                         5.2264952788528545610e3};
+constexpr double kC[] = {1.42343711074968357734e0,  4.63033784615654529590e0, 5.76949722146069140550e0,
+                         3.64784832476320460504e0,  1.27045825245236838258e0, 2.41780725177450611770e-1,
+                         2.27238449892691845833e-2, 7.74545014278341407640e-4};
+constexpr double kD[] = {1.0,
+                         2.05319162663775882187e0,
+                         1.67638483018380384940e0,
+                         6.89767334985100004550e-1,
+                         1.48103976427480074590e-1,
+                         1.51986665636164571966e-2,
+                         5.47593808499534494600e-4,
+                         1.05075007164441684324e-9};
+constexpr double kE[] = {6.65790464350110377720e0,  5.46378491116411436990e0,  1.78482653991729133580e0,
+                         2.96560571828504891230e-1, 2.65321895265761230930e-2, 1.24266094738807843860e-3,
+                         2.71155556874348757815e-5, 2.01033439929228813265e-7};
+constexpr double kF[] = {1.0,
+                         5.99832206555887937690e-1,
+                         1.36929880922735805310e-1,
+                         1.48753612908506148525e-2,
+                         7.86869131145613259100e-4,
+                         1.84631831751005468180e-5,
+                         1.42151175831644588870e-7,
+                         2.04426310338993978564e-15};
+
+// The normal quantile between the probabilities of `low` and `high`, at the part u of the way.
+double cut_normal(double low, double high, double u) {
+  // Above the middle, probabilities near 1 would lose digits: there it is the mirror image.
+  if (low > 0) return -cut_normal(-high, -low, 1 - u);
+  const double p = normal_probability(low), q = normal_probability(high);
+  const double z = normal_quantile(std::clamp(p + u * (q - p), 0x1p-1060, 1 - 0x1p-53));
+  return std::clamp(z, low, high);
+}
+
+}  // namespace
+
+double normal_probability(double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); }
+
+double normal_quantile(double p) {
+  const double q = p - 0.5;
+  if (std::abs(q) <= 0.425) {
+    const double r = 0.180625 - q * q;
+    return q * polynomial(kA, r) / polynomial(kB, r);
+  }
+  double r = std::sqrt(-std::log(q < 0 ? p : 1 - p));
+  double z = 0;
+  if (r <= 5) {
+    r -= 1.6;
+    z = polynomial(kC, r) / polynomial(kD, r);
+  } else {
+    r -= 5;
+    z = polynomial(kE, r) / polynomial(kF, r);
+  }
+  return q < 0 ? -z : z;
+}
+
+std::array<double, 2> NumberDistribution::standard_bounds() const {
+  if (kind != Kind::log_normal) return {(from - location) / scale, (to - location) / scale};
+  return {from > 0 ? std::log(from / location) / scale : -40, std::log(to / location) / scale};
+}
+
+double NumberDistribution::at(double u) const {
+  switch (kind) {
+    case Kind::constant:
+      return location;
+    case Kind::normal: {
+      if (!cut) return location + scale * normal_quantile(u);
+      const auto [low, high] = standard_bounds();
+      const double z = cut_normal(low, high, u);
+      return std::clamp(location + scale * z, from, to);
+    }
+    case Kind::log_normal: {
+      if (!cut) return location * std::exp(scale * normal_quantile(u));
+      const auto [low, high] = standard_bounds();
+      const double z = cut_normal(low, high, u);
+      return std::clamp(location * std::exp(scale * z), from, to);
+    }
+    case Kind::uniform:
+      return std::clamp(from + u * (to - from), from, to);
+    case Kind::integers:
+      break;
+  }
+  return std::min(from + std::floor(u * (to - from + 1)), to);
+}
+
+Vector3d random_direction(double u, double v) {
+  const double z = 1 - 2 * u, radius = 2 * std::sqrt(u * (1 - u));
+  const auto turn = sine_cosine(2 * std::numbers::pi * v);
+  return {radius * turn.cosine, radius * turn.sine, z};
+}
+
+Quaterniond random_rotation(double u, double v, double w) {
+  const double a = std::sqrt(1 - u), b = std::sqrt(u);
+  const auto s = sine_cosine(2 * std::numbers::pi * v), t = sine_cosine(2 * std::numbers::pi * w);
+  return {b * t.cosine, a * s.sine, a * s.cosine, b * t.sine};
+}
+
+Quaterniond rotation_by(const Vector3d& rotation_vector) {
+  const double angle = norm(rotation_vector);
+  if (!(angle > 0)) return Quaterniond::identity();
+  const auto half = sine_cosine(0.5 * angle);
+  const Vector3d v = (half.sine / angle) * rotation_vector;
+  return {half.cosine, v[0], v[1], v[2]};
+}
+
+Vector3d tilted(const Vector3d& vector, double t1, double t2) {
+  const double length = norm(vector);
+  const double angle = std::hypot(t1, t2);
+  if (!(length > 0) || !(angle > 0)) return vector;
+  const Vector3d n = (1 / length) * vector;
+  // Two axes perpendicular to it and to each other; of W's axes the one farthest from it begins.
+  int k = 0;
+  for (int i = 1; i < 3; ++i) {
+    if (std::abs(n[i]) < std::abs(n[k])) k = i;
+  }
+  Vector3d a = cross(n, Vector3d::unit(k));
+  a = (1 / norm(a)) * a;
+  const Vector3d b = cross(n, a);
+  const auto turn = sine_cosine(angle);
+  return length * (turn.cosine * n + (turn.sine / angle) * (t1 * a + t2 * b));
+}
+
+std::optional<std::vector<double>> semidefinite_factor(std::span<const double> matrix, std::size_t n) {
+  double largest = 0;
+  for (std::size_t i = 0; i < n; ++i) largest = std::max(largest, std::abs(matrix[i * n + i]));
+  const double tolerance = 1e-12 * largest;
+  std::vector<double> L(n * n, 0.0);
+  for (std::size_t j = 0; j < n; ++j) {
+    const auto rest = [&](std::size_t i) {
+      double sum = matrix[i * n + j];
+      for (std::size_t k = 0; k < j; ++k) sum -= L[i * n + k] * L[j * n + k];
+      return sum;
+    };
+    const double pivot = rest(j);
+    if (pivot < -tolerance) return {};
+    const bool is_zero = pivot <= tolerance;
+    L[j * n + j] = is_zero ? 0 : std::sqrt(pivot);
+    for (std::size_t i = j + 1; i < n; ++i) {
+      const double below = rest(i);
+      // Beside a zero on the diagonal of what is left there can be nothing: |a_ij| <= sqrt(a_ii a_jj).
+      if (is_zero && std::abs(below) > std::sqrt(tolerance * largest)) return {};
+      if (!is_zero) L[i * n + j] = below / L[j * n + j];
+    }
+  }
+  return L;
+}
+
+std::size_t chosen(std::span<const double> running_sums, double u) {
+  const double mark = u * running_sums.back();
+  const auto it = std::upper_bound(running_sums.begin(), running_sums.end(), mark);
+  return std::min(static_cast<std::size_t>(it - running_sums.begin()), running_sums.size() - 1);
+}
+
 namespace {
 
 double formed(ValueForm form, double nominal, double drawn) {

@@ -1,4 +1,4 @@
-#include "grapnel/capture/conserved_quantities.hpp"
+#include "grapnel/capture/conservation_monitor.hpp"
 
 namespace grapnel {
 namespace {

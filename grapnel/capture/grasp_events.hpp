@@ -40,7 +40,7 @@ void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law,
 /// Puts a report into the result, with margins and warnings.
 void keep_report(CaptureRun& run, ImpactReport report);
 
-// --- Impacts (impacts.cpp) ---
+// --- Impacts (grasp_events.cpp) ---
 
 /// Grasps close, or contacts touch: in the free system, where those that hold already are constraints like the new
 /// ones.
@@ -48,7 +48,7 @@ void impact_at_once(CaptureRun& run, const std::vector<std::size_t>& closing, Im
 /// The impact takes its time: grasps and contacts yield meanwhile, then grasps are rigid.
 void impact_in_time(CaptureRun& run, const std::vector<std::size_t>& closing);
 
-// --- Brakes (impacts.cpp) ---
+// --- Brakes (grasp_events.cpp) ---
 
 /// Joints that settle stop at once, if brakes hold them after the approach. In the free system.
 std::optional<BrakeReport> lock_settled_joints(CaptureRun& run);

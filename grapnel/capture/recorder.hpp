@@ -9,7 +9,7 @@
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/moving_frame.hpp"
 #include "grapnel/result/capture_result.hpp"
-#include "grapnel/result/series_sink.hpp"
+#include "grapnel/result/time_series.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {

@@ -5,7 +5,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "grapnel/clearance/convex_core.hpp"
 #include "grapnel/clearance/convex_distance.hpp"
 
 namespace grapnel {

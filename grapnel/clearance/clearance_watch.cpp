@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/clearance/scalar_search.hpp"
+#include "grapnel/clearance/motion_segment.hpp"
 
 namespace grapnel {
 

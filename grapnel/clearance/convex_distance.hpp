@@ -3,9 +3,101 @@
 /// @file
 /// Distance of two convex cores that do not overlap. Inside this module only.
 
-#include "grapnel/clearance/convex_core.hpp"
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/model/geometry.hpp"
 
 namespace grapnel {
+
+// Shapes as a core and a rounding radius: a sphere is a point, a capsule a segment, both with a radius; boxes and
+// cylinders are their own cores, and of a mesh it is the convex hull. Points and segments are boxes with edges of
+// length zero.
+
+/// A convex set in its frame: a box or, if round, a cylinder along z with radius half[0], or a hull in such a box; box
+/// and cylinder are centred on the frame's origin, and so is the hull's bounding box.
+struct ConvexCore {
+  Vector3d half = Vector3d::zero();  // half extents along the frame's axes [m]
+  bool round = false;
+  double rounding = 0;                // of the shape around the core [m]
+  const ConvexHull* hull = nullptr;   // in the mesh's unit
+  Vector3d scale = Vector3d::zero();  // of the hull, into m
+
+  bool is_segment() const { return !round && half[0] == 0 && half[1] == 0; }
+  bool is_point() const { return is_segment() && half[2] == 0; }
+  /// Radius of the core's bounding sphere [m].
+  double reach() const { return round ? std::hypot(half[0], half[2]) : norm(half); }
+  /// A vector of the hull's mesh, such as an edge, in the core's frame.
+  Vector3d scaled(const Vector3d& v) const { return {scale[0] * v[0], scale[1] * v[1], scale[2] * v[2]}; }
+  /// Direction of a normal of the hull, not of length 1.
+  Vector3d scaled_normal(const Vector3d& n) const { return {n[0] / scale[0], n[1] / scale[1], n[2] / scale[2]}; }
+  /// A point of the core.
+  Vector3d any_point() const { return hull ? scaled(hull->vertices[0] - hull->center) : Vector3d::zero(); }
+};
+
+inline ConvexCore core_of(const Geometry& geometry) {
+  const Vector3d& s = geometry.size;
+  switch (geometry.shape) {
+    case Geometry::Shape::box:
+      return {0.5 * s, false, 0};
+    case Geometry::Shape::cylinder:
+      return {{s[0], s[0], 0.5 * s[1]}, true, 0};
+    case Geometry::Shape::capsule:
+      return {{0, 0, 0.5 * s[1]}, false, s[0]};
+    case Geometry::Shape::sphere:
+      return {{0, 0, 0}, false, s[0]};
+    case Geometry::Shape::mesh: {
+      const ConvexHull& hull = geometry.mesh->hull;
+      return {{s[0] * hull.half[0], s[1] * hull.half[1], s[2] * hull.half[2]}, false, 0, &hull, s};
+    }
+    case Geometry::Shape::none:
+      break;
+  }
+  return {};
+}
+
+/// Where a shape's core is on its body.
+inline Posed core_pose(const Geometry& geometry) {
+  if (geometry.shape != Geometry::Shape::mesh) return geometry.X_BG;
+  return {geometry.X_BG.R, geometry.X_BG * core_of(geometry).scaled(geometry.mesh->hull.center)};
+}
+
+/// The hull's point farthest along a direction in the core's frame.
+inline Vector3d hull_support(const ConvexCore& core, const Vector3d& direction) {
+  const Vector3d d = core.scaled(direction);  // n . (S v) = (S n) . v
+  const std::vector<Vector3d>& vertices = core.hull->vertices;
+  std::size_t best = 0;
+  double most = dot(d, vertices[0]);
+  for (std::size_t i = 1; i < vertices.size(); ++i) {
+    if (const double along = dot(d, vertices[i]); along > most) most = along, best = i;
+  }
+  return core.scaled(vertices[best] - core.hull->center);
+}
+
+/// The core's point farthest along `direction` (of any length; both in the core's frame).
+inline Vector3d support(const ConvexCore& core, const Vector3d& direction) {
+  if (core.hull) return hull_support(core, direction);
+  const double z = std::copysign(core.half[2], direction[2]);
+  if (!core.round) {
+    return {std::copysign(core.half[0], direction[0]), std::copysign(core.half[1], direction[1]), z};
+  }
+  const double radial = std::sqrt(direction[0] * direction[0] + direction[1] * direction[1]);
+  if (!(radial > 0)) return {0, 0, z};
+  const double scale = core.half[0] / radial;
+  return {scale * direction[0], scale * direction[1], z};
+}
+
+/// Two cores, the second one posed in the frame of the first: their Minkowski difference A - B.
+struct CorePair {
+  const ConvexCore& a;
+  const ConvexCore& b;
+  Posed X_AB;
+
+  /// Length to which rounding errors and tolerances relate [m].
+  double scale() const { return a.reach() + b.reach() + norm(X_AB.p); }
+  Vector3d support_a(const Vector3d& n) const { return support(a, n); }
+  Vector3d support_b(const Vector3d& n) const { return X_AB * support(b, transposed_times(X_AB.R, n)); }
+};
 
 /// In the frame of the first core.
 struct ConvexDistance {
@@ -25,5 +117,25 @@ ConvexDistance convex_distance(const CorePair& pair);
 /// Nearest points of the segments from p1 to p2 and from q1 to q2, which may be points: exact also where they are
 /// parallel or cross.
 ConvexDistance segment_distance(const Vector3d& p1, const Vector3d& p2, const Vector3d& q1, const Vector3d& q2);
+
+// How far two overlapping convex cores reach into each other.
+
+/// In the frame of the first core.
+struct Penetration {
+  double depth;      // [m]; negative where the cores turn out to be just apart
+  Vector3d normal;   // unit; the second core moved by depth * normal just touches the first
+  Vector3d point_a;  // on the first core, point_a - point_b = depth * normal: where they would touch
+  Vector3d point_b;
+};
+
+/// The least depth along any direction n, min h(n) with h the support function of the Minkowski difference. Boxes,
+/// segments and points: exact, by the normals of its faces. A cylinder with one of those: every smooth part of the
+/// difference's surface has a normal perpendicular to a box's edge or to the cylinder's axis, or is a face, so the
+/// least is found by one-dimensional searches of those circles of directions. Two cylinders: those, and a search of the
+/// whole sphere for touching rims. Hulls of meshes as boxes while their faces and edges have few enough directions
+/// (4000 and 64), else by a search of the whole sphere. Searches find a local minimum, so that the depth of cylinders
+/// and of hulls with many faces is an upper bound. Throws nothing but what memory for hulls may; allocates for hulls
+/// only.
+Penetration penetration(const CorePair& pair);
 
 }  // namespace grapnel

@@ -5,7 +5,6 @@
 #include <stdexcept>
 
 #include "grapnel/clearance/motion_segment.hpp"
-#include "grapnel/clearance/scalar_search.hpp"
 
 namespace grapnel {
 

@@ -3,7 +3,6 @@
 #include <limits>
 
 #include "grapnel/clearance/convex_distance.hpp"
-#include "grapnel/clearance/penetration.hpp"
 
 namespace grapnel {
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "grapnel/constraint/grasp_model.hpp"
+#include "grapnel/constraint/grasp.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 
 namespace grapnel {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "grapnel/dynamics/mass_matrix.hpp"
-#include "grapnel/impact/bilateral_rows.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
 
 namespace grapnel {
 namespace {

@@ -1,4 +1,4 @@
-#include "grapnel/impact/compliant_displacement.hpp"
+#include "grapnel/impact/compliant_system.hpp"
 
 #include <cmath>
 

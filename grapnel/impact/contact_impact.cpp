@@ -9,8 +9,8 @@
 
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
-#include "grapnel/impact/bilateral_rows.hpp"
 #include "grapnel/impact/contact_path.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {

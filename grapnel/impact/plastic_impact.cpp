@@ -1,9 +1,52 @@
 #include "grapnel/impact/plastic_impact.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
-#include "grapnel/impact/bilateral_rows.hpp"
+#include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/impact/yielding_drives.hpp"
 
 namespace grapnel {
+
+namespace {
+
+double kinetic_energy(const Eigen::MatrixXd& M, const Eigen::VectorXd& v) { return 0.5 * v.dot(M * v); }
+
+// Infinite where something came of nothing.
+double ratio(double value, double scale) { return value == 0 ? 0 : value / scale; }
+
+}  // namespace
+
+Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J) {
+  std::vector<bool> touched(model.bodies().size());
+  const auto count_of = [&](const Body& body) { return velocity_count(body.description.joint.type); };
+  for (const Body& body : model.bodies()) {
+    if (!J.middleCols(body.v, count_of(body)).isZero(0)) touched[body.root] = true;
+  }
+  Eigen::VectorXd part(model.velocities());
+  for (const Body& body : model.bodies()) part.segment(body.v, count_of(body)).setConstant(touched[body.root] ? 1 : 0);
+  return part;
+}
+
+ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Eigen::VectorXd& part, const Eigen::VectorXd& before,
+                           const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, double work) {
+  ImpactChecks checks;
+  checks.kinetic_energy_before = kinetic_energy(M, before);
+  checks.kinetic_energy_after = kinetic_energy(M, after);
+  const double T0 = kinetic_energy(M, before.cwiseProduct(part)), T1 = kinetic_energy(M, after.cwiseProduct(part));
+  // Of M v, not of M dv: a grasp that meets its target's motion exactly has a dv of rounding alone. After the impact
+  // there may be more of it than before, where drives work.
+  const double scale = std::max(T0, T1);
+  checks.energy_identity_residual = ratio(std::abs((T1 - T0) - work), scale);
+  // Over everything: a body that takes no part must not change its motion.
+  const Eigen::VectorXd residual = M * (after - before) - impulse;
+  checks.generalized_momentum_residual = std::sqrt(ratio(std::abs(residual.dot(M.llt().solve(residual))), 2 * scale));
+  return checks;
+}
 
 ImpactSolution plastic_impact(const Model& model, const State& state, std::span<const Grasp> grasps,
                               std::span<const HeldRate> held) {
@@ -11,6 +54,174 @@ ImpactSolution plastic_impact(const Model& model, const State& state, std::span<
   const Eigen::MatrixXd M = mass_matrix(model, state);
   const BilateralRows rows = bilateral_rows(model, kinematics, M, grasps, held);
   return solve_rows(M, rows, state, rows.held_after, grasps, held);
+}
+
+namespace {
+
+Eigen::VectorXd as_vector(const std::vector<double>& v) {
+  return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
+}
+
+// Solves and fills in the checks. `u_after` is what J v+ is to be; `impulse` receives P in constrained directions.
+ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& state,
+                     const Eigen::VectorXd& u_after, Eigen::VectorXd& impulse) {
+  const Eigen::MatrixXd& J = rows.J;
+  const Eigen::VectorXd before = as_vector(state.v);
+  const ImpulsiveSolution solved = solve_bilateral(M, rows, before, u_after);
+  const Eigen::VectorXd& after = solved.velocity;
+  const Eigen::VectorXd u = J * before;
+  impulse = solved.impulse;
+
+  ImpactSolution result;
+  result.velocity.assign(after.begin(), after.end());
+  result.rank = solved.rank;
+  result.rows = static_cast<int>(J.rows());
+  result.null_space = solved.null_space;
+  // dT = P^T (u- + u+) / 2, which is -u-^T W^+ u- / 2 where u+ is zero: P is in the row space up to self-stress, which
+  // does no work on u- or u+.
+  const double work = 0.5 * impulse.dot(u + u_after);
+  static_cast<ImpactChecks&>(result) = impact_checks(M, rows.part, before, after, J.transpose() * impulse, work);
+  if (J.rows() == 0) return result;
+  const double speed = std::max(u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(rows.part).lpNorm<Eigen::Infinity>());
+  if (speed > 0) result.constraint_residual = (J * after - u_after).lpNorm<Eigen::Infinity>() / speed;
+  return result;
+}
+
+// Per component of the grasp's wrench: whether every self-stress leaves it alone. Self-stresses have unit size in the
+// metric D, so a component's share is measured against the largest that unit size allows, sqrt(a D^-1 a^T) for
+// direction a.
+std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_rows,
+                                        const Eigen::MatrixXd& D) {
+  const Eigen::MatrixXd stress = directions.transpose() * null_rows;  // 6 x (rows - rank)
+  const Eigen::MatrixXd largest = directions.transpose() * D.llt().solve(directions);
+  std::vector<bool> determined(6, true);
+  for (int i = 0; i < 6; ++i) determined[i] = stress.row(i).norm() <= 1e-8 * std::sqrt(largest(i, i));
+  return determined;
+}
+
+}  // namespace
+
+BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, const Eigen::MatrixXd& M,
+                             std::span<const Grasp> grasps, std::span<const HeldRate> held) {
+  const Eigen::MatrixXd J_grasps = grasp_jacobian(model, kinematics, grasps);
+  const Eigen::Index grasp_rows = J_grasps.rows(), held_rows = static_cast<Eigen::Index>(held.size());
+  const Eigen::Index count = grasp_rows + held_rows;
+  BilateralRows rows{Eigen::MatrixXd::Zero(count, model.velocities()),
+                     Eigen::MatrixXd::Zero(count, count),
+                     Eigen::VectorXd::Zero(count),
+                     Eigen::VectorXd(held_rows),
+                     {},
+                     {}};
+  rows.J.topRows(grasp_rows) = J_grasps;
+  for (Eigen::Index i = 0; i < held_rows; ++i) {
+    rows.J(grasp_rows + i, held[i].velocity) = 1;
+    rows.held_after[grasp_rows + i] = held[i].after;
+    rows.held_inertia[i] = drive_inertia(model, held[i].velocity);
+    if (std::find(rows.held.begin(), rows.held.end(), held[i].velocity) != rows.held.end())
+      throw std::invalid_argument("bilateral_rows: a velocity is held twice");
+    rows.held.push_back(held[i].velocity);
+  }
+  rows.part = taking_part(model, rows.J);
+  for (Eigen::Index row = 0; const Grasp& g : grasps) {
+    rows.D.block(row, row, row_count(g.model), row_count(g.model)) = target_mobility(model, kinematics, g);
+    row += row_count(g.model);
+  }
+  if (held_rows > 0) {
+    // Held rates only have to be commensurable: what each impulse does alone.
+    const Eigen::MatrixXd J_held = rows.J.bottomRows(held_rows);
+    const Eigen::MatrixXd alone = J_held * M.llt().solve(J_held.transpose());
+    rows.D.bottomRightCorner(held_rows, held_rows) = alone.diagonal().asDiagonal();
+  }
+  return rows;
+}
+
+ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const BilateralRows& rows, const Eigen::VectorXd& v,
+                                  const Eigen::VectorXd& u_after) {
+  const std::vector<int>& held = rows.held;
+  if (held.empty()) return solve_impulsive_constraint(M, rows.J, v, rows.D, u_after);
+  std::vector<int> free;
+  for (int i = 0; i < static_cast<int>(v.size()); ++i) {
+    if (std::find(held.begin(), held.end(), i) == held.end()) free.push_back(i);
+  }
+  const auto m = static_cast<Eigen::Index>(held.size()), g = rows.J.rows() - m;
+  const Eigen::MatrixXd J_g = rows.J.topRows(g), J_h = J_g(Eigen::all, held);
+  const Eigen::VectorXd s = u_after.tail(m);
+  ImpulsiveSolution part;  // of the velocities that are not held
+  part.impulse = Eigen::VectorXd(0);
+  if (!free.empty()) {  //                                                                                  (7.21)
+    const Eigen::MatrixXd M_ff = M(free, free);
+    const Eigen::VectorXd pushed = v(free) - M_ff.llt().solve(M(free, held) * (s - v(held)));
+    part = solve_impulsive_constraint(M_ff, J_g(Eigen::all, free), pushed, rows.D.topLeftCorner(g, g),
+                                      u_after.head(g) - J_h * s);
+  } else if (g > 0) {
+    throw std::invalid_argument("solve_bilateral: everything is held, the targets as well");
+  }
+  ImpulsiveSolution whole;
+  whole.rank = part.rank + static_cast<int>(m);
+  whole.velocity = v;
+  whole.velocity(free) = part.velocity;
+  whole.velocity(held) = s;
+  const Eigen::VectorXd change = M * (whole.velocity - v);
+  whole.impulse.resize(g + m);
+  whole.impulse.head(g) = part.impulse;
+  whole.impulse.tail(m) = Eigen::VectorXd(change(held)) - J_h.transpose() * part.impulse;  //               (7.22)
+  const Eigen::Index count = part.null_space.cols();
+  whole.null_space.resize(g + m, count);
+  if (count == 0) return whole;
+  // Self-stresses of unit size in D, and the least P.
+  whole.null_space.topRows(g) = part.null_space;
+  whole.null_space.bottomRows(m) = -J_h.transpose() * part.null_space;
+  const Eigen::LLT<Eigen::MatrixXd> metric(rows.D);
+  const Eigen::MatrixXd scaled = metric.matrixU() * whole.null_space;
+  const Eigen::MatrixXd Z =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(scaled).householderQ() * Eigen::MatrixXd::Identity(g + m, count);
+  whole.null_space = metric.matrixU().solve(Z);
+  whole.impulse -= whole.null_space * (Z.transpose() * (metric.matrixU() * whole.impulse));
+  return whole;
+}
+
+ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& before,
+                          const Eigen::VectorXd& u_after, std::span<const Grasp> grasps,
+                          std::span<const HeldRate> held) {
+  Eigen::VectorXd impulse, wanted = u_after;
+  ImpactSolution result = solve(M, rows, before, wanted, impulse);
+  if (const auto allowed = rates_that_grasps_allow(rows, wanted, result.null_space)) {
+    wanted.tail(rows.held_inertia.size()) = *allowed;
+    result = solve(M, rows, before, wanted, impulse);
+  }
+  Eigen::Index row = 0;
+  for (const Grasp& g : grasps) {
+    const int count = row_count(g.model);
+    const Eigen::MatrixXd A = constrained_directions(g);
+    const Eigen::VectorXd P = A.transpose() * impulse.segment(row, count);
+    result.contacts.push_back(
+        {{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}},
+         determined_components(A, result.null_space.middleRows(row, count), rows.D.block(row, row, count, count))});
+    row += count;
+  }
+  for (std::size_t i = 0; i < held.size(); ++i) result.held_impulses.push_back(impulse[row++]);
+  return result;
+}
+
+std::vector<Impulsed> joint_impulses(const Model& model, const State& before, const State& after,
+                                     std::span<const ExternalImpulse> external) {
+  const Kinematics k_before = forward_kinematics(model, before), k_after = forward_kinematics(model, after);
+  const std::size_t count = model.bodies().size();
+  // What each body receives, about its own frame's origin.
+  std::vector<Impulsed> needed(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const BodyMomentum m0 = body_momentum(model, k_before, static_cast<int>(i));
+    const BodyMomentum m1 = body_momentum(model, k_after, static_cast<int>(i));
+    const Momentumd change = shift(m1.h - m0.h, k_before.X_WB[i].p - m0.p_WC);
+    needed[i] = {change.angular, change.linear};
+  }
+  for (const ExternalImpulse& e : external) needed[e.body] -= shift(e.P_WC, k_before.X_WB[e.body].p - e.p_WC);
+  // From the tips in: a joint passes on what its body and all beyond it still need.
+  for (std::size_t i = count; i-- > 0;) {
+    const int parent = model.bodies()[i].parent;
+    if (parent >= 0) needed[parent] += shift(needed[i], k_before.X_WB[parent].p - k_before.X_WB[i].p);
+  }
+  return needed;
 }
 
 }  // namespace grapnel

@@ -8,13 +8,33 @@
 /// thesis's (3.9)-(3.13) drop the robot's momentum after the impact; see published_impact.hpp. Limitations:
 /// instantaneous, no restitution, no friction; configuration unchanged; finite forces do nothing.
 
+#include <Eigen/Core>
 #include <vector>
 
 #include "grapnel/constraint/grasp.hpp"
+#include "grapnel/constraint/impulsive_constraint.hpp"
 #include "grapnel/dynamics/state.hpp"
-#include "grapnel/impact/impact_checks.hpp"
+#include "grapnel/model/model.hpp"
 
 namespace grapnel {
+
+// Checks of one impact without duration, of every law: (9.5) and (9.6) of docs/theory.md. They are relative to what
+// takes part in the impact, so that a heavy body elsewhere hides nothing.
+
+struct ImpactChecks {
+  double kinetic_energy_before = 0;  // [J], by the mass matrix, of the whole model
+  double kinetic_energy_after = 0;
+  double energy_identity_residual = 0;       // |dT - work of the impulses|, over T before or after of what takes part
+  double generalized_momentum_residual = 0;  // (3.6): |M dv - J^T P| in the energy norm, over that of M v, likewise
+};
+
+/// Per velocity: one if rows `J` (rows x velocities) act on the tree that it belongs to, zero otherwise.
+Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J);
+
+/// Checks of the impact that makes `after` of the velocities `before`, under the generalized impulse `impulse` (J^T P).
+/// `work` [J]: what the impulses do, P^T (u- + u+) / 2. `part` is taking_part() of all rows.
+ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Eigen::VectorXd& part, const Eigen::VectorXd& before,
+                           const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, double work);
 
 /// A velocity (index into State::v) that a drive or a brake makes what it is to be, whatever impulse that takes (a rate
 /// that is kept, or zero). If the grasps do not allow all of them drives give way, least of all (yielding_drives.hpp).
@@ -47,5 +67,49 @@ struct ImpactSolution : ImpactChecks {
 /// @throws std::invalid_argument if the state has another model's size.
 ImpactSolution plastic_impact(const Model& model, const State& state, std::span<const Grasp> grasps,
                               std::span<const HeldRate> held = {});
+
+// Rows that hold in both directions during an impact: those of grasps, then held rates; and the solution of any impact
+// that prescribes their velocities afterwards.
+
+struct BilateralRows {
+  Eigen::MatrixXd J;             // rows x velocities: grasp_jacobian(), then a unit entry per held rate
+  Eigen::MatrixXd D;             // rows x rows: metric (7.8) of docs/theory.md; held rates the diagonal of J M^-1 J^T
+  Eigen::VectorXd held_after;    // rows: zero for grasps, HeldRate::after for held rates
+  Eigen::VectorXd held_inertia;  // per held rate: drive_inertia(), with which it resists grasps that contradict it
+  std::vector<int> held;         // their indices in State::v
+  Eigen::VectorXd part;          // per velocity: taking_part() of these rows
+};
+
+/// `kinematics` of the state at which `M` is the mass matrix.
+BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, const Eigen::MatrixXd& M,
+                             std::span<const Grasp> grasps, std::span<const HeldRate> held);
+
+/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow. Held velocities are eliminated, so that they
+/// are exact and the least singular value of what is left is that of the grasps: (7.21) of docs/theory.md. As of
+/// solve_impulsive_constraint() otherwise.
+/// @throws std::invalid_argument if M is not positive definite.
+ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const BilateralRows& rows, const Eigen::VectorXd& v,
+                                  const Eigen::VectorXd& u_after);
+
+/// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow (docs/theory.md, equations (7.5)-(7.7)), with
+/// its checks; drives whose rates the grasps do not allow give way, (7.20). `rows` are those of `grasps` and `held`.
+ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& before,
+                          const Eigen::VectorXd& u_after, std::span<const Grasp> grasps,
+                          std::span<const HeldRate> held);
+
+// What the impulses at the grasps do inside the robot: the impulse every joint passes on, driving and constraint
+// components alike.
+
+/// Per body: the impulse its joint transmits from the parent to it, in W, about the body frame's origin (the joint).
+/// From momentum differences of the bodies beyond the joint, less the external impulses on them; independent of the
+/// mass matrix. For a free root it is zero up to rounding, for one fixed to the world it is what the ground gives.
+/// `external[i]` acts on body i at point p_WC[i]: pass each grasp twice, on the robot and, reversed, on the target.
+struct ExternalImpulse {
+  int body;
+  Vector3d p_WC;
+  Impulsed P_WC;
+};
+std::vector<Impulsed> joint_impulses(const Model& model, const State& before, const State& after,
+                                     std::span<const ExternalImpulse> external);
 
 }  // namespace grapnel

@@ -19,7 +19,7 @@
 
 #include <optional>
 
-#include "grapnel/impact/bilateral_rows.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
 
 namespace grapnel {
 

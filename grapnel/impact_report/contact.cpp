@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "grapnel/plan/arm_reach.hpp"
+#include "grapnel/plan/arm_starts.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {

@@ -3,7 +3,7 @@
 /// @file
 /// Solves the impact of a contact and writes its report.
 
-#include "grapnel/impact/impulse_reactions.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
 #include "grapnel/impact/published_impact.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/problem/capture_problem.hpp"

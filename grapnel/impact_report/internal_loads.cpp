@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "grapnel/dense/decompositions.hpp"
-#include "grapnel/dynamics/body_acceleration.hpp"
+#include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/captured_model.hpp"
 

@@ -6,8 +6,8 @@
 /// whose text goes over the bodies of a Model, with sums over all trees beside: lanes have links only, in which bodies
 /// on fixed joints are one.
 
-#include "grapnel/dynamics/group_scale.hpp"
 #include "grapnel/dynamics/link_motion_kernel.hpp"
+#include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/lanes/pack.hpp"
 

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-#include "grapnel/dynamics/group_scale.hpp"
+#include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/model/tree.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 
@@ -84,7 +84,7 @@ struct CaseRecord {
 
 enum class LaneStatus : std::uint8_t { finished, step_too_small, too_many_steps, non_finite };
 
-/// One tree of the system at one instant, as capture/conserved_quantities.hpp has it.
+/// One tree of the system at one instant, as capture/conservation_monitor.hpp has it.
 struct LaneTree {
   double com[3];      // in W
   double linear[3];   // momentum, in W

@@ -6,9 +6,21 @@
 
 #include <random>
 
+#include "grapnel/model/model.hpp"
 #include "grapnel/plan/reach.hpp"
 
 namespace grapnel {
+
+// How far an arm reaches.
+
+/// The longest way from the first joint of a frame's chain to the frame, prismatic joints at their limits, and that
+/// joint's body. A chain without joints: body -1, and the way from the base's origin. Infinite with a prismatic joint
+/// without limits.
+struct ArmReach {
+  int first_body = -1;
+  double length = 0;  // [m]
+};
+ArmReach arm_reach(const Model& model, int frame);
 
 /// Goals whose chains share joints, and these joints.
 struct Arm {

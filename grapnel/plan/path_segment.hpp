@@ -15,7 +15,7 @@
 
 #include "grapnel/integrate/dormand_prince_853.hpp"
 #include "grapnel/plan/floating_base.hpp"
-#include "grapnel/simulate/joint_path.hpp"
+#include "grapnel/simulate/joint_trajectory.hpp"
 
 namespace grapnel {
 

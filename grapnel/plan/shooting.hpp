@@ -40,4 +40,11 @@ class Shooting {
   std::string trouble_;
 };
 
+// The best solution near a given one: the objective made least while the goals stay met.
+
+/// Sequential quadratic programming (SLSQP) from `solution` with the goals' error as equality constraint, its dependent
+/// rows left out, and the joints' limits as bounds. Ends near a solution; Newton's method has to polish it. Returns
+/// `solution` where nothing better is found.
+Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting, const Shot& solution);
+
 }  // namespace grapnel

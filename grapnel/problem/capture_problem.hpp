@@ -13,17 +13,16 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/constraint/grasp_model.hpp"
+#include "grapnel/constraint/grasp.hpp"
 #include "grapnel/impact/compliant_impact.hpp"
 #include "grapnel/impact/contact_impact.hpp"
 #include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
-#include "grapnel/result/source_texts.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
-#include "grapnel/simulate/joint_path.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 

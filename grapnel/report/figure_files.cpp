@@ -5,12 +5,8 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "grapnel/report/figure_impulse.hpp"
 #include "grapnel/report/figure_script.hpp"
-#include "grapnel/report/figure_study.hpp"
-#include "grapnel/report/gnuplot_process.hpp"
-#include "grapnel/report/gnuplot_text.hpp"
-#include "grapnel/report/strobe.hpp"
+#include "grapnel/report/figures.hpp"
 #include "grapnel/result/atomic_file.hpp"
 
 namespace grapnel {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "grapnel/report/figure.hpp"
-#include "grapnel/report/figure_series.hpp"
+#include "grapnel/report/figures.hpp"
 
 namespace grapnel {
 

@@ -1,4 +1,4 @@
-#include "grapnel/report/figure_impulse.hpp"
+#include "grapnel/report/figures.hpp"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/report/figure_style.hpp"
-#include "grapnel/report/gnuplot_text.hpp"
+#include "grapnel/report/figure.hpp"
+#include "grapnel/report/figure_script.hpp"
 #include "grapnel/report/series_table.hpp"
 
 namespace grapnel {

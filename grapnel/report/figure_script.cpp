@@ -1,17 +1,153 @@
 #include "grapnel/report/figure_script.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
 #include <algorithm>
+#include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <filesystem>
 #include <numeric>
 #include <stdexcept>
 
-#include "grapnel/report/figure_style.hpp"
-#include "grapnel/report/gnuplot_text.hpp"
+#include "grapnel/report/figure.hpp"
 
 namespace grapnel {
+
+namespace {
+
+bool is_control(unsigned char c) { return c < 0x20 || c == 0x7f; }
+
+// Bytes of the UTF-8 character that begins at `at`; 0 if none does.
+std::size_t character_length(std::string_view text, std::size_t at) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(at);
+  const std::size_t length = first < 0x80                    ? 1
+                             : first >= 0xc2 && first < 0xe0 ? 2
+                             : first >= 0xe0 && first < 0xf0 ? 3
+                             : first >= 0xf0 && first < 0xf5 ? 4
+                                                             : 0;
+  if (length == 0 || at + length > text.size()) return 0;
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(at + i) & 0xc0) != 0x80) return 0;
+  }
+  if (length > 2) {  // overlong forms, surrogates, beyond the last character
+    const unsigned char second = byte(at + 1);
+    if ((first == 0xe0 && second < 0xa0) || (first == 0xed && second > 0x9f) || (first == 0xf0 && second < 0x90) ||
+        (first == 0xf4 && second > 0x8f))
+      return 0;
+  }
+  return length;
+}
+
+}  // namespace
+
+std::string plain_line(std::string_view text) {
+  std::string line;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t length = character_length(text, at);
+    if (length == 0) {
+      line += '?';
+    } else if (length == 1) {
+      line += is_control(static_cast<unsigned char>(text[at])) ? ' ' : text[at];
+    } else {
+      line += text.substr(at, length);
+    }
+    at += std::max<std::size_t>(length, 1);
+  }
+  return line;
+}
+
+std::string gnuplot_quoted(std::string_view text) {
+  const std::string line = plain_line(text);
+  // gnuplot takes three apostrophes for an empty constant and the beginning of another. Those at the beginning stand in
+  // a constant of their own, with nothing else.
+  const std::size_t first = std::min(line.find_first_not_of('\''), line.size());
+  std::string quoted = first > 0 ? '"' + line.substr(0, first) + "\".'" : "'";
+  for (const char c : line.substr(first)) quoted += c == '\'' ? std::string("''") : std::string(1, c);
+  return quoted + "'";
+}
+
+std::string gnuplot_tic_label(std::string_view text) {
+  std::string doubled;
+  for (const char c : text) doubled += c == '%' ? std::string("%%") : std::string(1, c);
+  return gnuplot_quoted(doubled);
+}
+
+std::string gnuplot_file(std::string_view name) {
+  if (std::any_of(name.begin(), name.end(), [](char c) { return is_control(static_cast<unsigned char>(c)); }))
+    throw std::invalid_argument("a figure's file name must not have control characters: '" + plain_line(name) + "'");
+  const bool plain = !name.empty() && ((name[0] >= 'a' && name[0] <= 'z') || (name[0] >= 'A' && name[0] <= 'Z') ||
+                                       (name[0] >= '0' && name[0] <= '9'));
+  std::string quoted = plain ? "'" : "'./";
+  for (const char c : name) quoted += c == '\'' ? std::string("''") : std::string(1, c);  // bytes as they are
+  return quoted + "'";
+}
+
+namespace {
+
+class SpawnActions {
+ public:
+  SpawnActions() { posix_spawn_file_actions_init(&actions_); }
+  ~SpawnActions() { posix_spawn_file_actions_destroy(&actions_); }
+  SpawnActions(const SpawnActions&) = delete;
+  SpawnActions& operator=(const SpawnActions&) = delete;
+  posix_spawn_file_actions_t* get() { return &actions_; }
+
+ private:
+  posix_spawn_file_actions_t actions_{};
+};
+
+std::string read_all(int descriptor) {
+  std::string text;
+  std::array<char, 4096> buffer;
+  for (;;) {
+    const ssize_t got = ::read(descriptor, buffer.data(), buffer.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return text;
+    text.append(buffer.data(), static_cast<std::size_t>(got));
+  }
+}
+
+}  // namespace
+
+GnuplotOutcome run_gnuplot(const std::filesystem::path& folder, const std::string& script) {
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0)
+    throw std::runtime_error(std::string("cannot run gnuplot: ") + std::strerror(errno));
+  SpawnActions actions;
+  const std::string where = folder.empty() ? "." : folder.string();
+  posix_spawn_file_actions_addchdir_np(actions.get(), where.c_str());
+  posix_spawn_file_actions_addopen(actions.get(), STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_adddup2(actions.get(), ends[1], STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(actions.get(), ends[1], STDERR_FILENO);
+
+  std::string program = "gnuplot", defaults = "--default-settings", file = "./" + script;
+  std::array<char*, 4> arguments{program.data(), defaults.data(), file.data(), nullptr};
+  pid_t child = 0;
+  const int failed = ::posix_spawnp(&child, "gnuplot", actions.get(), nullptr, arguments.data(), environ);
+  ::close(ends[1]);
+  GnuplotOutcome outcome;
+  if (failed != 0) {
+    ::close(ends[0]);
+    if (failed != ENOENT) throw std::runtime_error(std::string("cannot run gnuplot: ") + std::strerror(failed));
+    outcome.found = false;
+    outcome.status = 127;
+    return outcome;
+  }
+  outcome.message = read_all(ends[0]);
+  ::close(ends[0]);
+  int status = 0;
+  while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  return outcome;
+}
+
 namespace {
 
 // Room around axes [cm], for a font of 8 pt.

@@ -1,4 +1,4 @@
-#include "grapnel/report/figure_series.hpp"
+#include "grapnel/report/figures.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/report/figure_style.hpp"
+#include "grapnel/report/figure.hpp"
 #include "grapnel/report/series_table.hpp"
 
 namespace grapnel {

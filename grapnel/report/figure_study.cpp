@@ -1,4 +1,4 @@
-#include "grapnel/report/figure_study.hpp"
+#include "grapnel/report/figures.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "grapnel/report/figure_style.hpp"
-#include "grapnel/report/gnuplot_text.hpp"
+#include "grapnel/report/figure.hpp"
+#include "grapnel/report/figure_script.hpp"
 #include "grapnel/report/series_table.hpp"
 
 namespace grapnel {

@@ -6,11 +6,21 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include "grapnel/report/report_data.hpp"
-#include "grapnel/report/viewer.hpp"
 
 namespace grapnel {
+
+// The page's program and style (web/), bundled and embedded when Grapnel was built.
+
+struct Viewer {
+  std::string_view script, style;
+  bool empty() const { return script.empty(); }
+};
+
+/// Empty in programs that were built without Node.js.
+Viewer embedded_viewer();
 
 /// Reports above this are slow to open; programs that write them warn.
 inline constexpr std::size_t kLargeReport = 20'000'000;  // [bytes]

@@ -7,7 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "grapnel/report/figure_style.hpp"
+#include "grapnel/report/figure.hpp"
 
 namespace grapnel {
 namespace {

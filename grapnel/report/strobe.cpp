@@ -1,4 +1,4 @@
-#include "grapnel/report/strobe.hpp"
+#include "grapnel/report/figures.hpp"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
-#include "grapnel/report/figure_style.hpp"
-#include "grapnel/report/outline.hpp"
+#include "grapnel/report/drawn_shape.hpp"
+#include "grapnel/report/figure.hpp"
 #include "grapnel/report/series_table.hpp"
 
 namespace grapnel {

@@ -1,4 +1,4 @@
-#include "grapnel/report/viewer.hpp"
+#include "grapnel/report/report_html.hpp"
 
 #ifdef GRAPNEL_HAS_VIEWER
 // In viewer.S, which CMake makes.

@@ -10,7 +10,7 @@
 
 #include "grapnel/result/child_reader.hpp"
 #include "grapnel/result/file_seal.hpp"
-#include "grapnel/result/hdf5_handle.hpp"
+#include "grapnel/result/hdf5_file.hpp"
 
 namespace grapnel {
 namespace {

@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "grapnel/result/series_sink.hpp"
 #include "grapnel/result/time_series.hpp"
 
 namespace grapnel {

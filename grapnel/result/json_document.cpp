@@ -1,11 +1,13 @@
 #include "grapnel/result/json_document.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <fstream>
 #include <stdexcept>
 #include <system_error>
 
 namespace grapnel {
+
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -64,6 +66,40 @@ std::string required_text(const Json& document, const std::string& pointer, cons
   const Json& value = document.at(at);
   if (!value.is_string()) fail(path, "key '" + pointer.substr(1) + "' is no text");
   return value.get<std::string>();
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void print(const Json& json, const std::string& indent, std::string& out) {
+  const bool nested =
+      std::any_of(json.begin(), json.end(), [](const Json& item) { return item.is_structured(); }) || json.is_object();
+  if (!json.is_structured() || json.empty()) {
+    out += json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    return;
+  }
+  const char* brackets = json.is_object() ? "{}" : "[]";
+  const std::string inner = indent + "  ";
+  out += brackets[0];
+  bool first = true;
+  for (const auto& [key, value] : json.items()) {
+    if (!first) out += nested ? "," : ", ";
+    first = false;
+    if (nested) out += "\n" + inner;
+    if (json.is_object()) out += Json(key).dump(-1, ' ', false, Json::error_handler_t::replace) + ": ";
+    print(value, inner, out);
+  }
+  if (nested) out += "\n" + indent;
+  out += brackets[1];
+}
+
+}  // namespace
+
+std::string json_text(const Json& document) {
+  std::string text;
+  print(document, "", text);
+  return text + "\n";
 }
 
 }  // namespace grapnel

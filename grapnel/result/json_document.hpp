@@ -22,4 +22,10 @@ nlohmann::ordered_json read_json_document(const std::filesystem::path& path, con
 std::string required_text(const nlohmann::ordered_json& document, const std::string& pointer,
                           const std::filesystem::path& path);
 
+// JSON documents as text that people read and programs compare.
+
+/// Objects, and lists that hold objects or lists, are spread over lines; lists of numbers or names stay on one. Numbers
+/// read back to the same double, NaN and infinities become null, bytes that are not UTF-8 U+FFFD. A newline at the end.
+std::string json_text(const nlohmann::ordered_json& document);
+
 }  // namespace grapnel

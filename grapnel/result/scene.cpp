@@ -9,8 +9,7 @@
 
 #include "grapnel/describe/json.hpp"
 #include "grapnel/result/json_document.hpp"
-#include "grapnel/result/json_text.hpp"
-#include "grapnel/result/scene_fields.hpp"
+#include "grapnel/result/result_documents.hpp"
 
 namespace grapnel {
 namespace {

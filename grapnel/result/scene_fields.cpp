@@ -1,4 +1,4 @@
-#include "grapnel/result/scene_fields.hpp"
+#include "grapnel/result/result_documents.hpp"
 
 #include <array>
 

@@ -3,8 +3,6 @@
 #include <set>
 #include <stdexcept>
 
-#include "grapnel/result/series_sink.hpp"
-
 namespace grapnel {
 namespace {
 

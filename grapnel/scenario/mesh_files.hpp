@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "grapnel/model/triangle_mesh.hpp"
+#include "grapnel/model/geometry.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
 

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <string_view>
 
-#include "grapnel/simulate/joint_path.hpp"
+#include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/spatial/scalar.hpp"
 
 namespace grapnel {

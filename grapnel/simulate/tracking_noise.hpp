@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "grapnel/simulate/joint_path.hpp"
+#include "grapnel/simulate/joint_trajectory.hpp"
 
 namespace grapnel {
 

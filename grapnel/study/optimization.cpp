@@ -1,11 +1,18 @@
 #include "grapnel/study/optimization.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
+
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/plan/floating_base.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel {
+
 namespace {
 
 // What a limit on a number that does not exist counts as.
@@ -105,6 +112,125 @@ bool comes_before(const Optimization& optimization, const Score& a, const Score&
   if (a.violation != b.violation) return a.violation < b.violation;
   if (a.violation > 0) return false;
   return optimization.maximize ? a.objective > b.objective : a.objective < b.objective;
+}
+
+namespace {
+
+// Of the radius: a point given to some digits is on its sphere.
+constexpr double kOnSphere = 1e-3;
+// Singular values below this part of the largest leave a direction free.
+constexpr double kNothing = 1e-9;
+
+GraspPoint& grasp_point(const ContactPatch& patch, CaptureProblem& problem) {
+  for (TargetSetup& target : problem.targets) {
+    if (target.name != patch.target) continue;
+    for (GraspPoint& point : target.grasp_points) {
+      if (point.name == patch.point) return point;
+    }
+  }
+  throw std::invalid_argument("there is no grasp point '" + patch.point + "' on target '" + patch.target + "'");
+}
+
+// Unit directions in B that the planned orientation of a grasp leaves no turning about.
+std::vector<Vector3d> held_turns(const EndEffectorSetup& hand, const GraspSetup& grasp, const Rotationd& R_BE) {
+  if (grasp.orientation == GraspSetup::Orientation::free) return {};
+  std::vector<Vector3d> turns;
+  // Across the approach axis, or about all axes.
+  const Vector3d along = R_BE * hand.approach_axis.value_or(Vector3d::unit(0));
+  const Rotationd R = rotation_between(Vector3d::unit(0), along);
+  turns.push_back(R.column(1));
+  turns.push_back(R.column(2));
+  if (grasp.orientation == GraspSetup::Orientation::pose) turns.push_back(R.column(0));
+  return turns;
+}
+
+// Rows of what the grasps ask of the joint rates, at a placed configuration.
+Eigen::MatrixXd task_rows(const CaptureProblem& problem, const FloatingBase& base) {
+  std::vector<Eigen::RowVectorXd> rows;
+  Matrix6Xd J;
+  for (const GraspSetup& grasp : problem.grasps) {
+    const int frame = base.model().frame_index(grasp.end_effector);
+    base.generalized_jacobian(frame, J);
+    for (int k = 3; k < 6; ++k) rows.emplace_back(J.row(k));
+    for (const Vector3d& d : held_turns(end_effector_of(problem, grasp), grasp, base.frame_pose(frame).R))
+      rows.emplace_back(d[0] * J.row(0) + d[1] * J.row(1) + d[2] * J.row(2));
+  }
+  Eigen::MatrixXd all(static_cast<Eigen::Index>(rows.size()), base.joints());
+  for (std::size_t i = 0; i < rows.size(); ++i) all.row(static_cast<Eigen::Index>(i)) = rows[i];
+  return all;
+}
+
+}  // namespace
+
+std::pair<double, double> on_patch(const ContactPatch& patch, double along_u, double along_v) {
+  if (!patch.is_disc) return {along_u, along_v};
+  const double a = along_u / patch.half_width_u, b = along_v / patch.half_width_v;
+  return {along_u * std::sqrt(1 - b * b / 2), along_v * std::sqrt(1 - a * a / 2)};
+}
+
+void move_on_patch(const ContactPatch& patch, double along_u, double along_v, CaptureProblem& problem) {
+  GraspPoint& point = grasp_point(patch, problem);
+  const auto [du, dv] = on_patch(patch, along_u, along_v);
+  const Vector3d moved = point.X_TG.p + du * patch.u + dv * patch.v;
+  const auto target =
+      std::find_if(problem.targets.begin(), problem.targets.end(), [&](auto& t) { return t.name == patch.target; });
+  const Geometry& shape = target->geometry;
+  const Vector3d from = point.X_TG.p - shape.X_BG.p, to = moved - shape.X_BG.p;
+  const bool on_sphere = shape.shape == Geometry::Shape::sphere &&
+                         std::abs(norm(from) - shape.size[0]) <= kOnSphere * shape.size[0] && norm(to) > 0;
+  if (!on_sphere) {
+    point.X_TG.p = moved;
+    return;
+  }
+  const Vector3d n = (1 / norm(to)) * to;
+  const Rotationd R = rotation_between((1 / norm(from)) * from, n);
+  point.X_TG = {R * point.X_TG.R, shape.X_BG.p + norm(from) * n};
+  const auto turn = [&](std::optional<Vector3d>& direction) {
+    if (!direction) return;
+    const Vector3d turned = R * *direction;
+    direction = (1 / norm(turned)) * turned;
+  };
+  turn(point.approach_direction);
+  turn(point.normal);
+}
+
+PostureSpace posture_space(const CaptureProblem& problem) {
+  if (!problem.approach || !problem.approach->plan)
+    throw std::invalid_argument("a posture needs approach.plan: the final configuration is given");
+  const CaptureResult planned = simulate_impact_only(problem);
+  if (!planned.plan || !planned.plan->found) throw std::runtime_error("no posture to begin with: " + planned.failure);
+  const CaptureSystem servicer = make_servicer(problem);
+  PostureSpace space{planned.plan->final_position, {}};
+  FloatingBase base(servicer.model, problem.robot.base_mode == RobotSetup::Base::free);
+  base.place(space.configuration);
+  const Eigen::MatrixXd rows = task_rows(problem, base);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
+  const Eigen::VectorXd& values = svd.singularValues();
+  Eigen::Index rank = 0;
+  while (rank < values.size() && values[rank] > kNothing * values[0]) ++rank;
+  for (Eigen::Index k = rank; k < rows.cols(); ++k) {
+    Eigen::VectorXd direction = svd.matrixV().col(k);
+    Eigen::Index largest = 0;
+    direction.cwiseAbs().maxCoeff(&largest);
+    if (direction[largest] < 0) direction = -direction;
+    space.directions.emplace_back(direction.begin(), direction.end());
+  }
+  return space;
+}
+
+void set_posture(const PostureSpace& space, const std::vector<double>& coordinates, CaptureProblem& problem) {
+  PlanSetup& plan = *problem.approach->plan;
+  plan.objective = PlanSetup::Objective::nearest;
+  plan.guess = space.configuration;
+  for (std::size_t k = 0; k < coordinates.size(); ++k) {
+    for (std::size_t j = 0; j < plan.guess.size(); ++j) plan.guess[j] += coordinates[k] * space.directions[k][j];
+  }
+  const CaptureSystem servicer = make_servicer(problem);
+  for (std::size_t j = 0; j < plan.guess.size(); ++j) {
+    const int body = servicer.model.joints()[j];
+    const JointLimits& limits = servicer.model.bodies()[body].description.joint.limits;
+    plan.guess[j] = std::clamp(plan.guess[j], limits.lower, limits.upper);
+  }
 }
 
 }  // namespace grapnel

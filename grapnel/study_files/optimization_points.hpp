@@ -12,7 +12,6 @@
 
 #include "grapnel/scenario/scenario_files.hpp"
 #include "grapnel/study/optimization.hpp"
-#include "grapnel/study/optimization_moves.hpp"
 #include "grapnel/study/quantity.hpp"
 #include "grapnel/study_files/file_structures.hpp"
 

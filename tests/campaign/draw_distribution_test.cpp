@@ -6,7 +6,6 @@
 #include <functional>
 #include <numbers>
 
-#include "grapnel/campaign/distribution.hpp"
 #include "grapnel/campaign/sample_points.hpp"
 #include "grapnel/campaign/uncertain_value.hpp"
 

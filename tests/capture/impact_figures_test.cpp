@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "capture/impact_case.hpp"
-#include "grapnel/result/summary.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {

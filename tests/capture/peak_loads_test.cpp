@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "capture/impact_case.hpp"
-#include "grapnel/capture/peak_search.hpp"
+#include "grapnel/capture/load_monitor.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {

@@ -7,8 +7,8 @@
 
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/describe/contract.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_fields.hpp"
-#include "grapnel/result/summary.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "support/schema_check.hpp"
 

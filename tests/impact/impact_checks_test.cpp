@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "grapnel/impact/impact_checks.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
 #include "impact/impact_case.hpp"
 
 namespace grapnel::testing {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "grapnel/dynamics/momentum.hpp"
-#include "grapnel/impact/impulse_reactions.hpp"
+#include "grapnel/impact/plastic_impact.hpp"
 #include "impact/impact_case.hpp"
 #include "impact/maximal_coordinates.hpp"
 #include "support/worst.hpp"

@@ -1,4 +1,4 @@
-#include "grapnel/model/convex_hull.hpp"
+#include "grapnel/model/geometry.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,6 @@
 #include <limits>
 #include <random>
 
-#include "grapnel/model/triangle_mesh.hpp"
 #include "grapnel/spatial/rotation.hpp"
 
 namespace grapnel {

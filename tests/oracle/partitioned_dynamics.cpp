@@ -1,7 +1,7 @@
 #include "oracle/partitioned_dynamics.hpp"
 
 #include "grapnel/dense/decompositions.hpp"
-#include "grapnel/dynamics/body_acceleration.hpp"
+#include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
 
 namespace grapnel {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "grapnel/plan/together.hpp"
+#include "grapnel/plan/reach_failure.hpp"
 #include "plan/shared_target.hpp"
 #include "support/worst.hpp"
 

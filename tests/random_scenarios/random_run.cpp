@@ -11,8 +11,8 @@
 #include <optional>
 
 #include "grapnel/describe/contract.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_fields.hpp"
-#include "grapnel/result/summary.hpp"
 #include "scenario/scenario_files.hpp"
 #include "support/schema_check.hpp"
 

@@ -8,12 +8,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "grapnel/report/drawn_shape.hpp"
 #include "grapnel/report/figure_files.hpp"
 #include "grapnel/report/figure_script.hpp"
-#include "grapnel/report/gnuplot_process.hpp"
-#include "grapnel/report/gnuplot_text.hpp"
-#include "grapnel/report/outline.hpp"
-#include "grapnel/report/strobe.hpp"
+#include "grapnel/report/figures.hpp"
 #include "report/sample_run.hpp"
 #include "result/sample_result.hpp"
 

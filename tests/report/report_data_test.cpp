@@ -13,7 +13,7 @@
 
 #include "grapnel/report/base64.hpp"
 #include "grapnel/report/decimate.hpp"
-#include "grapnel/result/source_texts.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "report/report_folder.hpp"
 #include "result/sample_result.hpp"
 

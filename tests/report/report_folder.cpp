@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "grapnel/result/hdf5_writer.hpp"
-#include "grapnel/result/summary.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "result/sample_result.hpp"
 
 namespace grapnel::test {

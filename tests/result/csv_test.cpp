@@ -1,11 +1,10 @@
-#include "grapnel/result/csv_writer.hpp"
+#include "grapnel/result/series_export.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 
 #include "grapnel/result/csv_text.hpp"
-#include "grapnel/result/export_files.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
 #include "result/sample_result.hpp"
 

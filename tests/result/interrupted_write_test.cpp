@@ -11,10 +11,9 @@
 #include <functional>
 
 #include "grapnel/result/atomic_file.hpp"
-#include "grapnel/result/csv_writer.hpp"
 #include "grapnel/result/hdf5_reader.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
-#include "grapnel/result/mat_writer.hpp"
+#include "grapnel/result/series_export.hpp"
 #include "result/sample_result.hpp"
 
 namespace grapnel {

@@ -7,8 +7,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_table.hpp"
-#include "grapnel/result/summary.hpp"
 
 namespace grapnel {
 namespace {

@@ -4,10 +4,8 @@
 
 #include <memory>
 
-#include "grapnel/result/export_files.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
-#include "grapnel/result/mat_names.hpp"
-#include "grapnel/result/mat_writer.hpp"
+#include "grapnel/result/series_export.hpp"
 #include "result/sample_result.hpp"
 
 namespace grapnel {

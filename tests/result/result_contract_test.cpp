@@ -7,9 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "grapnel/describe/contract.hpp"
-#include "grapnel/result/result_contract.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/result_fields.hpp"
-#include "grapnel/result/summary.hpp"
 #include "result/sample_result.hpp"
 #include "support/schema_check.hpp"
 

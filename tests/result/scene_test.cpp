@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grapnel/describe/contract.hpp"
-#include "grapnel/result/scene_fields.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "result/sample_result.hpp"
 #include "support/schema_check.hpp"
 

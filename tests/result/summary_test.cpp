@@ -1,4 +1,4 @@
-#include "grapnel/result/summary.hpp"
+#include "grapnel/result/result_documents.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

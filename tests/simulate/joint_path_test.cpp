@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "grapnel/simulate/joint_path.hpp"
+#include "grapnel/simulate/joint_trajectory.hpp"
 #include "support/random_robot.hpp"
 #include "support/worst.hpp"
 

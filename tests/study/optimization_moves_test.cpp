@@ -1,5 +1,5 @@
 // Contact patches and postures.
-#include "grapnel/study/optimization_moves.hpp"
+#include "grapnel/study/optimization.hpp"
 
 #include <gtest/gtest.h>
 

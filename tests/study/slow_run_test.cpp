@@ -1,4 +1,4 @@
-#include "grapnel/study/slow_run.hpp"
+#include "grapnel/study/run_case.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,10 +1,29 @@
-#include "grapnel/result/source_texts.hpp"
+#include "grapnel/result/result_documents.hpp"
 
 #include <nlohmann/json.hpp>
 
-#include "grapnel/result/json_text.hpp"
+#include "grapnel/describe/json.hpp"
+#include "grapnel/result/json_document.hpp"
+#include "grapnel/result/result_fields.hpp"
 
 namespace grapnel {
+
+std::string summary_json(const CaptureResult& result, std::string_view version) {
+  return json_text(json_of(Summary{result, std::string(version)}));
+}
+
+std::span<const ResultContract> result_contracts() {
+  static constexpr ResultContract all[] = {{"summary", "Grapnel summary, version 2", &type_of<Summary>},
+                                           {"scene", "Grapnel scene, version 1", &type_of<SceneDocument>}};
+  return all;
+}
+
+const ResultContract* result_contract(std::string_view kind) {
+  for (const ResultContract& one : result_contracts()) {
+    if (one.kind == kind) return &one;
+  }
+  return nullptr;
+}
 
 using Json = nlohmann::ordered_json;
 

@@ -1,13 +1,33 @@
-#include "grapnel/model/convex_hull.hpp"
+#include "grapnel/model/geometry.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <stdexcept>
 #include <unordered_map>
 
 namespace grapnel {
+
+std::shared_ptr<const TriangleMesh> make_triangle_mesh(std::string name, std::vector<Vector3d> vertices,
+                                                       std::vector<std::array<int, 3>> triangles) {
+  const auto refuse = [&](const std::string& why) {
+    throw std::invalid_argument(fmt::format("mesh '{}': {}", name, why));
+  };
+  if (triangles.empty()) refuse("there is no triangle");
+  for (const auto& triangle : triangles) {
+    for (const int v : triangle) {
+      if (v < 0 || v >= static_cast<int>(vertices.size())) refuse(fmt::format("there is no vertex {}", v));
+    }
+  }
+  ConvexHull hull = convex_hull(vertices);
+  if (hull.is_empty()) refuse("its vertices are not finite or all in one plane");
+  return std::make_shared<const TriangleMesh>(
+      TriangleMesh{std::move(name), std::move(vertices), std::move(triangles), std::move(hull)});
+}
+
 namespace {
 
 __extension__ using Wide = __int128;  // differences of 41 bits: their triple product needs 125

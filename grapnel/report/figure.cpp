@@ -1,12 +1,12 @@
-#include "grapnel/report/figure_style.hpp"
+#include "grapnel/report/figure.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 namespace grapnel {
+
 namespace {
 
 constexpr std::array<const char*, 8> kColors{"#0072b2", "#d55e00", "#009e73", "#cc79a7",

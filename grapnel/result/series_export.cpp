@@ -1,18 +1,121 @@
-#include "grapnel/result/mat_writer.hpp"
+#include "grapnel/result/series_export.hpp"
 
 #include <matio.h>
-
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <memory>
+#include <optional>
 #include <set>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 #include <utility>
 
 #include "grapnel/result/atomic_file.hpp"
-#include "grapnel/result/mat_names.hpp"
+#include "grapnel/result/csv_text.hpp"
+#include "grapnel/result/hdf5_reader.hpp"
 
 namespace grapnel {
+
+namespace {
+
+constexpr std::size_t kLongest = 63;  // MATLAB's namelengthmax
+
+constexpr std::array<std::string_view, 20> kKeywords{
+    "break",  "case", "catch",     "classdef", "continue",   "else",   "elseif", "end",    "for", "function",
+    "global", "if",   "otherwise", "parfor",   "persistent", "return", "spmd",   "switch", "try", "while"};
+
+bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+}  // namespace
+
+std::string matlab_name(const std::string& name) {
+  std::string valid;
+  for (const char c : name) valid += is_letter(c) || is_digit(c) ? c : '_';
+  const bool keyword = std::find(kKeywords.begin(), kKeywords.end(), valid) != kKeywords.end();
+  if (valid.empty() || !is_letter(valid.front()) || keyword) valid.insert(0, 1, 'x');
+  return valid.substr(0, kLongest);
+}
+
+std::string unique_matlab_name(const std::string& name, std::set<std::string>& taken) {
+  const std::string valid = matlab_name(name);
+  std::string candidate = valid;
+  for (int n = 2; !taken.insert(candidate).second; ++n) {
+    const std::string suffix = "_" + std::to_string(n);
+    candidate = valid.substr(0, kLongest - suffix.size()) + suffix;
+  }
+  return candidate;
+}
+
+namespace {
+
+constexpr std::size_t kTextBlock = 1 << 20;  // [bytes] handed to the file at once
+
+/// A scalar's component has no name, or the quantity's own: it would be said twice.
+std::string column_name(const Series& s, const std::string& component) {
+  const std::string own = s.path.substr(s.path.rfind('/') + 1);
+  return component.empty() || (s.width() == 1 && component == own) ? s.path : s.path + "/" + component;
+}
+
+std::string header(const TimeSeries& series) {
+  std::string line = "time [s],phase";
+  for (const Series& s : series.series) {
+    for (const std::string& component : s.components) {
+      line += "," + csv_quoted(column_name(s, component) + " [" + s.unit + "]");
+    }
+  }
+  return line + "\n";
+}
+
+void append_rows(const TimeSeries& series, AtomicFile& file, std::string& text) {
+  for (std::size_t sample = 0; sample < series.time.size(); ++sample) {
+    append_csv_number(series.time[sample], text);
+    text += ",";
+    text += csv_quoted(series.phases[static_cast<std::size_t>(series.phase[sample])]);
+    for (const Series& s : series.series) {
+      const std::size_t width = s.components.size();
+      for (std::size_t i = 0; i < width; ++i) {
+        text += ",";
+        append_csv_number(s.data[sample * width + i], text);
+      }
+    }
+    text += "\n";
+    if (text.size() >= kTextBlock) {
+      file.write(text);
+      text.clear();
+    }
+  }
+}
+
+}  // namespace
+
+void write_timeseries_csv(const TimeSeries& series, const std::filesystem::path& path) {
+  check_time_series(series);
+  AtomicFile file(path);
+  std::string text = header(series);
+  append_rows(series, file, text);
+  file.write(text);
+  file.commit();
+}
+
+void copy_timeseries_csv(const std::filesystem::path& timeseries, const std::filesystem::path& path) {
+  std::optional<AtomicFile> file;  // not before there is something to write
+  std::string text;
+  read_timeseries_blocks(
+      timeseries, std::numeric_limits<std::uint64_t>::max(),
+      [&](const TimeSeriesHead& head) {
+        file.emplace(path);
+        text = header(head.names);
+      },
+      [&](const TimeSeries& block) { append_rows(block, *file, text); });
+  file->write(text);
+  file->commit();
+}
+
 namespace {
 
 // Without a date, so that the same series gives the same bytes.
@@ -247,6 +350,20 @@ void write_timeseries_mat(const TimeSeries& series, const TimeSeriesMetadata& me
     throw CannotWrite("cannot write " + path.string() + ": " + e.what());
   }
   file.commit();
+}
+
+std::filesystem::path export_csv(const std::filesystem::path& folder) {
+  std::filesystem::path path = folder / "timeseries.csv";
+  copy_timeseries_csv(folder / "timeseries.h5", path);
+  return path;
+}
+
+std::filesystem::path export_mat(const std::filesystem::path& folder) {
+  const std::filesystem::path source = folder / "timeseries.h5";
+  std::filesystem::path path = folder / "timeseries.mat";
+  const ReadTimeSeries read = read_timeseries(source);
+  write_timeseries_mat(read.series, read.head.metadata, path);
+  return path;
 }
 
 }  // namespace grapnel

@@ -1,0 +1,68 @@
+#pragma once
+
+/// @file
+/// The JSON documents of a capture's result folder: summary.json, scene.json, scenario.json, and what is published of
+/// them. What they hold is described in result_fields.hpp.
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "grapnel/describe/type.hpp"
+#include "grapnel/result/capture_result.hpp"
+#include "grapnel/result/scene.hpp"
+
+namespace grapnel {
+
+/// summary.json: pretty JSON with keys in a fixed order and a newline at the end. Numbers read back to the same double; NaN and
+/// infinities, which JSON lacks, become null. Phases that did not happen are absent. `version`: of Grapnel.
+std::string summary_json(const CaptureResult& result, std::string_view version);
+
+/// scene.json: a scene, the scenario that it is of, and the version of Grapnel that made it. Refers to the scene.
+struct SceneDocument {
+  const Scene& scene;
+  std::string scenario_name, scenario_sha256, version;
+};
+template <>
+const Type& type_of<SceneDocument>();
+
+/// A JSON document that is published: its schema, the tables of its page in docs/formats, and the viewer's types in
+/// web/src follow from its description, by grapnel/describe/contract.hpp.
+struct ResultContract {
+  std::string_view kind;   ///< "summary", "scene": the page is docs/formats/KIND.md, the types web/src/KIND_types.ts
+  std::string_view title;  ///< of the schema
+  const Type& (*document)();
+};
+
+std::span<const ResultContract> result_contracts();
+/// Null if there is none of the kind.
+const ResultContract* result_contract(std::string_view kind);
+
+/// The first line of files with types.
+inline constexpr std::string_view kOriginOfTypes =
+    "Made by scripts/tables from the descriptions in grapnel/result: change those.";
+
+/// The texts that a capture was read from, kept beside its results as scenario.json (docs/formats/summary.md), so that a
+/// report can show them and a comparison say what differs. Files go by what they are, not by their names: these differ between places.
+struct SourceTexts {
+  struct File {
+    std::string part;  // "scenario", "robot", "trajectory"
+    std::string text;  // empty where the file is larger than kLargestText
+    std::size_t bytes = 0;
+  };
+  /// Larger files (trajectories) are not kept.
+  static constexpr std::size_t kLargestText = 256 * 1024;  // [bytes]
+
+  std::string description;            // of the scenario, in its author's words
+  std::vector<File> files;            // the scenario first
+  std::vector<std::string> settings;  // "path=value" of every --set, in their order
+
+  void add(std::string part, const std::string& text);
+};
+
+/// scenario.json: JSON with keys in a fixed order and a newline at the end.
+std::string source_texts_json(const SourceTexts& texts, std::string_view scenario_name,
+                              std::string_view scenario_sha256, std::string_view version);
+
+}  // namespace grapnel
