@@ -100,7 +100,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   watches_clearance_ = !make_clearance_model(problem, system).pairs().empty();
   if (watches_clearance_) {
     add("clearance/minimum", "m",
-        "minimum distance of all watched bodies, by their shapes; negative: how deep they overlap", {"least"});
+        "minimum distance of all watched bodies, by their shapes; negative: how deep they overlap", {"minimum"});
   }
   std::size_t row = sizeof(double) + sizeof(int);
   for (const Series& s : series_.series) row += sizeof(double) * s.components.size();

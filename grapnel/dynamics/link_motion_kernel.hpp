@@ -61,6 +61,10 @@ void coordinate_rates(const Tree<S>& tree, std::span<const S> q, std::span<const
     qdot[offset] = rate.w, qdot[offset + 1] = rate.x, qdot[offset + 2] = rate.y, qdot[offset + 3] = rate.z;
   };
   for (const TreeLink<S>& link : tree.links) {
+    if (has_one_axis(link.joint)) {  // most joints: without the loop below
+      qdot[link.q] = v[link.v];
+      continue;
+    }
     const JointTraits& joint = traits_of(link.joint);
     if (joint.quaternion < 0) {
       for (int k = 0; k < joint.velocities; ++k) qdot[link.q + k] = v[link.v + k];
