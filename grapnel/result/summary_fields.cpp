@@ -179,7 +179,7 @@ const Type& type_of<Clearances>() {
                                    c.result->clearance.begin(), c.result->clearance.end(),
                                    [](const auto& a, const auto& b) { return a.distance < b.distance; });
 }
-> ("least", "", "of all phases"), derived < [](const C& c) -> auto& { return c.result->clearance; }
+> ("minimum", "", "of all phases"), derived < [](const C& c) -> auto& { return c.result->clearance; }
 > ("phases", "", "per phase"), derived < [](const C& c) -> auto& { return c.result->clearance_events; }
 > ("events", "", "bodies too near"),
 };  // namespace grapnel

@@ -240,9 +240,9 @@ TEST(Summary, HasPlanCaptureClearanceAndLimits) {
   EXPECT_EQ(capture["grasps"][1]["limiting"], "angle");
   EXPECT_EQ(capture["grasps"][1]["reason"], "outside the envelope");
   const json& clearance = summary["clearance"];
-  expect_keys(clearance, {"unwatched", "least", "phases", "events"}, "clearance");
-  EXPECT_EQ(clearance["least"]["distance"], -0.05);
-  EXPECT_EQ(clearance["least"]["bodies"], (std::vector<std::string>{"base", "debris"}));
+  expect_keys(clearance, {"unwatched", "minimum", "phases", "events"}, "clearance");
+  EXPECT_EQ(clearance["minimum"]["distance"], -0.05);
+  EXPECT_EQ(clearance["minimum"]["bodies"], (std::vector<std::string>{"base", "debris"}));
   expect_keys(clearance["phases"][0], {"phase", "distance", "bodies", "points", "time"}, "clearance.phases[]");
   expect_keys(clearance["events"][0],
               {"phase", "bodies", "begin", "end", "required", "minimum_distance", "minimum_time", "overlap_begin"},

@@ -141,7 +141,7 @@ export interface PlanReport {
   /** whether there is a solution; this and what follows down to `smallest_singular_value` only where final values were looked for */
   found?: boolean;
   /** what was made least */
-  measure?: string;
+  objective?: string;
   /** how small that became [1] */
   objective_value?: number | null;
   /** per end-effector */
@@ -747,7 +747,7 @@ export interface Clearances {
   /** pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that a hand that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either */
   unwatched: [string, string][];
   /** of all phases */
-  least: MinimumClearance;
+  minimum: MinimumClearance;
   /** per phase */
   phases: MinimumClearance[];
   /** bodies too near */

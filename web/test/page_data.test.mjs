@@ -177,7 +177,7 @@ function fullRun() {
 test("one colour per arm, target and axis in every plot", () => {
   const { plots } = v.plotsOf(fullRun(), 0);
   const line = (plot, label) => plots.find((one) => one.id === plot).lines.find((one) => one.label === label);
-  assert.equal(line("grip-force", "tip-2").color, "arm 1");
+  assert.equal(line("grasp-force", "tip-2").color, "arm 1");
   assert.equal(line("closing", "tip-2 distance").color, "arm 1");
   assert.equal(line("momentum-linear-x", "debris").color, "target 0"); // orange, as tip-2, in earlier versions
   assert.deepEqual(plots.find((one) => one.id === "base-angular_velocity").lines.map((one) => one.color), ["axis x", "axis y", "axis z"]);
@@ -189,7 +189,7 @@ test("one colour per arm, target and axis in every plot", () => {
 test("six plots come first, with their limits; the rest follows in groups", () => {
   const { plots, absent } = v.plotsOf(fullRun(), 0);
   const first = plots.filter((plot) => plot.group === "Overview");
-  assert.deepEqual(first.map((plot) => plot.id), ["closing", "grip-force", "base-angular_velocity", "clearance", "energy", "worst-margin"]);
+  assert.deepEqual(first.map((plot) => plot.id), ["closing", "grasp-force", "base-angular_velocity", "clearance", "energy", "worst-margin"]);
   assert.deepEqual(plots.slice(0, 6), first);
   assert.deepEqual(absent, []);
   assert.equal(new Set(plots.map((plot) => plot.id)).size, plots.length);

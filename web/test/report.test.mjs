@@ -205,7 +205,7 @@ describe("plots show the series", () => {
     for (const expected of [
       "joints-position-arm-1", "joints-velocity-arm-2", "joints-effort-arm-1", "end-effector-velocity-tip-1", "relative-speed",
       "momentum-linear-x", "momentum-angular-z", "base-attitude", "base-angular_velocity", "energy", "loop-position_defect",
-      "loop-angle_defect", "grip-force", "grip-moment",
+      "loop-angle_defect", "grasp-force", "grasp-moment",
     ])
       assert.ok(ids.includes(expected), `${expected} is not among ${ids.join(", ")}`);
     const momentum = await page.evaluate(() => window.__grapnel.plots.find((plot) => plot.id === "momentum-linear-x").series);

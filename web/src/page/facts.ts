@@ -170,7 +170,7 @@ function marginFact(s: PartlySummary): Fact {
 }
 
 function clearanceFact(s: PartlySummary): Fact {
-  const least = s.clearance?.least;
+  const least = s.clearance?.minimum;
   const fact: Fact = {
     key: "clearance",
     name: "Minimum clearance",

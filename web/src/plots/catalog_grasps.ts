@@ -146,7 +146,7 @@ function distancePlot(context: Context): PlotSpec[] {
   });
   return [
     {
-      id: "grip-distance",
+      id: "grasp-distance",
       group: "End-effectors",
       title: "Distance to the grasp points",
       axis: label("distance", "m"),
@@ -168,7 +168,7 @@ export function contactPlots(context: Context): PlotSpec[] {
       return series && !isZero(series) ? [magnitudeLine(context, series, { label: name, ...style(context.roles.endEffector(name)) })] : [];
     });
     return {
-      id: `grip-${quantity}`,
+      id: `grasp-${quantity}`,
       group: "Grasp loads",
       title: `Grasp ${quantity}`,
       axis: label(`magnitude of the ${quantity}`, unit),

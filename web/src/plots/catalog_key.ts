@@ -18,8 +18,8 @@ export function overviewOf(context: Context, all: PlotSpec[]): { plots: PlotSpec
     else absent.push(otherwise);
   };
   const of = (id: string) => all.find((plot) => plot.id === id);
-  add(closingPlot(context, of("grip-distance"), of("relative-speed")), "distance and relative speed: there is no grasp");
-  add(limited(of("grip-force"), ratingLimits(context.run, "force")), "grasp force: no grasp carries any");
+  add(closingPlot(context, of("grasp-distance"), of("relative-speed")), "distance and relative speed: there is no grasp");
+  add(limited(of("grasp-force"), ratingLimits(context.run, "force")), "grasp force: no grasp carries any");
   add(of("base-angular_velocity"), "base rate: it is not recorded");
   add(limited(of("clearance"), clearanceLimit(context.run)), "clearance: it was not watched");
   add(of("energy"), "energy: it is not recorded");

@@ -8,7 +8,7 @@ const kTelling = [
   /^least of margins$/,
   /^norm of base\/angular_velocity_change$/,
   /^grasps\/[^/]+\/mean_force$/,
-  /^clearance\/least$/,
+  /^clearance\/minimum$/,
   /^norm of end\/base\/angular_velocity$/,
   /^kinetic_energy_after$/,
   /^norm of base\/velocity_change$/,
