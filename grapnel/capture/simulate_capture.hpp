@@ -2,6 +2,7 @@
 
 /// @file
 /// A capture from end to end: at once, or piece by piece, where somebody else integrates its motion.
+/// Public, kept stable.
 
 #include <functional>
 #include <memory>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Forward and inverse dynamics of a model.
+/// Forward and inverse dynamics of a model. Public, kept stable.
 
 #include <span>
 #include <string>

@@ -6,6 +6,7 @@
 /// All functions speak of the one tree rooted at `root` (the servicer); other trees in the model, targets say, do not
 /// enter. n is the number of that tree's joint velocities, in the order of `joint_velocities`. For a root fixed to the
 /// world the base quantities are empty (6 x 0 and the like) and the reduced ones are the ordinary ones.
+/// Public, kept stable.
 
 #include <Eigen/Core>
 

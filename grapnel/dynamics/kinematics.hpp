@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Where bodies and frames are, how they move, and the Jacobians that say so (2.1).
+/// Where bodies and frames are, how they move, and the Jacobians that say so (2.1). Public, kept stable.
 
 #include <Eigen/Core>
 #include <vector>

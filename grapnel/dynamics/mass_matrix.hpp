@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Matrices of the equations of motion (2.7), M vdot + c = tau + sum J^T F.
+/// Matrices of the equations of motion (2.7), M vdot + c = tau + sum J^T F. Public, kept stable.
 
 #include <Eigen/Core>
 

@@ -2,7 +2,7 @@
 
 /// @file
 /// Momentum, centre of mass and kinetic energy, body by body from poses and twists: independent of the mass matrix and
-/// of what an integrator carries, so that a ledger can trust it.
+/// of what an integrator carries, so that a ledger can trust it. Public, kept stable.
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// State of a model: coordinates and generalized velocities.
+/// State of a model: coordinates and generalized velocities. Public, kept stable.
 
 #include <vector>
 

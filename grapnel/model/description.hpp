@@ -2,7 +2,7 @@
 
 /// @file
 /// Plain data that describe bodies, joints and frames, as a file or a program gives them. ModelBuilder turns them into
-/// an immutable Model.
+/// an immutable Model. Public, kept stable.
 
 #include <limits>
 #include <string>

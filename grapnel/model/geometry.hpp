@@ -2,6 +2,7 @@
 
 /// @file
 /// Shapes of bodies, for clearance and for drawing. Thread safety: plain values; meshes are shared and immutable.
+/// Public, kept stable.
 
 #include <array>
 #include <memory>

@@ -2,7 +2,7 @@
 
 /// @file
 /// What the program knows about the types of joints. All but the recursive kernels (dynamics/recursion.hpp) asks the
-/// table here.
+/// table here. Public, kept stable.
 
 #include <cstdint>
 

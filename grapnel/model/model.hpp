@@ -5,7 +5,7 @@
 ///
 /// A servicer is a tree whose root is its base; a free target is a tree of one body. A model is built once by
 /// ModelBuilder, checked as a whole, and never changes; a capture makes a new model in which the target hangs on the
-/// arm. Thread safety: a Model is immutable and may be read from any number of threads.
+/// arm. Thread safety: a Model is immutable and may be read from any number of threads. Public, kept stable.
 
 #include <stdexcept>
 #include <string>

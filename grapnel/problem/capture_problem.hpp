@@ -2,7 +2,7 @@
 
 /// @file
 /// A capture to be simulated, as plain data: what a scenario file says after units and names are resolved, or what a
-/// program sets up itself; how much of it is to be worked out, and who waits for it.
+/// program sets up itself; how much of it is to be worked out, and who waits for it. Public, kept stable.
 
 #include <cstdint>
 #include <functional>

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// The figures there are: impulses as bars, quantities over time, sweeps, superposed configurations. A new one is declared
-/// here, and offered and made in figure_files.cpp.
+/// The figures there are: impulses as bars, quantities over time, sweeps, superposed configurations. A new one is
+/// declared here, and offered and made in figure_files.cpp.
 
 #include <string>
 #include <vector>

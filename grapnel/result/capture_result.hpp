@@ -3,7 +3,7 @@
 /// @file
 /// What a capture leaves behind: plain data, SI units, vectors in the world frame W unless a name says otherwise. What
 /// each field is, with its unit, stands where it is described: motion_fields.cpp, impact_fields.cpp,
-/// summary_fields.cpp. Filled by simulate_capture(), read by the writers and reports.
+/// summary_fields.cpp. Filled by simulate_capture(), read by the writers and reports. Public, kept stable.
 
 #include <algorithm>
 #include <cmath>

@@ -15,8 +15,8 @@
 
 namespace grapnel {
 
-/// summary.json: pretty JSON with keys in a fixed order and a newline at the end. Numbers read back to the same double; NaN and
-/// infinities, which JSON lacks, become null. Phases that did not happen are absent. `version`: of Grapnel.
+/// summary.json: pretty JSON with keys in a fixed order and a newline at the end. Numbers read back to the same double;
+/// NaN and infinities, which JSON lacks, become null. Phases that did not happen are absent. `version`: of Grapnel.
 std::string summary_json(const CaptureResult& result, std::string_view version);
 
 /// scene.json: a scene, the scenario that it is of, and the version of Grapnel that made it. Refers to the scene.
@@ -43,8 +43,9 @@ const ResultContract* result_contract(std::string_view kind);
 inline constexpr std::string_view kOriginOfTypes =
     "Made by scripts/tables from the descriptions in grapnel/result: change those.";
 
-/// The texts that a capture was read from, kept beside its results as scenario.json (docs/formats/summary.md), so that a
-/// report can show them and a comparison say what differs. Files go by what they are, not by their names: these differ between places.
+/// The texts that a capture was read from, kept beside its results as scenario.json (docs/formats/summary.md), so that
+/// a report can show them and a comparison say what differs. Files go by what they are, not by their names: these
+/// differ between places.
 struct SourceTexts {
   struct File {
     std::string part;  // "scenario", "robot", "trajectory"

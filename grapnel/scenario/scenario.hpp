@@ -2,7 +2,7 @@
 
 /// @file
 /// Scenario and robot files: YAML text to plain data that simulate_capture() takes. The formats are described in
-/// docs/formats/scenario.md and docs/formats/robot.md.
+/// docs/formats/scenario.md and docs/formats/robot.md. Public, kept stable.
 
 #include <filesystem>
 #include <span>

@@ -4,7 +4,7 @@
 /// Study, campaign and optimization files: YAML text to what run_study(), run_campaign() and optimize() take.
 /// docs/formats/study.md, campaign.md and optimization.md describe the formats. Files are read once: the points and
 /// cases see the same bytes ever after. Each loader throws InputError with all faults that can be known beforehand, and
-/// adds to `warnings` those of load_scenario(), of the first point or of the scenario as it is.
+/// adds to `warnings` those of load_scenario(), of the first point or of the scenario as it is. Public, kept stable.
 
 #include <filesystem>
 #include <string>
