@@ -44,7 +44,7 @@ VARIATIONS = {
     "quintic": (PLANNED, "approach.profile=quintic"),
     "measure-excursion": (PLANNED, "approach.plan={objective: excursion}"),
     "measure-limits": (PLANNED, "approach.plan={objective: limits}"),
-    "measure-manipulability": (PLANNED, "approach.plan={measure: manipulability}"),
+    "measure-manipulability": (PLANNED, "approach.plan={objective: manipulability}"),
     "measure-nearest": (PLANNED, "approach.plan={objective: nearest, guess: [-0.5, -1.4, 0, 2.6, -1.4, 0]}"),
     "tracking-pd": (PLANNED, "approach.tracking={mode: pd, kp: 490, kd: 140}", "contact={gap: weld_as_found}"),
     "tracking-computed-torque": (PLANNED, "approach.tracking={mode: computed_torque, kp: 49, kd: 14}",

@@ -124,8 +124,8 @@ struct Described<PlanSetup> {
   using T = PlanSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::objective>(
-          "measure", "",
-          "What is least among the solutions. excursion: the joints' ways. nearest: the distance from "
+          "objective", "",
+          "What is minimized among the solutions. excursion: the joints' ways. nearest: the distance from "
           "guess. limits: the distance from the middle of the joints' ranges. manipulability: minus the "
           "manipulability of the arms. as_found: nothing; the first solution from the guess is taken."),
       field<&T::guess>("guess", "rad or m",
@@ -146,7 +146,7 @@ struct Described<PlanSetup> {
           .at_most(1000000000000),
   });
   static constexpr auto rules = std::to_array<Rule>({
-      when("measure", "nearest").require("guess"),
+      when("objective", "nearest").require("guess"),
   });
   static constexpr Type type = structure<T>("plan",
                                             "Final joint values are looked for: those with which the "

@@ -33,7 +33,7 @@ class Writer {
     write_targets();
     if (planned_) {
       line(
-          fmt::format("approach: {{duration: {:.3g}, profile: quintic, plan: {{measure: as_found}}, final_rates: "
+          fmt::format("approach: {{duration: {:.3g}, profile: quintic, plan: {{objective: as_found}}, final_rates: "
                       "{{match: velocity_least_rates}}}}",
                       uniform(5, 15)));
     }

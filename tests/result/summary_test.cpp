@@ -215,7 +215,7 @@ TEST(Summary, HasPlanCaptureClearanceAndLimits) {
   const json& plan = summary["approach"]["plan"];
   expect_keys(
       plan,
-      {"joints", "final_position", "final_rates", "unmet_rate", "rhs_evaluations", "found", "measure",
+      {"joints", "final_position", "final_rates", "unmet_rate", "rhs_evaluations", "found", "objective",
        "objective_value", "miss", "starts", "solutions", "iterations", "smallest_singular_value", "straight_in"},
       "approach.plan");
   expect_keys(plan["miss"][0], {"end_effector", "distance", "angle"}, "approach.plan.miss[]");

@@ -87,7 +87,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:22:11: error: target 'ball' is grasped by nobody; add a grasp or remove the target",
       "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is nothing to reach"}},
     {"plan_unknown_measure",
-     {way("plan: {measure: nearby}")},
+     {way("plan: {objective: nearby}")},
      {"scenario.yaml:32:19: error: unknown value 'nearby' for approach.plan.objective; allowed are excursion, nearest, "
       "limits, manipulability, as_found"}},
     {"plan_nearest_without_guess",

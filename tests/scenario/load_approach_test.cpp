@@ -94,8 +94,8 @@ TEST(LoadApproach, Plan) {
   EXPECT_FALSE(a.sampled);
   using Objective = PlanSetup::Objective;
   EXPECT_EQ(load({way("plan: {objective: limits}")}).approach->plan->objective, Objective::limits);
-  EXPECT_EQ(load({way("plan: {measure: manipulability}")}).approach->plan->objective, Objective::manipulability);
-  EXPECT_EQ(load({way("plan: {measure: as_found}")}).approach->plan->objective, Objective::as_found);
+  EXPECT_EQ(load({way("plan: {objective: manipulability}")}).approach->plan->objective, Objective::manipulability);
+  EXPECT_EQ(load({way("plan: {objective: as_found}")}).approach->plan->objective, Objective::as_found);
   EXPECT_EQ(load({way("plan: {seed: 9007199254740991}")}).approach->plan->seed, 9007199254740991u);
 }
 
