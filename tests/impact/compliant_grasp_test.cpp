@@ -13,9 +13,9 @@ using Status = CompliantOutcome::Status;
 
 std::vector<CompliantGrasp> yielding(const std::vector<Grasp>& grasps, double stiffness, double damping_ratio = 0.7) {
   const double c = 2 * damping_ratio * std::sqrt(stiffness * 5);  // targets are of some 10 kg
-  std::vector<CompliantGrasp> grasps;
-  for (const Grasp& g : grasps) grasps.push_back({g, stiffness, c, 0.2 * stiffness, 0.2 * c});
-  return grasps;
+  std::vector<CompliantGrasp> springs;
+  for (const Grasp& g : grasps) springs.push_back({g, stiffness, c, 0.2 * stiffness, 0.2 * c});
+  return springs;
 }
 
 // Both arms of the thesis robot on one target, 1 m apart on its sides; it turns and moves against them, in the plane.
