@@ -43,7 +43,7 @@ TEST(ResultTable, ShowsWhatAUserAsksFirst) {
                               "  worst in approach: rate of left-1 is -0.3, its limit -0.2 at t = 3.5 s\n"
                               "  worst in post_impact: base and debris overlap by 0.05 m at t = 33 s\n"));
   EXPECT_THAT(text, HasSubstr("after the impact, at its end (t = 70 s; beyond validity, which ends at t = 32 s)"));
-  EXPECT_THAT(text, HasSubstr("plan: found, 4 of 5 initial guesses, 23 Newton steps, measure excursion"));
+  EXPECT_THAT(text, HasSubstr("plan: found, 4 of 5 initial guesses, 23 Newton steps, objective excursion"));
   EXPECT_THAT(text, HasSubstr("warning: second"));
   EXPECT_THAT(text, ContainsRegex("left -> debris/left_handle [*] +12\\.346 +98\\.765 .* 123\\.46"));
   EXPECT_THAT(text, HasSubstr("5.25 -> 4.125"));

@@ -41,7 +41,7 @@ StudyCase shipped_case(const Detail& detail) {
   point.problem.output_interval = 0.1;
   // Any plan will do.
   if (auto& approach = point.problem.approach; approach && approach->plan)
-    approach->plan->measure = PlanSetup::Objective::as_found;
+    approach->plan->objective = PlanSetup::Objective::as_found;
   if (point.problem.post_impact && point.problem.post_impact->releases.empty())
     point.problem.post_impact->duration = std::min(point.problem.post_impact->duration, 2.0);
   point.inward_normals = inward_normals(point.problem);
