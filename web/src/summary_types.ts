@@ -662,7 +662,7 @@ export interface SpeedLimit {
 export interface ReleaseReport {
   /** when they were released [s] */
   time: number;
-  /** that release */
+  /** that released their targets */
   end_effectors: string[];
   /** that each of them held */
   targets: string[];
