@@ -159,10 +159,10 @@ void hold_or_part(CaptureRun& run, const Meeting& meeting, ImpactSetup::Law law,
     for (const GraspImpulse& g : report.grasps) {
       if (g.end_effector != problem.grasps[i].end_effector) continue;
       const bool cut_short = n < unfinished.size() && !unfinished[n].empty();
-      run.schedule.refuse({i},
-                          fmt::format("{}: it {}", problem.grasps[i].contact ? "a contact, no grasp" : "rebounded",
-                                      cut_short ? "is " + unfinished[n]
-                                                : fmt::format("parts at {:.4g} m/s", norm(g.relative_velocity_after))));
+      run.schedule.refuse(
+          {i}, fmt::format("{}: it {}", problem.grasps[i].contact ? "a contact that does not hold" : "rebounded",
+                           cut_short ? "is " + unfinished[n]
+                                     : fmt::format("parts at {:.4g} m/s", norm(g.relative_velocity_after))));
     }
   }
 }

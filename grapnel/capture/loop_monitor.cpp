@@ -80,7 +80,7 @@ void LoopMonitor::write(CaptureResult& result) const {
     result.ledger.entries.push_back({name, value, bound, unit, any_ ? note : none, any_});
   };
   row("loop_closure_position", largest_.position, 1e-12, "m",
-      "largest distance of a grasp's frames on hand and target that close a loop, at any sample");
+      "largest distance of a grasp's frames on end-effector and target that close a loop, at any sample");
   row("loop_closure_angle", largest_.angle, 1e-12, "rad", "the same for their orientation");
   row("loop_closure_velocity", std::max(largest_.velocity, largest_.angular_velocity), 1e-12, "m/s or rad/s",
       "the same for their relative motion");

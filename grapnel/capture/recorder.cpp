@@ -51,7 +51,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   for (const GraspSetup& g : problem.grasps) {
     if (!is_shared(problem, g.target)) continue;
     add("loops/" + g.end_effector + "/position_defect", "m",
-        "distance of the grasp's frames on hand and target while it closes a loop, else 0", {"position_defect"});
+        "distance of the grasp's frames on end-effector and target while it closes a loop, else 0",
+        {"position_defect"});
     add("loops/" + g.end_effector + "/angle_defect", "rad", "angle between them, likewise", {"angle_defect"});
   }
   std::vector<std::string> joints;

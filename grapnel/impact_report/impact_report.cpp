@@ -406,7 +406,7 @@ ImpactOutcome run_impact(const ImpactTask& task) {
   if (task.already_closed > 0) {
     report.as_published_absent = "a target is already held";
   } else if (rebounds) {
-    report.as_published_absent = "the thesis has grasps only";
+    report.as_published_absent = "the thesis has no contacts that rebound";
   } else {
     describe_published(system, problem, contact, report);
   }

@@ -238,7 +238,8 @@ std::string too_far_or_too_near(FloatingBase& base, std::span<const Goal> goals,
   const double wanted = norm(goals[1].X_WG.p - goals[0].X_WG.p);
   const double given = norm(base.frame_pose(goals[1].frame).p - base.frame_pose(goals[0].frame).p);
   return fmt::format(
-      "{}, wherever the base is: these are {:.4g} m apart, the hands come {} {:.4g} m {}; a gap of {:.4g} m remains "
+      "{}, wherever the base is: these are {:.4g} m apart, the end-effectors come {} {:.4g} m {}; a gap of {:.4g} m "
+      "remains "
       "between '{}' and '{}' when '{}' is at '{}'",
       who_and_where(goals), wanted, given < wanted ? "at most" : "no nearer than", given,
       given < wanted ? "apart" : "to each other", (closest.error.segment<3>(3) - closest.error.head<3>()).norm(),
@@ -464,7 +465,7 @@ Failure explain_failure(FloatingBase& base, const ReachProblem& problem, const S
   failure.text = fmt::format(
       "every arm by itself reaches its point, but none of the {} initial guess{} tried led to a motion "
       "that brings all there with the demanded final motion",
-      tried, tried == 1 ? "" : "s");
+      tried, tried == 1 ? "" : "es");
   if (closest.valid) {
     failure.miss = misses(problem.goals, closest.error);
     std::string left;

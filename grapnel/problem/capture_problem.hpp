@@ -139,10 +139,11 @@ struct BaseControlSetup {
 /// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
 /// grasp point.
 struct PlanSetup {
-  /// What is minimized among the solutions. excursion: the joints' motion on the way (Objective). nearest: squares of the
-  /// distances from `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to the
-  /// ranges. manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian). as_found: nothing; Newton's
-  /// method with steps of least norm from the guess, or from the first other initial guess that leads to a solution.
+  /// What is minimized among the solutions. excursion: the joints' motion on the way (Objective). nearest: squares of
+  /// the distances from `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to
+  /// the ranges. manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian). as_found: nothing;
+  /// Newton's method with steps of least norm from the guess, or from the first other initial guess that leads to a
+  /// solution.
   enum class Objective { excursion, nearest, limits, manipulability, as_found };
   Objective objective = Objective::excursion;
   std::vector<double> guess;  // per joint: where the search begins; empty: the initial values

@@ -357,7 +357,7 @@ class Conflicts {
     }
     if (is_of_contacts(impact.law) && impact.law != Law::compliant && !any_contact && any_grasp) {
       add("impact.law",
-          "impact.law: {} is for contacts, and every grasp here is a grasp; give a grasp model: contact, or use law "
+          "impact.law: {} is for contacts, and every grasp here holds; give a grasp model: contact, or use law "
           "bilateral_restitution or plastic",
           name_of(impact.law));
     }
@@ -378,7 +378,7 @@ class Conflicts {
   void check_contact(const GraspSetup& grasp, const std::string& path, Law law) {
     if (!is_of_contacts(law)) {
       add(path,
-          "{}: contact has no meaning with impact.law {}; use restitution, friction or compliant, or let it grasp "
+          "{}: contact has no meaning with impact.law {}; use restitution, friction or compliant, or let it hold "
           "(rigid, hinge, point)",
           path, name_of(law));
     }

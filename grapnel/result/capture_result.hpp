@@ -125,7 +125,7 @@ struct PhaseEnd {
   std::vector<BodyMotion> targets;
 };
 
-/// A contact that is no grasp: how it rebounded.
+/// A contact that does not hold: how it rebounded.
 struct ContactRebound {
   Vector3d normal;
   double normal_impulse = 0;

@@ -69,7 +69,8 @@ const Type& type_of<ContactRebound>() {
                         "of the normal impulse over other orders of simultaneous contacts, relative; null: not known")
           .or_null(),
   };
-  static constexpr Type type = structure<R>("ContactRebound", "a contact that is no grasp: how it rebounded.", fields);
+  static constexpr Type type =
+      structure<R>("ContactRebound", "a contact that does not hold: how it rebounded.", fields);
   return type;
 }
 
@@ -97,7 +98,7 @@ const Type& type_of<GraspImpulse>() {
       field<&G::end_effector>("end_effector", "of the grasp or contact"),
       field<&G::target>("target", "of the grasp or contact"),
       field<&G::grasp_point>("grasp_point", "on the target"),
-      field<&G::model>("model", "`rigid` (6 rows), `hinge` (5), `point` (3), `contact` (no grasp)"),
+      field<&G::model>("model", "`rigid` (6 rows), `hinge` (5), `point` (3), `contact` (does not hold)"),
       field<&G::contact_point>("contact_point", "m", "common to end-effector and target, in W"),
       field<&G::gap>("gap", "m", "distance of end-effector and grasp point when they were joined"),
       field<&G::gap_angle>("gap_angle", "rad", "angle between their frames when they were joined"),

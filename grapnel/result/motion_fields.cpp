@@ -141,7 +141,8 @@ template <>
 const Type& type_of<Captured>() {
   static constexpr Choice choices[] = {
       choice(Captured::yes, "yes", "closed, within an envelope that has a position."),
-      choice(Captured::assumed, "assumed", "closed, but nothing says how far the hand may be: nobody judged it."),
+      choice(Captured::assumed, "assumed",
+             "closed, but nothing says how far the end-effector may be: nobody judged it."),
       choice(Captured::no, "no")};
   static constexpr Type type = enumeration<Captured>("Captured", choices);
   return type;

@@ -177,7 +177,7 @@ std::string grasp_table(const ImpactReport& impact) {
   return out;
 }
 
-// How contacts were rebounding.
+// How contacts rebounded.
 std::string rebound_table(const ImpactReport& impact) {
   TextTable table;
   table.row({"contact", "normal", "tangential", "speed after", "modes"});

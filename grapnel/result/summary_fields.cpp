@@ -171,9 +171,9 @@ const Type& type_of<Clearances>() {
         for (const auto& [a, b] : c.result->clearance_unwatched) pairs.push_back({a, b});
         return pairs;
       }>("unwatched", "",
-         "pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that a "
-         "hand "
-         "that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the "
+         "pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that an "
+         "end-effector that goes *through* its own target is not noticed), and pairs ignored by the scenario. "
+         "Neighbours along the "
          "tree are not watched either"),
       derived < [](const C& c) -> auto& {return *std::min_element(
                                    c.result->clearance.begin(), c.result->clearance.end(),

@@ -248,11 +248,12 @@ void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultL
       // One hand may take over from another.
       const bool in_turn = releases && (first.closes != second.closes || first.closes_at != second.closes_at);
       if (!at_a || in_turn || norm(*at_a - *at_b) > kSame) continue;
-      faults.warn(part(list.items[b], "point").mark,
-                  fmt::format("{}: end-effectors {} and {} grasp the same place of target {}, where two hands have no "
-                              "room",
-                              item("grasps", b), in_quotes(first.end_effector), in_quotes(second.end_effector),
-                              in_quotes(second.target)));
+      faults.warn(
+          part(list.items[b], "point").mark,
+          fmt::format("{}: end-effectors {} and {} grasp the same place of target {}, where two end-effectors have no "
+                      "room",
+                      item("grasps", b), in_quotes(first.end_effector), in_quotes(second.end_effector),
+                      in_quotes(second.target)));
       break;
     }
   }

@@ -109,7 +109,7 @@ struct Described<GraspSetup> {
       field<&T::grasp_point>("point", "", "Name of a grasp point of that target.").required(),
       field<&T::model>("model", "",
                        "rigid: holds position and the orientation found at contact. hinge: leaves one rotation free. "
-                       "point: holds the position. contact: no grasp; it touches and rebounds, by impact.law "
+                       "point: holds the position. contact: does not hold; it touches and rebounds, by impact.law "
                        "restitution, friction or compliant.")
           .as("one of rigid, hinge, point, contact")
           .by_default("\"rigid\""),

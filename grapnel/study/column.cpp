@@ -88,7 +88,7 @@ class Builder {
           return r.grasps.empty() ? NAN : static_cast<double>(r.captured());
         });
     add("captured/judged", "1",
-        "whether envelopes say so; 0: captured is assumed, nothing says what a hand can close on",
+        "whether envelopes say so; 0: captured is assumed, nothing says what an end-effector can close on",
         [](const StudyCase&, const CaptureResult& r) {
           return r.grasps.empty() ? NAN : double(r.capture_verdict() != Captured::assumed);
         });

@@ -297,13 +297,13 @@ TEST(CompliantContacts, StillCompressedWhenTheTimeIsOverFailTheBooks) {
   const CaptureResult over = simulate_capture(whole);
   expect_passes(over);
   EXPECT_EQ(over.impact->compliant->end, "separated");
-  EXPECT_THAT(over.grasps[0].reason, HasSubstr("a contact, no grasp: it parts at "));
+  EXPECT_THAT(over.grasps[0].reason, HasSubstr("a contact that does not hold: it parts at "));
   CaptureProblem p = whole;
   p.impact->compliant.longest = over.impact->grasps[0].profile->peak_force_time;  // the most compressed
   const CaptureResult r = simulate_capture(p);
   ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
   EXPECT_EQ(r.impact->compliant->end, "time_over");
-  EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact, no grasp: it is still compressed by "));
+  EXPECT_THAT(r.grasps[0].reason, HasSubstr("a contact that does not hold: it is still compressed by "));
   EXPECT_THAT(r.grasps[0].reason, HasSubstr(" J in the springs"));
   EXPECT_FALSE(row(r, "compliant_energy_residual").pass());
   EXPECT_FALSE(r.ledger.pass());

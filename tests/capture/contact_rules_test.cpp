@@ -75,7 +75,7 @@ TEST(Refuse, SaysByHowMuchAndKeepsTheApproach) {
   char number[32];
   std::snprintf(number, sizeof number, "%.4g", miss);
   EXPECT_EQ(r.failure,
-            std::string("contact refused: end-effector 'tip-1' misses grasp point 'grip' of target 'target-1' by ") +
+            std::string("contact refused: end-effector 'tip-1' misses grasp point 'grasp' of target 'target-1' by ") +
                 number + " m; contact.limit is 0.08 m");
   EXPECT_FALSE(r.captured());
   EXPECT_EQ(r.grasps.at(0).reason, r.failure);

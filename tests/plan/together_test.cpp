@@ -34,10 +34,11 @@ TEST(Together, SaysThatPointsAreTooFarApart) {
   FloatingBase base(s.model, true);
   const ReachSolution r = plan_reach(base, thesis_pair(s, 7.4));
   EXPECT_FALSE(r.found);
-  EXPECT_EQ(r.failure,
-            "end-effectors 'tip-1' and 'tip-2' cannot be at grasp points 'right' and 'left' of target 'sat' at once, "
-            "wherever the base is: these are 7.4 m apart, the hands come at most 7 m apart; a gap of 0.4 m remains "
-            "between 'tip-2' and 'left' when 'tip-1' is at 'right'");
+  EXPECT_EQ(
+      r.failure,
+      "end-effectors 'tip-1' and 'tip-2' cannot be at grasp points 'right' and 'left' of target 'sat' at once, "
+      "wherever the base is: these are 7.4 m apart, the end-effectors come at most 7 m apart; a gap of 0.4 m remains "
+      "between 'tip-2' and 'left' when 'tip-1' is at 'right'");
 }
 
 TEST(Together, SaysThatPointsAreTooNear) {
@@ -53,8 +54,8 @@ TEST(Together, SaysThatPointsAreTooNear) {
   const double nearest = std::hypot(6 + std::cos(0.5), std::sin(0.5));
   char text[200];
   std::snprintf(text, sizeof text,
-                "these are 6.5 m apart, the hands come no nearer than %.4g m to each other; a gap of %.4g m", nearest,
-                nearest - 6.5);
+                "these are 6.5 m apart, the end-effectors come no nearer than %.4g m to each other; a gap of %.4g m",
+                nearest, nearest - 6.5);
   EXPECT_THAT(r.failure, HasSubstr(text));
   EXPECT_THAT(r.failure, Not(HasSubstr("comes no closer")));
 }
@@ -162,7 +163,7 @@ TEST(Together, NamesThePointThatIsOutOfReach) {
 }
 
 // Everything can be reached, but not with the speed asked for.
-TEST(Together, CountsTheBeginningsThatWereTried) {
+TEST(Together, CountsTheInitialGuessesThatWereTried) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 1);
@@ -174,7 +175,7 @@ TEST(Together, CountsTheBeginningsThatWereTried) {
     EXPECT_EQ(r.starts, starts);
     EXPECT_THAT(r.failure,
                 HasSubstr("every arm by itself reaches its point, but none of the " + std::to_string(starts) +
-                          (starts == 1 ? " beginning tried" : " initial guesses tried")));
+                          (starts == 1 ? " initial guess tried" : " initial guesses tried")));
   }
 }
 

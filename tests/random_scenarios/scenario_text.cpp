@@ -179,7 +179,7 @@ class Writer {
     line("grasps:");
     for (int g = 1; g <= grasps; ++g) {
       line(fmt::format("  - {{end_effector: tip-{}, target: target-{}, point: {}, {}{}}}", g, target_of[g - 1],
-                       any_of<2>({"grasp", "handle"}), grasp(), closing(g)));
+                       any_of<2>({"grip", "handle"}), grasp(), closing(g)));
     }
   }
 

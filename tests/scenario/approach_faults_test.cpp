@@ -88,7 +88,7 @@ const std::vector<FaultCase> kCases{
       "scenario.yaml:30:3: error: approach.plan needs 'grasps': there is nothing to reach"}},
     {"plan_unknown_measure",
      {way("plan: {objective: nearby}")},
-     {"scenario.yaml:32:19: error: unknown value 'nearby' for approach.plan.objective; allowed are excursion, nearest, "
+     {"scenario.yaml:32:21: error: unknown value 'nearby' for approach.plan.objective; allowed are excursion, nearest, "
       "limits, manipulability, as_found"}},
     {"plan_nearest_without_guess",
      {way("plan: {objective: nearest}")},

@@ -120,7 +120,7 @@ TEST(Campaign, ThePlanIsMadeOnce) {
 }
 
 // The frozen plan is the same approach: where nothing differs from what was planned for, the run is the same.
-// Returns the largest difference.
+// Returns the largest difference, relative to values above 1.
 double difference_of_plans(const std::string& text) {
   const test::TemporaryFolder folder;
   const Campaign once = load(folder, text), anew = load(folder, text + "plan: per_case\n");
@@ -133,7 +133,7 @@ double difference_of_plans(const std::string& text) {
   double difference = 0, largest = 0;
   for (std::size_t c = 0; c < a.values.size(); ++c) {
     if (std::isnan(b.values[c])) continue;
-    difference = std::max(difference, std::abs(a.values[c] - b.values[c]));
+    difference = std::max(difference, std::abs(a.values[c] - b.values[c]) / std::max(1.0, std::abs(b.values[c])));
     largest = std::max(largest, std::abs(b.values[c]));
   }
   EXPECT_GT(largest, 0.1);
@@ -152,7 +152,8 @@ TEST(Campaign, AFrozenWayStraightInFliesTheSame) {
     const double difference = difference_of_plans(
         head("scenarios/heavy-satellite-detumble.yaml") + "simulate: impact\nset: {approach.profile: " + profile +
         "}\nuncertain:\n  - {path: robot.base.mass, discrete: {values: [2400]}}\n");
-    EXPECT_LT(difference, 1e-10) << profile;  // measured 9e-14, in a sum of loads
+    // Both are planned; searches whose inputs differ in the last digit end within their tolerance of each other, 1e-10.
+    EXPECT_LT(difference, 1e-9) << profile;  // measured 2e-15 without fused products and sums, 8e-11 with them
   }
 }
 

@@ -93,7 +93,7 @@ TEST(FileFaults, AnchorsAndTagsAreFine) {
 TEST(FileFaults, FaultBehindAnAliasIsToldOnce) {
   EXPECT_THAT(
       faults_of(edited(kSmallScenario, {{"position: [2, 0, 0]", "position: &p [2, 0]"},
-                                        {"grasp, position: [0, 0.5, 0]", "grasp, position: *p"}})),
+                                        {"grip, position: [0, 0.5, 0]", "grip, position: *p"}})),
       ElementsAre("scenario.yaml:25:23: error: targets[0].state.position has 2 items, must have exactly 3",
                   "scenario.yaml:25:23: error: targets[0].grasp_points[0].position has 2 items, must have exactly 3"));
 }

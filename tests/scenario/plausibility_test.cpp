@@ -139,7 +139,7 @@ TEST(Warnings, TwoHandsAtOnePlace) {
   EXPECT_THAT(
       warnings_with({kSecondHand, kSecondGrasp}),
       ElementsAre("scenario.yaml:31:47: warning: grasps[1]: end-effectors 'tip' and 'hand' grasp the same place of "
-                  "target 'ball', where two hands have no room"));
+                  "target 'ball', where two end-effectors have no room"));
   // One takes over from the other.
   EXPECT_THAT(warnings_with({kSecondHand,
                              {"  - {end_effector: tip, target: ball, point: grip}",

@@ -201,7 +201,7 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:29:33: error: unknown target 'bal' in grasps[0]; did you mean 'ball'?"}},
     {"unknown_grasp_point",
      {{"point: grip", "point: handle"}},
-     {"scenario.yaml:29:46: error: unknown grasp point 'handle' in grasps[0].point; grasp points are grasp"}},
+     {"scenario.yaml:29:46: error: unknown grasp point 'handle' in grasps[0].point; grasp points are grip"}},
     {"duplicate_target",
      {{"grasps:", "  - {name: ball, mass: 1, inertia: [1, 1, 1], state: {position: [0, 0, 0]}}\ngrasps:"}},
      {"scenario.yaml:28:12: error: duplicate name 'ball' in targets[1]: target names must differ; first given in line "

@@ -316,7 +316,7 @@ export interface GraspImpulse {
   target: string;
   /** on the target */
   grasp_point: string;
-  /** `rigid` (6 rows), `hinge` (5), `point` (3), `contact` (no grasp) */
+  /** `rigid` (6 rows), `hinge` (5), `point` (3), `contact` (does not hold) */
   model: string;
   /** common to end-effector and target, in W [m] */
   contact_point: [number, number, number];
@@ -350,7 +350,7 @@ export interface GraspImpulse {
   profile?: ForceProfile;
 }
 
-// a contact that is no grasp: how it rebounded.
+// a contact that does not hold: how it rebounded.
 export interface ContactRebound {
   /** unit, from the target to the robot, in W [1] */
   normal: [number, number, number];
@@ -744,7 +744,7 @@ export interface PeakLoad {
 
 // distances between bodies with shapes.
 export interface Clearances {
-  /** pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that a hand that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either */
+  /** pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that an end-effector that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either */
   unwatched: [string, string][];
   /** of all phases */
   minimum: MinimumClearance;
