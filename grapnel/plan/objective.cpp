@@ -96,13 +96,13 @@ double Objective::value(FloatingBase& base, std::span<const Goal> goals, std::sp
       break;
   }
   if (gradient) {
-    constexpr double kStep = 1e-6;
+    constexpr double kDifference = 1e-6;
     std::vector<double> x(position.begin(), position.end());
     for (std::size_t j = 0; j < n; ++j) {
-      x[j] = position[j] + kStep;
+      x[j] = position[j] + kDifference;
       const double above = lost_manipulability(base, goals, x);
-      x[j] = position[j] - kStep;
-      gradient->position[j] = (above - lost_manipulability(base, goals, x)) / (2 * kStep);
+      x[j] = position[j] - kDifference;
+      gradient->position[j] = (above - lost_manipulability(base, goals, x)) / (2 * kDifference);
       x[j] = position[j];
     }
   }
