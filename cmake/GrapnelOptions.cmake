@@ -1,8 +1,10 @@
 # How Grapnel's own sources are compiled. For this directory and those below: nobody who uses the library gets any of it.
 add_compile_options(
-  -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast -Wundef
+  -Wall -Wextra -Wpedantic -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast -Wundef
   # errno of math functions is never read; without this sqrt is a call.
-  -fno-math-errno)
+  -fno-math-errno
+  # Clang takes a local name for a shadow of what another file of the same unity build has in its anonymous namespace.
+  "$<$<NOT:$<CXX_COMPILER_ID:Clang>>:-Wshadow>")
 if(GRAPNEL_WERROR)
   add_compile_options(-Werror)
 endif()
