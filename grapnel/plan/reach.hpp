@@ -13,7 +13,7 @@
 ///   de/dtheta_f = E_theta + E_xi (xi_theta + xi_rate K),
 ///   K = d rate_f/d theta_f = (1 - rho_xi xi_rate)^-1 (rho_theta + rho_xi xi_theta)                  (2)
 /// gives Newton steps of least norm within the joints' limits. Initial guesses besides the stated one come from inverse
-/// kinematics arm by arm with the base kept still, which costs no integration. Among solutions a objective decides,
+/// kinematics arm by arm with the base kept still, which costs no integration. Among solutions an objective decides,
 /// improved by sequential quadratic programming (NLopt's SLSQP; Kraft 1994) with e = 0 and the rate limits as
 /// constraints, and polished by Newton again; a solution within the rate limits is better than any beyond them.
 
