@@ -342,7 +342,7 @@ TEST(ClosedLoop, ThatCannotCloseIsAnsweredWithTheGap) {
   EXPECT_EQ(far.status, CaptureStatus::failed);
   EXPECT_THAT(far.failure, HasSubstr("end-effectors 'tip-1' and 'tip-2' cannot be at grasp points 'right' and 'left' "
                                      "of target 'sphere' at once, wherever the base is: these are 6.4 m apart, the "
-                                     "hands come at most 6 m apart; a gap of 0.4 m remains between 'tip-2' and 'left' "
+                                     "end-effectors come at most 6 m apart; a gap of 0.4 m remains between 'tip-2' and 'left' "
                                      "when 'tip-1' is at 'right'"));
   const CaptureResult aside =
       simulate_capture(closed_loop("closed-loop", {{"targets.sphere.grasp_points.right.position", "[0, 0, 0.5]"}}));
