@@ -41,6 +41,10 @@ function(grapnel_test name)
   endif()
 
   add_executable(${name} ${ARG_SOURCES})
+  # As modules are: eight files compile as one. Every test has a namespace of its file's name for what is its own.
+  if(NOT ARG_OWN_HEADERS)
+    set_target_properties(${name} PROPERTIES UNITY_BUILD ${GRAPNEL_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+  endif()
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND NOT ARG_OWN_HEADERS)
     target_precompile_headers(${name} REUSE_FROM grapnel_test_headers)
     foreach(source ${ARG_SOURCES})

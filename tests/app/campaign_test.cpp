@@ -17,7 +17,7 @@
 #include "program_run.hpp"
 
 namespace grapnel {
-namespace {
+namespace campaign_test {
 
 namespace fs = std::filesystem;
 using test::Outcome;
@@ -459,5 +459,5 @@ TEST_F(MpiCampaign, WhatIsWrongEndsAllRanks) {
 }
 #endif
 
-}  // namespace
+}  // namespace campaign_test
 }  // namespace grapnel

@@ -11,7 +11,7 @@
 #include "program_run.hpp"
 
 namespace grapnel {
-namespace {
+namespace optimize_test {
 
 namespace fs = std::filesystem;
 using test::Outcome;
@@ -92,5 +92,5 @@ TEST_F(Optimize, BadInputIsFoundBeforeAnythingRuns) {
   EXPECT_TRUE(nlohmann::json::parse(schema.out).contains("properties"));
 }
 
-}  // namespace
+}  // namespace optimize_test
 }  // namespace grapnel

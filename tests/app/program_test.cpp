@@ -20,7 +20,7 @@
 #include "program_run.hpp"
 
 namespace grapnel {
-namespace {
+namespace program_test {
 
 namespace fs = std::filesystem;
 using test::complaints;
@@ -446,5 +446,5 @@ TEST_F(Program, AKilledRunLeavesReadableFiles) {
   }
 }
 
-}  // namespace
+}  // namespace program_test
 }  // namespace grapnel

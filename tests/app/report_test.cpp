@@ -10,7 +10,7 @@
 #include "program_run.hpp"
 
 namespace grapnel {
-namespace {
+namespace report_test {
 
 namespace fs = std::filesystem;
 using test::Outcome;
@@ -269,5 +269,5 @@ TEST_F(Report, APointThatIsNotThereIsBadInput) {
   EXPECT_EQ(run("sweep study.yaml --only one").code, 2);
 }
 
-}  // namespace
+}  // namespace report_test
 }  // namespace grapnel

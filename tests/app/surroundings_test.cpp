@@ -15,7 +15,7 @@
 #include "program_run.hpp"
 
 namespace grapnel {
-namespace {
+namespace surroundings_test {
 
 namespace fs = std::filesystem;
 using test::Outcome;
@@ -237,5 +237,5 @@ TEST_F(Surroundings, TheSameInputInAnotherPlaceGivesTheSameBytes) {
   EXPECT_EQ(read_text(folder_ / "here/c/report.html").find("No single cases"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace surroundings_test
 }  // namespace grapnel

@@ -14,7 +14,7 @@
 #include "program_run.hpp"
 
 namespace grapnel {
-namespace {
+namespace sweep_test {
 
 namespace fs = std::filesystem;
 using test::complaints;
@@ -156,5 +156,5 @@ TEST_F(Sweep, ItsSchemaIsJson) {
   EXPECT_TRUE(nlohmann::json::parse(o.out).contains("properties"));
 }
 
-}  // namespace
+}  // namespace sweep_test
 }  // namespace grapnel

@@ -7,7 +7,7 @@
 #include <random>
 
 namespace grapnel {
-namespace {
+namespace criterion_test {
 
 const std::vector<std::string> kNames{
     "captured",              // 0
@@ -387,5 +387,5 @@ TEST(Criterion, SaysWhatWasNotChecked) {
   EXPECT_EQ(judged("a < 1 or captured"), Verdict::yes);
 }
 
-}  // namespace
+}  // namespace criterion_test
 }  // namespace grapnel

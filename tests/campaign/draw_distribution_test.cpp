@@ -10,7 +10,7 @@
 #include "grapnel/campaign/uncertain_value.hpp"
 
 namespace grapnel {
-namespace {
+namespace draw_distribution_test {
 
 using Kind = NumberDistribution::Kind;
 
@@ -227,11 +227,11 @@ TEST(Draw, FormsAndConstants) {
   const std::vector<double> nominal{10, 20}, middle{0.5};
   const UncertainValue one = IndependentNumbers{{number, none}, ValueForm::factor};
   EXPECT_EQ(dimensions(one), 1u);
-  EXPECT_THAT(draw_value(one, nominal, middle).numbers, testing::ElementsAre(10, 20));
-  EXPECT_THAT(draw_value(one, nominal, middle).shown, testing::ElementsAre(10));
+  EXPECT_THAT(draw_value(one, nominal, middle).numbers, ::testing::ElementsAre(10, 20));
+  EXPECT_THAT(draw_value(one, nominal, middle).shown, ::testing::ElementsAre(10));
   const UncertainValue common = CommonNumber{{Kind::uniform, 0, 0, 0, 4, false}, ValueForm::offset};
-  EXPECT_THAT(draw_value(common, nominal, middle).numbers, testing::ElementsAre(12, 22));
-  EXPECT_THAT(draw_value(common, nominal, middle).shown, testing::ElementsAre(2));
+  EXPECT_THAT(draw_value(common, nominal, middle).numbers, ::testing::ElementsAre(12, 22));
+  EXPECT_THAT(draw_value(common, nominal, middle).shown, ::testing::ElementsAre(2));
 }
 
 TEST(Draw, KnowsWhatReplacesTheScenariosOwn) {
@@ -257,5 +257,5 @@ TEST(Draw, ChoicesByTheirWeights) {
   EXPECT_NEAR(counts[0], kDraws / 4, 5 * std::sqrt(kDraws * 0.1875));
 }
 
-}  // namespace
+}  // namespace draw_distribution_test
 }  // namespace grapnel

@@ -7,7 +7,7 @@
 #include "grapnel/campaign/sample_points.hpp"
 
 namespace grapnel {
-namespace {
+namespace draw_sample_test {
 
 std::vector<double> point(const SamplePoints& samples, std::uint64_t k) {
   std::vector<double> p(samples.dimensions());
@@ -159,5 +159,5 @@ TEST(Samples, RefuseWhatTheyCannot) {
   EXPECT_THROW(samples.at(std::uint64_t{1} << 32, p), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace draw_sample_test
 }  // namespace grapnel

@@ -9,7 +9,7 @@
 #include "grapnel/campaign/campaign_report.hpp"
 
 namespace grapnel {
-namespace {
+namespace envelope_test {
 
 using test::TemporaryFolder;
 
@@ -156,5 +156,5 @@ TEST(Percentage, HasTheDigitsThatAreKnown) {
   EXPECT_EQ(shown(0, 0), "-");
 }
 
-}  // namespace
+}  // namespace envelope_test
 }  // namespace grapnel

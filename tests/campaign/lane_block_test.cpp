@@ -12,7 +12,7 @@
 #include "grapnel/study/quantity.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace lane_block_test {
 
 // The thesis's capture under PD control with a target of another mass in every case; joint limits and clearance are
 // watched, and exceeded.
@@ -210,5 +210,5 @@ TEST(SlowSettings, NameWhatTakesTime) {
   EXPECT_EQ(heavy.find("distances"), std::string::npos) << heavy;
 }
 
-}  // namespace
+}  // namespace lane_block_test
 }  // namespace grapnel::testing

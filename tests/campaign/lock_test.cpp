@@ -13,7 +13,7 @@
 #include "grapnel/campaign/campaign_lock.hpp"
 
 namespace grapnel {
-namespace {
+namespace lock_test {
 
 namespace fs = std::filesystem;
 using test::bytes_of;
@@ -143,5 +143,5 @@ TEST(Lock, WhatIsNoLockTextIsNoHolder) {
   }
 }
 
-}  // namespace
+}  // namespace lock_test
 }  // namespace grapnel

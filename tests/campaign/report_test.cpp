@@ -9,7 +9,7 @@
 #include "campaign/fake_campaign.hpp"
 
 namespace grapnel {
-namespace {
+namespace report_test {
 
 using Json = nlohmann::json;
 using test::fake_campaign;
@@ -492,5 +492,5 @@ TEST(CampaignSummary, SaysWhatAPersonLooksForFirst) {
   EXPECT_EQ(text.find("b/y"), std::string::npos) << "a column that is always the same says nothing";
 }
 
-}  // namespace
+}  // namespace report_test
 }  // namespace grapnel

@@ -18,7 +18,7 @@
 #include "campaign/fake_campaign.hpp"
 
 namespace grapnel {
-namespace {
+namespace run_campaign_test {
 
 namespace fs = std::filesystem;
 using test::bytes_of;
@@ -316,5 +316,5 @@ TEST(CampaignEstimate, IsThatOfLargerParts) {
   EXPECT_FALSE(estimate_campaign(work, missing, 4, 0, clock));
 }
 
-}  // namespace
+}  // namespace run_campaign_test
 }  // namespace grapnel

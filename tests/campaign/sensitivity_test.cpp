@@ -11,7 +11,7 @@
 #include "grapnel/campaign/sample_points.hpp"
 
 namespace grapnel {
-namespace {
+namespace sensitivity_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 using Function = std::function<double(const std::vector<double>&)>;  // on the unit cube
@@ -216,5 +216,5 @@ TEST(Sensitivity, IsNothingWithoutVariation) {
   EXPECT_TRUE(std::isnan(sensitivity_of({}, {}).error));
 }
 
-}  // namespace
+}  // namespace sensitivity_test
 }  // namespace grapnel

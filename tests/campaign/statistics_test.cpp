@@ -9,7 +9,7 @@
 #include <random>
 
 namespace grapnel {
-namespace {
+namespace statistics_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -281,5 +281,5 @@ TEST(Ranking, SharesRanksAmongEqualNumbers) {
   EXPECT_EQ(ranks[4], 2);
 }
 
-}  // namespace
+}  // namespace statistics_test
 }  // namespace grapnel

@@ -7,7 +7,7 @@
 #include "grapnel/campaign/run_campaign.hpp"
 
 namespace grapnel {
-namespace {
+namespace store_test {
 
 namespace fs = std::filesystem;
 using test::bytes_of;
@@ -342,5 +342,5 @@ TEST(Store, SaysWhereAFolderCannotBe) {
   }
 }
 
-}  // namespace
+}  // namespace store_test
 }  // namespace grapnel

@@ -9,7 +9,7 @@
 #include "grapnel/campaign/campaign_table.hpp"
 
 namespace grapnel {
-namespace {
+namespace table_memory_test {
 
 // Of this process so far [bytes].
 double largest_memory() {
@@ -67,5 +67,5 @@ TEST(CampaignMemory, DoesNotGrowWithTheRows) {
   EXPECT_LT((largest_memory() - before) / kMany, 200);  // bytes a row; measured 82
 }
 
-}  // namespace
+}  // namespace table_memory_test
 }  // namespace grapnel

@@ -13,7 +13,7 @@
 #include "grapnel/study/grid.hpp"
 
 namespace grapnel {
-namespace {
+namespace table_test {
 
 namespace fs = std::filesystem;
 using test::bytes_of;
@@ -260,5 +260,5 @@ TEST(CampaignTable, HoldsManyReasons) {
   EXPECT_EQ(reasons[9001], reasons[0]) << "a text is stored once";
 }
 
-}  // namespace
+}  // namespace table_test
 }  // namespace grapnel

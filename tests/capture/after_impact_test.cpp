@@ -7,7 +7,7 @@
 #include "capture/capture_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace after_impact_test {
 
 CaptureProblem with_motion(PostImpactSetup::Joints joints, double duration) {
   CaptureProblem p = thesis_case_pd();
@@ -191,5 +191,5 @@ TEST(Braked, TheGraspsPassOnWhatTheTargetsTakeUp) {
             1e-14);
 }
 
-}  // namespace
+}  // namespace after_impact_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace approach_test {
 
 void expect_matched(const CaptureResult& r, bool spin_too) {
   ASSERT_TRUE(r.approach_end) << r.failure;
@@ -186,5 +186,5 @@ TEST(Approach, PdLagsAndIdealDoesNot) {
   std::printf("[ measured ] approach of case 1: %ld right-hand sides\n", r.cost.at(0).rhs_evaluations);
 }
 
-}  // namespace
+}  // namespace approach_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace arrival_test {
 
 // Relative twist of the end-effector and its grasp point at the end of the approach.
 void expect_arrival(const CaptureProblem& p, bool angular, Worst& worst, int where) {
@@ -92,5 +92,5 @@ TEST(RelativeVelocity, IsWhatTheImpulseComesFrom) {
   EXPECT_NEAR(impulses[2], 2 * impulses[1], 0.1 * impulses[1]);  // the configuration changes a little
 }
 
-}  // namespace
+}  // namespace arrival_test
 }  // namespace grapnel::testing

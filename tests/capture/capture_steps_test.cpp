@@ -9,7 +9,7 @@
 #include "grapnel/capture/simulate_capture.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace capture_steps_test {
 
 // As somebody else would do it, with books of their own.
 struct Elsewhere {
@@ -209,5 +209,5 @@ TEST(CaptureSteps, TheLedgerHoldsAtTheTolerancesOfCampaigns) {
               coarse.cost[0].rhs_evaluations, coarse.cost[1].rhs_evaluations, entry(coarse, "work_energy_residual"));
 }
 
-}  // namespace
+}  // namespace capture_steps_test
 }  // namespace grapnel::testing

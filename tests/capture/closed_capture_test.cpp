@@ -11,7 +11,7 @@
 #include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace closed_capture_test {
 
 // --- The thesis's closed loop, grasped where it closes
 
@@ -418,5 +418,5 @@ TEST(OneGraspMissed, IsTheOpenChainOfTheOthers) {
             0.01);
 }
 
-}  // namespace
+}  // namespace closed_capture_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace compliant_capture_test {
 
 using Law = ImpactSetup::Law;
 using Joints = ImpactSetup::Joints;
@@ -351,5 +351,5 @@ TEST(CompliantImpact, HappensOnArrivalInTheEnvelope) {
   EXPECT_TRUE(r.grasps[0].captured);
 }
 
-}  // namespace
+}  // namespace compliant_capture_test
 }  // namespace grapnel::testing

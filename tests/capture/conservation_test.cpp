@@ -12,7 +12,7 @@
 #include "grapnel/result/ledger.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace conservation_test {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -330,5 +330,5 @@ TEST(Ledger, TheWorstFailureIsTheOneFarthestBeyondItsBound) {
   EXPECT_EQ(failure_text(*ledger.worst_failure()), "d is nan m, bound 0.0001 m");
 }
 
-}  // namespace
+}  // namespace conservation_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "capture/capture_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace contact_rules_test {
 
 CaptureProblem lagging() {
   CaptureProblem p = thesis_case_pd();
@@ -279,5 +279,5 @@ TEST(Feasibility, IsValidUntilTheFirstOverlap) {
   EXPECT_EQ(*touching.valid_until, first);
 }
 
-}  // namespace
+}  // namespace contact_rules_test
 }  // namespace grapnel::testing

@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace disturbed_plan_test {
 
 using ::testing::HasSubstr;
 
@@ -374,5 +374,5 @@ TEST(Loads, OnACaughtTargetAttackWhereTheUserPutThem) {
   }
 }
 
-}  // namespace
+}  // namespace disturbed_plan_test
 }  // namespace grapnel::testing

@@ -11,7 +11,7 @@
 #include "capture/recorded.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace envelope_test {
 
 using ::testing::HasSubstr;
 using Orientation = GraspSetup::Orientation;
@@ -353,5 +353,5 @@ TEST(Limits, OfPositionRateAndEffortAreFoundInBothPhases) {
             0);
 }
 
-}  // namespace
+}  // namespace envelope_test
 }  // namespace grapnel::testing

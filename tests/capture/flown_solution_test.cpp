@@ -8,7 +8,7 @@
 #include <limits>
 
 namespace grapnel {
-namespace {
+namespace flown_solution_test {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
@@ -56,5 +56,5 @@ TEST(FlownSolution, SaysWhereThereIsNone) {
   EXPECT_LT(s.end.error[0], 1.3);
 }
 
-}  // namespace
+}  // namespace flown_solution_test
 }  // namespace grapnel

@@ -5,7 +5,7 @@
 #include "capture/capture_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace grasps_test {
 
 // A random 3D capture with targets tumbling about any axis, then 6 s free.
 CaptureProblem grasp_case(GraspModel model, int index) {
@@ -123,5 +123,5 @@ TEST(Impulses, TargetsReceiveTheOpposite) {
   }
 }
 
-}  // namespace
+}  // namespace grasps_test
 }  // namespace grapnel::testing

@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace impact_figures_test {
 
 using Law = ImpactSetup::Law;
 
@@ -240,5 +240,5 @@ TEST(Sensitivities, PredictARunWithAnotherMass) {
   EXPECT_LT(norm(base - mass->base_velocity_change), 1e-7 * norm(base));
 }
 
-}  // namespace
+}  // namespace impact_figures_test
 }  // namespace grapnel::testing

@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace impact_laws_test {
 
 using Law = ImpactSetup::Law;
 using Joints = ImpactSetup::Joints;
@@ -380,5 +380,5 @@ TEST(FixedBase, TheGroundTakesUpWhatReboundsGiveIt) {
   }
 }
 
-}  // namespace
+}  // namespace impact_laws_test
 }  // namespace grapnel::testing

@@ -8,7 +8,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace impact_only_test {
 
 // Everything of the impact that both have; relative to the largest impulse.
 double difference(const ImpactReport& a, const ImpactReport& b) {
@@ -118,5 +118,5 @@ TEST(ImpactOnly, OfSampledMotionsAndEveryLaw) {
   }
 }
 
-}  // namespace
+}  // namespace impact_only_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace joint_loads_test {
 
 TEST(JointWrenches, DriveAsInverseDynamicsSays) {
   Worst driving("driving component"), root("free root");
@@ -70,5 +70,5 @@ TEST(JointWrenches, OfAShortImpactAreThoseOfItsImpulses) {
   }
 }
 
-}  // namespace
+}  // namespace joint_loads_test
 }  // namespace grapnel::testing

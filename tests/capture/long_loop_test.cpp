@@ -5,7 +5,7 @@
 #include "capture/loop_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace long_loop_test {
 
 void expect_an_hour(const CaptureProblem& p) {
   const CaptureResult r = simulate_capture(p);
@@ -51,5 +51,5 @@ TEST(AnHour, OfThreeArmsWithMixedGrasps) {
   expect_an_hour(p);
 }
 
-}  // namespace
+}  // namespace long_loop_test
 }  // namespace grapnel::testing

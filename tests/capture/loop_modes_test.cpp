@@ -9,7 +9,7 @@
 #include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace loop_modes_test {
 
 using Joints = PostImpactSetup::Joints;
 using enum GraspModel;
@@ -433,5 +433,5 @@ TEST(TwoHandsOfOneArm, OnTheSameLink) {
   }
 }
 
-}  // namespace
+}  // namespace loop_modes_test
 }  // namespace grapnel::testing

@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace motion_pieces_test {
 
 // Pieces of every kind; each begins where and how the one before ends, the thesis's profile from rest.
 std::vector<JointTrajectory> of_all_kinds() {
@@ -137,5 +137,5 @@ TEST(MotionPieces, OfAProgramAreChecked) {
   EXPECT_THAT(refused([](ApproachSetup& a) { a.match = RateMatch::twist; }), HasSubstr("say it all"));
 }
 
-}  // namespace
+}  // namespace motion_pieces_test
 }  // namespace grapnel::testing

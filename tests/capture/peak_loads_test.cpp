@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace peak_loads_test {
 
 // --- The search in a step ---
 
@@ -317,5 +317,5 @@ TEST(PeakLoads, OfAnImpactInTimeAreItsPeaks) {
   EXPECT_GT(latest, r.impact->time);
 }
 
-}  // namespace
+}  // namespace peak_loads_test
 }  // namespace grapnel::testing

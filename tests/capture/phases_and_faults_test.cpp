@@ -10,7 +10,7 @@
 #include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace phases_and_faults_test {
 
 TEST(Phases, ApproachAlone) {
   CaptureProblem p = thesis_case_pd();
@@ -268,5 +268,5 @@ TEST(Faults, OfTheModelComeFromTheModel) {
   EXPECT_THROW(simulate_capture(p), ModelError);
 }
 
-}  // namespace
+}  // namespace phases_and_faults_test
 }  // namespace grapnel::testing

@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace planned_capture_test {
 
 using Orientation = GraspSetup::Orientation;
 using ::testing::HasSubstr;
@@ -494,5 +494,5 @@ TEST(NothingToPlan, IsSaidBeforeAnythingRuns) {
       CaptureProblemError);
 }
 
-}  // namespace
+}  // namespace planned_capture_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace random_capture_test {
 
 constexpr int kCaptures = 60;
 
@@ -124,5 +124,5 @@ TEST(RandomCapture, DoesNotDependOnTheInertialFrame) {
   }
 }
 
-}  // namespace
+}  // namespace random_capture_test
 }  // namespace grapnel::testing

@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace grapnel::testing {
-namespace {
+namespace resumable_test {
 
 // Something that is needed; its answer is what awaiting it gives.
 struct Question : Resumable<Question>::Stop {
@@ -103,5 +103,5 @@ TEST(Resumable, FreesWhatIsAliveWhereItIsGivenUp) {
   EXPECT_EQ(record.alive, 0);
 }
 
-}  // namespace
+}  // namespace resumable_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace scene_test {
 
 const std::filesystem::path kScenarios = std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios";
 
@@ -264,5 +264,5 @@ TEST(Scene, IsThereAlsoIfTheRunFails) {
   EXPECT_TRUE(simulate_impact_only(thesis_case()).scene.bodies.empty());  // of which nothing is recorded
 }
 
-}  // namespace
+}  // namespace scene_test
 }  // namespace grapnel::testing

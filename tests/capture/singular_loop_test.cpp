@@ -6,7 +6,7 @@
 #include "capture/loop_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace singular_loop_test {
 
 using Joints = PostImpactSetup::Joints;
 
@@ -322,5 +322,5 @@ TEST(BoundedWork, TooFewStepsEndTheRunWithItsResults) {
   EXPECT_EQ(r.loops[0].rows, 6);
 }
 
-}  // namespace
+}  // namespace singular_loop_test
 }  // namespace grapnel::testing

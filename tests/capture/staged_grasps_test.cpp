@@ -6,7 +6,7 @@
 #include "capture/loop_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace staged_grasps_test {
 
 // Neither approach nor loads: total momenta never change.
 void expect_constant_momenta(const CaptureResult& r) {
@@ -439,5 +439,5 @@ TEST(Release, WorksForAllBasesAndJoints) {
   }
 }
 
-}  // namespace
+}  // namespace staged_grasps_test
 }  // namespace grapnel::testing

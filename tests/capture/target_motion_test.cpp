@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 namespace grapnel::testing {
-namespace {
+namespace target_motion_test {
 
 // A triaxial body that tumbles, its centre of mass off its frame.
 TargetSetup tumbler() {
@@ -59,5 +59,5 @@ TEST(TargetMotion, ThereAndBackAgainWhateverTheTolerances) {
   EXPECT_NEAR(energy(there), energy(start()), 1e-13);
 }
 
-}  // namespace
+}  // namespace target_motion_test
 }  // namespace grapnel::testing

@@ -7,7 +7,7 @@
 #include "capture/capture_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace thesis_approach_test {
 
 double angle(const Quaterniond& q) { return 2 * std::atan2(q.z, q.w); }
 
@@ -129,5 +129,5 @@ TEST_P(FixedPoint, MeetsTheGraspPoints) {
   }
 }
 
-}  // namespace
+}  // namespace thesis_approach_test
 }  // namespace grapnel::testing

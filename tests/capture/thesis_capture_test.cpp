@@ -6,7 +6,7 @@
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace thesis_capture_test {
 
 class OpenLoop : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Cases, OpenLoop, ::testing::Values(1, 2, 3, 4));
@@ -53,5 +53,5 @@ TEST(OpenLoopCase1, FileIsTheProblemWrittenDownInTheTests) {
   }
 }
 
-}  // namespace
+}  // namespace thesis_capture_test
 }  // namespace grapnel::testing

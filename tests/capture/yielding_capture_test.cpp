@@ -8,7 +8,7 @@
 #include "capture/loop_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace yielding_capture_test {
 
 using During = ImpactSetup::Joints;
 using Law = ImpactSetup::Law;
@@ -155,5 +155,5 @@ TEST(YieldingDrives, GiveWayUnderOtherLaws) {
   }
 }
 
-}  // namespace
+}  // namespace yielding_capture_test
 }  // namespace grapnel::testing

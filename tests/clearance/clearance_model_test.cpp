@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace clearance_model_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -201,5 +201,5 @@ TEST(ClearanceModel, SpeedBoundHolds) {
   EXPECT_GT(ratio.value(), 0.5);
 }
 
-}  // namespace
+}  // namespace clearance_model_test
 }  // namespace grapnel

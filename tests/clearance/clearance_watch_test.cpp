@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace clearance_watch_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -169,5 +169,5 @@ TEST(ClearanceWatch, SaysWhatIsWrong) {
   EXPECT_THROW(w.sample(2, zero_state(free_bodies(1))), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace clearance_watch_test
 }  // namespace grapnel

@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace fcl_test {
 
 using namespace testing;
 
@@ -59,5 +59,5 @@ TEST(Fcl, AgreesOnShapesThatAreApart) {
   }
 }
 
-}  // namespace
+}  // namespace fcl_test
 }  // namespace grapnel

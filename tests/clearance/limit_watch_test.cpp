@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace limit_watch_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -175,5 +175,5 @@ TEST(LimitWatch, SaysWhatIsWrong) {
   EXPECT_THROW(w.sample(2, zero_state(model), efforts), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace limit_watch_test
 }  // namespace grapnel

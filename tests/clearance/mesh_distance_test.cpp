@@ -9,7 +9,7 @@
 #include "grapnel/clearance/shape_distance.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace mesh_distance_test {
 
 using Points = std::vector<Vector3d>;
 using Triangles = std::vector<std::array<int, 3>>;
@@ -307,5 +307,5 @@ TEST(MeshDistance, NeedsAHull) {
   EXPECT_THROW(ClearanceModel(model, {{0, mesh}}), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace mesh_distance_test
 }  // namespace grapnel::testing

@@ -6,7 +6,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace penetration_test {
 
 using namespace testing;
 
@@ -87,5 +87,5 @@ TEST_P(Overlap, DepthPartsThemAndIsNearlyTheLeast) {
   }
 }
 
-}  // namespace
+}  // namespace penetration_test
 }  // namespace grapnel

@@ -7,7 +7,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace shape_distance_test {
 
 using namespace testing;
 
@@ -191,5 +191,5 @@ TEST(ShapeDistance, ThinRods) {
   }
 }
 
-}  // namespace
+}  // namespace shape_distance_test
 }  // namespace grapnel

@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace closed_dynamics_test {
 
 struct Accelerations {
   std::vector<double> vdot, force;
@@ -343,5 +343,5 @@ TEST(LoopSolver, RefusesWhatIsNoLoop) {
   EXPECT_THAT(message(hand, 4), ::testing::HasSubstr("grasp"));
 }
 
-}  // namespace
+}  // namespace closed_dynamics_test
 }  // namespace grapnel::testing

@@ -8,7 +8,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace closed_velocities_test {
 
 // Case `index` with velocities that open the loops, and sometimes prescribed ones.
 struct Opening {
@@ -248,5 +248,5 @@ TEST(Project, DoesNotTakeAHalfTurnForClosed) {
   }
 }
 
-}  // namespace
+}  // namespace closed_velocities_test
 }  // namespace grapnel::testing

@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace grasp_test {
 
 constexpr int kCases = 200;
 constexpr GraspModel kModels[] = {GraspModel::rigid, GraspModel::hinge, GraspModel::point};
@@ -107,5 +107,5 @@ TEST(TargetMobility, IsTheTargetsPartOfTheContactInertia) {
   }
 }
 
-}  // namespace
+}  // namespace grasp_test
 }  // namespace grapnel::testing

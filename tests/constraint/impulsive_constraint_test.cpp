@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace impulsive_constraint_test {
 
 constexpr int kCases = 300;
 
@@ -128,5 +128,5 @@ TEST(ImpulsiveConstraint, RefusesWhatIsNoProblem) {
   EXPECT_EQ(message([&] { solve_impulsive_constraint(one, J, v, D); }), "accepted");
 }
 
-}  // namespace
+}  // namespace impulsive_constraint_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace linkage_motion_test {
 
 using oracle::crank_rocker;
 using oracle::FloatingFourBar;
@@ -244,5 +244,5 @@ TEST(LoopMotion, IsThatOfMaximalCoordinates) {
   EXPECT_GT(compared, 6);
 }
 
-}  // namespace
+}  // namespace linkage_motion_test
 }  // namespace grapnel::testing

@@ -13,7 +13,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace two_trees_test {
 
 constexpr int kCases = 200;
 
@@ -170,5 +170,5 @@ TEST(TwoTrees, FixedRootsCannotMoveAgainstEachOther) {
   }
 }
 
-}  // namespace
+}  // namespace two_trees_test
 }  // namespace grapnel::testing

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <vector>
 
-namespace {
+namespace damaged_test {
 
 namespace fs = std::filesystem;
 
@@ -107,4 +107,4 @@ TEST(DamagedFiles, TheOriginalsAreAccepted) {
   EXPECT_EQ(outcome.err, "");
 }
 
-}  // namespace
+}  // namespace damaged_test

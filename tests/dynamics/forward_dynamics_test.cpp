@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace forward_dynamics_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -241,5 +241,5 @@ TEST(DynamicsArguments, OfAnotherModelAreRefused) {
               ThrowsMessage<std::invalid_argument>(HasSubstr("the accelerations have another model's size")));
 }
 
-}  // namespace
+}  // namespace forward_dynamics_test
 }  // namespace grapnel

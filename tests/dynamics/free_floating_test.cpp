@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace free_floating_test {
 
 using namespace testing;
 
@@ -161,5 +161,5 @@ TEST(FreeFloating, RefusesWrongRoots) {
               ::testing::ThrowsMessage<std::invalid_argument>(::testing::HasSubstr("the root is fixed to the world")));
 }
 
-}  // namespace
+}  // namespace free_floating_test
 }  // namespace grapnel

@@ -6,7 +6,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace kinematics_test {
 
 using namespace testing;
 using ::testing::HasSubstr;
@@ -187,5 +187,5 @@ TEST(ForwardKinematics, StaysOrthonormalOverLongChains) {
   EXPECT_LT((R - eigen(described_pose(model, state, 224).R)).norm(), 1e-12);
 }
 
-}  // namespace
+}  // namespace kinematics_test
 }  // namespace grapnel

@@ -8,7 +8,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace mass_matrix_test {
 
 using namespace testing;
 
@@ -121,5 +121,5 @@ TEST(KineticEnergy, IsHalfVtMv) {
   }
 }
 
-}  // namespace
+}  // namespace mass_matrix_test
 }  // namespace grapnel

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace closed_loops_test {
 
 using namespace testing;
 
@@ -111,5 +111,5 @@ TEST(SimbodyLoops, AgreesOnTwoArmsWeldedAtTheirEnds) {
   }
 }
 
-}  // namespace
+}  // namespace closed_loops_test
 }  // namespace grapnel

@@ -13,7 +13,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace engines_test {
 
 using namespace testing;
 
@@ -113,5 +113,5 @@ TEST(Simbody, AgreesOnBallJointsToItsOwnAccuracy) {
   });
 }
 
-}  // namespace
+}  // namespace engines_test
 }  // namespace grapnel

@@ -11,7 +11,7 @@
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace examples_test {
 
 const std::filesystem::path kScenarios = std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios";
 
@@ -340,5 +340,5 @@ TEST(CompliantGrasp, HasAForceProfileAndMargins) {
   }
 }
 
-}  // namespace
+}  // namespace examples_test
 }  // namespace grapnel::testing

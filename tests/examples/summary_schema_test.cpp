@@ -13,7 +13,7 @@
 #include "support/schema_check.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace summary_schema_test {
 
 namespace fs = std::filesystem;
 
@@ -58,5 +58,5 @@ TEST(SummarySchema, IsKeptByRunsThatFail) {
               ::testing::IsEmpty());
 }
 
-}  // namespace
+}  // namespace summary_schema_test
 }  // namespace grapnel::testing

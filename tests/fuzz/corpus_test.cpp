@@ -12,7 +12,7 @@
 #include "fuzz/fuzz_scenario.hpp"
 
 namespace grapnel::fuzz {
-namespace {
+namespace corpus_test {
 
 namespace fs = std::filesystem;
 
@@ -73,5 +73,5 @@ TEST(FuzzCorpus, ShippedScenariosWithTheirRobotsMakeASystem) {
   }
 }
 
-}  // namespace
+}  // namespace corpus_test
 }  // namespace grapnel::fuzz

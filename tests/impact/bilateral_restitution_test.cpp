@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace bilateral_restitution_test {
 
 // Coefficients for every row: one number, or any.
 std::vector<std::vector<double>> coefficients(const ImpactCase& c, Random& random, double all = -1) {
@@ -90,5 +90,5 @@ TEST(BilateralRestitution, RefusesCoefficientsThatDoNotFit) {
   EXPECT_THROW(bilateral_restitution(c.model, c.state, c.grasps, E), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace bilateral_restitution_test
 }  // namespace grapnel::testing

@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace compliant_contact_test {
 
 using Status = CompliantOutcome::Status;
 
@@ -286,5 +286,5 @@ TEST(CompliantContacts, RefuseBadArguments) {
   }
 }
 
-}  // namespace
+}  // namespace compliant_contact_test
 }  // namespace grapnel::testing

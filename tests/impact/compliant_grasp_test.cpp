@@ -7,7 +7,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace compliant_grasp_test {
 
 using Status = CompliantOutcome::Status;
 
@@ -216,5 +216,5 @@ TEST(CompliantGrasps, HalfATurnIsAFailureThatSaysSo) {
   EXPECT_NE(o.message.find("a grasp has turned by"), std::string::npos) << o.message;
 }
 
-}  // namespace
+}  // namespace compliant_grasp_test
 }  // namespace grapnel::testing

@@ -8,7 +8,7 @@
 #include "impact/compliant_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace compliant_impact_test {
 
 using Status = CompliantOutcome::Status;
 
@@ -140,5 +140,5 @@ TEST(CompliantImpact, HuntAndCrossleysRestitutionInClosedForm) {
   }
 }
 
-}  // namespace
+}  // namespace compliant_impact_test
 }  // namespace grapnel::testing

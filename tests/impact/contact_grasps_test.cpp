@@ -7,7 +7,7 @@
 #include "impact/contact_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace contact_grasps_test {
 
 // Two bodies that a rigid grasp holds together take a blow as the one body they are.
 TEST(ContactGrasps, ClosedGraspMakesACompositeBody) {
@@ -70,5 +70,5 @@ TEST(ContactGrasps, LargeRotorBecomesAHeldRate) {
   }
 }
 
-}  // namespace
+}  // namespace contact_grasps_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace contact_impact_test {
 
 using Status = ContactImpactSolution::Status;
 
@@ -66,5 +66,5 @@ TEST(ContactImpact, ObliqueSphereSlidesOrRolls) {
   }
 }
 
-}  // namespace
+}  // namespace contact_impact_test
 }  // namespace grapnel::testing

@@ -7,7 +7,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace contact_laws_test {
 
 using Status = ContactImpactSolution::Status;
 
@@ -130,5 +130,5 @@ TEST(ContactLaws, SharesThatAreNotUniqueAreReported) {
   EXPECT_NEAR(apart.contacts[1].normal, 0.75, 1e-11);
 }
 
-}  // namespace
+}  // namespace contact_laws_test
 }  // namespace grapnel::testing

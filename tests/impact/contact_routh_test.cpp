@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace contact_routh_test {
 
 // du = [a c; c b] dP, normal and tangent.
 struct PlanarImpact {
@@ -229,5 +229,5 @@ TEST(RouthConstruction, NewtonsHypothesisCanCreateEnergy) {
   EXPECT_GT(created, 3);
 }
 
-}  // namespace
+}  // namespace contact_routh_test
 }  // namespace grapnel::testing

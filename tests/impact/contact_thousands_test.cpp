@@ -5,9 +5,9 @@
 #include "impact/contact_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace contact_thousands_test {
 
 TEST(ContactThousands, StrongeNeverGainsEnergyAndKeepsTheCone) { check_stronge(10000, 1); }
 
-}  // namespace
+}  // namespace contact_thousands_test
 }  // namespace grapnel::testing

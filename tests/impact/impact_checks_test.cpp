@@ -6,7 +6,7 @@
 #include "impact/impact_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace impact_checks_test {
 
 TEST(ImpactChecks, ThoseTakePartOnWhoseTreeARowActs) {
   for (int i = 0; i < 50; ++i) {
@@ -57,5 +57,5 @@ TEST(ImpactChecks, NothingIsNoErrorAndSomethingFromNothingIs) {
   EXPECT_TRUE(std::isinf(impact_checks(M, rest, rest, moves, none, 0).generalized_momentum_residual));
 }
 
-}  // namespace
+}  // namespace impact_checks_test
 }  // namespace grapnel::testing

@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace impact_identities_test {
 
 TEST(PlasticImpact, GeneralizedMomentum) {
   Worst worst("|M dv - J^T P| over |M dv|"), own("reported generalized momentum residual");
@@ -188,5 +188,5 @@ TEST(PlasticImpact, RefusesAnotherModelsState) {
   EXPECT_THROW(plastic_impact(c.model, wrong, c.grasps), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace impact_identities_test
 }  // namespace grapnel::testing

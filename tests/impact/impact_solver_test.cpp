@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace impact_solver_test {
 
 // Sizes that cannot vanish: of both sides' velocities, and of the impulses in the metric of the free targets.
 double velocity_difference(const ImpactSolver& fast, const ImpactSolution& careful, const State& before) {
@@ -274,5 +274,5 @@ TEST(ImpactSolver, RefusesWhatItWasNotMadeFor) {
   EXPECT_NE(message([&] { ImpactSolver(c.model, itself); }).find("cannot move against each other"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace impact_solver_test
 }  // namespace grapnel::testing

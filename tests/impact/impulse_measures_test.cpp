@@ -17,7 +17,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace impulse_measures_test {
 
 int root_of(const ImpactCase& c) { return c.model.bodies()[c.grasps[0].robot_body].root; }
 
@@ -576,5 +576,5 @@ TEST(ImpulseMeasures, Arguments) {
   EXPECT_TRUE(nothing.robot_line.empty());
 }
 
-}  // namespace
+}  // namespace impulse_measures_test
 }  // namespace grapnel::testing

@@ -18,7 +18,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace impulse_sensitivity_test {
 
 struct Problem {
   Model model;
@@ -563,5 +563,5 @@ TEST(ImpulseSensitivity, TargetsMustBeFree) {
   EXPECT_TRUE(impulse_sensitivities(p.model, p.state, p.root, {}).empty());
 }
 
-}  // namespace
+}  // namespace impulse_sensitivity_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace lock_joints_test {
 
 // The impulse of brakes on these velocities, with no grasp.
 ImpactSolution lock_joints(const Model& model, const State& state, const std::vector<int>& velocities,
@@ -108,5 +108,5 @@ TEST(LockJoints, NoJointsChangeNothing) {
   EXPECT_LT(relative_difference(eigen(s.velocity), eigen(c.state.v)), 1e-12);
 }
 
-}  // namespace
+}  // namespace lock_joints_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "impact/thesis_robot.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace published_impact_test {
 
 PublishedImpact published(const ReferenceImpact& r) {
   return published_impact(r.model, r.state, r.model.body_index("base"), r.grasps);
@@ -93,5 +93,5 @@ TEST(PublishedImpact, OfASharedTargetDoesNotFitTheLoop) {
   EXPECT_LT(none.norm(), 1e-14);
 }
 
-}  // namespace
+}  // namespace published_impact_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace reactions_test {
 
 std::vector<Impulsed> reactions(const ImpactCase& c, const ImpactSolution& s) {
   std::vector<ExternalImpulse> external;
@@ -100,5 +100,5 @@ TEST(JointImpulses, GroundGivesWhatAFixedBaseTakes) {
   EXPECT_EQ(fixed, kImpacts / 5);
 }
 
-}  // namespace
+}  // namespace reactions_test
 }  // namespace grapnel::testing

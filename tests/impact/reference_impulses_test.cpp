@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace reference_impulses_test {
 
 // Half a unit of the last digit given, and a little for the configuration's own four digits.
 constexpr double kDigits = 0.6e-4;
@@ -130,5 +130,5 @@ TEST(TwoBodies, RigidGraspMatchesClosedForm) {
   }
 }  // measured 1e-13
 
-}  // namespace
+}  // namespace reference_impulses_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace shared_target_test {
 
 // thesis-facts, the closed loop that closes: target centre (0, 1.35), grasps at (+-0.5, 1.35), 0.5 m along the third
 // links. The target also moves out of the plane, or all self-stress would be zero.
@@ -175,5 +175,5 @@ TEST(SharedTarget, LoopConservesMomentumThatIsNotZero) {
   EXPECT_LT(norm(h1.angular - h0.angular), 1e-13 * norm(h0.angular));  // measured 8.9e-16
 }
 
-}  // namespace
+}  // namespace shared_target_test
 }  // namespace grapnel::testing

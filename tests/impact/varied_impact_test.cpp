@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace varied_impact_test {
 
 // What the derivatives are made of: values are those of the ordinary kernels, bit for bit or to rounding.
 TEST(VariedImpact, ValuesAreTheOrdinaryOnes) {
@@ -57,5 +57,5 @@ TEST(VariedImpact, DerivativesOfTheKernels) {
   }
 }
 
-}  // namespace
+}  // namespace varied_impact_test
 }  // namespace grapnel::testing

@@ -16,7 +16,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace yielding_drives_test {
 
 struct ArmOptions {
   int arms = 2;
@@ -306,5 +306,5 @@ TEST(YieldingDrives, GiveWayToClosedGraspsInOtherLaws) {
   }
 }
 
-}  // namespace
+}  // namespace yielding_drives_test
 }  // namespace grapnel::testing

@@ -16,7 +16,7 @@
 #include "integrate/problems.hpp"
 
 namespace grapnel {
-namespace {
+namespace cvode_test {
 
 using problems::largest_difference;
 using problems::RigidBody;
@@ -98,5 +98,5 @@ TEST(AgainstCvode, StiffOscillator) {
   EXPECT_LT(largest_difference(own, cvode), 1e-9);  // measured 6.6e-11
 }
 
-}  // namespace
+}  // namespace cvode_test
 }  // namespace grapnel

@@ -11,7 +11,7 @@
 #include "integrate/problems.hpp"
 
 namespace grapnel {
-namespace {
+namespace dormand_prince_853_test {
 
 using problems::Coupled;
 using problems::Kepler;
@@ -328,5 +328,5 @@ TEST(DormandPrince853, ExceptionLeavesTheLastStep) {
   EXPECT_LT(largest_difference(stepper.state(), Coupled::exact(4.0)), 1e-8);  // measured 1e-11
 }
 
-}  // namespace
+}  // namespace dormand_prince_853_test
 }  // namespace grapnel

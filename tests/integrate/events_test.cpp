@@ -12,7 +12,7 @@
 #include "integrate/problems.hpp"
 
 namespace grapnel {
-namespace {
+namespace events_test {
 
 using problems::Vector;
 using std::numbers::pi;
@@ -163,5 +163,5 @@ TEST(ShrinkBracket, ConvergesFastAndKeepsTheSignChange) {
   check([](double t) { return t < 0.7 ? -1.0 : 1e-3; }, 0.0, 1.0, 0.7, 60);            // measured 47
 }
 
-}  // namespace
+}  // namespace events_test
 }  // namespace grapnel

@@ -9,7 +9,7 @@
 #include "integrate/problems.hpp"
 
 namespace grapnel {
-namespace {
+namespace integrate_test {
 
 using problems::Coupled;
 using problems::largest_difference;
@@ -94,5 +94,5 @@ TEST(StepStatus, HasNames) {
   EXPECT_EQ(to_string(StepStatus::non_finite), "non_finite");
 }
 
-}  // namespace
+}  // namespace integrate_test
 }  // namespace grapnel

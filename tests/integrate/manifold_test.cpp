@@ -12,7 +12,7 @@
 #include "grapnel/integrate/error_norm.hpp"
 
 namespace grapnel {
-namespace {
+namespace manifold_test {
 
 using ::testing::HasSubstr;
 using Vector = std::vector<double>;
@@ -96,5 +96,5 @@ TEST(ErrorNorm, UncontrolledNumbersDoNotCount) {
   EXPECT_EQ(ErrorNorm<double>({.size = 2, .controlled = 0}, {})(Vector{1, 1}, Vector{1, 1}), 0.0);
 }
 
-}  // namespace
+}  // namespace manifold_test
 }  // namespace grapnel

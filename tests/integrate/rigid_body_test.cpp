@@ -8,7 +8,7 @@
 #include "integrate/problems.hpp"
 
 namespace grapnel {
-namespace {
+namespace rigid_body_test {
 
 using problems::largest_difference;
 using problems::multiply;
@@ -131,5 +131,5 @@ TEST(RigidBodyMotion, StepsDoNotDependOnTheInertialFrame) {
   EXPECT_LT(largest_difference(a, b), 1e-8);  // measured 2e-9
 }
 
-}  // namespace
+}  // namespace rigid_body_test
 }  // namespace grapnel

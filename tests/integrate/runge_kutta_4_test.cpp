@@ -8,7 +8,7 @@
 #include "integrate/problems.hpp"
 
 namespace grapnel {
-namespace {
+namespace runge_kutta_4_test {
 
 using problems::Coupled;
 using problems::largest_difference;
@@ -104,5 +104,5 @@ TEST(RungeKutta4, FailuresAreReported) {
   EXPECT_EQ(tiny.step(rhs), StepStatus::step_too_small);
 }
 
-}  // namespace
+}  // namespace runge_kutta_4_test
 }  // namespace grapnel

@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace grapnel {
-namespace {
+namespace tableau_test {
 
 using Stages = std::array<double, dop853::kExtendedStages>;
 
@@ -149,5 +149,5 @@ TEST(DormandPrinceTableau, DenseOutputHasOrder7) {
   }
 }
 
-}  // namespace
+}  // namespace tableau_test
 }  // namespace grapnel

@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::lanes {
-namespace {
+namespace kernel_test {
 
 using namespace testing;
 using grapnel::testing::seed_note;
@@ -198,5 +198,5 @@ TEST(Dispatch, FollowsTheEnvironment) {
   unsetenv("GRAPNEL_LANES");
 }
 
-}  // namespace
+}  // namespace kernel_test
 }  // namespace grapnel::lanes

@@ -14,7 +14,7 @@
 #include "lanes/pack_checks.hpp"
 
 namespace grapnel::lanes {
-namespace {
+namespace pack_test {
 
 using namespace testing;
 
@@ -159,5 +159,5 @@ TEST_P(PackTest, WidthIsTheSets) {
 INSTANTIATE_TEST_SUITE_P(Sets, PackTest, ::testing::ValuesIn(supported_instruction_sets()),
                          [](const auto& set) { return std::string(name(set.param)); });
 
-}  // namespace
+}  // namespace pack_test
 }  // namespace grapnel::lanes

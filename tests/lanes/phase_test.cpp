@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace phase_test {
 
 using namespace lanes;
 
@@ -397,5 +397,5 @@ TEST(LanePhase, AFailingCaseHarmsNoOther) {
   }
 }
 
-}  // namespace
+}  // namespace phase_test
 }  // namespace grapnel::testing

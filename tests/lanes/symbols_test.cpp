@@ -11,7 +11,7 @@
 #include <vector>
 
 namespace grapnel::lanes {
-namespace {
+namespace symbols_test {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
@@ -74,5 +74,5 @@ TEST(Symbols, WithoutTheirSetAreFound) {
   EXPECT_THAT(untagged(symbols, kSets[2]), ElementsAre("_ZNSt6vectorIdSaIdEE9push_backERKd", "_ZN7grapnel5outerEv"));
 }
 
-}  // namespace
+}  // namespace symbols_test
 }  // namespace grapnel::lanes

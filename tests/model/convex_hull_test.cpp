@@ -11,7 +11,7 @@
 #include "grapnel/spatial/rotation.hpp"
 
 namespace grapnel {
-namespace {
+namespace convex_hull_test {
 
 using Points = std::vector<Vector3d>;
 
@@ -169,5 +169,5 @@ TEST(TriangleMesh, HasAHullOrIsRefused) {
             "mesh 'm': its vertices are not finite or all in one plane");
 }
 
-}  // namespace
+}  // namespace convex_hull_test
 }  // namespace grapnel

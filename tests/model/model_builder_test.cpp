@@ -7,7 +7,7 @@
 #include "support/random_robot.hpp"
 
 namespace grapnel {
-namespace {
+namespace model_builder_test {
 
 using ::testing::AllOf;
 using ::testing::ElementsAre;
@@ -226,5 +226,5 @@ TEST(ModelBuilder, ListsAllFaultsAtOnce) {
   }
 }
 
-}  // namespace
+}  // namespace model_builder_test
 }  // namespace grapnel

@@ -6,7 +6,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace free_body_test {
 
 using namespace testing;
 
@@ -50,5 +50,5 @@ TEST(SymmetricTop, ObeysGrapnelsEquationsOfMotion) {
   }
 }
 
-}  // namespace
+}  // namespace free_body_test
 }  // namespace grapnel

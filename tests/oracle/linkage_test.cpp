@@ -8,7 +8,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::oracle {
-namespace {
+namespace linkage_test {
 
 using namespace grapnel::testing;
 
@@ -180,5 +180,5 @@ TEST(MaximalSystem, TurnsTheFourBarAsTheQuadratureSays) {
   EXPECT_LT(worst.note((end.V - expected.V).norm(), -1), 1e-8);
 }
 
-}  // namespace
+}  // namespace linkage_test
 }  // namespace grapnel::oracle

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::oracle {
-namespace {
+namespace maximal_system_test {
 
 using namespace grapnel::testing;
 
@@ -127,5 +127,5 @@ TEST(MaximalSystem, IntegrationIsOfFourthOrderAndKeepsMomentum) {
   EXPECT_LT((momentum(fine) - momentum(start)).norm(), 1e-9 * momentum(start).norm());
 }
 
-}  // namespace
+}  // namespace maximal_system_test
 }  // namespace grapnel::oracle

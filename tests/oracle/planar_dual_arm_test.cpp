@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel {
-namespace {
+namespace planar_dual_arm_test {
 
 using namespace testing;
 using namespace oracle;
@@ -182,5 +182,5 @@ TEST(PlanarRobot, HasTheDerivedTipsAndGeneralizedJacobian) {
   }
 }
 
-}  // namespace
+}  // namespace planar_dual_arm_test
 }  // namespace grapnel

@@ -12,7 +12,7 @@
 #include "oracle/random_planar.hpp"
 
 namespace grapnel {
-namespace {
+namespace thesis_appendix_test {
 
 using namespace oracle;
 using testing::Random;
@@ -200,5 +200,5 @@ TEST_P(ThesisAppendix, C_IwLeavesOutTheBase) {
 
 INSTANTIATE_TEST_SUITE_P(RandomStates, ThesisAppendix, ::testing::Range(0, 20));
 
-}  // namespace
+}  // namespace thesis_appendix_test
 }  // namespace grapnel

@@ -5,7 +5,7 @@
 #include "support/random_robot.hpp"
 
 namespace grapnel {
-namespace {
+namespace two_body_impact_test {
 
 using namespace oracle;
 using testing::Random;
@@ -71,5 +71,5 @@ TEST(TwoBodyImpact, IsCentralThroughTheCentres) {
   EXPECT_DOUBLE_EQ(x.velocity2[0], 1.0 / 3);
 }
 
-}  // namespace
+}  // namespace two_body_impact_test
 }  // namespace grapnel

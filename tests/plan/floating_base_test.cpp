@@ -8,7 +8,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace floating_base_test {
 
 constexpr int kServicers = 60;
 
@@ -126,5 +126,5 @@ TEST(FloatingBase, RefusesAForest) {
   EXPECT_THROW(FloatingBase(model, true), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace floating_base_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace leg_test {
 
 struct Flight {
   Servicer servicer;
@@ -96,5 +96,5 @@ TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
   }
 }
 
-}  // namespace
+}  // namespace leg_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace measure_test {
 
 struct MeasureCase {
   Servicer servicer;
@@ -105,5 +105,5 @@ TEST(Objective, GradientsAreThoseOfDifferences) {
   }
 }
 
-}  // namespace
+}  // namespace measure_test
 }  // namespace grapnel::testing

@@ -8,7 +8,7 @@
 #include "grapnel/plan/newton_step.hpp"
 
 namespace grapnel {
-namespace {
+namespace newton_step_test {
 
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
@@ -56,5 +56,5 @@ TEST(NewtonStep, DampsSmallSingularValuesAndLeavesOutStructuralZeros) {
   EXPECT_DOUBLE_EQ(step.smallest_singular_value, 1e-4);
 }
 
-}  // namespace
+}  // namespace newton_step_test
 }  // namespace grapnel

@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace reach_test {
 
 void expect_arrives(const ReachSolution& s) {
   ASSERT_TRUE(s.found) << s.failure;
@@ -250,5 +250,5 @@ TEST(Plan, RefusesWrongSizes) {
   EXPECT_THROW(plan_reach(base, p), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace reach_test
 }  // namespace grapnel::testing

@@ -6,7 +6,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace shared_target_test {
 
 using Orientation = Goal::Orientation;
 
@@ -53,5 +53,5 @@ TEST(RandomSharedTarget, IsReachedByAllHandsAtOnce) {
   EXPECT_GE(solved, tried - 1);  // measured 24; a solution exists, a search may miss it
 }
 
-}  // namespace
+}  // namespace shared_target_test
 }  // namespace grapnel::testing

@@ -8,7 +8,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace straight_in_test {
 
 // A base with an arm of seven joints, axes in turn about z and y.
 Servicer seven_joints() {
@@ -152,5 +152,5 @@ TEST(StraightIn, DampsNearASingularityAndSaysSo) {
   for (const JointTrajectory& j : path.joints) EXPECT_LT(std::abs(evaluate(j, 7.9).rate), 20);
 }
 
-}  // namespace
+}  // namespace straight_in_test
 }  // namespace grapnel::testing

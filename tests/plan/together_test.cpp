@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace together_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -215,5 +215,5 @@ TEST(RandomPair, ComesAsFarApartAsItsChainIsLong) {
   }
 }
 
-}  // namespace
+}  // namespace together_test
 }  // namespace grapnel::testing

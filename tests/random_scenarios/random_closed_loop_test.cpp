@@ -17,7 +17,7 @@
 #include "random_scenarios/random_run.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace random_closed_loop_test {
 
 struct Tally {
   int runs = 0, completed = 0, planned = 0, triple = 0, redundant = 0;
@@ -89,7 +89,7 @@ void check(const std::filesystem::path& file) {
 
 TEST(RandomClosedLoops, KeepEveryRowOfTheirLedger) {
   const bool passed = passes_on_random("a closed loop stays closed and its ledger passes", closed_loop_text(),
-                                       GRAPNEL_RANDOM_CASES, check);
+                                       GRAPNEL_RANDOM_CLOSED_LOOPS, check);
   EXPECT_TRUE(passed);
   std::printf(
       "[ measured ] %d runs: %d completed, %d planned, %d with two loops, %d with redundant closures; grasps open by "
@@ -102,5 +102,5 @@ TEST(RandomClosedLoops, KeepEveryRowOfTheirLedger) {
   EXPECT_GE(10 * tally.completed, 7 * tally.runs);
 }
 
-}  // namespace
+}  // namespace random_closed_loop_test
 }  // namespace grapnel::testing

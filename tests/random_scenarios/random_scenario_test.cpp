@@ -12,7 +12,7 @@
 #include "random_scenarios/random_run.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace random_scenario_test {
 
 // What happened in all cases together: a generator that makes only failures, or nothing that moves, tests nothing.
 struct Tally {
@@ -103,7 +103,7 @@ void check(const std::filesystem::path& file) {
 
 TEST(RandomScenarios, RunAndKeepTheirLedger) {
   const bool passed = passes_on_random("a valid scenario runs, keeps its ledger, and runs again to the same bits",
-                                       scenario_text(), GRAPNEL_RANDOM_CASES, check);
+                                       scenario_text(), GRAPNEL_RANDOM_SCENARIOS, check);
   EXPECT_TRUE(passed);
   std::printf(
       "[ measured ] %d runs: %d completed, %d with impact, %d braked, %d on one target, %d moved on; %d with later "
@@ -120,5 +120,5 @@ TEST(RandomScenarios, RunAndKeepTheirLedger) {
   EXPECT_GE(4 * tally.motions_after, tally.runs);
 }
 
-}  // namespace
+}  // namespace random_scenario_test
 }  // namespace grapnel::testing

@@ -17,7 +17,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace campaign_data_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -224,5 +224,5 @@ TEST(SampledRows, EvenAndAdded) {
   EXPECT_TRUE(sampled_rows({}, {}, query).empty());
 }
 
-}  // namespace
+}  // namespace campaign_data_test
 }  // namespace grapnel

@@ -10,7 +10,7 @@
 #include <random>
 
 namespace grapnel {
-namespace {
+namespace decimate_test {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -231,5 +231,5 @@ TEST(Decimate, AMillionSamplesBecomeFew) {
   EXPECT_LE(worst_deviation(s, d.kept, d.bound), 1 + 1e-9);
 }
 
-}  // namespace
+}  // namespace decimate_test
 }  // namespace grapnel

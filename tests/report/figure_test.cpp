@@ -16,7 +16,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace figure_test {
 
 namespace fs = std::filesystem;
 using test::sample_run;
@@ -325,5 +325,5 @@ TEST(StudyFigure, HasALinePerValueOfTheSecondAxis) {
             std::string::npos);
 }
 
-}  // namespace
+}  // namespace figure_test
 }  // namespace grapnel

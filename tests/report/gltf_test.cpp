@@ -14,7 +14,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace gltf_test {
 
 using Json = nlohmann::json;
 
@@ -304,5 +304,5 @@ TEST(DrawnShape, BoxHasTheBodysInertia) {
   }
 }
 
-}  // namespace
+}  // namespace gltf_test
 }  // namespace grapnel

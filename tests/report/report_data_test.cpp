@@ -18,7 +18,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace report_data_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -290,5 +290,5 @@ TEST_F(ReportDataOf, ALongRunStaysSmall) {
   EXPECT_LT(report_data(folder.path(), "1").json.size(), 200'000u);  // measured below 100 kB
 }
 
-}  // namespace
+}  // namespace report_data_test
 }  // namespace grapnel

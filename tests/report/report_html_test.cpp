@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 namespace grapnel {
-namespace {
+namespace report_html_test {
 
 using testing::HasSubstr;
 using testing::Not;
@@ -87,5 +87,5 @@ TEST(ReportHtml, TheEmbeddedViewerIsWhole) {
   EXPECT_THAT(std::string(viewer.style), HasSubstr("--ink"));
 }
 
-}  // namespace
+}  // namespace report_html_test
 }  // namespace grapnel

@@ -14,7 +14,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace study_data_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -237,5 +237,5 @@ TEST_F(OptimizationReport, ATableOfAnotherSearchIsAFault) {
                                  "has 'approach_angle [deg]'"));
 }
 
-}  // namespace
+}  // namespace study_data_test
 }  // namespace grapnel

@@ -10,7 +10,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace atomic_file_test {
 
 using test::bytes_of;
 using test::message_of;
@@ -113,5 +113,5 @@ TEST(AtomicFile, RefusesAFolderWithoutPermission) {
               AllOf(HasSubstr((folder / "a").string()), HasSubstr("Permission denied")));
 }
 
-}  // namespace
+}  // namespace atomic_file_test
 }  // namespace grapnel

@@ -9,7 +9,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace csv_test {
 
 using Rows = std::vector<std::vector<std::string>>;
 
@@ -108,5 +108,5 @@ TEST(Csv, IsExportedFromAResultFolder) {
   EXPECT_NE(message.find("nowhere/timeseries.h5"), std::string::npos) << message;
 }
 
-}  // namespace
+}  // namespace csv_test
 }  // namespace grapnel

@@ -11,7 +11,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace hdf5_damage_test {
 
 using test::message_of;
 using test::put_bytes;
@@ -110,5 +110,5 @@ TEST_F(DamagedHdf5, PrintsNothing) {
   EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
 }
 
-}  // namespace
+}  // namespace hdf5_damage_test
 }  // namespace grapnel

@@ -11,7 +11,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace hdf5_foreign_test {
 
 // Without the checksum damage reaches HDF5, which crashes on some of it and loops without end on other: an error all
 // the same, or numbers that fit together.
@@ -37,5 +37,5 @@ TEST(ForeignHdf5, IsAnErrorOrReadNeverACrash) {
   EXPECT_GT(errors, 150);  // measured 291
 }
 
-}  // namespace
+}  // namespace hdf5_foreign_test
 }  // namespace grapnel

@@ -9,7 +9,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace hdf5_test {
 
 using test::bytes_of;
 using test::message_of;
@@ -205,5 +205,5 @@ TEST(Hdf5, IsReadByPythonWithUnits) {
   EXPECT_EQ(status, 0) << output;
 }
 
-}  // namespace
+}  // namespace hdf5_test
 }  // namespace grapnel

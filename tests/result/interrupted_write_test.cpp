@@ -17,7 +17,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace interrupted_write_test {
 
 using test::bytes_of;
 using test::message_of;
@@ -105,5 +105,5 @@ TEST(KilledWriter, LeavesTheOldOrTheNewFile) {
   }
 }
 
-}  // namespace
+}  // namespace interrupted_write_test
 }  // namespace grapnel

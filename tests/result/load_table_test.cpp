@@ -11,7 +11,7 @@
 #include "grapnel/result/result_table.hpp"
 
 namespace grapnel {
-namespace {
+namespace load_table_test {
 
 using nlohmann::json;
 using testing::HasSubstr;
@@ -106,5 +106,5 @@ TEST(LoadTable, SummaryHasThemAll) {
   EXPECT_FALSE(json::parse(summary_json({}, "1")).contains("worst_margin"));
 }
 
-}  // namespace
+}  // namespace load_table_test
 }  // namespace grapnel

@@ -9,7 +9,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace mat_test {
 
 using test::sample_metadata;
 using test::sample_series;
@@ -123,5 +123,5 @@ TEST(MatNames, AreValidInMatlab) {
   EXPECT_EQ(unique_matlab_name(std::string(100, 'a'), taken), std::string(61, 'a') + "_2");
 }
 
-}  // namespace
+}  // namespace mat_test
 }  // namespace grapnel

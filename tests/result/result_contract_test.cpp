@@ -13,7 +13,7 @@
 #include "support/schema_check.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace result_contract_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -85,5 +85,5 @@ TEST(ResultContracts, APageThatLacksATableIsRefused) {
   EXPECT_THROW(remade("<!-- table Summary -->"), std::runtime_error);
 }
 
-}  // namespace
+}  // namespace result_contract_test
 }  // namespace grapnel::test

@@ -11,7 +11,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace result_table_test {
 
 using testing::ContainsRegex;
 using testing::HasSubstr;
@@ -181,5 +181,5 @@ TEST(TextTable, AlignsColumnsByCharactersNotBytes) {
   EXPECT_EQ(table.text(), "  né     1\n  name  23\n");
 }
 
-}  // namespace
+}  // namespace result_table_test
 }  // namespace grapnel

@@ -13,7 +13,7 @@
 #include "support/schema_check.hpp"
 
 namespace grapnel {
-namespace {
+namespace scene_test {
 
 using Json = nlohmann::ordered_json;
 using test::message_of;
@@ -241,5 +241,5 @@ TEST(Scene, KeepsItsSchema) {
   EXPECT_THAT(schema.faults_of(wrong), testing::Not(testing::IsEmpty()));
 }
 
-}  // namespace
+}  // namespace scene_test
 }  // namespace grapnel

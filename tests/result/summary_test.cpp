@@ -9,7 +9,7 @@
 #include "result/sample_result.hpp"
 
 namespace grapnel {
-namespace {
+namespace summary_test {
 
 using nlohmann::json;
 using testing::HasSubstr;
@@ -379,5 +379,5 @@ TEST(Summary, KeepsKeysInOrderAndVectorsOnOneLine) {
   EXPECT_EQ(text.back(), '\n');
 }
 
-}  // namespace
+}  // namespace summary_test
 }  // namespace grapnel

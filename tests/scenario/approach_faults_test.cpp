@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace approach_faults_test {
 
 class ApproachFault : public testing::TestWithParam<FaultCase> {};
 
@@ -291,5 +291,5 @@ const std::vector<FaultCase> kCases{
 INSTANTIATE_TEST_SUITE_P(Each, ApproachFault, testing::ValuesIn(kCases),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-}  // namespace
+}  // namespace approach_faults_test
 }  // namespace grapnel::test

@@ -6,7 +6,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel {
-namespace {
+namespace campaign_faults_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -313,5 +313,5 @@ TEST(CampaignFaults, AnotherKindOfFile) {
               ElementsAre(HasSubstr("this is a study file where a campaign is expected")));
 }
 
-}  // namespace
+}  // namespace campaign_faults_test
 }  // namespace grapnel

@@ -15,7 +15,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel {
-namespace {
+namespace campaign_setter_test {
 
 // A scenario with changes, as a tree with the schema's defaults and as the problem that the reader makes of it.
 class Base {
@@ -245,5 +245,5 @@ TEST(ProblemSetter, OfEveryNumberShipped) {
   EXPECT_GT(set_in_place, 300u);
 }
 
-}  // namespace
+}  // namespace campaign_setter_test
 }  // namespace grapnel

@@ -14,7 +14,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel {
-namespace {
+namespace campaign_test {
 
 std::string shipped(const std::string& name) { return std::string(GRAPNEL_SOURCE_DIR "/") + name; }
 
@@ -445,5 +445,5 @@ TEST(Campaign, ShippedOnesHaveNoFaults) {
   }
 }
 
-}  // namespace
+}  // namespace campaign_test
 }  // namespace grapnel

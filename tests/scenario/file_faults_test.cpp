@@ -6,7 +6,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace file_faults_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -182,5 +182,5 @@ TEST(FileFaults, MillionsOfValues) {
               ElementsAre(testing::EndsWith("error: more than 500000 values (aliases expanded)")));
 }
 
-}  // namespace
+}  // namespace file_faults_test
 }  // namespace grapnel::test

@@ -8,7 +8,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace grasp_times_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -293,5 +293,5 @@ TEST(GraspFaults, OfOverrides) {
                   "end of post_impact"));
 }
 
-}  // namespace
+}  // namespace grasp_times_test
 }  // namespace grapnel::test

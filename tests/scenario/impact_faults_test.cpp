@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace impact_faults_test {
 
 class ImpactFault : public testing::TestWithParam<FaultCase> {};
 
@@ -193,5 +193,5 @@ const std::vector<FaultCase> kCases{
 INSTANTIATE_TEST_SUITE_P(Cases, ImpactFault, testing::ValuesIn(kCases),
                          [](const auto& test) { return test.param.name; });
 
-}  // namespace
+}  // namespace impact_faults_test
 }  // namespace grapnel::test

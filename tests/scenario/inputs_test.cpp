@@ -8,7 +8,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace inputs_test {
 
 using testing::AllOf;
 using testing::ElementsAre;
@@ -210,5 +210,5 @@ TEST(NamedFiles, APersonMayNameAPipe) {
   writer.join();
 }
 
-}  // namespace
+}  // namespace inputs_test
 }  // namespace grapnel::test

@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace load_approach_test {
 
 using testing::ElementsAre;
 
@@ -245,5 +245,5 @@ TEST(LoadLoads, ClearanceNamesBodiesOfTheModel) {
   EXPECT_THAT(same.clearance.ignore, ElementsAre(Pair("upper", "base")));
 }
 
-}  // namespace
+}  // namespace load_approach_test
 }  // namespace grapnel::test

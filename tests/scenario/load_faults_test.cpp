@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace load_faults_test {
 
 class LoadFault : public testing::TestWithParam<FaultCase> {};
 
@@ -126,5 +126,5 @@ const std::vector<FaultCase> kCases{
 INSTANTIATE_TEST_SUITE_P(Each, LoadFault, testing::ValuesIn(kCases),
                          [](const auto& tested) { return std::string(tested.param.name); });
 
-}  // namespace
+}  // namespace load_faults_test
 }  // namespace grapnel::test

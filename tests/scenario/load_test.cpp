@@ -9,7 +9,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace load_test {
 
 using testing::ElementsAre;
 
@@ -255,5 +255,5 @@ TEST(Load, Sha256IsThatOfTheFilesOneAfterTheOther) {
   EXPECT_EQ(load_scenario(path, overrides).sha256, sha256(scenario + small_robot() + "--set approach.duration=10\n"));
 }
 
-}  // namespace
+}  // namespace load_test
 }  // namespace grapnel::test

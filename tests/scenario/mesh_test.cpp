@@ -11,7 +11,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace mesh_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -361,5 +361,5 @@ TEST_F(MeshInScenario, SaysWhatIsWrong) {
   EXPECT_THAT(faults("{shape: mesh, file: folder.stl}"), SizeIs(2));
 }
 
-}  // namespace
+}  // namespace mesh_test
 }  // namespace grapnel::test

@@ -8,7 +8,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace mutation_test {
 
 using Random = std::mt19937_64;
 
@@ -182,5 +182,5 @@ TEST(Mutation, OverridesToo) {
   EXPECT_GT(tally.refused, 100);
 }
 
-}  // namespace
+}  // namespace mutation_test
 }  // namespace grapnel::test

@@ -4,7 +4,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace overrides_test {
 
 using testing::ElementsAre;
 
@@ -174,5 +174,5 @@ TEST_F(Overrides, OddPathsAreRefused) {
   }
 }
 
-}  // namespace
+}  // namespace overrides_test
 }  // namespace grapnel::test

@@ -6,7 +6,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace pieces_test {
 
 using testing::ElementsAre;
 
@@ -146,5 +146,5 @@ TEST_F(Pieces, DocumentedExample) {
   EXPECT_EQ(load({way(example), kNoDuration}).approach->pieces.size(), 2u);
 }
 
-}  // namespace
+}  // namespace pieces_test
 }  // namespace grapnel::test

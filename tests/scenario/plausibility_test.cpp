@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace plausibility_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -180,5 +180,5 @@ TEST(Warnings, OfOverridesNameThem) {
               ElementsAre(HasSubstr("--set initial.joints.elbow=90: warning: initial.joints.elbow is 90 rad")));
 }
 
-}  // namespace
+}  // namespace plausibility_test
 }  // namespace grapnel::test

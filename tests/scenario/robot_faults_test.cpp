@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace robot_faults_test {
 
 class RobotFault : public testing::TestWithParam<FaultCase> {};
 
@@ -175,5 +175,5 @@ TEST(RobotFaults, SuggestedAxisIsAccepted) {
               testing::IsEmpty());
 }
 
-}  // namespace
+}  // namespace robot_faults_test
 }  // namespace grapnel::test

@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace scenario_faults_test {
 
 class ScenarioFault : public testing::TestWithParam<FaultCase> {};
 
@@ -365,5 +365,5 @@ TEST(ScenarioFaults, ThereIsAnEndToThem) {
   EXPECT_THAT(faults.back(), testing::EndsWith("error: too many faults; the search for more ends here"));
 }
 
-}  // namespace
+}  // namespace scenario_faults_test
 }  // namespace grapnel::test

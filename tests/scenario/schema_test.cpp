@@ -11,7 +11,7 @@
 #include "support/schema_check.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace schema_test {
 
 using Json = nlohmann::json;
 
@@ -258,5 +258,5 @@ TEST(Schema, IsSelfContained) {
   EXPECT_EQ(scenario.at("definitions").at("robot").at("properties"), robot.at("properties"));
 }
 
-}  // namespace
+}  // namespace schema_test
 }  // namespace grapnel::test

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 namespace grapnel::test {
-namespace {
+namespace sha256_test {
 
 // NIST's examples for FIPS 180-4, and lengths around the padding's borders (from coreutils' sha256sum).
 TEST(Sha256, AgreesWithTheStandard) {
@@ -22,5 +22,5 @@ TEST(Sha256, AgreesWithTheStandard) {
   EXPECT_EQ(sha256(std::string(65, 'a')), "635361c48bb9eab14198e76ea8ab7f1a41685d6ad62aa9146d301d4f17eb0ae0");
 }
 
-}  // namespace
+}  // namespace sha256_test
 }  // namespace grapnel::test

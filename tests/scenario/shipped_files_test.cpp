@@ -7,7 +7,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace shipped_files_test {
 
 using testing::ElementsAre;
 using testing::SizeIs;
@@ -161,5 +161,5 @@ TEST(ShippedFiles, SevenJointRobot) {
   EXPECT_NEAR(norm(tip_2 - Vector3d{-0.6 - p[0], -p[1], 1 + p[2]}), 0, 1e-12);  // turned by pi about z
 }
 
-}  // namespace
+}  // namespace shipped_files_test
 }  // namespace grapnel::test

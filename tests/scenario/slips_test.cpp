@@ -5,7 +5,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace slips_test {
 
 using testing::ElementsAre;
 using testing::IsEmpty;
@@ -139,5 +139,5 @@ TEST(KeySlips, AreOneFaultEach) {
               ElementsAre(at("32:3", "unknown key 'duratio' in approach; did you mean 'duration'?")));
 }
 
-}  // namespace
+}  // namespace slips_test
 }  // namespace grapnel::test

@@ -8,7 +8,7 @@
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {
-namespace {
+namespace trajectory_test {
 
 using testing::ElementsAre;
 
@@ -287,5 +287,5 @@ TEST_F(Trajectory, OnlySuccessOrInputError) {
   EXPECT_GT(refused, 500);  // measured 868
 }
 
-}  // namespace
+}  // namespace trajectory_test
 }  // namespace grapnel::test

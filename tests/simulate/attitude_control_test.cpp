@@ -8,7 +8,7 @@
 #include "simulate/small_models.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace attitude_control_test {
 
 State turned(const Model& model, const Rotationd& R_WB) {
   State state = zero_state(model);
@@ -110,5 +110,5 @@ TEST(AttitudeControl, NeedsAFreeRootThatIsNotHeld) {
   EXPECT_THROW(PhaseDynamics(body, setup), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace attitude_control_test
 }  // namespace grapnel::testing

@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace breaks_test {
 
 using ::testing::ElementsAre;
 
@@ -209,5 +209,5 @@ TEST(Breaks, LeaveNoTraceInTheDynamics) {
   EXPECT_EQ(difference(used.state(0.7, y), fresh.state(0.7, y)), 0);
 }
 
-}  // namespace
+}  // namespace breaks_test
 }  // namespace grapnel::testing

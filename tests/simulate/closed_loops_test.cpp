@@ -6,7 +6,7 @@
 #include "simulate/phase_case.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace closed_loops_test {
 
 // A four-bar on the ground: crank of 0.4 m, coupler 1.1 m, rocker 0.9 m, ground 1.2 m: the crank can turn (Grashof).
 struct Linkage {
@@ -255,5 +255,5 @@ TEST(ClosedPhase, BeginsClosedOrNotAtAll) {
   EXPECT_NE(n.failure.find(" m and "), std::string::npos) << n.failure;
 }
 
-}  // namespace
+}  // namespace closed_loops_test
 }  // namespace grapnel::testing

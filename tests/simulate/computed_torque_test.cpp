@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace computed_torque_test {
 
 constexpr double kStiffness = 25, kDamping = 10;  // critical: both poles at -5 1/s
 
@@ -212,5 +212,5 @@ TEST(ComputedTorque, KeepsCompanyWithOtherControls) {
   EXPECT_GT(disturbed.value(), 1e-3);
 }
 
-}  // namespace
+}  // namespace computed_torque_test
 }  // namespace grapnel::testing

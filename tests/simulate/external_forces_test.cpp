@@ -8,7 +8,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace external_forces_test {
 
 double size(const Momentumd& h) { return norm(h.angular) + norm(h.linear); }
 
@@ -134,5 +134,5 @@ TEST(FixedRoot, PendulumKeepsTimeAndEnergy) {
   EXPECT_NEAR(half.end_state.v[0], -w0 * std::sqrt(2 * (1 - std::cos(1.9))), 1e-10);
 }
 
-}  // namespace
+}  // namespace external_forces_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace external_load_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -250,5 +250,5 @@ TEST(ExternalLoad, InBodyTurnsWithIt) {
   EXPECT_LT(norm(speed(true) - (2 / w) * Vector3d{std::sin(w * t), 1 - std::cos(w * t), 0}), 1e-12);
 }
 
-}  // namespace
+}  // namespace external_load_test
 }  // namespace grapnel::testing

@@ -12,7 +12,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace free_motion_test {
 
 TEST(FreeBody, SymmetricTopIsExact) {
   Worst worst("pose of a symmetric top against the closed form");
@@ -243,5 +243,5 @@ TEST(SimulatePhase, SaysWhenItCannotGoOn) {
   EXPECT_EQ(o.steps + o.rejected, 3);
 }
 
-}  // namespace
+}  // namespace free_motion_test
 }  // namespace grapnel::testing

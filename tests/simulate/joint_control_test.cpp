@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace joint_control_test {
 
 TEST(Friction, ViscousSlowsExponentially) {
   const Model model = flywheel({0.3, 0, 1e-3});
@@ -221,5 +221,5 @@ TEST(PhaseDynamics, RefusesDrivesAndRootsThatDoNotFit) {
   EXPECT_EQ(message(setup), "accepted");
 }
 
-}  // namespace
+}  // namespace joint_control_test
 }  // namespace grapnel::testing

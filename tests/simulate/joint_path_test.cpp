@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace joint_path_test {
 
 constexpr JointProfile kProfiles[] = {JointProfile::quartic, JointProfile::cycloidal, JointProfile::quintic};
 
@@ -116,5 +116,5 @@ TEST(JointPath, FromRestTheQuinticIsTheQuarticAndTheCycloidIsASine) {
   }
 }
 
-}  // namespace
+}  // namespace joint_path_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace joint_trajectory_test {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -256,5 +256,5 @@ TEST(JointTrajectory, ValidationNamesTheFault) {
   EXPECT_THAT(message(empty), HasSubstr("needs coefficients"));
 }
 
-}  // namespace
+}  // namespace joint_trajectory_test
 }  // namespace grapnel::testing

@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace stop_test {
 
 using ::testing::ElementsAre;
 
@@ -153,5 +153,5 @@ TEST(Stop, RefusesAConditionThatIsNotANumber) {
                std::domain_error);
 }
 
-}  // namespace
+}  // namespace stop_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "simulate/small_models.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace tracking_noise_test {
 
 TEST(TrackingNoise, IsAFunctionOfSeedAndJoint) {
   const TrackingNoise noise{0.01, 5, 0x123456789abcdef0};
@@ -157,5 +157,5 @@ TEST(TrackingNoise, DrivesTheErrorUnderComputedTorque) {
   }
 }
 
-}  // namespace
+}  // namespace tracking_noise_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace {
+namespace dual_test {
 
 TEST(Dual, ConstantsHaveNoDerivative) {
   constexpr Dual a = 3.5, b = 2 * a - 1;
@@ -93,5 +93,5 @@ TEST(Dual, RunsInInertia) {
   EXPECT_DOUBLE_EQ(I.rotational.xx.derivative, 0);
 }
 
-}  // namespace
+}  // namespace dual_test
 }  // namespace grapnel::testing

@@ -7,7 +7,7 @@
 #include "support/random_robot.hpp"
 
 namespace grapnel {
-namespace {
+namespace inertia_test {
 
 using namespace testing;
 
@@ -106,5 +106,5 @@ TEST(PointMassInertia, ByHand) {
   EXPECT_EQ(eigen(J), (Eigen::Matrix3d{{26, -4, -6}, {-4, 20, -12}, {-6, -12, 10}}));
 }
 
-}  // namespace
+}  // namespace inertia_test
 }  // namespace grapnel

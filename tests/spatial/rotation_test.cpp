@@ -8,7 +8,7 @@
 #include "support/random_robot.hpp"
 
 namespace grapnel {
-namespace {
+namespace rotation_test {
 
 using namespace testing;
 
@@ -154,5 +154,5 @@ TEST(Pose, ComposesAndInverts) {
   }
 }
 
-}  // namespace
+}  // namespace rotation_test
 }  // namespace grapnel

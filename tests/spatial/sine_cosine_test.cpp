@@ -8,7 +8,7 @@
 #include <random>
 
 namespace grapnel {
-namespace {
+namespace sine_cosine_test {
 
 // Distance in units in the last place of the exact value.
 double ulps(double value, long double exact) {
@@ -71,5 +71,5 @@ TEST(SineCosine, NotANumberComesThrough) {
   }
 }
 
-}  // namespace
+}  // namespace sine_cosine_test
 }  // namespace grapnel

@@ -8,7 +8,7 @@
 #include "support/random_robot.hpp"
 
 namespace grapnel {
-namespace {
+namespace spatial_vector_test {
 
 using namespace testing;
 
@@ -105,5 +105,5 @@ TEST(SpatialVector, CrossProductsAreDual) {
   }
 }
 
-}  // namespace
+}  // namespace spatial_vector_test
 }  // namespace grapnel

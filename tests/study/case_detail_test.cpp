@@ -12,7 +12,7 @@
 #include "study/study_case.hpp"
 
 namespace grapnel {
-namespace {
+namespace case_detail_test {
 
 struct Detail {
   const char* name;
@@ -139,5 +139,5 @@ TEST(CaseDetail, ProgressIsToldOfEveryStepAndEndsACase) {
   EXPECT_EQ(given_up.reason, "too long");
 }
 
-}  // namespace
+}  // namespace case_detail_test
 }  // namespace grapnel

@@ -9,7 +9,7 @@
 #include <thread>
 
 namespace grapnel {
-namespace {
+namespace case_pool_test {
 
 CaseRow row_of(std::size_t index) {
   return {index, index % 4 == 0 ? CaseStatus::failed : CaseStatus::ok, {}, {static_cast<double>(index)}};
@@ -90,5 +90,5 @@ TEST(CasePool, AStopEndsTheWork) {
   EXPECT_TRUE(done.stopped);
 }
 
-}  // namespace
+}  // namespace case_pool_test
 }  // namespace grapnel

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace grapnel {
-namespace {
+namespace grid_test {
 
 using testing::ElementsAre;
 
@@ -24,5 +24,5 @@ TEST(Grid, RangesHaveExactEnds) {
               ElementsAre(0.01, testing::DoubleEq(0.1), testing::DoubleEq(1), testing::DoubleEq(10), 100));
 }
 
-}  // namespace
+}  // namespace grid_test
 }  // namespace grapnel

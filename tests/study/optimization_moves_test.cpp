@@ -10,7 +10,7 @@
 #include "study/study_case.hpp"
 
 namespace grapnel {
-namespace {
+namespace optimization_moves_test {
 
 CaptureProblem closed() { return load_scenario(test::shipped("scenarios/thesis/closed-loop.yaml")); }
 CaptureProblem handles() {
@@ -75,5 +75,5 @@ TEST(Posture, TheNullSpaceLeadsToOtherSolutions) {
 
 TEST(Posture, ANonRedundantRobotHasOne) { EXPECT_TRUE(posture_space(closed()).directions.empty()); }
 
-}  // namespace
+}  // namespace optimization_moves_test
 }  // namespace grapnel

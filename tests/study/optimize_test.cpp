@@ -14,7 +14,7 @@
 #include "study/study_case.hpp"
 
 namespace grapnel {
-namespace {
+namespace optimize_test {
 
 using testing::HasSubstr;
 
@@ -251,5 +251,5 @@ TEST(Optimize, TheWrittenScenarioIsThePoint) {
   }
 }
 
-}  // namespace
+}  // namespace optimize_test
 }  // namespace grapnel

@@ -12,7 +12,7 @@
 #include "study/study_case.hpp"
 
 namespace grapnel {
-namespace {
+namespace quantity_test {
 
 using testing::HasSubstr;
 using testing::Throws;
@@ -197,5 +197,5 @@ TEST(Quantity, NamesAndKindsBelongTogether) {
   EXPECT_EQ(quantity_named("speed"), nullptr);
 }
 
-}  // namespace
+}  // namespace quantity_test
 }  // namespace grapnel

@@ -8,7 +8,7 @@
 #include "study/study_case.hpp"
 
 namespace grapnel {
-namespace {
+namespace read_optimization_test {
 
 using testing::ElementsAre;
 using testing::EndsWith;
@@ -119,5 +119,5 @@ TEST(ReadOptimization, SeveralColumnsAreTakenByTheWorstOrAsAVector) {
   EXPECT_TRUE(o.feasible);
 }
 
-}  // namespace
+}  // namespace read_optimization_test
 }  // namespace grapnel

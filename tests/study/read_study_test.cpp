@@ -8,7 +8,7 @@
 #include "study/study_case.hpp"
 
 namespace grapnel {
-namespace {
+namespace read_study_test {
 
 using testing::AllOf;
 using testing::Contains;
@@ -159,5 +159,5 @@ TEST(ReadStudy, ShippedStudiesHaveNoFaults) {
   EXPECT_GE(count, 5);
 }
 
-}  // namespace
+}  // namespace read_study_test
 }  // namespace grapnel

@@ -15,7 +15,7 @@
 #include "study/study_case.hpp"
 
 namespace grapnel {
-namespace {
+namespace run_study_test {
 
 using testing::HasSubstr;
 using testing::StartsWith;
@@ -209,5 +209,5 @@ TEST(RunStudy, TheImpulseIsProportionalToAllOfTheRelativeVelocity) {
   for (std::size_t i = 0; i < one.size(); ++i) EXPECT_LT(std::abs(three[i] - 3 * one[i]) / size(three), 1e-12);
 }
 
-}  // namespace
+}  // namespace run_study_test
 }  // namespace grapnel

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 namespace grapnel {
-namespace {
+namespace slow_run_test {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
@@ -70,5 +70,5 @@ TEST(SlowRun, NamesOnlyWhatIsThere) {
                                 "integration.relative_tolerance)"));
 }
 
-}  // namespace
+}  // namespace slow_run_test
 }  // namespace grapnel

@@ -4,7 +4,7 @@
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
-namespace {
+namespace message_text_test {
 
 TEST(Printable, TextStaysAsItIs) {
   for (const char* text : {"", "arm-1 [rad]", "α Δ größer 腕 🛰", "e\u0301", "\u00a0", "שלום"}) {
@@ -34,5 +34,5 @@ TEST(Printable, Utf8) {
   EXPECT_EQ(utf8_length("\xed\xa0\x80", 0), 0u);  // a surrogate
 }
 
-}  // namespace
+}  // namespace message_text_test
 }  // namespace grapnel

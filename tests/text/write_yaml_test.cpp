@@ -12,7 +12,7 @@
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
-namespace {
+namespace write_yaml_test {
 
 namespace fs = std::filesystem;
 
@@ -81,5 +81,5 @@ TEST(WriteYaml, ReadsWell) {
             "    state: {position: [1, 2, 3]}\n");
 }
 
-}  // namespace
+}  // namespace write_yaml_test
 }  // namespace grapnel
