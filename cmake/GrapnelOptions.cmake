@@ -3,6 +3,9 @@ add_compile_options(
   -Wall -Wextra -Wpedantic -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor -Wold-style-cast -Wundef
   # errno of math functions is never read; without this sqrt is a call.
   -fno-math-errno
+  # A product and a sum are rounded one by one. Fused, a result would depend on where its numbers lie in memory: loops
+  # over vectors treat the numbers before the first aligned one by other instructions than the rest.
+  -ffp-contract=off
   # Clang takes a local name for a shadow of what another file of the same unity build has in its anonymous namespace.
   "$<$<NOT:$<CXX_COMPILER_ID:Clang>>:-Wshadow>")
 if(GRAPNEL_WERROR)

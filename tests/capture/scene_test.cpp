@@ -1,153 +1,21 @@
 // The scene of a capture against its time series: what a report draws must be what was simulated.
 #include <gtest/gtest.h>
 
-#include <cmath>
-#include <filesystem>
-
 #include "capture/capture_case.hpp"
+#include "capture/scene_check.hpp"
 #include "grapnel/problem/problem_scene.hpp"
-#include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::testing {
 namespace scene_test {
-
-const std::filesystem::path kScenarios = std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios";
-
-const Series* find_series(const CaptureResult& result, const std::string& path) {
-  for (const Series& s : result.series.series) {
-    if (s.path == path) return &s;
-  }
-  return nullptr;
-}
-
-const SceneBody& body_named(const Scene& scene, const std::string& name) {
-  for (const SceneBody& b : scene.bodies) {
-    if (b.name == name && b.kind != "target") return b;
-  }
-  throw std::invalid_argument(name);
-}
-
-// The pose X_WB of a body at a sample.
-Posed recorded_pose(const CaptureResult& result, const SceneBody& body, std::size_t sample) {
-  return pose_at(result, body.series, sample);
-}
-
-// Largest distance, over all samples, of the recorded end-effectors from where their links carry them; and of links
-// from where their joints can be.
-struct Deviation {
-  double end_effectors = 0, joints = 0, out_of_plane = 0;
-};
-Deviation deviation_of(const CaptureResult& result) {
-  Deviation largest;
-  const auto up = [](double& x, double y) { x = std::max(x, std::isfinite(y) ? y : INFINITY); };
-  const Scene& scene = result.scene;
-  for (std::size_t s = 0; s < result.series.time.size(); ++s) {
-    for (const SceneFrame& e : scene.end_effectors) {
-      const Posed X_WE = recorded_pose(result, body_named(scene, e.body), s) * e.X_BE;
-      const Posed recorded = pose_at(result, "end_effectors/" + e.name, s);
-      up(largest.end_effectors, norm(X_WE.p - recorded.p));
-      up(largest.end_effectors, rotation_angle(transpose(X_WE.R) * recorded.R));
-    }
-    for (const SceneBody& b : scene.bodies) {
-      const Posed X_WB = recorded_pose(result, b, s);
-      up(largest.out_of_plane, std::abs((X_WB * b.com - recorded_pose(result, b, 0) * b.com)[2]));
-      if (!b.joint) continue;
-      const Posed X_WF = recorded_pose(result, body_named(scene, b.parent), s) * b.joint->X_PF;
-      const Vector3d axis = X_WF.R * b.joint->axis;
-      // A rotary joint keeps its origin, a sliding one its orientation and, across its axis, its place.
-      const Vector3d slip = X_WB.p - X_WF.p;
-      if (b.joint->type == "prismatic") {
-        up(largest.joints, norm(cross(axis, slip)));
-        up(largest.joints, rotation_angle(transpose(X_WF.R) * X_WB.R));
-      } else {
-        up(largest.joints, norm(slip));
-        up(largest.joints, norm(axis - X_WB.R * b.joint->axis));
-      }
-      if (b.joint->type == "fixed") up(largest.joints, rotation_angle(transpose(X_WF.R) * X_WB.R));
-    }
-  }
-  return largest;
-}
-
-// Names lead somewhere, parents come first, and every body's motion is recorded.
-void expect_complete(const CaptureResult& result, const CaptureProblem& problem) {
-  const Scene& scene = result.scene;
-  ASSERT_EQ(scene.bodies.size(), problem.robot.bodies.size() + problem.targets.size());
-  EXPECT_EQ(scene.bodies[0].name, problem.robot.base);
-  EXPECT_EQ(scene.bodies[0].kind, "base");
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const SceneBody& b = scene.bodies[i];
-    for (const char* what : {"/position", "/quaternion_wxyz"})
-      EXPECT_NE(find_series(result, b.series + what), nullptr) << b.series << what;
-    if (b.kind != "link") continue;
-    const auto before = std::find_if(scene.bodies.begin(), scene.bodies.begin() + static_cast<std::ptrdiff_t>(i),
-                                     [&](const SceneBody& p) { return p.name == b.parent; });
-    EXPECT_NE(before, scene.bodies.begin() + static_cast<std::ptrdiff_t>(i)) << b.name;
-  }
-  EXPECT_EQ(scene.end_effectors.size(), problem.robot.end_effectors.size());
-  ASSERT_EQ(scene.grasps.size(), problem.grasps.size());
-  std::size_t points = 0;
-  for (const TargetSetup& t : problem.targets) points += t.grasp_points.size();
-  EXPECT_EQ(scene.grasp_points.size(), points);
-}
-
-std::vector<std::filesystem::path> shipped() {
-  std::vector<std::filesystem::path> files;
-  for (const auto& file : std::filesystem::recursive_directory_iterator(kScenarios)) {
-    if (file.path().extension() == ".yaml") files.push_back(file.path());
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
-// Shortened: one second of approach as planned for all of it says as much about drawing.
-CaptureResult brief_run(CaptureProblem problem) {
-  if (problem.post_impact) problem.post_impact->duration = std::min(problem.post_impact->duration, 2.0);
-  if (problem.post_impact) {
-    std::erase_if(problem.post_impact->releases,
-                  [&](const PostImpactSetup::Release& r) { return r.after >= problem.post_impact->duration; });
-    const double end = (problem.approach ? problem.approach->duration : 0) + problem.post_impact->duration;
-    for (GraspSetup& g : problem.grasps) g.closes_at = std::min(g.closes_at, end);
-  }
-  problem.clearance.enabled = false;
-  problem.output_interval = 1;
-  return simulate_capture(problem);
-}
-
-TEST(Scene, MovesAsWasSimulated) {
-  double end_effectors = 0, joints = 0;
-  int planar = 0, spatial = 0;
-  for (const std::filesystem::path& file : shipped()) {
-    const CaptureProblem problem = load_scenario(file);
-    const CaptureResult result = brief_run(problem);
-    ASSERT_EQ(result.status, CaptureStatus::completed) << file << result.failure;
-    expect_complete(result, problem);
-    const Deviation d = deviation_of(result);
-    EXPECT_LT(d.end_effectors, 1e-12) << file;  // measured below
-    EXPECT_LT(d.joints, 1e-12) << file;
-    if (result.scene.planar) {
-      EXPECT_LT(d.out_of_plane, 1e-12) << file;
-    } else {
-      EXPECT_GT(d.out_of_plane, 1e-3) << file;  // it is not planar, and does not look so
-    }
-    ++(result.scene.planar ? planar : spatial);
-    end_effectors = std::max(end_effectors, d.end_effectors);
-    joints = std::max(joints, d.joints);
-  }
-  EXPECT_EQ(planar, 16);  // the thesis's, and first-plan
-  EXPECT_GT(spatial, 10);
-  std::printf("[ measured ] %d planar, %d spatial; end-effectors %.2g, joints %.2g\n", planar, spatial, end_effectors,
-              joints);
-}
 
 // Branched robots with joints of all kinds, links in any order.
 TEST(Scene, OfRandomRobots) {
   for (int i = 0; i < 12; ++i) {
     const CaptureProblem problem = random_capture(i);
     const CaptureResult result = simulate_capture(problem);
-    expect_complete(result, problem);
+    expect_complete_scene(result, problem);
     EXPECT_FALSE(result.scene.planar);
-    const Deviation d = deviation_of(result);
+    const SceneDeviation d = scene_deviation(result);
     EXPECT_LT(d.end_effectors, 1e-12) << i;
     EXPECT_LT(d.joints, 1e-12) << i;
   }

@@ -152,8 +152,8 @@ TEST(Campaign, AFrozenWayStraightInFliesTheSame) {
     const double difference = difference_of_plans(
         head("scenarios/heavy-satellite-detumble.yaml") + "simulate: impact\nset: {approach.profile: " + profile +
         "}\nuncertain:\n  - {path: robot.base.mass, discrete: {values: [2400]}}\n");
-    // Both are planned; searches whose inputs differ in the last digit end within their tolerance of each other, 1e-10.
-    EXPECT_LT(difference, 1e-9) << profile;  // measured 2e-15 without fused products and sums, 8e-11 with them
+    EXPECT_LT(difference, 1e-10) << profile;  // measured below
+    std::printf("[ measured ] %s: %.2g\n", profile.c_str(), difference);
   }
 }
 
