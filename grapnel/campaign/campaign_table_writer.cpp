@@ -80,10 +80,10 @@ void write_root(const Handle& file, const Campaign& campaign, const std::string&
     hdf5::write_attribute_u64(root, "seed", campaign.seed);
     hdf5::write_attribute_u64(root, "cases", campaign.cases);
   }
-  write_attribute(root, "simulate", std::string(name_of(campaign.mode)));
+  write_attribute(root, "simulate", name_of(campaign.mode));
   if (!sweep) {
-    write_attribute(root, "sampling", std::string(name_of(campaign.sampling)));
-    write_attribute(root, "plan", std::string(name_of(campaign.plan)));
+    write_attribute(root, "sampling", name_of(campaign.sampling));
+    write_attribute(root, "plan", name_of(campaign.plan));
   }
   // Attributes hold 64 KiB at most, a campaign's text may be longer.
   const Handle text = hdf5::write_strings(file, sweep ? "study_text" : "campaign_text", {campaign.text});

@@ -10,6 +10,11 @@
 #include "grapnel/problem/captured_model.hpp"
 
 namespace grapnel {
+
+template <>
+struct Described<CompliantOutcome::Status>
+    : Enumeration<CompliantOutcome::Status, "CompliantStatus", "separated", "settled", "time_over", "failed"> {};
+
 namespace {
 
 // Of the kinetic energy before: what springs of grasps may hold when the time is over, as they may when grasps are at
@@ -24,20 +29,6 @@ struct Place {
 
 int same_body(const Model& from, int body, const Model& in) {
   return in.body_index(from.bodies()[body].description.name);
-}
-
-const char* name_of(CompliantOutcome::Status status) {
-  switch (status) {
-    case CompliantOutcome::Status::separated:
-      return "separated";
-    case CompliantOutcome::Status::settled:
-      return "settled";
-    case CompliantOutcome::Status::time_over:
-      return "time_over";
-    case CompliantOutcome::Status::failed:
-      break;
-  }
-  return "failed";
 }
 
 ForceProfile profile_of(const ForceHistory& history) {

@@ -41,8 +41,6 @@ std::string lost_inertia_text(const Body& body, const std::string& path) {
       path, norm(body.com), body.mass * dot(body.com, body.com));
 }
 
-const char* mode_of(const RobotSetup& robot) { return robot.base_mode == RobotSetup::Base::fixed ? "fixed" : "held"; }
-
 class Conflicts {
  public:
   explicit Conflicts(const CaptureProblem& problem) : problem_(problem) {}
@@ -103,7 +101,8 @@ class Conflicts {
   void check_base_at_rest() {
     const auto refuse = [&](const char* key) {
       add_key(fmt::format("initial.base.{}", key),
-              "initial.base.{}: the robot's base is {}, so its motion cannot be given", key, mode_of(problem_.robot));
+              "initial.base.{}: the robot's base is {}, so its motion cannot be given", key,
+              name_of(problem_.robot.base_mode));
     };
     if (problem_.V_WB && !is_zero(problem_.V_WB->angular)) refuse("angular_velocity");
     if (problem_.V_WB && !is_zero(problem_.V_WB->linear)) refuse("velocity");
@@ -111,7 +110,8 @@ class Conflicts {
   }
 
   void refuse_base_control(const char* path) {
-    add_key(path, "{}: the robot's base is {}, so its attitude needs no control", path, mode_of(problem_.robot));
+    add_key(path, "{}: the robot's base is {}, so its attitude needs no control", path,
+            name_of(problem_.robot.base_mode));
   }
 
   void check_end_effectors() {

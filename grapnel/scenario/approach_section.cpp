@@ -26,30 +26,6 @@ struct Described<JointControl> {
 };
 
 template <>
-struct Described<PlanSetup::Objective> {
-  using enum PlanSetup::Objective;
-  static constexpr auto choices =
-      std::to_array({choice(excursion, "excursion"), choice(nearest, "nearest"), choice(limits, "limits"),
-                     choice(manipulability, "manipulability"), choice(as_found, "as_found")});
-  static constexpr Type type = enumeration<PlanSetup::Objective>("Objective", choices);
-};
-
-template <>
-struct Described<JointProfile> {
-  using enum JointProfile;
-  static constexpr auto choices =
-      std::to_array({choice(quartic, "quartic"), choice(cycloidal, "cycloidal"), choice(quintic, "quintic")});
-  static constexpr Type type = enumeration<JointProfile>("JointProfile", choices);
-};
-
-template <>
-struct Described<ApproachSetup::CaptureAt> {
-  using enum ApproachSetup::CaptureAt;
-  static constexpr auto choices = std::to_array({choice(end, "end"), choice(envelope, "envelope")});
-  static constexpr Type type = enumeration<ApproachSetup::CaptureAt>("CaptureAt", choices);
-};
-
-template <>
 struct Described<BaseControlSetup> {
   using T = BaseControlSetup;
   static constexpr auto fields = std::to_array<Field>({

@@ -10,14 +10,6 @@ namespace grapnel {
 // ---- What "external_wrenches" and "clearance" hold ----
 
 template <>
-struct Described<LoadProfile::Shape> {
-  using enum LoadProfile::Shape;
-  static constexpr auto choices = std::to_array(
-      {choice(constant, "constant"), choice(half_sine, "half_sine"), choice(sine, "sine"), choice(table, "table")});
-  static constexpr Type type = enumeration<LoadProfile::Shape>("Shape", choices);
-};
-
-template <>
 struct Described<LoadProfile> {
   using T = LoadProfile;
   static constexpr auto fields = std::to_array<Field>({

@@ -21,15 +21,6 @@ struct BaseKeys;
 // ---- What robot files hold ----
 
 template <>
-struct Described<Geometry::Shape> {
-  using enum Geometry::Shape;
-  static constexpr auto choices =
-      std::to_array({choice(box, "box"), choice(cylinder, "cylinder"), choice(capsule, "capsule"),
-                     choice(sphere, "sphere"), choice(mesh, "mesh")});
-  static constexpr Type type = enumeration<Geometry::Shape>("Shape", choices);
-};
-
-template <>
 struct Described<JointType> {
   static constexpr auto choices = [] {
     std::array<Choice, std::ranges::count_if(kJointTypes, &JointTraits::in_robot_files)> result{};
@@ -40,13 +31,6 @@ struct Described<JointType> {
     return result;
   }();
   static constexpr Type type = enumeration<JointType>("JointType", choices);
-};
-
-template <>
-struct Described<RobotSetup::Base> {
-  using enum RobotSetup::Base;
-  static constexpr auto choices = std::to_array({choice(free, "free"), choice(held, "held"), choice(fixed, "fixed")});
-  static constexpr Type type = enumeration<RobotSetup::Base>("Base", choices);
 };
 
 template <>
@@ -365,7 +349,7 @@ void finish_link(const Node& node, const std::string& path, BodyDescription& lin
   robot.joint_names.add_from(joint, below(path, "joint"), faults);
   JointLimits& limits = link.joint.limits;
   if (!(limits.lower <= limits.upper)) limits.lower = -JointLimits{}.upper, limits.upper = JointLimits{}.upper;
-  const auto type = choice_named(type_of<JointType>(), text_at(joint, "type"));
+  const auto type = value_named<JointType>(text_at(joint, "type"));
   if (!type) robot.types_known = false;
   if (type && link.joint.type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
   doubt_body(node, path, link, robot.setup, faults);

@@ -19,28 +19,6 @@ struct OutputKeys;
 // ---- What scenarios hold, but for the sections that have files of their own ----
 
 template <>
-struct Described<IntegrationSetup::Method> {
-  using enum IntegrationSetup::Method;
-  static constexpr auto choices = std::to_array({choice(adaptive_8, "adaptive_8"), choice(rk4, "rk4")});
-  static constexpr Type type = enumeration<IntegrationSetup::Method>("Method", choices);
-};
-
-template <>
-struct Described<IntegrationSetup::RootVelocity> {
-  using enum IntegrationSetup::RootVelocity;
-  static constexpr auto choices = std::to_array({choice(recovered, "recovered"), choice(integrated, "integrated")});
-  static constexpr Type type = enumeration<IntegrationSetup::RootVelocity>("RootVelocity", choices);
-};
-
-template <>
-struct Described<IntegrationSetup::Loops> {
-  using enum IntegrationSetup::Loops;
-  static constexpr auto choices = std::to_array({choice(projection, "projection"), choice(baumgarte, "baumgarte"),
-                                                 choice(acceleration, "acceleration"), choice(open, "open")});
-  static constexpr Type type = enumeration<IntegrationSetup::Loops>("Loops", choices);
-};
-
-template <>
 struct Described<Momentumd> {
   using T = Momentumd;
   static constexpr auto fields = std::to_array<Field>({

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"

@@ -14,28 +14,6 @@ struct TargetStateKeys;
 // ---- What "targets" and "grasps" hold ----
 
 template <>
-struct Described<TargetSetup::Instant> {
-  using enum TargetSetup::Instant;
-  static constexpr auto choices = std::to_array({choice(start, "start"), choice(capture, "capture")});
-  static constexpr Type type = enumeration<TargetSetup::Instant>("Instant", choices);
-};
-
-template <>
-struct Described<GraspModel> {
-  using enum GraspModel;
-  static constexpr auto choices =
-      std::to_array({choice(rigid, "rigid"), choice(hinge, "hinge"), choice(point, "point")});
-  static constexpr Type type = enumeration<GraspModel>("GraspModel", choices);
-};
-
-template <>
-struct Described<GraspSetup::Orientation> {
-  using enum GraspSetup::Orientation;
-  static constexpr auto choices = std::to_array({choice(free, "free"), choice(axis, "axis"), choice(pose, "pose")});
-  static constexpr Type type = enumeration<GraspSetup::Orientation>("Orientation", choices);
-};
-
-template <>
 struct Described<GraspPoint> {
   using T = GraspPoint;
   static constexpr auto fields = std::to_array<Field>({

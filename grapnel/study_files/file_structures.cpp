@@ -3,90 +3,15 @@
 namespace grapnel {
 
 template <>
-struct Described<StudyMode> {
-  static constexpr auto choices =
-      std::to_array<Choice>({choice(StudyMode::impact, "impact"), choice(StudyMode::run, "run")});
-  static constexpr Type type = enumeration<StudyMode>("StudyMode", choices);
-};
-
+struct Described<AngleUnit> : Enumeration<AngleUnit, "AngleUnit", "rad", "deg"> {};
 template <>
-struct Described<QuantityKind> {
-  using T = QuantityKind;
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(T::relative_speed, "relative_speed"),
-      choice(T::relative_direction, "relative_direction"),
-      choice(T::approach_angle, "approach_angle"),
-      choice(T::target_spin, "target_spin"),
-      choice(T::mass_ratio, "mass_ratio"),
-  });
-  static constexpr Type type = enumeration<T>("QuantityKind", choices);
-};
-
+struct Described<AxisFile::Spacing> : Enumeration<AxisFile::Spacing, "Spacing", "linear", "logarithmic"> {};
 template <>
-struct Described<AngleUnit> {
-  static constexpr auto choices = std::to_array<Choice>({choice(AngleUnit::rad, "rad"), choice(AngleUnit::deg, "deg")});
-  static constexpr Type type = enumeration<AngleUnit>("AngleUnit", choices);
-};
-
+struct Described<ValueForm> : Enumeration<ValueForm, "ValueForm", "value", "factor", "offset"> {};
 template <>
-struct Described<AxisFile::Spacing> {
-  using T = AxisFile::Spacing;
-  static constexpr auto choices =
-      std::to_array<Choice>({choice(T::linear, "linear"), choice(T::logarithmic, "logarithmic")});
-  static constexpr Type type = enumeration<T>("Spacing", choices);
-};
-
+struct Described<AnyRotation> : Enumeration<AnyRotation, "AnyRotation", "uniform"> {};
 template <>
-struct Described<Sampling> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(Sampling::random, "random"),
-      choice(Sampling::latin_hypercube, "latin_hypercube"),
-      choice(Sampling::sobol, "sobol"),
-  });
-  static constexpr Type type = enumeration<Sampling>("Sampling", choices);
-};
-
-template <>
-struct Described<CampaignPlan> {
-  static constexpr auto choices =
-      std::to_array<Choice>({choice(CampaignPlan::nominal, "nominal"), choice(CampaignPlan::per_case, "per_case")});
-  static constexpr Type type = enumeration<CampaignPlan>("CampaignPlan", choices);
-};
-
-template <>
-struct Described<ValueForm> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(ValueForm::value, "value"),
-      choice(ValueForm::factor, "factor"),
-      choice(ValueForm::offset, "offset"),
-  });
-  static constexpr Type type = enumeration<ValueForm>("ValueForm", choices);
-};
-
-template <>
-struct Described<AnyRotation> {
-  static constexpr auto choices = std::to_array<Choice>({choice(AnyRotation::uniform, "uniform")});
-  static constexpr Type type = enumeration<AnyRotation>("AnyRotation", choices);
-};
-
-template <>
-struct Described<Combine> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(Combine::largest, "largest"),
-      choice(Combine::least, "least"),
-      choice(Combine::largest_magnitude, "largest_magnitude"),
-      choice(Combine::sum, "sum"),
-      choice(Combine::norm, "norm"),
-  });
-  static constexpr Type type = enumeration<Combine>("Combine", choices);
-};
-
-template <>
-struct Described<VariableFile::Posture> {
-  using T = VariableFile::Posture;
-  static constexpr auto choices = std::to_array<Choice>({choice(T::null_space, "null_space")});
-  static constexpr Type type = enumeration<T>("Posture", choices);
-};
+struct Described<VariableFile::Posture> : Enumeration<VariableFile::Posture, "Posture", "null_space"> {};
 
 namespace {
 
