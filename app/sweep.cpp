@@ -3,7 +3,7 @@
 
 #include "commands.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
-#include "grapnel/campaign/campaign_table.hpp"
+#include "grapnel/campaign/campaign_table_writer.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/study_files/study_files.hpp"
