@@ -47,7 +47,7 @@ class PartialTable {
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
 };
 
-std::vector<CaseRow> run_and_write(const Campaign& study, const SweepOptions& options, const fs::path& folder,
+std::vector<CaseRow> run_and_write(const Campaign& study, const StudyOptions& options, const fs::path& folder,
                                    PartialTable& partial) {
   Progress progress(options.quiet);
   const std::vector<CaseRow> rows = run_sweep(
@@ -63,7 +63,7 @@ std::vector<CaseRow> run_and_write(const Campaign& study, const SweepOptions& op
 
 }  // namespace
 
-int sweep(const SweepOptions& options) {
+int sweep(const StudyOptions& options) {
   Campaign study;
   try {
     std::vector<Fault> warnings;

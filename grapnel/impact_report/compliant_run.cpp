@@ -8,6 +8,7 @@
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
 #include "grapnel/problem/captured_model.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
 
 namespace grapnel {
 
@@ -102,7 +103,7 @@ std::vector<Wrenchd> wrenches_at(const Model& model, const Yielding& yielding, c
     external.push_back({yielding.bodies(i).first, h.point[s], F});
     external.push_back({yielding.bodies(i).second, h.point[s], -F});
   }
-  return joint_wrenches(model, outcome.states[s], outcome.accelerations[s], external);
+  return joint_wrenches(model, forward_kinematics(model, outcome.states[s]), outcome.accelerations[s], external);
 }
 
 // Largest loads of the joints over the samples, and when they are; `through`: per sample.

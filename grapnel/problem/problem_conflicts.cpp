@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
