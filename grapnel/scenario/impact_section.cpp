@@ -30,9 +30,7 @@ struct Described<ContactSetup> {
           .as("number or any")
           .optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      when("gap", "refuse").require("limit"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({when("gap", "refuse").require("limit")});
   static constexpr Type type = structure<T>(
       "contact", "What to do about the distance between an end-effector and its grasp point at the instant of capture.",
       fields, rules);
@@ -149,9 +147,7 @@ struct Described<PostImpactSetup> {
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
       field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      when("joints", "pd").require("kp, kd"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({when("joints", "pd").require("kp, kd")});
   static constexpr Type type = structure<T>("post_impact", "The motion of the joined system.", fields, rules);
 };
 

@@ -59,9 +59,7 @@ struct Described<LoadSetup> {
           .optional(),
       field<&T::profile>("time", "", "").optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      one_of("body, target"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({one_of("body, target")});
   static constexpr Type type =
       structure<T>("external_wrench", "A force and a torque on one body, from outside.", fields, rules);
 };

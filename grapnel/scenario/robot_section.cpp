@@ -80,9 +80,7 @@ struct Described<OriginKeys> {
       quaternion_of<&T::X_PF>(),
       rpy_of<&T::X_PF>(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      not_both("quaternion_wxyz, rpy"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =
       structure<T>("origin", "Where the joint's frame sits in the parent's frame.", fields, rules);
 };
@@ -211,12 +209,8 @@ struct Described<BodyDescription> {
       field<&T::parent>("parent", "", "Name of the base or of another link.").required(),
       group<T, JointKeys>("joint", "").required(),
       field<&T::mass>("mass", "kg", "").above(0).required(),
-      field<&T::com>("com", "m", "Centre of mass in the body's frame."),
-      field<&T::inertia>("inertia", "kg m^2",
-                         "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus "
-                         "the integral of x y dm.")
-          .as("inertia")
-          .required(),
+      field<&T::com>("com", "m", kComText),
+      field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
       key<Geometry>("geometry", "", "").as("geometry of body").optional(),
   });
   static constexpr Type type =
@@ -240,9 +234,7 @@ struct Described<EndEffectorSetup> {
       field<&T::envelope>("envelope", "", "").optional(),
       field<&T::rating>(&type_of<GripperRatingKeys>, "rating", "").optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      not_both("quaternion_wxyz, rpy"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type = structure<T>("end_effector", "", fields, rules);
 };
 
@@ -255,12 +247,8 @@ struct Described<BaseKeys> {
                            "free: floats. held: kept at its initial pose by an ideal wrench during the approach, free "
                            "from the impact on. fixed: bolted to the ground."),
       found<[](T& t) -> double& { return t.bodies[0].mass; }>("mass", "kg", "").above(0).required(),
-      found<[](T& t) -> Vector3d& { return t.bodies[0].com; }>("com", "m", "Centre of mass in the body's frame.")
-          .by_default("[0, 0, 0]"),
-      found<[](T& t) -> Symmetric3d& { return t.bodies[0].inertia; }>(
-          "inertia", "kg m^2",
-          "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus the integral of "
-          "x y dm.")
+      found<[](T& t) -> Vector3d& { return t.bodies[0].com; }>("com", "m", kComText).by_default("[0, 0, 0]"),
+      found<[](T& t) -> Symmetric3d& { return t.bodies[0].inertia; }>("inertia", "kg m^2", kInertiaText)
           .as("inertia")
           .required(),
       key<Geometry>("geometry", "", "").as("geometry of body").optional(),
@@ -304,11 +292,9 @@ template <>
 struct Described<RobotSetup> {
   using T = RobotSetup;
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("schema", "", "What the file is and the version of its format; absent: this version.")
-          .as("constant grapnel-robot/1")
-          .optional(),
+      version_key("constant grapnel-robot/1"),
       field<&T::name>("name", "", "Shown in reports.").by_default("\"robot\""),
-      key<std::string>("description", "", "For the reader of the file.").as("any text").optional(),
+      description_key(),
       group<T, BaseKeys>("base", "").required(),
       links("links", "", "Links in any order; each hangs on its parent by a joint. Branches are allowed.")
           .items(0, 4000),

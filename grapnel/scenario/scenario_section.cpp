@@ -121,11 +121,9 @@ template <>
 struct Described<CaptureProblem> {
   using T = CaptureProblem;
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("schema", "", "What the file is and the version of its format; absent: this version.")
-          .as("constant grapnel-scenario/1")
-          .optional(),
+      version_key("constant grapnel-scenario/1"),
       field<&T::name>("name", "", "Shown in results.").required(),
-      key<std::string>("description", "", "For the reader of the file.").as("any text").optional(),
+      description_key(),
       field<&T::robot>(&robot_description, "robot",
                        "The robot: a robot file, its path relative to this file, or the content of one.")
           .as("robot")

@@ -1,5 +1,7 @@
 #include "grapnel/study_files/file_structures.hpp"
 
+#include "grapnel/scenario/sections.hpp"
+
 namespace grapnel {
 
 template <>
@@ -15,7 +17,6 @@ struct Described<VariableFile::Posture> : Enumeration<VariableFile::Posture, "Po
 
 namespace {
 
-constexpr std::string_view kVersion = "What the file is and the version of its format; absent: this version.";
 constexpr std::string_view kName = "Shown in results.";
 constexpr std::string_view kDescription = "For the reader of the file.";
 constexpr std::string_view kScenario = "The scenario file, its path relative to this file.";
@@ -25,11 +26,7 @@ constexpr std::string_view kColumn =
     "A column of the study table, or the beginning of several up to a '/'; '*' stands for any part.";
 constexpr std::string_view kCombine =
     "Of several columns. Absent: norm of the components x, y, z of a vector, else the worst of them.";
-constexpr double kLargestWhole = 9007199254740991;  // every whole number up to it is a double
 
-constexpr Field version_key(std::string_view constant) {
-  return key<std::string>("schema", "", kVersion).as(constant).optional();
-}
 constexpr Field changes_key(std::string_view text) {
   return key<std::string>("set", "", text).as("values by path").by_default("{}");
 }
