@@ -9,9 +9,10 @@
 
 #include "commands.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
-#include "grapnel/campaign/campaign_table.hpp"
+#include "grapnel/campaign/campaign_table_writer.hpp"
 #include "grapnel/campaign/run_block.hpp"
 #include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/campaign_table.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/faults.hpp"
 #include "output_folder.hpp"
@@ -95,10 +96,9 @@ namespace {
 
 // The numbers of a column or an input; empty if there is none of the name.
 std::vector<double> numbers_named(const CampaignTable& table, const std::string& name) {
-  for (std::size_t i = 0; i < table.columns().size(); ++i)
-    if (table.columns()[i].name == name) return table.column(i);
-  for (std::size_t i = 0; i < table.inputs().size(); ++i)
-    if (table.inputs()[i].name == name) return table.input(i);
+  for (const auto* heads : {&table.columns(), &table.inputs()})
+    for (const CampaignTable::Head& head : *heads)
+      if (head.name == name) return table.numbers(head);
   return {};
 }
 
@@ -126,7 +126,7 @@ std::set<std::uint64_t> cases_to_keep(const Campaign& campaign, const CampaignTa
     const std::vector<std::uint8_t> success = table.success();
     const std::vector<std::int32_t> reasons = table.reasons();
     const auto took_too_long = [&](std::size_t row) {
-      return reasons[row] > 0 && table.reason_text(reasons[row]).starts_with(kTookTooLong);
+      return reasons[row] > 0 && table.reason_texts({reasons[row]})[0].starts_with(kTookTooLong);
     };
     std::uint64_t left = keep.failures;
     for (std::size_t row = 0; row < success.size() && left > 0; ++row) {

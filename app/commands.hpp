@@ -29,34 +29,21 @@ struct RunOptions {
 };
 int run(const RunOptions& options);
 
-struct SweepOptions {
-  std::filesystem::path study;
-  std::filesystem::path output;     // empty: named after the study, below out/
-  int threads = 0;                  // 0: one per processor
-  std::optional<std::size_t> only;  // this point alone, as a complete run
-  bool quiet = false;
-  bool no_report = false;
-};
-int sweep(const SweepOptions& options);
-
-struct OptimizeOptions {
-  std::filesystem::path study;
-  std::filesystem::path output;  // empty: named after the study, below out/
-  int threads = 0;               // 0: one per processor
-  bool quiet = false;
-  bool no_report = false;
-};
-int optimize(const OptimizeOptions& options);
-
-struct CampaignRunOptions {
+/// Of all commands that simulate what a file asks for in many captures.
+struct StudyOptions {
   std::filesystem::path study;
   std::filesystem::path output;       // empty: named after the study, below out/
   int threads = 0;                    // 0: one per processor
-  std::optional<std::uint64_t> only;  // this case alone, as a complete run
-  std::uint64_t extend = 0;           // cases to add
-  std::string shard;                  // "i/N", "slurm"; empty: what the environment says
+  std::optional<std::uint64_t> only;  // this point or case alone, as a complete run; not of searches
   bool quiet = false;
   bool no_report = false;
+};
+int sweep(const StudyOptions& options);
+int optimize(const StudyOptions& options);
+
+struct CampaignRunOptions : StudyOptions {
+  std::uint64_t extend = 0;  // cases to add
+  std::string shard;         // "i/N", "slurm"; empty: what the environment says
   bool no_csv = false;
   bool envelope = false;  // the file must have a design
   std::string command;    // as it was typed

@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   run_command->add_flag("--quiet", run_options.quiet, "Print errors and warnings only");
   run_command->callback([&] { code = run(run_options); });
 
-  SweepOptions sweep_options;
+  StudyOptions sweep_options;
   CLI::App* sweep_command = app.add_subcommand(
       "sweep", "Simulate a grid of captures; writes table.csv, table.h5, study.json and report.html");
   sweep_command->add_option("study", sweep_options.study, "Study file (YAML)")->required();
@@ -73,7 +73,7 @@ int main(int argc, char** argv) {
   merge_command->add_flag("--quiet", merge_options.quiet, "Print errors and warnings only");
   merge_command->callback([&] { code = merge(merge_options); });
 
-  OptimizeOptions optimize_options;
+  StudyOptions optimize_options;
   CLI::App* optimize_command = app.add_subcommand(
       "optimize",
       "Look for the best of many captures; writes best.yaml, comparison.json, evaluations.csv, report.html");

@@ -50,14 +50,14 @@ Evaluation write_best(const Optimization& optimization, const OptimizationOutcom
   return after;
 }
 
-OptimizationOutcome search(const Optimization& optimization, const OptimizeOptions& options) {
+OptimizationOutcome search(const Optimization& optimization, const StudyOptions& options) {
   Progress progress(options.quiet);
   return optimize(optimization, {.threads = threads_of(options.threads),
                                  .progress = [&](const CaseProgress& at) { progress.report_points(at); }});
 }
 
 // Searches and writes. The exit code.
-int search_and_write(const Optimization& optimization, const OptimizeOptions& options, const fs::path& folder) {
+int search_and_write(const Optimization& optimization, const StudyOptions& options, const fs::path& folder) {
   const OptimizationOutcome outcome = search(optimization, options);
   write_file_atomically(folder / "evaluations.csv", evaluations_csv(optimization, outcome));
   fs::remove(folder / "best.yaml");  // of an earlier search
@@ -77,7 +77,7 @@ int search_and_write(const Optimization& optimization, const OptimizeOptions& op
 
 }  // namespace
 
-int optimize(const OptimizeOptions& options) {
+int optimize(const StudyOptions& options) {
   Optimization optimization;
   try {
     std::vector<Fault> warnings;

@@ -3,7 +3,7 @@
 
 #include "commands.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
-#include "grapnel/campaign/campaign_table.hpp"
+#include "grapnel/campaign/campaign_table_writer.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/study_files/study_files.hpp"
@@ -47,7 +47,7 @@ class PartialTable {
   std::chrono::steady_clock::time_point flushed_ = std::chrono::steady_clock::now();
 };
 
-std::vector<CaseRow> run_and_write(const Campaign& study, const SweepOptions& options, const fs::path& folder,
+std::vector<CaseRow> run_and_write(const Campaign& study, const StudyOptions& options, const fs::path& folder,
                                    PartialTable& partial) {
   Progress progress(options.quiet);
   const std::vector<CaseRow> rows = run_sweep(
@@ -63,7 +63,7 @@ std::vector<CaseRow> run_and_write(const Campaign& study, const SweepOptions& op
 
 }  // namespace
 
-int sweep(const SweepOptions& options) {
+int sweep(const StudyOptions& options) {
   Campaign study;
   try {
     std::vector<Fault> warnings;

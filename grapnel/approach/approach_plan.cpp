@@ -15,6 +15,7 @@
 #include "grapnel/plan/shooting.hpp"
 #include "grapnel/plan/straight_in.hpp"
 #include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {

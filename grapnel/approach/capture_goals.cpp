@@ -70,22 +70,6 @@ RateDemand rate_demand(const ApproachSetup& approach) {
   return RateDemand::linear;
 }
 
-const char* name_of(PlanSetup::Objective objective) {
-  switch (objective) {
-    case PlanSetup::Objective::excursion:
-      return "excursion";
-    case PlanSetup::Objective::nearest:
-      return "nearest";
-    case PlanSetup::Objective::limits:
-      return "limits";
-    case PlanSetup::Objective::manipulability:
-      return "manipulability";
-    case PlanSetup::Objective::as_found:
-      break;
-  }
-  return "as_found";
-}
-
 Objective::Kind kind_of(PlanSetup::Objective objective) {
   switch (objective) {
     case PlanSetup::Objective::excursion:

@@ -32,16 +32,14 @@ struct CampaignInput {
 
 /// How numbers are spread over the unit cube before they become values.
 enum class Sampling { random, latin_hypercube, sobol };
-
-/// "random", "latin_hypercube", "sobol".
-const char* name_of(Sampling sampling);
+template <>
+struct Described<Sampling> : Enumeration<Sampling, "Sampling", "random", "latin_hypercube", "sobol"> {};
 
 /// nominal: the approach is planned once, for the scenario as it stands, and every case follows that plan. per_case:
 /// the planner knows each case's true values.
 enum class CampaignPlan { nominal, per_case };
-
-/// "nominal", "per_case".
-const char* name_of(CampaignPlan plan);
+template <>
+struct Described<CampaignPlan> : Enumeration<CampaignPlan, "CampaignPlan", "nominal", "per_case"> {};
 
 /// Of which cases a complete run with its time series is kept: results as of `grapnel run`, in folders of their own.
 struct SeriesToKeep {

@@ -100,7 +100,7 @@ void find_worst(const Rows& rows, const std::vector<double>& numbers, CampaignRe
     CampaignReport::Case found{rows.index[row], numbers[row], rows.success[row] != 0, {}};
     for (std::size_t input = 0; input < rows.campaign.inputs.size(); ++input) {
       double value = NAN;
-      rows.table.read_input(input, row, std::span<double>(&value, 1));
+      rows.table.read(rows.table.inputs()[input], row, std::span<double>(&value, 1));
       found.inputs.push_back(value);
     }
     list.cases.push_back(std::move(found));
@@ -110,7 +110,7 @@ void find_worst(const Rows& rows, const std::vector<double>& numbers, CampaignRe
 std::vector<Ranking> analyze_inputs(const Rows& rows, CampaignReport& report) {
   std::vector<Ranking> rankings;
   for (std::size_t i = 0; i < rows.campaign.inputs.size(); ++i) {
-    const std::vector<double> numbers = rows.table.input(i);
+    const std::vector<double> numbers = rows.table.numbers(rows.table.inputs()[i]);
     rankings.push_back(ranking_of(numbers));
     report.inputs.push_back(describe(rows, rows.table.inputs()[i], numbers, rankings.back()));
     report.success_by.push_back(success_by(rows, numbers, rankings.back()));
@@ -121,7 +121,7 @@ std::vector<Ranking> analyze_inputs(const Rows& rows, CampaignReport& report) {
 
 void describe_columns(const Rows& rows, CampaignReport& report) {
   for (std::size_t i = 0; i < rows.campaign.columns.size(); ++i) {
-    const std::vector<double> numbers = rows.table.column(i);
+    const std::vector<double> numbers = rows.table.numbers(rows.table.columns()[i]);
     report.columns.push_back(describe(rows, rows.table.columns()[i], numbers, ranking_of(numbers)));
     for (CampaignReport::Worst& list : report.worst)
       if (list.number == i) find_worst(rows, numbers, list);

@@ -251,7 +251,7 @@ void count_reasons(const Rows& rows, CampaignReport& report) {
     auto known = texts.find(numbers[row]);
     if (known == texts.end()) {
       if (texts.size() >= kMostKinds) texts.clear();
-      known = texts.emplace(numbers[row], rows.table.reason_text(numbers[row])).first;
+      known = texts.emplace(numbers[row], rows.table.reason_texts({numbers[row]})[0]).first;
     }
     const std::string kind = kind_of(known->second);
     auto group = kinds.find({rows.status[row], kind});

@@ -178,7 +178,7 @@ class Influences {
       if (measured++ >= kMostMeasures)
         ++report_.measures_left_out;
       else
-        measure(Measure::Of::column, report_.columns[i].head.name, report_.columns[i].head.unit, rows_.table.column(i));
+        measure(Measure::Of::column, report_.columns[i].head.name, report_.columns[i].head.unit, rows_.numbers(i));
     }
   }
 
@@ -211,7 +211,7 @@ class Influences {
       if (group.inputs.size() < 2) continue;
       std::vector<std::vector<double>> numbers;
       for (const std::size_t i : group.inputs) {
-        const std::vector<double> all = apart_from_design(rows_, rows_.table.input(i));
+        const std::vector<double> all = apart_from_design(rows_, rows_.table.numbers(rows_.table.inputs()[i]));
         numbers.emplace_back();
         for (const std::size_t row : picked_) numbers.back().push_back(all[row]);
       }

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
-#include "grapnel/campaign/campaign_table.hpp"
 #include "grapnel/campaign/envelope.hpp"
 #include "grapnel/campaign/sensitivity.hpp"
 #include "grapnel/campaign/statistics.hpp"
+#include "grapnel/result/campaign_table.hpp"
 
 namespace grapnel {
 
@@ -142,16 +142,11 @@ struct Rows {
   std::size_t count() const { return index.size(); }
   bool ok(std::size_t row) const { return status[row] == static_cast<std::uint8_t>(CaseStatus::ok); }
   /// A number by its index among columns and inputs.
-  std::vector<double> numbers(std::size_t i) const {
-    const std::size_t columns = campaign.columns.size();
-    return i < columns ? table.column(i) : table.input(i - columns);
-  }
-  void read(std::size_t i, std::size_t first, std::span<double> out) const {
-    const std::size_t columns = campaign.columns.size();
-    if (i < columns)
-      table.read_column(i, first, out);
-    else
-      table.read_input(i - columns, first, out);
+  std::vector<double> numbers(std::size_t i) const { return table.numbers(head(i)); }
+  void read(std::size_t i, std::size_t first, std::span<double> out) const { table.read(head(i), first, out); }
+  const CampaignTable::Head& head(std::size_t i) const {
+    const std::size_t columns = table.columns().size();
+    return i < columns ? table.columns()[i] : table.inputs()[i - columns];
   }
 };
 

@@ -4,9 +4,10 @@
 #include <stdexcept>
 #include <unordered_map>
 
-#include "grapnel/campaign/campaign_table.hpp"
+#include "grapnel/campaign/campaign_table_writer.hpp"
 #include "grapnel/campaign/shard_store.hpp"
 #include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/campaign_table.hpp"
 #include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/hdf5_file.hpp"
@@ -29,7 +30,6 @@ struct NumberColumn {
   const char* group;  // of table.h5
   int order;          // in its group
   CampaignTable::Head head;
-  std::vector<std::string> labels;  // of a design axis that is not of numbers: the number counts into them
 };
 
 /// All of them: the design's, the inputs', the columns'.
@@ -37,16 +37,16 @@ std::vector<NumberColumn> number_columns(const Campaign& campaign) {
   std::vector<NumberColumn> all;
   int order = 0;
   for (const StudyAxis& axis : campaign.design) {
-    all.push_back({is_sweep(campaign) ? "axes" : "design", order++, {axis.name, axis.unit, axis.description}, {}});
+    all.push_back({is_sweep(campaign) ? "axes" : "design", order++, {axis.name, axis.unit, axis.description}});
     if (axis.is_numeric) continue;
-    for (const AxisValue& value : axis.values) all.back().labels.push_back(value.label);
+    for (const AxisValue& value : axis.values) all.back().head.labels.push_back(value.label);
   }
   order = 0;
   for (const CampaignInput& input : campaign.inputs)
-    all.push_back({"inputs", order++, {input.name, input.unit, input.description}, {}});
+    all.push_back({"inputs", order++, {input.name, input.unit, input.description}});
   order = 0;
   for (const Column& column : campaign.columns)
-    all.push_back({"columns", order++, {column.name, column.unit, column.description}, {}});
+    all.push_back({"columns", order++, {column.name, column.unit, column.description}});
   return all;
 }
 
@@ -80,10 +80,10 @@ void write_root(const Handle& file, const Campaign& campaign, const std::string&
     hdf5::write_attribute_u64(root, "seed", campaign.seed);
     hdf5::write_attribute_u64(root, "cases", campaign.cases);
   }
-  write_attribute(root, "simulate", std::string(name_of(campaign.mode)));
+  write_attribute(root, "simulate", name_of(campaign.mode));
   if (!sweep) {
-    write_attribute(root, "sampling", std::string(name_of(campaign.sampling)));
-    write_attribute(root, "plan", std::string(name_of(campaign.plan)));
+    write_attribute(root, "sampling", name_of(campaign.sampling));
+    write_attribute(root, "plan", name_of(campaign.plan));
   }
   // Attributes hold 64 KiB at most, a campaign's text may be longer.
   const Handle text = hdf5::write_strings(file, sweep ? "study_text" : "campaign_text", {campaign.text});
@@ -159,12 +159,12 @@ class CampaignFile {
     number_of("");
     for (const NumberColumn& column : number_columns(campaign_)) {
       datasets_.emplace_back(*file_, column.group, column.head.name,
-                             column.labels.empty() ? H5T_IEEE_F64LE : H5T_STD_I32LE);
+                             column.head.labels.empty() ? H5T_IEEE_F64LE : H5T_STD_I32LE);
       const Handle& dataset = datasets_.back().handle();
       hdf5::describe_dataset(dataset, column.head.unit, column.head.description);
       write_attribute(dataset, "name", column.head.name);
       write_attribute(dataset, "order", column.order);
-      if (!column.labels.empty()) write_attribute(dataset, "names", column.labels);
+      if (!column.head.labels.empty()) write_attribute(dataset, "names", column.head.labels);
       numbers_.emplace_back().reserve(hdf5::kRowsOfChunk);
     }
   }
@@ -267,8 +267,8 @@ class SweepFile {
     const NumberColumn& column = columns_[i];
     const std::vector<double>& values = numbers_[i];
     const std::string path = column.group + ("/" + dataset_name(column));
-    if (!column.labels.empty()) {
-      write_choices(file, path, {values.begin(), values.end()}, column.labels, column.order, column.head);
+    if (!column.head.labels.empty()) {
+      write_choices(file, path, {values.begin(), values.end()}, column.head.labels, column.order, column.head);
       return;
     }
     describe(hdf5::write_dataset(file, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, {values.size()}, values.data()),

@@ -114,10 +114,11 @@ std::vector<StudyAxis> design_from(const Json& list) {
   return axes;
 }
 
-Sampling sampling_named(const std::string& name) {
-  for (const Sampling s : {Sampling::random, Sampling::latin_hypercube, Sampling::sobol})
-    if (name == name_of(s)) return s;
-  throw std::runtime_error("sampling '" + name + "' is unknown");
+template <class Enum>
+Enum choice_at(const Json& document, const char* key) {
+  const std::string name = document.at(key).get<std::string>();
+  if (const auto value = value_named<Enum>(name)) return *value;
+  throw std::runtime_error(fmt::format("{} '{}' is unknown", key, name));
 }
 
 Manifest manifest_from(const Json& document) {
@@ -134,11 +135,9 @@ Manifest manifest_from(const Json& document) {
   c.description = document.at("description").get<std::string>();
   c.sha256 = document.at("sha256").get<std::string>();
   c.seed = document.at("seed").get<std::uint64_t>();
-  c.sampling = sampling_named(document.at("sampling").get<std::string>());
-  c.mode =
-      document.at("simulate").get<std::string>() == name_of(StudyMode::impact) ? StudyMode::impact : StudyMode::run;
-  c.plan = document.at("plan").get<std::string>() == name_of(CampaignPlan::nominal) ? CampaignPlan::nominal
-                                                                                    : CampaignPlan::per_case;
+  c.sampling = choice_at<Sampling>(document, "sampling");
+  c.mode = choice_at<StudyMode>(document, "simulate");
+  c.plan = choice_at<CampaignPlan>(document, "plan");
   c.cases = document.at("cases").get<std::uint64_t>();
   c.time_limit = document.at("time_limit").get<double>();
   c.inputs = heads_from<CampaignInput>(document.at("inputs"));
@@ -271,8 +270,8 @@ std::vector<std::string> differences(const Manifest& manifest, const Campaign& c
                                 manifest.arithmetic, arithmetic));
   compare("name", "'" + there.name + "'", "'" + campaign.name + "'");
   compare("seed", there.seed, campaign.seed);
-  compare("sampling", std::string(name_of(there.sampling)), std::string(name_of(campaign.sampling)));
-  compare("mode", std::string(name_of(there.mode)), std::string(name_of(campaign.mode)));
+  compare("sampling", name_of(there.sampling), name_of(campaign.sampling));
+  compare("mode", name_of(there.mode), name_of(campaign.mode));
   compare("number of inputs", there.inputs.size(), campaign.inputs.size());
   compare("number of columns", there.columns.size(), campaign.columns.size());
   if (there.sha256 == campaign.sha256) {

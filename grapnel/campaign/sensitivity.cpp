@@ -60,10 +60,9 @@ void first_order_of(std::span<const double> y, Sensitivity& s) {
 
 }  // namespace
 
-RankedNumbers::RankedNumbers(std::span<const double> numbers) : RankedNumbers(numbers, ranking_of(numbers)) {}
-
-RankedNumbers::RankedNumbers(std::span<const double> numbers, const Ranking& ranking)
-    : items(numbers.size(), Item{NAN, NAN}), count(ranking.order.size()) {
+RankedNumbers::RankedNumbers(std::span<const double> numbers) : items(numbers.size(), Item{NAN, NAN}) {
+  const Ranking ranking = ranking_of(numbers);
+  count = ranking.order.size();
   const std::vector<double> ranks = mean_ranks(ranking, numbers.size());
   // About one of them: large numbers that hardly differ keep their differences.
   const double origin = count > 0 ? numbers[ranking.order[count / 2]] : 0;
@@ -101,16 +100,6 @@ Sensitivity sensitivity_of(const Ranking& x, const RankedNumbers& y) {
   s.rank_correlation = std::clamp(xy / std::sqrt(xx * yy), -1.0, 1.0);
   first_order_of(sorted, s);
   return s;
-}
-
-Sensitivity sensitivity_of(std::span<const double> x, std::span<const double> y) {
-  std::vector<double> with_x, with_y;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
-    with_x.push_back(x[i]);
-    with_y.push_back(y[i]);
-  }
-  return sensitivity_of(ranking_of(with_x), RankedNumbers(with_y));
 }
 
 namespace {

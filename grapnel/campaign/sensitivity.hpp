@@ -22,8 +22,6 @@ struct Sensitivity {
 /// A number that is compared with inputs: what each comparison needs is made once.
 struct RankedNumbers {
   explicit RankedNumbers(std::span<const double> numbers);
-  /// With the ranking known.
-  RankedNumbers(std::span<const double> numbers, const Ranking& ranking);
 
   struct Item {
     double number, rank;
@@ -42,9 +40,6 @@ struct RankedNumbers {
 /// `x`: the ranking of the input, which is finite wherever y is. O(n). The error is that of the efficient influence
 /// function 2 y f - f^2 - S y^2, f = E[y|x] (Da Veiga and Gamboa 2013), with f from the groups beside.
 Sensitivity sensitivity_of(const Ranking& x, const RankedNumbers& y);
-
-/// The same of plain numbers; pairs with one that is not finite are left out. O(n log n).
-Sensitivity sensitivity_of(std::span<const double> x, std::span<const double> y);
 
 /// The variance of a number that goes with a group of inputs: Var(E[y|x1 ... xd]) / Var(y), of which neighbours in many
 /// dimensions tell little, as far as a quadratic function of the inputs has it. That is the share of the variance of

@@ -160,14 +160,6 @@ Description describe_sorted(std::span<const double> sorted, std::uint64_t missin
   return d;
 }
 
-Description describe_numbers(std::span<const double> numbers, std::span<const double> probabilities,
-                             double confidence) {
-  std::vector<double> sorted;
-  std::copy_if(numbers.begin(), numbers.end(), std::back_inserter(sorted), [](double x) { return std::isfinite(x); });
-  std::sort(sorted.begin(), sorted.end());
-  return describe_sorted(sorted, numbers.size() - sorted.size(), probabilities, confidence);
-}
-
 namespace {
 
 constexpr double kMostWhole = 40;
@@ -225,38 +217,6 @@ Histogram histogram_of_sorted(std::span<const double> sorted) {
       ++h.counts[static_cast<std::size_t>(bin)];
   }
   return h;
-}
-
-double correlation(std::span<const double> x, std::span<const double> y) {
-  Sum mean_x, mean_y;
-  double n = 0;
-  const auto is_pair = [&](std::size_t i) { return std::isfinite(x[i]) && std::isfinite(y[i]); };
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!is_pair(i)) continue;
-    mean_x.add(x[i]);
-    mean_y.add(y[i]);
-    n += 1;
-  }
-  Sum xx, yy, xy;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!is_pair(i)) continue;
-    const double dx = x[i] - mean_x.value() / n, dy = y[i] - mean_y.value() / n;
-    xx.add(dx * dx);
-    yy.add(dy * dy);
-    xy.add(dx * dy);
-  }
-  const double r = xy.value() / std::sqrt(xx.value()) / std::sqrt(yy.value());
-  return std::isfinite(r) ? std::clamp(r, -1.0, 1.0) : NAN;
-}
-
-double rank_correlation(std::span<const double> x, std::span<const double> y) {
-  std::vector<double> with_x, with_y;
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
-    with_x.push_back(x[i]);
-    with_y.push_back(y[i]);
-  }
-  return correlation(mean_ranks(ranking_of(with_x), with_x.size()), mean_ranks(ranking_of(with_y), with_y.size()));
 }
 
 }  // namespace grapnel

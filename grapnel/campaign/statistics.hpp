@@ -47,9 +47,7 @@ struct Description {
   double least = 0, largest = 0;
   std::vector<QuantileEstimate> quantiles;  // at the asked probabilities
 };
-Description describe_numbers(std::span<const double> numbers, std::span<const double> probabilities,
-                             double confidence = 0.95);
-/// The same of numbers in increasing order, all finite.
+/// Of numbers in increasing order, all finite.
 Description describe_sorted(std::span<const double> sorted, std::uint64_t missing,
                             std::span<const double> probabilities, double confidence);
 
@@ -71,10 +69,5 @@ struct Histogram {
 /// Freedman and Diaconis (1981) have them, over all numbers; but over the middle 99 % and a tenth of it on either side
 /// where all numbers take more than four times as much.
 Histogram histogram_of_sorted(std::span<const double> sorted);
-
-/// Pearson's; NaN if either is constant. Pairs with a number that is not finite are left out.
-double correlation(std::span<const double> x, std::span<const double> y);
-/// Spearman's, of ranks (ties share their mean rank); likewise.
-double rank_correlation(std::span<const double> x, std::span<const double> y);
 
 }  // namespace grapnel

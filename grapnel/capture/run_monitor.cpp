@@ -74,8 +74,7 @@ StepProbe RunMonitor::load_probe() {
 }
 
 void RunMonitor::end_phase(const PhaseOutcome& outcome) {
-  result_.cost.push_back({name_, outcome.rhs_evaluations, outcome.steps, outcome.rejected,
-                          outcome.momentum_mended.linear, outcome.momentum_mended.angular});
+  result_.cost.push_back({name_, outcome.rhs_evaluations, outcome.steps, outcome.rejected});
   loops_.end_phase(outcome.loops);
   if (!outcome.finished) return;  // write() ends the others
   if (recorder_) recorder_->end_phase(outcome.integrals);

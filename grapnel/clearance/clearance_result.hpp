@@ -38,21 +38,6 @@ struct ClearanceEvent {
 /// Which limit of a joint was passed. `effort_saturated`: a motor that is cut at its limit ran at it, no violation.
 enum class LimitKind { position, rate, effort, effort_saturated };
 
-/// "position", "rate", "effort", "effort_saturated".
-constexpr const char* limit_kind_name(LimitKind kind) {
-  switch (kind) {
-    case LimitKind::position:
-      return "position";
-    case LimitKind::rate:
-      return "rate";
-    case LimitKind::effort:
-      return "effort";
-    case LimitKind::effort_saturated:
-      break;
-  }
-  return "effort_saturated";
-}
-
 /// A time during which a joint was beyond one of its limits (or, saturated, at it). Units are the joint's: rad or m,
 /// rad/s or m/s, N m or N.
 struct LimitEvent {

@@ -21,6 +21,7 @@
 /// std::optional, std::array and std::variant of described types, of enumerations and structures with a Described<T>.
 /// Descriptions are constants; nothing is registered, and nothing runs before main().
 
+#include <algorithm>
 #include <array>
 #include <concepts>
 #include <cstddef>
@@ -424,14 +425,42 @@ constexpr Type enumeration(std::string_view name, std::span<const Choice> choice
   return type;
 }
 
+/// A text as a template's argument.
+template <std::size_t size>
+struct Literal {
+  char text[size] = {};
+  constexpr Literal(const char (&literal)[size]) { std::copy_n(literal, size, text); }
+};
+
+/// The description of an enumeration whose values from 0 on have these names in files and results; "": none there.
+///
+///     template <> struct Described<Colour> : Enumeration<Colour, "Colour", "red", "green"> {};
+template <class Enum, Literal type_name, Literal... names>
+struct Enumeration {
+  static constexpr auto choices = [] {
+    std::array<Choice, (std::size_t{sizeof(names.text) > 1} + ...)> named{};
+    std::size_t n = 0;
+    std::int64_t value = 0;
+    ((sizeof(names.text) > 1 ? void(named[n++] = {value, names.text, {}}) : void(), ++value), ...);
+    return named;
+  }();
+  static constexpr Type type = enumeration<Enum>(type_name.text, choices);
+};
+
 /// The name of a described enumeration's value. @throws std::logic_error if it has none.
 std::string_view name_of_choice(const Type& type, std::int64_t value);
 template <class Enum>
-std::string_view name_in_files(Enum value) {
-  return name_of_choice(type_of<Enum>(), static_cast<std::int64_t>(value));
+requires std::is_enum_v<Enum>
+const char* name_of(Enum value) {
+  return name_of_choice(type_of<Enum>(), static_cast<std::int64_t>(value)).data();  // of a literal
 }
 /// The value of a name; empty if no value is called so.
 std::optional<std::int64_t> choice_named(const Type& type, std::string_view name);
+template <class Enum>
+std::optional<Enum> value_named(std::string_view name) {
+  const std::optional<std::int64_t> value = choice_named(type_of<Enum>(), name);
+  return value ? std::optional(static_cast<Enum>(*value)) : std::nullopt;
+}
 /// The field of a structure with the key; null if there is none.
 const Field* field_named(const Type& type, std::string_view key);
 

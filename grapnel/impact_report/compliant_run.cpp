@@ -8,8 +8,14 @@
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
 #include "grapnel/problem/captured_model.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
 
 namespace grapnel {
+
+template <>
+struct Described<CompliantOutcome::Status>
+    : Enumeration<CompliantOutcome::Status, "CompliantStatus", "separated", "settled", "time_over", "failed"> {};
+
 namespace {
 
 // Of the kinetic energy before: what springs of grasps may hold when the time is over, as they may when grasps are at
@@ -24,20 +30,6 @@ struct Place {
 
 int same_body(const Model& from, int body, const Model& in) {
   return in.body_index(from.bodies()[body].description.name);
-}
-
-const char* name_of(CompliantOutcome::Status status) {
-  switch (status) {
-    case CompliantOutcome::Status::separated:
-      return "separated";
-    case CompliantOutcome::Status::settled:
-      return "settled";
-    case CompliantOutcome::Status::time_over:
-      return "time_over";
-    case CompliantOutcome::Status::failed:
-      break;
-  }
-  return "failed";
 }
 
 ForceProfile profile_of(const ForceHistory& history) {
@@ -111,7 +103,7 @@ std::vector<Wrenchd> wrenches_at(const Model& model, const Yielding& yielding, c
     external.push_back({yielding.bodies(i).first, h.point[s], F});
     external.push_back({yielding.bodies(i).second, h.point[s], -F});
   }
-  return joint_wrenches(model, outcome.states[s], outcome.accelerations[s], external);
+  return joint_wrenches(model, forward_kinematics(model, outcome.states[s]), outcome.accelerations[s], external);
 }
 
 // Largest loads of the joints over the samples, and when they are; `through`: per sample.

@@ -13,13 +13,15 @@
 #include "grapnel/impact/yielding_drives.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/impact_figures.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
 
 namespace grapnel {
-namespace {
 
-const char* name_of(GraspModel model) {
-  return model == GraspModel::rigid ? "rigid" : model == GraspModel::hinge ? "hinge" : "point";
-}
+template <>
+struct Described<ContactMode>
+    : Enumeration<ContactMode, "ContactMode", "separated", "sticking", "sliding", "reversed"> {};
+
+namespace {
 
 Twistd relative_twist(const Grasp& grasp, const Kinematics& k) {
   return shift(k.V_WB[grasp.robot_body], grasp.p_WC - k.X_WB[grasp.robot_body].p) -
@@ -149,32 +151,6 @@ ImpactSolution published_solution(const CaptureSystem& system, const Contact& co
       std::max({u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(part).lpNorm<Eigen::Infinity>(), 1e-300});
   static_cast<ImpactChecks&>(s) = impact_checks(M, part, before, after, J.transpose() * P, 0.5 * P.dot(u));
   return s;
-}
-
-const char* name_of(RestitutionHypothesis hypothesis) {
-  switch (hypothesis) {
-    case RestitutionHypothesis::newton:
-      return "newton";
-    case RestitutionHypothesis::poisson:
-      return "poisson";
-    case RestitutionHypothesis::stronge:
-      break;
-  }
-  return "stronge";
-}
-
-const char* name_of(ContactMode mode) {
-  switch (mode) {
-    case ContactMode::separated:
-      return "separated";
-    case ContactMode::sticking:
-      return "sticking";
-    case ContactMode::sliding:
-      return "sliding";
-    case ContactMode::reversed:
-      break;
-  }
-  return "reversed";
 }
 
 // --- The laws -------------------------------------------------------------------------------------------------------
@@ -309,10 +285,6 @@ std::string describe_giving_way(const Model& model, const ImpactReport& report) 
   for (std::size_t i = 0; i < std::min(kShown, drives.size()); ++i) text += (i > 0 ? ", " : "") + drives[i].text;
   if (drives.size() > kShown) text += fmt::format(" and {} more", drives.size() - kShown);
   return text;
-}
-
-const char* name_of(ImpactSetup::Joints joints) {
-  return joints == ImpactSetup::Joints::braked ? "braked" : joints == ImpactSetup::Joints::driven ? "driven" : "free";
 }
 
 GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,

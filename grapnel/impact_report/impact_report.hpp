@@ -51,9 +51,6 @@ Momentumd describe_change(const CaptureProblem& problem, const CaptureSystem& sy
 GraspImpulse describe_meeting(const CaptureProblem& problem, const Contact& contact, const Kinematics& before,
                               std::size_t grasp);
 
-/// What joints do meanwhile, as files and reports have it.
-const char* name_of(ImpactSetup::Joints joints);
-
 /// The joint that a held rate is of.
 const JointDescription& held_joint(const Model& model, const HeldRate& held);
 

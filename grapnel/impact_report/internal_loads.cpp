@@ -28,11 +28,6 @@ Wrenchd inertial_wrench(const Body& body, const Posed& X_WB, const Twistd& V_WB,
 
 }  // namespace
 
-std::vector<Wrenchd> joint_wrenches(const Model& model, const State& state, std::span<const double> vdot,
-                                    std::span<const ExternalWrench> external) {
-  return joint_wrenches(model, forward_kinematics(model, state), vdot, external);
-}
-
 std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& k, std::span<const double> vdot,
                                     std::span<const ExternalWrench> external) {
   const std::vector<BodyAcceleration> A = body_accelerations(model, k, vdot);

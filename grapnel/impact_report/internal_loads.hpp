@@ -15,8 +15,6 @@ namespace grapnel {
 /// Per body: the wrench that its joint transmits from the parent to it, in W, about the body frame's origin (the
 /// joint), driving and constraint components alike. `vdot`: accelerations of the velocities; `external`: what acts on
 /// the bodies from outside the tree.
-std::vector<Wrenchd> joint_wrenches(const Model& model, const State& state, std::span<const double> vdot,
-                                    std::span<const ExternalWrench> external);
 std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& kinematics, std::span<const double> vdot,
                                     std::span<const ExternalWrench> external);
 

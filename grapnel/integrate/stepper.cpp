@@ -5,24 +5,6 @@
 
 namespace grapnel {
 
-std::string_view to_string(StepStatus status) {
-  switch (status) {
-    case StepStatus::not_started:
-      return "not_started";
-    case StepStatus::running:
-      return "running";
-    case StepStatus::finished:
-      return "finished";
-    case StepStatus::step_too_small:
-      return "step_too_small";
-    case StepStatus::too_many_steps:
-      return "too_many_steps";
-    case StepStatus::non_finite:
-      return "non_finite";
-  }
-  return "unknown";
-}
-
 std::string explain(StepStatus status, double time) {
   std::ostringstream text;
   text << std::setprecision(17);

@@ -29,9 +29,6 @@ enum class StepStatus {
   non_finite,      // the right-hand side is not finite at this time, or just after it, however short the step
 };
 
-/// The name of a status, as in the enumeration.
-std::string_view to_string(StepStatus status);
-
 /// One sentence for the user about a status at a time, such as "step too small at t = 0.99999999999999": what happened,
 /// when.
 std::string explain(StepStatus status, double time);

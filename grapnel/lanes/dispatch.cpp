@@ -13,16 +13,8 @@ constexpr InstructionSet kAll[] = {InstructionSet::one_lane, InstructionSet::sse
 }  // namespace
 
 std::string_view name(InstructionSet set) {
-  switch (set) {
-    case InstructionSet::sse2:
-      return "sse2";
-    case InstructionSet::avx2:
-      return "avx2";
-    case InstructionSet::avx512:
-      return "avx512";
-    default:
-      return "one_lane";
-  }
+  constexpr std::string_view kNames[] = {"one_lane", "sse2", "avx2", "avx512"};
+  return kNames[static_cast<int>(set)];
 }
 
 int lane_count(InstructionSet set) { return 1 << static_cast<int>(set); }

@@ -45,24 +45,6 @@ std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoi
   return (1 / distance) * out;
 }
 
-const char* name_of(ImpactSetup::Law law) {
-  switch (law) {
-    case ImpactSetup::Law::plastic:
-      return "plastic";
-    case ImpactSetup::Law::bilateral_restitution:
-      return "bilateral_restitution";
-    case ImpactSetup::Law::restitution:
-      return "restitution";
-    case ImpactSetup::Law::friction:
-      return "friction";
-    case ImpactSetup::Law::compliant:
-      return "compliant";
-    case ImpactSetup::Law::as_published:
-      break;
-  }
-  return "as_published";
-}
-
 // --- Motion stated piece by piece ---
 
 namespace {

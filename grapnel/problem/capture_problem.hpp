@@ -355,9 +355,6 @@ const EndEffectorSetup& end_effector_of(const CaptureProblem& problem, const Gra
 /// approach direction, else from the centre of a spherical target through it. Empty if none of these is there.
 std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point);
 
-/// A law as files and results call it.
-const char* name_of(ImpactSetup::Law law);
-
 // --- Joint motion stated piece by piece, to and from trajectories ---
 
 /// The motion of one joint.

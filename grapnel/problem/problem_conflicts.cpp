@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -40,8 +41,6 @@ std::string lost_inertia_text(const Body& body, const std::string& path) {
       "rounding; put the origin nearer to the body",
       path, norm(body.com), body.mass * dot(body.com, body.com));
 }
-
-const char* mode_of(const RobotSetup& robot) { return robot.base_mode == RobotSetup::Base::fixed ? "fixed" : "held"; }
 
 class Conflicts {
  public:
@@ -103,7 +102,8 @@ class Conflicts {
   void check_base_at_rest() {
     const auto refuse = [&](const char* key) {
       add_key(fmt::format("initial.base.{}", key),
-              "initial.base.{}: the robot's base is {}, so its motion cannot be given", key, mode_of(problem_.robot));
+              "initial.base.{}: the robot's base is {}, so its motion cannot be given", key,
+              name_of(problem_.robot.base_mode));
     };
     if (problem_.V_WB && !is_zero(problem_.V_WB->angular)) refuse("angular_velocity");
     if (problem_.V_WB && !is_zero(problem_.V_WB->linear)) refuse("velocity");
@@ -111,7 +111,8 @@ class Conflicts {
   }
 
   void refuse_base_control(const char* path) {
-    add_key(path, "{}: the robot's base is {}, so its attitude needs no control", path, mode_of(problem_.robot));
+    add_key(path, "{}: the robot's base is {}, so its attitude needs no control", path,
+            name_of(problem_.robot.base_mode));
   }
 
   void check_end_effectors() {

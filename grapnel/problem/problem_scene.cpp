@@ -7,32 +7,10 @@
 
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
 
 namespace grapnel {
 namespace {
-
-std::string shape_name(Geometry::Shape shape) {
-  switch (shape) {
-    case Geometry::Shape::box:
-      return "box";
-    case Geometry::Shape::cylinder:
-      return "cylinder";
-    case Geometry::Shape::capsule:
-      return "capsule";
-    case Geometry::Shape::sphere:
-      return "sphere";
-    case Geometry::Shape::mesh:
-      return "mesh";
-    case Geometry::Shape::none:
-      break;
-  }
-  return "none";
-}
-
-std::string grasp_name(const GraspSetup& grasp) {
-  if (grasp.contact) return "contact";
-  return grasp.model == GraspModel::rigid ? "rigid" : grasp.model == GraspModel::hinge ? "hinge" : "point";
-}
 
 SceneMesh scene_mesh(const TriangleMesh& mesh) {
   SceneMesh copy;
@@ -52,7 +30,7 @@ class SceneBuilder {
     add_robot();
     for (const TargetSetup& t : problem_.targets) add_target(t);
     for (const GraspSetup& g : problem_.grasps) {
-      scene_.grasps.push_back({g.end_effector, g.target, g.grasp_point, grasp_name(g)});
+      scene_.grasps.push_back({g.end_effector, g.target, g.grasp_point, g.contact ? "contact" : name_of(g.model)});
     }
     return std::move(scene_);
   }
@@ -113,7 +91,7 @@ class SceneBuilder {
 
   std::optional<SceneShape> scene_shape(const Geometry& geometry) {
     if (geometry.shape == Geometry::Shape::none) return {};
-    SceneShape shape{shape_name(geometry.shape), geometry.size, geometry.X_BG, -1};
+    SceneShape shape{name_of(geometry.shape), geometry.size, geometry.X_BG, -1};
     if (!geometry.mesh) return shape;
     // Bodies that share a mesh share it here too.
     const auto known = std::find(meshes_.begin(), meshes_.end(), geometry.mesh.get());

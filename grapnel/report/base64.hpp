@@ -13,7 +13,4 @@ std::string base64_of(std::span<const double> values);
 std::string base64_of(std::span<const float> values);
 std::string base64_of(std::span<const std::uint8_t> values);
 
-/// Characters that base64 takes for so many bytes.
-constexpr std::size_t base64_length(std::size_t bytes) { return (bytes + 2) / 3 * 4; }
-
 }  // namespace grapnel

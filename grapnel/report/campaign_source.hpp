@@ -9,13 +9,13 @@
 #include <utility>
 #include <vector>
 
+#include "grapnel/result/campaign_table.hpp"
+
 namespace grapnel {
 
-/// One number per row that was read.
-struct CampaignColumn {
-  std::string name, unit, description;
-  std::vector<std::string> labels = {};  // of a design axis of labels: values count from 0 into them
-  std::vector<float> values = {};        // NaN where there is nothing
+/// One number per row that was read; NaN where there is nothing.
+struct CampaignColumn : CampaignTable::Head {
+  std::vector<float> values = {};
 };
 
 /// Which rows are wanted. Names are those of campaign.json.
@@ -42,7 +42,7 @@ struct CampaignRows {
 /// cases can bend (every n-th of a Sobol sequence is no sample of it), and the same for the same table. The rows of
 /// `query.cases` and some without success are added.
 /// @throws std::runtime_error naming path and fault: missing, damaged, of another campaign.
-CampaignRows read_campaign_rows(const std::filesystem::path& table, const CampaignQuery& query);
+CampaignRows read_campaign_rows(const std::filesystem::path& path, const CampaignQuery& query);
 
 /// The rows that make up the sample: positions in `index`, increasing, and for each whether it is of the even sample.
 std::vector<std::pair<std::size_t, bool>> sampled_rows(const std::vector<std::uint64_t>& index,

@@ -413,8 +413,6 @@ struct PhaseCost {
   long rhs_evaluations = 0;
   long steps = 0;
   long rejected = 0;
-  double linear_momentum_mended = 0;   // by taking the base's velocity from momentum instead of integrating it [N s]
-  double angular_momentum_mended = 0;  // [N m s]
 };
 
 struct CaptureResult {

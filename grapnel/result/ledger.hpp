@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/describe/type.hpp"
+
 namespace grapnel {
 
 /// Three answers: a verdict never says more than was checked.
 enum class Verdict { yes, no, not_checked };
-/// "yes", "no", "not checked".
-constexpr const char* name_of(Verdict verdict) {
-  return verdict == Verdict::yes ? "yes" : verdict == Verdict::no ? "no" : "not checked";
-}
+template <>
+const Type& type_of<Verdict>();
 
 /// One line. `value` is relative to the scale its note names unless the unit says otherwise.
 struct LedgerEntry {

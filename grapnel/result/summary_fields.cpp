@@ -259,9 +259,8 @@ Feasibility feasibility_of(const CaptureResult& result) {
 
 template <>
 const Type& type_of<Verdict>() {
-  static constexpr Choice choices[] = {choice(Verdict::yes, name_of(Verdict::yes)),
-                                       choice(Verdict::no, name_of(Verdict::no)),
-                                       choice(Verdict::not_checked, name_of(Verdict::not_checked))};
+  static constexpr Choice choices[] = {choice(Verdict::yes, "yes"), choice(Verdict::no, "no"),
+                                       choice(Verdict::not_checked, "not checked")};
   static constexpr Type type = enumeration<Verdict>("Verdict", choices);
   return type;
 }

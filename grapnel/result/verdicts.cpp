@@ -63,7 +63,7 @@ void add_clearance(const ClearanceEvent& e, std::vector<GradedViolation>& all) {
 void add_limit(const LimitEvent& e, std::vector<GradedViolation>& all) {
   if (e.kind == LimitKind::effort_saturated) return;
   GradedViolation v;
-  v.kind = limit_kind_name(e.kind), v.phase = e.phase, v.time = e.begin_time;
+  v.kind = name_of(e.kind), v.phase = e.phase, v.time = e.begin_time;
   v.what = fmt::format("{} of {} passes its limit {}", v.kind, e.joint, short_number(e.limit));
   v.value = e.worst_value, v.limit = e.limit, v.worst_time = e.worst_time;
   v.worst = fmt::format("{} of {} is {}, its limit {}", v.kind, e.joint, short_number(v.value), short_number(v.limit));

@@ -13,10 +13,10 @@
 
 namespace grapnel {
 
-/// "yes", "no", "assumed".
-constexpr const char* name_of(Captured captured) {
-  return captured == Captured::yes ? "yes" : captured == Captured::no ? "no" : "assumed";
-}
+template <>
+const Type& type_of<Captured>();
+template <>
+const Type& type_of<LimitKind>();
 
 /// "106 mm", "38.2 m".
 std::string length_text(double metres);

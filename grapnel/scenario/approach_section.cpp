@@ -26,30 +26,6 @@ struct Described<JointControl> {
 };
 
 template <>
-struct Described<PlanSetup::Objective> {
-  using enum PlanSetup::Objective;
-  static constexpr auto choices =
-      std::to_array({choice(excursion, "excursion"), choice(nearest, "nearest"), choice(limits, "limits"),
-                     choice(manipulability, "manipulability"), choice(as_found, "as_found")});
-  static constexpr Type type = enumeration<PlanSetup::Objective>("Objective", choices);
-};
-
-template <>
-struct Described<JointProfile> {
-  using enum JointProfile;
-  static constexpr auto choices =
-      std::to_array({choice(quartic, "quartic"), choice(cycloidal, "cycloidal"), choice(quintic, "quintic")});
-  static constexpr Type type = enumeration<JointProfile>("JointProfile", choices);
-};
-
-template <>
-struct Described<ApproachSetup::CaptureAt> {
-  using enum ApproachSetup::CaptureAt;
-  static constexpr auto choices = std::to_array({choice(end, "end"), choice(envelope, "envelope")});
-  static constexpr Type type = enumeration<ApproachSetup::CaptureAt>("CaptureAt", choices);
-};
-
-template <>
 struct Described<BaseControlSetup> {
   using T = BaseControlSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -65,9 +41,7 @@ struct Described<BaseControlSetup> {
           .optional(),
       field<&T::R_WD>("rpy", "rad", "Desired attitude in W, in place of quaternion_wxyz.").as("rpy").optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      not_both("quaternion_wxyz, rpy"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =
       structure<T>("base_control",
                    "A torque that holds the base's attitude: -(kp times the rotation vector from the desired attitude "
@@ -81,9 +55,7 @@ struct Described<TrackingNoise> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::position>("position", "rad or m", "Standard deviation.").at_least(0).required(),
       field<&T::bandwidth>("bandwidth", "Hz", "Highest frequency.").above(0),
-      field<&T::seed>("seed", "", "Of the random numbers; the same seed gives the same results.")
-          .at_least(0)
-          .at_most(9007199254740991),
+      field<&T::seed>("seed", "", kSeedText).at_least(0).at_most(kLargestWhole),
   });
   static constexpr Type type =
       structure<T>("noise",
@@ -113,9 +85,7 @@ struct Described<TrackingSetup> {
           .when<[](const T& t) { return t.mode != JointControl::prescribed; }>(),
       field<&T::noise>("noise", "", "").optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      when("mode", "pd, computed_torque").require("kp, kd"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({when("mode", "pd, computed_torque").require("kp, kd")});
   static constexpr Type type = structure<T>("tracking", "", fields, rules);
 };
 
@@ -136,18 +106,14 @@ struct Described<PlanSetup> {
                         "At most so many initial guesses of the search; the guess is the first, the others are random.")
           .at_least(1)
           .at_most(1000),
-      field<&T::seed>("seed", "", "Of the random numbers; the same seed gives the same results.")
-          .at_least(0)
-          .at_most(9007199254740991),
+      field<&T::seed>("seed", "", kSeedText).at_least(0).at_most(kLargestWhole),
       field<&T::max_evaluations>(
           "max_evaluations", "",
           "Where planning gives up: evaluations of the servicer's kinematics and momentum, over the whole approach.")
           .at_least(1)
           .at_most(1000000000000),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      when("objective", "nearest").require("guess"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({when("objective", "nearest").require("guess")});
   static constexpr Type type = structure<T>("plan",
                                             "Final joint values are looked for: those with which the "
                                             "momentum-conserving motion brings every end-effector to its grasp point.",

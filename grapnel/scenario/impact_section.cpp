@@ -12,55 +12,6 @@ namespace grapnel {
 // ---- What "contact", "impact" and "post_impact" hold ----
 
 template <>
-struct Described<ContactSetup::Gap> {
-  using enum ContactSetup::Gap;
-  static constexpr auto choices = std::to_array(
-      {choice(weld_as_found, "weld_as_found"), choice(translate_target, "translate_target"), choice(refuse, "refuse")});
-  static constexpr Type type = enumeration<ContactSetup::Gap>("Gap", choices);
-};
-
-template <>
-struct Described<ContactForceModel> {
-  using enum ContactForceModel;
-  static constexpr auto choices = std::to_array(
-      {choice(kelvin_voigt, "kelvin_voigt"), choice(hertz, "hertz"), choice(hunt_crossley, "hunt_crossley")});
-  static constexpr Type type = enumeration<ContactForceModel>("ContactForceModel", choices);
-};
-
-template <>
-struct Described<ImpactSetup::Law> {
-  using enum ImpactSetup::Law;
-  static constexpr auto choices =
-      std::to_array({choice(plastic, "plastic"), choice(bilateral_restitution, "bilateral_restitution"),
-                     choice(restitution, "restitution"), choice(friction, "friction"), choice(compliant, "compliant"),
-                     choice(as_published, "as_published")});
-  static constexpr Type type = enumeration<ImpactSetup::Law>("Law", choices);
-};
-
-template <>
-struct Described<ImpactSetup::Joints> {
-  using enum ImpactSetup::Joints;
-  static constexpr auto choices =
-      std::to_array({choice(free, "free"), choice(braked, "braked"), choice(driven, "driven")});
-  static constexpr Type type = enumeration<ImpactSetup::Joints>("Joints", choices);
-};
-
-template <>
-struct Described<RestitutionHypothesis> {
-  using enum RestitutionHypothesis;
-  static constexpr auto choices =
-      std::to_array({choice(stronge, "stronge"), choice(poisson, "poisson"), choice(newton, "newton")});
-  static constexpr Type type = enumeration<RestitutionHypothesis>("RestitutionHypothesis", choices);
-};
-
-template <>
-struct Described<PostImpactSetup::Joints> {
-  using enum PostImpactSetup::Joints;
-  static constexpr auto choices = std::to_array({choice(free, "free"), choice(pd, "pd"), choice(braked, "braked")});
-  static constexpr Type type = enumeration<PostImpactSetup::Joints>("Joints", choices);
-};
-
-template <>
 struct Described<ContactSetup> {
   using T = ContactSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -79,9 +30,7 @@ struct Described<ContactSetup> {
           .as("number or any")
           .optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      when("gap", "refuse").require("limit"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({when("gap", "refuse").require("limit")});
   static constexpr Type type = structure<T>(
       "contact", "What to do about the distance between an end-effector and its grasp point at the instant of capture.",
       fields, rules);
@@ -198,9 +147,7 @@ struct Described<PostImpactSetup> {
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
       field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      when("joints", "pd").require("kp, kd"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({when("joints", "pd").require("kp, kd")});
   static constexpr Type type = structure<T>("post_impact", "The motion of the joined system.", fields, rules);
 };
 
@@ -248,9 +195,9 @@ void check_uses(const Node& node, Law law, FaultList& faults) {
     const NodeEntry* entry = node.entry(use.key);
     if (!entry || among(law, use.laws) || is_reported(entry->mark, faults)) continue;
     std::string laws;
-    for (Law l : use.laws) laws += fmt::format("{}{}", laws.empty() ? "" : ", ", name_in_files(l));
-    faults.add(entry->mark, fmt::format("impact.{} has no meaning with law {}; it belongs to {}", use.key,
-                                        name_in_files(law), laws));
+    for (Law l : use.laws) laws += fmt::format("{}{}", laws.empty() ? "" : ", ", name_of(l));
+    faults.add(entry->mark,
+               fmt::format("impact.{} has no meaning with law {}; it belongs to {}", use.key, name_of(law), laws));
   }
 }
 
@@ -296,8 +243,7 @@ void finish_impact(Reading& reading) {
         "impact.restitution.angular belongs to law bilateral_restitution: a contact passes on no moment");
   }
   // An unknown law is a fault already, and says nothing about the rest.
-  if (!node.entry("law") || text_at(node, "law") == name_in_files(impact.law))
-    check_uses(node, impact.law, reading.faults);
+  if (!node.entry("law") || text_at(node, "law") == name_of(impact.law)) check_uses(node, impact.law, reading.faults);
 }
 
 void finish_post_impact(Reading& reading) {

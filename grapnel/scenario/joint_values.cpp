@@ -208,7 +208,9 @@ Node values_node(const Type&, const void* value) {
 
 // Given, or matched to the motion of the grasp points.
 Json final_rates_schema(const Field&, const TypeReference&) {
-  const Json match{{"enum", {"velocity", "twist", "velocity_least_rates"}},
+  Json names;
+  for (const Choice& choice : type_of<RateMatch>().choices) names.push_back(choice.name);
+  const Json match{{"enum", names},
                    {"description",
                     "velocity: the linear part, the end-effector not turning. twist: both parts. "
                     "velocity_least_rates: the linear part with the smallest joint rates."}};
@@ -225,10 +227,8 @@ Json final_rates_schema(const Field&, const TypeReference&) {
 }
 void read_final_rates(const ValueToRead& at) {
   if (at.node.entry("match")) {
-    const std::string value = text_at(at.node, "match");
-    static_cast<ApproachSetup*>(at.owner)->match = value == "twist"                  ? RateMatch::twist
-                                                   : value == "velocity_least_rates" ? RateMatch::velocity_least_rates
-                                                                                     : RateMatch::velocity;
+    const auto match = value_named<RateMatch>(text_at(at.node, "match"));
+    static_cast<ApproachSetup*>(at.owner)->match = match.value_or(RateMatch::velocity);
     return;
   }
   for (const NodeEntry& entry : at.node.entries) {

@@ -10,14 +10,6 @@ namespace grapnel {
 // ---- What "external_wrenches" and "clearance" hold ----
 
 template <>
-struct Described<LoadProfile::Shape> {
-  using enum LoadProfile::Shape;
-  static constexpr auto choices = std::to_array(
-      {choice(constant, "constant"), choice(half_sine, "half_sine"), choice(sine, "sine"), choice(table, "table")});
-  static constexpr Type type = enumeration<LoadProfile::Shape>("Shape", choices);
-};
-
-template <>
 struct Described<LoadProfile> {
   using T = LoadProfile;
   static constexpr auto fields = std::to_array<Field>({
@@ -67,9 +59,7 @@ struct Described<LoadSetup> {
           .optional(),
       field<&T::profile>("time", "", "").optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      one_of("body, target"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({one_of("body, target")});
   static constexpr Type type =
       structure<T>("external_wrench", "A force and a torque on one body, from outside.", fields, rules);
 };

@@ -132,12 +132,6 @@ std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key) {
   return Vector3d{(*values)[0], (*values)[1], (*values)[2]};
 }
 
-std::uint64_t whole_number_at(const Node& mapping, std::string_view key, std::uint64_t most) {
-  // A value out of range is a known fault and must only be safe to convert. Every whole number up to 2^53 is exact.
-  const double value = number_at(mapping, key).value_or(0);
-  return value >= 0 && value <= static_cast<double>(most) ? static_cast<std::uint64_t>(value) : 0;
-}
-
 bool boolean_at(const Node& mapping, std::string_view key) { return boolean_of(part(mapping, key)).value_or(false); }
 
 Vector3d unit_vector_of(const Node& node, const std::string& name, FaultList& faults) {

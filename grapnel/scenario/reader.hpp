@@ -27,8 +27,6 @@ std::string text_at(const Node& mapping, std::string_view key);
 /// Empty unless there is a number; it may be infinite.
 std::optional<double> number_at(const Node& mapping, std::string_view key);
 std::optional<Vector3d> vector_at(const Node& mapping, std::string_view key);
-/// A whole number from 0 to `most`, which is at most 2^53; else 0.
-std::uint64_t whole_number_at(const Node& mapping, std::string_view key, std::uint64_t most);
 bool boolean_at(const Node& mapping, std::string_view key);
 /// A vector that must have length 1; `name` is the value's in messages.
 Vector3d unit_vector_of(const Node& node, const std::string& name, FaultList& faults);

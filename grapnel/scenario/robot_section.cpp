@@ -21,15 +21,6 @@ struct BaseKeys;
 // ---- What robot files hold ----
 
 template <>
-struct Described<Geometry::Shape> {
-  using enum Geometry::Shape;
-  static constexpr auto choices =
-      std::to_array({choice(box, "box"), choice(cylinder, "cylinder"), choice(capsule, "capsule"),
-                     choice(sphere, "sphere"), choice(mesh, "mesh")});
-  static constexpr Type type = enumeration<Geometry::Shape>("Shape", choices);
-};
-
-template <>
 struct Described<JointType> {
   static constexpr auto choices = [] {
     std::array<Choice, std::ranges::count_if(kJointTypes, &JointTraits::in_robot_files)> result{};
@@ -40,13 +31,6 @@ struct Described<JointType> {
     return result;
   }();
   static constexpr Type type = enumeration<JointType>("JointType", choices);
-};
-
-template <>
-struct Described<RobotSetup::Base> {
-  using enum RobotSetup::Base;
-  static constexpr auto choices = std::to_array({choice(free, "free"), choice(held, "held"), choice(fixed, "fixed")});
-  static constexpr Type type = enumeration<RobotSetup::Base>("Base", choices);
 };
 
 template <>
@@ -96,9 +80,7 @@ struct Described<OriginKeys> {
       quaternion_of<&T::X_PF>(),
       rpy_of<&T::X_PF>(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      not_both("quaternion_wxyz, rpy"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =
       structure<T>("origin", "Where the joint's frame sits in the parent's frame.", fields, rules);
 };
@@ -227,12 +209,8 @@ struct Described<BodyDescription> {
       field<&T::parent>("parent", "", "Name of the base or of another link.").required(),
       group<T, JointKeys>("joint", "").required(),
       field<&T::mass>("mass", "kg", "").above(0).required(),
-      field<&T::com>("com", "m", "Centre of mass in the body's frame."),
-      field<&T::inertia>("inertia", "kg m^2",
-                         "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus "
-                         "the integral of x y dm.")
-          .as("inertia")
-          .required(),
+      field<&T::com>("com", "m", kComText),
+      field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
       key<Geometry>("geometry", "", "").as("geometry of body").optional(),
   });
   static constexpr Type type =
@@ -256,9 +234,7 @@ struct Described<EndEffectorSetup> {
       field<&T::envelope>("envelope", "", "").optional(),
       field<&T::rating>(&type_of<GripperRatingKeys>, "rating", "").optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      not_both("quaternion_wxyz, rpy"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type = structure<T>("end_effector", "", fields, rules);
 };
 
@@ -271,12 +247,8 @@ struct Described<BaseKeys> {
                            "free: floats. held: kept at its initial pose by an ideal wrench during the approach, free "
                            "from the impact on. fixed: bolted to the ground."),
       found<[](T& t) -> double& { return t.bodies[0].mass; }>("mass", "kg", "").above(0).required(),
-      found<[](T& t) -> Vector3d& { return t.bodies[0].com; }>("com", "m", "Centre of mass in the body's frame.")
-          .by_default("[0, 0, 0]"),
-      found<[](T& t) -> Symmetric3d& { return t.bodies[0].inertia; }>(
-          "inertia", "kg m^2",
-          "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus the integral of "
-          "x y dm.")
+      found<[](T& t) -> Vector3d& { return t.bodies[0].com; }>("com", "m", kComText).by_default("[0, 0, 0]"),
+      found<[](T& t) -> Symmetric3d& { return t.bodies[0].inertia; }>("inertia", "kg m^2", kInertiaText)
           .as("inertia")
           .required(),
       key<Geometry>("geometry", "", "").as("geometry of body").optional(),
@@ -320,11 +292,9 @@ template <>
 struct Described<RobotSetup> {
   using T = RobotSetup;
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("schema", "", "What the file is and the version of its format; absent: this version.")
-          .as("constant grapnel-robot/1")
-          .optional(),
+      version_key("constant grapnel-robot/1"),
       field<&T::name>("name", "", "Shown in reports.").by_default("\"robot\""),
-      key<std::string>("description", "", "For the reader of the file.").as("any text").optional(),
+      description_key(),
       group<T, BaseKeys>("base", "").required(),
       links("links", "", "Links in any order; each hangs on its parent by a joint. Branches are allowed.")
           .items(0, 4000),
@@ -365,7 +335,7 @@ void finish_link(const Node& node, const std::string& path, BodyDescription& lin
   robot.joint_names.add_from(joint, below(path, "joint"), faults);
   JointLimits& limits = link.joint.limits;
   if (!(limits.lower <= limits.upper)) limits.lower = -JointLimits{}.upper, limits.upper = JointLimits{}.upper;
-  const auto type = choice_named(type_of<JointType>(), text_at(joint, "type"));
+  const auto type = value_named<JointType>(text_at(joint, "type"));
   if (!type) robot.types_known = false;
   if (type && link.joint.type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
   doubt_body(node, path, link, robot.setup, faults);

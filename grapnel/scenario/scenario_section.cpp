@@ -19,28 +19,6 @@ struct OutputKeys;
 // ---- What scenarios hold, but for the sections that have files of their own ----
 
 template <>
-struct Described<IntegrationSetup::Method> {
-  using enum IntegrationSetup::Method;
-  static constexpr auto choices = std::to_array({choice(adaptive_8, "adaptive_8"), choice(rk4, "rk4")});
-  static constexpr Type type = enumeration<IntegrationSetup::Method>("Method", choices);
-};
-
-template <>
-struct Described<IntegrationSetup::RootVelocity> {
-  using enum IntegrationSetup::RootVelocity;
-  static constexpr auto choices = std::to_array({choice(recovered, "recovered"), choice(integrated, "integrated")});
-  static constexpr Type type = enumeration<IntegrationSetup::RootVelocity>("RootVelocity", choices);
-};
-
-template <>
-struct Described<IntegrationSetup::Loops> {
-  using enum IntegrationSetup::Loops;
-  static constexpr auto choices = std::to_array({choice(projection, "projection"), choice(baumgarte, "baumgarte"),
-                                                 choice(acceleration, "acceleration"), choice(open, "open")});
-  static constexpr Type type = enumeration<IntegrationSetup::Loops>("Loops", choices);
-};
-
-template <>
 struct Described<Momentumd> {
   using T = Momentumd;
   static constexpr auto fields = std::to_array<Field>({
@@ -143,11 +121,9 @@ template <>
 struct Described<CaptureProblem> {
   using T = CaptureProblem;
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("schema", "", "What the file is and the version of its format; absent: this version.")
-          .as("constant grapnel-scenario/1")
-          .optional(),
+      version_key("constant grapnel-scenario/1"),
       field<&T::name>("name", "", "Shown in results.").required(),
-      key<std::string>("description", "", "For the reader of the file.").as("any text").optional(),
+      description_key(),
       field<&T::robot>(&robot_description, "robot",
                        "The robot: a robot file, its path relative to this file, or the content of one.")
           .as("robot")

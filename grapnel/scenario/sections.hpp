@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
@@ -39,6 +40,23 @@ template <>
 struct Described<std::pair<std::string, std::string>> {
   static constexpr Type type = structure<std::pair<std::string, std::string>>("names", "", {});
 };
+
+/// Keys that all files have, for their readers.
+constexpr Field version_key(std::string_view constant) {
+  return key<std::string>("schema", "", "What the file is and the version of its format; absent: this version.")
+      .as(constant)
+      .optional();
+}
+constexpr Field description_key() {
+  return key<std::string>("description", "", "For the reader of the file.").as("any text").optional();
+}
+
+inline constexpr double kLargestWhole = 9007199254740991;  // every whole number up to it is a double
+inline constexpr std::string_view kSeedText = "Of the random numbers; the same seed gives the same results.";
+inline constexpr std::string_view kComText = "Centre of mass in the body's frame.";
+inline constexpr std::string_view kInertiaText =
+    "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus the integral of x y "
+    "dm.";
 
 /// The orientation of a member that is a pose.
 template <auto Pose>

@@ -14,28 +14,6 @@ struct TargetStateKeys;
 // ---- What "targets" and "grasps" hold ----
 
 template <>
-struct Described<TargetSetup::Instant> {
-  using enum TargetSetup::Instant;
-  static constexpr auto choices = std::to_array({choice(start, "start"), choice(capture, "capture")});
-  static constexpr Type type = enumeration<TargetSetup::Instant>("Instant", choices);
-};
-
-template <>
-struct Described<GraspModel> {
-  using enum GraspModel;
-  static constexpr auto choices =
-      std::to_array({choice(rigid, "rigid"), choice(hinge, "hinge"), choice(point, "point")});
-  static constexpr Type type = enumeration<GraspModel>("GraspModel", choices);
-};
-
-template <>
-struct Described<GraspSetup::Orientation> {
-  using enum GraspSetup::Orientation;
-  static constexpr auto choices = std::to_array({choice(free, "free"), choice(axis, "axis"), choice(pose, "pose")});
-  static constexpr Type type = enumeration<GraspSetup::Orientation>("Orientation", choices);
-};
-
-template <>
 struct Described<GraspPoint> {
   using T = GraspPoint;
   static constexpr auto fields = std::to_array<Field>({
@@ -54,9 +32,7 @@ struct Described<GraspPoint> {
           .as("unit vector")
           .optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      not_both("quaternion_wxyz, rpy"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type = structure<T>("grasp_point", "", fields, rules);
 };
 
@@ -75,9 +51,7 @@ struct Described<TargetStateKeys> {
       found<[](T& t) -> Vector3d& { return t.V_WT.angular; }>("angular_velocity", "rad/s", "In W."),
       found<[](T& t) -> Vector3d& { return t.V_WT.linear; }>("velocity", "m/s", "Of the target frame's origin, in W."),
   });
-  static constexpr auto rules = std::to_array<Rule>({
-      not_both("quaternion_wxyz, rpy"),
-  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type = structure<T>("target_state", "", fields, rules);
 };
 
@@ -87,12 +61,8 @@ struct Described<TargetSetup> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::name>("name", "", "").required(),
       field<&T::mass>("mass", "kg", "").above(0).required(),
-      field<&T::inertia>("inertia", "kg m^2",
-                         "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus "
-                         "the integral of x y dm.")
-          .as("inertia")
-          .required(),
-      field<&T::com>("com", "m", "Centre of mass in the body's frame."),
+      field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
+      field<&T::com>("com", "m", kComText),
       field<&T::geometry>(&geometry_description, "geometry", "").optional(),
       group<T, TargetStateKeys>("state", "").required(),
       field<&T::grasp_points>("grasp_points", "", "Named frames on the target where an end-effector can hold it."),

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "grapnel/describe/type.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/result/capture_result.hpp"
 
@@ -19,16 +20,16 @@ namespace grapnel {
 /// impact: planning, then the impact at the planned final configuration, nothing integrated in time. run: everything.
 enum class StudyMode { impact, run };
 
-/// "impact", "run".
-const char* name_of(StudyMode mode);
+template <>
+struct Described<StudyMode> : Enumeration<StudyMode, "StudyMode", "impact", "run"> {};
 
 /// How a case ended. unreachable: no configuration within the joints' limits puts the end-effectors where it asks.
 /// failed: anything else that went wrong. A run whose conservation checks fail has failed: what it computed is no
 /// result.
 enum class CaseStatus { ok, failed, unreachable };
 
-/// "ok", "failed", "unreachable".
-const char* name_of(CaseStatus status);
+template <>
+struct Described<CaseStatus> : Enumeration<CaseStatus, "CaseStatus", "ok", "failed", "unreachable"> {};
 
 /// What is kept of one case: a row of the table.
 struct CaseRow {

@@ -25,22 +25,6 @@ double beyond(double excess, double scale) {
 
 }  // namespace
 
-const char* name_of(Combine combine) {
-  switch (combine) {
-    case Combine::largest:
-      return "largest";
-    case Combine::least:
-      return "least";
-    case Combine::largest_magnitude:
-      return "largest_magnitude";
-    case Combine::sum:
-      return "sum";
-    case Combine::norm:
-      break;
-  }
-  return "norm";
-}
-
 std::string OptimizationLimit::text() const {
   return fmt::format("{} {} {}", measured.name, at_most ? "at most" : "at least", bound);
 }

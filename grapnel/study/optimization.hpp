@@ -29,9 +29,8 @@ struct OptimizationVariable {
 
 /// What several columns make together.
 enum class Combine { largest, least, largest_magnitude, sum, norm };
-
-/// "largest", ...
-const char* name_of(Combine combine);
+template <>
+struct Described<Combine> : Enumeration<Combine, "Combine", "largest", "least", "largest_magnitude", "sum", "norm"> {};
 
 /// Columns taken together.
 struct Measured {

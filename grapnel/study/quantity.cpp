@@ -16,20 +16,20 @@
 namespace grapnel {
 namespace {
 
+// In the order of application.
 constexpr std::array<QuantityInfo, 5> kQuantities{{
-    {QuantityKind::mass_ratio, "mass_ratio", "1", false, false,
+    {QuantityKind::mass_ratio, "1", false, false,
      "mass of the target over that of the servicer; its inertia is scaled alike"},
-    {QuantityKind::target_spin, "target_spin", "rad/s", true, false, "angular velocity of the target about its axis"},
-    {QuantityKind::relative_speed, "relative_speed", "m/s", false, true,
+    {QuantityKind::target_spin, "rad/s", true, false, "angular velocity of the target about its axis"},
+    {QuantityKind::relative_speed, "m/s", false, true,
      "relative speed of the contact point, end-effector minus target"},
-    {QuantityKind::relative_direction, "relative_direction", "rad", true, true,
-     "angle by which the relative velocity is turned"},
-    {QuantityKind::approach_angle, "approach_angle", "rad", true, true,
+    {QuantityKind::relative_direction, "rad", true, true, "angle by which the relative velocity is turned"},
+    {QuantityKind::approach_angle, "rad", true, true,
      "angle of the end-effector's approach axis from the inward normal"},
 }};
 
 [[noreturn]] void refuse(const Quantity& quantity, const std::string& why) {
-  throw std::invalid_argument(fmt::format("{}: {}", info(quantity.kind).name, why));
+  throw std::invalid_argument(fmt::format("{}: {}", name_of(quantity.kind), why));
 }
 
 bool is_meant(const Quantity& quantity, const std::string& name) { return quantity.of.empty() || quantity.of == name; }
@@ -204,16 +204,7 @@ void apply(const QuantityValue& set, CaptureProblem& problem) {
 
 }  // namespace
 
-std::span<const QuantityInfo> quantities() { return kQuantities; }
-
 const QuantityInfo& info(QuantityKind kind) { return kQuantities[static_cast<std::size_t>(kind)]; }
-
-const QuantityInfo* quantity_named(std::string_view name) {
-  for (const QuantityInfo& one : kQuantities) {
-    if (one.name == name) return &one;
-  }
-  return nullptr;
-}
 
 void apply_quantities(std::span<const QuantityValue> values, CaptureProblem& problem) {
   for (const QuantityInfo& one : kQuantities) {

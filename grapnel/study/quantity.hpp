@@ -10,28 +10,27 @@
 #include <string_view>
 #include <vector>
 
+#include "grapnel/describe/type.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
 
 /// In the order in which they are applied, whatever order a study names them in: each reads what those before it set.
 enum class QuantityKind { mass_ratio, target_spin, relative_speed, relative_direction, approach_angle };
+template <>
+struct Described<QuantityKind> : Enumeration<QuantityKind, "QuantityKind", "mass_ratio", "target_spin",
+                                             "relative_speed", "relative_direction", "approach_angle"> {};
 
-/// What a quantity is called and what it is of.
+/// What a quantity is of.
 struct QuantityInfo {
   QuantityKind kind;
-  const char* name;
   const char* unit;  // SI
   bool is_angular;   // may be given in degrees
   bool of_grasp;     // of a grasp, named by its end-effector; else of a target
   const char* description;
 };
 
-/// All of them, in the order of application.
-std::span<const QuantityInfo> quantities();
 const QuantityInfo& info(QuantityKind kind);
-/// Null if there is none.
-const QuantityInfo* quantity_named(std::string_view name);
 
 /// Which quantity, of what, and how it is measured.
 struct Quantity {

@@ -106,7 +106,7 @@ ReadQuantity read_quantity(const QuantityFile& file, const Node& node, const std
   if (node.find("axis")) read.quantity.axis = unit_vector_at(node, "axis", place, faults);
   if (node.find("direction")) read.quantity.direction = unit_vector_at(node, "direction", place, faults);
   read.in_degrees = kind.is_angular && file.unit == AngleUnit::deg;
-  read.name = (read.quantity.of.empty() ? "" : read.quantity.of + ".") + kind.name;
+  read.name = (read.quantity.of.empty() ? "" : read.quantity.of + ".") + name_of(kind.kind);
   read.unit = kind.unit;
   if (read.in_degrees) read.unit.replace(0, 3, "deg");
   return read;

@@ -1,96 +1,22 @@
 #include "grapnel/study_files/file_structures.hpp"
 
+#include "grapnel/scenario/sections.hpp"
+
 namespace grapnel {
 
 template <>
-struct Described<StudyMode> {
-  static constexpr auto choices =
-      std::to_array<Choice>({choice(StudyMode::impact, "impact"), choice(StudyMode::run, "run")});
-  static constexpr Type type = enumeration<StudyMode>("StudyMode", choices);
-};
-
+struct Described<AngleUnit> : Enumeration<AngleUnit, "AngleUnit", "rad", "deg"> {};
 template <>
-struct Described<QuantityKind> {
-  using T = QuantityKind;
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(T::relative_speed, "relative_speed"),
-      choice(T::relative_direction, "relative_direction"),
-      choice(T::approach_angle, "approach_angle"),
-      choice(T::target_spin, "target_spin"),
-      choice(T::mass_ratio, "mass_ratio"),
-  });
-  static constexpr Type type = enumeration<T>("QuantityKind", choices);
-};
-
+struct Described<AxisFile::Spacing> : Enumeration<AxisFile::Spacing, "Spacing", "linear", "logarithmic"> {};
 template <>
-struct Described<AngleUnit> {
-  static constexpr auto choices = std::to_array<Choice>({choice(AngleUnit::rad, "rad"), choice(AngleUnit::deg, "deg")});
-  static constexpr Type type = enumeration<AngleUnit>("AngleUnit", choices);
-};
-
+struct Described<ValueForm> : Enumeration<ValueForm, "ValueForm", "value", "factor", "offset"> {};
 template <>
-struct Described<AxisFile::Spacing> {
-  using T = AxisFile::Spacing;
-  static constexpr auto choices =
-      std::to_array<Choice>({choice(T::linear, "linear"), choice(T::logarithmic, "logarithmic")});
-  static constexpr Type type = enumeration<T>("Spacing", choices);
-};
-
+struct Described<AnyRotation> : Enumeration<AnyRotation, "AnyRotation", "uniform"> {};
 template <>
-struct Described<Sampling> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(Sampling::random, "random"),
-      choice(Sampling::latin_hypercube, "latin_hypercube"),
-      choice(Sampling::sobol, "sobol"),
-  });
-  static constexpr Type type = enumeration<Sampling>("Sampling", choices);
-};
-
-template <>
-struct Described<CampaignPlan> {
-  static constexpr auto choices =
-      std::to_array<Choice>({choice(CampaignPlan::nominal, "nominal"), choice(CampaignPlan::per_case, "per_case")});
-  static constexpr Type type = enumeration<CampaignPlan>("CampaignPlan", choices);
-};
-
-template <>
-struct Described<ValueForm> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(ValueForm::value, "value"),
-      choice(ValueForm::factor, "factor"),
-      choice(ValueForm::offset, "offset"),
-  });
-  static constexpr Type type = enumeration<ValueForm>("ValueForm", choices);
-};
-
-template <>
-struct Described<AnyRotation> {
-  static constexpr auto choices = std::to_array<Choice>({choice(AnyRotation::uniform, "uniform")});
-  static constexpr Type type = enumeration<AnyRotation>("AnyRotation", choices);
-};
-
-template <>
-struct Described<Combine> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(Combine::largest, "largest"),
-      choice(Combine::least, "least"),
-      choice(Combine::largest_magnitude, "largest_magnitude"),
-      choice(Combine::sum, "sum"),
-      choice(Combine::norm, "norm"),
-  });
-  static constexpr Type type = enumeration<Combine>("Combine", choices);
-};
-
-template <>
-struct Described<VariableFile::Posture> {
-  using T = VariableFile::Posture;
-  static constexpr auto choices = std::to_array<Choice>({choice(T::null_space, "null_space")});
-  static constexpr Type type = enumeration<T>("Posture", choices);
-};
+struct Described<VariableFile::Posture> : Enumeration<VariableFile::Posture, "Posture", "null_space"> {};
 
 namespace {
 
-constexpr std::string_view kVersion = "What the file is and the version of its format; absent: this version.";
 constexpr std::string_view kName = "Shown in results.";
 constexpr std::string_view kDescription = "For the reader of the file.";
 constexpr std::string_view kScenario = "The scenario file, its path relative to this file.";
@@ -100,11 +26,7 @@ constexpr std::string_view kColumn =
     "A column of the study table, or the beginning of several up to a '/'; '*' stands for any part.";
 constexpr std::string_view kCombine =
     "Of several columns. Absent: norm of the components x, y, z of a vector, else the worst of them.";
-constexpr double kLargestWhole = 9007199254740991;  // every whole number up to it is a double
 
-constexpr Field version_key(std::string_view constant) {
-  return key<std::string>("schema", "", kVersion).as(constant).optional();
-}
 constexpr Field changes_key(std::string_view text) {
   return key<std::string>("set", "", text).as("values by path").by_default("{}");
 }

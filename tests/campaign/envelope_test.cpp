@@ -7,6 +7,7 @@
 
 #include "campaign/fake_campaign.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/campaign_table_writer.hpp"
 
 namespace grapnel {
 namespace envelope_test {

@@ -1,4 +1,5 @@
 #include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/campaign/campaign_table_writer.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@
 #include <random>
 
 #include "campaign/fake_campaign.hpp"
+#include "campaign/plain_statistics.hpp"
 
 namespace grapnel {
 namespace report_test {
@@ -123,7 +125,7 @@ TEST(CampaignReport, SaysWhatEachCriterionCosts) {
 TEST(CampaignReport, DescribesEveryNumber) {
   std::vector<double> a;
   for (const CaseRow& row : sample().rows) a.push_back(row.values[0]);
-  const Description d = describe_numbers(a, sample().campaign.quantiles);
+  const Description d = test::describe_numbers(a, sample().campaign.quantiles);
   const Json& column = sample().json["columns"][0];
   EXPECT_EQ(column["name"], "a");
   EXPECT_EQ(column["unit"], "N s");

@@ -8,8 +8,12 @@
 #include <numeric>
 #include <random>
 
+#include "campaign/plain_statistics.hpp"
+
 namespace grapnel {
 namespace statistics_test {
+
+using test::describe_numbers;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -229,41 +233,6 @@ TEST(Histogram, KnowsConstantsWholeNumbersAndNothing) {
   mostly.push_back(0.75);
   const Histogram most = histogram_of_sorted(mostly);
   EXPECT_EQ(std::accumulate(most.counts.begin(), most.counts.end(), std::uint64_t{0}), 1001u);
-}
-
-TEST(Correlation, IsAsPublished) {
-  // Anscombe (1973), first set.
-  const std::vector<double> x{10, 8, 13, 9, 11, 14, 6, 4, 12, 7, 5};
-  const std::vector<double> y{8.04, 6.95, 7.58, 8.81, 8.33, 9.96, 7.24, 4.26, 10.84, 4.82, 5.68};
-  EXPECT_NEAR(correlation(x, y), 0.8164205, 1e-7);
-  // Intelligence quotient and hours of television: -29/165.
-  const std::vector<double> iq{106, 100, 86, 101, 99, 103, 97, 113, 112, 110},
-      hours{7, 27, 2, 50, 28, 29, 20, 12, 6, 17};
-  EXPECT_NEAR(rank_correlation(iq, hours), -29.0 / 165, 1e-14);
-}
-
-TEST(Correlation, KnowsTiesGapsAndConstants) {
-  EXPECT_NEAR(rank_correlation(std::vector<double>{1, 2, 2, 3}, std::vector<double>{1, 2, 3, 4}),
-              4.5 / std::sqrt(4.5 * 5), 1e-14);
-  EXPECT_NEAR(rank_correlation(std::vector<double>{1, 9, 2, 3}, std::vector<double>{1, kNaN, 4, 8}), 1, 1e-14);
-  EXPECT_NEAR(rank_correlation(std::vector<double>{1, 2, 3}, std::vector<double>{1e300, 1e200, 1}), -1, 1e-14);
-  EXPECT_TRUE(std::isnan(correlation(std::vector<double>{1, 1, 1}, std::vector<double>{1, 2, 3})));
-  EXPECT_TRUE(std::isnan(rank_correlation(std::vector<double>{1, 2, 3}, std::vector<double>{5, 5, 5})));
-  EXPECT_TRUE(std::isnan(correlation({}, {})));
-}
-
-// Of two normal numbers with correlation r: Spearman's is 6/pi asin(r/2) (Pearson 1907).
-TEST(Correlation, FollowsTheNormalDistribution) {
-  std::mt19937_64 random(11);
-  std::normal_distribution<double> normal;
-  constexpr double kCorrelation = 0.6;
-  std::vector<double> x(50000), y(50000);
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    x[i] = normal(random);
-    y[i] = kCorrelation * x[i] + std::sqrt(1 - kCorrelation * kCorrelation) * normal(random);
-  }
-  EXPECT_NEAR(correlation(x, y), kCorrelation, 0.012);  // measured 0.003, 0.004
-  EXPECT_NEAR(rank_correlation(x, y), 6 / std::acos(-1.0) * std::asin(kCorrelation / 2), 0.012);
 }
 
 TEST(Ranking, SharesRanksAmongEqualNumbers) {

@@ -6,7 +6,8 @@
 
 #include "campaign/fake_campaign.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
-#include "grapnel/campaign/campaign_table.hpp"
+#include "grapnel/campaign/campaign_table_writer.hpp"
+#include "grapnel/result/campaign_table.hpp"
 
 namespace grapnel {
 namespace table_memory_test {

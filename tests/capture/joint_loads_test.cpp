@@ -26,7 +26,7 @@ TEST(JointWrenches, DriveAsInverseDynamicsSays) {
     for (double& a : vdot) a = random.uniform(-2, 2);
     // Inverse dynamics with gravity and joint friction of its own would not compare.
     forces.gravity = Vector3d::zero();
-    const std::vector<Wrenchd> through = joint_wrenches(model, state, vdot, forces.external);
+    const std::vector<Wrenchd> through = joint_wrenches(model, forward_kinematics(model, state), vdot, forces.external);
     const std::vector<double> tau = inverse_dynamics(model, state, vdot, forces);
     const Kinematics k = forward_kinematics(model, state);
     double scale = 0;

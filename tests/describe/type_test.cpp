@@ -126,9 +126,9 @@ TEST(Type, KnowsTheNamesOfEnumerations) {
   EXPECT_EQ(name_of_choice(type, type.whole(&envelope.colour)), "red");
   type.set_whole(&envelope.colour, choice_named(type, "green").value());
   EXPECT_EQ(envelope.colour, Colour::green);
-  EXPECT_EQ(name_in_files(Colour::green), "green");
+  EXPECT_EQ(name_of(Colour::green), "green");
   EXPECT_EQ(choice_named(type, "blue"), std::nullopt);
-  EXPECT_THROW(name_in_files(static_cast<Colour>(7)), std::logic_error);
+  EXPECT_THROW(name_of(static_cast<Colour>(7)), std::logic_error);
 }
 
 TEST(Type, WalksOverLists) {

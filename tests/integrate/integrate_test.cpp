@@ -85,14 +85,5 @@ TEST(Integrate, WorksWithoutOutput) {
   EXPECT_LT(largest_difference(stepper.state(), Coupled::exact(1.0)), 1e-9);  // measured 5.8e-12
 }
 
-TEST(StepStatus, HasNames) {
-  EXPECT_EQ(to_string(StepStatus::not_started), "not_started");
-  EXPECT_EQ(to_string(StepStatus::running), "running");
-  EXPECT_EQ(to_string(StepStatus::finished), "finished");
-  EXPECT_EQ(to_string(StepStatus::step_too_small), "step_too_small");
-  EXPECT_EQ(to_string(StepStatus::too_many_steps), "too_many_steps");
-  EXPECT_EQ(to_string(StepStatus::non_finite), "non_finite");
-}
-
 }  // namespace integrate_test
 }  // namespace grapnel

@@ -13,7 +13,8 @@ using nlohmann::ordered_json;
 
 bool is_failed(std::uint64_t k) { return k % 50 == 13; }
 
-void describe(const Handle& dataset, const char* unit, const char* description) {
+void describe(const Handle& dataset, const char* name, const char* unit, const char* description) {
+  hdf5::write_attribute(dataset, "name", std::string(name));
   hdf5::write_attribute(dataset, "unit", unit);
   hdf5::write_attribute(dataset, "description", description);
 }
@@ -78,10 +79,11 @@ void write_campaign_table(const MadeCampaign& made, const std::filesystem::path&
   hdf5::write_dataset(file, "success", H5T_STD_U8LE, H5T_NATIVE_UINT8, extent, success.data());
   hdf5::write_dataset(file, "reason", H5T_STD_I32LE, H5T_NATIVE_INT32, extent, reason.data());
   hdf5::write_strings(file, "reasons", {"", "no convergence at t = 3 s", "größer als <erlaubt>"});
-  describe(doubles("inputs/targets.target-1.mass", mass, extent), "kg", "mass");
-  describe(doubles("columns/captured", captured, extent), "1", "1: yes");
+  describe(doubles("inputs/targets.target-1.mass", mass, extent), "targets.target-1.mass", "kg", "mass");
+  describe(doubles("columns/captured", captured, extent), "captured", "1", "1: yes");
   const std::vector<hsize_t> size{made.short_column ? made.rows - 1 : made.rows};
-  describe(doubles("columns/grasps/tip-1/impulse_magnitude", impulse, size), "N s", "how hard");
+  describe(doubles("columns/grasps/tip-1/impulse_magnitude", impulse, size), "grasps/tip-1/impulse_magnitude", "N s",
+           "how hard");
   put_bytes(path, hdf5::image_of(file));
 }
 

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grapnel/campaign/campaign_report.hpp"
-#include "grapnel/campaign/campaign_table.hpp"
+#include "grapnel/campaign/campaign_table_writer.hpp"
 #include "grapnel/report/report_data.hpp"
 #include "grapnel/study/optimization_report.hpp"
 #include "result/sample_result.hpp"

@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "grapnel/campaign/campaign_report.hpp"
-#include "grapnel/campaign/campaign_table.hpp"
+#include "grapnel/campaign/campaign_table_writer.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/quantity.hpp"

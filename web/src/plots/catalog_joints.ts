@@ -6,50 +6,21 @@ import { arms, shortJoint, type Arm } from "./arms";
 import { column, componentLine, derivedLine, isZero, take, type Context } from "./lines";
 import type { PlotSpec } from "./spec";
 
+type Words = [title: string, axis: string, unit: string];
 interface Quantity {
   path: string;
   group: string;
-  turning: { title: string; axis: string; unit: string };
-  sliding: { title: string; axis: string; unit: string };
+  turning: Words;
+  sliding: Words;
 }
 
 const kQuantities: Quantity[] = [
-  {
-    path: "joints/position",
-    group: "Joints",
-    turning: { title: "Joint angles", axis: "joint angle", unit: "rad" },
-    sliding: { title: "Joint positions", axis: "joint position", unit: "m" },
-  },
-  {
-    path: "joints/velocity",
-    group: "Joints",
-    turning: { title: "Joint rates", axis: "joint rate", unit: "rad/s" },
-    sliding: { title: "Joint speeds", axis: "joint speed", unit: "m/s" },
-  },
-  {
-    path: "joints/effort",
-    group: "Torques",
-    turning: { title: "Joint torques", axis: "motor torque", unit: "N m" },
-    sliding: { title: "Joint forces", axis: "motor force", unit: "N" },
-  },
-  {
-    path: "joints/reaction_force",
-    group: "Torques",
-    turning: { title: "Force passed on by joints", axis: "reaction force", unit: "N" },
-    sliding: { title: "Force passed on by sliding joints", axis: "reaction force", unit: "N" },
-  },
-  {
-    path: "joints/reaction_moment",
-    group: "Torques",
-    turning: { title: "Moment passed on by joints", axis: "reaction moment", unit: "N m" },
-    sliding: { title: "Moment passed on by sliding joints", axis: "reaction moment", unit: "N m" },
-  },
-  {
-    path: "joints/friction",
-    group: "Torques",
-    turning: { title: "Joint friction", axis: "friction torque", unit: "N m" },
-    sliding: { title: "Joint friction", axis: "friction force", unit: "N" },
-  },
+  { path: "joints/position", group: "Joints", turning: ["Joint angles", "joint angle", "rad"], sliding: ["Joint positions", "joint position", "m"] },
+  { path: "joints/velocity", group: "Joints", turning: ["Joint rates", "joint rate", "rad/s"], sliding: ["Joint speeds", "joint speed", "m/s"] },
+  { path: "joints/effort", group: "Torques", turning: ["Joint torques", "motor torque", "N m"], sliding: ["Joint forces", "motor force", "N"] },
+  { path: "joints/reaction_force", group: "Torques", turning: ["Force passed on by joints", "reaction force", "N"], sliding: ["Force passed on by sliding joints", "reaction force", "N"] },
+  { path: "joints/reaction_moment", group: "Torques", turning: ["Moment passed on by joints", "reaction moment", "N m"], sliding: ["Moment passed on by sliding joints", "reaction moment", "N m"] },
+  { path: "joints/friction", group: "Torques", turning: ["Joint friction", "friction torque", "N m"], sliding: ["Joint friction", "friction force", "N"] },
 ];
 
 export function armPlots(context: Context): PlotSpec[] {
@@ -68,23 +39,14 @@ function quantityPlots(context: Context, arm: Arm, quantity: Quantity): PlotSpec
   if (!series || (quantity.path === "joints/friction" && isZero(series))) return [];
   return [false, true].flatMap((sliding) => {
     const joints = arm.joints.filter((joint) => joint.sliding === sliding && joint.index < series.width);
-    const words = sliding ? quantity.sliding : quantity.turning;
+    const [title, axis, unit] = sliding ? quantity.sliding : quantity.turning;
     if (joints.length === 0) return [];
     const lines = joints.map((joint, i) => {
       const line = componentLine(context, series, joint.index, { label: shortJoint(joint.name, arm), ...lineStyle(i) });
-      return { ...line, unit: words.unit, column: columnHead(line.key, words.unit) };
+      return { ...line, unit, column: columnHead(line.key, unit) };
     });
     const id = `${quantity.path.replace("/", "-")}-${arm.name}${sliding ? "-sliding" : ""}`;
-    return [
-      {
-        id,
-        group: quantity.group,
-        title: `${words.title}, ${arm.name}`,
-        axis: label(words.axis, words.unit),
-        unit: words.unit,
-        lines,
-      },
-    ];
+    return [{ id, group: quantity.group, title: `${title}, ${arm.name}`, axis: label(axis, unit), unit, lines }];
   });
 }
 

@@ -1,0 +1,61 @@
+#pragma once
+
+/// @file
+/// What the values of enumerations in problems are called in files, messages and results, in the order of the values.
+/// JointControl and JointType have tables of their own.
+
+#include "grapnel/describe/type.hpp"
+#include "grapnel/problem/capture_problem.hpp"
+
+namespace grapnel {
+
+template <>
+struct Described<Geometry::Shape>
+    : Enumeration<Geometry::Shape, "Shape", "", "box", "cylinder", "capsule", "sphere", "mesh"> {};
+template <>
+struct Described<RobotSetup::Base> : Enumeration<RobotSetup::Base, "Base", "free", "held", "fixed"> {};
+template <>
+struct Described<TargetSetup::Instant> : Enumeration<TargetSetup::Instant, "Instant", "start", "capture"> {};
+template <>
+struct Described<GraspModel> : Enumeration<GraspModel, "GraspModel", "rigid", "hinge", "point"> {};
+template <>
+struct Described<GraspSetup::Orientation>
+    : Enumeration<GraspSetup::Orientation, "Orientation", "free", "axis", "pose"> {};
+template <>
+struct Described<RateMatch> : Enumeration<RateMatch, "RateMatch", "velocity", "twist", "velocity_least_rates"> {};
+template <>
+struct Described<JointProfile> : Enumeration<JointProfile, "JointProfile", "quartic", "cycloidal", "quintic"> {};
+template <>
+struct Described<PlanSetup::Objective>
+    : Enumeration<PlanSetup::Objective, "Objective", "excursion", "nearest", "limits", "manipulability", "as_found"> {};
+template <>
+struct Described<ApproachSetup::CaptureAt> : Enumeration<ApproachSetup::CaptureAt, "CaptureAt", "end", "envelope"> {};
+template <>
+struct Described<ContactSetup::Gap>
+    : Enumeration<ContactSetup::Gap, "Gap", "weld_as_found", "translate_target", "refuse"> {};
+template <>
+struct Described<ContactForceModel>
+    : Enumeration<ContactForceModel, "ContactForceModel", "kelvin_voigt", "hertz", "hunt_crossley"> {};
+template <>
+struct Described<ImpactSetup::Law> : Enumeration<ImpactSetup::Law, "Law", "plastic", "bilateral_restitution",
+                                                 "restitution", "friction", "compliant", "as_published"> {};
+template <>
+struct Described<ImpactSetup::Joints> : Enumeration<ImpactSetup::Joints, "Joints", "free", "braked", "driven"> {};
+template <>
+struct Described<RestitutionHypothesis>
+    : Enumeration<RestitutionHypothesis, "RestitutionHypothesis", "newton", "poisson", "stronge"> {};
+template <>
+struct Described<PostImpactSetup::Joints> : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "braked"> {};
+template <>
+struct Described<LoadProfile::Shape>
+    : Enumeration<LoadProfile::Shape, "Shape", "constant", "half_sine", "sine", "table"> {};
+template <>
+struct Described<IntegrationSetup::Method> : Enumeration<IntegrationSetup::Method, "Method", "adaptive_8", "rk4"> {};
+template <>
+struct Described<IntegrationSetup::RootVelocity>
+    : Enumeration<IntegrationSetup::RootVelocity, "RootVelocity", "recovered", "integrated"> {};
+template <>
+struct Described<IntegrationSetup::Loops>
+    : Enumeration<IntegrationSetup::Loops, "Loops", "projection", "baumgarte", "acceleration", "open"> {};
+
+}  // namespace grapnel

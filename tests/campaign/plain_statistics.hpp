@@ -1,0 +1,45 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <vector>
+
+#include "grapnel/campaign/sensitivity.hpp"
+#include "grapnel/campaign/statistics.hpp"
+
+namespace grapnel::test {
+
+/// Of numbers in any order.
+inline Description describe_numbers(std::span<const double> numbers, std::span<const double> probabilities) {
+  std::vector<double> sorted;
+  std::copy_if(numbers.begin(), numbers.end(), std::back_inserter(sorted), [](double x) { return std::isfinite(x); });
+  std::sort(sorted.begin(), sorted.end());
+  return describe_sorted(sorted, numbers.size() - sorted.size(), probabilities, 0.95);
+}
+
+/// Pairs with a number that is not finite are left out.
+inline Sensitivity sensitivity_of(std::span<const double> x, std::span<const double> y) {
+  std::vector<double> with_x, with_y;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
+    with_x.push_back(x[i]);
+    with_y.push_back(y[i]);
+  }
+  return grapnel::sensitivity_of(ranking_of(with_x), RankedNumbers(with_y));
+}
+
+/// Spearman's by its definition: Pearson's of the ranks. All numbers are finite.
+inline double rank_correlation(std::span<const double> x, std::span<const double> y) {
+  const std::vector<double> a = mean_ranks(ranking_of(x), x.size()), b = mean_ranks(ranking_of(y), y.size());
+  const double mean = 0.5 * (static_cast<double>(x.size()) + 1);
+  double aa = 0, bb = 0, ab = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    aa += (a[i] - mean) * (a[i] - mean);
+    bb += (b[i] - mean) * (b[i] - mean);
+    ab += (a[i] - mean) * (b[i] - mean);
+  }
+  return ab / std::sqrt(aa * bb);
+}
+
+}  // namespace grapnel::test
