@@ -2,19 +2,26 @@
 
 namespace grapnel {
 
-const char* name_of(Sampling sampling) {
-  switch (sampling) {
-    case Sampling::latin_hypercube:
-      return "latin_hypercube";
-    case Sampling::sobol:
-      return "sobol";
-    case Sampling::random:
-      break;
-  }
-  return "random";
+template <>
+const Type& type_of<Sampling>() {
+  static constexpr Choice choices[] = {choice(Sampling::random, "random"),
+                                       choice(Sampling::latin_hypercube, "latin_hypercube"),
+                                       choice(Sampling::sobol, "sobol")};
+  static constexpr Type type = enumeration<Sampling>("Sampling", choices);
+  return type;
 }
 
-const char* name_of(CampaignPlan plan) { return plan == CampaignPlan::nominal ? "nominal" : "per_case"; }
+template <>
+const Type& type_of<CampaignPlan>() {
+  static constexpr Choice choices[] = {choice(CampaignPlan::nominal, "nominal"),
+                                       choice(CampaignPlan::per_case, "per_case")};
+  static constexpr Type type = enumeration<CampaignPlan>("CampaignPlan", choices);
+  return type;
+}
+
+// Names of choices are literals, and end as such.
+const char* name_of(Sampling sampling) { return name_in_files(sampling).data(); }
+const char* name_of(CampaignPlan plan) { return name_in_files(plan).data(); }
 
 std::uint64_t Campaign::total() const {
   std::uint64_t points = 1;

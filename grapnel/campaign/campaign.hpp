@@ -32,6 +32,8 @@ struct CampaignInput {
 
 /// How numbers are spread over the unit cube before they become values.
 enum class Sampling { random, latin_hypercube, sobol };
+template <>
+const Type& type_of<Sampling>();
 
 /// "random", "latin_hypercube", "sobol".
 const char* name_of(Sampling sampling);
@@ -39,6 +41,8 @@ const char* name_of(Sampling sampling);
 /// nominal: the approach is planned once, for the scenario as it stands, and every case follows that plan. per_case:
 /// the planner knows each case's true values.
 enum class CampaignPlan { nominal, per_case };
+template <>
+const Type& type_of<CampaignPlan>();
 
 /// "nominal", "per_case".
 const char* name_of(CampaignPlan plan);

@@ -115,8 +115,7 @@ std::vector<StudyAxis> design_from(const Json& list) {
 }
 
 Sampling sampling_named(const std::string& name) {
-  for (const Sampling s : {Sampling::random, Sampling::latin_hypercube, Sampling::sobol})
-    if (name == name_of(s)) return s;
+  if (const auto found = choice_named(type_of<Sampling>(), name)) return static_cast<Sampling>(*found);
   throw std::runtime_error("sampling '" + name + "' is unknown");
 }
 

@@ -336,6 +336,36 @@ class Builder {
 
 }  // namespace
 
+template <>
+const Type& type_of<StudyMode>() {
+  static constexpr Choice choices[] = {choice(StudyMode::impact, "impact"), choice(StudyMode::run, "run")};
+  static constexpr Type type = enumeration<StudyMode>("StudyMode", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<CaseStatus>() {
+  static constexpr Choice choices[] = {choice(CaseStatus::ok, "ok"), choice(CaseStatus::failed, "failed"),
+                                       choice(CaseStatus::unreachable, "unreachable")};
+  static constexpr Type type = enumeration<CaseStatus>("CaseStatus", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<Column>() {
+  static constexpr Field fields[] = {
+      field<&Column::name>("name", "groups by `/`"),
+      field<&Column::unit>("unit", "`1` for counts, ratios and yes (1) or no (0)"),
+      field<&Column::description>("description", "what it is"),
+  };
+  static constexpr Type type = structure<Column>("Column", "a number that is kept of every case.", fields);
+  return type;
+}
+
+// Names of choices are literals, and end as such.
+const char* name_of(StudyMode mode) { return name_in_files(mode).data(); }
+const char* name_of(CaseStatus status) { return name_in_files(status).data(); }
+
 CaptureDetail detail_of(std::span<const Column> columns) {
   const bool loads = std::any_of(columns.begin(), columns.end(), [](const Column& c) { return c.needs_loads; });
   return loads ? CaptureDetail::columns_and_loads : CaptureDetail::columns;

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "grapnel/describe/type.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/result/capture_result.hpp"
 
@@ -18,6 +19,8 @@ namespace grapnel {
 
 /// impact: planning, then the impact at the planned final configuration, nothing integrated in time. run: everything.
 enum class StudyMode { impact, run };
+template <>
+const Type& type_of<StudyMode>();
 
 /// "impact", "run".
 const char* name_of(StudyMode mode);
@@ -26,6 +29,8 @@ const char* name_of(StudyMode mode);
 /// failed: anything else that went wrong. A run whose conservation checks fail has failed: what it computed is no
 /// result.
 enum class CaseStatus { ok, failed, unreachable };
+template <>
+const Type& type_of<CaseStatus>();
 
 /// "ok", "failed", "unreachable".
 const char* name_of(CaseStatus status);
@@ -55,6 +60,8 @@ struct Column {
   bool needs_loads = false;  // the loads of all phases, CaptureDetail::columns_and_loads
   bool by_default = true;    // kept unless others are asked for by name
 };
+template <>
+const Type& type_of<Column>();
 
 /// The column that says whether momentum and energy were kept.
 inline constexpr std::string_view kConservationColumn = "ledger/pass";

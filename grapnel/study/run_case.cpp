@@ -21,20 +21,6 @@ std::string one_line(std::string text) {
 
 }  // namespace
 
-const char* name_of(StudyMode mode) { return mode == StudyMode::impact ? "impact" : "run"; }
-
-const char* name_of(CaseStatus status) {
-  switch (status) {
-    case CaseStatus::ok:
-      return "ok";
-    case CaseStatus::failed:
-      return "failed";
-    case CaseStatus::unreachable:
-      break;
-  }
-  return "unreachable";
-}
-
 CaseRow failed_case(std::string reason, std::size_t columns) {
   return {0, CaseStatus::failed, one_line(std::move(reason)), std::vector<double>(columns, NAN)};
 }

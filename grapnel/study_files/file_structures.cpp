@@ -3,13 +3,6 @@
 namespace grapnel {
 
 template <>
-struct Described<StudyMode> {
-  static constexpr auto choices =
-      std::to_array<Choice>({choice(StudyMode::impact, "impact"), choice(StudyMode::run, "run")});
-  static constexpr Type type = enumeration<StudyMode>("StudyMode", choices);
-};
-
-template <>
 struct Described<QuantityKind> {
   using T = QuantityKind;
   static constexpr auto choices = std::to_array<Choice>({
@@ -34,23 +27,6 @@ struct Described<AxisFile::Spacing> {
   static constexpr auto choices =
       std::to_array<Choice>({choice(T::linear, "linear"), choice(T::logarithmic, "logarithmic")});
   static constexpr Type type = enumeration<T>("Spacing", choices);
-};
-
-template <>
-struct Described<Sampling> {
-  static constexpr auto choices = std::to_array<Choice>({
-      choice(Sampling::random, "random"),
-      choice(Sampling::latin_hypercube, "latin_hypercube"),
-      choice(Sampling::sobol, "sobol"),
-  });
-  static constexpr Type type = enumeration<Sampling>("Sampling", choices);
-};
-
-template <>
-struct Described<CampaignPlan> {
-  static constexpr auto choices =
-      std::to_array<Choice>({choice(CampaignPlan::nominal, "nominal"), choice(CampaignPlan::per_case, "per_case")});
-  static constexpr Type type = enumeration<CampaignPlan>("CampaignPlan", choices);
 };
 
 template <>
