@@ -226,8 +226,8 @@ int write_campaign_results(const Campaign& campaign, const fs::path& folder, con
   write_campaign_tables(folder, campaign, GRAPNEL_VERSION, !what.no_csv);
   if (what.no_csv) fs::remove(folder / "table.csv");  // of an earlier run
   const CampaignTable table(folder / "table.h5");
-  const CampaignReport numbers = analyze_campaign(campaign, table);
-  write_file_atomically(folder / "campaign.json", campaign_json(campaign, numbers, GRAPNEL_VERSION));
+  const CampaignReport numbers = analyze_campaign(campaign, table, GRAPNEL_VERSION);
+  write_file_atomically(folder / "campaign.json", campaign_json(numbers));
   if (!campaign.design.empty())
     write_file_atomically(folder / "envelope.csv", envelope_csv(campaign, numbers.envelope));
   const KeptSeries series = keep_series(campaign, table, folder, what, stop);

@@ -1,12 +1,15 @@
 #include "commands.hpp"
 
+#include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/report/gltf_export.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/result/result_documents.hpp"
+#include "grapnel/result/result_fields.hpp"
 #include "grapnel/result/series_export.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "grapnel/study/optimization_report.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "output_folder.hpp"
 #include "process.hpp"
@@ -34,6 +37,12 @@ std::vector<Override> parse_overrides(const std::vector<std::string>& arguments)
   std::vector<Override> overrides;
   for (const std::string& a : arguments) overrides.push_back(parse_override(a));
   return overrides;
+}
+
+std::vector<std::string> kinds_of_results() {
+  std::vector<std::string> kinds;
+  for (const ResultContract& one : result_contracts()) kinds.emplace_back(one.kind);
+  return kinds;
 }
 
 }  // namespace
@@ -76,12 +85,31 @@ int check(const fs::path& scenario, const std::vector<std::string>& overrides) {
   }
 }
 
+std::span<const ResultContract> result_contracts() {
+  static constexpr ResultContract all[] = {
+      {"summary", "summary", "Grapnel summary, version 2", &type_of<Summary>},
+      {"scene", "scene", "Grapnel scene, version 1", &type_of<SceneDocument>},
+      {"study-table", "study", "Grapnel study table, version 1", &type_of<SweepReport>},
+      {"campaign-report", "campaign", "Grapnel campaign report, version 1", &type_of<CampaignReport>},
+      {"optimization-result", "optimization", "Grapnel optimization result, version 1", &type_of<OptimizationReport>}};
+  return all;
+}
+
+std::vector<std::string> schema_kinds() {
+  std::vector<std::string> kinds{"scenario", "robot", "study", "optimization", "campaign"};
+  for (const std::string& kind : kinds_of_results()) kinds.push_back(kind);
+  return kinds;
+}
+
 int print_schema(const SchemaOptions& options) {
   const std::string& kind = options.kind;
-  const ResultContract* result = result_contract(kind);
+  const ResultContract* result = nullptr;
+  for (const ResultContract& one : result_contracts()) {
+    if (one.kind == kind) result = &one;
+  }
   const bool is_other = !options.page.empty() || options.typescript;
   if (is_other && !result) {
-    to_stderr("grapnel: error: --typescript and --page are for results: summary or scene\n");
+    to_stderr("grapnel: error: --typescript and --page are for results: {}\n", fmt::join(kinds_of_results(), ", "));
     return kBadInput;
   }
   try {

@@ -9,8 +9,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
+
+#include "grapnel/describe/type.hpp"
 
 namespace grapnel::app {
 
@@ -86,6 +90,21 @@ struct FigureOptions {
 int figure(const FigureOptions& options);
 
 int check(const std::filesystem::path& scenario, const std::vector<std::string>& overrides);
+/// A JSON document that is published: its schema, the tables of its page in docs/formats, and the viewer's types follow
+/// from its description, by grapnel/describe/contract.hpp.
+struct ResultContract {
+  std::string_view kind;   ///< "campaign-report": what `grapnel schema` calls it
+  std::string_view page;   ///< "campaign": docs/formats/campaign.md, and the types web/src/campaign_types.ts
+  std::string_view title;  ///< of the schema
+  const Type& (*document)();
+};
+std::span<const ResultContract> result_contracts();
+/// The first line of files with types.
+inline constexpr std::string_view kOriginOfTypes =
+    "Made by scripts/tables from the descriptions of results in grapnel/: change those.";
+
+/// What `grapnel schema` knows: kinds of files that are read, then those of results.
+std::vector<std::string> schema_kinds();
 struct SchemaOptions {
   std::string kind = "scenario";
   bool typescript = false;     // of a result: its types instead

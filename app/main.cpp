@@ -145,11 +145,10 @@ int main(int argc, char** argv) {
   SchemaOptions schema_options;
   CLI::App* schema_command = app.add_subcommand("schema", "Print the JSON Schema of a kind of file");
   schema_command
-      ->add_option("kind", schema_options.kind,
-                   "scenario, robot, study, optimization, campaign, summary or scene (default: scenario)")
-      ->check(CLI::IsMember({"scenario", "robot", "study", "optimization", "campaign", "summary", "scene"}));
-  auto* typescript = schema_command->add_flag("--typescript", schema_options.typescript,
-                                              "Print TypeScript types of a summary or scene instead");
+      ->add_option("kind", schema_options.kind, fmt::format("{} (default: scenario)", fmt::join(schema_kinds(), ", ")))
+      ->check(CLI::IsMember(schema_kinds()));
+  auto* typescript =
+      schema_command->add_flag("--typescript", schema_options.typescript, "Print TypeScript types of a result instead");
   schema_command
       ->add_option("--page", schema_options.page, "Print this page of docs/formats with its tables remade instead")
       ->excludes(typescript);

@@ -20,6 +20,19 @@ void check_heads(const Campaign& campaign, const CampaignTable& table) {
     throw std::runtime_error("the table has other inputs or columns than campaign " + campaign.name);
 }
 
+CampaignReport::Settings settings_of(const Campaign& campaign) {
+  return {campaign.name,
+          campaign.description,
+          std::filesystem::path(campaign.file).filename().string(),
+          campaign.sha256,
+          std::to_string(campaign.seed),
+          campaign.sampling,
+          campaign.mode,
+          campaign.plan,
+          campaign.cases,
+          campaign.total()};
+}
+
 void count_outcomes(const Rows& rows, CampaignReport& report) {
   report.rows = rows.count();
   for (std::size_t row = 0; row < rows.count(); ++row) {
@@ -34,7 +47,7 @@ CampaignReport::Numbers describe(const Rows& rows, const CampaignTable::Head& he
   std::vector<double> sorted;
   sorted.reserve(ranking.order.size());
   for (const std::uint32_t row : ranking.order) sorted.push_back(numbers[row]);
-  CampaignReport::Numbers result{head, {}, {}, {}};
+  CampaignReport::Numbers result{head, {}, {}, {}, {}};
   result.description =
       describe_sorted(sorted, numbers.size() - sorted.size(), rows.campaign.quantiles, rows.campaign.confidence);
   result.histogram = histogram_of_sorted(sorted);
@@ -72,7 +85,8 @@ std::vector<CampaignReport::Worst> worst_lists(const Campaign& campaign) {
     const auto same = [&](const CampaignReport::Worst& list) {
       return list.number == number && list.largest == largest && list.magnitude == magnitude;
     };
-    if (std::none_of(lists.begin(), lists.end(), same)) lists.push_back({number, largest, magnitude, {}});
+    if (std::none_of(lists.begin(), lists.end(), same))
+      lists.push_back({number, campaign.columns[number].name, campaign.columns[number].unit, largest, magnitude, {}});
   };
   for (std::size_t i = 0; i < campaign.columns.size(); ++i)
     if (!campaign.series.worst_by.empty() && campaign.columns[i].name == campaign.series.worst_by) add(i, true, false);
@@ -97,7 +111,8 @@ void find_worst(const Rows& rows, const std::vector<double>& numbers, CampaignRe
       [&](std::uint32_t a, std::uint32_t b) { return badness(a) != badness(b) ? badness(a) > badness(b) : a < b; });
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t row = candidates[i];
-    CampaignReport::Case found{rows.index[row], numbers[row], rows.success[row] != 0, {}};
+    CampaignReport::Case found{
+        rows.index[row], numbers[row], rows.success[row] != 0, {}, replay_command(rows.campaign, rows.index[row])};
     for (std::size_t input = 0; input < rows.campaign.inputs.size(); ++input) {
       double value = NAN;
       rows.table.read(rows.table.inputs()[input], row, std::span<double>(&value, 1));
@@ -113,7 +128,7 @@ std::vector<Ranking> analyze_inputs(const Rows& rows, CampaignReport& report) {
     const std::vector<double> numbers = rows.table.numbers(rows.table.inputs()[i]);
     rankings.push_back(ranking_of(numbers));
     report.inputs.push_back(describe(rows, rows.table.inputs()[i], numbers, rankings.back()));
-    report.success_by.push_back(success_by(rows, numbers, rankings.back()));
+    report.inputs.back().success_by = success_by(rows, numbers, rankings.back());
     if (!rows.campaign.design.empty()) rankings.back() = ranking_of(apart_from_design(rows, numbers));
   }
   return rankings;
@@ -159,10 +174,15 @@ std::vector<double> apart_from_design(const Rows& rows, std::vector<double> numb
   return numbers;
 }
 
-CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table) {
+CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table, const std::string& version) {
   check_heads(campaign, table);
   const Rows rows{campaign, table, table.indices(), table.status(), table.success()};
   CampaignReport report;
+  report.version = version;
+  report.settings = settings_of(campaign);
+  report.confidence = campaign.confidence;
+  report.axes = campaign.design;
+  report.text = campaign.text;
   count_outcomes(rows, report);
   report.envelope = envelope_of(campaign, rows.index, rows.status, rows.success);
   count_criteria(rows, report);

@@ -87,13 +87,14 @@ void add_reads(const std::vector<GraspColumns>& grasps, std::set<std::size_t>& r
 
 void add_example(const Rows& rows, std::size_t row, const std::string& text, Reason& reason) {
   ++reason.count;
-  if (reason.examples.size() < kExamples) reason.examples.emplace_back(rows.index[row], text);
+  if (reason.examples.size() < kExamples)
+    reason.examples.push_back({rows.index[row], text, replay_command(rows.campaign, rows.index[row])});
 }
 
 // The most frequent first; those beyond the list are counted.
 void put_in_order(std::vector<Reason>& reasons, std::uint64_t& left_out) {
   std::stable_sort(reasons.begin(), reasons.end(), [](const Reason& a, const Reason& b) {
-    return a.count != b.count ? a.count > b.count : a.examples.front().first < b.examples.front().first;
+    return a.count != b.count ? a.count > b.count : a.examples.front().index < b.examples.front().index;
   });
   for (std::size_t i = kMostReasons; i < reasons.size(); ++i) left_out += reasons[i].count;
   if (reasons.size() > kMostReasons) reasons.resize(kMostReasons);
@@ -107,6 +108,14 @@ bool reads_capture(const Campaign& campaign, const Criterion& criterion) {
   });
 }
 
+CampaignReport::CriterionCount not_counted(const Campaign& campaign, const Criterion& criterion) {
+  CampaignReport::CriterionCount made{criterion.name(), criterion.text()};
+  for (const std::size_t i : criterion.reads()) made.reads.push_back(name_of_number(campaign, i));
+  for (const CriterionLimit& limit : criterion.limits())
+    made.limits.push_back({name_of_number(campaign, limit.number), limit.at_most, limit.bound, limit.magnitude});
+  return made;
+}
+
 // What a row fails by, in numbers that are quickly compared: per criterion its verdict, per grasp its limiting
 // tolerance, plus one; 0: it closed.
 using Signature = std::vector<std::uint16_t>;  // not bytes: g++ 12 warns falsely of their comparison at -O3
@@ -117,7 +126,7 @@ class CriteriaCounter {
       : rows_(rows), report_(report), criteria_(rows.campaign.success), grasps_(grasp_columns(rows.campaign)) {
     for (const Criterion& criterion : criteria_) capture_ = capture_ || reads_capture(rows.campaign, criterion);
     judged_ = capture_ ? column_named(rows.campaign, "captured/judged") : rows.campaign.columns.size();
-    report.criteria.resize(criteria_.size());
+    for (const Criterion& criterion : criteria_) report.criteria.push_back(not_counted(rows.campaign, criterion));
   }
 
   void count() {
@@ -127,6 +136,8 @@ class CriteriaCounter {
     if (judged_ < rows_.campaign.columns.size()) reads.insert(judged_);
     for_each_ok_row(rows_, reads, [&](std::size_t row, const std::vector<double>& numbers) { take(row, numbers); });
     for (auto& [signature, reason] : kinds_) report_.failures.push_back(std::move(reason));
+    for (CampaignReport::CriterionCount& criterion : report_.criteria)
+      criterion.share = wilson(criterion.met, report_.rows, rows_.campaign.confidence);
   }
 
  private:
@@ -210,6 +221,10 @@ std::string kind_of(const std::string& reason) {
 }
 
 }  // namespace
+
+const std::string& name_of_number(const Campaign& campaign, std::size_t i) {
+  return i < campaign.columns.size() ? campaign.columns[i].name : campaign.inputs[i - campaign.columns.size()].name;
+}
 
 std::size_t column_named(const Campaign& campaign, const std::string& name) {
   const auto found = std::find_if(campaign.columns.begin(), campaign.columns.end(),

@@ -45,8 +45,10 @@ std::vector<InputGroup> groups_of(const Campaign& campaign) {
     else
       known->inputs.push_back(i);
   }
-  for (InputGroup& group : groups)
-    if (group.inputs.size() == 1) group.name = campaign.inputs[group.inputs.front()].name;
+  for (InputGroup& group : groups) {
+    for (const std::size_t i : group.inputs) group.names.push_back(campaign.inputs[i].name);
+    if (group.inputs.size() == 1) group.name = group.names.front();
+  }
   for (const StudyAxis& axis : campaign.design) groups.push_back({axis.name, {}});
   return groups;
 }

@@ -1,274 +1,575 @@
+// campaign.json and study.json: what their fields are. The tables of docs/formats, the schemas and the viewer's types
+// follow from here.
 #include <nlohmann/json.hpp>
 
 #include "grapnel/campaign/campaign_report.hpp"
+#include "grapnel/describe/json.hpp"
 
 namespace grapnel {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using Report = CampaignReport;
 
-void add_proportion(Json& json, const Proportion& p) {
-  json["estimate"] = p.estimate;
-  json["lower"] = p.lower;
-  json["upper"] = p.upper;
+enum class CampaignReportFormat { first };
+enum class StudyTableFormat { first };
+
+// The parts of a document that are no structures of their own.
+struct CaseCounts {};
+struct SuccessRate {};
+struct BinsOf {};
+struct SensitivityOfAll {};
+struct GroupIndices {};
+struct SuccessEnvelope {};
+
+struct UnmetCriterion {
+  std::string criterion;
+  std::vector<std::uint64_t> counts;  // per point of the design
+};
+struct PointsAbove {
+  double level = 0;
+  std::size_t points = 0;
+};
+struct EnvelopeAxis : StudyAxis {};
+
+template <double Sensitivity::*member>
+std::vector<double> each_of(const std::vector<Sensitivity>& indices) {
+  std::vector<double> numbers;
+  for (const Sensitivity& one : indices) numbers.push_back(one.*member);
+  return numbers;
 }
 
-std::string name_of_number(const Campaign& campaign, std::size_t i) {
-  return i < campaign.columns.size() ? campaign.columns[i].name : campaign.inputs[i - campaign.columns.size()].name;
-}
-
-Json values_of(const StudyAxis& axis) {
-  Json values = Json::array();
-  for (const AxisValue& value : axis.values) values.push_back(axis.is_numeric ? Json(value.number) : Json(value.label));
-  return values;
-}
-
-Json settings_of(const Campaign& campaign) {
-  return {{"name", campaign.name},
-          {"description", campaign.description},
-          {"file", std::filesystem::path(campaign.file).filename().string()},
-          {"sha256", campaign.sha256},
-          {"seed", std::to_string(campaign.seed)},
-          {"sampling", name_of(campaign.sampling)},
-          {"simulate", name_of(campaign.mode)},
-          {"plan", name_of(campaign.plan)},
-          {"cases", campaign.cases},
-          {"total", campaign.total()}};
-}
-
-Json criteria_of(const Campaign& campaign, const CampaignReport& report) {
-  Json list = Json::array();
-  for (std::size_t c = 0; c < campaign.success.size(); ++c) {
-    const Criterion& criterion = campaign.success[c];
-    Json item{{"name", criterion.name()}, {"text", criterion.text()}, {"met", report.criteria[c].met}};
-    add_proportion(item, wilson(report.criteria[c].met, report.rows, campaign.confidence));
-    item["only_this"] = report.criteria[c].only_this;
-    item["not_checked"] = report.criteria[c].not_checked;
-    item["reads"] = Json::array();
-    for (const std::size_t i : criterion.reads()) item["reads"].push_back(name_of_number(campaign, i));
-    item["limits"] = Json::array();
-    for (const CriterionLimit& limit : criterion.limits())
-      item["limits"].push_back({{"name", name_of_number(campaign, limit.number)},
-                                {limit.at_most ? "at_most" : "at_least", limit.bound},
-                                {"magnitude", limit.magnitude}});
-    list.push_back(std::move(item));
-  }
+// A number of every point of the envelope.
+template <class Get>
+auto per_point(const Report& report, Get&& get) {
+  std::vector<std::remove_cvref_t<decltype(get(report.envelope.front()))>> list;
+  for (const EnvelopePoint& point : report.envelope) list.push_back(get(point));
   return list;
 }
 
-Json distribution_of(const CampaignReport::Numbers& numbers) {
-  const Description& d = numbers.description;
-  Json item{{"name", numbers.head.name},
-            {"unit", numbers.head.unit},
-            {"description", numbers.head.description},
-            {"count", d.count},
-            {"missing", d.missing},
-            {"mean", d.mean},
-            {"mean_error", d.mean_error},
-            {"standard_deviation", d.standard_deviation},
-            {"least", d.least},
-            {"largest", d.largest}};
-  item["quantiles"] = Json::array();
-  for (const QuantileEstimate& q : d.quantiles)
-    item["quantiles"].push_back(
-        {{"probability", q.probability}, {"value", q.value}, {"lower", q.lower}, {"upper", q.upper}});
-  const Histogram& h = numbers.histogram;
-  item["histogram"] = {{"begin", h.begin}, {"end", h.end},    {"counts", h.counts}, {"successes", numbers.successes},
-                       {"below", h.below}, {"above", h.above}};
-  return item;
-}
-
-Json inputs_of(const CampaignReport& report) {
-  Json list = Json::array();
-  for (std::size_t i = 0; i < report.inputs.size(); ++i) {
-    Json item = distribution_of(report.inputs[i]);
-    const CampaignReport::SuccessBy& by = report.success_by[i];
-    item["success_by"] = {{"from", by.from}, {"to", by.to}, {"trials", by.trials}, {"successes", by.successes}};
-    list.push_back(std::move(item));
-  }
+std::vector<UnmetCriterion> unmet_criteria(const Report& report) {
+  std::vector<UnmetCriterion> list;
+  for (std::size_t c = 0; c < report.criteria.size(); ++c)
+    list.push_back({report.criteria[c].name, per_point(report, [&](const EnvelopePoint& p) { return p.unmet[c]; })});
   return list;
 }
 
-void add_indices(const std::vector<Sensitivity>& indices, Json& item) {
-  for (const char* key : {"first_order", "error", "rank_correlation"}) item[key] = Json::array();
-  for (const Sensitivity& s : indices) {
-    item["first_order"].push_back(s.first_order);
-    item["error"].push_back(s.error);
-    item["rank_correlation"].push_back(s.rank_correlation);
-  }
-}
-
-const char* name_of(CampaignReport::Measure::Of of) {
-  switch (of) {
-    case CampaignReport::Measure::Of::success:
-      return "success";
-    case CampaignReport::Measure::Of::criterion:
-      return "criterion";
-    case CampaignReport::Measure::Of::column:
-      break;
-  }
-  return "column";
-}
-
-Json sensitivity_of_all(const CampaignReport& report) {
-  Json names = Json::array(), groups = Json::array(), measures = Json::array();
-  for (const CampaignReport::Numbers& input : report.inputs) names.push_back(input.head.name);
-  for (const CampaignReport::InputGroup& group : report.groups) {
-    Json members = Json::array();
-    for (const std::size_t i : group.inputs) members.push_back(report.inputs[i].head.name);
-    groups.push_back({{"name", group.name}, {"design", group.inputs.empty()}, {"inputs", std::move(members)}});
-  }
-  for (const CampaignReport::Measure& measure : report.measures) {
-    Json item{{"name", measure.name}, {"unit", measure.unit}, {"of", name_of(measure.of)}, {"count", measure.count}};
-    add_indices(measure.inputs, item);
-    item["groups"] = Json::object();
-    add_indices(measure.groups, item["groups"]);
-    item["unexplained"] = measure.unexplained;
-    measures.push_back(std::move(item));
-  }
-  return {{"inputs", std::move(names)},
-          {"groups", std::move(groups)},
-          {"measures", std::move(measures)},
-          {"left_out", report.measures_left_out},
-          {"rounding", report.rounding}};
-}
-
-Json worst_of(const Campaign& campaign, const CampaignReport& report) {
-  Json list = Json::array();
-  for (const CampaignReport::Worst& worst : report.worst) {
-    Json cases = Json::array();
-    for (const CampaignReport::Case& found : worst.cases)
-      cases.push_back({{"index", found.index},
-                       {"value", found.value},
-                       {"success", found.success},
-                       {"inputs", found.inputs},
-                       {"replay", replay_command(campaign, found.index)}});
-    const Column& column = campaign.columns[worst.number];
-    list.push_back({{"by", column.name},
-                    {"unit", column.unit},
-                    {"direction", worst.largest ? "largest" : "least"},
-                    {"magnitude", worst.magnitude},
-                    {"cases", std::move(cases)}});
-  }
-  return list;
-}
-
-Json grasps_of(const CampaignReport& report) {
-  Json list = Json::array();
-  for (const CampaignReport::Grasp& grasp : report.grasps) {
-    Json tolerances = Json::array();
-    for (const CampaignReport::Grasp::Tolerance& t : grasp.tolerances)
-      tolerances.push_back({{"name", t.name}, {"exceeded", t.exceeded}, {"limiting", t.limiting}});
-    list.push_back({{"end_effector", grasp.end_effector},
-                    {"captured", grasp.captured},
-                    {"missed", grasp.missed},
-                    {"tolerances", std::move(tolerances)}});
-  }
-  return list;
-}
-
-Json reasons_of(const Campaign& campaign, const std::vector<CampaignReport::Reason>& reasons) {
-  Json list = Json::array();
-  for (const CampaignReport::Reason& reason : reasons) {
-    Json examples = Json::array();
-    for (const auto& [k, text] : reason.examples)
-      examples.push_back({{"index", k}, {"reason", text}, {"replay", replay_command(campaign, k)}});
-    list.push_back({{"status", name_of(reason.status)},
-                    {"reason", reason.text},
-                    {"count", reason.count},
-                    {"examples", std::move(examples)}});
-  }
-  return list;
-}
-
-Json envelope_json(const Campaign& campaign, const CampaignReport& report) {
-  Json axes = Json::array();
-  for (const StudyAxis& axis : campaign.design)
-    axes.push_back({{"name", axis.name},
-                    {"unit", axis.unit},
-                    {"description", axis.description},
-                    {"is_numeric", axis.is_numeric},
-                    {"values", values_of(axis)}});
-  Json json{{"axes", std::move(axes)}, {"confidence", campaign.confidence}};
-  for (const char* key : {"trials", "ok", "successes", "estimate", "lower", "upper"}) json[key] = Json::array();
-  for (const EnvelopePoint& point : report.envelope) {
-    json["trials"].push_back(point.success.trials);
-    json["ok"].push_back(point.ok);
-    json["successes"].push_back(point.success.successes);
-    json["estimate"].push_back(point.success.estimate);
-    json["lower"].push_back(point.success.lower);
-    json["upper"].push_back(point.success.upper);
-  }
-  json["unmet"] = Json::array();
-  for (std::size_t c = 0; c < campaign.success.size(); ++c) {
-    Json counts = Json::array();
-    for (const EnvelopePoint& point : report.envelope) counts.push_back(point.unmet[c]);
-    json["unmet"].push_back({{"criterion", campaign.success[c].name()}, {"counts", std::move(counts)}});
-  }
-  json["deciding"] = Json::array();
-  for (const EnvelopePoint& point : report.envelope) {
-    const std::string deciding = deciding_text(campaign, point);
-    json["deciding"].push_back(deciding.empty() ? Json() : Json(deciding));
-  }
-  json["above"] = Json::array();
-  for (const double level : {0.5, 0.9, 0.99})
-    json["above"].push_back({{"level", level}, {"points", points_above(report.envelope, level)}});
-  return json;
+// A campaign file is UTF-8 by its check; a program's own need not be.
+std::string text_of(const nlohmann::ordered_json& json, int indent) {
+  return json.dump(indent, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace
 
-std::string campaign_json(const Campaign& campaign, const CampaignReport& report, const std::string& version) {
-  Json json{{"schema", "grapnel-campaign-report/1"},
-            {"version", version},
-            {"campaign", settings_of(campaign)},
-            {"rows", report.rows}};
-  json["counts"] = Json::object();
-  for (const CaseStatus status : {CaseStatus::ok, CaseStatus::failed, CaseStatus::unreachable})
-    json["counts"][name_of(status)] = report.status[static_cast<std::size_t>(status)];
-  json["counts"]["success"] = report.success;
-  json["success"] = Json::object();
-  add_proportion(json["success"], wilson(report.success, report.rows, campaign.confidence));
-  json["success"]["confidence"] = campaign.confidence;
-  json["success"]["assumed"] = report.assumed;
-  json["warnings"] = report.warnings;
-  json["criteria"] = criteria_of(campaign, report);
-  json["inputs"] = inputs_of(report);
-  json["columns"] = Json::array();
-  for (const CampaignReport::Numbers& column : report.columns) json["columns"].push_back(distribution_of(column));
-  json["sensitivity"] = sensitivity_of_all(report);
-  json["worst"] = worst_of(campaign, report);
-  json["failures"] = reasons_of(campaign, report.failures);
-  json["failures_left_out"] = report.failures_left_out;
-  json["grasps"] = grasps_of(report);
-  json["reasons"] = reasons_of(campaign, report.reasons);
-  json["reasons_left_out"] = report.reasons_left_out;
-  if (!campaign.design.empty()) json["envelope"] = envelope_json(campaign, report);
-  json["text"] = campaign.text;
-  // A campaign file is UTF-8 by its check; a program's own need not be.
-  return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+template <>
+struct Described<CampaignReportFormat> {
+  static constexpr Choice choices[] = {choice(CampaignReportFormat::first, "grapnel-campaign-report/1")};
+  static constexpr Type type = enumeration<CampaignReportFormat>("CampaignReportFormat", choices);
+};
+
+template <>
+struct Described<Report::Settings> {
+  using T = Report::Settings;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the campaign"),
+      field<&T::description>("description", "of it, for the reader"),
+      field<&T::file>("file", "the campaign file's name, without folders"),
+      field<&T::sha256>("sha256", "of its bytes and of what it names"),
+      field<&T::seed>("seed", "as text: up to 64 bits"),
+      field<&T::sampling>("sampling", "as in the file"),
+      field<&T::simulate>("simulate", "as in the file"),
+      field<&T::plan>("plan", "as in the file"),
+      field<&T::cases>("cases", "1", "those of extensions included; with a design per point of it"),
+      field<&T::total>("total", "1", "cases of all points of a design"),
+  };
+  static constexpr Type type = structure<T>("CampaignSettings", "what the campaign is.", fields);
+};
+
+template <>
+struct Described<CaseCounts> {
+  static constexpr Field fields[] = {
+      derived<[](const Report& r) { return r.status[0]; }>("ok", "1", "cases that came to their end"),
+      derived<[](const Report& r) { return r.status[1]; }>("failed", "1", "cases in which something went wrong"),
+      derived<[](const Report& r) { return r.status[2]; }>("unreachable", "1",
+                                                           "cases for which no configuration was found"),
+      field<&Report::success>("success", "1", "cases that are ok and meet all criteria"),
+  };
+  static constexpr Type type = structure<CaseCounts>("CaseCounts", "how the cases ended.", fields);
+};
+
+template <>
+struct Described<SuccessRate> {
+  static constexpr Field fields[] = {
+      derived<[](const Report& r) { return r.success_rate().estimate; }>("estimate", "1",
+                                                                         "successes over all rows; null: no rows")
+          .or_null(),
+      derived<[](const Report& r) { return r.success_rate().lower; }>("lower", "1", "end of its interval"),
+      derived<[](const Report& r) { return r.success_rate().upper; }>("upper", "1", "likewise"),
+      field<&Report::confidence>("confidence", "1", "of this interval and of every other one here"),
+      field<&Report::assumed>("assumed", "1",
+                              "successes in which a grasp was taken to hold because its end-effector has no envelope: "
+                              "nobody judged it"),
+  };
+  static constexpr Type type =
+      structure<SuccessRate>("SuccessRate", "the probability of success, with Wilson's score interval (1927).", fields);
+};
+
+template <>
+struct Described<Report::Limit> {
+  using T = Report::Limit;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of a column or an input"),
+      field<&T::bound>("at_most", "as the number", "what it must not exceed")
+          .or_null()
+          .when<[](const T& l) { return l.at_most; }>(),
+      field<&T::bound>("at_least", "as the number", "what it must reach; a limit has one of the two")
+          .or_null()
+          .when<[](const T& l) { return !l.at_most; }>(),
+      field<&T::magnitude>("magnitude", "true: of the number's magnitude"),
+  };
+  static constexpr Type type = structure<T>("CriterionLimit", "what a criterion asks of a single number.", fields);
+};
+
+template <>
+struct Described<Report::CriterionCount> {
+  using T = Report::CriterionCount;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "as in the file, else its text"),
+      field<&T::text>("text", "the expression"),
+      field<&T::met>("met", "1", "rows that are ok and meet it"),
+      derived<[](const T& c) { return c.share.estimate; }>("estimate", "1", "these over all rows; null: no rows")
+          .or_null(),
+      derived<[](const T& c) { return c.share.lower; }>("lower", "1", "end of its interval"),
+      derived<[](const T& c) { return c.share.upper; }>("upper", "1", "likewise"),
+      field<&T::only_this>("only_this", "1",
+                           "rows that are ok and in which no other criterion fails; others may not have been checked, "
+                           "such as an impulse where nothing was caught"),
+      field<&T::not_checked>("not_checked", "1", "rows that are ok in which a number that decides does not exist"),
+      field<&T::reads>("reads", "names of columns and inputs"),
+      field<&T::limits>("limits", "what it asks of single numbers, where it can be said so"),
+  };
+  static constexpr Type type =
+      structure<T>("CriterionResult", "how often a criterion was met, in the order of the file.", fields);
+};
+
+// ---- Distributions ----
+
+template <>
+struct Described<QuantileEstimate> {
+  using T = QuantileEstimate;
+  static constexpr Field fields[] = {
+      field<&T::probability>("probability", "1", "as asked for"),
+      field<&T::value>("value", "as the number",
+                       "interpolated between order statistics: Hyndman and Fan 1996, type 7; null: no numbers")
+          .or_null(),
+      field<&T::lower>("lower", "as the number",
+                       "order statistic; between the two is the quantile, with the confidence at least, whatever the "
+                       "distribution; null: the sample is too small")
+          .or_null(),
+      field<&T::upper>("upper", "as the number", "likewise").or_null(),
+  };
+  static constexpr Type type = structure<T>("Quantile", "a number that is not exceeded with a probability.", fields);
+};
+
+template <>
+struct Described<BinsOf> {
+  using T = Report::Numbers;
+  static constexpr Field fields[] = {
+      derived<[](const T& n) { return n.histogram.begin; }>("begin", "as the number", "of the first bin"),
+      derived<[](const T& n) { return n.histogram.end; }>("end", "as the number", "of the last bin, which includes it"),
+      derived<[](const T& n) { return n.histogram.counts; }>(
+          "counts", "1",
+          "of bins of equal width. Whole numbers in a small range have a bin each, around them; numbers that are all "
+          "the same one bin of width 0"),
+      field<&T::successes>("successes", "1", "how many of each bin's cases are a success"),
+      derived<[](const T& n) { return n.histogram.below; }>(
+          "below", "1", "numbers before the first bin, where a few far from all others would leave the rest in one"),
+      derived<[](const T& n) { return n.histogram.above; }>("above", "1", "numbers beyond the last bin"),
+  };
+  static constexpr Type type = structure<BinsOf>("Histogram", "how numbers are distributed.", fields);
+};
+
+template <>
+struct Described<Report::SuccessBy> {
+  using T = Report::SuccessBy;
+  static constexpr Field fields[] = {
+      field<&T::from>("from", "as the number", "least value of each group"),
+      field<&T::to>("to", "as the number", "largest value of each"),
+      field<&T::trials>("trials", "1", "rows of each"),
+      field<&T::successes>("successes", "1", "those that are a success"),
+  };
+  static constexpr Type type = structure<T>(
+      "SuccessBy", "up to 20 groups of rows, of as equal a size as possible, by the value of an input.", fields);
+};
+
+template <>
+struct Described<Report::Numbers> {
+  using T = Report::Numbers;
+  static constexpr Field fields[] = {
+      derived<[](const T& n) { return n.head.name; }>("name", "", "of the column or the input"),
+      derived<[](const T& n) { return n.head.unit; }>("unit", "", "of its numbers"),
+      derived<[](const T& n) { return n.head.description; }>("description", "", "what it is"),
+      derived<[](const T& n) { return n.description.count; }>("count", "1", "finite numbers"),
+      derived<[](const T& n) { return n.description.missing; }>("missing", "1", "others"),
+      derived<[](const T& n) { return n.description.mean; }>("mean", "as the number", "null: no numbers").or_null(),
+      derived<[](const T& n) { return n.description.mean_error; }>("mean_error", "as the number",
+                                                                   "standard error of the mean")
+          .or_null(),
+      derived<[](const T& n) { return n.description.standard_deviation; }>("standard_deviation", "as the number",
+                                                                           "with n − 1; null: too few")
+          .or_null(),
+      derived<[](const T& n) { return n.description.least; }>("least", "as the number", "of all").or_null(),
+      derived<[](const T& n) { return n.description.largest; }>("largest", "as the number", "of all").or_null(),
+      derived<[](const T& n) { return n.description.quantiles; }>("quantiles", "", "at the probabilities of the file"),
+      group<T, BinsOf>("histogram", "of the finite numbers"),
+      field<&T::success_by>("success_by", "of inputs only: success by the input's value"),
+  };
+  static constexpr Type type = structure<T>("Distribution", "the numbers of an input or a column.", fields);
+};
+
+// ---- Sensitivity ----
+
+template <>
+struct Described<Report::InputGroup> {
+  using T = Report::InputGroup;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the group"),
+      derived<[](const T& g) { return g.inputs.empty(); }>("design", "", "true: an axis of the design, without inputs"),
+      field<&T::names>("inputs", "names of those that are in it"),
+  };
+  static constexpr Type type = structure<T>(
+      "InputGroup",
+      "inputs that belong together: the components of a vector, position and orientation of a pose, all that is drawn "
+      "of a grasp point.",
+      fields);
+};
+
+template <>
+struct Described<Report::Measure::Of> {
+  using T = Report::Measure::Of;
+  static constexpr Choice choices[] = {choice(T::success, "success", "1 or 0, over all rows."),
+                                       choice(T::criterion, "criterion", "over the rows that are ok."),
+                                       choice(T::column, "column")};
+  static constexpr Type type = enumeration<T>("MeasureOf", choices);
+};
+
+template <>
+struct Described<GroupIndices> {
+  using T = Report::Measure;
+  static constexpr Field fields[] = {
+      derived<[](const T& m) { return each_of<&Sensitivity::first_order>(m.groups); }>(
+          "first_order", "1",
+          "per group; of several inputs the variance of a quadratic function of them, fitted by least squares to 20 "
+          "000 rows at most, less what chance adds to it (adjusted R²), or the largest index of one of them if that is "
+          "more: a lower bound, exact for what is quadratic; null where rows are fewer than ten and twice the terms")
+          .or_null(),
+      derived<[](const T& m) { return each_of<&Sensitivity::error>(m.groups); }>("error", "1", "its standard error")
+          .or_null(),
+      derived<[](const T& m) { return each_of<&Sensitivity::rank_correlation>(m.groups); }>(
+          "rank_correlation", "1", "null of groups of several inputs")
+          .or_null(),
+  };
+  static constexpr Type type = structure<GroupIndices>(
+      "GroupIndices", "what inputs explain together, in the order of `sensitivity.groups`.", fields);
+};
+
+template <>
+struct Described<Report::Measure> {
+  using T = Report::Measure;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the number"),
+      field<&T::unit>("unit", "of it"),
+      field<&T::of>("of", "what it is."),
+      field<&T::count>("count", "1", "rows where it exists"),
+      derived<[](const T& m) { return each_of<&Sensitivity::first_order>(m.inputs); }>(
+          "first_order", "1",
+          "per input: Sobol's index Var(E[y|x]) / Var(y), the part of the variance that would go away if the input "
+          "were known; by chance it may be slightly negative")
+          .or_null(),
+      derived<[](const T& m) { return each_of<&Sensitivity::error>(m.inputs); }>("error", "1", "its standard error")
+          .or_null(),
+      derived<[](const T& m) { return each_of<&Sensitivity::rank_correlation>(m.inputs); }>("rank_correlation", "1",
+                                                                                            "Spearman's, per input")
+          .or_null(),
+      group<T, GroupIndices>("groups", "the same of groups of inputs"),
+      field<&T::unexplained>("unexplained", "1",
+                             "1 less the groups' sum: the share of the variance that goes with no group alone, but "
+                             "with several acting together, with what is not drawn, or with what the fit misses")
+          .or_null(),
+  };
+  static constexpr Type type = structure<T>("Measure", "a number that is compared with every input.", fields);
+};
+
+template <>
+struct Described<SensitivityOfAll> {
+  static constexpr Field fields[] = {
+      derived<[](const Report& r) {
+        std::vector<std::string> names;
+        for (const Report::Numbers& input : r.inputs) names.push_back(input.head.name);
+        return names;
+      }>("inputs", "", "their names"),
+      field<&Report::groups>("groups", "of inputs, and the axes of a design"),
+      field<&Report::measures>("measures",
+                               "first `success`; then each criterion, where there are several; then the numbers that "
+                               "criteria read, what is used of each tolerance, and the other columns in their order, "
+                               "at most 64 besides criteria. What is the same in all rows is no measure"),
+      field<&Report::measures_left_out>("left_out", "1", "columns beyond these"),
+      field<&Report::rounding>("rounding",
+                               "columns whose numbers differ by rounding alone, no measures either: by less than 1e-9 "
+                               "of the largest among them and the other components of their vector, or all below 1e-9 "
+                               "of the largest number of their unit"),
+  };
+  static constexpr Type type =
+      structure<SensitivityOfAll>("SensitivityOfAll", "what matters for what, from the rows themselves.", fields);
+};
+
+// ---- Cases ----
+
+template <>
+struct Described<Report::Case> {
+  using T = Report::Case;
+  static constexpr Field fields[] = {
+      field<&T::index>("index", "1", "k"),
+      field<&T::value>("value", "as the number", "of this case"),
+      field<&T::success>("success", "of this case"),
+      field<&T::inputs>("inputs", "as drawn", "in the order of `inputs`").or_null(),
+      field<&T::replay>("replay",
+                        "the command that runs this case with its full report, in the folder of the campaign file"),
+  };
+  static constexpr Type type = structure<T>("WorstCase", "one of the worst.", fields);
+};
+
+template <>
+struct Described<Report::Worst> {
+  using T = Report::Worst;
+  static constexpr Field fields[] = {
+      field<&T::name>("by", "name of a column"),
+      field<&T::unit>("unit", "of its numbers"),
+      derived<[](const T& w) { return std::string(w.largest ? "largest" : "least"); }>("direction", "",
+                                                                                       "`largest`, `least`"),
+      field<&T::magnitude>("magnitude", "true: by the number's magnitude"),
+      field<&T::cases>("cases", "the worst first, of equal ones the first case"),
+  };
+  static constexpr Type type = structure<T>(
+      "WorstCases", "up to 10 cases, or `keep.series.worst.count`, with the worst numbers of a column.", fields);
+};
+
+template <>
+struct Described<Report::Example> {
+  using T = Report::Example;
+  static constexpr Field fields[] = {
+      field<&T::index>("index", "1", "k"),
+      field<&T::reason>("reason", "of this case"),
+      field<&T::replay>("replay", "as of the worst cases"),
+  };
+  static constexpr Type type = structure<T>("ReasonExample", "a case with the reason.", fields);
+};
+
+template <>
+struct Described<Report::Reason> {
+  using T = Report::Reason;
+  static constexpr Field fields[] = {
+      field<&T::status>("status", "of these cases"),
+      field<&T::text>("reason",
+                      "of cases that are not ok theirs, with numbers replaced by `…` so that cases of one kind come "
+                      "together; failed conservation checks are one kind. Of cases that are ok which criteria they do "
+                      "not meet, and where one asks whether grasps close, which grasps miss and by which tolerance: "
+                      "`not met: captured (tip-1 misses by position); not checked: soft`"),
+      field<&T::count>("count", "1", "cases"),
+      field<&T::examples>("examples", "the first three"),
+  };
+  static constexpr Type type = structure<T>("Reason", "why cases are no success.", fields);
+};
+
+template <>
+struct Described<Report::Grasp::Tolerance> {
+  using T = Report::Grasp::Tolerance;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "`position`, `angle`, `velocity`, `angular_velocity`"),
+      field<&T::exceeded>("exceeded", "1", "in so many rows"),
+      field<&T::limiting>("limiting", "1",
+                          "in so many rows the grasp missed, and this tolerance by the largest factor"),
+  };
+  static constexpr Type type = structure<T>("ToleranceCount", "how often a grasp's tolerance was exceeded.", fields);
+};
+
+template <>
+struct Described<Report::Grasp> {
+  using T = Report::Grasp;
+  static constexpr Field fields[] = {
+      field<&T::end_effector>("end_effector", "of the grasp"),
+      field<&T::captured>("captured", "1", "rows that are ok in which it closed"),
+      field<&T::missed>("missed", "1", "rows that are ok in which it did not"),
+      field<&T::tolerances>("tolerances", "of its envelope; none: nobody judged it"),
+  };
+  static constexpr Type type = structure<T>("GraspCount", "what became of one grasp.", fields);
+};
+
+// ---- Envelope ----
+
+template <>
+struct Described<EnvelopeAxis> {
+  using T = EnvelopeAxis;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the axis"),
+      field<&T::unit>("unit", "of its numbers"),
+      field<&T::description>("description", "what it changes"),
+      field<&T::is_numeric>("is_numeric", "whether its values are numbers"),
+      derived<[](const T& axis) { return shown_values(axis); }>("values", "as stated", "or labels"),
+  };
+  static constexpr Type type = structure<T>("EnvelopeAxis", "an axis of the design.", fields);
+};
+
+template <>
+struct Described<UnmetCriterion> {
+  using T = UnmetCriterion;
+  static constexpr Field fields[] = {
+      field<&T::criterion>("criterion", "its name"),
+      field<&T::counts>("counts", "1",
+                        "per point, cases that fail it; where one fails, those that could not be checked do not count"),
+  };
+  static constexpr Type type = structure<T>("UnmetCriterion", "where a criterion fails.", fields);
+};
+
+template <>
+struct Described<PointsAbove> {
+  using T = PointsAbove;
+  static constexpr Field fields[] = {
+      field<&T::level>("level", "1", "of probability"),
+      field<&T::points>("points", "1", "that have it at least, by the lower end of the interval"),
+  };
+  static constexpr Type type = structure<T>("PointsAbove", "how many points of the design are good enough.", fields);
+};
+
+template <>
+struct Described<SuccessEnvelope> {
+  using Point = EnvelopePoint;
+  static constexpr Field fields[] = {
+      derived<[](const Report& r) {
+        std::vector<EnvelopeAxis> axes;
+        for (const StudyAxis& axis : r.axes) axes.push_back({axis});
+        return axes;
+      }>("axes", "", "of the design"),
+      field<&Report::confidence>("confidence", "1", "of the intervals"),
+      derived<[](const Report& r) { return per_point(r, [](const Point& p) { return p.success.trials; }); }>(
+          "trials", "1", "rows"),
+      derived<[](const Report& r) { return per_point(r, [](const Point& p) { return p.ok; }); }>("ok", "1",
+                                                                                                 "rows that are ok"),
+      derived<[](const Report& r) { return per_point(r, [](const Point& p) { return p.success.successes; }); }>(
+          "successes", "1", "rows that are a success"),
+      derived<[](const Report& r) { return per_point(r, [](const Point& p) { return p.success.estimate; }); }>(
+          "estimate", "1", "successes over rows; null: no rows")
+          .or_null(),
+      derived<[](const Report& r) { return per_point(r, [](const Point& p) { return p.success.lower; }); }>(
+          "lower", "1", "end of its interval"),
+      derived<[](const Report& r) { return per_point(r, [](const Point& p) { return p.success.upper; }); }>(
+          "upper", "1", "likewise"),
+      derived<[](const Report& r) { return unmet_criteria(r); }>("unmet", "", "per criterion"),
+      derived<[](const Report& r) {
+        return per_point(r, [&](const Point& p) -> std::optional<std::string> {
+          const auto deciding = p.deciding();
+          if (!deciding) return std::nullopt;
+          return *deciding < r.criteria.size() ? r.criteria[*deciding].name : "not ok";
+        });
+      }>("deciding", "",
+         "the criterion that most of the point's cases fail, `not ok` if more have no result, null if all are a "
+         "success")
+          .or_null(),
+      derived<[](const Report& r) {
+        std::vector<PointsAbove> list;
+        for (const double level : {0.5, 0.9, 0.99}) list.push_back({level, points_above(r.envelope, level)});
+        return list;
+      }>("above", "", "at three levels; the number in the report's headline"),
+  };
+  static constexpr Type type = structure<SuccessEnvelope>(
+      "SuccessEnvelope",
+      "success at the points of the design: lists, the first axis varying slowest. The same uncertain numbers are "
+      "drawn at every point, so that points differ by the design alone.",
+      fields);
+};
+
+// ---- The documents ----
+
+template <>
+const Type& type_of<CampaignReport>() {
+  using T = CampaignReport;
+  static constexpr Field fields[] = {
+      derived<[](const T&) { return CampaignReportFormat::first; }>("schema", "", "the format of this file"),
+      field<&T::version>("version", "of Grapnel"),
+      field<&T::settings>("campaign", "what it is"),
+      field<&T::rows>("rows", "1", "cases on disk; all that follows is about them"),
+      group<T, CaseCounts>("counts", "how they ended"),
+      group<T, SuccessRate>("success", "of all rows"),
+      field<&T::warnings>("warnings",
+                          "what the rates do not say: criteria that never fail, never hold or were not checked, "
+                          "successes that are assumed. The terminal has them too"),
+      field<&T::criteria>("criteria", "in the order of the file"),
+      field<&T::inputs>("inputs", "what was drawn"),
+      field<&T::columns>("columns", "what was kept"),
+      group<T, SensitivityOfAll>("sensitivity", "what matters for what"),
+      field<&T::worst>(
+          "worst", "the first list is by `keep.series.worst.by`, if given; then by the numbers that criteria limit"),
+      field<&T::failures>(
+          "failures", "why cases are no success, the most frequent reason first, every case counted once; at most 50"),
+      field<&T::failures_left_out>("failures_left_out", "1", "cases with other reasons"),
+      field<&T::grasps>("grasps", "where the columns `grasps/*/captured` are kept"),
+      field<&T::reasons>("reasons", "the part of `failures` that are not ok; at most 50"),
+      field<&T::reasons_left_out>("reasons_left_out", "1", "cases with other reasons"),
+      group<T, SuccessEnvelope>("envelope", "absent without a design")
+          .when<[](const T& r) { return !r.axes.empty(); }>(),
+      field<&T::text>("text", "the campaign file"),
+  };
+  static constexpr Type type = structure<T>("CampaignReport", "what the cases of a campaign say.", fields);
+  return type;
+}
+
+std::string campaign_json(const CampaignReport& report) { return text_of(json_of(report), 1); }
+
+template <>
+struct Described<StudyTableFormat> {
+  static constexpr Choice choices[] = {choice(StudyTableFormat::first, "grapnel-study-table/1")};
+  static constexpr Type type = enumeration<StudyTableFormat>("StudyTableFormat", choices);
+};
+
+template <>
+struct Described<SweepReport::Settings> {
+  using T = SweepReport::Settings;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the study"),
+      field<&T::file>("file", "the study file's name, without folders"),
+      field<&T::sha256>("sha256", "of its bytes, followed by that of the scenarios that were checked beforehand"),
+      field<&T::simulate>("simulate", "as in the file"),
+  };
+  static constexpr Type type = structure<T>("StudySettings", "what the study is.", fields);
+};
+
+template <>
+const Type& type_of<SweepReport>() {
+  using T = SweepReport;
+  static constexpr Field fields[] = {
+      derived<[](const T&) { return StudyTableFormat::first; }>("schema", "", "the format of this file"),
+      field<&T::version>("version", "of Grapnel"),
+      field<&T::settings>("study", "what it is"),
+      field<&T::points>("points", "1", "all of them"),
+      derived<[](const T& s) { return s.status[0]; }>("ok", "1", "points that came to their end"),
+      derived<[](const T& s) { return s.status[1]; }>("failed", "1", "points in which something went wrong"),
+      derived<[](const T& s) { return s.status[2]; }>("unreachable", "1",
+                                                      "points for which no configuration was found"),
+      field<&T::axes>("axes", "in the order of the file"),
+      field<&T::columns>("columns", "of the table"),
+      field<&T::text>("text", "the study file"),
+  };
+  static constexpr Type type = structure<T>("SweepReport", "what a sweep is, and how its points ended.", fields);
+  return type;
 }
 
 std::string sweep_json(const Campaign& sweep, std::span<const CaseRow> rows, const std::string& version) {
-  Json json{{"schema", "grapnel-study-table/1"},
-            {"version", version},
-            {"study",
-             {{"name", sweep.name},
-              {"file", std::filesystem::path(sweep.file).filename().string()},
-              {"sha256", sweep.sha256},
-              {"simulate", name_of(sweep.mode)}}},
-            {"points", rows.size()}};
-  for (const CaseStatus status : {CaseStatus::ok, CaseStatus::failed, CaseStatus::unreachable})
-    json[name_of(status)] = count_of(rows, status);
-  json["axes"] = Json::array();
-  for (const StudyAxis& axis : sweep.design)
-    json["axes"].push_back(
-        {{"name", axis.name}, {"unit", axis.unit}, {"description", axis.description}, {"values", values_of(axis)}});
-  json["columns"] = Json::array();
-  for (const Column& column : sweep.columns)
-    json["columns"].push_back({{"name", column.name}, {"unit", column.unit}, {"description", column.description}});
-  json["text"] = sweep.text;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  SweepReport report{
+      version,      {sweep.name, std::filesystem::path(sweep.file).filename().string(), sweep.sha256, sweep.mode},
+      rows.size(),  {},
+      sweep.design, sweep.columns,
+      sweep.text};
+  for (const CaseRow& row : rows) ++report.status[static_cast<std::size_t>(row.status)];
+  return text_of(json_of(report), 2);
 }
 
 }  // namespace grapnel

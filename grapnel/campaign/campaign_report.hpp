@@ -2,13 +2,14 @@
 
 /// @file
 /// What the rows of a campaign or a sweep say: campaign.json, study.json, the terminal's summary, and what they do not
-/// say (warnings). docs/formats/campaign.md and study.md are the contracts of the former.
+/// say (warnings). CampaignReport and SweepReport are these documents; campaign_json.cpp describes their fields, from
+/// which docs/formats/campaign.md and study.md follow.
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
@@ -19,28 +20,47 @@
 
 namespace grapnel {
 
-/// Numbers of all rows, without the rows.
+/// Numbers of all rows, without the rows: campaign.json.
 struct CampaignReport {
+  struct Settings {
+    std::string name, description, file, sha256, seed;
+    Sampling sampling = Sampling::random;
+    StudyMode simulate = StudyMode::run;
+    CampaignPlan plan = CampaignPlan::nominal;
+    std::uint64_t cases = 0, total = 0;
+  };
+  struct Limit {
+    std::string name;
+    bool at_most = true;  // else at least
+    double bound = 0;
+    bool magnitude = false;
+  };
   /// Rows that are ok and meet a criterion, those that are ok and in which no other one fails (others may not have been
   /// checked), and those that are ok but have not the numbers to check it; of these, those that no criterion refuses.
   struct CriterionCount {
+    std::string name, text;
     std::uint64_t met = 0, only_this = 0, not_checked = 0, undecided = 0;
-  };
-  struct Numbers {
-    CampaignTable::Head head;
-    Description description;
-    Histogram histogram;
-    std::vector<std::uint64_t> successes;  // per bin
+    Proportion share = {};  // of all rows that meet it
+    std::vector<std::string> reads = {};
+    std::vector<Limit> limits = {};
   };
   /// Groups of rows by the value of an input.
   struct SuccessBy {
     std::vector<double> from, to;  // least and largest value of each group
     std::vector<std::uint64_t> trials, successes;
   };
+  struct Numbers {
+    CampaignTable::Head head;
+    Description description;
+    Histogram histogram;
+    std::vector<std::uint64_t> successes;  // per bin
+    std::optional<SuccessBy> success_by;   // of inputs
+  };
   /// Inputs that belong together, as the coordinates of a grasp point do; or one axis of the design.
   struct InputGroup {
     std::string name;
-    std::vector<std::size_t> inputs;  // none: a design axis
+    std::vector<std::size_t> inputs;      // none: a design axis
+    std::vector<std::string> names = {};  // of these
   };
   /// A number that is compared with every input.
   struct Measure {
@@ -57,9 +77,11 @@ struct CampaignReport {
     double value = 0;
     bool success = false;
     std::vector<double> inputs;
+    std::string replay;  // replay_command()
   };
   struct Worst {
-    std::size_t number = 0;  // of the columns, then the inputs
+    std::size_t number = 0;  // of the columns
+    std::string name, unit;  // of this one
     bool largest = true;     // else least
     bool magnitude = false;
     std::vector<Case> cases;
@@ -75,21 +97,27 @@ struct CampaignReport {
     std::uint64_t captured = 0, missed = 0;
     std::vector<Tolerance> tolerances;  // of its envelope; none: nobody judged it
   };
+  struct Example {
+    std::uint64_t index = 0;
+    std::string reason, replay;
+  };
   struct Reason {
     CaseStatus status = CaseStatus::failed;
     std::string text;  // numbers are replaced
     std::uint64_t count = 0;
-    std::vector<std::pair<std::uint64_t, std::string>> examples;
+    std::vector<Example> examples;
   };
 
+  std::string version;  // the program's
+  Settings settings;
   std::uint64_t rows = 0;
   std::array<std::uint64_t, 3> status{};  // per CaseStatus
   std::uint64_t success = 0;
+  double confidence = 0.95;  // of all intervals
   std::vector<CriterionCount> criteria;
   std::vector<Numbers> inputs, columns;
-  std::vector<SuccessBy> success_by;  // per input
-  std::vector<InputGroup> groups;     // every input is in one
-  std::vector<Measure> measures;      // the first is success; numbers that are all the same are left out
+  std::vector<InputGroup> groups;  // every input is in one
+  std::vector<Measure> measures;   // the first is success; numbers that are all the same are left out
   std::uint64_t measures_left_out = 0;
   std::vector<std::string> rounding;  // columns whose numbers differ by rounding alone: no measures
   std::vector<Worst> worst;
@@ -100,21 +128,45 @@ struct CampaignReport {
   std::vector<Grasp> grasps;
   std::uint64_t assumed = 0;          // successes in which a grasp was taken to hold, with nothing to judge it by
   std::vector<std::string> warnings;  // what the numbers above do not say
+  std::vector<StudyAxis> axes;        // of the design
   std::vector<EnvelopePoint> envelope;
+  std::string text;  // of the campaign file
+
+  Proportion success_rate() const { return wilson(success, rows, confidence); }
 };
+template <>
+const Type& type_of<CampaignReport>();
+
+/// What a sweep is and how its points ended, for those who read its table.csv: study.json.
+struct SweepReport {
+  struct Settings {
+    std::string name, file, sha256;
+    StudyMode simulate = StudyMode::run;
+  };
+  std::string version;  // the program's
+  Settings settings;
+  std::uint64_t points = 0;
+  std::array<std::uint64_t, 3> status{};  // per CaseStatus
+  std::vector<StudyAxis> axes;
+  std::vector<Column> columns;
+  std::string text;  // of the study file
+};
+template <>
+const Type& type_of<SweepReport>();
 
 /// Reads a column at a time: about 200 bytes a row at once, whatever their number. The same rows give the same report,
-/// bit for bit. @throws std::runtime_error naming path and fault, also if the table is of another campaign.
-CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table);
+/// bit for bit. `version` is the program's. @throws std::runtime_error naming path and fault, also if the table is of
+/// another campaign.
+CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& table, const std::string& version);
 
-/// Text of campaign.json. `version` is the program's.
-std::string campaign_json(const Campaign& campaign, const CampaignReport& report, const std::string& version);
+/// Text of campaign.json.
+std::string campaign_json(const CampaignReport& report);
 
 /// What the terminal shows at the end: probability with its interval, criteria, why cases are no success, quantiles of
 /// the criteria's numbers, what matters most, worst cases with the command that replays each.
 std::string campaign_summary(const Campaign& campaign, const CampaignReport& report);
 
-/// Text of study.json: a sweep's settings, for those who read its table.csv.
+/// Text of study.json.
 std::string sweep_json(const Campaign& sweep, std::span<const CaseRow> rows, const std::string& version);
 
 /// The same for a terminal: points and how they ended, the axes, least and greatest of what people look for first, and
@@ -163,6 +215,9 @@ void measure_influences(const Rows& rows, const std::vector<Ranking>& inputs, Ca
 
 /// An input as its influence is measured: without what the design makes of it.
 std::vector<double> apart_from_design(const Rows& rows, std::vector<double> numbers);
+
+/// The name of a number by its index among columns and inputs.
+const std::string& name_of_number(const Campaign& campaign, std::size_t i);
 
 /// A column's index; the number of columns if there is none of the name.
 std::size_t column_named(const Campaign& campaign, const std::string& name);

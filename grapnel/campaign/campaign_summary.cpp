@@ -36,7 +36,7 @@ std::string head(const Campaign& campaign, const CampaignReport& report) {
     if (count > 0) text += fmt::format(", {} {}", count, name_of(status));
   }
   if (report.rows < campaign.total()) text += fmt::format(", {} not done", campaign.total() - report.rows);
-  const Proportion success = wilson(report.success, report.rows, campaign.confidence);
+  const Proportion success = report.success_rate();
   if (const std::uint64_t lost = report.rows - report.status[0]; lost > 0)
     text += fmt::format("\n{} without a result: counted as no success", lost);
   std::string assumed;
@@ -49,19 +49,19 @@ std::string head(const Campaign& campaign, const CampaignReport& report) {
                             assumed);
 }
 
-std::string criteria_text(const Campaign& campaign, const CampaignReport& report) {
-  if (campaign.success.empty()) return "";
+std::string criteria_text(const CampaignReport& report) {
+  if (report.criteria.empty()) return "";
   TextTable table;
   const bool unknown = std::any_of(report.criteria.begin(), report.criteria.end(),
                                    [](const CampaignReport::CriterionCount& c) { return c.not_checked > 0; });
   std::vector<std::string> cells{"criterion", "met", "from", "to", "fails alone"};
   if (unknown) cells.push_back("not checked");
   table.row(cells);
-  for (std::size_t c = 0; c < campaign.success.size(); ++c) {
-    const Proportion met = wilson(report.criteria[c].met, report.rows, campaign.confidence);
-    cells = {campaign.success[c].name(), percentage(met.estimate, met), percentage(met.lower, met),
-             percentage(met.upper, met), std::to_string(report.criteria[c].only_this)};
-    if (unknown) cells.push_back(std::to_string(report.criteria[c].not_checked));
+  for (const CampaignReport::CriterionCount& criterion : report.criteria) {
+    const Proportion& met = criterion.share;
+    cells = {criterion.name, percentage(met.estimate, met), percentage(met.lower, met), percentage(met.upper, met),
+             std::to_string(criterion.only_this)};
+    if (unknown) cells.push_back(std::to_string(criterion.not_checked));
     table.row(cells);
   }
   return "\n" + table.text();
@@ -186,8 +186,7 @@ std::string worst_text(const Campaign& campaign, const CampaignReport& report) {
   for (const CampaignReport::Worst& worst : report.worst) {
     if (worst.cases.empty() || differs_by_rounding(report, worst.number) || lines++ >= kMostLines) continue;
     const CampaignReport::Case& found = worst.cases.front();
-    const Column& column = campaign.columns[worst.number];
-    table.row({with_unit(column.name, column.unit), number(found.value), fmt::format("--only {}", found.index)});
+    table.row({with_unit(worst.name, worst.unit), number(found.value), fmt::format("--only {}", found.index)});
   }
   if (lines == 0) return "";
   return fmt::format("\nworst cases; to look at one: {} --only K\n", campaign_command(campaign.file)) + table.text() +
@@ -201,7 +200,7 @@ std::string failures_text(const CampaignReport& report) {
     const CampaignReport::Reason& reason = report.failures[i];
     const std::string status = reason.status == CaseStatus::ok ? "" : std::string(name_of(reason.status)) + ": ";
     text += paragraph(
-        fmt::format("{} × {}{} (case {})", reason.count, status, reason.text, reason.examples.front().first), "  ");
+        fmt::format("{} × {}{} (case {})", reason.count, status, reason.text, reason.examples.front().index), "  ");
   }
   return text + and_more(report.failures.size(), kShownReasons, "reasons");
 }
@@ -214,8 +213,8 @@ std::string replay_command(const Campaign& campaign, std::uint64_t k) {
 }
 
 std::string campaign_summary(const Campaign& campaign, const CampaignReport& report) {
-  std::string text = head(campaign, report) + criteria_text(campaign, report) + failures_text(report) +
-                     grasps_text(report) + quantiles_text(campaign, report) + sensitivity_text(campaign, report) +
+  std::string text = head(campaign, report) + criteria_text(report) + failures_text(report) + grasps_text(report) +
+                     quantiles_text(campaign, report) + sensitivity_text(campaign, report) +
                      worst_text(campaign, report);
   if (!report.envelope.empty()) text += "\nprobability of success\n" + envelope_summary(campaign, report.envelope);
   return text;

@@ -11,10 +11,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Kind = Type::Kind;
 
-constexpr const char* kNoAlternatives = "a result's value has one type";
-
 void collect(const Type& type, std::vector<const Type*>& parts) {
   if (type.of) return collect(type.of(), parts);
+  for (const auto alternative : type.alternatives) collect(alternative(), parts);
   if (type.kind != Kind::structure && type.kind != Kind::choice) return;
   const auto same = [&](const Type* part) { return part->name == type.name; };
   if (std::any_of(parts.begin(), parts.end(), same)) return;
@@ -63,8 +62,11 @@ Json schema_of(const Type& type, const Field& field, bool nullable) {
       if (type.fixed_size > 0) schema["minItems"] = schema["maxItems"] = type.fixed_size;
       return schema;
     }
-    case Kind::alternatives:
-      throw std::logic_error(kNoAlternatives);
+    case Kind::alternatives: {
+      Json schemas = Json::array();
+      for (const auto alternative : type.alternatives) schemas.push_back(schema_of(alternative(), field, nullable));
+      return {{"anyOf", schemas}};
+    }
     case Kind::optional:
       break;
   }
@@ -118,12 +120,22 @@ std::string typescript_of(const Type& type, bool nullable) {
       for (std::size_t i = 1; i < type.fixed_size; ++i) items += ", " + item;
       return "[" + items + "]";
     }
-    case Kind::alternatives:
-      throw std::logic_error(kNoAlternatives);
+    case Kind::alternatives: {
+      std::string any;
+      for (const auto alternative : type.alternatives)
+        any += (any.empty() ? "" : " | ") + typescript_of(alternative(), nullable);
+      return any;
+    }
     case Kind::optional:
       break;
   }
   return typescript_of(type.of(), false) + (nullable ? " | null" : "");
+}
+
+std::string comment_on(const Field& field) {
+  std::string text = with_unit(field);
+  for (std::size_t at = 0; (at = text.find("*/", at)) != std::string::npos;) text.insert(at + 1, "\\");  // no end yet
+  return "  /** " + text + " */\n";
 }
 
 std::string interface_of(const Type& type) {
@@ -133,14 +145,13 @@ std::string interface_of(const Type& type) {
     const std::string value = typescript_of(field.key_of_item ? field.type().of() : field.type(), field.is_null_absent);
     if (std::count(values.begin(), values.end(), value) == 0) values.push_back(value);
     if (field.key_of_item) continue;
-    text += "  /** " + with_unit(field) + " */\n";
-    text += "  " + std::string(field.key) + (may_be_absent(field) ? "?: " : ": ") + value + ";\n";
+    text += comment_on(field) + "  " + std::string(field.key) + (may_be_absent(field) ? "?: " : ": ") + value + ";\n";
   }
   for (const Field& field : type.fields) {
     if (!field.key_of_item) continue;
     std::string all;  // TypeScript wants other keys to be open to what the known ones are
     for (const std::string& value : values) all += (all.empty() ? "" : " | ") + value;
-    text += "  /** " + with_unit(field) + " */\n  [" + std::string(field.key) + ": string]: " + all + ";\n";
+    text += comment_on(field) + "  [" + std::string(field.key) + ": string]: " + all + ";\n";
   }
   return text + "}\n";
 }
@@ -184,8 +195,12 @@ std::string words_of(const Type& type, bool several) {
       return (several ? "list of `" : "`") + std::string(type.name) + "`";
     case Kind::optional:
       return words_of(type.of(), several);
-    case Kind::alternatives:
-      throw std::logic_error(kNoAlternatives);
+    case Kind::alternatives: {
+      std::string any;
+      for (const auto alternative : type.alternatives)
+        any += (any.empty() ? "" : " or ") + words_of(alternative(), several);
+      return any;
+    }
     case Kind::list:
       break;
   }

@@ -12,19 +12,6 @@ std::string summary_json(const CaptureResult& result, std::string_view version) 
   return json_text(json_of(Summary{result, std::string(version)}));
 }
 
-std::span<const ResultContract> result_contracts() {
-  static constexpr ResultContract all[] = {{"summary", "Grapnel summary, version 2", &type_of<Summary>},
-                                           {"scene", "Grapnel scene, version 1", &type_of<SceneDocument>}};
-  return all;
-}
-
-const ResultContract* result_contract(std::string_view kind) {
-  for (const ResultContract& one : result_contracts()) {
-    if (one.kind == kind) return &one;
-  }
-  return nullptr;
-}
-
 using Json = nlohmann::ordered_json;
 
 void SourceTexts::add(std::string part, const std::string& text) {

@@ -1,10 +1,9 @@
 #pragma once
 
 /// @file
-/// The JSON documents of a capture's result folder: summary.json, scene.json, scenario.json, and what is published of
-/// them. What they hold is described in result_fields.hpp.
+/// The JSON documents of a capture's result folder: summary.json, scene.json, scenario.json. What they hold is
+/// described in result_fields.hpp.
 
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -26,22 +25,6 @@ struct SceneDocument {
 };
 template <>
 const Type& type_of<SceneDocument>();
-
-/// A JSON document that is published: its schema, the tables of its page in docs/formats, and the viewer's types in
-/// web/src follow from its description, by grapnel/describe/contract.hpp.
-struct ResultContract {
-  std::string_view kind;   ///< "summary", "scene": the page is docs/formats/KIND.md, the types web/src/KIND_types.ts
-  std::string_view title;  ///< of the schema
-  const Type& (*document)();
-};
-
-std::span<const ResultContract> result_contracts();
-/// Null if there is none of the kind.
-const ResultContract* result_contract(std::string_view kind);
-
-/// The first line of files with types.
-inline constexpr std::string_view kOriginOfTypes =
-    "Made by scripts/tables from the descriptions in grapnel/result: change those.";
 
 /// The texts that a capture was read from, kept beside its results as scenario.json (docs/formats/summary.md), so that
 /// a report can show them and a comparison say what differs. Files go by what they are, not by their names: these

@@ -15,6 +15,8 @@ namespace grapnel {
 template <>
 const Type& type_of<Captured>();
 template <>
+const Type& type_of<Verdict>();
+template <>
 const Type& type_of<BodyMotion>();
 template <>
 const Type& type_of<PhaseEnd>();

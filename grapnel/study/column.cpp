@@ -336,6 +336,17 @@ class Builder {
 
 }  // namespace
 
+template <>
+const Type& type_of<Column>() {
+  static constexpr Field fields[] = {
+      field<&Column::name>("name", "groups by `/`"),
+      field<&Column::unit>("unit", "`1` for counts, ratios and yes (1) or no (0)"),
+      field<&Column::description>("description", "what it is"),
+  };
+  static constexpr Type type = structure<Column>("Column", "a number that is kept of every case.", fields);
+  return type;
+}
+
 CaptureDetail detail_of(std::span<const Column> columns) {
   const bool loads = std::any_of(columns.begin(), columns.end(), [](const Column& c) { return c.needs_loads; });
   return loads ? CaptureDetail::columns_and_loads : CaptureDetail::columns;

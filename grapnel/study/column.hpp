@@ -19,7 +19,6 @@ namespace grapnel {
 
 /// impact: planning, then the impact at the planned final configuration, nothing integrated in time. run: everything.
 enum class StudyMode { impact, run };
-
 template <>
 struct Described<StudyMode> : Enumeration<StudyMode, "StudyMode", "impact", "run"> {};
 
@@ -27,7 +26,6 @@ struct Described<StudyMode> : Enumeration<StudyMode, "StudyMode", "impact", "run
 /// failed: anything else that went wrong. A run whose conservation checks fail has failed: what it computed is no
 /// result.
 enum class CaseStatus { ok, failed, unreachable };
-
 template <>
 struct Described<CaseStatus> : Enumeration<CaseStatus, "CaseStatus", "ok", "failed", "unreachable"> {};
 
@@ -56,6 +54,8 @@ struct Column {
   bool needs_loads = false;  // the loads of all phases, CaptureDetail::columns_and_loads
   bool by_default = true;    // kept unless others are asked for by name
 };
+template <>
+const Type& type_of<Column>();
 
 /// The column that says whether momentum and energy were kept.
 inline constexpr std::string_view kConservationColumn = "ledger/pass";

@@ -4,6 +4,30 @@
 
 namespace grapnel {
 
+template <>
+const Type& type_of<StudyAxis>() {
+  using T = StudyAxis;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "path, quantity, or what the study calls it"),
+      field<&T::unit>("unit", "of its numbers; empty: unknown, or no numbers"),
+      field<&T::description>("description", "what it changes"),
+      derived<[](const T& axis) { return shown_values(axis); }>("values", "as stated", "or labels"),
+  };
+  static constexpr Type type = structure<T>("StudyAxis", "what a study varies.", fields);
+  return type;
+}
+
+std::vector<std::variant<double, std::string>> shown_values(const StudyAxis& axis) {
+  std::vector<std::variant<double, std::string>> values;
+  for (const AxisValue& value : axis.values) {
+    if (axis.is_numeric)
+      values.emplace_back(value.number);
+    else
+      values.emplace_back(value.label);
+  }
+  return values;
+}
+
 std::vector<std::size_t> grid_position(std::span<const std::size_t> sizes, std::size_t point) {
   std::vector<std::size_t> position(sizes.size());
   for (std::size_t axis = sizes.size(); axis-- > 0;) {

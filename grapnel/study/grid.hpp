@@ -7,7 +7,10 @@
 #include <cstddef>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
+
+#include "grapnel/describe/type.hpp"
 
 namespace grapnel {
 
@@ -24,6 +27,12 @@ struct StudyAxis {
   bool is_numeric = false;
   std::vector<AxisValue> values;
 };
+
+template <>
+const Type& type_of<StudyAxis>();
+
+/// Its values as results have them: numbers, or labels.
+std::vector<std::variant<double, std::string>> shown_values(const StudyAxis& axis);
 
 /// Position on each axis of a point, counted from 0: the first axis varies slowest.
 std::vector<std::size_t> grid_position(std::span<const std::size_t> sizes, std::size_t point);

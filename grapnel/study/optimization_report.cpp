@@ -7,13 +7,15 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/describe/json.hpp"
 #include "grapnel/result/csv_text.hpp"
+#include "grapnel/result/result_fields.hpp"
 #include "grapnel/result/text_table.hpp"
 
 namespace grapnel {
 namespace {
 
-using Json = nlohmann::ordered_json;
+enum class ResultFormat { first };
 
 // Smaller numbers are not shown on the terminal: of a mechanism in a plane, say, what is across it.
 constexpr double kRounding = 1e-12;
@@ -31,15 +33,6 @@ std::string objective_unit(const Optimization& optimization) {
     if (term.measured.unit != unit) return {};
   }
   return unit;
-}
-
-// JSON has no NaN.
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-
-Json before_after(const std::string& name, const std::string& unit, double before, double after, bool has_after) {
-  Json entry{{"name", name}, {"unit", unit}, {"before", number(before)}};
-  if (has_after) entry["after"] = number(after);
-  return entry;
 }
 
 // Columns that the table on the terminal shows.
@@ -97,12 +90,12 @@ std::string comparison_rows(const Optimization& optimization, const Evaluation& 
 }
 
 // Three answers: a point whose clearance and limits nobody looked at is not known to be feasible.
-const char* feasibility_of(const Optimization& optimization, const Evaluation& point) {
+Verdict feasibility_of(const Optimization& optimization, const Evaluation& point) {
   for (std::size_t c = 0; c < optimization.columns.size() && c < point.row.values.size(); ++c) {
     if (optimization.columns[c].name != "ledger/feasible" || std::isnan(point.row.values[c])) continue;
-    return name_of(point.row.values[c] != 0 ? Verdict::yes : Verdict::no);
+    return point.row.values[c] != 0 ? Verdict::yes : Verdict::no;
   }
-  return name_of(Verdict::not_checked);
+  return Verdict::not_checked;
 }
 
 std::string most_frequent_reason(const OptimizationOutcome& outcome) {
@@ -153,49 +146,128 @@ std::string evaluations_csv(const Optimization& optimization, const Optimization
   return out;
 }
 
+template <>
+struct Described<ResultFormat> {
+  static constexpr Choice choices[] = {choice(ResultFormat::first, "grapnel-optimization-result/1")};
+  static constexpr Type type = enumeration<ResultFormat>("OptimizationResultFormat", choices);
+};
+
+template <>
+struct Described<OptimizationReport::Settings> {
+  using T = OptimizationReport::Settings;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the optimization"),
+      field<&T::sha256>("sha256", "of the file's bytes and of the scenario with what it includes"),
+      field<&T::simulate>("simulate", "as in the file"),
+  };
+  static constexpr Type type = structure<T>("OptimizationSettings", "what the optimization is.", fields);
+};
+
+template <>
+struct Described<OptimizationReport::Feasible> {
+  using T = OptimizationReport::Feasible;
+  static constexpr Field fields[] = {
+      field<&T::before>("before", "of the scenario as it is"),
+      field<&T::after>("after", "of the best; absent without one"),
+  };
+  static constexpr Type type = structure<T>(
+      "FeasibilityChange", "whether joints stay within their limits and bodies clear of each other.", fields);
+};
+
+template <>
+struct Described<OptimizationReport::Variable> {
+  using T = OptimizationReport::Variable;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the variable"),
+      field<&T::unit>("unit", "of its numbers; empty: unknown"),
+      field<&T::from>("from", "as the variable", "least value"),
+      field<&T::to>("to", "as the variable", "largest value"),
+      field<&T::best>("best", "as the variable", "of the best point; absent without one"),
+  };
+  static constexpr Type type = structure<T>("Variable", "a number that was varied.", fields);
+};
+
+template <>
+struct Described<OptimizationReport::Change> {
+  using T = OptimizationReport::Change;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the objective, the limit or the column"),
+      field<&T::unit>("unit", "of its numbers; empty: they are added up from several"),
+      field<&T::before>("before", "as `unit`", "of the scenario as it is; null: it has no such number").or_null(),
+      field<&T::after>("after", "as `unit`", "of the best; null: it has no such number; absent without a best")
+          .or_null()
+          .when<[](const T& c) { return c.has_after; }>(),
+  };
+  static constexpr Type type = structure<T>("Change", "a number before and after.", fields);
+};
+
+template <>
+const Type& type_of<OptimizationReport>() {
+  using T = OptimizationReport;
+  static constexpr Field fields[] = {
+      derived<[](const T&) { return ResultFormat::first; }>("schema", "", "the format of this file"),
+      field<&T::version>("version", "of Grapnel"),
+      field<&T::settings>("optimization", "what it is"),
+      field<&T::evaluations>("evaluations", "1", "points that were tried"),
+      derived<[](const T& o) { return o.status[0]; }>("ok", "1", "points that came to their end"),
+      derived<[](const T& o) { return o.status[1]; }>("failed", "1", "points in which something went wrong"),
+      derived<[](const T& o) { return o.status[2]; }>("unreachable", "1",
+                                                      "points for which no configuration was found"),
+      field<&T::beyond_limits>("beyond_limits", "1", "points that are ok, and keep not all limits"),
+      field<&T::best>("best", "1", "the best point, as `point` in evaluations.csv; null: none keeps all limits")
+          .or_null(),
+      field<&T::why>("why", "why no point keeps all limits; absent with a best"),
+      field<&T::before_acceptable>("before_acceptable", "whether the scenario as it is keeps all limits"),
+      field<&T::before_reason>("before_reason", "why it came to no result; absent if it did"),
+      field<&T::feasibility>("feasibility", "before and after"),
+      field<&T::variables>("variables", "in the order of the file"),
+      field<&T::objective>("objective", "what was minimized or maximized"),
+      field<&T::limits>("limits", "in the order of the file"),
+      field<&T::columns>("columns", "everything that was kept"),
+      field<&T::text>("text", "the optimization file"),
+  };
+  static constexpr Type type =
+      structure<T>("OptimizationReport", "before, the scenario as it is, and after, the best that was found.", fields);
+  return type;
+}
+
 std::string comparison_json(const Optimization& optimization, const OptimizationOutcome& outcome,
                             const Evaluation* after, const std::string& version) {
   const Evaluation& before = outcome.before;
-  const bool has = after != nullptr;
-  Json json{{"schema", "grapnel-optimization-result/1"},
-            {"version", version},
-            {"optimization",
-             {{"name", optimization.name},
-              {"sha256", optimization.sha256},
-              {"simulate", optimization.mode == StudyMode::impact ? "impact" : "run"}}},
-            {"evaluations", outcome.evaluations.size()}};
+  const auto change = [&](const std::string& name, const std::string& unit, auto&& number_of) {
+    return OptimizationReport::Change{name, unit, number_of(before), after ? number_of(*after) : NAN, after != nullptr};
+  };
+  OptimizationReport report;
+  report.version = version;
+  report.settings = {optimization.name, optimization.sha256, optimization.mode};
+  report.evaluations = outcome.evaluations.size();
   for (const CaseStatus status : {CaseStatus::ok, CaseStatus::failed, CaseStatus::unreachable})
-    json[name_of(status)] = outcome.count(status);
-  json["beyond_limits"] = outcome.beyond_limits();
-  json["best"] = outcome.best ? Json(*outcome.best) : Json(nullptr);
-  if (!outcome.best) json["why"] = why_nothing_is_best(optimization, outcome);
-  json["before_acceptable"] = before.score.acceptable();
-  if (!before.row.reason.empty()) json["before_reason"] = before.row.reason;
-  json["feasibility"] = {{"before", feasibility_of(optimization, before)}};
-  if (has) json["feasibility"]["after"] = feasibility_of(optimization, *after);
-  json["variables"] = Json::array();
+    report.status[static_cast<std::size_t>(status)] = outcome.count(status);
+  report.beyond_limits = outcome.beyond_limits();
+  report.best = outcome.best;
+  if (!outcome.best) report.why = why_nothing_is_best(optimization, outcome);
+  report.before_acceptable = before.score.acceptable();
+  if (!before.row.reason.empty()) report.before_reason = before.row.reason;
+  report.feasibility.before = feasibility_of(optimization, before);
+  if (after) report.feasibility.after = feasibility_of(optimization, *after);
   for (std::size_t k = 0; k < optimization.variables.size(); ++k) {
     const OptimizationVariable& v = optimization.variables[k];
-    Json entry{{"name", v.name}, {"unit", v.unit}, {"from", v.from}, {"to", v.to}};
-    if (outcome.best) entry["best"] = outcome.evaluations[*outcome.best].values[k];
-    json["variables"].push_back(std::move(entry));
+    report.variables.push_back({v.name, v.unit, v.from, v.to, {}});
+    if (outcome.best) report.variables.back().best = outcome.evaluations[*outcome.best].values[k];
   }
-  json["objective"] = before_after(objective_text(optimization), objective_unit(optimization), before.score.objective,
-                                   has ? after->score.objective : NAN, has);
-  json["limits"] = Json::array();
+  report.objective = change(objective_text(optimization), objective_unit(optimization),
+                            [](const Evaluation& e) { return e.score.objective; });
   for (std::size_t i = 0; i < optimization.limits.size(); ++i) {
     const OptimizationLimit& limit = optimization.limits[i];
-    json["limits"].push_back(before_after(limit.text(), limit.measured.unit, before.score.limits[i],
-                                          has ? after->score.limits[i] : NAN, has));
+    report.limits.push_back(
+        change(limit.text(), limit.measured.unit, [i](const Evaluation& e) { return e.score.limits[i]; }));
   }
-  json["columns"] = Json::array();
   for (std::size_t c = 0; c < optimization.columns.size(); ++c) {
     const Column& column = optimization.columns[c];
-    json["columns"].push_back(
-        before_after(column.name, column.unit, before.row.values[c], has ? after->row.values[c] : NAN, has));
+    report.columns.push_back(change(column.name, column.unit, [c](const Evaluation& e) { return e.row.values[c]; }));
   }
-  json["text"] = optimization.text;
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  report.text = optimization.text;
+  return json_of(report).dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string comparison_text(const Optimization& optimization, const OptimizationOutcome& outcome,
@@ -223,8 +295,8 @@ std::string comparison_text(const Optimization& optimization, const Optimization
                 fmt::format("of {:.6g} … {:.6g}", v.from, v.to), at_end ? "at the end of its range" : ""});
   }
   text += values.text() + "\n" + comparison_rows(optimization, outcome.before, *after);
-  text += fmt::format("\nfeasible: before {}, after {}\n", feasibility_of(optimization, outcome.before),
-                      feasibility_of(optimization, *after));
+  text += fmt::format("\nfeasible: before {}, after {}\n", name_of(feasibility_of(optimization, outcome.before)),
+                      name_of(feasibility_of(optimization, *after)));
   if (outcome.before.score.acceptable() && comes_before(optimization, outcome.before.score, after->score))
     text += "\nthe scenario as it is is better than any point found\n";
   return text;

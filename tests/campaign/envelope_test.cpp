@@ -1,5 +1,6 @@
 #include "grapnel/campaign/envelope.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -8,6 +9,7 @@
 #include "campaign/fake_campaign.hpp"
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
+#include "support/schema_check.hpp"
 
 namespace grapnel {
 namespace envelope_test {
@@ -98,8 +100,9 @@ TEST(Envelope, IsInTheReport) {
   write_campaign_tables(folder.path(), campaign, "1", false, [](const TakeRow& take) {
     for (const CaseRow& row : rows()) take(row);
   });
-  const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"));
-  const nlohmann::json json = nlohmann::json::parse(campaign_json(campaign, report, "1"))["envelope"];
+  const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"), "1");
+  const nlohmann::json document = nlohmann::json::parse(campaign_json(report)), json = document["envelope"];
+  EXPECT_THAT(test::contract_faults<CampaignReport>(document), testing::IsEmpty());
   EXPECT_EQ(json["axes"][0]["values"], nlohmann::json::parse("[0.1, 0.2, 0.3]"));
   EXPECT_EQ(json["axes"][1]["values"], nlohmann::json::parse(R"(["rigid, or so", "soft"])"));
   EXPECT_EQ(json["successes"], nlohmann::json::parse("[10, 8, 6, 4, 2, 0]"));
@@ -128,7 +131,7 @@ TEST(Envelope, SaysWhatDecidesAndHowMuchIsSafe) {
       take(row);
     }
   });
-  const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"));
+  const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"), "1");
   EXPECT_FALSE(report.envelope[0].deciding());
   EXPECT_EQ(report.envelope[1].unmet, (std::vector<std::uint64_t>{10, 30}));
   EXPECT_EQ(deciding_text(campaign, report.envelope[1]), "soft");
@@ -140,7 +143,8 @@ TEST(Envelope, SaysWhatDecidesAndHowMuchIsSafe) {
             std::string::npos)
       << text;
   EXPECT_NE(envelope_csv(campaign, report.envelope).find(",soft\n"), std::string::npos);
-  const nlohmann::json json = nlohmann::json::parse(campaign_json(campaign, report, "1"))["envelope"];
+  const nlohmann::json document = nlohmann::json::parse(campaign_json(report)), json = document["envelope"];
+  EXPECT_THAT(test::contract_faults<CampaignReport>(document), testing::IsEmpty());
   EXPECT_EQ(json["deciding"], nlohmann::json::parse(R"([null, "soft", "not ok"])"));
   EXPECT_EQ(json["unmet"][1]["counts"], nlohmann::json::parse("[0, 30, 0]"));
   EXPECT_EQ(json["above"][1]["points"], 1);

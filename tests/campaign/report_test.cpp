@@ -1,6 +1,7 @@
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/campaign/campaign_table_writer.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -9,6 +10,7 @@
 
 #include "campaign/fake_campaign.hpp"
 #include "campaign/plain_statistics.hpp"
+#include "support/schema_check.hpp"
 
 namespace grapnel {
 namespace report_test {
@@ -71,8 +73,9 @@ Analyzed analyzed(Campaign campaign, std::vector<CaseRow> rows) {
     for (const CaseRow& row : rows) take(row);
   });
   const CampaignTable table(folder.path() / "table.h5");
-  const CampaignReport report = analyze_campaign(campaign, table);
-  const std::string text = campaign_json(campaign, report, "1.2.3");
+  const CampaignReport report = analyze_campaign(campaign, table, "1.2.3");
+  const std::string text = campaign_json(report);
+  EXPECT_THAT(test::contract_faults<CampaignReport>(Json::parse(text)), testing::IsEmpty());
   return {campaign, rows, report, Json::parse(text), text};
 }
 
@@ -482,7 +485,7 @@ TEST(CampaignReport, RefusesAnotherCampaignsTable) {
   const CampaignTable table(folder.path() / "table.h5");
   Campaign other = fake_campaign(1);
   other.columns.pop_back();
-  EXPECT_THROW(analyze_campaign(other, table), std::runtime_error);
+  EXPECT_THROW(analyze_campaign(other, table, "1"), std::runtime_error);
 }
 
 TEST(CampaignSummary, SaysWhatAPersonLooksForFirst) {

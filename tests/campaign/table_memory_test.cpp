@@ -63,7 +63,7 @@ TEST(CampaignMemory, DoesNotGrowWithTheRows) {
   const double after_writing = largest_memory();
   EXPECT_LT(after_writing - before, 8e6);  // measured 1.3e6
   const CampaignTable table(many.path() / "table.h5");
-  const CampaignReport report = analyze_campaign(wide_campaign(kMany), table);
+  const CampaignReport report = analyze_campaign(wide_campaign(kMany), table, "1");
   EXPECT_EQ(report.rows, kMany);
   EXPECT_LT((largest_memory() - before) / kMany, 200);  // bytes a row; measured 82
 }

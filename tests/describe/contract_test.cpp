@@ -35,6 +35,7 @@ struct Book {
   std::vector<Vector3d> axes = {{1, 2, 3}};
   std::array<std::string, 2> pair = {"a", "b"};
   bool hidden = true;
+  std::vector<std::variant<double, std::string>> marks = {1.5, "torn"};
 };
 
 }  // namespace
@@ -62,6 +63,7 @@ struct Described<Book> {
       field<&Book::pair>("pair", "of names"),
       field<&Book::hidden>("hidden", "unless wanted").when<[](const Book& b) { return !b.hidden; }>(),
       derived<[](const Book& b) { return !b.rows.empty(); }>("many", "", "whether there are several"),
+      field<&Book::marks>("marks", "pages/*/marks"),
   };
   static constexpr Type type = structure<Book>("Book", "of rows.", fields);
 };
@@ -78,12 +80,12 @@ TEST(Json, FollowsTheDescription) {
   Book b = book();
   EXPECT_EQ(json_of(b).dump(),
             R"({"first":{"value":1.0},"second":{"value":2.0},"mood":"lively","unknown":null,"way":null,"none":null,)"
-            R"("axes":[[1.0,2.0,3.0]],"pair":["a","b"],"many":true})");
+            R"("axes":[[1.0,2.0,3.0]],"pair":["a","b"],"many":true,"marks":[1.5,"torn"]})");
   b.hidden = false, b.absent = 0.5, b.unknown = 2, b.way = {0, 0, 1}, b.none = 3;
   EXPECT_EQ(
       json_of(b).dump(),
       R"({"first":{"value":1.0},"second":{"value":2.0},"mood":"lively","absent":0.5,"unknown":2.0,"way":[0.0,0.0,1.0],"none":3.0,)"
-      R"("axes":[[1.0,2.0,3.0]],"pair":["a","b"],"hidden":false,"many":true})");
+      R"("axes":[[1.0,2.0,3.0]],"pair":["a","b"],"hidden":false,"many":true,"marks":[1.5,"torn"]})");
 }
 
 TEST(Schema, TakesWhatIsWrittenAndNothingElse) {
@@ -103,6 +105,8 @@ TEST(Schema, TakesWhatIsWrittenAndNothingElse) {
   EXPECT_THAT(faults("/way", {0, 0, 1}), IsEmpty());
   EXPECT_THAT(faults("/way", {0, 0, nullptr}), Not(IsEmpty()));
   EXPECT_THAT(faults("/pair", {"a"}), Not(IsEmpty()));
+  EXPECT_THAT(faults("/marks", {"a", 1}), IsEmpty());
+  EXPECT_THAT(faults("/marks", {"a", true}), Not(IsEmpty()));
   EXPECT_THAT(faults("/first/value", -1), Not(IsEmpty()));
   EXPECT_THAT(faults("/third", {{"value", 1}}), IsEmpty());
   EXPECT_THAT(faults("/third", {{"values", 1}}), Not(IsEmpty()));
@@ -134,8 +138,10 @@ export interface Book {
   hidden?: boolean;
   /** whether there are several */
   many: boolean;
+  /** pages/*\/marks */
+  marks: (number | string)[];
   /** each row */
-  [NAME: string]: Row | Mood | number | number | null | [number, number, number] | null | [number, number, number][] | [string, string] | boolean;
+  [NAME: string]: Row | Mood | number | number | null | [number, number, number] | null | [number, number, number][] | [string, string] | boolean | (number | string)[];
 }
 
 // one of many.
@@ -159,6 +165,7 @@ TEST(Tables, AreRemadeInTheirPlaces) {
                                "| `none` | number or null | kg | a\\|b |\n"
                                "| `axes` | vectors | 1 | unit |\n"
                                "| `pair` | 2 texts |  | of names |\n"));
+  EXPECT_THAT(table, HasSubstr("| `marks` | numbers or texts |  | pages/*/marks |\n"));
   const std::string page =
       "# Books\n\n<!-- table Book -->\nold\n<!-- end of table -->\nProse.\n\n<!-- table Row -->\n"
       "<!-- end of table -->\n";

@@ -12,6 +12,7 @@
 #include "grapnel/report/report_data.hpp"
 #include "grapnel/study/optimization_report.hpp"
 #include "result/sample_result.hpp"
+#include "support/schema_check.hpp"
 
 namespace grapnel {
 namespace study_data_test {
@@ -23,6 +24,7 @@ using test::message_of;
 using test::put_bytes;
 using testing::ElementsAre;
 using testing::HasSubstr;
+using testing::IsEmpty;
 
 // Two speeds by three labels, with what CSV has to quote; the last point failed.
 struct Table {
@@ -58,6 +60,7 @@ struct StudyReport : testing::Test {
     for (const CaseRow& row : t.rows) csv += csv_line(t.study, row);
     put_bytes(folder / "table.csv", csv);
     put_bytes(folder / "study.json", sweep_json(t.study, t.rows, "0.1.0"));
+    EXPECT_THAT(test::contract_faults<SweepReport>(json::parse(bytes_of(folder / "study.json"))), IsEmpty());
   }
   json data() const { return json::parse(report_data(folder.path(), "1.2.3").json); }
   std::string fault() const {
@@ -180,7 +183,7 @@ TEST_F(StudyReport, ATableTooLargeForAPageIsSaid) {
 }
 
 // An optimization of one variable with one limit, and three points.
-struct OptimizationReport : StudyReport {
+struct ReportOfOptimization : StudyReport {
   void SetUp() override {
     Optimization o;
     o.name = "gentlest";
@@ -202,10 +205,12 @@ struct OptimizationReport : StudyReport {
     outcome.best = 2;
     put_bytes(folder / "evaluations.csv", evaluations_csv(o, outcome));
     put_bytes(folder / "comparison.json", comparison_json(o, outcome, &outcome.evaluations[2], "0.1.0"));
+    EXPECT_THAT(test::contract_faults<OptimizationReport>(json::parse(bytes_of(folder / "comparison.json"))),
+                IsEmpty());
   }
 };
 
-TEST_F(OptimizationReport, HasItsEvaluations) {
+TEST_F(ReportOfOptimization, HasItsEvaluations) {
   put_bytes(folder / "best.yaml", "");
   const json all = data(), found = all["optimization"];
   EXPECT_EQ(all["kind"], "optimization");
@@ -227,9 +232,9 @@ TEST_F(OptimizationReport, HasItsEvaluations) {
   EXPECT_EQ(found["reason"][1], "too far, \"2 m\"");
 }
 
-TEST_F(OptimizationReport, WithoutABestThereIsNoCommand) { EXPECT_EQ(data()["optimization"]["command"], ""); }
+TEST_F(ReportOfOptimization, WithoutABestThereIsNoCommand) { EXPECT_EQ(data()["optimization"]["command"], ""); }
 
-TEST_F(OptimizationReport, ATableOfAnotherSearchIsAFault) {
+TEST_F(ReportOfOptimization, ATableOfAnotherSearchIsAFault) {
   std::string csv = bytes_of(folder / "evaluations.csv");
   csv.replace(csv.find("approach_angle"), 14, "approach_speed");
   put_bytes(folder / "evaluations.csv", csv);

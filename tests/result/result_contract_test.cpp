@@ -1,4 +1,4 @@
-// What is published of results: schemas, pages, and the viewer's types say the same as the files.
+// What is published of summaries says the same as the files; tests/app/result_contract_test.cpp: of all documents.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -64,16 +64,6 @@ TEST(SummaryContract, TheSchemaSeesFaults) {
 }
 
 const fs::path kRoot = GRAPNEL_SOURCE_DIR;
-
-TEST(ResultContracts, PagesAndTypesAreAsTheProgramMakesThem) {
-  for (const ResultContract& contract : result_contracts()) {
-    const std::string kind(contract.kind);
-    const std::string page = bytes_of(kRoot / "docs/formats" / (kind + ".md"));
-    EXPECT_EQ(page_with_tables(page, contract.document()), page) << "run scripts/tables";
-    EXPECT_EQ(typescript_types(contract.document(), kOriginOfTypes), bytes_of(kRoot / "web/src" / (kind + "_types.ts")))
-        << "run scripts/tables";
-  }
-}
 
 TEST(ResultContracts, APageThatLacksATableIsRefused) {
   const std::string page = bytes_of(kRoot / "docs/formats/summary.md");

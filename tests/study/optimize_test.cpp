@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/scenario/scenario.hpp"
@@ -12,6 +13,7 @@
 #include "grapnel/study/quantity.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "study/study_case.hpp"
+#include "support/schema_check.hpp"
 
 namespace grapnel {
 namespace optimize_test {
@@ -146,7 +148,9 @@ TEST(Optimize, SaysThatFeasibilityWasNotChecked) {
   const Evaluation& best = outcome.evaluations[*outcome.best];
   EXPECT_THAT(comparison_text(optimization, outcome, &best),
               HasSubstr("\nfeasible: before not checked, after not checked\n"));
-  EXPECT_THAT(comparison_json(optimization, outcome, &best, ""), HasSubstr("\"after\": \"not checked\""));
+  const nlohmann::json written = nlohmann::json::parse(comparison_json(optimization, outcome, &best, ""));
+  EXPECT_EQ(written["feasibility"]["after"], "not checked");
+  EXPECT_THAT(test::contract_faults<OptimizationReport>(written), testing::IsEmpty());
 }
 
 TEST(Optimize, NothingAcceptableNamesTheLimitThatIsPassedLeast) {
@@ -157,6 +161,9 @@ TEST(Optimize, NothingAcceptableNamesTheLimitThatIsPassedLeast) {
   const OptimizationOutcome outcome = run(optimization);
   EXPECT_FALSE(outcome.best);
   ASSERT_TRUE(outcome.nearest);
+  const nlohmann::json written = nlohmann::json::parse(comparison_json(optimization, outcome, nullptr, ""));
+  EXPECT_EQ(written["best"], nullptr);
+  EXPECT_THAT(test::contract_faults<OptimizationReport>(written), testing::IsEmpty());
   EXPECT_EQ(outcome.beyond_limits(), outcome.count(CaseStatus::ok));
   EXPECT_THAT(why_nothing_is_best(optimization, outcome),
               HasSubstr("the limit 'grasps/tip-1/impulse_magnitude at most 0.001' is passed, with "));

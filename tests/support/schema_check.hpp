@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/describe/contract.hpp"
+
 namespace grapnel::test {
 
 class SchemaCheck {
@@ -21,5 +23,12 @@ class SchemaCheck {
   struct Parsed;
   std::unique_ptr<Parsed> parsed_;
 };
+
+/// The same against the published schema of a described document.
+template <class Document>
+std::vector<std::string> contract_faults(const nlohmann::json& document) {
+  static const SchemaCheck check(json_schema(type_of<Document>(), "document"));
+  return check.faults_of(document);
+}
 
 }  // namespace grapnel::test

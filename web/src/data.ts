@@ -2,7 +2,10 @@
 // here and nowhere else. SI units and radians; vectors in the world frame W; quaternions w, x, y, z. The C++ side is
 // grapnel/report/report_data.hpp; both change together.
 
+import type { CampaignReport } from "./campaign_types";
+import type { OptimizationReport } from "./optimization_types";
 import type { Scene, SceneBody, SceneShape } from "./scene_types";
+import type { SweepReport } from "./study_types";
 import type { Summary } from "./summary_types";
 
 export type { Scene, SceneBody, SceneShape };
@@ -68,7 +71,7 @@ export interface TableColumn {
 }
 
 export interface SweepData {
-  settings: any; // study.json as it is (docs/formats/study.md)
+  settings: Partly<SweepReport>; // study.json as it is (docs/formats/study.md)
   command: string; // "grapnel sweep STUDY.yaml --only {K} -o out/point-{K}": replays a point; "" if not known
   axes: (TableColumn & { labels?: string[] })[]; // with labels: values count from 0 into them
   axis_values: number[][]; // per axis, per point
@@ -79,7 +82,7 @@ export interface SweepData {
 }
 
 export interface OptimizationData {
-  comparison: any; // comparison.json as it is (docs/formats/optimization.md)
+  comparison: Partly<OptimizationReport>; // comparison.json as it is (docs/formats/optimization.md)
   command: string; // "grapnel run out/x/best.yaml"
   columns: TableColumn[]; // of evaluations.csv, the texts `search`, `status`, `reason` left out
   values: (number | null)[][]; // per column, per evaluation
@@ -91,7 +94,7 @@ export interface OptimizationData {
 // ---- Campaigns ----
 
 export interface CampaignData {
-  statistics: any; // campaign.json as it is (docs/formats/campaign.md)
+  statistics: Partly<CampaignReport>; // campaign.json as it is (docs/formats/campaign.md)
   command: string; // "grapnel campaign STUDY.yaml --only {K} -o out/case-{K}": replays a case; "" if not known
   rows: number; // of the table; 0 without one
   sample: PackedSample | null; // null: the folder has no sound table.h5

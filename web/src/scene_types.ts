@@ -1,4 +1,4 @@
-// Made by scripts/tables from the descriptions in grapnel/result: change those.
+// Made by scripts/tables from the descriptions of results in grapnel/: change those.
 
 // which bodies there are, how they hang together and what they look like.
 export interface Scene {

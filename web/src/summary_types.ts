@@ -1,4 +1,4 @@
-// Made by scripts/tables from the descriptions in grapnel/result: change those.
+// Made by scripts/tables from the descriptions of results in grapnel/: change those.
 
 // what happened in one capture, in SI units and radians.
 export interface Summary {

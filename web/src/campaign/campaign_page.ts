@@ -167,7 +167,7 @@ function lostInWords(model: CampaignModel): string {
 
 function inputsList(model: CampaignModel): HTMLElement | null {
   if (model.inputs.length === 0) return null;
-  const rows = model.inputs.map((d) => element("tr", {}, element("th", { scope: "row" }, breakable(d.name)), element("td", { class: "st-left" }, d.drawn || d.description), element("td", {}, `${number(d.mean)} ± ${withUnit(d.deviation, d.unit)}`)));
+  const rows = model.inputs.map((d) => element("tr", {}, element("th", { scope: "row" }, breakable(d.name)), element("td", { class: "st-left" }, d.description), element("td", {}, `${number(d.mean)} ± ${withUnit(d.deviation, d.unit)}`)));
   const head = element("tr", {}, ...["drawn", "distribution", "mean ± standard deviation"].map((t) => element("th", { scope: "col" }, t)));
   return element("div", { class: "st-scroll" }, element("table", { class: "st-grid" }, element("thead", {}, head), element("tbody", {}, ...rows)));
 }

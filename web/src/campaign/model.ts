@@ -62,7 +62,6 @@ export interface Described {
   quantiles: Quantile[]; // by probability
   histogram: Counts | null;
   successBy: Group[]; // of inputs
-  drawn: string; // of inputs: how they were drawn, in words; "": not said
 }
 
 export interface Influence {

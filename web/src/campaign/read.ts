@@ -1,18 +1,19 @@
 // campaign.json as the page's model. Whatever is missing or of another type becomes empty, null or NaN. No DOM.
-import type { CampaignData } from "../data";
+import type * as file from "../campaign_types";
+import type { CampaignData, Partly } from "../data";
 import type { CampaignModel, Counts, CriterionResult, Described, Failure, GraspCount, Group, Influence, Limit, Quantile, Sensitivity, WorstList } from "./model";
 import { readEnvelope } from "./read_envelope";
 import { proportionOf, wilson } from "./wilson";
 import { samplingName } from "./words";
 
 export function campaignModel(data: CampaignData): CampaignModel {
-  const s = data.statistics ?? {};
+  const s: Partly<file.CampaignReport> = data.statistics ?? {};
   const c = s.campaign ?? {};
   const counts = s.counts ?? {};
   const confidence = num(s.success?.confidence, 0.95);
   const rows = num(s.rows, data.rows);
-  const statuses = ["ok", "failed", "unreachable"].map((status) => ({ status, count: num(counts[status], 0) }));
-  const successes = num(counts.success, num(s.success?.successes));
+  const statuses = (["ok", "failed", "unreachable"] as const).map((status) => ({ status, count: num(counts[status], 0) }));
+  const successes = num(counts.success);
   return {
     name: text(c.name),
     description: text(c.description),
@@ -44,13 +45,13 @@ export function campaignModel(data: CampaignData): CampaignModel {
   };
 }
 
-function criterion(one: any, rows: number, confidence: number): CriterionResult {
+function criterion(one: Partly<file.CriterionResult>, rows: number, confidence: number): CriterionResult {
   const said = text(one?.text);
   return { ...proportionOf(one, num(one?.met), rows, confidence), name: text(one?.name) || said, text: said, onlyThis: num(one?.only_this), notChecked: num(one?.not_checked, 0), reads: list(one?.reads).map(text) };
 }
 
 // Of a magnitude both signs are limits.
-function limitsOf(one: any): Limit[] {
+function limitsOf(one: Partly<file.CriterionResult>): Limit[] {
   return list(one?.limits).flatMap((limit) => {
     const atMost = typeof limit?.at_most === "number";
     const value = num(limit?.at_most, num(limit?.at_least));
@@ -59,7 +60,7 @@ function limitsOf(one: any): Limit[] {
   });
 }
 
-function described(d: any, role: "input" | "column", confidence: number): Described {
+function described(d: Partly<file.Distribution>, role: "input" | "column", confidence: number): Described {
   return {
     name: text(d?.name),
     unit: text(d?.unit),
@@ -74,15 +75,14 @@ function described(d: any, role: "input" | "column", confidence: number): Descri
     quantiles: list(d?.quantiles).map(quantile),
     histogram: histogram(d?.histogram),
     successBy: groups(d?.success_by, confidence),
-    drawn: text(d?.distribution),
   };
 }
 
-function quantile(q: any): Quantile {
+function quantile(q: Partly<file.Quantile>): Quantile {
   return { probability: num(q?.probability), value: num(q?.value), lower: num(q?.lower), upper: num(q?.upper) };
 }
 
-function histogram(h: any): Counts | null {
+function histogram(h: Partly<file.Histogram> | undefined): Counts | null {
   const counts = list(h?.counts).map((v) => num(v, 0));
   const [begin, end] = [num(h?.begin), num(h?.end)];
   if (counts.length === 0 || !(end >= begin)) return null;
@@ -91,7 +91,7 @@ function histogram(h: any): Counts | null {
 }
 
 // Groups between the same two values are one: an input with few values has many.
-function groups(g: any, confidence: number): Group[] {
+function groups(g: Partly<file.SuccessBy> | undefined, confidence: number): Group[] {
   const made: { from: number; to: number; trials: number; successes: number }[] = [];
   list(g?.from).forEach((from, k) => {
     const one = { from: num(from), to: num(g?.to?.[k]), trials: num(g?.trials?.[k], 0), successes: num(g?.successes?.[k], 0) };
@@ -104,10 +104,10 @@ function groups(g: any, confidence: number): Group[] {
   return made.filter((m) => m.trials > 0).map((m) => ({ from: m.from, to: m.to, ...wilson(m.successes, m.trials, confidence) }));
 }
 
-function sensitivities(s: any): Sensitivity[] {
+function sensitivities(s: Partly<file.SensitivityOfAll> | undefined): Sensitivity[] {
   const inputs = list(s?.inputs).map(text);
   const groups = list(s?.groups).map((g) => text(g?.name));
-  const of = (names: string[], m: any): Influence[] => names.map((input, k) => ({ input, firstOrder: num(m?.first_order?.[k]), error: num(m?.error?.[k]), rank: num(m?.rank_correlation?.[k]) }));
+  const of = (names: string[], m: Partly<file.Measure | file.GroupIndices>): Influence[] => names.map((input, k) => ({ input, firstOrder: num(m?.first_order?.[k]), error: num(m?.error?.[k]), rank: num(m?.rank_correlation?.[k]) }));
   return list(s?.measures).map((m) => ({
     output: text(m?.name),
     of: text(m?.of),
@@ -118,12 +118,12 @@ function sensitivities(s: any): Sensitivity[] {
   }));
 }
 
-function grasp(g: any): GraspCount {
+function grasp(g: Partly<file.GraspCount>): GraspCount {
   const tolerances = list(g?.tolerances).map((t) => ({ name: text(t?.name), exceeded: num(t?.exceeded, 0), limiting: num(t?.limiting, 0) }));
   return { endEffector: text(g?.end_effector), captured: num(g?.captured, 0), missed: num(g?.missed, 0), tolerances };
 }
 
-function worst(w: any): WorstList {
+function worst(w: Partly<file.WorstCases>): WorstList {
   const cases = list(w?.cases).map((one) => ({
     index: num(one?.index),
     value: num(one?.value),
@@ -134,7 +134,7 @@ function worst(w: any): WorstList {
   return { by: text(w?.by), unit: text(w?.unit), direction: text(w?.direction), magnitude: w?.magnitude === true, cases };
 }
 
-function failure(f: any): Failure {
+function failure(f: Partly<file.Reason>): Failure {
   const examples = list(f?.examples).map((e) => ({ index: num(e?.index), reason: text(e?.reason), command: text(e?.replay) }));
   return { status: text(f?.status), reason: text(f?.reason), count: num(f?.count, 0), examples };
 }
@@ -142,7 +142,7 @@ function failure(f: any): Failure {
 const kSimulated: Record<string, string> = { impact: "planning and the impact alone", run: "whole captures" };
 const kPlanned: Record<string, string> = { nominal: "once, for the scenario as it stands: the planner does not know the true values", per_case: "for each case, from its true values" };
 
-function settings(s: any, c: any): [string, string][] {
+function settings(s: Partly<file.CampaignReport>, c: Partly<file.CampaignSettings>): [string, string][] {
   return [
     ["Simulated", kSimulated[text(c.simulate)] ?? text(c.simulate)],
     ["Planned", kPlanned[text(c.plan)] ?? text(c.plan)],
@@ -165,6 +165,6 @@ export function text(value: unknown): string {
   return typeof value === "string" ? value : typeof value === "number" ? String(value) : "";
 }
 
-export function list(value: unknown): any[] {
-  return Array.isArray(value) ? value : [];
+export function list<T>(value: readonly T[] | null | undefined): T[] {
+  return Array.isArray(value) ? (value as T[]) : [];
 }

@@ -1,8 +1,10 @@
 // The envelope part of campaign.json: success over the points of a design. No DOM.
+import type * as file from "../campaign_types";
+import type { Partly } from "../data";
 import type { Envelope, EnvelopeAxis } from "./model";
 import { proportionOf } from "./wilson";
 
-export function readEnvelope(e: any, confidence: number): Envelope | null {
+export function readEnvelope(e: Partly<file.SuccessEnvelope> | undefined, confidence: number): Envelope | null {
   if (!Array.isArray(e?.axes) || e.axes.length === 0) return null;
   const stated: EnvelopeAxis[] = e.axes.map(axis);
   // Maps need values that increase, whatever the order in the file.
@@ -14,21 +16,21 @@ export function readEnvelope(e: any, confidence: number): Envelope | null {
   for (let k = 0; k < count; ++k) {
     const said = { estimate: e.estimate?.[k], lower: e.lower?.[k], upper: e.upper?.[k] };
     const trials = numberOf(e.trials?.[k]) || 0;
-    points.push({ ...proportionOf(trials > 0 ? said : null, numberOf(e.successes?.[k]), trials, confidence), at: placeOf(axes, k).map((i, a) => ranks[a][i]), deciding: typeof e.deciding?.[k] === "string" ? e.deciding[k] : "", unmet: unmetAt(e.unmet, k) });
+    points.push({ ...proportionOf(trials > 0 ? said : null, numberOf(e.successes?.[k]), trials, confidence), at: placeOf(axes, k).map((i, a) => ranks[a][i]), deciding: textOf(e.deciding?.[k]), unmet: unmetAt(e.unmet, k) });
   }
   return { axes, points };
 }
 
-function unmetAt(unmet: any, k: number): { criterion: string; count: number }[] {
-  const all: any[] = Array.isArray(unmet) ? unmet : [];
-  return all.map((u) => ({ criterion: typeof u?.criterion === "string" ? u.criterion : "", count: numberOf(u?.counts?.[k]) || 0 }));
+function unmetAt(unmet: Partly<file.UnmetCriterion>[] | undefined, k: number): { criterion: string; count: number }[] {
+  const all = Array.isArray(unmet) ? unmet : [];
+  return all.map((u) => ({ criterion: textOf(u?.criterion), count: numberOf(u?.counts?.[k]) || 0 }));
 }
 
-function axis(a: any): EnvelopeAxis {
-  const values: any[] = Array.isArray(a?.values) ? a.values : [];
-  const numeric = a?.is_numeric !== false && values.every((v) => typeof v === "number");
-  const said = (key: string): string => (typeof a?.[key] === "string" ? a[key] : "");
-  return { name: said("name"), unit: said("unit"), description: said("description"), values: numeric ? values : values.map((_, k) => k), labels: numeric ? null : values.map(String) };
+function axis(a: Partly<file.EnvelopeAxis>): EnvelopeAxis {
+  const values = Array.isArray(a?.values) ? a.values : [];
+  const numbers = values.filter((v) => typeof v === "number");
+  const numeric = a?.is_numeric !== false && numbers.length === values.length;
+  return { name: textOf(a?.name), unit: textOf(a?.unit), description: textOf(a?.description), values: numeric ? numbers : values.map((_, k) => k), labels: numeric ? null : values.map(String) };
 }
 
 // The first axis varies slowest.
@@ -41,6 +43,10 @@ export function placeOf(axes: EnvelopeAxis[], point: number): number[] {
     rest = Math.floor(rest / n);
   }
   return at;
+}
+
+function textOf(value: unknown): string {
+  return typeof value === "string" ? value : "";
 }
 
 function numberOf(value: unknown): number {

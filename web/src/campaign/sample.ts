@@ -2,6 +2,7 @@
 import type { CampaignData, PackedSample, TableColumn } from "../data";
 import { bytesOf } from "../run";
 import { Field, type StudyTable, tableOf } from "../study/field";
+import { list } from "./read";
 
 export interface Sample {
   table: StudyTable;
@@ -24,7 +25,7 @@ export function sampleOf(data: CampaignData): Sample {
   const inputs = fieldsOf([...(packed?.design ?? []), ...(packed?.inputs ?? [])], "axis", rows);
   const successField = new Field("success", "success", "", "whether the case is ok and meets all criteria", "column", () => Float64Array.from(success), kSuccessLabels, kSuccessColors);
   // What criteria read comes first, in their order.
-  const read: string[] = (Array.isArray(data.statistics?.criteria) ? data.statistics.criteria : []).flatMap((one: any) => (Array.isArray(one?.reads) ? one.reads : []));
+  const read: string[] = list(data.statistics?.criteria).flatMap((one) => list(one?.reads));
   const place = (f: Field): number => (read.includes(f.name) ? read.indexOf(f.name) : read.length);
   const rest = fieldsOf(packed?.columns ?? [], "column", rows).sort((a, b) => place(a) - place(b));
   const columns = [successField, ...rest];

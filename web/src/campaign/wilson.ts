@@ -12,9 +12,14 @@ export function wilson(successes: number, trials: number, confidence: number): P
   return { successes, trials, estimate: p, lower: successes === 0 ? 0 : Math.max(0, middle - half), upper: successes === trials ? 1 : Math.min(1, middle + half) };
 }
 
+type Said = { [Key in "estimate" | "lower" | "upper"]?: number | null };
+
 // As the file has it; what it lacks is computed.
-export function proportionOf(said: any, successes: number, trials: number, confidence: number): Proportion {
-  const given = (key: string): number | null => (typeof said?.[key] === "number" ? said[key] : null);
+export function proportionOf(said: Said | null | undefined, successes: number, trials: number, confidence: number): Proportion {
+  const given = (key: keyof Said): number | null => {
+    const value = said?.[key];
+    return typeof value === "number" ? value : null;
+  };
   const count = Number.isFinite(successes) ? successes : Math.round((given("estimate") ?? NaN) * trials);
   const made = wilson(count, Number.isFinite(count) ? trials : 0, confidence);
   return { ...made, estimate: given("estimate") ?? made.estimate, lower: given("lower") ?? made.lower, upper: given("upper") ?? made.upper };

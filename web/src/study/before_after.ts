@@ -1,6 +1,8 @@
 // Before and after, row by row: variables, objective, limits, columns, with what changed.
+import type { OptimizationData, Partly } from "../data";
 import { download, element } from "../dom";
 import { columnHead, label, number } from "../format";
+import type { Change } from "../optimization_types";
 import { rowsToText } from "./csv";
 import { breakable } from "./describe";
 import { fileName } from "./export";
@@ -14,10 +16,10 @@ interface Row {
   remark?: string;
 }
 
-export function beforeAfterCard(comparison: any, study: string): HTMLElement {
-  const read = (list: any): Row[] => (Array.isArray(list) ? list : []).map((one: any) => row(one));
+export function beforeAfterCard(comparison: OptimizationData["comparison"], study: string): HTMLElement {
+  const read = (list: Partly<Change>[] | undefined): Row[] => (Array.isArray(list) ? list : []).map(row);
   const variables = (Array.isArray(comparison?.variables) ? comparison.variables : []).map(
-    (v: any): Row => ({ name: String(v?.name), unit: String(v?.unit ?? ""), before: null, after: v?.best ?? null, remark: `from ${number(v?.from)} to ${number(v?.to)}` }),
+    (v): Row => ({ name: String(v?.name), unit: String(v?.unit ?? ""), before: null, after: v?.best ?? null, remark: `from ${number(v?.from)} to ${number(v?.to)}` }),
   );
   const columns = read(comparison?.columns);
   const body = element("div", { class: "st-scroll" });
@@ -48,7 +50,7 @@ export function beforeAfterCard(comparison: any, study: string): HTMLElement {
   );
 }
 
-function row(one: any): Row {
+function row(one: Partly<Change>): Row {
   return { name: String(one?.name ?? "?"), unit: String(one?.unit ?? ""), before: one?.before ?? null, after: one?.after ?? null };
 }
 

@@ -59,7 +59,7 @@ export function sweepTable(data: SweepData): StudyTable {
 // The variables of the search are its axes. `point` counts rows and is left out.
 export function optimizationTable(data: OptimizationData): StudyTable {
   const size = data.status?.length ?? 0;
-  const variables: string[] = (data.comparison?.variables ?? []).map((v: any) => String(v?.name));
+  const variables: string[] = (data.comparison?.variables ?? []).map((v) => String(v?.name));
   const fields = columnFields(data.columns ?? [], data.values ?? [], size).filter((f) => f.name !== "point");
   const axes = variables
     .map((name) => fields.find((f) => f.name === name))

@@ -19,6 +19,8 @@ import { type Search, searchOf } from "./search";
 import { StudyState } from "./state";
 import { commandLine } from "./ui";
 
+type Comparison = OptimizationData["comparison"];
+
 export function buildOptimizationPage(host: HTMLElement, data: ReportData): void {
   const found = data.optimization;
   if (!found) throw new Error("the report holds no optimization");
@@ -65,10 +67,10 @@ function optimizationHeader(data: ReportData, found: OptimizationData, table: St
   const c = found.comparison;
   const { before = null, after = null } = c?.objective ?? {};
   const unit = text(c?.objective?.unit) === "1" ? "" : text(c?.objective?.unit);
-  const limits: any[] = Array.isArray(c?.limits) ? c.limits : [];
-  const kept = Number.isInteger(c?.best) && after !== null && !isBeyond(found, table, c.best);
+  const limits = Array.isArray(c?.limits) ? c.limits : [];
+  const kept = typeof c?.best === "number" && after !== null && !isBeyond(found, table, c.best);
   const [verdict, tone] = verdictOf(c, before, after, kept, limits.length > 0);
-  const count = (name: string): number => Number(c?.[name] ?? 0);
+  const count = (name: "evaluations" | "failed" | "unreachable" | "beyond_limits"): number => Number(c?.[name] ?? 0);
   const without = count("failed") + count("unreachable");
   return header({
     kind: "Optimization",
@@ -99,7 +101,7 @@ function optimizationHeader(data: ReportData, found: OptimizationData, table: St
   });
 }
 
-function verdictOf(c: any, before: number | null, after: number | null, kept: boolean, limited: boolean): [string, Tone] {
+function verdictOf(c: Comparison, before: number | null, after: number | null, kept: boolean, limited: boolean): [string, Tone] {
   if (after === null) return ["No best point found", "bad"];
   if (!kept) return ["No point keeps all limits", "bad"];
   const limits = limited ? ", all limits kept" : "";
@@ -113,7 +115,7 @@ function isBeyond(found: OptimizationData, table: StudyTable, best: number): boo
   return searchOf(table, found.comparison).outcome[best] === "beyond";
 }
 
-function said(c: any, before: number | null, after: number | null, unit: string): string {
+function said(c: Comparison, before: number | null, after: number | null, unit: string): string {
   const name = text(c?.objective?.name);
   if (before === null || after === null) return name ? `Asked: ${name}.` : "";
   return `Asked: ${name}. From ${number(before)} to ${number(after)} ${unitText(unit)}`.trim() + ". The best point found, not proven to be the best there is.";

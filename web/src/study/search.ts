@@ -1,4 +1,5 @@
 // What an optimization's evaluations tell about its search. No DOM.
+import type { OptimizationData } from "../data";
 import type { StudyTable } from "./field";
 
 export type Outcome = "acceptable" | "beyond" | "none"; // none: failed or unreachable
@@ -11,7 +12,7 @@ export interface Search {
   best: number | null; // evaluation
 }
 
-export function searchOf(table: StudyTable, comparison: any): Search {
+export function searchOf(table: StudyTable, comparison: OptimizationData["comparison"]): Search {
   const objective = table.find("objective")?.values ?? new Float64Array(table.size).fill(NaN);
   const acceptable = table.find("acceptable")?.values;
   const maximize = String(comparison?.objective?.name ?? "").startsWith("maximize");
@@ -27,7 +28,7 @@ export function searchOf(table: StudyTable, comparison: any): Search {
     bestSoFar[k] = best;
   }
   const at = comparison?.best;
-  return { maximize, outcome, objective, bestSoFar, best: Number.isInteger(at) && at >= 0 && at < table.size ? at : null };
+  return { maximize, outcome, objective, bestSoFar, best: typeof at === "number" && Number.isInteger(at) && at >= 0 && at < table.size ? at : null };
 }
 
 export const kOutcomeColors: Record<Outcome, string> = { acceptable: "#0072b2", beyond: "#d55e00", none: "#d55e00" };

@@ -1,0 +1,63 @@
+// Made by scripts/tables from the descriptions of results in grapnel/: change those.
+
+// what a sweep is, and how its points ended.
+export interface SweepReport {
+  /** the format of this file */
+  schema: StudyTableFormat;
+  /** of Grapnel */
+  version: string;
+  /** what it is */
+  study: StudySettings;
+  /** all of them [1] */
+  points: number;
+  /** points that came to their end [1] */
+  ok: number;
+  /** points in which something went wrong [1] */
+  failed: number;
+  /** points for which no configuration was found [1] */
+  unreachable: number;
+  /** in the order of the file */
+  axes: StudyAxis[];
+  /** of the table */
+  columns: Column[];
+  /** the study file */
+  text: string;
+}
+
+export type StudyTableFormat = "grapnel-study-table/1";
+
+// what the study is.
+export interface StudySettings {
+  /** of the study */
+  name: string;
+  /** the study file's name, without folders */
+  file: string;
+  /** of its bytes, followed by that of the scenarios that were checked beforehand */
+  sha256: string;
+  /** as in the file */
+  simulate: StudyMode;
+}
+
+export type StudyMode = "impact" | "run";
+
+// what a study varies.
+export interface StudyAxis {
+  /** path, quantity, or what the study calls it */
+  name: string;
+  /** of its numbers; empty: unknown, or no numbers */
+  unit: string;
+  /** what it changes */
+  description: string;
+  /** or labels [as stated] */
+  values: (number | string)[];
+}
+
+// a number that is kept of every case.
+export interface Column {
+  /** groups by `/` */
+  name: string;
+  /** `1` for counts, ratios and yes (1) or no (0) */
+  unit: string;
+  /** what it is */
+  description: string;
+}
