@@ -18,23 +18,33 @@ inline Description describe_numbers(std::span<const double> numbers, std::span<c
   return describe_sorted(sorted, numbers.size() - sorted.size(), probabilities, 0.95);
 }
 
-/// Pairs with a number that is not finite are left out.
-inline Sensitivity sensitivity_of(std::span<const double> x, std::span<const double> y) {
-  std::vector<double> with_x, with_y;
+/// The pairs whose numbers are both finite.
+struct Pairs {
+  std::vector<double> x, y;
+};
+inline Pairs finite_pairs(std::span<const double> x, std::span<const double> y) {
+  Pairs pairs;
   for (std::size_t i = 0; i < x.size(); ++i) {
     if (!std::isfinite(x[i]) || !std::isfinite(y[i])) continue;
-    with_x.push_back(x[i]);
-    with_y.push_back(y[i]);
+    pairs.x.push_back(x[i]);
+    pairs.y.push_back(y[i]);
   }
-  return grapnel::sensitivity_of(ranking_of(with_x), RankedNumbers(with_y));
+  return pairs;
 }
 
-/// Spearman's by its definition: Pearson's of the ranks. All numbers are finite.
+inline Sensitivity sensitivity_of(std::span<const double> x, std::span<const double> y) {
+  const Pairs pairs = finite_pairs(x, y);
+  return grapnel::sensitivity_of(ranking_of(pairs.x), RankedNumbers(pairs.y));
+}
+
+/// Spearman's by its definition: Pearson's of the ranks.
 inline double rank_correlation(std::span<const double> x, std::span<const double> y) {
-  const std::vector<double> a = mean_ranks(ranking_of(x), x.size()), b = mean_ranks(ranking_of(y), y.size());
-  const double mean = 0.5 * (static_cast<double>(x.size()) + 1);
+  const Pairs pairs = finite_pairs(x, y);
+  const std::size_t n = pairs.x.size();
+  const std::vector<double> a = mean_ranks(ranking_of(pairs.x), n), b = mean_ranks(ranking_of(pairs.y), n);
+  const double mean = 0.5 * (static_cast<double>(n) + 1);
   double aa = 0, bb = 0, ab = 0;
-  for (std::size_t i = 0; i < x.size(); ++i) {
+  for (std::size_t i = 0; i < n; ++i) {
     aa += (a[i] - mean) * (a[i] - mean);
     bb += (b[i] - mean) * (b[i] - mean);
     ab += (a[i] - mean) * (b[i] - mean);
