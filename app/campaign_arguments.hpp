@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Arguments of `grapnel campaign` and `grapnel envelope`, and of the same on many machines.
+/// Arguments of `grapnel campaign` and `grapnel map`, and of the same on many machines.
 
 #include <CLI/CLI.hpp>
 #include <string_view>

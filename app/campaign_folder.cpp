@@ -33,10 +33,10 @@ std::optional<Campaign> campaign_from_file(const CampaignRunOptions& options, bo
     std::vector<Fault> warnings;
     Campaign campaign = load_campaign(options.study, &warnings);
     if (say) say_faults(warnings);
-    if (!options.envelope || !campaign.design.empty()) return campaign;
+    if (!options.map || !campaign.design.empty()) return campaign;
     if (say)
       to_stderr(
-          "{}: error: grapnel envelope needs a 'design' of one or two axes; without one it is grapnel campaign "
+          "{}: error: grapnel map needs a 'design' of one or two axes; without one it is grapnel campaign "
           "that runs "
           "this file\n",
           options.study.string());
@@ -229,13 +229,13 @@ int write_campaign_results(const Campaign& campaign, const fs::path& folder, con
   const CampaignReport numbers = analyze_campaign(campaign, table, GRAPNEL_VERSION);
   write_file_atomically(folder / "campaign.json", campaign_json(numbers));
   if (!campaign.design.empty())
-    write_file_atomically(folder / "envelope.csv", envelope_csv(campaign, numbers.envelope));
+    write_file_atomically(folder / "success_map.csv", success_map_csv(campaign, numbers.success_map));
   const KeptSeries series = keep_series(campaign, table, folder, what, stop);
   if (series.stopped || stop.poll()) return kInterrupted;
   const FolderReport report = write_folder_report(folder, ResultKind::campaign, what.no_report);
   if (!what.quiet) {
     to_stdout("{}\nresults in {}: table.h5, {}campaign.json{}{}\n{}", campaign_summary(campaign, numbers),
-              folder.string(), what.no_csv ? "" : "table.csv, ", campaign.design.empty() ? "" : ", envelope.csv",
+              folder.string(), what.no_csv ? "" : "table.csv, ", campaign.design.empty() ? "" : ", success_map.csv",
               series.kept > 0 ? fmt::format(", series of {} cases", series.kept) : "", report.line);
   }
   for (const std::string& warning : numbers.warnings) to_stderr("{}: warning: {}\n", campaign.file, warning);

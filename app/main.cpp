@@ -53,12 +53,13 @@ int main(int argc, char** argv) {
   add_machine_arguments(*campaign_command, campaign_options);
   campaign_command->callback([&] { code = campaign(campaign_options); });
 
-  CLI::App* envelope_command = app.add_subcommand(
-      "envelope", "Probability of success over two design values: a campaign at each of their pairs");
-  add_campaign_arguments(*envelope_command, campaign_options);
-  add_machine_arguments(*envelope_command, campaign_options);
-  envelope_command->callback([&] {
-    campaign_options.envelope = true;
+  CLI::App* map_command =
+      app.add_subcommand("map", "Probability of success over two design values: a campaign at each of their pairs");
+  map_command->alias("envelope");  // as it was called
+  add_campaign_arguments(*map_command, campaign_options);
+  add_machine_arguments(*map_command, campaign_options);
+  map_command->callback([&] {
+    campaign_options.map = true;
     code = campaign(campaign_options);
   });
 
@@ -88,8 +89,7 @@ int main(int argc, char** argv) {
 
   ReportOptions report_options;
   CLI::App* report_command = app.add_subcommand("report", "Write report.html from results; of two runs a comparison");
-  report_command
-      ->add_option("folder", report_options.folder, "Result folder of run, sweep, optimize, campaign or envelope")
+  report_command->add_option("folder", report_options.folder, "Result folder of run, sweep, optimize, campaign or map")
       ->required();
   report_command->add_option("second", report_options.second, "Result folder of a run to compare with (default: none)");
   report_command->add_option("-o,--output", report_options.output,

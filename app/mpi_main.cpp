@@ -24,10 +24,11 @@ int main(int argc, char** argv) {
       app.add_subcommand("campaign", "As grapnel campaign; rank 0 hands out the work, and the others do it");
   add_campaign_arguments(*campaign_command, options);
   campaign_command->callback([&] { code = mpi_campaign(options, world); });
-  CLI::App* envelope_command = app.add_subcommand("envelope", "As grapnel envelope");
-  add_campaign_arguments(*envelope_command, options);
-  envelope_command->callback([&] {
-    options.envelope = true;
+  CLI::App* map_command = app.add_subcommand("map", "As grapnel map");
+  map_command->alias("envelope");  // as it was called
+  add_campaign_arguments(*map_command, options);
+  map_command->callback([&] {
+    options.map = true;
     code = mpi_campaign(options, world);
   });
 

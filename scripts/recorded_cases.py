@@ -7,7 +7,7 @@ import dataclasses
 import re
 import shlex
 
-MAP = "envelope"      # the command for the probability of success over two design values
+MAP = "map"      # the command for the probability of success over two design values
 OUT = "results"       # the commands write below it: results/KIND/NAME
 CASES = 2501          # instead of the 100 000 cases of a campaign; no multiple of a block, so that one is not full
 FEW_CASES = 9         # of a campaign of every scenario: eight at once, and one
@@ -83,7 +83,7 @@ VARIATIONS = {
 
 # Slips in studies: a shipped file, what is replaced (the first time it appears), and by what.
 ANGLE, AFFINE, RATIO = "optimize-angle.yaml", "thesis-affine.yaml", "mass-ratio.yaml"
-CAMPAIGN, DESIGN = "thesis-uncertain-target.yaml", "thesis-capture-envelope.yaml"
+CAMPAIGN, DESIGN = "thesis-uncertain-target.yaml", "thesis-success-map.yaml"
 SLIPS = (
     (RATIO, "simulate: impact", "simulate: impakt"), (RATIO, "axes:", "axis:"), (RATIO, "count: 41", "count: 0"),
     (RATIO, "quantity: mass_ratio", "quantity: mass_ration"), (RATIO, "from: 1e-6", "from: -1"), (RATIO, "1e4", "1e4 kg"),
@@ -187,7 +187,7 @@ def studies(inputs):
         out = place("studies", path.stem)
         arguments = [command, f"studies/{path.name}", "-o", out, "--no-report", "-j", "1"]
         found.append(Case("studies", path.stem, [(command, arguments)], folder=out))
-    slow = ("optimize-3d", "arm-2-limits", "thesis-capture-envelope", "thesis-open-loop-angle", "optimize-angle")
+    slow = ("optimize-3d", "arm-2-limits", "thesis-success-map", "thesis-open-loop-angle", "optimize-angle")
     found.sort(key=lambda case: slow.index(case.name) if case.name in slow else len(slow))
     single = (("sweep", RATIO, 7), ("sweep", "thesis-closed-loop.yaml", 31), ("campaign", CAMPAIGN, 1820), ("campaign", DESIGN, 20))
     for command, file, number in single:

@@ -65,7 +65,7 @@ struct Campaign {
   Sampling sampling = Sampling::random;
   CampaignPlan plan = CampaignPlan::nominal;
   std::vector<CampaignInput> inputs;
-  std::vector<StudyAxis> design;  // of a sweep or an envelope; the first varies slowest. Empty: none
+  std::vector<StudyAxis> design;  // of a sweep or a success map; the first varies slowest. Empty: none
   std::vector<Column> columns;    // what is kept of each case
   /// A case is a success if it is ok and all of these hold for its columns' numbers followed by its inputs'.
   std::vector<Criterion> success;

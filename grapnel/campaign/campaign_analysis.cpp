@@ -184,7 +184,7 @@ CampaignReport analyze_campaign(const Campaign& campaign, const CampaignTable& t
   report.axes = campaign.design;
   report.text = campaign.text;
   count_outcomes(rows, report);
-  report.envelope = envelope_of(campaign, rows.index, rows.status, rows.success);
+  report.success_map = success_map_of(campaign, rows.index, rows.status, rows.success);
   count_criteria(rows, report);
   report.worst = worst_lists(campaign);
   const std::vector<Ranking> inputs = analyze_inputs(rows, report);

@@ -19,7 +19,7 @@ struct SuccessRate {};
 struct BinsOf {};
 struct SensitivityOfAll {};
 struct GroupIndices {};
-struct SuccessEnvelope {};
+struct SuccessMap {};
 
 struct UnmetCriterion {
   std::string criterion;
@@ -29,7 +29,7 @@ struct PointsAbove {
   double level = 0;
   std::size_t points = 0;
 };
-struct EnvelopeAxis : StudyAxis {};
+struct SuccessMapAxis : StudyAxis {};
 
 template <double Sensitivity::*member>
 std::vector<double> each_of(const std::vector<Sensitivity>& indices) {
@@ -38,18 +38,18 @@ std::vector<double> each_of(const std::vector<Sensitivity>& indices) {
   return numbers;
 }
 
-// A number of every point of the envelope.
+// A number of every point of the success map.
 template <class Get>
 auto per_point(const Report& report, Get&& get) {
-  std::vector<std::remove_cvref_t<decltype(get(report.envelope.front()))>> list;
-  for (const EnvelopePoint& point : report.envelope) list.push_back(get(point));
+  std::vector<std::remove_cvref_t<decltype(get(report.success_map.front()))>> list;
+  for (const SuccessMapPoint& point : report.success_map) list.push_back(get(point));
   return list;
 }
 
 std::vector<UnmetCriterion> unmet_criteria(const Report& report) {
   std::vector<UnmetCriterion> list;
   for (std::size_t c = 0; c < report.criteria.size(); ++c)
-    list.push_back({report.criteria[c].name, per_point(report, [&](const EnvelopePoint& p) { return p.unmet[c]; })});
+    list.push_back({report.criteria[c].name, per_point(report, [&](const SuccessMapPoint& p) { return p.unmet[c]; })});
   return list;
 }
 
@@ -404,11 +404,11 @@ struct Described<Report::Grasp> {
   static constexpr Type type = structure<T>("GraspCount", "what became of one grasp.", fields);
 };
 
-// ---- Envelope ----
+// ---- Success map ----
 
 template <>
-struct Described<EnvelopeAxis> {
-  using T = EnvelopeAxis;
+struct Described<SuccessMapAxis> {
+  using T = SuccessMapAxis;
   static constexpr Field fields[] = {
       field<&T::name>("name", "of the axis"),
       field<&T::unit>("unit", "of its numbers"),
@@ -416,7 +416,7 @@ struct Described<EnvelopeAxis> {
       field<&T::is_numeric>("is_numeric", "whether its values are numbers"),
       derived<[](const T& axis) { return shown_values(axis); }>("values", "as stated", "or labels"),
   };
-  static constexpr Type type = structure<T>("EnvelopeAxis", "an axis of the design.", fields);
+  static constexpr Type type = structure<T>("SuccessMapAxis", "an axis of the design.", fields);
 };
 
 template <>
@@ -441,11 +441,11 @@ struct Described<PointsAbove> {
 };
 
 template <>
-struct Described<SuccessEnvelope> {
-  using Point = EnvelopePoint;
+struct Described<SuccessMap> {
+  using Point = SuccessMapPoint;
   static constexpr Field fields[] = {
       derived<[](const Report& r) {
-        std::vector<EnvelopeAxis> axes;
+        std::vector<SuccessMapAxis> axes;
         for (const StudyAxis& axis : r.axes) axes.push_back({axis});
         return axes;
       }>("axes", "", "of the design"),
@@ -476,12 +476,12 @@ struct Described<SuccessEnvelope> {
           .or_null(),
       derived<[](const Report& r) {
         std::vector<PointsAbove> list;
-        for (const double level : {0.5, 0.9, 0.99}) list.push_back({level, points_above(r.envelope, level)});
+        for (const double level : {0.5, 0.9, 0.99}) list.push_back({level, points_above(r.success_map, level)});
         return list;
       }>("above", "", "at three levels; the number in the report's headline"),
   };
-  static constexpr Type type = structure<SuccessEnvelope>(
-      "SuccessEnvelope",
+  static constexpr Type type = structure<SuccessMap>(
+      "SuccessMap",
       "success at the points of the design: lists, the first axis varying slowest. The same uncertain numbers are "
       "drawn at every point, so that points differ by the design alone.",
       fields);
@@ -514,8 +514,7 @@ const Type& type_of<CampaignReport>() {
       field<&T::grasps>("grasps", "where the columns `grasps/*/captured` are kept"),
       field<&T::reasons>("reasons", "the part of `failures` that are not ok; at most 50"),
       field<&T::reasons_left_out>("reasons_left_out", "1", "cases with other reasons"),
-      group<T, SuccessEnvelope>("envelope", "absent without a design")
-          .when<[](const T& r) { return !r.axes.empty(); }>(),
+      group<T, SuccessMap>("success_map", "absent without a design").when<[](const T& r) { return !r.axes.empty(); }>(),
       field<&T::text>("text", "the campaign file"),
   };
   static constexpr Type type = structure<T>("CampaignReport", "what the cases of a campaign say.", fields);

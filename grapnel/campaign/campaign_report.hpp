@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
-#include "grapnel/campaign/envelope.hpp"
 #include "grapnel/campaign/sensitivity.hpp"
 #include "grapnel/campaign/statistics.hpp"
+#include "grapnel/campaign/success_map.hpp"
 #include "grapnel/result/campaign_table.hpp"
 
 namespace grapnel {
@@ -129,7 +129,7 @@ struct CampaignReport {
   std::uint64_t assumed = 0;          // successes in which a grasp was taken to hold, with nothing to judge it by
   std::vector<std::string> warnings;  // what the numbers above do not say
   std::vector<StudyAxis> axes;        // of the design
-  std::vector<EnvelopePoint> envelope;
+  std::vector<SuccessMapPoint> success_map;
   std::string text;  // of the campaign file
 
   Proportion success_rate() const { return wilson(success, rows, confidence); }
@@ -202,7 +202,7 @@ struct Rows {
   }
 };
 
-/// Writes `criteria`, `failures` of rows that are ok, `assumed`, and what decides in the envelope.
+/// Writes `criteria`, `failures` of rows that are ok, `assumed`, and what decides in the success map.
 void count_criteria(const Rows& rows, CampaignReport& report);
 /// Writes `reasons`, and adds them to `failures`.
 void count_reasons(const Rows& rows, CampaignReport& report);

@@ -216,7 +216,8 @@ std::string campaign_summary(const Campaign& campaign, const CampaignReport& rep
   std::string text = head(campaign, report) + criteria_text(report) + failures_text(report) + grasps_text(report) +
                      quantiles_text(campaign, report) + sensitivity_text(campaign, report) +
                      worst_text(campaign, report);
-  if (!report.envelope.empty()) text += "\nprobability of success\n" + envelope_summary(campaign, report.envelope);
+  if (!report.success_map.empty())
+    text += "\nprobability of success\n" + success_map_summary(campaign, report.success_map);
   return text;
 }
 

@@ -83,8 +83,8 @@ CampaignQuery query_of(const Json& statistics, const fs::path& path, const std::
     query.sha256 = statistics.at(hash).get<std::string>();
   query.inputs = names_of(list_of(statistics, "inputs", path), path, "inputs");
   query.columns = names_of(list_of(statistics, "columns", path), path, "columns");
-  const Json::json_pointer axes("/envelope/axes");
-  if (statistics.contains(axes)) query.design = names_of(statistics.at(axes), path, "envelope.axes");
+  const Json::json_pointer axes("/success_map/axes");
+  if (statistics.contains(axes)) query.design = names_of(statistics.at(axes), path, "success_map.axes");
   query.cases = named_cases(statistics);
   query.cases.insert(query.cases.end(), saved.begin(), saved.end());
   const std::size_t width = query.design.size() + query.inputs.size() + query.columns.size() + 2;

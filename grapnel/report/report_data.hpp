@@ -12,7 +12,7 @@
 namespace grapnel {
 
 /// What a result folder holds: of `grapnel run` (summary.json), `sweep` (study.json, table.csv), `optimize`
-/// (comparison.json, evaluations.csv), `campaign` or `envelope` (campaign.json, table.h5).
+/// (comparison.json, evaluations.csv), `campaign` or `map` (campaign.json, table.h5).
 enum class ResultKind { run, sweep, optimization, campaign };
 
 /// By the files in it. @throws std::runtime_error naming the folder and what was looked for, or what there is too much

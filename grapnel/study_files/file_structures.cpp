@@ -387,7 +387,7 @@ struct Described<CampaignFile> {
           .at_least(0),
       field<&T::design>("design",
                         "Axes as in studies; their values apply to the scenario before the uncertain ones are drawn. "
-                        "For 'grapnel envelope'.")
+                        "For 'grapnel map'.")
           .items(1, 2)
           .optional(),
   });

@@ -1,4 +1,4 @@
-// grapnel campaign, merge and envelope as their users meet them: exit codes, files, messages, and what kills them.
+// grapnel campaign, merge and map as their users meet them: exit codes, files, messages, and what kills them.
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -296,7 +296,7 @@ TEST_F(Campaign, AnotherCampaignsFolderIsRefused) {
 TEST_F(Campaign, BadInputIsFoundBeforeAnythingRuns) {
   EXPECT_EQ(run("campaign nowhere.yaml").code, 2);
   study(300);
-  const Outcome o = run("envelope study.yaml -o r");
+  const Outcome o = run("map study.yaml -o r");
   EXPECT_EQ(o.code, 2);
   EXPECT_THAT(o.err, HasSubstr("needs a 'design'"));
   EXPECT_FALSE(fs::exists(folder_ / "r"));

@@ -37,7 +37,7 @@ export interface CampaignReport {
   /** cases with other reasons [1] */
   reasons_left_out: number;
   /** absent without a design */
-  envelope?: SuccessEnvelope;
+  success_map?: SuccessMap;
   /** the campaign file */
   text: string;
 }
@@ -339,9 +339,9 @@ export interface ToleranceCount {
 }
 
 // success at the points of the design: lists, the first axis varying slowest. The same uncertain numbers are drawn at every point, so that points differ by the design alone.
-export interface SuccessEnvelope {
+export interface SuccessMap {
   /** of the design */
-  axes: EnvelopeAxis[];
+  axes: SuccessMapAxis[];
   /** of the intervals [1] */
   confidence: number;
   /** rows [1] */
@@ -365,7 +365,7 @@ export interface SuccessEnvelope {
 }
 
 // an axis of the design.
-export interface EnvelopeAxis {
+export interface SuccessMapAxis {
   /** of the axis */
   name: string;
   /** of its numbers */

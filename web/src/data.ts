@@ -111,7 +111,7 @@ export interface PackedSample {
   statuses: string[]; // "ok", "failed", "unreachable"
   success: string; // base64, uint8
   reasons: [number, string][]; // row, text: rows that have one
-  design: (TableColumn & { labels?: string[]; data: string })[]; // of an envelope; with labels: values count from 0 into them
+  design: (TableColumn & { labels?: string[]; data: string })[]; // of a success map; with labels: values count from 0 into them
   inputs: (TableColumn & { data: string })[]; // base64, float32 little endian, NaN where there is nothing
   columns: (TableColumn & { data: string })[];
 }

@@ -1,4 +1,4 @@
-// Reports of campaigns and envelopes as people open them: no error, no request, and what is shown is what campaign.json says.
+// Reports of campaigns and success maps as people open them: no error, no request, and what is shown is what campaign.json says.
 import assert from "node:assert/strict";
 import { mkdirSync, readFileSync, statSync, writeFileSync } from "node:fs";
 import path from "node:path";
@@ -124,18 +124,18 @@ async function csv(p, card) {
   return readFileSync(await got.path(), "utf8");
 }
 
-describe("envelopes", () => {
+describe("success maps", () => {
   test("a map with its lines, walked by the keyboard", async () => {
-    const { page: p, context, faults } = await shown(page("envelope", campaignData("envelope")));
-    const map = p.locator("#study-envelope .cp-envelope > svg");
+    const { page: p, context, faults } = await shown(page("map", campaignData("map")));
+    const map = p.locator("#study-success-map .cp-success-map > svg");
     assert.equal(await map.locator("rect[shape-rendering]").count(), 12);
     for (const level of [0.5, 0.9]) assert.ok((await map.locator(`path[data-level="${level}"]`).count()) > 0, `line at ${level}`);
     await map.focus();
     await p.keyboard.press("ArrowRight");
     await p.keyboard.press("ArrowUp");
-    const said = await p.locator("#study-envelope [role=status]").innerText();
+    const said = await p.locator("#study-success-map [role=status]").innerText();
     assert.match(said, /success 0\.9500 · 95\u202f% ?: 0\.8882 to 0\.9785 · 95 of 100 cases · fails most often: soft \(5 cases\) · targets\.target-1\.mass: 10 kg · relative_speed: 0\.1 m\/s/);
-    const lines = (await csv(p, "#study-envelope")).trim().split("\n");
+    const lines = (await csv(p, "#study-success-map")).trim().split("\n");
     assert.equal(lines.length, 13);
     assert.ok(lines[6].startsWith("0.1,10,95,100,0.95,0.888"), lines[6]);
     assert.deepEqual(await axeFaults(p), []);
@@ -144,29 +144,29 @@ describe("envelopes", () => {
   });
 });
 
-describe("an envelope over one axis", () => {
+describe("a success map over one axis", () => {
   function one() {
-    const data = campaignData("envelope");
-    const { envelope } = data.statistics;
+    const data = campaignData("map");
+    const { success_map: map } = data.statistics;
     const [trials, successes] = [[100, 100, 0], [99, 40, 0]];
-    data.statistics.envelope = { axes: [envelope.axes[0]], trials, ok: trials, successes, unmet: [{ criterion: "soft", counts: [1, 60, 0] }], deciding: ["soft", "soft", null] };
+    data.statistics.success_map = { axes: [map.axes[0]], trials, ok: trials, successes, unmet: [{ criterion: "soft", counts: [1, 60, 0] }], deciding: ["soft", "soft", null] };
     data.sample.design = data.sample.design.slice(0, 1);
     return data;
   }
 
   test("is a curve with its intervals, walked by the keyboard", async () => {
-    const { page: p, context, faults } = await shown(page("envelope-curve", one()));
-    const plot = p.locator("#study-envelope .st-chart svg").first();
+    const { page: p, context, faults } = await shown(page("map-curve", one()));
+    const plot = p.locator("#study-success-map .st-chart svg").first();
     assert.equal(await plot.locator("circle").count(), 2, "a point without cases is none");
     await plot.focus();
     await p.keyboard.press("ArrowRight");
-    const said = await p.locator("#study-envelope [role=status]").innerText();
+    const said = await p.locator("#study-success-map [role=status]").innerText();
     assert.match(said, /success 0\.4000 · 95\u202f% ?: 0\.3094 to 0\.4980 · 40 of 100 cases · fails most often: soft \(60 cases\) · relative_speed: 0\.1 m\/s/);
     await p.keyboard.press("Enter");
     assert.equal(await p.evaluate(() => window.__grapnel.study.kept), 68, "cases 4 to 7, 16 to 19 and so on");
-    await p.locator("#study-envelope").getByLabel("what fails").check();
-    assert.ok((await p.locator("#study-envelope .st-legend").innerText()).includes("share of cases that fail “soft”"));
-    const lines = (await csv(p, "#study-envelope")).trim().split("\n");
+    await p.locator("#study-success-map").getByLabel("what fails").check();
+    assert.ok((await p.locator("#study-success-map .st-legend").innerText()).includes("share of cases that fail “soft”"));
+    const lines = (await csv(p, "#study-success-map")).trim().split("\n");
     assert.equal(lines.length, 4);
     assert.ok(lines[2].startsWith("0.1,40,100,0.4,0.309"), lines[2]);
     assert.deepEqual(await axeFaults(p), []);
@@ -175,13 +175,13 @@ describe("an envelope over one axis", () => {
   });
 });
 
-describe("envelopes lead to their cases", () => {
+describe("success maps lead to their cases", () => {
   test("the map shows what the headline counts, a cell keeps its cases, saved ones are linked", async () => {
-    const { page: p, context, faults } = await shown(page("envelope-cells", campaignData("envelope")));
+    const { page: p, context, faults } = await shown(page("map-cells", campaignData("map")));
     assert.match(await p.locator("#study-verdict").innerText(), /^4 of 12 points capture with probability 0\.9 or more/);
-    assert.match(await p.locator("#study-envelope .st-card-title").innerText(), /lower end of its interval/);
-    assert.deepEqual(await p.locator("#study-envelope .cp-envelope svg .cp-cell").evaluateAll((all) => all.filter((t) => !t.textContent.startsWith("<") && Number(t.textContent.replace(">", "0")) >= 0.9).length) <= 4, true);
-    const map = p.locator("#study-envelope .cp-envelope > svg");
+    assert.match(await p.locator("#study-success-map .st-card-title").innerText(), /lower end of its interval/);
+    assert.deepEqual(await p.locator("#study-success-map .cp-success-map svg .cp-cell").evaluateAll((all) => all.filter((t) => !t.textContent.startsWith("<") && Number(t.textContent.replace(">", "0")) >= 0.9).length) <= 4, true);
+    const map = p.locator("#study-success-map .cp-success-map > svg");
     await map.focus();
     await p.keyboard.press("ArrowRight");
     await p.keyboard.press("Enter");
@@ -192,8 +192,8 @@ describe("envelopes lead to their cases", () => {
     assert.equal(await p.evaluate(() => window.__grapnel.study.kept), 200);
     const links = await p.locator("a.cp-saved").evaluateAll((all) => [...new Set(all.map((a) => a.getAttribute("href")))].sort());
     assert.deepEqual(links, ["series/case-13/report.html", "series/case-2/report.html"]);
-    await p.locator("#study-envelope select").selectOption("deciding");
-    const legend = await p.locator("#study-envelope .st-legend").innerText();
+    await p.locator("#study-success-map select").selectOption("deciding");
+    const legend = await p.locator("#study-success-map .st-legend").innerText();
     for (const name of ["captured", "soft", "nothing fails"]) assert.ok(legend.includes(name), legend);
     assert.ok((await p.locator("#study-influence").evaluate((e) => e.textContent)).includes("Unexplained by them one by one: 12 %"));
     assert.match((await p.locator("#study-spread .st-card-title").innerText()).replace(/\u200b/g, ""), /against relative_speed/, "what matters most is the design's");
@@ -234,9 +234,9 @@ describe("nothing lies on anything else", () => {
   }
 
   for (const width of [1400, 420]) {
-    test(`numbers and names of lines in a steep envelope at ${width} px`, async () => {
+    test(`numbers and names of lines in a steep success map at ${width} px`, async () => {
       const { page: p, context, faults } = await shown(page(`steep-${width}`, steep()), { viewport: { width, height: 900 } });
-      const texts = await p.locator("#study-envelope .cp-envelope > svg").locator(".cp-level, .cp-cell").evaluateAll((all) =>
+      const texts = await p.locator("#study-success-map .cp-success-map > svg").locator(".cp-level, .cp-cell").evaluateAll((all) =>
         all.map((t) => {
           const { left, right, top, bottom } = t.getBoundingClientRect();
           return { text: t.textContent, level: t.classList.contains("cp-level"), left, right, top, bottom };
@@ -248,7 +248,7 @@ describe("nothing lies on anything else", () => {
       // A pixel of each text's box is air.
       const meet = (a, b) => a.left + 1 < b.right && b.left + 1 < a.right && a.top + 1 < b.bottom && b.top + 1 < a.bottom;
       texts.forEach((a, k) => texts.slice(k + 1).forEach((b) => assert.ok(!meet(a, b), `${a.text} on ${b.text}`)));
-      const ramp = p.locator("#study-envelope .st-ramp svg");
+      const ramp = p.locator("#study-success-map .st-ramp svg");
       assert.equal(await ramp.count(), 1);
       assert.match(await ramp.first().evaluate((svg) => svg.textContent), /0\.0.*probability of success|probability of success.*1\.0/);
       assert.deepEqual(faults, []);
@@ -259,11 +259,11 @@ describe("nothing lies on anything else", () => {
   // Probabilities that fall from 1 to 0 within three cells, of so many cases that their lower bounds, which the map
   // opens with, do too.
   function steep() {
-    const data = campaignData("envelope");
+    const data = campaignData("map");
     const size = 13;
     const successes = Array.from({ length: size * size }, (_, k) => Math.round(10000 / (1 + Math.exp(3.2 * (Math.floor(k / size) - 8 + 0.2 * (k % size))))));
     const axis = (name, unit) => ({ name, unit, description: "", is_numeric: true, values: Array.from({ length: size }, (_, k) => k / 100) });
-    data.statistics.envelope = { axes: [axis("relative_speed", "m/s"), axis("target_spin", "rad/s")], trials: successes.map(() => 10000), ok: successes.map(() => 10000), successes };
+    data.statistics.success_map = { axes: [axis("relative_speed", "m/s"), axis("target_spin", "rad/s")], trials: successes.map(() => 10000), ok: successes.map(() => 10000), successes };
     return data;
   }
 

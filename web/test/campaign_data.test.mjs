@@ -7,7 +7,7 @@ import { campaignData, campaignStatistics } from "./made_campaign.mjs";
 
 let c; // all that the modules export
 before(async () => {
-  const names = ["model", "read", "sample", "wilson", "words", "bands", "cumulative", "contours", "envelope_grid", "pick", "names", "contour_labels"];
+  const names = ["model", "read", "sample", "wilson", "words", "bands", "cumulative", "contours", "map_grid", "pick", "names", "contour_labels"];
   c = await bundle(["format", ...names.map((name) => `campaign/${name}`)]);
 });
 
@@ -57,7 +57,7 @@ test("groups of an input with few values are one per value", () => {
 });
 
 test("nothing, and keys missing one by one or of other types, make a model", () => {
-  for (const statistics of [null, {}, [], "x", { criteria: 3, inputs: {}, columns: [null, 7], worst: [null], reasons: [{}], sensitivity: [], envelope: { axes: [] } }])
+  for (const statistics of [null, {}, [], "x", { criteria: 3, inputs: {}, columns: [null, 7], worst: [null], reasons: [{}], sensitivity: [], success_map: { axes: [] } }])
     assert.ok(c.campaignModel({ statistics, rows: 0 }).inputs);
   const whole = campaignStatistics();
   const walk = (value, path) => {
@@ -99,8 +99,8 @@ test("why cases fail, what is assumed, and what is saved are there", () => {
   assert.deepEqual([success.groups[0].input, success.groups[0].firstOrder, success.unexplained, impulse.groups.length], ["both", 0.8, 0.2, 0]);
 });
 
-test("a point of an envelope says what decides there", () => {
-  const { points } = c.campaignModel(campaignData("envelope")).envelope;
+test("a point of a success map says what decides there", () => {
+  const { points } = c.campaignModel(campaignData("map")).successMap;
   assert.deepEqual([points[0].deciding, points[5].deciding, points[11].deciding], ["", "soft", "captured"]);
   assert.deepEqual(points[11].unmet, [{ criterion: "captured", count: 100 }, { criterion: "soft", count: 100 }]);
 });
@@ -176,21 +176,21 @@ test("a circle's contour closes, a saddle has two lines", () => {
   assert.equal(c.contourSegments([0, 1], [0, 1], [[1, 0], [0, 1]], 0.6).length, 2);
 });
 
-test("an envelope is a grid, the first axis upward", () => {
-  const data = campaignData("envelope");
-  const e = c.campaignModel(data).envelope;
+test("a success map is a grid, the first axis upward", () => {
+  const data = campaignData("map");
+  const e = c.campaignModel(data).successMap;
   assert.deepEqual(e.axes.map((a) => a.values.length), [3, 4]);
   assert.deepEqual([e.points[5].at, e.points[5].successes, e.points[5].trials], [[1, 1], 95, 100]);
   const grid = c.gridOf(e);
   assert.equal(grid[1][1], e.points[5]);
   assert.deepEqual(c.cellEdges([0, 1, 3]), [-0.5, 0.5, 2, 4]);
   near(e.points[5].lower, c.wilson(95, 100, 0.95).lower, 1e-12);
-  const turned = campaignData("envelope").statistics;
-  turned.envelope.axes[1].values.reverse();
-  const other = c.campaignModel({ statistics: turned, rows: 0 }).envelope;
+  const turned = campaignData("map").statistics;
+  turned.success_map.axes[1].values.reverse();
+  const other = c.campaignModel({ statistics: turned, rows: 0 }).successMap;
   assert.deepEqual([other.axes[1].values, c.gridOf(other)[1][2].successes], [[5, 10, 20, 40], 95], "values that decrease are turned round");
-  data.statistics.envelope.trials[5] = 0;
-  assert.ok(Number.isNaN(c.campaignModel(data).envelope.points[5].estimate));
+  data.statistics.success_map.trials[5] = 0;
+  assert.ok(Number.isNaN(c.campaignModel(data).successMap.points[5].estimate));
 });
 
 test("units are read as kg m², and written to files as kg m^2", () => {

@@ -67,9 +67,9 @@ export function campaignStatistics(name = "made up", kind = "campaign") {
     const at = (k) => begin + ((end - begin) * k) / 4;
     input.success_by = { from: [0, 1, 2, 3].map(at), to: [1, 2, 3, 4].map(at), trials: [50, 50, 50, 50], successes: [50, 48, 45, 40] };
   }
-  if (kind === "envelope") {
+  if (kind === "map") {
     const successes = [100, 99, 97, 90, 98, 95, 80, 50, 90, 70, 30, 0];
-    statistics.envelope = {
+    statistics.success_map = {
       axes: [
         { name: "relative_speed", unit: "m/s", description: "", is_numeric: true, values: [0, 0.1, 0.2] },
         { name: "targets.target-1.mass", unit: "kg", description: "", is_numeric: true, values: [5, 10, 20, 40] },
@@ -103,9 +103,9 @@ export function campaignData(kind = "campaign", name = "made up") {
     columns: [column(statistics.columns[0], rows.map((r) => 2 * r.impulse)), column(statistics.columns[1], rows.map((r) => r.captured)), column(statistics.columns[2], rows.map((r) => r.impulse))],
   };
   // Every point of the design has 16 or 17 of the rows.
-  if (kind === "envelope") {
+  if (kind === "map") {
     const point = rows.map((_, k) => k % 12);
-    sample.design = statistics.envelope.axes.map((axis, a) => column(axis, point.map((p) => axis.values[a === 0 ? Math.floor(p / 4) : p % 4])));
+    sample.design = statistics.success_map.axes.map((axis, a) => column(axis, point.map((p) => axis.values[a === 0 ? Math.floor(p / 4) : p % 4])));
   }
   return { statistics, command: "grapnel campaign 'studies/made up.yaml' --only {K}", rows: kCases, sample, notes: [], saved: [2, 13] };
 }

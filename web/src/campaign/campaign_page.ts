@@ -13,12 +13,12 @@ import { pointCard } from "../study/point_card";
 import { PointTable } from "../study/point_table";
 import { StudyState } from "../study/state";
 import { DistributionChart } from "./distribution";
-import { EnvelopeCurve } from "./envelope_curve";
-import { EnvelopeMap } from "./envelope_map";
+import { SuccessCurve } from "./success_curve";
+import { SuccessMapChart } from "./success_map_chart";
 import { InfluenceChart } from "./influence";
 import { InputsChart } from "./inputs_chart";
 import { intervalCard } from "./interval_chart";
-import type { CampaignModel, Envelope, Proportion } from "./model";
+import type { CampaignModel, SuccessMap, Proportion } from "./model";
 import { campaignModel } from "./read";
 import { kSuccessLabels, type Sample, sampleOf } from "./sample";
 import { SpreadChart } from "./spread_chart";
@@ -47,7 +47,7 @@ export function buildCampaignPage(host: HTMLElement, data: ReportData): void {
     state,
     head: campaignHeader(data, campaign, model),
     first: [
-      ...(model.envelope ? [() => envelopeOrNote(model, name, state)] : []),
+      ...(model.successMap ? [() => successMapOrNote(model, name, state)] : []),
       () => intervalCard(model, name),
       () => DistributionChart.of(model, name)?.card.root ?? emptyCard("No column has numbers."),
     ],
@@ -64,8 +64,8 @@ export function commandFor(campaign: CampaignData, index: number): string {
   return text(campaign.command).split("{K}").join(String(index));
 }
 
-function envelopeOrNote(model: CampaignModel, name: string, state: StudyState): HTMLElement {
-  const card = (EnvelopeMap.of(model, name, state) ?? EnvelopeCurve.of(model, name, state))?.card.root;
+function successMapOrNote(model: CampaignModel, name: string, state: StudyState): HTMLElement {
+  const card = (SuccessMapChart.of(model, name, state) ?? SuccessCurve.of(model, name, state))?.card.root;
   return card ?? emptyCard("The design's axes have no values to draw over.");
 }
 
@@ -91,9 +91,9 @@ function campaignHeader(data: ReportData, campaign: CampaignData, model: Campaig
   const p = model.success;
   const lost = model.counts.filter((c) => c.status !== "ok" && c.count > 0);
   const partial = model.rows < model.total;
-  const [verdict, said] = model.envelope ? envelopeVerdict(model, model.envelope) : verdictOf(model, p);
+  const [verdict, said] = model.successMap ? successMapVerdict(model, model.successMap) : verdictOf(model, p);
   const head = header({
-    kind: model.envelope ? "Envelope" : "Campaign",
+    kind: model.successMap ? "Success map" : "Campaign",
     title: data.title,
     verdict,
     tone: "none",
@@ -130,7 +130,7 @@ function verdictOf(model: CampaignModel, p: Proportion): [string, string] {
 }
 
 // Over all points of a design one probability would mean nothing.
-function envelopeVerdict(model: CampaignModel, e: Envelope): [string, string] {
+function successMapVerdict(model: CampaignModel, e: SuccessMap): [string, string] {
   const sure = (level: number): number => e.points.filter((p) => p.trials > 0 && p.lower >= level).length;
   const reach = [0.99, 0.9, 0.5].map((level) => `${counted(sure(level))} at ${level} or more`);
   const open = e.points.filter((p) => p.trials === 0).length;
@@ -144,10 +144,10 @@ function criteriaInWords(model: CampaignModel): string {
 }
 
 function tiles(model: CampaignModel): Tile[] {
-  const made: Tile[] = [{ name: "cases", value: counted(model.rows), detail: model.envelope ? `${plural(model.envelope.points.length, "point")} of the design` : `${plural(model.inputs.length, "drawn input")}` }];
+  const made: Tile[] = [{ name: "cases", value: counted(model.rows), detail: model.successMap ? `${plural(model.successMap.points.length, "point")} of the design` : `${plural(model.inputs.length, "drawn input")}` }];
   const without = model.success.trials - model.success.successes;
   made.push({ name: "without success", value: counted(without), detail: lostInWords(model) });
-  if (model.envelope) return made;
+  if (model.successMap) return made;
   const strict = [...model.criteria].filter((c) => Number.isFinite(c.onlyThis)).sort((a, b) => b.onlyThis - a.onlyThis)[0];
   if (strict && model.criteria.length > 1 && strict.onlyThis > 0)
     made.push({ name: "decides most often", value: breakable(strict.name), detail: `${plural(strict.onlyThis, "case")} in which nothing else fails` });

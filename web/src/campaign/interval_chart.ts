@@ -36,7 +36,7 @@ class IntervalChart {
     study: string,
   ) {
     this.rows = rowsOf(model);
-    this.card = chartCard({ id: "probability", title: model.envelope ? "Success over all points of the design" : "Capture probability", study, csv: () => csv(this.rows) });
+    this.card = chartCard({ id: "probability", title: model.successMap ? "Success over all points of the design" : "Capture probability", study, csv: () => csv(this.rows) });
     if (spread(this.rows) < 0.4) this.card.controls.append(toggle("enlarged", false, (on) => ((this.near = on), this.draw())));
     this.card.note.textContent = note(model);
     onWidth(this.card.body, (width) => {

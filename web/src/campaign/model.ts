@@ -118,7 +118,7 @@ export interface Failure {
   examples: { index: number; reason: string; command: string }[];
 }
 
-export interface EnvelopeAxis {
+export interface MapAxis {
   name: string;
   unit: string;
   description: string;
@@ -126,15 +126,15 @@ export interface EnvelopeAxis {
   labels: string[] | null; // values count from 0 into them
 }
 
-export interface EnvelopePoint extends Proportion {
+export interface MapPoint extends Proportion {
   at: number[]; // per axis: which value
   deciding: string; // the criterion that most cases fail; "": none fails, or not known
   unmet: { criterion: string; count: number }[];
 }
 
-export interface Envelope {
-  axes: EnvelopeAxis[];
-  points: EnvelopePoint[];
+export interface SuccessMap {
+  axes: MapAxis[];
+  points: MapPoint[];
 }
 
 export interface CampaignModel {
@@ -161,7 +161,7 @@ export interface CampaignModel {
   saved: Set<number>; // cases whose complete results lie in series/
   failuresLeftOut: number; // cases with other reasons
   measuresLeftOut: number; // of sensitivities
-  envelope: Envelope | null;
+  successMap: SuccessMap | null;
   settings: [string, string][];
   text: string; // the campaign's file
   sampling: string;

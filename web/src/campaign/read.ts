@@ -2,7 +2,7 @@
 import type * as file from "../campaign_types";
 import type { CampaignData, Partly } from "../data";
 import type { CampaignModel, Counts, CriterionResult, Described, Failure, GraspCount, Group, Influence, Limit, Quantile, Sensitivity, WorstList } from "./model";
-import { readEnvelope } from "./read_envelope";
+import { readSuccessMap } from "./read_success_map";
 import { proportionOf, wilson } from "./wilson";
 import { samplingName } from "./words";
 
@@ -38,7 +38,7 @@ export function campaignModel(data: CampaignData): CampaignModel {
     warnings: list(s.warnings).map(text).filter((w) => w !== ""),
     saved: new Set(list(data.saved).map((k) => num(k)).filter(Number.isFinite)),
     measuresLeftOut: num(s.sensitivity?.left_out, 0),
-    envelope: readEnvelope(s.envelope, confidence),
+    successMap: readSuccessMap(s.success_map, confidence),
     settings: settings(s, c),
     text: text(s.text),
     sampling: text(c.sampling),

@@ -1,12 +1,12 @@
-// The envelope part of campaign.json: success over the points of a design. No DOM.
+// The success map of campaign.json: success over the points of a design. No DOM.
 import type * as file from "../campaign_types";
 import type { Partly } from "../data";
-import type { Envelope, EnvelopeAxis } from "./model";
+import type { SuccessMap, MapAxis } from "./model";
 import { proportionOf } from "./wilson";
 
-export function readEnvelope(e: Partly<file.SuccessEnvelope> | undefined, confidence: number): Envelope | null {
+export function readSuccessMap(e: Partly<file.SuccessMap> | undefined, confidence: number): SuccessMap | null {
   if (!Array.isArray(e?.axes) || e.axes.length === 0) return null;
-  const stated: EnvelopeAxis[] = e.axes.map(axis);
+  const stated: MapAxis[] = e.axes.map(axis);
   // Maps need values that increase, whatever the order in the file.
   const orders = stated.map((a) => a.values.map((_, k) => k).sort((i, j) => a.values[i] - a.values[j] || i - j));
   const ranks = orders.map((order) => order.map((_, k) => order.indexOf(k)));
@@ -26,7 +26,7 @@ function unmetAt(unmet: Partly<file.UnmetCriterion>[] | undefined, k: number): {
   return all.map((u) => ({ criterion: textOf(u?.criterion), count: numberOf(u?.counts?.[k]) || 0 }));
 }
 
-function axis(a: Partly<file.EnvelopeAxis>): EnvelopeAxis {
+function axis(a: Partly<file.SuccessMapAxis>): MapAxis {
   const values = Array.isArray(a?.values) ? a.values : [];
   const numbers = values.filter((v) => typeof v === "number");
   const numeric = a?.is_numeric !== false && numbers.length === values.length;
@@ -34,7 +34,7 @@ function axis(a: Partly<file.EnvelopeAxis>): EnvelopeAxis {
 }
 
 // The first axis varies slowest.
-export function placeOf(axes: EnvelopeAxis[], point: number): number[] {
+export function placeOf(axes: MapAxis[], point: number): number[] {
   const at = axes.map(() => 0);
   let rest = point;
   for (let a = axes.length - 1; a >= 0; --a) {

@@ -1,4 +1,4 @@
-// The capture envelope over one parameter of the design: the probability of success with its interval, and the share of
+// The success map over one parameter of the design: the probability of success with its interval, and the share of
 // cases that each criterion stops. Arrow keys walk over its points, and each is said with its interval.
 import * as Plot from "@observablehq/plot";
 import { element, svgElement } from "../dom";
@@ -9,9 +9,9 @@ import { kStyle } from "../study/scales";
 import { hideTooltip, showTooltip } from "../study/tooltip";
 import type { StudyState } from "../study/state";
 import { onWidth, toggle } from "../study/ui";
-import { cellEdges } from "./envelope_grid";
-import { axisOf, choosePoint, envelopeCsv, kCriteria, nameOf, pointWords } from "./envelope_words";
-import type { CampaignModel, Envelope, EnvelopeAxis, EnvelopePoint } from "./model";
+import { cellEdges } from "./map_grid";
+import { axisOf, choosePoint, successMapCsv, kCriteria, nameOf, pointWords } from "./map_words";
+import type { CampaignModel, SuccessMap, MapAxis, MapPoint } from "./model";
 import { percent, probability } from "./words";
 
 const kLevels = [0.5, 0.9, 0.99];
@@ -22,10 +22,10 @@ interface Stopped {
   share: number; // of the point's cases that fail it
 }
 
-export class EnvelopeCurve {
+export class SuccessCurve {
   readonly card: ChartCard;
-  private readonly x: EnvelopeAxis;
-  private readonly points: EnvelopePoint[]; // those with cases, as the axis increases
+  private readonly x: MapAxis;
+  private readonly points: MapPoint[]; // those with cases, as the axis increases
   private width = 0;
   private criteria = false;
   private cursor = 0;
@@ -33,20 +33,20 @@ export class EnvelopeCurve {
   private mark: (k: number) => void = () => undefined;
 
   // Null: another number of axes, or one without values.
-  static of(model: CampaignModel, study: string, state: StudyState | null = null): EnvelopeCurve | null {
-    const { envelope } = model;
-    return envelope && envelope.axes.length === 1 && envelope.axes[0].values.length > 0 ? new EnvelopeCurve(model, envelope, study, state) : null;
+  static of(model: CampaignModel, study: string, state: StudyState | null = null): SuccessCurve | null {
+    const { successMap } = model;
+    return successMap && successMap.axes.length === 1 && successMap.axes[0].values.length > 0 ? new SuccessCurve(model, successMap, study, state) : null;
   }
 
   private constructor(
     private readonly model: CampaignModel,
-    private readonly envelope: Envelope,
+    private readonly successMap: SuccessMap,
     study: string,
     private readonly state: StudyState | null,
   ) {
-    [this.x] = envelope.axes;
-    this.points = envelope.points.filter((p) => p.trials > 0).sort((a, b) => a.at[0] - b.at[0]);
-    this.card = chartCard({ id: "envelope", title: `Capture envelope: probability of success over ${nameOf(this.x)}`, study, csv: () => envelopeCsv(envelope) });
+    [this.x] = successMap.axes;
+    this.points = successMap.points.filter((p) => p.trials > 0).sort((a, b) => a.at[0] - b.at[0]);
+    this.card = chartCard({ id: "success-map", title: `Probability of success over ${nameOf(this.x)}`, study, csv: () => successMapCsv(successMap) });
     if (this.stopped().length > 0) this.card.controls.append(toggle("what fails", false, (on) => ((this.criteria = on), this.draw())));
     this.card.body.after(this.said);
     this.card.note.textContent = `Bars are ${percent(model.confidence)} intervals (Wilson's score), levels ${kLevels.join(", ")}. Point at a value, or walk with the arrow keys, for its numbers and what fails there; a click or Enter keeps its cases alone in the charts and the table below.`;
@@ -61,7 +61,7 @@ export class EnvelopeCurve {
     const { x, points, width } = this;
     const [ink, blue] = [css("--ink"), lineColor("#0072b2")];
     const edges = cellEdges(x.values);
-    const at = (p: EnvelopePoint): number => x.values[p.at[0]];
+    const at = (p: MapPoint): number => x.values[p.at[0]];
     const stopped = this.criteria ? this.stopped() : [];
     const criteria = [...new Set(stopped.map((s) => s.criterion))];
     const color = (name: string): string => lineColor(kCriteria[(1 + criteria.indexOf(name)) % kCriteria.length]);
@@ -97,7 +97,7 @@ export class EnvelopeCurve {
   }
 
   private words(k: number): string[] {
-    return pointWords(this.model, this.envelope.axes, this.envelope.points.find((p) => p.at[0] === k), [k]);
+    return pointWords(this.model, this.successMap.axes, this.successMap.points.find((p) => p.at[0] === k), [k]);
   }
 
   private pointAt(plot: SVGSVGElement & Plot.Plot, edges: number[]): void {

@@ -1,4 +1,4 @@
-#include "grapnel/campaign/envelope.hpp"
+#include "grapnel/campaign/success_map.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 #include "support/schema_check.hpp"
 
 namespace grapnel {
-namespace envelope_test {
+namespace success_map_test {
 
 using test::TemporaryFolder;
 
@@ -40,7 +40,7 @@ std::vector<CaseRow> rows() {
   return all;
 }
 
-std::vector<EnvelopePoint> envelope() {
+std::vector<SuccessMapPoint> map_of_design() {
   std::vector<std::uint64_t> index;
   std::vector<std::uint8_t> status, success;
   for (const CaseRow& row : rows()) {
@@ -48,11 +48,11 @@ std::vector<EnvelopePoint> envelope() {
     status.push_back(static_cast<std::uint8_t>(row.status));
     success.push_back(row.success);
   }
-  return envelope_of(design(), index, status, success);
+  return success_map_of(design(), index, status, success);
 }
 
-TEST(Envelope, CountsEveryPoint) {
-  const std::vector<EnvelopePoint> points = envelope();
+TEST(SuccessMap, CountsEveryPoint) {
+  const std::vector<SuccessMapPoint> points = map_of_design();
   ASSERT_EQ(points.size(), 6u);
   for (std::size_t p = 0; p < 6; ++p) {
     const std::uint64_t trials = p < 5 ? 10 : 4;
@@ -63,19 +63,19 @@ TEST(Envelope, CountsEveryPoint) {
   }
 }
 
-TEST(Envelope, KeepsPointsWithoutRows) {
-  const std::vector<EnvelopePoint> points = envelope_of(design(), {}, {}, {});
+TEST(SuccessMap, KeepsPointsWithoutRows) {
+  const std::vector<SuccessMapPoint> points = success_map_of(design(), {}, {}, {});
   ASSERT_EQ(points.size(), 6u);
   EXPECT_TRUE(std::isnan(points[3].success.estimate));
   EXPECT_EQ(points[3].success.upper, 1);
   const std::vector<std::uint64_t> beyond{60};
   const std::vector<std::uint8_t> one{1};
-  EXPECT_THROW(envelope_of(design(), beyond, one, one), std::runtime_error);
-  EXPECT_TRUE(envelope_of(test::fake_campaign(3), beyond, one, one).empty()) << "without a design";
+  EXPECT_THROW(success_map_of(design(), beyond, one, one), std::runtime_error);
+  EXPECT_TRUE(success_map_of(test::fake_campaign(3), beyond, one, one).empty()) << "without a design";
 }
 
-TEST(Envelope, HasATextFile) {
-  const std::string text = envelope_csv(design(), envelope());
+TEST(SuccessMap, HasATextFile) {
+  const std::string text = success_map_csv(design(), map_of_design());
   EXPECT_TRUE(text.starts_with(
       "point,speed [m/s],law,trials,ok,successes,estimate,lower,upper,deciding\n0,0.1,\"rigid, or so\",10,10,10,1,"))
       << text;
@@ -83,25 +83,25 @@ TEST(Envelope, HasATextFile) {
   EXPECT_NE(text.find("\n5,0.3,soft,4,4,0,0,0,"), std::string::npos);
 }
 
-TEST(Envelope, IsATableOnATerminal) {
-  const std::string text = envelope_summary(design(), envelope());
+TEST(SuccessMap, IsATableOnATerminal) {
+  const std::string text = success_map_summary(design(), map_of_design());
   EXPECT_NE(text.find("speed [m/s] downwards, law to the right"), std::string::npos) << text;
   EXPECT_NE(text.find("rigid, or so  soft"), std::string::npos) << text;
   EXPECT_NE(text.find("100 %  80 %"), std::string::npos) << text;
   Campaign one = design();
   one.design.pop_back();
-  const std::vector<EnvelopePoint> points(3);
-  EXPECT_NE(envelope_summary(one, points).find("speed [m/s]"), std::string::npos);
+  const std::vector<SuccessMapPoint> points(3);
+  EXPECT_NE(success_map_summary(one, points).find("speed [m/s]"), std::string::npos);
 }
 
-TEST(Envelope, IsInTheReport) {
+TEST(SuccessMap, IsInTheReport) {
   const TemporaryFolder folder;
   const Campaign campaign = design();
   write_campaign_tables(folder.path(), campaign, "1", false, [](const TakeRow& take) {
     for (const CaseRow& row : rows()) take(row);
   });
   const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"), "1");
-  const nlohmann::json document = nlohmann::json::parse(campaign_json(report)), json = document["envelope"];
+  const nlohmann::json document = nlohmann::json::parse(campaign_json(report)), json = document["success_map"];
   EXPECT_THAT(test::contract_faults<CampaignReport>(document), testing::IsEmpty());
   EXPECT_EQ(json["axes"][0]["values"], nlohmann::json::parse("[0.1, 0.2, 0.3]"));
   EXPECT_EQ(json["axes"][1]["values"], nlohmann::json::parse(R"(["rigid, or so", "soft"])"));
@@ -113,7 +113,7 @@ TEST(Envelope, IsInTheReport) {
 }
 
 // What the map is coloured by is what the headline counts: the lower end of the interval.
-TEST(Envelope, SaysWhatDecidesAndHowMuchIsSafe) {
+TEST(SuccessMap, SaysWhatDecidesAndHowMuchIsSafe) {
   Campaign campaign = test::fake_campaign(100);
   campaign.design = {{"speed", "m/s", "", true, {{0.1, ""}, {0.2, ""}, {0.3, ""}}}};
   const std::vector<std::string> names{"a", "b/x", "b/y", "mass", "spin/x"};
@@ -132,18 +132,18 @@ TEST(Envelope, SaysWhatDecidesAndHowMuchIsSafe) {
     }
   });
   const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"), "1");
-  EXPECT_FALSE(report.envelope[0].deciding());
-  EXPECT_EQ(report.envelope[1].unmet, (std::vector<std::uint64_t>{10, 30}));
-  EXPECT_EQ(deciding_text(campaign, report.envelope[1]), "soft");
-  EXPECT_EQ(deciding_text(campaign, report.envelope[2]), "not ok");
-  EXPECT_EQ(points_above(report.envelope, 0.9), 1u);
+  EXPECT_FALSE(report.success_map[0].deciding());
+  EXPECT_EQ(report.success_map[1].unmet, (std::vector<std::uint64_t>{10, 30}));
+  EXPECT_EQ(deciding_text(campaign, report.success_map[1]), "soft");
+  EXPECT_EQ(deciding_text(campaign, report.success_map[2]), "not ok");
+  EXPECT_EQ(points_above(report.success_map, 0.9), 1u);
   const std::string text = campaign_summary(campaign, report);
   EXPECT_NE(text.find("1 of 3 points have a probability of success of 0.9 or more (lower end of its 95 % interval)\n"
                       "what fails most often: soft at 1, cases that are not ok at 1"),
             std::string::npos)
       << text;
-  EXPECT_NE(envelope_csv(campaign, report.envelope).find(",soft\n"), std::string::npos);
-  const nlohmann::json document = nlohmann::json::parse(campaign_json(report)), json = document["envelope"];
+  EXPECT_NE(success_map_csv(campaign, report.success_map).find(",soft\n"), std::string::npos);
+  const nlohmann::json document = nlohmann::json::parse(campaign_json(report)), json = document["success_map"];
   EXPECT_THAT(test::contract_faults<CampaignReport>(document), testing::IsEmpty());
   EXPECT_EQ(json["deciding"], nlohmann::json::parse(R"([null, "soft", "not ok"])"));
   EXPECT_EQ(json["unmet"][1]["counts"], nlohmann::json::parse("[0, 30, 0]"));
@@ -161,5 +161,5 @@ TEST(Percentage, HasTheDigitsThatAreKnown) {
   EXPECT_EQ(shown(0, 0), "-");
 }
 
-}  // namespace envelope_test
+}  // namespace success_map_test
 }  // namespace grapnel

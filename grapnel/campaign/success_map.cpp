@@ -1,4 +1,4 @@
-#include "grapnel/campaign/envelope.hpp"
+#include "grapnel/campaign/success_map.hpp"
 
 #include <fmt/format.h>
 
@@ -22,12 +22,12 @@ std::string head_of(const StudyAxis& axis) {
   return axis.unit.empty() || axis.unit == "1" ? axis.name : axis.name + " [" + axis.unit + "]";
 }
 
-std::string cell(const EnvelopePoint& point) {
+std::string cell(const SuccessMapPoint& point) {
   return point.success.trials == 0 ? "-" : percentage(point.success.estimate, point.success);
 }
 
 // The first axis downwards, the second to the right, as many columns at a time as fit.
-std::string matrix(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+std::string matrix(const Campaign& campaign, std::span<const SuccessMapPoint> points) {
   constexpr std::size_t kColumns = 9;
   const StudyAxis &down = campaign.design[0], &right = campaign.design[1];
   std::string text = "  " + head_of(down) + " downwards, " + head_of(right) + " to the right\n";
@@ -47,7 +47,7 @@ std::string matrix(const Campaign& campaign, std::span<const EnvelopePoint> poin
   return text;
 }
 
-std::string lines(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+std::string lines(const Campaign& campaign, std::span<const SuccessMapPoint> points) {
   TextTable table(0);
   std::vector<std::string> cells;
   for (const StudyAxis& axis : campaign.design) cells.push_back(head_of(axis));
@@ -66,12 +66,12 @@ std::string lines(const Campaign& campaign, std::span<const EnvelopePoint> point
 }
 
 // The headline, and what decides.
-std::string headline(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+std::string headline(const Campaign& campaign, std::span<const SuccessMapPoint> points) {
   std::string text =
       fmt::format("{} of {} points have a probability of success of 0.9 or more (lower end of its {:g} % interval)\n",
                   points_above(points, 0.9), points.size(), 100 * campaign.confidence);
   std::vector<std::size_t> decided(campaign.success.size() + 1);
-  for (const EnvelopePoint& point : points) {
+  for (const SuccessMapPoint& point : points) {
     if (const auto deciding = point.deciding()) ++decided[*deciding];
   }
   std::string list;
@@ -86,7 +86,7 @@ std::string headline(const Campaign& campaign, std::span<const EnvelopePoint> po
 
 }  // namespace
 
-std::optional<std::size_t> EnvelopePoint::deciding() const {
+std::optional<std::size_t> SuccessMapPoint::deciding() const {
   const std::uint64_t lost = success.trials - ok;
   const auto most = std::max_element(unmet.begin(), unmet.end());
   if (lost > 0 && (most == unmet.end() || lost > *most)) return unmet.size();
@@ -94,13 +94,13 @@ std::optional<std::size_t> EnvelopePoint::deciding() const {
   return static_cast<std::size_t>(most - unmet.begin());
 }
 
-std::size_t points_above(std::span<const EnvelopePoint> points, double level) {
-  return static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [&](const EnvelopePoint& point) {
+std::size_t points_above(std::span<const SuccessMapPoint> points, double level) {
+  return static_cast<std::size_t>(std::count_if(points.begin(), points.end(), [&](const SuccessMapPoint& point) {
     return point.success.trials > 0 && point.success.lower >= level;
   }));
 }
 
-std::string deciding_text(const Campaign& campaign, const EnvelopePoint& point) {
+std::string deciding_text(const Campaign& campaign, const SuccessMapPoint& point) {
   const auto deciding = point.deciding();
   if (!deciding) return "";
   return *deciding < campaign.success.size() ? campaign.success[*deciding].name() : "not ok";
@@ -113,11 +113,12 @@ std::string percentage(double probability, const Proportion& of) {
   return fmt::format("{:.{}f} %", 100 * probability, digits);
 }
 
-std::vector<EnvelopePoint> envelope_of(const Campaign& campaign, std::span<const std::uint64_t> indices,
-                                       std::span<const std::uint8_t> status, std::span<const std::uint8_t> success) {
+std::vector<SuccessMapPoint> success_map_of(const Campaign& campaign, std::span<const std::uint64_t> indices,
+                                            std::span<const std::uint8_t> status,
+                                            std::span<const std::uint8_t> success) {
   if (campaign.design.empty()) return {};
   const std::uint64_t count = campaign.total() / std::max<std::uint64_t>(campaign.cases, 1);
-  std::vector<EnvelopePoint> points(count);
+  std::vector<SuccessMapPoint> points(count);
   std::vector<std::uint64_t> trials(count, 0), successes(count, 0);
   for (std::size_t row = 0; row < indices.size(); ++row) {
     const std::uint64_t point = campaign.cases == 0 ? count : indices[row] / campaign.cases;
@@ -134,7 +135,7 @@ std::vector<EnvelopePoint> envelope_of(const Campaign& campaign, std::span<const
   return points;
 }
 
-std::string envelope_csv(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+std::string success_map_csv(const Campaign& campaign, std::span<const SuccessMapPoint> points) {
   std::string text = "point";
   for (const StudyAxis& axis : campaign.design)
     text += "," + csv_quoted(axis.unit.empty() ? axis.name : axis.name + " [" + axis.unit + "]");
@@ -152,7 +153,7 @@ std::string envelope_csv(const Campaign& campaign, std::span<const EnvelopePoint
   return text;
 }
 
-std::string envelope_summary(const Campaign& campaign, std::span<const EnvelopePoint> points) {
+std::string success_map_summary(const Campaign& campaign, std::span<const SuccessMapPoint> points) {
   if (points.empty()) return "";
   return (campaign.design.size() == 2 ? matrix(campaign, points) : lines(campaign, points)) + "\n" +
          headline(campaign, points);

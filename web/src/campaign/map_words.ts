@@ -1,24 +1,24 @@
-// What the pictures of a capture envelope share: names and numbers of its points, its CSV, and the choice of a point.
+// What the pictures of a success map share: names and numbers of its points, its CSV, and the choice of a point.
 import type * as Plot from "@observablehq/plot";
 import { columnHead, label, withUnit } from "../format";
 import { rowsToText } from "../study/csv";
 import { clipped, plural, shortened } from "../study/describe";
 import type { StudyState } from "../study/state";
-import type { CampaignModel, Envelope, EnvelopeAxis, EnvelopePoint } from "./model";
+import type { CampaignModel, SuccessMap, MapAxis, MapPoint } from "./model";
 import { interval, percent, probability, share } from "./words";
 
 export const kCriteria = ["#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442"];
 
-export function nameOf(a: EnvelopeAxis): string {
+export function nameOf(a: MapAxis): string {
   return label(a.name, a.unit);
 }
 
-function valueOf(a: EnvelopeAxis, k: number): string {
+function valueOf(a: MapAxis, k: number): string {
   return a.labels ? (a.labels[k] ?? "?") : withUnit(a.values[k], a.unit);
 }
 
 // An axis of the design on `pixels`, a tick at most every `each` of them, in a card of `width`.
-export function axisOf(a: EnvelopeAxis, pixels: number, domain: [number, number], each: number, width: number): Plot.ScaleOptions {
+export function axisOf(a: MapAxis, pixels: number, domain: [number, number], each: number, width: number): Plot.ScaleOptions {
   const title = shortened(nameOf(a), Math.max(14, Math.floor((width - 90) / 6.6)));
   const few = a.values.length <= pixels / each;
   const ticks = few ? a.values : Math.max(3, Math.floor(pixels / each));
@@ -27,7 +27,7 @@ export function axisOf(a: EnvelopeAxis, pixels: number, domain: [number, number]
 }
 
 // The point at value `at[a]` of each axis; undefined: it has no cases.
-export function pointWords(model: CampaignModel, axes: EnvelopeAxis[], p: EnvelopePoint | undefined, at: number[]): string[] {
+export function pointWords(model: CampaignModel, axes: MapAxis[], p: MapPoint | undefined, at: number[]): string[] {
   const where = axes.map((axis, a) => `${axis.name}: ${valueOf(axis, at[a])}`).reverse();
   if (!p || p.trials === 0) return [...where, "no cases"];
   const fails = p.deciding === "" ? [] : [`fails most often: ${p.deciding}${p.unmet.filter((u) => u.criterion === p.deciding).map((u) => ` (${plural(u.count, "case")})`).join("")}`];
@@ -35,7 +35,7 @@ export function pointWords(model: CampaignModel, axes: EnvelopeAxis[], p: Envelo
 }
 
 // A point keeps its cases alone, in all charts and the table; the same point again lets all come back.
-export function choosePoint(state: StudyState, places: { axis: EnvelopeAxis; edges: number[]; at: number }[]): void {
+export function choosePoint(state: StudyState, places: { axis: MapAxis; edges: number[]; at: number }[]): void {
   const ranges = places.map(({ axis, edges, at }) => {
     const field = state.table.axes.find((f) => f.name === axis.name);
     return field && { field, from: edges[at], to: edges[at + 1] };
@@ -47,7 +47,7 @@ export function choosePoint(state: StudyState, places: { axis: EnvelopeAxis; edg
   if (first >= 0) state.select(first);
 }
 
-export function envelopeCsv(e: Envelope): string {
+export function successMapCsv(e: SuccessMap): string {
   const head = [...e.axes.map((a) => columnHead(a.name, a.unit)), "successes", "cases", "probability", "lower", "upper", "fails most often"];
   const rows = e.points.map((p) => [...p.at.map((k, a) => e.axes[a].labels?.[k] ?? e.axes[a].values[k]), p.successes, p.trials, p.estimate, p.lower, p.upper, p.deciding]);
   return rowsToText([head, ...rows]);

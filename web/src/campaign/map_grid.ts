@@ -1,11 +1,11 @@
-// An envelope's points as a grid. No DOM.
-import type { Envelope, EnvelopePoint } from "./model";
+// A success map's points as a grid. No DOM.
+import type { SuccessMap, MapPoint } from "./model";
 
 // [j][i]: value j of the first axis, value i of the second, both upward.
-export function gridOf(envelope: Envelope): (EnvelopePoint | undefined)[][] {
-  const [y, x] = envelope.axes;
-  const grid: (EnvelopePoint | undefined)[][] = y.values.map(() => new Array(x.values.length).fill(undefined));
-  for (const p of envelope.points) if (grid[p.at[0]] && p.at[1] < x.values.length) grid[p.at[0]][p.at[1]] = p;
+export function gridOf(successMap: SuccessMap): (MapPoint | undefined)[][] {
+  const [y, x] = successMap.axes;
+  const grid: (MapPoint | undefined)[][] = y.values.map(() => new Array(x.values.length).fill(undefined));
+  for (const p of successMap.points) if (grid[p.at[0]] && p.at[1] < x.values.length) grid[p.at[0]][p.at[1]] = p;
   return grid;
 }
 

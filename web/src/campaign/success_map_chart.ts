@@ -1,4 +1,4 @@
-// The capture envelope: the probability of success over two parameters of the design, with lines at 0.5, 0.9 and 0.99.
+// The probability of success over two parameters of the design, with lines at 0.5, 0.9 and 0.99.
 // Arrow keys walk over its points, and each is said with its interval.
 import * as Plot from "@observablehq/plot";
 import { element, svgElement } from "../dom";
@@ -11,10 +11,10 @@ import type { StudyState } from "../study/state";
 import { onWidth, select } from "../study/ui";
 import { crosses, type LineLabel, type NamedLine, overlap, placeLabels } from "./contour_labels";
 import { contourSegments, joined } from "./contours";
-import { cellEdges, gridOf } from "./envelope_grid";
-import { flatRamp, kProbabilityColor, kRampWidth, uprightRamp } from "./envelope_ramp";
-import { axisOf, choosePoint, envelopeCsv, kCriteria, nameOf, pointWords } from "./envelope_words";
-import type { CampaignModel, Envelope, EnvelopeAxis, EnvelopePoint } from "./model";
+import { cellEdges, gridOf } from "./map_grid";
+import { flatRamp, kProbabilityColor, kRampWidth, uprightRamp } from "./map_ramp";
+import { axisOf, choosePoint, successMapCsv, kCriteria, nameOf, pointWords } from "./map_words";
+import type { CampaignModel, SuccessMap, MapAxis, MapPoint } from "./model";
 import { percent } from "./words";
 
 const kLevels = [0.5, 0.9, 0.99];
@@ -26,10 +26,10 @@ type Shown = "lower" | "estimate" | "upper" | "deciding";
 const kShown: Record<Shown, string> = { lower: "probability of success, lower end of its interval", estimate: "probability of success", upper: "upper end of its interval", deciding: "what fails most often" };
 const kLine: Record<Shown, string> = { estimate: "probability", lower: "lower end", upper: "upper end", deciding: "" };
 
-export class EnvelopeMap {
+export class SuccessMapChart {
   readonly card: ChartCard;
-  private readonly x: EnvelopeAxis;
-  private readonly y: EnvelopeAxis;
+  private readonly x: MapAxis;
+  private readonly y: MapAxis;
   private shown: Shown = "lower";
   private width = 0;
   private cursor: [number, number] = [0, 0];
@@ -37,23 +37,23 @@ export class EnvelopeMap {
   private moveTo: (i: number, j: number) => void = () => undefined;
 
   // Null: no two axes.
-  static of(model: CampaignModel, study: string, state: StudyState | null = null): EnvelopeMap | null {
-    const { envelope } = model;
-    return envelope && envelope.axes.length === 2 && envelope.axes.every((a) => a.values.length > 0) ? new EnvelopeMap(model, envelope, study, state) : null;
+  static of(model: CampaignModel, study: string, state: StudyState | null = null): SuccessMapChart | null {
+    const { successMap } = model;
+    return successMap && successMap.axes.length === 2 && successMap.axes.every((a) => a.values.length > 0) ? new SuccessMapChart(model, successMap, study, state) : null;
   }
 
   private constructor(
     private readonly model: CampaignModel,
-    private readonly envelope: Envelope,
+    private readonly successMap: SuccessMap,
     study: string,
     private readonly state: StudyState | null,
   ) {
-    [this.y, this.x] = envelope.axes;
-    this.card = chartCard({ id: "envelope", title: "Capture envelope", study, csv: () => envelopeCsv(envelope) });
-    const options = (Object.keys(kShown) as Shown[]).filter((value) => value !== "deciding" || envelope.points.some((p) => p.deciding !== "")).map((value) => ({ value, text: kShown[value] }));
+    [this.y, this.x] = successMap.axes;
+    this.card = chartCard({ id: "success-map", title: "Success map", study, csv: () => successMapCsv(successMap) });
+    const options = (Object.keys(kShown) as Shown[]).filter((value) => value !== "deciding" || successMap.points.some((p) => p.deciding !== "")).map((value) => ({ value, text: kShown[value] }));
     this.card.controls.append(select("Show", options, this.shown, (value) => ((this.shown = value as Shown), this.draw())));
     this.card.body.after(this.said);
-    this.card.note.textContent = note(model, envelope);
+    this.card.note.textContent = note(model, successMap);
     onWidth(this.card.body, (width) => {
       this.width = width;
       this.draw();
@@ -68,7 +68,7 @@ export class EnvelopeMap {
     const height = Math.round(Math.min(560, Math.max(260, width * 0.62)));
     const marginLeft = y.labels ? Math.min(140, 30 + 6.5 * Math.max(...y.labels.map((l) => l.length))) : 62;
     const [ex, ey] = [cellEdges(x.values), cellEdges(y.values)];
-    this.card.setTitle(`Capture envelope: ${kShown[this.shown]}`);
+    this.card.setTitle(`Success map: ${kShown[this.shown]}`);
     const plot = Plot.plot({
       width, height, marginLeft, ...kMargins, style: kStyle,
       x: axisOf(x, width - marginLeft, [ex[0], ex[ex.length - 1]], 70, this.width),
@@ -80,7 +80,7 @@ export class EnvelopeMap {
     plot.setAttribute("aria-label", `${kShown[this.shown]} over ${nameOf(x)} and ${nameOf(y)}; arrow keys walk over the points`);
     this.pointAt(plot, ex, ey);
     const ramp = this.shown === "deciding" ? null : beside ? uprightRamp(kShown[this.shown], height) : flatRamp(kShown[this.shown], this.width);
-    const map = element("div", { class: `st-map cp-envelope${beside ? " cp-beside" : ""}` }, plot, ramp && element("div", { class: "st-ramp" }, ramp));
+    const map = element("div", { class: `st-map cp-success-map${beside ? " cp-beside" : ""}` }, plot, ramp && element("div", { class: "st-ramp" }, ramp));
     map.style.setProperty("--cp-map", `${width}fr`); // on paper, both in proportion
     map.style.setProperty("--cp-ramp", `${kRampWidth}fr`);
     this.card.body.replaceChildren(map);
@@ -93,22 +93,22 @@ export class EnvelopeMap {
     return !this.x.labels && !this.y.labels && this.shown !== "deciding";
   }
 
-  private value(p: EnvelopePoint | undefined): number {
+  private value(p: MapPoint | undefined): number {
     return p && p.trials > 0 ? p[this.shown === "deciding" ? "estimate" : this.shown] : NaN;
   }
 
   private deciders(): string[] {
-    return [...new Set(this.envelope.points.map((p) => p.deciding).filter((d) => d !== ""))].sort();
+    return [...new Set(this.successMap.points.map((p) => p.deciding).filter((d) => d !== ""))].sort();
   }
   private decidingColor(criterion: string): string {
     return criterion === "" ? css("--line") : kCriteria[this.deciders().indexOf(criterion) % kCriteria.length];
   }
 
   private paint(scales: Places, ex: number[], ey: number[]): SVGElement {
-    const grid = gridOf(this.envelope);
+    const grid = gridOf(this.successMap);
     const apply = Plot.scale({ color: kProbabilityColor })!.apply;
     const group = svgElement("g");
-    const boxes: { x: number; y: number; width: number; height: number; p: EnvelopePoint | undefined }[] = [];
+    const boxes: { x: number; y: number; width: number; height: number; p: MapPoint | undefined }[] = [];
     for (let j = 0; j < this.y.values.length; ++j)
       for (let i = 0; i < this.x.values.length; ++i) {
         const [a, b, c, d] = [scales.x(ex[i]), scales.x(ex[i + 1]), scales.y(ey[j + 1]), scales.y(ey[j])];
@@ -132,7 +132,7 @@ export class EnvelopeMap {
     return group;
   }
 
-  private lines(scales: Places, grid: (EnvelopePoint | undefined)[][]): ContourLine[] {
+  private lines(scales: Places, grid: (MapPoint | undefined)[][]): ContourLine[] {
     const values = grid.map((row) => row.map((p) => this.value(p)));
     return kLevels.flatMap((level, k) =>
       joined(contourSegments(this.x.values, this.y.values, values, level)).map((line) => ({ text: String(level), dash: kDashes[k], points: line.map(([x, y]): [number, number] => [scales.x(x), scales.y(y)]) })),
@@ -141,7 +141,7 @@ export class EnvelopeMap {
 
   private pointAt(plot: SVGSVGElement & Plot.Plot, ex: number[], ey: number[]): void {
     const [sx, sy] = [plot.scale("x")!, plot.scale("y")!];
-    const grid = gridOf(this.envelope);
+    const grid = gridOf(this.successMap);
     const ring = svgElement("rect", { fill: "none", stroke: css("--ink"), "stroke-width": 2.4, visibility: "hidden", "pointer-events": "none" });
     plot.append(ring);
     this.moveTo = (i, j) => {
@@ -185,7 +185,7 @@ export class EnvelopeMap {
     });
   }
 
-  private words(grid: (EnvelopePoint | undefined)[][], i: number, j: number): string[] {
+  private words(grid: (MapPoint | undefined)[][], i: number, j: number): string[] {
     return pointWords(this.model, [this.y, this.x], grid[j]?.[i], [j, i]);
   }
 }
@@ -224,7 +224,7 @@ function clamp(k: number, size: number): number {
   return Math.max(0, Math.min(size - 1, k));
 }
 
-function note(model: CampaignModel, e: Envelope): string {
+function note(model: CampaignModel, e: SuccessMap): string {
   const trials = e.points.map((p) => p.trials);
   const [least, most] = [Math.min(...trials), Math.max(...trials)];
   const cases = least === most ? `${plural(least, "case")} per point` : `${counted(least)} to ${plural(most, "case")} per point`;

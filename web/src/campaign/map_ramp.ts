@@ -1,4 +1,4 @@
-// What the colours of an envelope mean: upright beside the map, or flat below it on narrow screens.
+// What the colours of a success map mean: upright beside the map, or flat below it on narrow screens.
 import * as Plot from "@observablehq/plot";
 import { svgElement } from "../dom";
 import { css } from "../plots/theme_colors";
