@@ -49,9 +49,9 @@ struct CampaignRunOptions : StudyOptions {
   std::uint64_t extend = 0;  // cases to add
   std::string shard;         // "i/N", "slurm"; empty: what the environment says
   bool no_csv = false;
-  bool map = false;  // the file must have a design
-  std::string command;    // as it was typed
-  std::string resume;     // the same without --extend: goes on once the cases have been added
+  bool map = false;     // the file must have a design
+  std::string command;  // as it was typed
+  std::string resume;   // the same without --extend: goes on once the cases have been added
 };
 int campaign(const CampaignRunOptions& options);
 

@@ -159,7 +159,8 @@ class CriteriaCounter {
       counted.only_this += fails && (refused > 0 ? refused : unmet) == 1;
       counted.not_checked += verdict == Verdict::not_checked;
       counted.undecided += refused == 0 && verdict == Verdict::not_checked;
-      if (fails && !report_.success_map.empty()) ++report_.success_map[rows_.index[row] / rows_.campaign.cases].unmet[c];
+      if (fails && !report_.success_map.empty())
+        ++report_.success_map[rows_.index[row] / rows_.campaign.cases].unmet[c];
     }
     if (unmet == 0) {
       report_.assumed += judged_ < rows_.campaign.columns.size() && numbers[judged_] == 0;

@@ -437,8 +437,8 @@ TEST(Campaign, APointThatCannotBePlannedIsKnownAfterwards) {
 }
 
 TEST(Campaign, ShippedOnesHaveNoFaults) {
-  for (const char* name : {"studies/thesis-uncertain-target.yaml", "studies/thesis-monte-carlo.yaml",
-                           "studies/thesis-success-map.yaml"}) {
+  for (const char* name :
+       {"studies/thesis-uncertain-target.yaml", "studies/thesis-monte-carlo.yaml", "studies/thesis-success-map.yaml"}) {
     const Campaign campaign = load_campaign(shipped(name));
     EXPECT_GT(campaign.cases, 0u);
     EXPECT_NO_THROW(campaign.problem(campaign.total() - 1));
