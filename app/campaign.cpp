@@ -13,8 +13,7 @@
 #include "grapnel/campaign/campaign_cost.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "output_folder.hpp"
-#include "process.hpp"
-#include "single_case.hpp"
+#include "run_problem.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

@@ -3,15 +3,18 @@
 /// @file
 /// A campaign and its folder: how computing begins, and what is made of the rows at the end.
 
+#include <CLI/CLI.hpp>
+
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "commands.hpp"
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/campaign/shard_store.hpp"
-#include "process.hpp"
+#include "terminal.hpp"
 
 namespace grapnel::app {
 
@@ -46,5 +49,18 @@ struct CampaignResults {
 /// report.html, and prints what came out. Returns the exit code. @throws std::exception (disk)
 int write_campaign_results(const Campaign& campaign, const std::filesystem::path& folder, const CampaignResults& what,
                            StopSignal& stop);
+
+/// What the program was called with, so that a shell takes it again.
+std::string command_line(const char* program, int argc, char** argv);
+/// The same without an option `left_out` and its value.
+std::string command_line_without(const char* program, int argc, char** argv, std::string_view left_out);
+
+/// Help, version or what is wrong with the arguments, and the exit code.
+int end_of_parsing(const CLI::App& app, const CLI::ParseError& error);
+
+/// Adds those that every way to run a campaign has.
+void add_campaign_arguments(CLI::App& command, CampaignRunOptions& options);
+/// Adds those of one machine and of job arrays: -j, --only, --shard.
+void add_machine_arguments(CLI::App& command, CampaignRunOptions& options);
 
 }  // namespace grapnel::app

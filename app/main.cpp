@@ -1,11 +1,11 @@
 #include <CLI/CLI.hpp>
+
 #include <cstdio>
 #include <exception>
 #include <string>
 
-#include "campaign_arguments.hpp"
+#include "campaign_folder.hpp"
 #include "commands.hpp"
-#include "process.hpp"
 #include "terminal.hpp"
 
 // Argument parsing only; what the subcommands do is in commands.hpp.

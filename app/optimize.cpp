@@ -11,7 +11,6 @@
 #include "grapnel/study/quantity.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "output_folder.hpp"
-#include "process.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

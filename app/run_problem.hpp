@@ -1,14 +1,17 @@
 #pragma once
 
 /// @file
-/// One capture, simulated, written and said.
+/// One capture, simulated, written and said: of a scenario, or a point of a sweep or a case of a campaign.
 
+#include <cstdint>
 #include <filesystem>
 #include <stop_token>
 #include <string>
 #include <vector>
 
+#include "grapnel/campaign/campaign.hpp"
 #include "grapnel/problem/capture_problem.hpp"
+#include "run_problem.hpp"
 
 namespace grapnel::app {
 
@@ -25,5 +28,14 @@ struct RunSwitches {
 /// warns naming `file`. What cannot be written is said, and costs nothing of the rest. Returns the exit code.
 int run_problem(const CaptureProblem& problem, const std::filesystem::path& file, const std::filesystem::path& folder,
                 const RunSwitches& switches);
+
+/// Writes case k as a complete scenario, FOLDER/scenario.yaml, and runs that as `grapnel run` does: what was written is
+/// what is simulated. Returns the exit code.
+int run_case_completely(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& folder,
+                        const RunSwitches& switches);
+
+/// The same for --only: that there is such a case, and into which folder it goes; `asked`: by the user, if not empty.
+int only_case(const Campaign& campaign, std::uint64_t k, const std::filesystem::path& asked,
+              const RunSwitches& switches);
 
 }  // namespace grapnel::app

@@ -8,8 +8,7 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "output_folder.hpp"
-#include "process.hpp"
-#include "single_case.hpp"
+#include "run_problem.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {
