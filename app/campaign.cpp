@@ -10,7 +10,6 @@
 
 #include "campaign_folder.hpp"
 #include "commands.hpp"
-#include "grapnel/campaign/campaign_cost.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"

@@ -10,7 +10,6 @@
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/json_document.hpp"
 #include "grapnel/result/result_documents.hpp"
-#include "grapnel/result/result_fields.hpp"
 #include "grapnel/result/series_export.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/optimization_report.hpp"

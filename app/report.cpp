@@ -3,7 +3,7 @@
 #include <stdexcept>
 
 #include "commands.hpp"
-#include "grapnel/report/figure_files.hpp"
+#include "grapnel/report/figure.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"
 

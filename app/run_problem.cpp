@@ -19,7 +19,7 @@
 #include "grapnel/result/scene.hpp"
 #include "grapnel/result/verdicts.hpp"
 #include "grapnel/scenario/scenario.hpp"
-#include "grapnel/study/run_case.hpp"
+#include "grapnel/study/case_pool.hpp"
 #include "output_folder.hpp"
 #include "terminal.hpp"
 

@@ -9,7 +9,7 @@
 
 #include "bench/capture_workload.hpp"
 #include "bench/dynamics_bench.hpp"
-#include "grapnel/campaign/run_block.hpp"
+#include "grapnel/campaign/campaign.hpp"
 #include "grapnel/study/quantity.hpp"
 
 namespace grapnel::bench {

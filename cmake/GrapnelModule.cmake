@@ -2,12 +2,13 @@
 set(GRAPNEL_MODULES text spatial describe dense model dynamics clearance integrate constraint impact simulate lanes plan result report
     problem approach impact_report capture study campaign scenario study_files)
 
-# grapnel_module(<name> [SOURCES <file>...] [USES <module>...] [LIBRARIES <target>...] [PRIVATE_LIBRARIES <target>...])
+# grapnel_module(<name> [TEXT] [SOURCES <file>...] [USES <module>...] [LIBRARIES <target>...] [PRIVATE_LIBRARIES <target>...])
 #
 # Defines grapnel::<name>. Its headers are visible as "grapnel/<name>/..." only to targets that link it: each module's
-# include directory holds a link to that module alone, so that an include against the dependency order does not compile.
+# include directory holds a link to that module alone, so that an include against the dependency order does not compile. TEXT: the
+# module reads and writes text and files, nothing where milliseconds count, and is compiled at -O1.
 function(grapnel_module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;USES;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "TEXT" "" "SOURCES;USES;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   list(FIND GRAPNEL_MODULES ${name} own_rank)
   if(own_rank EQUAL -1)
     message(FATAL_ERROR "grapnel_module: '${name}' is not in GRAPNEL_MODULES")
@@ -27,12 +28,15 @@ function(grapnel_module name)
   list(TRANSFORM ARG_USES PREPEND grapnel:: OUTPUT_VARIABLE used_targets)
   if(ARG_SOURCES)
     add_library(${target} STATIC ${ARG_SOURCES})
-    # Eight files compile as one: headers are read and templates compiled once for all of them. A file with compile
+    # All files compile as one: headers are read and templates compiled once for all of them. A file with compile
     # options of its own stays alone.
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ${GRAPNEL_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ${GRAPNEL_UNITY} UNITY_BUILD_BATCH_SIZE 0)
     if(GRAPNEL_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
       # A class of one file may have members of that file's own types; the warning takes the file for a header.
       target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+    endif()
+    if(ARG_TEXT)
+      target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
     endif()
     set(scope PUBLIC)
     target_link_libraries(${target} PRIVATE ${ARG_PRIVATE_LIBRARIES})

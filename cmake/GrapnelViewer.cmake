@@ -84,7 +84,7 @@ if(GRAPNEL_WEB STREQUAL "AUTO" OR GRAPNEL_WEB)
   endif()
 endif()
 
-# Adds the viewer to a target of this directory; viewer.cpp there gives it to the others.
+# Adds the viewer to a target of this directory; report_html.cpp there gives it to the others.
 function(grapnel_embed_viewer target)
   if(NOT GRAPNEL_HAS_VIEWER)
     return()
@@ -104,5 +104,5 @@ function(grapnel_embed_viewer target)
   configure_file(${CMAKE_CURRENT_SOURCE_DIR}/viewer.S.in ${assembly} @ONLY)
   set_source_files_properties(${assembly} PROPERTIES OBJECT_DEPENDS "${GRAPNEL_VIEWER_SCRIPT};${GRAPNEL_VIEWER_STYLE}")
   target_sources(${target} PRIVATE ${assembly})
-  set_source_files_properties(viewer.cpp PROPERTIES COMPILE_DEFINITIONS GRAPNEL_HAS_VIEWER)
+  set_source_files_properties(report_html.cpp PROPERTIES COMPILE_DEFINITIONS GRAPNEL_HAS_VIEWER)
 endfunction()

@@ -7,9 +7,9 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "grapnel/approach/capture_goals.hpp"
 #include "grapnel/approach/flown_solution.hpp"
 #include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/approach/target_motion.hpp"
 #include "grapnel/plan/reach.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"

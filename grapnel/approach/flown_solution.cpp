@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "grapnel/dense/decompositions.hpp"
-#include "grapnel/plan/newton_step.hpp"
+#include "grapnel/plan/shooting.hpp"
 
 namespace grapnel {
 namespace {
@@ -53,9 +53,8 @@ Step newton_step(const Sensitivities& s, const FlownSolution& at, const std::vec
   Eigen::VectorXd r0 = Eigen::VectorXd::Zero(n);
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n, n);
   if (!rates_given) {
-    const Eigen::PartialPivLU<Eigen::MatrixXd> solver(-s.gap_rate);
-    r0 = solver.solve(at.end.gap);
-    K = solver.solve(s.gap_position);
+    r0 = lu_solution(-s.gap_rate, at.end.gap);
+    K = lu_solution(-s.gap_rate, s.gap_position);
   }
   Step step{Eigen::VectorXd::Zero(n), r0};
   if (!lower.empty()) {

@@ -6,6 +6,8 @@
 #include <functional>
 #include <span>
 
+#include "grapnel/plan/goal.hpp"
+#include "grapnel/plan/straight_in.hpp"
 #include "grapnel/problem/capture_system.hpp"
 
 namespace grapnel {
@@ -30,5 +32,20 @@ struct TargetPlan {
   std::vector<TargetMotion> capture;
 };
 TargetPlan plan_targets(const CaptureProblem& problem, const std::function<void(double t)>& each_step = {});
+
+// From a problem's grasps to goals of planning.
+
+/// One goal per grasp: its end-effector at its grasp point, the targets moving as at the capture. `model` is the
+/// servicer's.
+std::vector<Goal> capture_goals(const CaptureProblem& problem, const Model& model, const TargetPlan& targets);
+
+/// The same for the last piece straight in; StraightGoal::target counts in CaptureProblem::targets.
+std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Model& model);
+
+/// What the final rates of an approach are to do.
+RateDemand rate_demand(const ApproachSetup& approach);
+
+/// The objective of a plan as planning knows it.
+Objective::Kind kind_of(PlanSetup::Objective objective);
 
 }  // namespace grapnel

@@ -1,5 +1,18 @@
 #include "grapnel/campaign/campaign.hpp"
 
+#include <fmt/format.h>
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/lanes/lane_phase.hpp"
+#include "grapnel/lanes/lane_phase_setup.hpp"
+#include "grapnel/study/case_pool.hpp"
+
 namespace grapnel {
 
 std::uint64_t Campaign::total() const {
@@ -12,6 +25,296 @@ std::vector<std::size_t> Campaign::position(std::uint64_t point) const {
   std::vector<std::size_t> sizes;
   for (const StudyAxis& axis : design) sizes.push_back(axis.values.size());
   return grid_position(sizes, point);
+}
+
+CaseTooLong::CaseTooLong(double limit) : text(fmt::format("{} {:g} s", kTookTooLong, limit)) {}
+
+void CaseClock::check() const {
+  if (stop_.stop_requested()) throw CaseStopped{};
+  if (limit_ <= 0) return;
+  const std::chrono::duration<double> spent = spent_ + (Clock::now() - since_);
+  if (spent.count() > limit_) throw CaseTooLong(limit_);
+}
+
+Block block_at(std::uint64_t number, std::uint64_t size, std::uint64_t total) {
+  return {number, number * size, std::min(total, (number + 1) * size)};
+}
+
+std::uint64_t block_count(std::uint64_t size, std::uint64_t total) { return (total + size - 1) / size; }
+
+bool is_success(const Campaign& campaign, const CaseRow& row) {
+  if (row.status != CaseStatus::ok) return false;
+  std::vector<double> numbers = row.values;
+  numbers.insert(numbers.end(), row.inputs.begin(), row.inputs.end());
+  return std::all_of(campaign.success.begin(), campaign.success.end(),
+                     [&](const Criterion& criterion) { return criterion.holds(numbers); });
+}
+
+std::optional<CaseRow> run_campaign_case(const Campaign& campaign, std::uint64_t k, const std::stop_token& stop) {
+  std::vector<double> inputs(campaign.inputs.size(), NAN);
+  const CaseClock clock(campaign, stop);
+  CaseRow row;
+  try {
+    if (campaign.draw) inputs = campaign.draw(k);
+    row = run_case(campaign.problem(k), campaign.mode, campaign.columns, clock.watch());
+  } catch (const CaseStopped&) {
+    return std::nullopt;
+  } catch (const std::exception& error) {
+    row = failed_case(error.what(), campaign.columns.size());
+  }
+  row.index = k;
+  row.inputs = std::move(inputs);
+  row.success = is_success(campaign, row);
+  return row;
+}
+
+BlockWork block_work(const Campaign& campaign) {
+  if (const std::optional<lanes::InstructionSet> set = lanes::best_instruction_set()) {
+    return [&campaign, set = *set](const Block& block, const std::stop_token& stop) {
+      return run_block_in_lanes(campaign, block, set, stop);
+    };
+  }
+  return [&campaign](const Block& block, const std::stop_token& stop) {
+    std::vector<CaseRow> rows;
+    for (std::uint64_t k = block.begin; k < block.end && !stop.stop_requested(); ++k) {
+      std::optional<CaseRow> row = run_campaign_case(campaign, k, stop);
+      if (!row) break;
+      rows.push_back(std::move(*row));
+    }
+    return rows;
+  };
+}
+
+namespace {
+
+// Longer pieces of motion are not for lanes, where one case would keep a whole block waiting: they are integrated
+// alone, from their start, under the time limit. A number of steps and no time, so that it depends on the case alone.
+constexpr long kMostSteps = 50'000;
+
+// A case on its way.
+struct Flight {
+  Flight(const Campaign& campaign, const std::stop_token& stop) : clock(campaign, stop) {}
+
+  CaseRow row;
+  CaseClock clock;
+  std::unique_ptr<StudyCase> point;     // steps refer to it
+  std::unique_ptr<CaptureSteps> steps;  // null: the row is complete
+  const MotionTask* task = nullptr;     // to be done next, in lanes
+  std::optional<lanes::LaneStructure> structure;
+  std::exception_ptr trouble;  // thrown by what watches the piece of motion under way
+
+  bool has_same_structure(const Flight& other) const {
+    return !task->watch == !other.task->watch && *structure == *other.structure;
+  }
+};
+
+// Shows a state to what watches the piece of motion that a flight is in. What goes wrong there is the case's, and
+// kept until its lane has finished.
+void show(const lanes::LaneView& view, Flight& flight, State& state, std::vector<double>& motor) {
+  if (flight.trouble) return;
+  const Model& model = *flight.task->model;
+  state.q = view.q, state.v = view.v;
+  motor.clear();
+  for (int body : model.joints()) {
+    motor.push_back(
+        view.motor[static_cast<std::size_t>(model.bodies()[static_cast<std::size_t>(body)].placement.link)]);
+  }
+  flight.clock.resume();
+  try {
+    flight.task->watch(view.time, state, motor);
+    flight.clock.check();
+  } catch (const CaseStopped&) {  // the block is given up
+  } catch (const std::exception&) {
+    flight.trouble = std::current_exception();
+  }
+  flight.clock.pause();
+}
+
+Vector3d vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+GroupQuantities quantities_of(const lanes::LaneTree& tree) {
+  return {vector_of(tree.com), {vector_of(tree.angular), vector_of(tree.linear)}, tree.size};
+}
+
+PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
+  PhaseMeasures measures;
+  for (const lanes::LaneTreeRecord& tree : outcome.trees) {
+    measures.trees.push_back({quantities_of(tree.start),
+                              tree.linear_deviation,
+                              tree.angular_deviation,
+                              tree.energy_deviation,
+                              {tree.linear_scale, tree.angular_scale, tree.energy_scale}});
+    measures.scale.linear_momentum += tree.largest_linear;
+    measures.scale.angular_momentum += tree.largest_angular;
+    measures.scale.energy += tree.largest_energy;
+  }
+  return measures;
+}
+
+PhaseOutcome outcome_of(const lanes::LaneOutcome& lane) {
+  PhaseOutcome outcome;
+  outcome.finished = lane.finished();
+  if (!outcome.finished) outcome.failure = lanes::explanation(lane);
+  outcome.end_time = lane.time;
+  outcome.end_state.q = lane.q, outcome.end_state.v = lane.v;
+  outcome.integrals.motor_work = lane.motor_work;
+  outcome.integrals.friction_work = lane.friction_work;
+  outcome.rhs_evaluations = static_cast<long>(lane.evaluations);
+  outcome.steps = static_cast<long>(lane.steps);
+  outcome.rejected = static_cast<long>(lane.rejected);
+  outcome.quaternion_defect = lane.quaternion_defect;
+  return outcome;
+}
+
+class LaneBlock {
+ public:
+  LaneBlock(const Campaign& campaign, lanes::InstructionSet set, const std::stop_token& stop)
+      : campaign_(campaign), detail_(detail_of(campaign.columns)), set_(set), stop_(stop) {}
+
+  std::vector<CaseRow> run(const Block& block) {
+    for (std::uint64_t k = block.begin; k < block.end; ++k) {
+      flights_.push_back(std::make_unique<Flight>(campaign_, stop_));
+      begin(*flights_.back(), k);
+      if (stop_.stop_requested()) return {};
+    }
+    while (fly_some()) {
+      if (stop_.stop_requested()) return {};
+    }
+    if (stop_.stop_requested()) return {};  // cases may be under way, or given up: the block is
+    std::vector<CaseRow> rows;
+    for (auto& flight : flights_) {
+      flight->row.success = is_success(campaign_, flight->row);
+      rows.push_back(std::move(flight->row));
+    }
+    return rows;
+  }
+
+ private:
+  // Does a part of a case's work; what goes wrong in it is the case's reason.
+  template <class Work>
+  void attempt(Flight& flight, Work&& work) {
+    try {
+      flight.clock.resume();
+      work();
+    } catch (const CaseStopped&) {
+      close(flight);  // the block is given up
+    } catch (const std::exception& error) {
+      take(flight, failed_case(error.what(), campaign_.columns.size()));
+    }
+    flight.clock.pause();
+  }
+
+  void begin(Flight& flight, std::uint64_t k) {
+    flight.row.index = k;
+    flight.row.inputs.assign(campaign_.inputs.size(), NAN);
+    attempt(flight, [&] {
+      flight.row.inputs = campaign_.draw(k);
+      flight.point = std::make_unique<StudyCase>(campaign_.problem(k));
+      const bool impact = campaign_.mode == StudyMode::impact;
+      flight.steps =
+          std::make_unique<CaptureSteps>(flight.point->problem, detail_, flight.clock.watch(),
+                                         impact ? CaptureSteps::Part::impact_only : CaptureSteps::Part::whole);
+      go_on(flight);
+    });
+  }
+
+  // To the next piece of motion that is for lanes, or to the end; what is not is integrated on the way.
+  void go_on(Flight& flight) {
+    while ((flight.task = flight.steps->next())) {
+      if (flight.task->only_here.empty()) {
+        IntegrationSetup integration = flight.task->integration;
+        integration.max_steps = std::min(integration.max_steps, kMostSteps);
+        const MotionTask& task = *flight.task;
+        if (lanes::lane_obstacle(*task.model, *task.setup, integration, task.begin, task.end).empty()) {
+          flight.structure = lanes::lane_structure(*flight.task->model, *flight.task->setup, integration);
+          return;
+        }
+      }
+    }
+    take(flight, case_row(*flight.point, flight.steps->finish(), campaign_.columns));
+  }
+
+  void take(Flight& flight, CaseRow row) {
+    flight.row.status = row.status;
+    flight.row.reason = std::move(row.reason);
+    flight.row.values = std::move(row.values);
+    close(flight);
+  }
+  static void close(Flight& flight) {
+    flight.task = nullptr;
+    flight.structure.reset();
+    flight.steps.reset();
+    flight.point.reset();
+  }
+
+  // The next piece of motion of every case that has one, those of one structure together. Whether there was any.
+  bool fly_some() {
+    std::vector<Flight*> waiting;
+    for (auto& flight : flights_) {
+      if (flight->task) waiting.push_back(flight.get());
+    }
+    const bool any = !waiting.empty();
+    while (!waiting.empty()) {
+      const Flight& first = *waiting.front();
+      const auto others = std::stable_partition(waiting.begin(), waiting.end(),
+                                                [&](const Flight* f) { return f->has_same_structure(first); });
+      fly(*first.structure, {waiting.begin(), others});
+      if (stop_.stop_requested()) return false;
+      waiting.erase(waiting.begin(), others);
+    }
+    return any;
+  }
+
+  // `structure` by value: the flights go on to other pieces of motion meanwhile.
+  void fly(const lanes::LaneStructure structure, const std::vector<Flight*>& together) {
+    std::size_t next = 0;
+    const auto source = [&](lanes::LaneCase& lane) {
+      while (next < together.size() && !stop_.stop_requested()) {
+        Flight& flight = *together[next++];
+        bool ready = false;
+        attempt(flight, [&] {
+          const MotionTask& task = *flight.task;
+          lane.id = next - 1;
+          lane.max_step = task.watch ? task.longest_look : std::numeric_limits<double>::infinity();
+          lanes::lane_case(structure, *task.model, *task.setup, task.start,
+                           lanes::lane_motion(structure, *task.model, *task.setup, task.begin, task.end), lane);
+          ready = true;
+        });
+        if (ready) return true;
+      }
+      return false;
+    };
+    const auto sink = [&](const lanes::LaneCase&, const lanes::LaneOutcome& outcome) {
+      Flight& flight = *together[outcome.id];
+      attempt(flight, [&] {
+        if (flight.trouble) std::rethrow_exception(flight.trouble);
+        const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
+                              structure.integration.max_steps < flight.task->integration.max_steps;
+        if (!too_long) flight.steps->integrated(outcome_of(outcome), measures_of(outcome));
+        go_on(flight);
+      });
+    };
+    State state;
+    std::vector<double> motor;
+    const auto look = [&](const lanes::LaneView& view) {
+      if (!stop_.stop_requested()) show(view, *together[view.id], state, motor);
+    };
+    const bool watched = together.front()->task->watch != nullptr;
+    lanes::run_lanes(structure, source, sink, set_, watched ? lanes::LaneWatch(look) : lanes::LaneWatch());
+  }
+
+  const Campaign& campaign_;
+  const CaptureDetail detail_;
+  const lanes::InstructionSet set_;
+  const std::stop_token& stop_;
+  std::vector<std::unique_ptr<Flight>> flights_;
+};
+
+}  // namespace
+
+std::vector<CaseRow> run_block_in_lanes(const Campaign& campaign, const Block& block, lanes::InstructionSet set,
+                                        const std::stop_token& stop) {
+  return LaneBlock(campaign, set, stop).run(block);
 }
 
 }  // namespace grapnel

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
-#include "grapnel/campaign/sensitivity.hpp"
 #include "grapnel/campaign/statistics.hpp"
 #include "grapnel/campaign/success_map.hpp"
 #include "grapnel/result/campaign_table.hpp"

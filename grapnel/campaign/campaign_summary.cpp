@@ -8,7 +8,7 @@
 
 #include "grapnel/campaign/campaign_report.hpp"
 #include "grapnel/result/text_table.hpp"
-#include "grapnel/study/run_case.hpp"
+#include "grapnel/study/case_pool.hpp"
 
 namespace grapnel {
 namespace {

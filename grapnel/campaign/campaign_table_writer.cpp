@@ -8,9 +8,9 @@
 #include "grapnel/campaign/shard_store.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/campaign_table.hpp"
-#include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/result/hdf5_file.hpp"
+#include "grapnel/result/text_table.hpp"
 
 namespace grapnel {
 namespace {

@@ -13,9 +13,9 @@
 #include <string>
 #include <vector>
 
+#include "grapnel/campaign/campaign.hpp"
 #include "grapnel/campaign/campaign_lock.hpp"
 #include "grapnel/campaign/manifest.hpp"
-#include "grapnel/campaign/run_block.hpp"
 
 namespace grapnel {
 

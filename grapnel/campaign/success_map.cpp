@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "grapnel/campaign/campaign_table_writer.hpp"
-#include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/text_table.hpp"
 #include "grapnel/study/column.hpp"
 

@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "grapnel/spatial/rotation.hpp"
+#include "grapnel/spatial/pose.hpp"
 
 namespace grapnel {
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <optional>
 
-#include "grapnel/result/result_fields.hpp"
+#include "grapnel/result/result_documents.hpp"
 
 namespace grapnel {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "grapnel/impact_report/internal_loads.hpp"
-#include "grapnel/integrate/events.hpp"
+#include "grapnel/integrate/integrate.hpp"
 
 namespace grapnel {
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
 

@@ -4,10 +4,10 @@
 /// The time series of a run.
 
 #include "grapnel/capture/conservation_monitor.hpp"
-#include "grapnel/capture/loop_monitor.hpp"
+#include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/problem/capture_system.hpp"
-#include "grapnel/problem/moving_frame.hpp"
+#include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/result/time_series.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"

@@ -6,7 +6,6 @@
 
 #include "grapnel/capture/conservation_monitor.hpp"
 #include "grapnel/capture/load_monitor.hpp"
-#include "grapnel/capture/loop_monitor.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
 #include "grapnel/impact_report/compliant_run.hpp"

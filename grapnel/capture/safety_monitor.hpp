@@ -4,8 +4,10 @@
 /// What is watched besides the physics: clearance of all bodies with shapes, and joint limits, in every phase.
 ///
 
-#include "grapnel/clearance/clearance_watch.hpp"
-#include "grapnel/clearance/limit_watch.hpp"
+#include <optional>
+
+#include "grapnel/clearance/motion_watch.hpp"
+#include "grapnel/impact_report/internal_loads.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -55,6 +57,34 @@ class SafetyMonitor {
   bool open_ = false;
   bool any_pair_ = false, any_phase_ = false;
   bool any_position_limit_ = false, any_rate_limit_ = false, any_effort_limit_ = false;
+};
+
+// Checks that closed loops stay closed, and what grasps pass on at samples.
+
+/// One grasp of the problem at a sample.
+struct GraspSample {
+  bool holds = false;
+  Wrenchd F_WC = Wrenchd::zero();       // on the robot at the grasp, in W
+  std::optional<ClosureDefect> defect;  // of a grasp that closes a loop, from poses and twists
+};
+
+class LoopMonitor {
+ public:
+  /// `system` must live until the phase ends.
+  void begin_phase(const std::string& name, const CaptureProblem& problem, const CaptureSystem& system);
+  /// Per grasp of the problem. `motor` receives what is to be added to the efforts of prescribed joints so that they
+  /// and the grasps' wrenches belong together; per Model::joints().
+  std::vector<GraspSample> sample(const PhaseSample& sample, const Kinematics& kinematics, std::span<double> motor);
+  void end_phase(const LoopOutcome& outcome);
+  /// Reports, and the rows of the ledger.
+  void write(CaptureResult& result) const;
+
+ private:
+  const CaptureProblem* problem_ = nullptr;
+  const CaptureSystem* system_ = nullptr;
+  bool any_ = false;
+  ClosureDefect largest_, phase_largest_;
+  std::vector<LoopReport> reports_;
 };
 
 }  // namespace grapnel

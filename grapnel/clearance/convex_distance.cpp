@@ -5,7 +5,7 @@
 #include <numbers>
 #include <vector>
 
-#include "grapnel/clearance/motion_segment.hpp"
+#include "grapnel/clearance/motion_watch.hpp"
 
 namespace grapnel {
 

@@ -19,7 +19,7 @@ ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eig
       D.cols() != J.rows() || (after.size() != 0 && after.size() != J.rows())) {
     throw std::invalid_argument("solve_impulsive_constraint: sizes of M, J, v and D do not fit");
   }
-  const Eigen::LLT<Eigen::MatrixXd> mass(M), metric(D);
+  const Cholesky mass(M), metric(D);
   if (mass.info() != Eigen::Success)
     throw std::invalid_argument("solve_impulsive_constraint: M is not positive definite");
   if (metric.info() != Eigen::Success)
@@ -30,7 +30,7 @@ ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eig
 
   Eigen::MatrixXd Y = J.transpose();
   mass.matrixL().solveInPlace(Y);
-  Y = metric.matrixL().solve(Y.transpose()).transpose().eval();
+  Y = lower_solution(metric, Y.transpose()).transpose().eval();
   const Eigen::VectorXd weighted = mass.matrixU() * v;
 
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Y, Eigen::ComputeThinU | Eigen::ComputeFullV);
@@ -44,16 +44,16 @@ ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eig
   Eigen::VectorXd rest = weighted - U * along;
   rest -= U * (U.transpose() * rest);
   if (after.size() != 0) {
-    const Eigen::VectorXd wanted = (svd.matrixV().leftCols(solution.rank).transpose() * metric.matrixL().solve(after))
+    const Eigen::VectorXd wanted = (svd.matrixV().leftCols(solution.rank).transpose() * lower_solution(metric, after))
                                        .cwiseQuotient(sigma.head(solution.rank));
     rest += U * wanted;
     along -= wanted;
   }
-  solution.velocity = mass.matrixU().solve(rest);
+  solution.velocity = upper_solution(mass, rest);
   const Eigen::VectorXd y = -(svd.matrixV().leftCols(solution.rank) * along.cwiseQuotient(sigma.head(solution.rank)));
-  solution.impulse = metric.matrixU().solve(y);
+  solution.impulse = upper_solution(metric, y);
   solution.null_space = svd.matrixV().rightCols(J.rows() - solution.rank);
-  if (solution.null_space.cols() > 0) solution.null_space = metric.matrixU().solve(solution.null_space).eval();
+  if (solution.null_space.cols() > 0) solution.null_space = upper_solution(metric, solution.null_space);
   return solution;
 }
 

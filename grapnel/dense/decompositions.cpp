@@ -1,11 +1,82 @@
 #include "grapnel/dense/decompositions.hpp"
 
+#include <utility>
+
 template class Eigen::LLT<Eigen::MatrixXd>;
-template class Eigen::PartialPivLU<Eigen::MatrixXd>;
-template class Eigen::FullPivLU<Eigen::MatrixXd>;
-template class Eigen::HouseholderQR<Eigen::MatrixXd>;
-template class Eigen::ColPivHouseholderQR<Eigen::MatrixXd>;
-template class Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>;
 template class Eigen::JacobiSVD<Eigen::MatrixXd>;
-template class Eigen::BDCSVD<Eigen::MatrixXd>;
 template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
+
+namespace grapnel {
+namespace detail {
+
+Eigen::VectorXd cholesky_solution_vector(const Cholesky& A, Eigen::VectorXd b) {
+  A.solveInPlace(b);
+  return b;
+}
+
+Eigen::MatrixXd cholesky_solution_matrix(const Cholesky& A, Eigen::MatrixXd B) {
+  A.solveInPlace(B);
+  return B;
+}
+
+Eigen::VectorXd lower_solution_vector(const Cholesky& A, Eigen::VectorXd b) {
+  A.matrixL().solveInPlace(b);
+  return b;
+}
+
+Eigen::MatrixXd lower_solution_matrix(const Cholesky& A, Eigen::MatrixXd B) {
+  A.matrixL().solveInPlace(B);
+  return B;
+}
+
+Eigen::VectorXd upper_solution_vector(const Cholesky& A, Eigen::VectorXd b) {
+  A.matrixU().solveInPlace(b);
+  return b;
+}
+
+Eigen::MatrixXd upper_solution_matrix(const Cholesky& A, Eigen::MatrixXd B) {
+  A.matrixU().solveInPlace(B);
+  return B;
+}
+
+Eigen::VectorXd lu_solution_vector(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+  return A.partialPivLu().solve(b);
+}
+
+Eigen::MatrixXd lu_solution_matrix(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+  return A.partialPivLu().solve(B);
+}
+
+}  // namespace detail
+
+Eigen::MatrixXd least_squares_solution(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+  return A.householderQr().solve(B);
+}
+
+ThinQr thin_qr(const Eigen::MatrixXd& A) {
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(A);
+  return {qr.householderQ() * Eigen::MatrixXd::Identity(A.rows(), A.cols()),
+          qr.matrixQR().topRows(A.cols()).triangularView<Eigen::Upper>()};
+}
+
+Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+  return A.completeOrthogonalDecomposition().solve(b);
+}
+
+Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double threshold) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+  decomposition.setThreshold(threshold);
+  decomposition.compute(A);
+  return decomposition.solve(b);
+}
+
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A, double threshold) {
+  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+  decomposition.setThreshold(threshold);
+  decomposition.compute(A);
+  return decomposition.pseudoInverse();
+}
+
+int rank_of(const Eigen::MatrixXd& A) { return static_cast<int>(A.colPivHouseholderQr().rank()); }
+
+}  // namespace grapnel

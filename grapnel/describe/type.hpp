@@ -36,7 +36,7 @@
 #include <variant>
 #include <vector>
 
-#include "grapnel/spatial/rotation.hpp"
+#include "grapnel/spatial/pose.hpp"
 #include "grapnel/spatial/vector3.hpp"
 
 namespace grapnel {

@@ -5,7 +5,7 @@
 /// [J H; H^T M] that maps spatial acceleration to wrench. Operations on it are the cost of forward dynamics, so each is
 /// written out for the structure it has.
 
-#include "grapnel/spatial/inertia.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel {
 

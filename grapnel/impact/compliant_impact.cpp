@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "grapnel/impact/compliant_record.hpp"
+#include "grapnel/impact/compliant_cvode.hpp"
 #include "grapnel/impact/compliant_scales.hpp"
 
 namespace grapnel {

@@ -5,6 +5,7 @@
 
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/impact/compliant_system.hpp"
 
 namespace grapnel {
 namespace {
@@ -76,10 +77,7 @@ Eigen::MatrixXd relative_inertia(std::span<const CompliantGrasp> grasps, std::sp
     const Eigen::MatrixXd a = constrained_directions(grasps[i].grasp);
     A.block(6 * i, 6 * i, a.rows(), 6) = a;
   }
-  Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> inverse;
-  inverse.setThreshold(1e-11);
-  inverse.compute(A * Y.transpose() * Y * A.transpose());
-  return A.transpose() * inverse.pseudoInverse() * A;
+  return A.transpose() * pseudo_inverse(A * Y.transpose() * Y * A.transpose(), 1e-11) * A;
 }
 
 void fill_sizes(const Model& model, const CompliantSystem& system, std::span<const Interface> interfaces,
@@ -130,25 +128,25 @@ CompliantScales compliant_scales(const Model& model, const State& state, const C
   CompliantScales scales;
   const Kinematics k = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state);
-  const Eigen::LLT<Eigen::MatrixXd> held_out = [&] {
+  const Cholesky held_out = [&] {
     Eigen::MatrixXd free = M;
     for (int v = 0; v < model.velocities(); ++v) {
       if (system.is_held(v)) free.row(v).setZero(), free.col(v).setZero(), free(v, v) = 1;
     }
-    return Eigen::LLT<Eigen::MatrixXd>(free);
+    return Cholesky(free);
   }();
   for (const InterfaceLoad& load : system.loads()) scales.speed = std::max(scales.speed, norm(load.u.linear));
   std::vector<Interface> interfaces;
   const auto add = [&](int robot, int target, const Vector3d& p_WC, auto&& estimate) {
     const Eigen::MatrixXd J = relative_jacobian(model, k, system, robot, target, p_WC);
-    const Eigen::MatrixXd response = held_out.solve(J.transpose());
+    const Eigen::MatrixXd response = cholesky_solution(held_out, J.transpose());
     Interface floors;
     // Reached only where nothing free is pushed at: a free target alone gives way more.
     floors.mobility = 1 / model.mass();
     floors.angular_mobility = 1 / std::max(M.trace(), model.mass());
     Interface i = estimate(Eigen::MatrixXd(J * response), floors);
     i.response = response;
-    i.half = held_out.matrixL().solve(J.transpose());
+    i.half = lower_solution(held_out, J.transpose());
     interfaces.push_back(std::move(i));
   };
   for (std::size_t c = 0; c < contacts.size(); ++c) {
@@ -186,6 +184,85 @@ std::vector<double> absolute_tolerances(const Model& model, const CompliantScale
   for (int offset : model.quaternions()) floor(offset, 4);
   for (int joint : model.joints()) floor(model.bodies()[joint].q, 1);
   return tolerance;
+}
+
+namespace {
+
+// The turn of a body whose quaternion, relative to the start and in the body's axes then, is (1, 0, 0, 0) + change.
+Quaterniond turn_in_world(const Rotationd& R_WB, std::span<const double> change) {
+  const double w = 1 + change[0];
+  const Vector3d v_B{change[1], change[2], change[3]};
+  const double scale = 1 / std::sqrt(w * w + dot(v_B, v_B));
+  const Vector3d v = scale * (R_WB * v_B);
+  return {scale * w, v[0], v[1], v[2]};
+}
+
+}  // namespace
+
+StartPose::StartPose(const Model& model, const State& state, const Vector3d& origin_W, std::vector<std::uint8_t> by_com)
+    : by_com_(std::move(by_com)), origin_W_(origin_W) {
+  const Kinematics k = forward_kinematics(model, state);
+  std::vector<double> tree_mass(model.bodies().size(), 0.0);
+  for (const Body& b : model.bodies()) tree_mass[b.root] += b.description.mass;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    const Body& b = model.bodies()[i];
+    const Posed& X_WB = k.X_WB[i];
+    bodies_.push_back({b.description.joint.type, b.parent, b.root, b.q, X_WB.R * b.description.joint.axis,
+                       X_WB.p - origin_W, X_WB * b.description.com - origin_W, X_WB.R,
+                       b.description.mass / tree_mass[b.root]});
+  }
+}
+
+// The motion the body's own joint adds, seen in W with everything before it at the start.
+Displacement StartPose::own_motion(const Start& start, std::span<const double> change) const {
+  Displacement own;
+  const JointTraits& joint = traits_of(start.type);
+  if (joint.axis == AxisMotion::slide) {
+    own.move = change[start.q] * start.axis;
+    return own;
+  }
+  if (joint.axis == AxisMotion::turn) {
+    const double half = 0.5 * change[start.q];
+    const Vector3d v = std::sin(half) * start.axis;
+    own.turn = {std::cos(half), v[0], v[1], v[2]};
+  } else if (joint.quaternion >= 0) {
+    own.turn = turn_in_world(start.R_WB, change.subspan(start.q + joint.quaternion, 4));
+  } else {
+    return own;
+  }
+  if (joint.position >= 0) return own;         // its translation comes at last
+  own.move = turned_by(own.turn, -start.arm);  // the joint stays where it is
+  return own;
+}
+
+void StartPose::displacements(std::span<const double> change, std::span<Displacement> of_bodies) const {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Start& start = bodies_[i];
+    const Displacement own = own_motion(start, change);
+    if (start.parent < 0) {
+      of_bodies[i] = own;
+    } else {
+      const Displacement& carrier = of_bodies[start.parent];
+      of_bodies[i] = {carrier.turn * own.turn, carrier.move + own.move + turned_by(carrier.turn, own.move)};
+    }
+  }
+  // Free trees turn about o so far: shift each to where its centre of mass, or its root, is to be.
+  for (std::size_t root = 0; root < bodies_.size(); ++root) {
+    const Start& start = bodies_[root];
+    if (start.type != JointType::free) continue;
+    Vector3d shift{change[start.q], change[start.q + 1], change[start.q + 2]};
+    if (by_com_[root]) {
+      for (std::size_t i = root; i < bodies_.size(); ++i) {
+        if (bodies_[i].root != static_cast<int>(root)) continue;
+        shift -= bodies_[i].share * (turned_by(of_bodies[i].turn, bodies_[i].com) + of_bodies[i].move);
+      }
+    } else {
+      shift -= turned_by(of_bodies[root].turn, start.arm);
+    }
+    for (std::size_t i = root; i < bodies_.size(); ++i) {
+      if (bodies_[i].root == static_cast<int>(root)) of_bodies[i].move += shift;
+    }
+  }
 }
 
 }  // namespace grapnel

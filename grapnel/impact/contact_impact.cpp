@@ -74,16 +74,16 @@ struct Felt {
   Eigen::VectorXd u;         // of the contacts
 };
 
-Felt felt(const Eigen::MatrixXd& M, const Eigen::LLT<Eigen::MatrixXd>& mass, const Eigen::MatrixXd& J,
-          const BilateralRows& rows, const Eigen::VectorXd& v) {
+Felt felt(const Eigen::MatrixXd& M, const Cholesky& mass, const Eigen::MatrixXd& J, const BilateralRows& rows,
+          const Eigen::VectorXd& v) {
   Felt f;
   if (rows.J.rows() == 0) {
-    const Eigen::MatrixXd Y = mass.matrixL().solve(J.transpose());
+    const Eigen::MatrixXd Y = lower_solution(mass, J.transpose());
     f.W = Y.transpose() * Y;
     f.velocity = v;
   } else {
     // The response to an impulse, M^-1 J^T, projected onto the motions that grasps and held rates leave.
-    Eigen::MatrixXd response = mass.solve(J.transpose());
+    Eigen::MatrixXd response = cholesky_solution(mass, J.transpose());
     const Eigen::VectorXd free = response.cwiseProduct(J.transpose()).colwise().sum();
     for (Eigen::Index i = 0; i < response.cols(); ++i) {
       response.col(i) = solve_bilateral(M, rows, response.col(i), Eigen::VectorXd::Zero(rows.J.rows())).velocity;
@@ -197,7 +197,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   check(contacts);
   const Kinematics kinematics = forward_kinematics(model, state);
   const Eigen::MatrixXd M = mass_matrix(model, state);
-  const Eigen::LLT<Eigen::MatrixXd> mass(M);
+  const Cholesky mass(M);
   BilateralRows bilateral = bilateral_rows(model, kinematics, M, closed, held);
   const ContactRows rows = contact_rows(model, kinematics, contacts);
   const Eigen::VectorXd before =
@@ -224,7 +224,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   // Grasps and held rates take what the contacts bring and what they needed themselves, in one.
   State pushed = state;
   const Eigen::VectorXd brought = rows.J.transpose() * path.impulse;
-  Eigen::Map<Eigen::VectorXd>(pushed.v.data(), before.size()) += mass.solve(brought);
+  Eigen::Map<Eigen::VectorXd>(pushed.v.data(), before.size()) += cholesky_solution(mass, brought);
   Eigen::VectorXd impulse = brought;
   solution.velocity = pushed.v;
   if (bilateral.J.rows() > 0) {

@@ -38,7 +38,7 @@ class Response {
     Eigen::MatrixXd change = Eigen::MatrixXd::Zero(velocities_, F.cols());
     if (free_.empty() || F.cols() == 0) return change;
     const Eigen::MatrixXd F_free = F(free_, Eigen::all);
-    const Eigen::MatrixXd change_free = factor_.solve(F_free);
+    const Eigen::MatrixXd change_free = cholesky_solution(factor_, F_free);
     change(free_, Eigen::all) = change_free;
     return change;
   }
@@ -46,13 +46,13 @@ class Response {
   // L^-1 times the rows of F that are free, M = L L^T there: its columns' inner products are F^T M^-1 F.
   Eigen::MatrixXd half(const Eigen::MatrixXd& F) const {
     const Eigen::MatrixXd F_free = F(free_, Eigen::all);
-    return F_free.size() == 0 ? F_free : Eigen::MatrixXd(factor_.matrixL().solve(F_free));
+    return F_free.size() == 0 ? F_free : Eigen::MatrixXd(lower_solution(factor_, F_free));
   }
 
  private:
   Eigen::Index velocities_;
   std::vector<int> free_;
-  Eigen::LLT<Eigen::MatrixXd> factor_;
+  Cholesky factor_;
 };
 
 // Velocities once the held rates have the values they are to have, before any grasp acts.
@@ -98,7 +98,7 @@ EndEffectorMeasures measure_end_effector(const Model& model, const Kinematics& k
   m.relative_velocity = (J * velocity).tail<3>();
   const double speed = m.relative_velocity.norm();
   if (speed == 0) return m;
-  m.impulse_index = W.llt().solve(m.relative_velocity).norm() / speed;  // (13.4)
+  m.impulse_index = cholesky_solution(Cholesky(W), m.relative_velocity).norm() / speed;  // (13.4)
   const Vector3d u{m.relative_velocity[0], m.relative_velocity[1], m.relative_velocity[2]};
   m.robot_effective_mass = effective_mass(m.inverse_inertia, u);
   m.pair_effective_mass = effective_mass(m.pair_inverse_inertia, u);
@@ -118,11 +118,10 @@ Eigen::MatrixXd grasp_metric(const Model& model, const Kinematics& kinematics, s
 
 // Singular values of W^+ in the targets' metric and the index of the present motion: (13.5), (13.6). From Y of (7.5),
 // whose singular values are the roots of W's: W itself has lost half of the small ones' digits.
-void measure_coupled(const Eigen::MatrixXd& half, const Eigen::VectorXd& u, const Eigen::LLT<Eigen::MatrixXd>& metric,
+void measure_coupled(const Eigen::MatrixXd& half, const Eigen::VectorXd& u, const Cholesky& metric,
                      ImpulseMeasures& m) {
   if (half.rows() == 0) return;  // everything is held: no impulse moves anything
-  const auto G = metric.matrixL();
-  const Eigen::MatrixXd Y = G.solve(half.transpose()).transpose();
+  const Eigen::MatrixXd Y = lower_solution(metric, half.transpose()).transpose();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Y, Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
   while (m.rank < sigma.size() && sigma[m.rank] > kRankTolerance * sigma[0]) ++m.rank;
@@ -130,27 +129,27 @@ void measure_coupled(const Eigen::MatrixXd& half, const Eigen::VectorXd& u, cons
   const Eigen::VectorXd yields = sigma.head(m.rank).cwiseAbs2();
   m.smallest_impulse = 1 / yields[0];
   m.largest_impulse = 1 / yields[m.rank - 1];
-  const Eigen::VectorXd motion = G.solve(u);
+  const Eigen::VectorXd motion = lower_solution(metric, u);
   if (motion.norm() == 0) return;
   const Eigen::VectorXd along = svd.matrixV().leftCols(m.rank).transpose() * motion;
   m.coupled_index = along.cwiseQuotient(yields).norm() / motion.norm();
 }
 
 // Null space of a response to impulses, D-orthonormal (13.9). `response` has rows that may be compared.
-Eigen::MatrixXd without_effect(const Eigen::MatrixXd& response, const Eigen::LLT<Eigen::MatrixXd>& metric) {
+Eigen::MatrixXd without_effect(const Eigen::MatrixXd& response, const Cholesky& metric) {
   // B N = 0 with N = G^-T Z: Z the null space of B G^-T.
-  const Eigen::MatrixXd scaled = metric.matrixL().solve(response.transpose()).transpose();
+  const Eigen::MatrixXd scaled = lower_solution(metric, response.transpose()).transpose();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeFullV);
   const Eigen::VectorXd& sigma = svd.singularValues();
   Eigen::Index rank = 0;
   while (rank < sigma.size() && sigma[rank] > kBaseTolerance * sigma[0]) ++rank;
   if (rank == response.cols()) return Eigen::MatrixXd(response.cols(), 0);  // Eigen's solve wants a column
-  return metric.matrixU().solve(svd.matrixV().rightCols(response.cols() - rank));
+  return upper_solution(metric, svd.matrixV().rightCols(response.cols() - rank));
 }
 
 // The base's answer to impulses in the rows of J, of which the robot's side is J_robot.
 void measure_base(const Model& model, const Kinematics& kinematics, int root, const Eigen::MatrixXd& M,
-                  const Eigen::MatrixXd& change, const Eigen::LLT<Eigen::MatrixXd>& metric, ImpulseMeasures& m) {
+                  const Eigen::MatrixXd& change, const Cholesky& metric, ImpulseMeasures& m) {
   const Eigen::Index rows = change.cols();
   m.base_response = Eigen::MatrixXd::Zero(6, rows);
   Eigen::MatrixXd comparable = Eigen::MatrixXd::Zero(6, rows);
@@ -234,7 +233,7 @@ ImpulseMeasures impulse_measures(const Model& model, const State& state, int roo
   const Eigen::MatrixXd change = response(J.transpose());
   m.contact_inertia = J * change;
   if (J.rows() > 0) {
-    const Eigen::LLT<Eigen::MatrixXd> metric(grasp_metric(model, kinematics, grasps, J.rows()));
+    const Cholesky metric(grasp_metric(model, kinematics, grasps, J.rows()));
     measure_coupled(response.half(J.transpose()), J * velocity, metric, m);
     measure_base(model, kinematics, root, M, change, metric, m);
   } else {

@@ -44,7 +44,8 @@ ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Eigen::VectorXd& part
   checks.energy_identity_residual = ratio(std::abs((T1 - T0) - work), scale);
   // Over everything: a body that takes no part must not change its motion.
   const Eigen::VectorXd residual = M * (after - before) - impulse;
-  checks.generalized_momentum_residual = std::sqrt(ratio(std::abs(residual.dot(M.llt().solve(residual))), 2 * scale));
+  checks.generalized_momentum_residual =
+      std::sqrt(ratio(std::abs(residual.dot(cholesky_solution(Cholesky(M), residual))), 2 * scale));
   return checks;
 }
 
@@ -57,10 +58,6 @@ ImpactSolution plastic_impact(const Model& model, const State& state, std::span<
 }
 
 namespace {
-
-Eigen::VectorXd as_vector(const std::vector<double>& v) {
-  return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
-}
 
 // Solves and fills in the checks. `u_after` is what J v+ is to be; `impulse` receives P in constrained directions.
 ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const State& state,
@@ -93,7 +90,7 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
 std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_rows,
                                         const Eigen::MatrixXd& D) {
   const Eigen::MatrixXd stress = directions.transpose() * null_rows;  // 6 x (rows - rank)
-  const Eigen::MatrixXd largest = directions.transpose() * D.llt().solve(directions);
+  const Eigen::MatrixXd largest = directions.transpose() * cholesky_solution(Cholesky(D), directions);
   std::vector<bool> determined(6, true);
   for (int i = 0; i < 6; ++i) determined[i] = stress.row(i).norm() <= 1e-8 * std::sqrt(largest(i, i));
   return determined;
@@ -129,7 +126,7 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
   if (held_rows > 0) {
     // Held rates only have to be commensurable: what each impulse does alone.
     const Eigen::MatrixXd J_held = rows.J.bottomRows(held_rows);
-    const Eigen::MatrixXd alone = J_held * M.llt().solve(J_held.transpose());
+    const Eigen::MatrixXd alone = J_held * cholesky_solution(Cholesky(M), J_held.transpose());
     rows.D.bottomRightCorner(held_rows, held_rows) = alone.diagonal().asDiagonal();
   }
   return rows;
@@ -150,7 +147,7 @@ ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const BilateralRows&
   part.impulse = Eigen::VectorXd(0);
   if (!free.empty()) {  //                                                                                  (7.21)
     const Eigen::MatrixXd M_ff = M(free, free);
-    const Eigen::VectorXd pushed = v(free) - M_ff.llt().solve(M(free, held) * (s - v(held)));
+    const Eigen::VectorXd pushed = v(free) - cholesky_solution(Cholesky(M_ff), M(free, held) * (s - v(held)));
     part = solve_impulsive_constraint(M_ff, J_g(Eigen::all, free), pushed, rows.D.topLeftCorner(g, g),
                                       u_after.head(g) - J_h * s);
   } else if (g > 0) {
@@ -171,11 +168,10 @@ ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const BilateralRows&
   // Self-stresses of unit size in D, and the least P.
   whole.null_space.topRows(g) = part.null_space;
   whole.null_space.bottomRows(m) = -J_h.transpose() * part.null_space;
-  const Eigen::LLT<Eigen::MatrixXd> metric(rows.D);
+  const Cholesky metric(rows.D);
   const Eigen::MatrixXd scaled = metric.matrixU() * whole.null_space;
-  const Eigen::MatrixXd Z =
-      Eigen::HouseholderQR<Eigen::MatrixXd>(scaled).householderQ() * Eigen::MatrixXd::Identity(g + m, count);
-  whole.null_space = metric.matrixU().solve(Z);
+  const Eigen::MatrixXd Z = thin_qr(scaled).Q;
+  whole.null_space = upper_solution(metric, Z);
   whole.impulse -= whole.null_space * (Z.transpose() * (metric.matrixU() * whole.impulse));
   return whole;
 }

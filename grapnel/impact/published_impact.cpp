@@ -65,8 +65,8 @@ std::vector<TargetTerms> target_terms(const Model& model, const Kinematics& kine
 
 // J_t^-1 x; with several grasps J_t has more rows than columns, and the inverse is read as the least-squares one.
 Eigen::MatrixXd divide_by(const Eigen::MatrixXd& J_t, const Eigen::MatrixXd& x) {
-  if (J_t.rows() == 6) return J_t.partialPivLu().solve(x);
-  return J_t.householderQr().solve(x);
+  if (J_t.rows() == 6) return lu_solution(J_t, x);
+  return least_squares_solution(J_t, x);
 }
 
 }  // namespace
@@ -100,12 +100,12 @@ PublishedImpact published_impact(const Model& model, const State& state, int roo
     G += C.transpose() * t.I_t * C;
     H += C.transpose() * t.I_t * as_eigen(t.twist_com);
   }
-  const Eigen::VectorXd final_rates = G.llt().solve(H);  // (3.11)
+  const Eigen::VectorXd final_rates = cholesky_solution(Cholesky(G), H);  // (3.11)
   result.joint_rates.assign(final_rates.begin(), final_rates.end());
 
   // (3.8): J^T F = I (thetadot_f - thetadot_i).
   const Eigen::VectorXd dh = I * (final_rates - rates);
-  const Eigen::VectorXd F = J.transpose().completeOrthogonalDecomposition().solve(dh);
+  const Eigen::VectorXd F = least_norm_solution(J.transpose(), dh);
   if ((J.transpose() * F - dh).norm() > 1e-9 * dh.norm()) {
     result.undefined = "I (thetadot_f - thetadot_i) is not in the range of J^T (3.8)";
     return result;

@@ -51,7 +51,7 @@ std::optional<Eigen::VectorXd> rates_that_grasps_allow(const BilateralRows& rows
   // x = J_r^(1/2) (w_h - s) is the least solution of B^T x = S^T w, B = J_r^(-1/2) S_h.                        (7.20)
   const Eigen::VectorXd root = rows.held_inertia.cwiseSqrt();
   const Eigen::MatrixXd B = root.cwiseInverse().asDiagonal() * S.bottomRows(held);
-  const Eigen::VectorXd x = B.transpose().completeOrthogonalDecomposition().solve(work);
+  const Eigen::VectorXd x = least_norm_solution(B.transpose(), work);
   return after.tail(held) - x.cwiseQuotient(root);
 }
 

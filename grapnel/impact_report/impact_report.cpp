@@ -144,7 +144,7 @@ ImpactSolution published_solution(const CaptureSystem& system, const Contact& co
     row += 6;
   }
   s.rows = static_cast<int>(J.rows());
-  s.rank = static_cast<int>(J.fullPivLu().rank());
+  s.rank = rank_of(J);
   const Eigen::VectorXd u = J * before, left = J * after, part = taking_part(model, J);
   s.constraint_residual =
       left.lpNorm<Eigen::Infinity>() /

@@ -200,10 +200,9 @@ void relieve(const Balance& balance, bool with_determined, std::vector<GraspWren
       row += count;
     }
   }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(B);
-  const Eigen::VectorXd z = qr.solve(-f);
+  const Eigen::VectorXd z = least_squares_solution(B, -f);
   // Stresses of unit size in the metric, for the question what is determined: B = Q R.
-  const Eigen::MatrixXd R = qr.matrixQR().topRows(stresses).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd R = thin_qr(B).R;
   for (const TargetGrasps& t : balance.targets) {
     for (std::size_t i = 0; i < t.held.size(); ++i) {
       const std::size_t g = t.held[i];
@@ -213,7 +212,8 @@ void relieve(const Balance& balance, bool with_determined, std::vector<GraspWren
       result[g].F_WC += result[g].beyond_solver;
       if (!with_determined) continue;
       const Eigen::MatrixXd unit = R.transpose().triangularView<Eigen::Lower>().solve(N.transpose()).transpose();
-      const Eigen::MatrixXd largest = t.directions[i].transpose() * t.D[i].llt().solve(t.directions[i]);
+      const Eigen::MatrixXd largest =
+          t.directions[i].transpose() * cholesky_solution(Cholesky(t.D[i]), t.directions[i]);
       for (int c = 0; c < 6; ++c) result[g].determined[c] = unit.row(c).norm() <= kOpen * std::sqrt(largest(c, c));
     }
   }

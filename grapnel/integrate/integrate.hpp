@@ -4,7 +4,10 @@
 /// Integration from one time to another with output at given times: the steppers' loop for callers that need nothing
 /// special. Thread safety: as the stepper that is passed in.
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -73,6 +76,160 @@ template <class Method, RightHandSide<typename Method::Scalar> Rhs>
 IntegrationResult integrate(Method& stepper, Rhs&& rhs, double t0, std::span<const typename Method::Scalar> y0,
                             double t1) {
   return integrate(stepper, rhs, t0, y0, t1, {}, [](double, std::span<const typename Method::Scalar>) {});
+}
+
+// Finds the time at which a function g(t, y) of the state changes sign within a stepper's last step, on the step's
+// dense output, so that the integration need not be repeated. Thread safety: a locator holds a scratch state and
+// belongs to one thread at a time.
+
+/// Which sign changes count, seen in the direction of integration.
+enum class Crossing { rising, falling, any };
+
+/// How thoroughly to look.
+struct EventOptions {
+  int samples = 8;                // equal parts of the step whose ends are compared; more notice shorter excursions
+  double time_tolerance = 1e-13;  // of the time found, relative to the step; to it the resolution of time is added
+};
+
+/// A sign change.
+struct EventLocation {
+  double time;   // just past the sign change in the direction of integration, or where g is 0 exactly
+  bool rising;   // g goes from negative to positive (or 0) in the direction of integration
+  double value;  // g at `time`
+};
+
+/// A short interval of time that holds a sign change.
+struct Bracket {
+  double begin;
+  double begin_value;
+  double end;
+  double end_value;
+};
+
+/// Shrinks a bracket (begin_value and end_value of opposite sign, or one of them 0) until it is no longer than
+/// `tolerance` [time], or to nothing where f is 0 exactly. Calls f(t) → double. Inverse quadratic interpolation where
+/// it is safe, else bisection (T. R. Chandrupatla, Advances in Engineering Software 28 (1997) 145–149). begin and end
+/// keep their sides. Throws nothing of its own.
+template <class Function>
+Bracket shrink_bracket(Function&& f, Bracket bracket, double tolerance) {
+  if (bracket.begin_value == 0.0 || bracket.end_value == 0.0) return bracket;
+  const bool begin_positive = bracket.begin_value > 0.0;
+  double x1 = bracket.end, f1 = bracket.end_value;      // latest point
+  double x2 = bracket.begin, f2 = bracket.begin_value;  // of the other sign
+  double fraction = 0.5;                                // next point, from x1 to x2
+  while (std::abs(x2 - x1) > tolerance && f1 != 0.0) {
+    const double x = x1 + fraction * (x2 - x1);
+    if (x == x1 || x == x2) break;  // the resolution of time
+    const double fx = f(x);
+    double x3 = x1, f3 = f1;  // the point given up
+    if ((fx > 0.0) != (f1 > 0.0)) {
+      x3 = x2, f3 = f2;
+      x2 = x1, f2 = f1;
+    }
+    x1 = x, f1 = fx;
+    const double xi = (x1 - x2) / (x3 - x2);
+    const double phi = (f1 - f2) / (f3 - f2);
+    const bool monotonic = phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi;
+    fraction = monotonic
+                   ? f1 / (f2 - f1) * (f3 / (f2 - f3)) + (x3 - x1) / (x2 - x1) * (f1 / (f3 - f1)) * (f2 / (f3 - f2))
+                   : 0.5;
+    const double margin = std::min(0.5, 0.5 * tolerance / std::abs(x2 - x1));
+    fraction = std::clamp(fraction, margin, 1.0 - margin);
+  }
+  if (f1 == 0.0) return {x1, f1, x1, f1};  // exactly there
+  return (f1 > 0.0) == begin_positive ? Bracket{x1, f1, x2, f2} : Bracket{x2, f2, x1, f1};
+}
+
+/// Looks for sign changes of functions of the state.
+template <class S>
+class EventLocator {
+ public:
+  /// Allocates a scratch state. Throws std::invalid_argument if samples < 1 or time_tolerance is not positive.
+  explicit EventLocator(const Manifold& manifold, const EventOptions& options = {})
+      : options_(options), y_(static_cast<std::size_t>(manifold.size)) {
+    if (options.samples < 1) throw std::invalid_argument("EventOptions: samples must be at least 1");
+    if (!(options.time_tolerance > 0.0)) throw std::invalid_argument("EventOptions: time_tolerance must be positive");
+  }
+
+  /// The first sign change of g in the stepper's last step, in the direction of integration. The start of the step does
+  /// not count and its end does, so that consecutive steps report each crossing once, also when g is 0 exactly at their
+  /// common time, and a restart at the time found does not find it again. A double crossing between two samples is
+  /// noticed where three samples show a dip whose parabola points to it. Calls g(t, y) → double with the state y (n
+  /// numbers) at t, and stepper.prepare_dense_output(rhs). Throws std::logic_error if there is no completed step,
+  /// std::domain_error if g is NaN.
+  template <class Method, RightHandSide<S> Rhs, class Event>
+  std::optional<EventLocation> find(Method& stepper, Rhs&& rhs, Event&& g, Crossing crossing = Crossing::any);
+
+  /// The state at the time found by the last successful find(), n numbers.
+  std::span<const S> state() const { return y_; }
+
+ private:
+  struct Sample {
+    double time;
+    double value;
+  };
+
+  static bool changes_sign(const Sample& a, const Sample& b, Crossing crossing) {
+    const bool rising = a.value < 0.0 && b.value >= 0.0;
+    const bool falling = a.value > 0.0 && b.value <= 0.0;
+    return (rising && crossing != Crossing::falling) || (falling && crossing != Crossing::rising);
+  }
+
+  /// Where the parabola through three samples turns, if the middle one is nearest to zero and all have one sign.
+  static std::optional<double> dip(const Sample& a, const Sample& b, const Sample& c) {
+    const double sign = b.value > 0.0 ? 1.0 : -1.0;
+    if (!(sign * a.value > 0.0 && sign * c.value > 0.0)) return std::nullopt;
+    const double fall = sign * (a.value - b.value);
+    const double rise = sign * (c.value - b.value);
+    if (!(fall >= 0.0 && rise >= 0.0 && fall + rise > 0.0)) return std::nullopt;
+    return b.time + 0.25 * (c.time - a.time) * (fall - rise) / (fall + rise);
+  }
+
+  EventOptions options_;
+  std::vector<S> y_;
+};
+
+template <class S>
+template <class Method, RightHandSide<S> Rhs, class Event>
+std::optional<EventLocation> EventLocator<S>::find(Method& stepper, Rhs&& rhs, Event&& g, Crossing crossing) {
+  stepper.prepare_dense_output(rhs);
+  const double begin = stepper.previous_time();
+  const double length = stepper.time() - begin;
+  const double resolution =
+      4.0 * std::numeric_limits<double>::epsilon() * std::max(std::abs(begin), std::abs(stepper.time()));
+  const double tolerance = options_.time_tolerance * std::abs(length) + resolution;
+
+  const auto value_at = [&](double t) {
+    stepper.interpolate(t, std::span<S>(y_));
+    const double value = g(t, std::span<const S>(y_));
+    if (std::isnan(value))
+      throw std::domain_error("EventLocator: the event function is NaN at t = " + std::to_string(t));
+    return value;
+  };
+  const auto locate = [&](const Sample& a, const Sample& b) {
+    const Bracket bracket = shrink_bracket(value_at, {a.time, a.value, b.time, b.value}, tolerance);
+    return EventLocation{bracket.end, a.value < 0.0, value_at(bracket.end)};
+  };
+
+  Sample earlier{begin, 0.0};  // 0: no dip seen from the first sample
+  Sample previous{begin, value_at(begin)};
+  for (int i = 1; i <= options_.samples; ++i) {
+    const double t = i == options_.samples ? stepper.time() : begin + length * i / options_.samples;
+    const Sample current{t, value_at(t)};
+    if (changes_sign(previous, current, crossing)) return locate(previous, current);
+    if (const std::optional<double> turn = dip(earlier, previous, current)) {
+      const Sample bottom{*turn, value_at(*turn)};
+      // The parabola may turn on either side of the middle sample.
+      const bool before = (bottom.time - previous.time) * length < 0.0;
+      const Sample& left = before ? earlier : previous;
+      const Sample& right = before ? previous : current;
+      if (changes_sign(left, bottom, crossing)) return locate(left, bottom);
+      if (changes_sign(bottom, right, crossing)) return locate(bottom, right);
+    }
+    earlier = previous;
+    previous = current;
+  }
+  return std::nullopt;
 }
 
 }  // namespace grapnel

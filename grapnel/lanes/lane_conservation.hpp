@@ -2,7 +2,7 @@
 
 /// @file
 /// Conservation checks in packs: momentum and energy of trees, link by link from poses and twists, independent of the
-/// kernel that accelerates and of what it conserves. The definitions are those of capture/conserved_quantities.cpp,
+/// kernel that accelerates and of what it conserves. The definitions are those of capture/conservation_monitor.cpp,
 /// whose text goes over the bodies of a Model, with sums over all trees beside: lanes have links only, in which bodies
 /// on fixed joints are one.
 

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "grapnel/model/joint_type.hpp"
-#include "grapnel/spatial/inertia.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel {
 

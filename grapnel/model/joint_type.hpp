@@ -6,7 +6,7 @@
 
 #include <cstdint>
 
-#include "grapnel/spatial/rotation.hpp"
+#include "grapnel/spatial/pose.hpp"
 
 namespace grapnel {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "grapnel/plan/newton_step.hpp"
+#include "grapnel/plan/shooting.hpp"
 
 namespace grapnel {
 

@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "grapnel/plan/arm_starts.hpp"
-#include "grapnel/plan/newton_step.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
 

@@ -21,7 +21,6 @@
 #include <string>
 
 #include "grapnel/plan/goal.hpp"
-#include "grapnel/plan/objective.hpp"
 #include "grapnel/plan/path_segment.hpp"
 
 namespace grapnel {

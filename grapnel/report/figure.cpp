@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <stdexcept>
+
+#include "grapnel/report/figure_script.hpp"
+#include "grapnel/result/atomic_file.hpp"
 
 namespace grapnel {
 
@@ -38,6 +42,79 @@ std::string lightened(const std::string& color, double share) {
 std::string translucent(const std::string& color, double opacity) {
   return fmt::format("#{:02x}{}", static_cast<int>(std::lround(255 * (1 - std::clamp(opacity, 0.0, 1.0)))),
                      color.substr(1));
+}
+
+namespace {
+
+bool is_sweep(const std::filesystem::path& folder) { return std::filesystem::exists(folder / "study.json"); }
+
+std::vector<FigureOffer> study_offers() {
+  return {{"impulse-map", "a column of the table against an axis, a line per value of another axis, or a heat map"}};
+}
+
+std::vector<FigureOffer> run_offers(const RunSource& run) {
+  std::vector<FigureOffer> offers = series_offers(run);
+  if (has_impulses(run)) offers.push_back({"impulse", "impulse and angular impulse of every grasp"});
+  if (run.scene) offers.push_back({"strobe", "superposed configurations of the whole system"});
+  return offers;
+}
+
+void require_folder(const std::filesystem::path& folder) {
+  if (!std::filesystem::is_directory(folder)) throw std::runtime_error(folder.string() + ": there is no such folder");
+  if (!is_sweep(folder) && !std::filesystem::exists(folder / "timeseries.h5"))
+    throw std::runtime_error(folder.string() +
+                             ": neither timeseries.h5 of a run nor study.json of a sweep is in there");
+}
+
+[[noreturn]] void not_offered(const FigureRequest& request, const std::vector<FigureOffer>& offers) {
+  std::vector<std::string> names;
+  for (const FigureOffer& offer : offers) names.push_back(offer.what);
+  throw std::runtime_error(
+      fmt::format("{} has no figure '{}'; it has: {}", request.folder.string(), request.what, fmt::join(names, ", ")));
+}
+
+bool offers(const std::vector<FigureOffer>& list, const std::string& what) {
+  return std::any_of(list.begin(), list.end(), [&](const FigureOffer& offer) { return offer.what == what; });
+}
+
+}  // namespace
+
+std::vector<FigureOffer> figure_offers(const std::filesystem::path& folder) {
+  require_folder(folder);
+  return is_sweep(folder) ? study_offers() : run_offers(read_run_source(folder));
+}
+
+Figure make_figure(const FigureRequest& request) {
+  require_folder(request.folder);
+  if (is_sweep(request.folder)) {
+    if (!offers(study_offers(), request.what)) not_offered(request, study_offers());
+    return study_figure(read_study_source(request.folder), request);
+  }
+  const RunSource run = read_run_source(request.folder);
+  if (request.what == "strobe") return strobe_figure(run, request);
+  if (request.what == "impulse") return impulse_figure(run, request);
+  if (const std::vector<FigureOffer> list = run_offers(run); !offers(list, request.what)) not_offered(request, list);
+  return series_figure(run, request);
+}
+
+FigureFiles write_figure(const Figure& figure, const std::filesystem::path& image) {
+  FigureFiles files{image, image, image, false};
+  files.data.replace_extension(".dat");
+  files.script.replace_extension(".gp");
+  const std::string script = figure_script(figure, image.filename().string(), files.data.filename().string());
+  write_file_atomically(files.data, figure_data(figure));
+  write_file_atomically(files.script, script);
+  // The same script with another output: gnuplot follows links, and leaves half an image where it is stopped.
+  AtomicFile drawn(image), drawing(files.script);
+  const auto name = [](const AtomicFile& file) { return file.temporary().filename().string(); };
+  drawing.write(figure_script(figure, image.filename().string(), files.data.filename().string(), name(drawn)));
+  const GnuplotOutcome outcome = run_gnuplot(image.parent_path(), name(drawing));
+  files.drawn = outcome.found;
+  if (outcome.found && outcome.status != 0)
+    throw std::runtime_error(fmt::format("{}: gnuplot fails with status {}: {}", files.script.string(), outcome.status,
+                                         plain_line(outcome.message)));
+  if (outcome.found) drawn.commit();
+  return files;
 }
 
 }  // namespace grapnel

@@ -1,4 +1,4 @@
-#include "grapnel/report/figures.hpp"
+#include "grapnel/report/figure.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/report/figure.hpp"
 #include "grapnel/report/figure_script.hpp"
 #include "grapnel/report/series_table.hpp"
 

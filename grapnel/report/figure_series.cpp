@@ -1,4 +1,4 @@
-#include "grapnel/report/figures.hpp"
+#include "grapnel/report/figure.hpp"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,6 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "grapnel/report/figure.hpp"
 #include "grapnel/report/series_table.hpp"
 
 namespace grapnel {

@@ -8,9 +8,9 @@
 #include <map>
 #include <stdexcept>
 
-#include "grapnel/report/decimate.hpp"
 #include "grapnel/report/drawn_shape.hpp"
 #include "grapnel/report/figure.hpp"
+#include "grapnel/report/series_table.hpp"
 #include "grapnel/result/atomic_file.hpp"
 
 namespace grapnel {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "grapnel/report/run_source.hpp"
+#include "grapnel/report/run_data.hpp"
 
 namespace grapnel {
 

@@ -10,8 +10,13 @@
 
 #include "grapnel/report/base64.hpp"
 #include "grapnel/result/atomic_file.hpp"
-#include "grapnel/result/sha256.hpp"
+#include "grapnel/result/file_seal.hpp"
 
+#ifdef GRAPNEL_HAS_VIEWER
+// In viewer.S, which CMake makes.
+extern "C" const char grapnel_viewer_script[], grapnel_viewer_script_end[];
+extern "C" const char grapnel_viewer_style[], grapnel_viewer_style_end[];
+#endif
 namespace grapnel {
 namespace {
 
@@ -113,6 +118,14 @@ std::size_t write_report(const ReportData& data, const std::filesystem::path& pa
   const std::string page = report_html(data, viewer);
   write_file_atomically(path, page);
   return page.size();
+}
+
+Viewer embedded_viewer() {
+#ifdef GRAPNEL_HAS_VIEWER
+  return {{grapnel_viewer_script, grapnel_viewer_script_end}, {grapnel_viewer_style, grapnel_viewer_style_end}};
+#else
+  return {};
+#endif
 }
 
 }  // namespace grapnel

@@ -3,11 +3,16 @@
 /// @file
 /// The samples of a run that a figure shows, as a table, and what all panels over time have in common.
 
+#include <cstddef>
+#include <limits>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "grapnel/report/figure.hpp"
-#include "grapnel/report/run_source.hpp"
+#include "grapnel/report/run_data.hpp"
+#include "grapnel/result/time_series.hpp"
 
 namespace grapnel {
 
@@ -43,5 +48,37 @@ std::vector<std::string> figure_heads(const RunSource& run, const FigureRequest&
 /// an impact. Times of less than 2 s are in milliseconds.
 Figure assemble(const RunSource& run, const FigureRequest& request, const std::vector<SeriesPanel>& panels,
                 int columns);
+
+// Which samples of a time series a report keeps, so that long runs stay small and what is left out is known.
+// docs/formats/report.md states the rule.
+
+inline constexpr double kFinestBound = 1e-4;
+inline constexpr double kCoarsestBound = 1e-2;
+
+/// Per series: by how much straight lines between kept samples may miss what was left out, per component, in the
+/// series' unit. `bound` times its range (largest minus smallest value of all components over the run; of quaternions
+/// 1), but never less than what is rounding: one unit in the last place of a float of its largest magnitude, and 1e-11
+/// (the ledger's bound for drifts) of the largest magnitude that any series of the same unit has. Infinite for series
+/// of which peaks are kept instead, see shows_peaks().
+std::vector<double> deviations_allowed(const TimeSeries& series, double bound);
+
+/// Defects of closed loops: rounding noise shown on a logarithmic axis. No line between fewer samples follows it, so
+/// the largest value of each of 64 equal stretches of the run, and of each phase, is kept.
+bool shows_peaks(std::string_view path);
+
+/// Numbers of the samples that stay, ascending: the first and the last of each phase, all of equal times, the largest
+/// grasp forces and moments of each phase, the peaks of shows_peaks(), and as few others as a single pass finds, so
+/// that deviations_allowed(series, bound) holds. Where a component changes to or from NaN or infinity both sides stay.
+/// Empty if there would be more than `at_most`.
+std::optional<std::vector<std::size_t>> kept_samples(const TimeSeries& series, double bound,
+                                                     std::size_t at_most = std::numeric_limits<std::size_t>::max());
+
+struct Decimation {
+  std::vector<std::size_t> kept;
+  double bound = 0;  // 0: nothing was left out
+};
+
+/// With the finest bound of 1e-4, 2e-4, 4e-4, ... 1e-2 that keeps at most `at_most` samples; else with the coarsest.
+Decimation decimate(const TimeSeries& series, std::size_t at_most);
 
 }  // namespace grapnel

@@ -1,4 +1,4 @@
-#include "grapnel/report/figures.hpp"
+#include "grapnel/report/figure.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,6 @@
 #include <stdexcept>
 
 #include "grapnel/report/drawn_shape.hpp"
-#include "grapnel/report/figure.hpp"
 #include "grapnel/report/series_table.hpp"
 
 namespace grapnel {

@@ -25,4 +25,9 @@ void check_file_seal(const std::filesystem::path& path);
 /// The same hash as 16 hexadecimal digits, the most significant first: for a key of a text that people read.
 std::string checksum_text(std::string_view bytes);
 
+// SHA-256 (FIPS 180-4), to name an input.
+
+/// Digest of the bytes, as 64 lower-case hexadecimal digits.
+std::string sha256(std::string_view bytes);
+
 }  // namespace grapnel

@@ -3,7 +3,7 @@
 #include <array>
 
 #include "grapnel/result/load_table.hpp"
-#include "grapnel/result/result_fields.hpp"
+#include "grapnel/result/result_documents.hpp"
 
 namespace grapnel {
 namespace {

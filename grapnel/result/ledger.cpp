@@ -1,4 +1,4 @@
-#include "grapnel/result/ledger.hpp"
+#include "grapnel/result/verdicts.hpp"
 
 #include <fmt/format.h>
 

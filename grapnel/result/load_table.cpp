@@ -12,7 +12,7 @@ namespace grapnel {
 namespace {
 
 // Worse first; what is not a number first of all.
-bool is_worse(const PeakLoad& a, const PeakLoad& b) {
+bool is_heavier(const PeakLoad& a, const PeakLoad& b) {
   if (std::isnan(a.margin()) || std::isnan(b.margin())) return std::isnan(a.margin()) && !std::isnan(b.margin());
   return a.margin() < b.margin();
 }
@@ -74,7 +74,7 @@ const PeakLoad* worst_margin(const CaptureResult& result, bool without_assumed) 
   const PeakLoad* worst = nullptr;
   for (const PeakLoad& load : result.peak_loads) {
     if (!is_rated(load) || (without_assumed && load.assumed_duration)) continue;
-    if (!worst || is_worse(load, *worst)) worst = &load;
+    if (!worst || is_heavier(load, *worst)) worst = &load;
   }
   return worst;
 }
@@ -112,12 +112,12 @@ std::string margins_table(const CaptureResult& result) {
     const auto at = std::find_if(worst.begin(), worst.end(), [&](const PeakLoad* w) { return w->of == load.of; });
     if (at == worst.end()) {
       worst.push_back(&load);
-    } else if (is_worse(load, **at)) {
+    } else if (is_heavier(load, **at)) {
       *at = &load;
     }
   }
   if (worst.empty()) return saturation_lines(result);
-  std::stable_sort(worst.begin(), worst.end(), [](const PeakLoad* a, const PeakLoad* b) { return is_worse(*a, *b); });
+  std::stable_sort(worst.begin(), worst.end(), [](const PeakLoad* a, const PeakLoad* b) { return is_heavier(*a, *b); });
   TextTable table;
   table.row({"worst load, all phases", "", "peak", "rating", "at", "phase", "margin"});
   bool assumed = false;

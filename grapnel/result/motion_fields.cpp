@@ -1,5 +1,5 @@
 // The fields of bodies and joints in motion, of plans, and of grasps that close or miss.
-#include "grapnel/result/result_fields.hpp"
+#include "grapnel/result/result_documents.hpp"
 
 namespace grapnel {
 

@@ -4,7 +4,6 @@
 
 #include "grapnel/describe/json.hpp"
 #include "grapnel/result/json_document.hpp"
-#include "grapnel/result/result_fields.hpp"
 
 namespace grapnel {
 

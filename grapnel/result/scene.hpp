@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "grapnel/spatial/inertia.hpp"
 #include "grapnel/spatial/pose.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel {
 

@@ -15,8 +15,8 @@
 #include <utility>
 
 #include "grapnel/result/atomic_file.hpp"
-#include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/hdf5_reader.hpp"
+#include "grapnel/result/text_table.hpp"
 
 namespace grapnel {
 

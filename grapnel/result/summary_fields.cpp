@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "grapnel/result/load_table.hpp"
-#include "grapnel/result/result_fields.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/verdicts.hpp"
 
 namespace grapnel {

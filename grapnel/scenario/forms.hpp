@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "grapnel/scenario/reader.hpp"
-#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

@@ -11,7 +11,7 @@
 #include <limits>
 #include <unordered_map>
 
-#include "grapnel/result/sha256.hpp"
+#include "grapnel/result/file_seal.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/text_file.hpp"
 #include "grapnel/text/yaml_values.hpp"

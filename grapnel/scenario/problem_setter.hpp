@@ -5,9 +5,9 @@
 
 #include <functional>
 #include <span>
+#include <string>
 
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/text/yaml_paths.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
@@ -20,5 +20,12 @@ using ProblemSetter = std::function<bool(CaptureProblem&, std::span<const double
 /// null if there is none. `problem` was read from the scenario. Whoever uses it compares once what it does with what
 /// the reader does (problem_bytes()).
 ProblemSetter problem_setter(std::span<const PathStep> steps, const Node& form, const CaptureProblem& problem);
+
+// All of a problem as bytes, for exact comparison.
+
+/// The bits of every member but the sha256 and the source: two problems are the same, to the last bit and with the
+/// signs of zeros, if and only if their bytes are. Not a format: only for comparison within one program. Meshes count
+/// as the same where they are one object.
+std::string problem_bytes(const CaptureProblem& problem);
 
 }  // namespace grapnel

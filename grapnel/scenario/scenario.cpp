@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "grapnel/result/sha256.hpp"
+#include "grapnel/result/file_seal.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
@@ -16,7 +16,7 @@
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/text_file.hpp"
-#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {

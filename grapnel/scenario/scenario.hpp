@@ -11,7 +11,7 @@
 
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/faults.hpp"
-#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

@@ -13,7 +13,6 @@
 #include <string>
 
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/text/yaml_paths.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {

@@ -1,8 +1,13 @@
 #include "grapnel/scenario/schema.hpp"
 
 #include <array>
+#include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <vector>
 
+#include "grapnel/describe/json.hpp"
+#include "grapnel/scenario/forms.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/scenario/sections.hpp"
 
@@ -120,6 +125,229 @@ Magnitudes magnitudes_of(std::string_view unit) {
     if (rest.empty() || rest[0] == ' ' || rest[0] == ',' || rest[0] == '/' || rest[0] == ';') return one.magnitudes;
   }
   return {};
+}
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// The names in "a, b, c".
+std::vector<std::string> names_in(std::string_view list, std::string_view between = ", ") {
+  std::vector<std::string> names;
+  for (std::size_t at = 0; at < list.size();) {
+    const std::size_t end = std::min(list.find(between, at), list.size());
+    names.emplace_back(list.substr(at, end - at));
+    at = end + between.size();
+  }
+  return names;
+}
+
+// ---- What keys demand of each other ----
+
+Json required(const std::vector<std::string>& keys) { return {{"required", keys}}; }
+
+Json condition_of(const Rule& rule) {
+  Json condition = Json::object();
+  const std::vector<std::string> values = names_in(rule.values);
+  const std::string key(rule.keys);
+  if (values.size() == 1) condition["properties"][key]["const"] = values[0];
+  if (values.size() > 1) condition["properties"][key]["enum"] = values;
+  condition["required"] = Json::array({key});
+  return condition;
+}
+
+// The schema of a list's items where a rule says what they are.
+using ItemSchema = std::function<Json(const Type&, const Field&)>;
+
+void add_consequence(const Rule& rule, const ItemSchema& item_schema, Json& then) {
+  if (!rule.others.empty()) then["required"] = names_in(rule.others);
+  for (const std::string& key : names_in(rule.choices)) then["oneOf"].push_back(required({key}));
+  for (const std::string& name : names_in(rule.forbidden)) {
+    const std::size_t dot = name.find('.');
+    Json& place = dot == std::string::npos
+                      ? then["properties"][name]
+                      : then["properties"][name.substr(0, dot)]["properties"][name.substr(dot + 1)];
+    place = rule.why.empty() ? Json(false) : Json{{"not", Json::object()}, {"description", rule.why}};
+  }
+  if (rule.items) {
+    Field item;
+    item.range.least = rule.least;
+    then["properties"][std::string(rule.narrowed)] = {{"type", "array"}, {"items", item_schema(rule.items(), item)}};
+  }
+}
+
+void add_rules(std::span<const Rule> rules, const ItemSchema& item_schema, Json& schema) {
+  std::vector<Json> choices, exclusions, conditions;
+  for (const Rule& rule : rules) {
+    const std::vector<std::string> keys = names_in(rule.keys);
+    switch (rule.kind) {
+      case Rule::Kind::needs:
+        schema["dependencies"][keys[0]] = names_in(rule.others);
+        break;
+      case Rule::Kind::not_both:
+        exclusions.push_back({{"not", required(keys)}});
+        break;
+      case Rule::Kind::one_of: {
+        Json alternatives = Json::array();
+        for (const std::string& key : keys) alternatives.push_back(required({key}));
+        if (schema.contains("oneOf"))
+          choices.push_back({{"oneOf", alternatives}});
+        else
+          schema["oneOf"] = alternatives;
+        break;
+      }
+      case Rule::Kind::any_of:
+        schema["minProperties"] = 1;
+        break;
+      case Rule::Kind::when: {
+        const Json condition = condition_of(rule);
+        const bool again = !conditions.empty() && conditions.back()["if"] == condition;
+        if (!again) conditions.push_back({{"if", condition}, {"then", Json::object()}});
+        add_consequence(rule, item_schema, conditions.back()["then"]);
+      }
+    }
+  }
+  for (const Json& choice : choices) schema["allOf"].push_back(choice);
+  for (const std::vector<Json>& parts : {exclusions, conditions}) {
+    if (parts.size() == 1) {
+      schema.update(parts[0]);
+    } else {
+      for (const Json& part : parts) schema["allOf"].push_back(part);
+    }
+  }
+}
+
+// ---- Structures ----
+
+// Numbers as a file would have them.
+void write_plainly(Json& value) {
+  if (value.is_number_float()) value = number_json(value.get<double>());
+  if (!value.is_array()) return;
+  for (Json& item : value) write_plainly(item);
+}
+
+class SchemaWriter {
+ public:
+  Json object(const Type& type) {
+    Json schema{{"type", "object"}};
+    if (!type.text.empty()) schema["description"] = type.text;
+    std::vector<std::string> needed;
+    Json properties = Json::object();
+    for (const Field& field : type.fields) {
+      if (field.is_required) needed.emplace_back(field.key);
+      properties[std::string(field.key)] = property(type, field);
+    }
+    if (!needed.empty()) schema["required"] = needed;
+    schema["additionalProperties"] = false;
+    schema["properties"] = std::move(properties);
+    add_rules(
+        type.rules, [this](const Type& of, const Field& field) { return by_type(of, field); }, schema);
+    return schema;
+  }
+
+  Json definitions;
+
+ private:
+  Json reference(const Type& type) {
+    const std::string name(type.name);
+    if (!definitions.contains(name)) {
+      definitions[name] = nullptr;  // its place in the order
+      Json schema = object(type);
+      definitions[name] = std::move(schema);
+    }
+    return {{"$ref", "#/definitions/" + name}};
+  }
+
+  Json property(const Type& owner, const Field& field) {
+    Json schema = in_form(field);
+    if (field.least_items > 0 && schema.contains("type"))
+      schema[schema["type"] == "object" ? "minProperties" : "minItems"] = field.least_items;
+    if (field.most_items > 0) schema["maxItems"] = field.most_items;
+    if (!field.unit.empty()) schema["x-unit"] = field.unit;
+    if (std::isfinite(field.largest)) schema["x-largest"] = field.largest;
+    if (const auto absent = default_of(owner, field)) schema["default"] = *absent;
+    if (!field.text.empty()) schema["description"] = field.text;
+    return schema;
+  }
+
+  Json in_form(const Field& field) {
+    const Form* form = form_of(field);
+    if (!form || !form->schema) return by_type(field.type(), field);
+    return form->schema(field, [this](const Type& type) { return reference(type); });
+  }
+
+  Json by_type(const Type& type, const Field& field) {
+    switch (type.kind) {
+      case Type::Kind::boolean:
+        return {{"type", "boolean"}};
+      case Type::Kind::whole:
+        return number_schema(field.range, "integer");
+      case Type::Kind::real:
+        return number_schema(field.range);
+      case Type::Kind::text:
+        return name_schema();
+      case Type::Kind::choice: {
+        Json names = Json::array();
+        for (const Choice& choice : type.choices) names.push_back(choice.name);
+        return {{"enum", names}};
+      }
+      case Type::Kind::optional:
+        return by_type(type.of(), field);
+      case Type::Kind::structure:
+        return reference(type);
+      case Type::Kind::alternatives:
+        return one_of_types(type, field);
+      case Type::Kind::list:
+        break;
+    }
+    if (type.fixed_size > 0) return numbers_schema(type.fixed_size, field.range);
+    const Type& item = type.of();
+    Json list{{"type", "array"}, {"items", by_type(item, field)}};
+    if (item.kind == Type::Kind::text) list["title"] = field.title.empty() ? "a list of names" : field.title;
+    if (item.kind == Type::Kind::real) list["title"] = "a list of numbers";
+    if (item.kind == Type::Kind::list && item.fixed_size == 0 && field.least_items > 0)
+      list["items"]["minItems"] = field.least_items;
+    return list;
+  }
+
+  Json one_of_types(const Type& type, const Field& field) {
+    const std::vector<std::string> titles = names_in(field.title, "; ");
+    Json schemas = Json::array();
+    for (std::size_t i = 0; i < type.alternatives.size(); ++i) {
+      const Type& one = type.alternatives[i]();
+      Json schema = by_type(one, field);
+      if (one.kind == Type::Kind::structure) schema = {{"allOf", Json::array({schema})}, {"type", "object"}};
+      if (one.kind == Type::Kind::choice) schema["type"] = "string";
+      if (one.kind == Type::Kind::list && field.least_items > 0) schema["minItems"] = field.least_items;
+      if (i < titles.size())
+        schema["title"] = titles[i];
+      else if (one.kind == Type::Kind::real)
+        schema["title"] = "a number";
+      schemas.push_back(std::move(schema));
+    }
+    return {{"anyOf", schemas}};
+  }
+
+  static std::optional<Json> default_of(const Type& owner, const Field& field) {
+    if (field.is_required || !field.has_default || field.type().kind == Type::Kind::optional) return {};
+    if (!field.default_text.empty()) return Json::parse(field.default_text);
+    if (field.type().kind == Type::Kind::structure) return Json::object();
+    std::optional<Json> found;
+    const auto take = [&](const void* value) { found = json_of(field.type(), value), write_plainly(*found); };
+    const auto look = [&](const void* untouched) { field.show(untouched, visitor_of(take)); };
+    owner.show_default(visitor_of(look));
+    return found;
+  }
+};
+
+}  // namespace
+
+Json schema_of(const Type& type, const std::string& title) {
+  SchemaWriter writer;
+  Json schema{{"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", title}};
+  schema.update(writer.object(type));
+  schema["definitions"] = std::move(writer.definitions);
+  return schema;
 }
 
 }  // namespace grapnel

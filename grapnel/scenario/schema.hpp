@@ -13,7 +13,6 @@
 #include <string_view>
 
 #include "grapnel/describe/type.hpp"
-#include "grapnel/text/yaml_paths.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {

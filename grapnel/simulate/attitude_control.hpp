@@ -5,7 +5,7 @@
 
 #include <limits>
 
-#include "grapnel/spatial/rotation.hpp"
+#include "grapnel/spatial/pose.hpp"
 
 namespace grapnel {
 

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "grapnel/integrate/dormand_prince_853.hpp"
-#include "grapnel/integrate/events.hpp"
+#include "grapnel/integrate/integrate.hpp"
 #include "grapnel/integrate/runge_kutta_4.hpp"
 
 namespace grapnel {

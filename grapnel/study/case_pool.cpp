@@ -1,14 +1,19 @@
 #include "grapnel/study/case_pool.hpp"
 
+#include <fmt/format.h>
 #include <algorithm>
 #include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
+#include <limits>
 #include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <thread>
 #include <utility>
+
+#include "grapnel/capture/simulate_capture.hpp"
 
 namespace grapnel {
 namespace {
@@ -124,6 +129,161 @@ CaseProgress run_jobs(std::size_t jobs, const PoolOptions& options, CaseProgress
   }
   progress.stopped = progress.done < progress.total;
   return progress;
+}
+
+namespace {
+
+// Tables have one line a case.
+std::string one_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  for (std::size_t at = 0; (at = text.find('\n', at)) != std::string::npos;) text.replace(at, 1, "; ");
+  std::replace(text.begin(), text.end(), '\r', ' ');
+  return text;
+}
+
+}  // namespace
+
+CaseRow failed_case(std::string reason, std::size_t columns) {
+  return {0, CaseStatus::failed, one_line(std::move(reason)), std::vector<double>(columns, NAN)};
+}
+
+CaseRow case_row(const StudyCase& point, const CaptureResult& result, std::span<const Column> columns) {
+  CaseRow row;
+  if (const LedgerEntry* wrong = result.ledger.worst_failure(); wrong && result.status == CaptureStatus::completed) {
+    row = failed_case(kNotConserved + failure_text(*wrong), columns.size());
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+      if (columns[c].name == kConservationColumn) row.values[c] = 0;
+    }
+    return row;
+  }
+  if (result.status == CaptureStatus::completed) {
+    row.status = CaseStatus::ok;
+  } else {
+    const bool unplanned = result.plan && result.plan->searched && !result.plan->found;
+    row.status = unplanned ? CaseStatus::unreachable : CaseStatus::failed;
+    row.reason = one_line(result.failure);
+  }
+  row.values.reserve(columns.size());
+  for (const Column& column : columns) row.values.push_back(column.value(point, result));
+  return row;
+}
+
+CaseRow run_case(const StudyCase& point, StudyMode mode, std::span<const Column> columns,
+                 const CaptureProgress& progress) {
+  try {
+    const CaptureDetail detail = detail_of(columns);
+    const CaptureResult result = mode == StudyMode::impact ? simulate_impact_only(point.problem, detail, progress)
+                                                           : simulate_capture(point.problem, progress, detail);
+    return case_row(point, result, columns);
+  } catch (const std::exception& error) {
+    return failed_case(error.what(), columns.size());
+  }
+}
+
+namespace {
+
+struct Cost {
+  long steps = 0, rejected = 0;
+};
+
+// Of all pieces of a phase: "post_impact", "post_impact_2".
+Cost cost_of(const CaptureResult& result, const std::string& phase) {
+  Cost cost;
+  for (const PhaseCost& piece : result.cost) {
+    if (!piece.phase.starts_with(phase)) continue;
+    cost.steps += piece.steps;
+    cost.rejected += piece.rejected;
+  }
+  return cost;
+}
+
+// The least transition rate of a joint with dry friction; infinite without one.
+double sharpest_friction(const RobotSetup& robot) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const BodyDescription& body : robot.bodies)
+    if (body.joint.friction.coulomb > 0) least = std::min(least, body.joint.friction.transition_rate);
+  return least;
+}
+
+double largest(const std::vector<double>& gains) {
+  return gains.empty() ? 0 : *std::max_element(gains.begin(), gains.end());
+}
+
+void add_friction(const CaptureProblem& problem, std::vector<std::string>& causes) {
+  const double rate = sharpest_friction(problem.robot);
+  if (rate < std::numeric_limits<double>::infinity())
+    causes.push_back(
+        fmt::format("dry friction that turns over within {:.3g} rad/s or m/s (a larger "
+                    "friction.transition_rate of the robot's joints)",
+                    rate));
+}
+
+void add_general(const CaptureProblem& problem, std::vector<std::string>& causes) {
+  if (problem.integration.method == IntegrationSetup::Method::rk4)
+    causes.push_back(fmt::format("fixed steps of {:.3g} s (integration.step, or integration.method: adaptive_8)",
+                                 problem.integration.step));
+  if (problem.integration.max_step > 0)
+    causes.push_back(fmt::format("steps of at most {:.3g} s (integration.max_step)", problem.integration.max_step));
+  causes.push_back(fmt::format("a relative tolerance of {:.3g} (a larger integration.relative_tolerance)",
+                               problem.integration.relative_tolerance));
+}
+
+std::vector<std::string> causes_of_approach(const CaptureProblem& problem) {
+  std::vector<std::string> causes;
+  const TrackingSetup& tracking = problem.approach->tracking;
+  if (tracking.mode != JointControl::prescribed) {
+    add_friction(problem, causes);
+    causes.push_back(
+        fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of approach.tracking)",
+                    largest(tracking.kp), largest(tracking.kd)));
+  }
+  if (tracking.noise && tracking.noise->position > 0)
+    causes.push_back(
+        fmt::format("noise up to {:.3g} Hz (a smaller approach.tracking.noise.bandwidth)", tracking.noise->bandwidth));
+  add_general(problem, causes);
+  return causes;
+}
+
+std::vector<std::string> causes_afterwards(const CaptureProblem& problem) {
+  std::vector<std::string> causes;
+  const PostImpactSetup& after = *problem.post_impact;
+  if (after.joints != PostImpactSetup::Joints::braked) add_friction(problem, causes);
+  if (after.joints == PostImpactSetup::Joints::pd)
+    causes.push_back(fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of post_impact)",
+                                 largest(after.kp), largest(after.kd)));
+  if (after.base_control) causes.push_back("a base under attitude control (smaller gains of post_impact.base_control)");
+  if (problem.grasps.size() > 1)
+    causes.push_back("closed loops, which are projected after every step (post_impact.duration)");
+  add_general(problem, causes);
+  return causes;
+}
+
+void look_at(const std::string& phase, const CaptureResult& result, double duration,
+             const std::vector<std::string>& causes, std::vector<std::string>& lines) {
+  const Cost cost = cost_of(result, phase);
+  if (cost.steps < kFewSteps || !(static_cast<double>(cost.steps) > kManySteps * duration)) return;
+  std::string list;
+  for (const std::string& cause : causes) list += (list.empty() ? "" : "; ") + cause;
+  lines.push_back(
+      fmt::format("{} took {} steps for {:.4g} s of motion ({} more were rejected), where most runs take less "
+                  "than {:g} a second; what shortens steps here, most likely first: {}",
+                  phase, cost.steps, duration, cost.rejected, kManySteps, list));
+}
+
+}  // namespace
+
+std::vector<std::string> slow_phases(const CaptureProblem& problem, const CaptureResult& result) {
+  std::vector<std::string> lines;
+  if (problem.approach) {
+    const double duration = result.approach_end ? result.approach_end->time : problem.approach->duration;
+    look_at("approach", result, duration, causes_of_approach(problem), lines);
+  }
+  if (problem.post_impact) {
+    const double duration =
+        result.post_impact_end ? result.post_impact_end->time - result.capture_time : problem.post_impact->duration;
+    look_at("post_impact", result, duration, causes_afterwards(problem), lines);
+  }
+  return lines;
 }
 
 }  // namespace grapnel

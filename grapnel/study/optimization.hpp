@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "grapnel/problem/capture_problem.hpp"
-#include "grapnel/study/run_case.hpp"
+#include "grapnel/study/case_pool.hpp"
 
 namespace grapnel {
 

@@ -8,8 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grapnel/describe/json.hpp"
-#include "grapnel/result/csv_text.hpp"
-#include "grapnel/result/result_fields.hpp"
+#include "grapnel/result/result_documents.hpp"
 #include "grapnel/result/text_table.hpp"
 
 namespace grapnel {

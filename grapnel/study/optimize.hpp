@@ -8,7 +8,6 @@
 
 #include "grapnel/study/case_pool.hpp"
 #include "grapnel/study/optimization.hpp"
-#include "grapnel/study/run_case.hpp"
 
 namespace grapnel {
 

@@ -12,7 +12,7 @@
 #include "grapnel/study/grid.hpp"
 #include "grapnel/study/quantity.hpp"
 #include "grapnel/study_files/file_structures.hpp"
-#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

@@ -5,12 +5,12 @@
 #include <stdexcept>
 
 #include "grapnel/approach/approach_plan.hpp"
-#include "grapnel/problem/moving_frame.hpp"
+#include "grapnel/problem/captured_model.hpp"
 #include "grapnel/scenario/forms.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/write_yaml.hpp"
-#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {

@@ -12,13 +12,13 @@
 #include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/study_files/study_document.hpp"
 #include "grapnel/text/message_text.hpp"
-#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
 
-using Kind = SearchedVariable::Kind;
+using VariableKind = SearchedVariable::Kind;
 
 constexpr double kAcross = 1e-6;  // cosine of the angle between u and v
 
@@ -51,7 +51,7 @@ void find_patch(const Node& name, SearchedVariable& variable, const CaptureProbl
 
 void take_patch(const VariableFile& file, const Node& node, SearchedVariable& variable, const CaptureProblem* base,
                 FaultList& faults) {
-  variable.kind = Kind::patch;
+  variable.kind = VariableKind::patch;
   variable.name = file.patch;
   variable.unit = "m";
   ContactPatch& patch = variable.patch;
@@ -69,7 +69,7 @@ void take_patch(const VariableFile& file, const Node& node, SearchedVariable& va
 void take_quantity(const VariableFile& file, const Node& node, SearchedVariable& variable, const CaptureProblem* base,
                    FaultList& faults) {
   const ReadQuantity read = read_quantity(file, node, variable.place, faults);
-  variable.kind = Kind::quantity;
+  variable.kind = VariableKind::quantity;
   variable.quantity = read.quantity;
   variable.name = read.name;
   variable.unit = read.unit;
@@ -104,9 +104,9 @@ SearchedVariable searched_variable(const VariableFile& file, const Node& node, c
   if (file.quantity) {
     take_quantity(file, node, variable, base, faults);
   } else if (node.find("quantity")) {
-    variable.kind = Kind::quantity;  // of an unknown name, which has been reported
+    variable.kind = VariableKind::quantity;  // of an unknown name, which has been reported
   } else if (node.find("posture")) {
-    variable.kind = Kind::posture;
+    variable.kind = VariableKind::posture;
     variable.name = "posture";
     variable.unit = "rad";
   } else {
@@ -119,22 +119,22 @@ SearchedVariable searched_variable(const VariableFile& file, const Node& node, c
 void OptimizationPoints::check(const SearchedVariable& variable, double value, const CaptureProblem& base) const {
   CaptureProblem copy = base;
   switch (variable.kind) {
-    case Kind::path: {
+    case VariableKind::path: {
       std::vector<Change> all = set;
       all.push_back(number_change(variable, value, value == variable.from ? variable.from_mark : variable.to_mark));
       load_scenario(scenario, all, files);
       return;
     }
-    case Kind::quantity: {
+    case VariableKind::quantity: {
       const QuantityValue one{variable.quantity, variable.in_si(value)};
       apply_quantities({&one, 1}, copy);
       return;
     }
-    case Kind::patch:
+    case VariableKind::patch:
       if (!variable.patch.point.empty())
         move_on_patch(variable.patch, variable.patch.half_width_u, variable.patch.half_width_v, copy);
       return;
-    case Kind::posture:
+    case VariableKind::posture:
       if (!base.approach || !base.approach->plan)
         throw std::invalid_argument("a posture needs approach.plan: the final configuration is given");
   }
@@ -143,7 +143,7 @@ void OptimizationPoints::check(const SearchedVariable& variable, double value, c
 void OptimizationPoints::finish(const CaptureProblem& base, FaultList& faults) {
   base_ = std::make_shared<const CaptureProblem>(base);
   for (const SearchedVariable& variable : variables) {
-    if (variable.kind != Kind::posture) continue;
+    if (variable.kind != VariableKind::posture) continue;
     try {
       posture = posture_space(base);
       if (posture.directions.empty())
@@ -163,20 +163,20 @@ std::vector<OptimizationVariable> OptimizationPoints::shown(const SearchedVariab
   };
   std::vector<OptimizationVariable> all;
   switch (variable.kind) {
-    case Kind::patch:
+    case VariableKind::patch:
       return {ranged(variable.name + "/u", variable.patch.half_width_u),
               ranged(variable.name + "/v", variable.patch.half_width_v)};
-    case Kind::posture:
+    case VariableKind::posture:
       for (std::size_t k = 0; k < posture.directions.size(); ++k)
         all.push_back({fmt::format("posture/{}", k + 1), variable.unit, variable.from, variable.to, 0});
       return all;
-    case Kind::path: {
+    case VariableKind::path: {
       const auto present = value_at(tree(set), variable.path);
       const double middle = (variable.from + variable.to) / 2;
       return {{variable.name, variable.unit, variable.from, variable.to,
                present ? number_of(*present).value_or(middle) : middle}};
     }
-    case Kind::quantity:
+    case VariableKind::quantity:
       break;
   }
   const bool is_turn = variable.quantity.kind == QuantityKind::approach_angle ||
@@ -188,8 +188,10 @@ std::vector<Change> OptimizationPoints::changes(std::span<const double> values) 
   std::vector<Change> all = set;
   std::size_t at = 0;
   for (const SearchedVariable& variable : variables) {
-    if (variable.kind == Kind::path) all.push_back(number_change(variable, values[at], variable.mark));
-    at += variable.kind == Kind::patch ? 2 : variable.kind == Kind::posture ? posture.directions.size() : 1;
+    if (variable.kind == VariableKind::path) all.push_back(number_change(variable, values[at], variable.mark));
+    at += variable.kind == VariableKind::patch     ? 2
+          : variable.kind == VariableKind::posture ? posture.directions.size()
+                                                   : 1;
   }
   return all;
 }
@@ -205,17 +207,17 @@ StudyCase OptimizationPoints::moved(const CaptureProblem& before, std::span<cons
   std::size_t at = 0;
   for (const SearchedVariable& variable : variables) {
     switch (variable.kind) {
-      case Kind::path:
+      case VariableKind::path:
         ++at;
         break;
-      case Kind::quantity:
+      case VariableKind::quantity:
         quantities.push_back({variable.quantity, variable.in_si(values[at++])});
         break;
-      case Kind::patch:
+      case VariableKind::patch:
         move_on_patch(variable.patch, values[at], values[at + 1], point.problem);
         at += 2;
         break;
-      case Kind::posture: {
+      case VariableKind::posture: {
         const auto mine = values.subspan(at, posture.directions.size());
         set_posture(posture, {mine.begin(), mine.end()}, point.problem);
         at += mine.size();

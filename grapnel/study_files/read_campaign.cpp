@@ -4,8 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "grapnel/result/sha256.hpp"
-#include "grapnel/scenario/problem_bytes.hpp"
+#include "grapnel/result/file_seal.hpp"
+#include "grapnel/scenario/problem_setter.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/study_files/campaign_points.hpp"
 #include "grapnel/study_files/changed_scenario.hpp"

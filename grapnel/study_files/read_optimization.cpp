@@ -4,7 +4,7 @@
 #include <memory>
 #include <stdexcept>
 
-#include "grapnel/result/sha256.hpp"
+#include "grapnel/result/file_seal.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/study_files/optimization_points.hpp"

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "grapnel/result/sha256.hpp"
+#include "grapnel/result/file_seal.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/study/grid.hpp"
 #include "grapnel/study_files/axis.hpp"

@@ -10,7 +10,6 @@
 
 #include "grapnel/study/column.hpp"
 #include "grapnel/study_files/file_structures.hpp"
-#include "grapnel/text/yaml_paths.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {

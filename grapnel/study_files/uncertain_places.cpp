@@ -1,12 +1,15 @@
 #include "grapnel/study_files/uncertain_places.hpp"
 
 #include <fmt/format.h>
-
 #include <algorithm>
+#include <optional>
 
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/sections.hpp"
+#include "grapnel/study_files/read_uncertain.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
@@ -131,6 +134,158 @@ UncertainForm form_at(const UncertainPaths& where, const Node& scenario, FaultLi
     if (numbers) form.nominal.insert(form.nominal.end(), numbers->begin(), numbers->end());
   }
   return form;
+}
+
+namespace {
+
+// "rad or m": of turning joints or of sliding ones. What says more than that is left as it is.
+struct JointUnits {
+  std::string turning, sliding;
+};
+
+std::optional<JointUnits> joint_units(const std::string& unit) {
+  const std::string between = " or ";
+  const std::size_t at = unit.find(between);
+  if (at == std::string::npos || unit.find_first_of(",;") != std::string::npos) return {};
+  return JointUnits{unit.substr(0, at), unit.substr(at + between.size())};
+}
+
+// Units of numbers that belong to joints: what the schema calls "rad or m" is one of the two.
+class JointUnitFinder {
+ public:
+  explicit JointUnitFinder(const RobotSetup& robot) {
+    const Model model = build_model(robot);
+    for (const int body : model.joints()) joints_.push_back(model.bodies()[body].description.joint);
+  }
+
+  // Of number i of what has this form at these steps.
+  std::string unit(const JointUnits& units, std::span<const PathStep> steps, const Node& form, std::size_t i) const {
+    const JointDescription* joint = find(steps, form, i);
+    if (joint) return unit_of(units, *joint);
+    // One number for all, or whose we cannot tell.
+    const std::string first = joints_.empty() ? "" : unit_of(units, joints_.front());
+    const auto alike = [&](const JointDescription& one) { return unit_of(units, one) == first; };
+    return !first.empty() && std::all_of(joints_.begin(), joints_.end(), alike) ? first : either(units);
+  }
+
+ private:
+  static std::string either(const JointUnits& units) { return units.turning + " or " + units.sliding; }
+
+  static std::string unit_of(const JointUnits& units, const JointDescription& joint) {
+    return turns_about_axis(joint.type) ? units.turning : slides_along_axis(joint.type) ? units.sliding : either(units);
+  }
+
+  const JointDescription* named(const std::string& name) const {
+    const auto is_it = [&](const JointDescription& joint) { return joint.name == name; };
+    const auto it = std::find_if(joints_.begin(), joints_.end(), is_it);
+    return it == joints_.end() ? nullptr : &*it;
+  }
+  const JointDescription* at(std::size_t index) const { return index < joints_.size() ? &joints_[index] : nullptr; }
+
+  // Values per joint stand under a key: a list in the joints' order, or a mapping by their names.
+  const JointDescription* find(std::span<const PathStep> steps, const Node& form, std::size_t i) const {
+    const PathStep& last = steps.back();
+    if (form.is_mapping()) return i < form.entries.size() ? named(form.entries[i].key) : nullptr;
+    if (form.is_sequence()) return !last.is_index && form.items.size() == joints_.size() ? at(i) : nullptr;
+    if (!last.is_index) return named(last.key);
+    return steps.size() > 1 && !steps[steps.size() - 2].is_index ? at(last.index) : nullptr;
+  }
+
+  std::vector<JointDescription> joints_;  // moving, in the model's order
+};
+
+class InputNamer {
+ public:
+  InputNamer(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
+             const CaptureProblem& problem)
+      : read_(uncertain), form_(form), problem_(problem) {
+    FaultList found_before;
+    for (std::size_t p = 0; p < read_.where.paths.size(); ++p) {
+      steps_.push_back(path_steps(scenario, read_.where.paths[p], read_.where.path_marks[p], found_before));
+      rules_.push_back(place_rule(steps_.back()));
+    }
+  }
+
+  std::vector<CampaignInput> names() {
+    std::visit([this](const auto& value) { name(value); }, read_.value);
+    return std::move(inputs_);
+  }
+
+ private:
+  const std::string& path() const { return read_.where.paths[0]; }
+  const PlaceRule& rule() const { return rules_[0]; }
+
+  void add(const std::string& name, const std::string& unit, const std::string& description) {
+    inputs_.push_back({name, unit, description});
+  }
+
+  // Of number i of what has this form at path p.
+  std::string unit_of(std::size_t p, const Node& form, std::size_t i) const {
+    const auto units = joint_units(rules_[p].unit);
+    if (!units || steps_[p].empty() || steps_[p][0].key == "robot") return rules_[p].unit;
+    return JointUnitFinder(problem_.robot).unit(*units, steps_[p], form, i);
+  }
+
+  void add_number(std::size_t p, std::size_t i) {
+    const Node& form = form_.forms[p];
+    std::string name = number_name(form, i);
+    if (read_.where.paths[p].ends_with("inertia") && form.is_sequence())
+      name = std::vector<std::string>{"xx", "yy", "zz", "xy", "xz", "yz"}.at(std::min<std::size_t>(i, 5));
+    const std::string& of = read_.where.paths[p];
+    add(name.empty() ? of : of + "/" + name, unit_of(p, form, i), rules_[p].description);
+  }
+
+  void name(const IndependentNumbers& numbers) {
+    for (std::size_t i = 0; i < numbers.distributions.size(); ++i) {
+      if (!numbers.distributions[i].is_constant()) add_number(0, i);
+    }
+  }
+  void name(const CommonNumber& number) {
+    const bool factor = number.form == ValueForm::factor;
+    add(path(), factor ? "1" : unit_of(0, number_node(0), 0),
+        factor ? "factor on the scenario's own numbers" : "for all numbers there; " + rule().description);
+  }
+  void name(const CorrelatedNumbers&) {
+    for (std::size_t p = 0; p < form_.forms.size(); ++p) {
+      const std::size_t n = numbers_in(form_.forms[p])->size();
+      for (std::size_t i = 0; i < n; ++i) add_number(p, i);
+    }
+  }
+  void name(const SphereVector& vector) { name_vector(vector.length); }
+  void name(const TiltedVector& vector) { name_vector(vector.factor); }
+  void name_vector(const NumberDistribution& length) {
+    for (const char* axis : {"x", "y", "z"}) add(path() + "/" + axis, rule().unit, rule().description);
+    if (!length.is_constant()) add(path() + "/length", rule().unit, "length of the vector");
+  }
+  void name(const UncertainRotation& rotation) {
+    const std::string of = path().substr(0, path().rfind(".quaternion_wxyz"));
+    using Names = std::vector<const char*>;
+    for (const char* one : rotation.uniform ? Names{"w", "x", "y", "z"} : Names{"x", "y", "z"})
+      add(of + "/" + one, rotation.uniform ? "1" : "rad",
+          rotation.uniform ? "of the orientation's quaternion" : "of the rotation vector of the turn");
+  }
+  void name(const ChosenValue&) {
+    if (read_.choices_are_numbers) return add(path(), unit_of(0, form_.forms[0], 0), rule().description);
+    constexpr std::size_t kShown = 20;
+    std::string list;
+    for (std::size_t i = 0; i < std::min(read_.choices.size(), kShown); ++i)
+      list += fmt::format("{}{}: {}", i == 0 ? "" : ", ", i, shortened(flow_text(read_.choices[i])));
+    add(path(), "1", "which of the values: " + list + (read_.choices.size() > kShown ? ", ..." : ""));
+  }
+
+  const ReadUncertain& read_;
+  const UncertainForm& form_;
+  const CaptureProblem& problem_;
+  std::vector<std::vector<PathStep>> steps_;  // per path
+  std::vector<PlaceRule> rules_;              // likewise
+  std::vector<CampaignInput> inputs_;
+};
+
+}  // namespace
+
+std::vector<CampaignInput> inputs_of(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
+                                     const CaptureProblem& problem) {
+  return InputNamer(uncertain, form, scenario, problem).names();
 }
 
 }  // namespace grapnel

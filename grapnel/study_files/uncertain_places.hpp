@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "grapnel/study_files/file_structures.hpp"
-#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
 

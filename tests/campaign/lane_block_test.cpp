@@ -1,14 +1,13 @@
 /// Cases in lanes against the same cases alone: the same outcomes, whatever watches them.
 
-#include "grapnel/campaign/run_block.hpp"
+#include "grapnel/campaign/campaign.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "capture/capture_case.hpp"
-#include "grapnel/campaign/campaign_cost.hpp"
-#include "grapnel/campaign/run_block.hpp"
+#include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/study/quantity.hpp"
 
 namespace grapnel::testing {

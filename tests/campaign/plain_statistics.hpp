@@ -5,7 +5,6 @@
 #include <span>
 #include <vector>
 
-#include "grapnel/campaign/sensitivity.hpp"
 #include "grapnel/campaign/statistics.hpp"
 
 namespace grapnel::test {

@@ -1,5 +1,4 @@
 #include "grapnel/campaign/run_campaign.hpp"
-#include "grapnel/campaign/campaign_cost.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "grapnel/campaign/sensitivity.hpp"
+#include "grapnel/campaign/statistics.hpp"
 
 #include <gtest/gtest.h>
 

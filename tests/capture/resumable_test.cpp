@@ -1,6 +1,6 @@
 /// The coroutine on which a capture's sequence is built.
 
-#include "grapnel/capture/resumable.hpp"
+#include "grapnel/capture/phase_segment.hpp"
 
 #include <gtest/gtest.h>
 

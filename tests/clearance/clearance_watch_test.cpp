@@ -1,5 +1,5 @@
 // Minimum clearances and events between samples, against closed forms.
-#include "grapnel/clearance/clearance_watch.hpp"
+#include "grapnel/clearance/motion_watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

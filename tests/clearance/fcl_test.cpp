@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "clearance/random_shape.hpp"
-#include "grapnel/clearance/shape_distance.hpp"
+#include "grapnel/clearance/clearance_model.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

@@ -1,5 +1,5 @@
 // Times at which joints leave and regain their limits, against closed forms.
-#include "grapnel/clearance/limit_watch.hpp"
+#include "grapnel/clearance/motion_watch.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -6,7 +6,6 @@
 #include "clearance/random_shape.hpp"
 #include "clearance/small_models.hpp"
 #include "grapnel/clearance/clearance_model.hpp"
-#include "grapnel/clearance/shape_distance.hpp"
 
 namespace grapnel::testing {
 namespace mesh_distance_test {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "clearance/random_shape.hpp"
-#include "grapnel/clearance/shape_distance.hpp"
+#include "grapnel/clearance/clearance_model.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel {

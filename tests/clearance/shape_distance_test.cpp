@@ -1,5 +1,5 @@
 // Distances of shapes that are apart: placed at a known distance, and proved optimal by a separating plane.
-#include "grapnel/clearance/shape_distance.hpp"
+#include "grapnel/clearance/clearance_model.hpp"
 
 #include <gtest/gtest.h>
 

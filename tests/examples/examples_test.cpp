@@ -12,7 +12,6 @@
 #include "examples/written_kinematics.hpp"
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/result/result_documents.hpp"
-#include "grapnel/result/result_fields.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "support/schema_check.hpp"
 

@@ -1,7 +1,7 @@
 /// Mass matrix, Jacobian and metric of an impact by dual numbers: values against the ordinary kernels, derivatives
 /// against their differences.
 
-#include "grapnel/impact/varied_impact.hpp"
+#include "grapnel/impact/impulse_sensitivity.hpp"
 
 #include <gtest/gtest.h>
 

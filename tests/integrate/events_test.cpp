@@ -1,4 +1,4 @@
-#include "grapnel/integrate/events.hpp"
+#include "grapnel/integrate/integrate.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "grapnel/integrate/error_norm.hpp"
+#include "grapnel/integrate/dormand_prince_853.hpp"
 
 namespace grapnel {
 namespace manifold_test {

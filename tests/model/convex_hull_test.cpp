@@ -8,7 +8,7 @@
 #include <limits>
 #include <random>
 
-#include "grapnel/spatial/rotation.hpp"
+#include "grapnel/spatial/pose.hpp"
 
 namespace grapnel {
 namespace convex_hull_test {

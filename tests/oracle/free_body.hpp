@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "grapnel/spatial/inertia.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel::oracle {
 

@@ -1,6 +1,6 @@
 /// Measures of solutions: against their definitions, and gradients against differences.
 
-#include "grapnel/plan/objective.hpp"
+#include "grapnel/plan/goal.hpp"
 
 #include <gtest/gtest.h>
 

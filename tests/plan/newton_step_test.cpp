@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 #include <limits>
 
-#include "grapnel/plan/newton_step.hpp"
+#include "grapnel/plan/shooting.hpp"
 
 namespace grapnel {
 namespace newton_step_test {

@@ -12,7 +12,6 @@
 
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/result/result_documents.hpp"
-#include "grapnel/result/result_fields.hpp"
 #include "scenario/scenario_files.hpp"
 #include "support/schema_check.hpp"
 

@@ -1,6 +1,6 @@
 // Decimation: whatever the series, what is left out is as near as is said.
 
-#include "grapnel/report/decimate.hpp"
+#include "grapnel/report/series_table.hpp"
 
 #include <gtest/gtest.h>
 

@@ -9,9 +9,8 @@
 #include <sstream>
 
 #include "grapnel/report/drawn_shape.hpp"
-#include "grapnel/report/figure_files.hpp"
+#include "grapnel/report/figure.hpp"
 #include "grapnel/report/figure_script.hpp"
-#include "grapnel/report/figures.hpp"
 #include "report/sample_run.hpp"
 #include "result/sample_result.hpp"
 

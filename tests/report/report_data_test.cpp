@@ -12,7 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "grapnel/report/base64.hpp"
-#include "grapnel/report/decimate.hpp"
+#include "grapnel/report/series_table.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "report/report_folder.hpp"
 #include "result/sample_result.hpp"

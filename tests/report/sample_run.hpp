@@ -3,7 +3,7 @@
 /// @file
 /// A made-up run with every kind of shape, for the tests of figures and of glTF.
 
-#include "grapnel/report/run_source.hpp"
+#include "grapnel/report/run_data.hpp"
 
 namespace grapnel::test {
 

@@ -4,8 +4,8 @@
 
 #include <cstdlib>
 
-#include "grapnel/result/csv_text.hpp"
 #include "grapnel/result/hdf5_writer.hpp"
+#include "grapnel/result/text_table.hpp"
 #include "result/sample_result.hpp"
 
 namespace grapnel {

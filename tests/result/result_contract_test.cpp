@@ -8,7 +8,6 @@
 
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/result/result_documents.hpp"
-#include "grapnel/result/result_fields.hpp"
 #include "result/sample_result.hpp"
 #include "support/schema_check.hpp"
 

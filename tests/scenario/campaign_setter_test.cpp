@@ -6,7 +6,6 @@
 #include <cmath>
 #include <set>
 
-#include "grapnel/scenario/problem_bytes.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/text/parse_yaml.hpp"

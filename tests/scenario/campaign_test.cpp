@@ -7,9 +7,9 @@
 #include <cmath>
 
 #include "grapnel/approach/approach_plan.hpp"
-#include "grapnel/campaign/run_block.hpp"
-#include "grapnel/scenario/problem_bytes.hpp"
-#include "grapnel/study/run_case.hpp"
+#include "grapnel/campaign/campaign.hpp"
+#include "grapnel/scenario/problem_setter.hpp"
+#include "grapnel/study/case_pool.hpp"
 #include "grapnel/text/faults.hpp"
 #include "scenario/scenario_files.hpp"
 

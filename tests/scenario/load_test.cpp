@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "grapnel/result/sha256.hpp"
+#include "grapnel/result/file_seal.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {

@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "grapnel/scenario/problem_bytes.hpp"
+#include "grapnel/scenario/problem_setter.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {

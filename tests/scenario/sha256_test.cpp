@@ -1,4 +1,4 @@
-#include "grapnel/result/sha256.hpp"
+#include "grapnel/result/file_seal.hpp"
 
 #include <gtest/gtest.h>
 

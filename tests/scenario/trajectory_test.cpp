@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "grapnel/result/sha256.hpp"
+#include "grapnel/result/file_seal.hpp"
 #include "scenario/scenario_files.hpp"
 
 namespace grapnel::test {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "grapnel/spatial/inertia.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
 #include "support/random_robot.hpp"
 #include "support/worst.hpp"
 

@@ -1,5 +1,5 @@
 // Rigid-body inertia against explicit formulas with 3 x 3 matrices.
-#include "grapnel/spatial/inertia.hpp"
+#include "grapnel/spatial/spatial_vector.hpp"
 
 #include <gtest/gtest.h>
 

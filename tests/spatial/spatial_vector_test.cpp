@@ -3,7 +3,6 @@
 
 #include <gtest/gtest.h>
 
-#include "grapnel/spatial/inertia.hpp"
 #include "support/eigen_values.hpp"
 #include "support/random_robot.hpp"
 

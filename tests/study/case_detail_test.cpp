@@ -7,8 +7,8 @@
 #include <cstdint>
 
 #include "grapnel/scenario/scenario.hpp"
+#include "grapnel/study/case_pool.hpp"
 #include "grapnel/study/quantity.hpp"
-#include "grapnel/study/run_case.hpp"
 #include "study/study_case.hpp"
 
 namespace grapnel {

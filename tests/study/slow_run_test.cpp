@@ -1,4 +1,4 @@
-#include "grapnel/study/run_case.hpp"
+#include "grapnel/study/case_pool.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

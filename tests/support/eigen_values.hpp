@@ -7,7 +7,6 @@
 #include <span>
 #include <vector>
 
-#include "grapnel/spatial/inertia.hpp"
 #include "grapnel/spatial/spatial_vector.hpp"
 
 namespace grapnel::testing {

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "grapnel/spatial/rotation.hpp"
+#include "grapnel/spatial/pose.hpp"
 
 // Three turns by a third of a circle are none.
 int main() {

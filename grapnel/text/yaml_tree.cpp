@@ -1,4 +1,4 @@
-#include "grapnel/text/yaml_paths.hpp"
+#include "grapnel/text/yaml_tree.hpp"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "grapnel/spatial/rotation.hpp"
+#include "grapnel/spatial/pose.hpp"
 
 #include <cmath>
 
