@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Where the targets are at the start and at the instant of capture.
+/// Where the targets are at the start and at the instant of capture, and what that asks of a plan.
 
 #include <functional>
 #include <span>

@@ -2,9 +2,9 @@
 
 /// @file
 /// A campaign: many captures, and what is kept of each. They differ in values that are drawn at random, in stated ones
-/// (its design: the points of a grid), or in both. Plain data and functions that say what a case is;
-/// study_files/study_files.hpp makes them from files. Thread safety: plain values; the
-/// functions may be called from any thread.
+/// (its design: the points of a grid), or in both. Plain data and functions that say what a case is, and compute cases
+/// alone or in blocks; study_files/study_files.hpp makes them from files. Thread safety: plain values; the functions
+/// may be called from any thread.
 
 #include <chrono>
 #include <cstdint>

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Runs the cases of a sweep, or what is missing of a campaign, on the threads of one machine. Thread safety: reentrant
-/// for different stores.
+/// Runs the cases of a sweep, or what is missing of a campaign, on the threads of one machine, and says beforehand how
+/// long that will take. Thread safety: reentrant for different stores.
 
 #include <chrono>
 #include <functional>

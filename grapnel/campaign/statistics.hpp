@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What a campaign's numbers say: probabilities with intervals, means, quantiles, histograms, correlations. Each is a
-/// free function on plain numbers; what is not finite is left out, and counted.
+/// What a campaign's numbers say: probabilities with intervals, means, quantiles, histograms, correlations, sensitivity
+/// to uncertain inputs. Each is a free function on plain numbers; what is not finite is left out, and counted.
 
 #include <cstdint>
 #include <span>

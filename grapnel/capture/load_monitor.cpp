@@ -245,9 +245,9 @@ void LoadMonitor::add_channels(const PhaseDynamics& dynamics) {
     channels_.push_back({joint.name, "driving", std::min(rating.driving, joint.limits.effort)});
   }
   for (const HeldGrasp& grasp : system_->grasps) {
-    const std::string& hand = problem_.grasps[grasp.grasp].end_effector;
-    channels_.push_back({hand, "force", rating_of(hand).force});
-    channels_.push_back({hand, "moment", rating_of(hand).moment});
+    const std::string& end_effector = problem_.grasps[grasp.grasp].end_effector;
+    channels_.push_back({end_effector, "force", rating_of(end_effector).force});
+    channels_.push_back({end_effector, "moment", rating_of(end_effector).moment});
   }
   controls_base_ = dynamics.setup().attitude.has_value();
   if (!controls_base_) return;
@@ -357,11 +357,11 @@ void LoadMonitor::impact(const std::string& phase, const ImpactReport& report, s
   }
 }
 
-void LoadMonitor::held(const std::string& phase, double begin, std::span<const std::string> hands,
+void LoadMonitor::held(const std::string& phase, double begin, std::span<const std::string> end_effectors,
                        std::span<const CompliantSample> samples) {
-  for (std::size_t g = 0; g < hands.size(); ++g) {
-    PeakLoad force{hands[g], "force", phase, 0, begin, rating_of(hands[g]).force, false};
-    PeakLoad moment{hands[g], "moment", phase, 0, begin, rating_of(hands[g]).moment, false};
+  for (std::size_t g = 0; g < end_effectors.size(); ++g) {
+    PeakLoad force{end_effectors[g], "force", phase, 0, begin, rating_of(end_effectors[g]).force, false};
+    PeakLoad moment{end_effectors[g], "moment", phase, 0, begin, rating_of(end_effectors[g]).moment, false};
     const auto raise = [&](PeakLoad& load, double value, double time) {
       if (!(value <= load.peak)) load.peak = value, load.time = begin + time;
     };

@@ -105,7 +105,7 @@ class LoadMonitor {
   /// What joints and grasps of the report bore in an impact. `peaks`: of one in time, per entry of report.joints.
   void impact(const std::string& phase, const ImpactReport& report, std::span<const JointPeakTimes> peaks = {});
   /// What grasps that hold already, of these end-effectors, bear in an impact in time: the largest of its samples.
-  void held(const std::string& phase, double begin, std::span<const std::string> hands,
+  void held(const std::string& phase, double begin, std::span<const std::string> end_effectors,
             std::span<const CompliantSample> samples);
   /// Drives at their limits and beyond, in the phase that has ended last.
   std::vector<LimitEvent> take_events() { return std::exchange(events_, {}); }

@@ -65,9 +65,9 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
   std::vector<std::pair<int, int>> ignored;
   for (const auto& [a, b] : problem.clearance.ignore) ignored.emplace_back(model.body_index(a), model.body_index(b));
   for (const GraspSetup& g : problem.grasps) {
-    const int hand = model.frames()[model.frame_index(g.end_effector)].body;
+    const int end_effector = model.frames()[model.frame_index(g.end_effector)].body;
     const int target = model.body_index(target_body_name(g.target));
-    for (int body : tied_to(model, hand)) ignored.emplace_back(body, target);
+    for (int body : tied_to(model, end_effector)) ignored.emplace_back(body, target);
   }
   // A target that is caught is a child of the grasping link, and still may touch that link alone.
   std::vector<int> targets;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// What is watched besides the physics: clearance of all bodies with shapes, and joint limits, in every phase.
-///
+/// What is watched besides conservation: clearance of all bodies with shapes, joint limits, and that loops stay closed,
+/// in every phase.
 
 #include <optional>
 

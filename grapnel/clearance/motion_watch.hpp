@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// Watches the clearance of a model's bodies along the samples of a simulation.
+/// What is watched along the samples of a simulation, and between them: the clearance of a model's bodies, and its
+/// joints against their limits.
 
 #include <cmath>
 #include <optional>

@@ -3,7 +3,7 @@
 /// @file
 /// Dynamics of trees with loop closures (2.9)-(2.12): accelerations and multipliers by the range-space method on top
 /// of the O(n) recursion, impulses that close loops in velocity, and projection onto the closures in the mass metric. A
-/// closure joins two bodies of one tree or of two: a hand and a target that still has its own root.
+/// closure joins two bodies of one tree or of two: an end-effector and a target that still has its own root.
 
 #include <memory>
 #include <string>

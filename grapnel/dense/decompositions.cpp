@@ -4,6 +4,7 @@
 
 template class Eigen::LLT<Eigen::MatrixXd>;
 template class Eigen::JacobiSVD<Eigen::MatrixXd>;
+template class Eigen::BDCSVD<Eigen::MatrixXd>;
 template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 
 namespace grapnel {
@@ -47,11 +48,15 @@ Eigen::MatrixXd lu_solution_matrix(const Eigen::MatrixXd& A, const Eigen::Matrix
   return A.partialPivLu().solve(B);
 }
 
-}  // namespace detail
+Eigen::VectorXd least_squares_solution_vector(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
+  return A.householderQr().solve(b);
+}
 
-Eigen::MatrixXd least_squares_solution(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
+Eigen::MatrixXd least_squares_solution_matrix(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B) {
   return A.householderQr().solve(B);
 }
+
+}  // namespace detail
 
 ThinQr thin_qr(const Eigen::MatrixXd& A) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(A);

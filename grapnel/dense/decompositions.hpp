@@ -16,13 +16,14 @@
 
 extern template class Eigen::LLT<Eigen::MatrixXd>;
 extern template class Eigen::JacobiSVD<Eigen::MatrixXd>;
+extern template class Eigen::BDCSVD<Eigen::MatrixXd>;
 extern template class Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>;
 
 namespace grapnel {
 
 /// The numbers, to compute with.
-inline Eigen::Map<const Eigen::VectorXd> as_vector(const std::vector<double>& v) {
-  return {v.data(), static_cast<Eigen::Index>(v.size())};
+inline Eigen::VectorXd as_vector(const std::vector<double>& v) {
+  return Eigen::Map<const Eigen::VectorXd>(v.data(), static_cast<Eigen::Index>(v.size()));
 }
 
 /// A = L L^T of a symmetric positive definite matrix. As with Eigen's own, info() tells whether it was.
@@ -37,6 +38,8 @@ Eigen::VectorXd upper_solution_vector(const Cholesky& A, Eigen::VectorXd b);
 Eigen::MatrixXd upper_solution_matrix(const Cholesky& A, Eigen::MatrixXd B);
 Eigen::VectorXd lu_solution_vector(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 Eigen::MatrixXd lu_solution_matrix(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
+Eigen::VectorXd least_squares_solution_vector(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+Eigen::MatrixXd least_squares_solution_matrix(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 }  // namespace detail
 
 /// A^-1 b, a vector or a matrix as b is.
@@ -73,8 +76,14 @@ auto lu_solution(const Eigen::MatrixXd& A, const Eigen::MatrixBase<B>& b) {
     return detail::lu_solution_matrix(A, b);
 }
 
-/// The X that makes |A X - B| least, column by column, for A of full column rank: by Householder QR.
-Eigen::MatrixXd least_squares_solution(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
+/// The x that makes |A x - b| least, for A of full column rank: by Householder QR.
+template <class B>
+auto least_squares_solution(const Eigen::MatrixXd& A, const Eigen::MatrixBase<B>& b) {
+  if constexpr (B::ColsAtCompileTime == 1)
+    return detail::least_squares_solution_vector(A, b);
+  else
+    return detail::least_squares_solution_matrix(A, b);
+}
 
 /// A = Q R with as many columns of Q, orthonormal, as A has; R is upper triangular. A has no more columns than rows.
 struct ThinQr {

@@ -257,7 +257,7 @@ void CompliantSystem::load_grasp(std::size_t index) {
   load.angle = 0;
   if (g.grasp.model == GraspModel::point) return;
   const Quaterniond back{target.turn.w, -target.turn.x, -target.turn.y, -target.turn.z};
-  const Quaterniond turn = robot.turn * back;  // of the hand against the target, in W
+  const Quaterniond turn = robot.turn * back;  // of the end-effector against the target, in W
   Vector3d turned, w = load.u.angular;
   if (g.grasp.model == GraspModel::rigid) {
     const double sign = turn.w < 0 ? -1 : 1;

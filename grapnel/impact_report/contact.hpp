@@ -40,7 +40,8 @@ struct Contact {
 Contact make_contact(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
                      const std::vector<bool>& held = {});
 
-/// Of the arm's reach (arm_reach): what a grasp may bridge of which no envelope says what its hand can close on.
+/// Of the arm's reach (arm_reach): what a grasp may bridge of which no envelope says what its end-effector can close
+/// on.
 constexpr double kLargestGapOfReach = 0.1;
 /// Which grasps would hold across gaps too wide to be called a capture, ContactSetup::largest_gap: what is left between
 /// end-effector and grasp point after contact.gap. In words; empty: none.

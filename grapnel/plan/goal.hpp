@@ -2,8 +2,8 @@
 
 /// @file
 /// What an end-effector is to be and do at the end of a segment, as an error that vanishes there, and the joint rates
-/// that give it the motion asked for. Thread safety: plain values; functions use the FloatingBase they are given as
-/// scratch.
+/// that give it the motion asked for; and the objective, which of many solutions is the better one. Thread safety:
+/// plain values; functions use the FloatingBase they are given as scratch.
 
 #include "grapnel/plan/floating_base.hpp"
 #include "grapnel/plan/path_segment.hpp"

@@ -208,9 +208,9 @@ std::string quoted_list(const std::vector<std::string>& names) {
 }
 
 std::string who_and_where(std::span<const Goal> goals) {
-  std::vector<std::string> hands, points;
-  for (const Goal& g : goals) hands.push_back(g.name), points.push_back(g.point);
-  return fmt::format("end-effectors {} cannot be at grasp points {} of target '{}' at once", quoted_list(hands),
+  std::vector<std::string> names, points;
+  for (const Goal& g : goals) names.push_back(g.name), points.push_back(g.point);
+  return fmt::format("end-effectors {} cannot be at grasp points {} of target '{}' at once", quoted_list(names),
                      quoted_list(points), goals[0].target);
 }
 
@@ -230,8 +230,8 @@ std::string remaining(std::span<const Goal> goals, const Eigen::VectorXd& error)
   return text;
 }
 
-// Two hands whose distance from each other cannot be that of their points. Where the base is free, the sum of squares
-// is least with the gap shared equally and the rest of the chain in line; so the gap is the difference of the
+// Two end-effectors whose distance from each other cannot be that of their points. Where the base is free, the sum of
+// squares is least with the gap shared equally and the rest of the chain in line; so the gap is the difference of the
 // distances.
 std::string too_far_or_too_near(FloatingBase& base, std::span<const Goal> goals, const ClosestTogether& closest) {
   base.place(closest.theta);
@@ -374,7 +374,8 @@ std::string amount(const Goal& goal, const GoalMiss& miss) {
   return text;
 }
 
-// " to grasp point 'left' of target 'sat'", where several goals share the target and the hand alone does not say it.
+// " to grasp point 'left' of target 'sat'", where several goals share the target and the end-effector alone does not
+// say it.
 std::string place_of(std::span<const Goal> goals, const Goal& goal, const char* preposition = "to") {
   const auto on_it = std::count_if(goals.begin(), goals.end(), [&](const Goal& g) { return g.target == goal.target; });
   if (goal.target.empty() || on_it < 2) return {};

@@ -181,7 +181,7 @@ void constraints(unsigned m, double* result, unsigned n, const double* x, double
 
 Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting, const Shot& solution) {
   if (solution.J.size() == 0) return solution;  // no joints: nothing to choose, and no SVD
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(solution.J, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(solution.J, Eigen::ComputeThinU | Eigen::ComputeThinV);
   Eigen::Index rank = 0;
   while (rank < svd.singularValues().size() && svd.singularValues()[rank] > 1e-6 * svd.singularValues()[0]) ++rank;
   const int n = base.joints();
@@ -214,7 +214,7 @@ namespace {
 constexpr double kStructural = 1e-9;  // of the largest singular value: this direction does not exist
 
 Eigen::VectorXd solve(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, NewtonStep& step) {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::BDCSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
   Eigen::VectorXd y = svd.matrixU().transpose() * -e;
   step.smallest_singular_value = sigma.size() ? sigma[0] : 0;

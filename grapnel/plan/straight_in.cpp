@@ -121,7 +121,7 @@ class Motion {
     goal_error(base_, X_WB, goals, error_, J_joint_, J_base_);
     demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_);
     b_ -= kGain * error_;  // rows of task and error agree
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(G_, Eigen::ComputeThinU | Eigen::ComputeThinV);
+    const Eigen::BDCSVD<Eigen::MatrixXd> svd(G_, Eigen::ComputeThinU | Eigen::ComputeThinV);
     const Eigen::VectorXd& sigma = svd.singularValues();
     Eigen::VectorXd z = svd.matrixU().transpose() * b_;
     double smallest = std::numeric_limits<double>::infinity();

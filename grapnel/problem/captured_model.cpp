@@ -39,7 +39,7 @@ BodyDescription hang(const BodyDescription& target, const HeldGrasp& grasp, cons
   return caught;
 }
 
-// Coordinates and velocities carry over by body; joints that are new start at zero with the relative rate.
+// Coordinates and velocities carry over by body; joints that are new start at zero with the relative velocity.
 State carry_over(const Model& from, const State& state, const Kinematics& k, std::span<const HeldGrasp> grasps,
                  const Model& to) {
   State result = zero_state(to);
@@ -86,14 +86,15 @@ CaptureSystem renumber(const CaptureSystem& from, Model model) {
 HeldGrasp hold_grasp(const CaptureProblem& problem, const CaptureSystem& free, const Kinematics& kinematics,
                      std::size_t grasp) {
   const GraspSetup& setup = problem.grasps[grasp];
-  const Frame& hand = free.model.frames()[free.model.frame_index(setup.end_effector)];
+  const Frame& end_effector = free.model.frames()[free.model.frame_index(setup.end_effector)];
   HeldGrasp held;
   held.grasp = grasp;
   held.frames.name = "grasp of '" + setup.end_effector + "' on '" + setup.target + "'";
-  held.frames.body_a = hand.body;
-  held.frames.X_AC = hand.X_BE;
+  held.frames.body_a = end_effector.body;
+  held.frames.X_AC = end_effector.X_BE;
   held.frames.body_b = free.model.frames()[free.target_frames[target_index(problem, setup.target)]].body;
-  held.frames.X_BD = inverse(kinematics.X_WB[held.frames.body_b]) * (kinematics.X_WB[hand.body] * hand.X_BE);
+  held.frames.X_BD =
+      inverse(kinematics.X_WB[held.frames.body_b]) * (kinematics.X_WB[end_effector.body] * end_effector.X_BE);
   held.frames.model = setup.model;
   held.frames.hinge_C = setup.hinge_axis;
   return held;

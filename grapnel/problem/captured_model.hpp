@@ -2,7 +2,7 @@
 
 /// @file
 /// The system while grasps hold: each target hangs on the first arm that grasps it, every further grasp of it closes a
-/// loop.
+/// loop; and the frame in which all of a run is computed.
 
 #include <span>
 

@@ -205,9 +205,9 @@ class Conflicts {
           path);
     }
     for (const GraspSetup& grasp : problem_.grasps) {
-      const EndEffectorSetup* hand = end_effector(grasp.end_effector);
-      if (!waits(grasp) || !hand || hand->envelope) continue;
-      add(path, "{}: envelope needs an 'envelope' at end-effector {}", path, in_quotes(hand->name));
+      const EndEffectorSetup* effector = end_effector(grasp.end_effector);
+      if (!waits(grasp) || !effector || effector->envelope) continue;
+      add(path, "{}: envelope needs an 'envelope' at end-effector {}", path, in_quotes(effector->name));
     }
   }
 
@@ -251,9 +251,9 @@ class Conflicts {
       if (grasp.closes == GraspSetup::Closes::together) continue;
       const bool at_time = grasp.closes == GraspSetup::Closes::at_time;
       const std::string path = fmt::format("grasps[{}].{}", i, at_time ? "closes_at" : "closes_on_arrival");
-      const EndEffectorSetup* hand = end_effector(grasp.end_effector);
-      if (!at_time && hand && !hand->envelope)
-        add(path, "{} needs an 'envelope' at end-effector {}", path, in_quotes(hand->name));
+      const EndEffectorSetup* effector = end_effector(grasp.end_effector);
+      if (!at_time && effector && !effector->envelope)
+        add(path, "{} needs an 'envelope' at end-effector {}", path, in_quotes(effector->name));
       if (!problem_.impact) {
         add(path, "{} needs 'impact' in the scenario: without it nothing closes", path);
       } else if (at_time) {

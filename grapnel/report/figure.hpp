@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// A figure as plain data: tables of numbers, and panels that plot them. figure_script.hpp makes gnuplot's files of it.
+/// The figures there are, and a figure as plain data: tables of numbers, and panels that plot them. figure_script.hpp
+/// makes gnuplot's files of it.
 /// Two kinds of text are kept apart: what Grapnel wrote itself (`style`, `settings`) goes into the script as it is;
 /// names and labels are escaped there.
 

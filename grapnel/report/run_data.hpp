@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A run's result folder as a report holds it. Inside this module only.
+/// A run's result folder, as a report holds it and as figures and exports need it.
 
 #include <cstdint>
 #include <filesystem>

@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// The samples of a run that a figure shows, as a table, and what all panels over time have in common.
+/// Which samples of a run a report keeps, those that a figure shows, as a table, and what all panels over time have in
+/// common.
 
 #include <cstddef>
 #include <limits>

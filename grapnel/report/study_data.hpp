@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Result folders of sweeps, campaigns and optimizations as a report holds them. Inside this module only. All throw
+/// Result folders of sweeps, campaigns and optimizations, as a report holds them and as figures need them. All throw
 /// std::runtime_error naming path and fault; TooLarge where a page could not show so much.
 
 #include <cstddef>

@@ -446,7 +446,8 @@ struct CaptureResult {
   std::optional<PhaseEnd> post_impact_end;
   std::vector<MinimumClearance> clearance;  // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
-  std::vector<std::pair<std::string, std::string>> clearance_unwatched;  // hand and target of each grasp; ignored pairs
+  std::vector<std::pair<std::string, std::string>>
+      clearance_unwatched;  // end-effector and target of each grasp; ignored pairs
   std::vector<LimitEvent> limit_events;
   std::optional<Violation> first_violation;
   /// From here on bodies overlap, which the model lets them do and nature does not: what follows is beyond its validity

@@ -2,7 +2,8 @@
 
 /// @file
 /// A checksum behind a file's last byte. HDF5 can loop without end on a damaged file, so damage has to be found before
-/// HDF5 sees it; HDF5 itself ignores what follows its data, and drops it when somebody changes the file.
+/// HDF5 sees it; HDF5 itself ignores what follows its data, and drops it when somebody changes the file. Beside it
+/// SHA-256, by which inputs are named.
 
 #include <filesystem>
 #include <string>

@@ -58,7 +58,7 @@ Source checked(Source source) {
   return source;
 }
 
-/// From memory: no lock on the file, and nothing changes under HDF5's hands.
+/// From memory: no lock on the file, and nothing changes while HDF5 reads.
 Source open_small(const fs::path& path) {
   std::string bytes = bytes_of(path);
   unseal(bytes);

@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// Plain-text tables and paragraphs that fit a terminal.
+/// Plain-text tables and paragraphs that fit a terminal, and fields of CSV files.
 
 #include <string>
 #include <string_view>

@@ -245,7 +245,7 @@ void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultL
     for (std::size_t a = 0; a < b && at_b; ++a) {
       const GraspSetup &first = problem.grasps[a], &second = problem.grasps[b];
       const Vector3d* at_a = first.target == second.target ? position(first) : nullptr;
-      // One hand may take over from another.
+      // One end-effector may take over from another.
       const bool in_turn = releases && (first.closes != second.closes || first.closes_at != second.closes_at);
       if (!at_a || in_turn || norm(*at_a - *at_b) > kSame) continue;
       faults.warn(

@@ -20,14 +20,14 @@ void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std:
 void doubt_inertia(const Node& body, const std::string& path, double mass, const Vector3d& com,
                    const Symmetric3d& inertia, const Geometry& shape, FaultList& faults);
 
-/// An approach axis that points back along the hand.
+/// An approach axis that points back along the end-effector.
 void doubt_approach_axis(const Node& end_effector, const std::string& path, const EndEffectorSetup& read,
                          FaultList& faults);
 
 /// Grasp points far off the target's shape, approach directions that lead away from it, normals that lead into it.
 void doubt_grasp_points(const Node& target, const std::string& path, const TargetSetup& read, FaultList& faults);
 
-/// Hands that hold the same place at the same time. `list` is that of the grasps.
+/// End-effectors that hold the same place at the same time. `list` is that of the grasps.
 void doubt_shared_points(const Node& list, const CaptureProblem& problem, FaultList& faults);
 
 /// Targets that overlap anything at t = 0. The problem must be without faults; `scenario` is what it was read from.

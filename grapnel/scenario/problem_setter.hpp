@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// Values of a problem set in place: what changing the scenario and reading it again gives, without reading it.
+/// Values of a problem set in place: what changing the scenario and reading it again gives, without reading it; and all
+/// of a problem as bytes, for exact comparison.
 
 #include <functional>
 #include <span>

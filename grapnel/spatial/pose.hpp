@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// Rotations as matrices (for arithmetic) and unit quaternions (for states). `R_AB` maps components in B to components
-/// in A. Quaternions are stored in the order (w, x, y, z).
+/// Rotations, as matrices (for arithmetic) and unit quaternions (for states), and rigid transforms. `R_AB` maps
+/// components in B to components in A. Quaternions are stored in the order (w, x, y, z).
 
 #include "grapnel/spatial/vector3.hpp"
 

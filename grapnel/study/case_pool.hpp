@@ -1,7 +1,8 @@
 #pragma once
 
 /// @file
-/// Independent jobs on several threads, whose rows one thread takes. Sweeps, campaigns and searches run on it.
+/// A case of a study, and independent jobs on several threads, whose rows one thread takes. Sweeps, campaigns and
+/// searches run on it.
 
 #include <cstddef>
 #include <cstdint>

@@ -396,7 +396,7 @@ double least_rating(const LoadRating& r) {
   return std::min({r.force, r.moment, r.impulse, r.angular_impulse, r.driving, r.driving_impulse});
 }
 
-// One load of a joint, a hand or the base control.
+// One load of a joint, an end-effector or the base control.
 struct LoadQuantity {
   std::string of, name, unit;
   bool rated;    // in the robot file
@@ -461,10 +461,10 @@ std::vector<LoadQuantity> load_quantities(const CaptureProblem& problem) {
 }  // namespace
 
 bool is_rated(const CaptureProblem& problem) {
-  const auto& hands = problem.robot.end_effectors;
-  return !problem.robot.ratings.empty() || std::any_of(hands.begin(), hands.end(), [](const EndEffectorSetup& e) {
-    return std::isfinite(least_rating(e.rating));
-  });
+  const auto& end_effectors = problem.robot.end_effectors;
+  return !problem.robot.ratings.empty() ||
+         std::any_of(end_effectors.begin(), end_effectors.end(),
+                     [](const EndEffectorSetup& e) { return std::isfinite(least_rating(e.rating)); });
 }
 
 std::vector<Column> load_columns(const CaptureProblem& problem, bool with_motion) {

@@ -116,11 +116,11 @@ GraspPoint& grasp_point(const ContactPatch& patch, CaptureProblem& problem) {
 }
 
 // Unit directions in B that the planned orientation of a grasp leaves no turning about.
-std::vector<Vector3d> held_turns(const EndEffectorSetup& hand, const GraspSetup& grasp, const Rotationd& R_BE) {
+std::vector<Vector3d> held_turns(const EndEffectorSetup& end_effector, const GraspSetup& grasp, const Rotationd& R_BE) {
   if (grasp.orientation == GraspSetup::Orientation::free) return {};
   std::vector<Vector3d> turns;
   // Across the approach axis, or about all axes.
-  const Vector3d along = R_BE * hand.approach_axis.value_or(Vector3d::unit(0));
+  const Vector3d along = R_BE * end_effector.approach_axis.value_or(Vector3d::unit(0));
   const Rotationd R = rotation_between(Vector3d::unit(0), along);
   turns.push_back(R.column(1));
   turns.push_back(R.column(2));

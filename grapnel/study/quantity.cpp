@@ -106,11 +106,11 @@ Vector3d initial_relative_velocity(const CaptureProblem& problem, std::size_t gr
   const Contact contact = make_contact(problem, system, state, {});
   if (!contact.refused.empty()) throw std::invalid_argument("contact refused: " + contact.refused);
   const Kinematics k = forward_kinematics(system.model, contact.state);
-  const int hand = system.model.frame_index(problem.grasps[grasp].end_effector);
+  const int end_effector = system.model.frame_index(problem.grasps[grasp].end_effector);
   const int target = system.target_frames[target_index(problem, problem.grasps[grasp].target)];
-  const Vector3d p_WE = frame_pose(system.model, k, hand).p;  // the contact point
+  const Vector3d p_WE = frame_pose(system.model, k, end_effector).p;  // the contact point
   const Vector3d p_TE = p_WE - frame_pose(system.model, k, target).p;
-  return frame_twist(system.model, k, hand).linear - shift(frame_twist(system.model, k, target), p_TE).linear;
+  return frame_twist(system.model, k, end_effector).linear - shift(frame_twist(system.model, k, target), p_TE).linear;
 }
 
 Vector3d relative_velocity(const CaptureProblem& problem, std::size_t grasp) {

@@ -3,7 +3,7 @@
 /// @file
 /// Words and names for messages: text from files as a terminal may show it, what a user may have meant, names quoted on
 /// one line. Names, messages and tables come from files that anyone may have written; a terminal obeys control
-/// characters in them.
+/// characters in them. Commands that a reader copies into a shell.
 
 #include <cstddef>
 #include <string>

@@ -111,8 +111,8 @@ function gapText(closed: Partly<GraspOutcome>[]): string {
 }
 
 function unjudged(closed: Partly<GraspOutcome>[]): string {
-  const hands = closed.filter((grasp) => grasp.judged === false).map((grasp) => text(grasp.end_effector));
-  return hands.length > 0 ? ` No envelope says what ${hands.join(" and ")} can close on: that it holds is assumed.` : "";
+  const endEffectors = closed.filter((grasp) => grasp.judged === false).map((grasp) => text(grasp.end_effector));
+  return endEffectors.length > 0 ? ` No envelope says what ${endEffectors.join(" and ")} can close on: that it holds is assumed.` : "";
 }
 
 // Grasps may close one after the other.

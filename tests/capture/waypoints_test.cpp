@@ -11,7 +11,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace way_test {
+namespace waypoints_test {
 
 using ::testing::HasSubstr;
 
@@ -376,5 +376,5 @@ TEST(SampledWay, IsFollowedThroughItsSamplesWithTheirRates) {
   }
 }
 
-}  // namespace way_test
+}  // namespace waypoints_test
 }  // namespace grapnel::testing

@@ -9,7 +9,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace leg_test {
+namespace path_segment_test {
 
 struct Flight {
   Servicer servicer;
@@ -96,5 +96,5 @@ TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
   }
 }
 
-}  // namespace leg_test
+}  // namespace path_segment_test
 }  // namespace grapnel::testing

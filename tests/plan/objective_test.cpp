@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace measure_test {
+namespace objective_test {
 
 struct MeasureCase {
   Servicer servicer;
@@ -105,5 +105,5 @@ TEST(Objective, GradientsAreThoseOfDifferences) {
   }
 }
 
-}  // namespace measure_test
+}  // namespace objective_test
 }  // namespace grapnel::testing

@@ -1,4 +1,4 @@
-/// Places on one target that hands cannot be at together: found whatever the base does, and said with the gap.
+/// Places on one target that end-effectors cannot reach at once: found whatever the base does, and said with the gap.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
-namespace together_test {
+namespace arms_at_once_test {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -29,7 +29,7 @@ ReachProblem thesis_pair(const Servicer& s, double distance) {
   return p;
 }
 
-TEST(Together, SaysThatPointsAreTooFarApart) {
+TEST(ArmsOnOneTarget, SaysThatPointsAreTooFarApart) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   const ReachSolution r = plan_reach(base, thesis_pair(s, 7.4));
@@ -41,7 +41,7 @@ TEST(Together, SaysThatPointsAreTooFarApart) {
       "between 'tip-2' and 'left' when 'tip-1' is at 'right'");
 }
 
-TEST(Together, SaysThatPointsAreTooNear) {
+TEST(ArmsOnOneTarget, SaysThatPointsAreTooNear) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 6.5);
@@ -61,7 +61,7 @@ TEST(Together, SaysThatPointsAreTooNear) {
 }
 
 // The points lie along x, one hand is to point along y, the other along z: no plane of both arms holds all three.
-TEST(Together, SaysThatOrientationsDoNotFit) {
+TEST(ArmsOnOneTarget, SaysThatOrientationsDoNotFit) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 2);
@@ -115,7 +115,7 @@ ReachProblem boom_problem(const Servicer& s, const std::vector<std::pair<std::st
 }
 
 // nose to up takes the boom one way, nose to down the other way.
-TEST(Together, FindsThreePointsOfWhichAnyTwoFit) {
+TEST(ArmsOnOneTarget, FindsThreePointsOfWhichAnyTwoFit) {
   const Servicer s = boom();
   FloatingBase base(s.model, true);
   const double d = std::sqrt(1.9 * 1.9 - 1);
@@ -135,7 +135,7 @@ TEST(Together, FindsThreePointsOfWhichAnyTwoFit) {
 }
 
 // Places of no common target, of hands on one joint.
-TEST(Together, NamesTheJointThatTwoHandsShare) {
+TEST(ArmsOnOneTarget, NamesTheJointThatTwoArmsShare) {
   const Servicer s = boom();
   FloatingBase base(s.model, false);
   const double a = 0.3;
@@ -150,7 +150,7 @@ TEST(Together, NamesTheJointThatTwoHandsShare) {
 }
 
 // Points that fit each other but are out of reach: the hand that fails is named with its point.
-TEST(Together, NamesThePointThatIsOutOfReach) {
+TEST(ArmsOnOneTarget, NamesThePointThatIsOutOfReach) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 2);
@@ -163,7 +163,7 @@ TEST(Together, NamesThePointThatIsOutOfReach) {
 }
 
 // Everything can be reached, but not with the speed asked for.
-TEST(Together, CountsTheInitialGuessesThatWereTried) {
+TEST(ArmsOnOneTarget, CountsTheInitialGuessesThatWereTried) {
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_pair(s, 1);
@@ -215,5 +215,5 @@ TEST(RandomPair, ComesAsFarApartAsItsChainIsLong) {
   }
 }
 
-}  // namespace together_test
+}  // namespace arms_at_once_test
 }  // namespace grapnel::testing
