@@ -102,7 +102,7 @@ TEST(SuccessMap, IsInTheReport) {
   });
   const CampaignReport report = analyze_campaign(campaign, CampaignTable(folder.path() / "table.h5"), "1");
   const nlohmann::json document = nlohmann::json::parse(campaign_json(report)), json = document["success_map"];
-  EXPECT_THAT(test::contract_faults<CampaignReport>(document), testing::IsEmpty());
+  EXPECT_THAT(test::contract_faults<CampaignReport>(document), ::testing::IsEmpty());
   EXPECT_EQ(json["axes"][0]["values"], nlohmann::json::parse("[0.1, 0.2, 0.3]"));
   EXPECT_EQ(json["axes"][1]["values"], nlohmann::json::parse(R"(["rigid, or so", "soft"])"));
   EXPECT_EQ(json["successes"], nlohmann::json::parse("[10, 8, 6, 4, 2, 0]"));
@@ -144,7 +144,7 @@ TEST(SuccessMap, SaysWhatDecidesAndHowMuchIsSafe) {
       << text;
   EXPECT_NE(success_map_csv(campaign, report.success_map).find(",soft\n"), std::string::npos);
   const nlohmann::json document = nlohmann::json::parse(campaign_json(report)), json = document["success_map"];
-  EXPECT_THAT(test::contract_faults<CampaignReport>(document), testing::IsEmpty());
+  EXPECT_THAT(test::contract_faults<CampaignReport>(document), ::testing::IsEmpty());
   EXPECT_EQ(json["deciding"], nlohmann::json::parse(R"([null, "soft", "not ok"])"));
   EXPECT_EQ(json["unmet"][1]["counts"], nlohmann::json::parse("[0, 30, 0]"));
   EXPECT_EQ(json["above"][1]["points"], 1);
