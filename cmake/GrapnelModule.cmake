@@ -6,7 +6,7 @@ set(GRAPNEL_MODULES text spatial describe dense model dynamics clearance integra
 #
 # Defines grapnel::<name>. Its headers are visible as "grapnel/<name>/..." only to targets that link it: each module's
 # include directory holds a link to that module alone, so that an include against the dependency order does not compile. TEXT: the
-# module reads and writes text and files, nothing where milliseconds count, and is compiled at -O1.
+# module reads and writes text and files, once per command and never per case, and is compiled at -O1.
 function(grapnel_module name)
   cmake_parse_arguments(ARG "TEXT" "" "SOURCES;USES;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   list(FIND GRAPNEL_MODULES ${name} own_rank)
