@@ -193,8 +193,8 @@ struct Described<DiscreteFile> {
 };
 
 template <>
-struct Described<LengthFile::Normal> {
-  using T = LengthFile::Normal;
+struct Described<NormalLengthFile> {
+  using T = NormalLengthFile;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::mean>("mean", "").required(),
       field<&T::deviation>("deviation", "").at_least(0).required(),
@@ -204,8 +204,8 @@ struct Described<LengthFile::Normal> {
   static constexpr Type type = structure<T>("normal_length", "", fields);
 };
 template <>
-struct Described<LengthFile::LogNormal> {
-  using T = LengthFile::LogNormal;
+struct Described<LogNormalLengthFile> {
+  using T = LogNormalLengthFile;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::median>("median", "").required(),
       field<&T::deviation>("deviation", "").at_least(0).required(),
@@ -215,8 +215,8 @@ struct Described<LengthFile::LogNormal> {
   static constexpr Type type = structure<T>("log_normal_length", "", fields);
 };
 template <>
-struct Described<LengthFile::Uniform> {
-  using T = LengthFile::Uniform;
+struct Described<UniformLengthFile> {
+  using T = UniformLengthFile;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::from>("from", "").required(),
       field<&T::to>("to", "").required(),

@@ -70,22 +70,23 @@ struct IntegersFile {
 struct DiscreteFile {
   std::optional<std::vector<double>> weights;
 };
+/// Distributions of a length.
+struct NormalLengthFile {
+  double mean = 0, deviation = 0;
+  std::optional<double> from, to;
+};
+struct LogNormalLengthFile {
+  double median = 1, deviation = 0;
+  std::optional<double> from, to;
+};
+struct UniformLengthFile {
+  double from = 0, to = 0;
+};
 /// A length that is drawn.
 struct LengthFile {
-  struct Normal {
-    double mean = 0, deviation = 0;
-    std::optional<double> from, to;
-  };
-  struct LogNormal {
-    double median = 1, deviation = 0;
-    std::optional<double> from, to;
-  };
-  struct Uniform {
-    double from = 0, to = 0;
-  };
-  std::optional<Normal> normal;
-  std::optional<LogNormal> log_normal;
-  std::optional<Uniform> uniform;
+  std::optional<NormalLengthFile> normal;
+  std::optional<LogNormalLengthFile> log_normal;
+  std::optional<UniformLengthFile> uniform;
 };
 using Length = std::variant<double, LengthFile>;
 struct SphereFile {

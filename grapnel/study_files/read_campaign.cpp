@@ -162,7 +162,7 @@ class CampaignReader {
     }
   }
 
-  // The first point of the design, with the plan. Null after a fault.
+  // The first point of the design, with the plan, which fills places of uncertain values. Null after a fault.
   std::shared_ptr<const DesignPoint> first_point() {
     try {
       return points_->design_point(0);

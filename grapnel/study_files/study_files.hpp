@@ -23,6 +23,8 @@ Campaign load_study(const std::filesystem::path& path, std::vector<Fault>* warni
 
 /// Checked are every uncertain value by itself at its median and at the ends that `cases` draws reach, and every value
 /// of the design's axes by itself.
+/// With `plan: nominal` this plans the design's first point, which takes as long as a plan does: an uncertain value may
+/// stand at a place that only the plan fills, such as the arms' starting position, and is checked there.
 Campaign load_campaign(const std::filesystem::path& path, std::vector<Fault>* warnings = nullptr);
 
 /// Checked are the file, the scenario as it is, and each variable at both ends, the others as they are.
