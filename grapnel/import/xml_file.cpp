@@ -1,0 +1,104 @@
+#include "grapnel/import/xml_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "grapnel/text/message_text.hpp"
+
+namespace grapnel {
+
+XmlFile::XmlFile(const std::string& path, std::string text, FaultList& faults)
+    : source_(std::make_shared<const std::string>(path)), text_(std::move(text)) {
+  line_begins_.push_back(0);
+  for (std::size_t i = 0; i < text_.size(); ++i) {
+    if (text_[i] == '\n') line_begins_.push_back(i + 1);
+  }
+  // Parsed in place and without conversion, so that names point to where they stand in the text. Lines are counted
+  // before, since parsing may rewrite values.
+  const pugi::xml_parse_result result =
+      document_.load_buffer_inplace(text_.data(), text_.size(), pugi::parse_default, pugi::encoding_utf8);
+  if (result) return;
+  faults.add(mark_at(static_cast<std::size_t>(std::max<std::ptrdiff_t>(result.offset, 0))),
+             fmt::format("this is no well-formed XML: {}", result.description()));
+  document_.reset();
+}
+
+Mark XmlFile::mark_at(std::size_t offset) const {
+  const auto after = std::upper_bound(line_begins_.begin(), line_begins_.end(), offset);
+  const auto line = static_cast<std::size_t>(after - line_begins_.begin());
+  // Columns count characters: continuation bytes of UTF-8 are none.
+  int column = 1;
+  for (std::size_t i = line_begins_[line - 1]; i < std::min(offset, text_.size()); ++i)
+    column += (static_cast<unsigned char>(text_[i]) & 0xC0) == 0x80 ? 0 : 1;
+  return {source_, static_cast<int>(line), column};
+}
+
+Mark XmlFile::mark(const pugi::xml_node& node) const {
+  const std::ptrdiff_t offset = node.offset_debug();
+  return offset < 0 ? Mark{source_, 1, 1} : mark_at(static_cast<std::size_t>(offset));
+}
+
+Mark XmlFile::mark(const pugi::xml_node& node, std::string_view attribute) const {
+  const pugi::xml_attribute found = node.attribute(std::string(attribute).c_str());
+  return found ? mark_at(static_cast<std::size_t>(found.name() - text_.data())) : mark(node);
+}
+
+std::optional<std::vector<double>> XmlFile::numbers(const pugi::xml_node& node, const char* attribute,
+                                                    std::size_t count, FaultList& faults) const {
+  const pugi::xml_attribute found = node.attribute(attribute);
+  if (!found) return std::nullopt;
+  const std::string_view value = found.value();
+  std::vector<double> numbers;
+  std::size_t at = 0;
+  while (true) {
+    at = value.find_first_not_of(" \t\r\n", at);
+    if (at == std::string_view::npos) break;
+    const std::size_t end = std::min(value.find_first_of(" \t\r\n", at), value.size());
+    std::string_view word = value.substr(at, end - at);
+    if (word.starts_with('+')) word.remove_prefix(1);
+    double number = 0;
+    const auto [rest, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    if (error != std::errc() || rest != word.data() + word.size() || !std::isfinite(number)) {
+      faults.add(mark(node, attribute), fmt::format("{} of <{}>: {} is no finite number{}", attribute, node.name(),
+                                                    in_quotes(value.substr(at, end - at)),
+                                                    word.find("${") != std::string_view::npos
+                                                        ? "; a xacro file must be expanded first: "
+                                                          "xacro robot.urdf.xacro > robot.urdf"
+                                                        : ""));
+      return std::nullopt;
+    }
+    numbers.push_back(number);
+    at = end;
+  }
+  if (count != 0 && numbers.size() != count) {
+    faults.add(mark(node, attribute), fmt::format("{} of <{}> has {} numbers, expected {}", attribute, node.name(),
+                                                  numbers.size(), count));
+    return std::nullopt;
+  }
+  return numbers;
+}
+
+std::optional<double> XmlFile::number(const pugi::xml_node& node, const char* attribute, FaultList& faults) const {
+  const auto list = numbers(node, attribute, 1, faults);
+  if (!list) return std::nullopt;
+  return list->front();
+}
+
+std::optional<Vector3d> XmlFile::vector(const pugi::xml_node& node, const char* attribute, FaultList& faults) const {
+  const auto list = numbers(node, attribute, 3, faults);
+  if (!list) return std::nullopt;
+  return Vector3d{(*list)[0], (*list)[1], (*list)[2]};
+}
+
+std::string XmlFile::required_text(const pugi::xml_node& node, const char* attribute, FaultList& faults) const {
+  const std::string text = node.attribute(attribute).value();
+  if (text.empty()) {
+    faults.add(mark(node, attribute), fmt::format("<{}> has no {}", node.name(), in_quotes(attribute)));
+  }
+  return text;
+}
+
+}  // namespace grapnel

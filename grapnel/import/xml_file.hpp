@@ -1,0 +1,51 @@
+#pragma once
+
+/// @file
+/// XML text whose elements and attributes know their line and column. Faults say what was found and what was expected,
+/// as those of YAML files do.
+
+#include <memory>
+#include <optional>
+#include <pugixml.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "grapnel/spatial/vector3.hpp"
+#include "grapnel/text/faults.hpp"
+
+namespace grapnel {
+
+/// A parsed file. The document's nodes are valid as long as it lives.
+class XmlFile {
+ public:
+  /// Parses `text`; `path` is the file's name in messages. What is no XML is a fault at its place, after which root()
+  /// is empty.
+  XmlFile(const std::string& path, std::string text, FaultList& faults);
+
+  /// The outermost element.
+  pugi::xml_node root() const { return document_.document_element(); }
+  /// Where an element's name stands.
+  Mark mark(const pugi::xml_node& node) const;
+  /// Where an attribute's name stands; of one that is not there, its element.
+  Mark mark(const pugi::xml_node& node, std::string_view attribute) const;
+
+  /// The numbers of an attribute, separated by blanks; `count` of them, any count if it is 0. Empty if the attribute is
+  /// not there; a fault, and empty, if these are not finite numbers or not so many.
+  std::optional<std::vector<double>> numbers(const pugi::xml_node& node, const char* attribute, std::size_t count,
+                                             FaultList& faults) const;
+  std::optional<double> number(const pugi::xml_node& node, const char* attribute, FaultList& faults) const;
+  std::optional<Vector3d> vector(const pugi::xml_node& node, const char* attribute, FaultList& faults) const;
+  /// The text of an attribute that has to be there and not empty, else a fault and an empty text.
+  std::string required_text(const pugi::xml_node& node, const char* attribute, FaultList& faults) const;
+
+ private:
+  Mark mark_at(std::size_t offset) const;
+
+  std::shared_ptr<const std::string> source_;
+  std::string text_;
+  std::vector<std::size_t> line_begins_;  // offsets
+  pugi::xml_document document_;
+};
+
+}  // namespace grapnel
