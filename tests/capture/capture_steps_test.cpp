@@ -11,7 +11,7 @@
 namespace grapnel::testing {
 namespace capture_steps_test {
 
-// As somebody else would do it, with books of their own.
+// As somebody else would do it, with sums of their own.
 struct Elsewhere {
   PhaseOutcome outcome;
   PhaseMeasures measures;

@@ -12,7 +12,7 @@ namespace grapnel::testing {
 void check_stronge(int end, int stride) {
   using Status = ContactImpactSolution::Status;
   Worst gain("energy gained over T-"), cone("friction beyond the cone over P_n"), press("u_n+ below zero over u-"),
-      identity("energy identity"), momentum("generalized momentum"), books("works at the contacts against dT, over T-");
+      identity("energy identity"), momentum("generalized momentum"), energy("works at the contacts against dT, over T-");
   Worst steps("steps");
   int cases = 0, several = 0, again = 0;
   for (int i = 0; i < end; i += stride, ++cases) {
@@ -36,7 +36,7 @@ void check_stronge(int end, int stride) {
       ASSERT_LE(p.friction_work, 1e-12 * before);
       work += p.normal_work + p.friction_work;
     }
-    ASSERT_LT(books.note(std::abs(after - before - work) / before, i), 1e-11);  // measured 2.8e-14
+    ASSERT_LT(energy.note(std::abs(after - before - work) / before, i), 1e-11);  // measured 2.8e-14
     steps.note(s.steps, i);
     several += s.contacts.size() > 1;
     again += !s.unique;

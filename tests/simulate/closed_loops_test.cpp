@@ -165,21 +165,21 @@ TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
     setup.drives[j].trajectory = {0, JointPath{JointProfile::quintic, 4, 1.0, 12.0, 0.5, 0.5}};
   }
   PhaseDynamics dynamics(l.model, setup);
-  double wrong = 0, books = 0, energy = 0, largest = 0;
+  double wrong = 0, balance = 0, energy = 0, largest = 0;
   const PhaseOutcome o = simulate_phase(dynamics, start(l, 1.0, 0.5), 0, 4, 0.05, {}, [&](const PhaseSample& s) {
     wrong = std::max(
         wrong, angle_between(s.state.q[coordinate(l, "rocker")], shape(s.state.q[coordinate(l, "crank")]).rocker));
     const double T = kinetic_energy(l.model, forward_kinematics(l.model, s.state), s.state);
     if (s.time == 0) energy = T;
     largest = std::max(largest, T);
-    books = std::max(books, std::abs(T - energy - s.integrals.motor_work - s.integrals.friction_work));
+    balance = std::max(balance, std::abs(T - energy - s.integrals.motor_work - s.integrals.friction_work));
   });
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_NEAR(o.end_state.q[coordinate(l, "crank")], 12, 1e-14);
   EXPECT_LT(wrong, 1e-12);           // measured 4.4e-16
-  EXPECT_LT(books, 1e-9 * largest);  // measured 3.2e-12
+  EXPECT_LT(balance, 1e-9 * largest);  // measured 3.2e-12
   EXPECT_GT(largest, 10 * energy);
-  std::printf("[ measured ] shape %.2g, books %.2g\n", wrong, books / largest);
+  std::printf("[ measured ] shape %.2g, balance %.2g\n", wrong, balance / largest);
 }
 
 // Two motors that cannot both have their way: no motion keeps the loop closed, and the failure says so.

@@ -173,7 +173,7 @@ TEST(ComputedTorque, FrictionDisturbsIt) {
 }
 
 // With all four controls side by side: without friction computed torque still tracks exactly, with it not, and the
-// books close.
+// balance of energy holds.
 TEST(ComputedTorque, KeepsCompanyWithOtherControls) {
   Worst tracking("computed torque beside free, PD and prescribed joints"), energy("work-energy of the mixture");
   Worst disturbed("the same with friction");

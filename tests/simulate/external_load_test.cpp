@@ -1,4 +1,4 @@
-/// Loads on bodies: shapes in time, books, closed forms.
+/// Loads on bodies: shapes in time, energy balance, closed forms.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
