@@ -205,13 +205,18 @@ NumberWriter scale_writer(const NumberPlace& at) {
 }
 
 // A robot keeps shapes and ratings in lists by name.
-void read_shape_by_name(const ValueToRead& at) {
+void read_shapes_by_name(const ValueToRead& at) {
   RobotSetup& robot = *at.scope.robot_setup;
   const bool of_base = at.owner == &robot;
-  Geometry geometry;
-  read_members(at.node, geometry_description(), at.name(), &geometry, at.scope);
   const std::string& name = of_base ? robot.base : static_cast<const BodyDescription*>(at.owner)->name;
-  if (geometry.shape != Geometry::Shape::none) robot.geometry.emplace_back(name, std::move(geometry));
+  const auto read = [&](const Node& node, const std::string& path) {
+    Geometry geometry;
+    read_members(node, shapes_description().of(), path, &geometry, at.scope);
+    if (geometry.shape != Geometry::Shape::none) robot.geometry.emplace_back(name, std::move(geometry));
+  };
+  if (at.node.is_mapping()) read(at.node, at.name());
+  for (std::size_t i = 0; i < at.node.items.size() && !at.scope.faults.full(); ++i)
+    read(at.node.items[i], item(at.name(), i));
 }
 void read_rating_by_name(const ValueToRead& at) {
   const std::string& joint = static_cast<const BodyDescription*>(at.owner)->joint.name;
@@ -243,7 +248,7 @@ const Form kBodyForms[] = {
      .schema = [](const Field& field, const TypeReference&) { return number_schema(field.range); },
      .read = read_scale,
      .numbers = scale_writer},
-    {.name = "geometry of body", .read = read_shape_by_name},
+    {.name = "geometry of body", .read = read_shapes_by_name},
     {.name = "joint rating", .read = read_rating_by_name},
 };
 

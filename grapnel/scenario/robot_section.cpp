@@ -211,7 +211,10 @@ struct Described<BodyDescription> {
       field<&T::mass>("mass", "kg", "").above(0).required(),
       field<&T::com>("com", "m", kComText),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
-      key<Geometry>("geometry", "", "").as("geometry of body").optional(),
+      key<std::vector<Geometry>>("geometry", "", kShapesText)
+          .as("geometry of body")
+          .one_or_list(kShapesTitles)
+          .optional(),
   });
   static constexpr Type type =
       structure<T>("link", "A rigid body; its frame sits at the joint that carries it.", fields);
@@ -251,7 +254,10 @@ struct Described<BaseKeys> {
       found<[](T& t) -> Symmetric3d& { return t.bodies[0].inertia; }>("inertia", "kg m^2", kInertiaText)
           .as("inertia")
           .required(),
-      key<Geometry>("geometry", "", "").as("geometry of body").optional(),
+      key<std::vector<Geometry>>("geometry", "", kShapesText)
+          .as("geometry of body")
+          .one_or_list(kShapesTitles)
+          .optional(),
   });
   static constexpr Type type = structure<T>("base", "The body that carries the arms.", fields);
 };
@@ -304,7 +310,7 @@ struct Described<RobotSetup> {
       structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields);
 };
 
-const Type& geometry_description() { return type_of<Geometry>(); }
+const Type& shapes_description() { return type_of<std::vector<Geometry>>(); }
 const Type& robot_description() { return type_of<RobotSetup>(); }
 
 // ---- How they are read ----
@@ -313,10 +319,7 @@ namespace {
 
 void doubt_body(const Node& node, const std::string& path, const BodyDescription& body, const RobotSetup& setup,
                 FaultList& faults) {
-  const auto shape = std::find_if(setup.geometry.begin(), setup.geometry.end(),
-                                  [&](const auto& one) { return one.first == body.name; });
-  doubt_inertia(node, path, body.mass, body.com, body.inertia,
-                shape == setup.geometry.end() ? Geometry{} : shape->second, faults);
+  doubt_inertia(node, path, body.mass, body.com, body.inertia, shapes_of(setup, body.name), faults);
 }
 
 void finish_base(const Node& node, const std::string& path, ReadRobot& robot, FaultList& faults) {
