@@ -191,8 +191,10 @@ std::string three(const Eigen::VectorXd& m) { return fmt::format("{:.6g}, {:.6g}
 void keep_bounds(const MjcfBody& body, SourceInertia& inertia, MjcfContext& context) {
   const MjcfCompiler& compiler = context.compiler;
   if (inertia.mass < compiler.least_mass) {
-    context.decide(inertia.mark, fmt::format("body {}: boundmass makes its mass {:.6g} kg instead of {:.6g} kg",
-                                             in_quotes(body.name), compiler.least_mass, inertia.mass));
+    context.decide(inertia.mark,
+                   fmt::format("body {}: boundmass makes its mass {:.6g} kg instead of {:.6g} kg", in_quotes(body.name),
+                               compiler.least_mass, inertia.mass),
+                   body.name);
     inertia.mass = compiler.least_mass;
   }
   if (!(compiler.least_inertia > 0) && !compiler.balance_inertia) return;
@@ -208,10 +210,12 @@ void keep_bounds(const MjcfBody& body, SourceInertia& inertia, MjcfContext& cont
   const double largest = moments.maxCoeff();
   if (compiler.balance_inertia && moments.sum() - largest < largest * (1 - 1e-12)) moments.setConstant(moments.mean());
   if (moments == found) return;
-  context.decide(inertia.mark, fmt::format("body {}: {} makes its principal moments {} kg m^2 instead of {} kg m^2",
-                                           in_quotes(body.name),
-                                           compiler.balance_inertia ? "boundinertia or balanceinertia" : "boundinertia",
-                                           three(moments), three(found)));
+  context.decide(
+      inertia.mark,
+      fmt::format("body {}: {} makes its principal moments {} kg m^2 instead of {} kg m^2", in_quotes(body.name),
+                  compiler.balance_inertia ? "boundinertia or balanceinertia" : "boundinertia", three(moments),
+                  three(found)),
+      body.name);
   const Eigen::MatrixXd& axes = solver.eigenvectors();
   const Eigen::MatrixXd kept = axes * moments.asDiagonal() * axes.transpose();
   inertia.inertia = {kept(0, 0), kept(1, 1), kept(2, 2), kept(0, 1), kept(0, 2), kept(1, 2)};

@@ -34,7 +34,10 @@ struct MjcfContext {
   std::vector<ImportDecision> decisions;
 
   void fault(const Mark& mark, std::string text) { faults.add(mark, std::move(text)); }
-  void decide(const Mark& mark, std::string text) { decisions.push_back({mark, std::move(text)}); }
+  /// `about`: the link or joint that it concerns; empty: the whole.
+  void decide(const Mark& mark, std::string text, std::string about = {}) {
+    decisions.push_back({mark, std::move(text), std::move(about)});
+  }
 };
 
 /// An element of a body, perhaps inside of <frame> elements.

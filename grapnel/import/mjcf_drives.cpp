@@ -237,7 +237,8 @@ class DriveReader {
     if (std::abs(down - up) <= 1e-12 * std::max(std::abs(down), std::abs(up))) return;
     context_.decide(joint.mark,
                     fmt::format("joint {}: its drives give {:.6g} to {:.6g} {}; taken is {:.6g} both ways",
-                                in_quotes(joint.name), effort.lower, effort.upper, turns ? "N m" : "N", *joint.effort));
+                                in_quotes(joint.name), effort.lower, effort.upper, turns ? "N m" : "N", *joint.effort),
+                    joint.name);
   }
 
   MjcfContext& context_;

@@ -33,11 +33,11 @@ std::filesystem::path canonical_or_same(const std::filesystem::path& path) {
 
 // ---- Files ----
 
-MjcfFiles::MjcfFiles(const std::filesystem::path& path, FaultList& faults)
+MjcfFiles::MjcfFiles(const std::filesystem::path& path, std::string text, FaultList& faults)
     : faults_(faults), folder_(path.parent_path()) {
-  const XmlFile* file = load(path, {std::make_shared<const std::string>(path.string()), 0, 0}, {});
-  if (file == nullptr || !file->root()) return;
+  const XmlFile* file = &parse(path, std::move(text));
   const pugi::xml_node root = file->root();
+  if (!root) return;
   const std::string tag = root.name();
   if (tag == "robot") {
     faults.add(file->mark(root), "this is a URDF file: its outermost element is <robot>, expected <mujoco>");
@@ -52,14 +52,11 @@ MjcfFiles::MjcfFiles(const std::filesystem::path& path, FaultList& faults)
   add_children(*file, root, 0, root_->children);
 }
 
-const XmlFile* MjcfFiles::load(const std::filesystem::path& path, const Mark& blame,
-                               const std::filesystem::path& named) {
-  auto bytes = read_file(path, blame, faults_, kLargestFile, named);
-  if (!bytes) return nullptr;
+const XmlFile& MjcfFiles::parse(const std::filesystem::path& path, std::string text) {
   loaded_.insert(canonical_or_same(path));
-  files_.push_back(std::make_unique<XmlFile>(path.string(), std::move(*bytes), faults_));
+  files_.push_back(std::make_unique<XmlFile>(path.string(), std::move(text), faults_));
   folders_[files_.back().get()] = path.parent_path();
-  return files_.back().get();
+  return *files_.back();
 }
 
 void MjcfFiles::add_children(const XmlFile& file, const pugi::xml_node& node, int depth,
@@ -111,8 +108,11 @@ void MjcfFiles::include(const XmlFile& file, const pugi::xml_node& node, int dep
     faults_.add(mark, fmt::format("the model has more than {} files", kMostFiles));
     return;
   }
-  const XmlFile* included = load(path, mark, named);
-  if (included != nullptr && included->root()) add_children(*included, included->root(), depth + 1, into);
+  auto bytes = read_file(path, mark, faults_, kLargestFile, named);
+  if (!bytes) return;
+  included_bytes_ += *bytes;
+  const XmlFile& included = parse(path, std::move(*bytes));
+  if (included.root()) add_children(included, included.root(), depth + 1, into);
 }
 
 // ---- Attributes ----

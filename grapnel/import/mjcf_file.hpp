@@ -35,16 +35,19 @@ struct MjcfElement {
 /// All files of a model. Elements and what points to them are valid as long as it lives.
 class MjcfFiles {
  public:
-  /// Reads `path` and what it includes, each file once. What cannot be read is a fault.
-  MjcfFiles(const std::filesystem::path& path, FaultList& faults);
+  /// Parses `text`, which is that of the file `path`, and reads what it includes, each file once. What cannot be read
+  /// is a fault.
+  MjcfFiles(const std::filesystem::path& path, std::string text, FaultList& faults);
 
   /// <mujoco>, or null if there is none.
   const MjcfElement* root() const { return root_ ? &*root_ : nullptr; }
   /// Files that were found beside the file that includes them, not beside the model's.
   const std::vector<ImportDecision>& decisions() const { return decisions_; }
+  /// Of the files that are included, in the order of reading.
+  const std::string& included_bytes() const { return included_bytes_; }
 
  private:
-  const XmlFile* load(const std::filesystem::path& path, const Mark& blame, const std::filesystem::path& named);
+  const XmlFile& parse(const std::filesystem::path& path, std::string text);
   void add_children(const XmlFile& file, const pugi::xml_node& node, int depth, std::vector<MjcfElement>& into);
   void include(const XmlFile& file, const pugi::xml_node& node, int depth, std::vector<MjcfElement>& into);
 
@@ -54,6 +57,7 @@ class MjcfFiles {
   std::set<std::filesystem::path> loaded_;
   std::map<const XmlFile*, std::filesystem::path> folders_;
   std::vector<ImportDecision> decisions_;
+  std::string included_bytes_;
   std::optional<MjcfElement> root_;
   std::size_t elements_ = 0;
 };

@@ -11,6 +11,7 @@
 #include "grapnel/import/mjcf_drives.hpp"
 #include "grapnel/import/mjcf_tree.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "grapnel/text/text_file.hpp"
 
 namespace grapnel {
 namespace {
@@ -349,8 +350,14 @@ class RobotMaker {
 }  // namespace
 
 SourceModel read_mjcf(const std::filesystem::path& file, FaultList& faults) {
+  auto text = read_file(file, {std::make_shared<const std::string>(file.string()), 0, 0}, faults);
+  return text ? read_mjcf(file, std::move(*text), faults) : SourceModel{};
+}
+
+SourceModel read_mjcf(const std::filesystem::path& file, std::string text, FaultList& faults) {
   SourceModel model;
-  const MjcfFiles files(file, faults);
+  const MjcfFiles files(file, std::move(text), faults);
+  model.further_bytes = files.included_bytes();
   if (files.root() == nullptr) return model;
   MjcfContext context(faults);
   context.decisions = files.decisions();

@@ -6,6 +6,7 @@
 /// docs/formats/import-mjcf.md says what is taken and how.
 
 #include <filesystem>
+#include <string>
 
 #include "grapnel/import/source_model.hpp"
 
@@ -15,5 +16,7 @@ namespace grapnel {
 /// is jointed to the world. Joint coordinates are MuJoCo's; the frame of a link has its body's axes and its origin at
 /// the joint. Faults go to `faults`, each with its place, after which the model is what could be read.
 SourceModel read_mjcf(const std::filesystem::path& file, FaultList& faults);
+/// The same of a file that has been read: `text` is its content, and `file` says where it is.
+SourceModel read_mjcf(const std::filesystem::path& file, std::string text, FaultList& faults);
 
 }  // namespace grapnel

@@ -77,8 +77,9 @@ struct SourceFrame {
 
 /// Something that the importer decided, left out or assumed: one line for the user.
 struct ImportDecision {
-  Mark mark;         // of what it is about
-  std::string text;  // a sentence: "joint 'gripper' follows 'finger' (mimic) and is locked at 0.02 m"
+  Mark mark;               // of what it is about
+  std::string text;        // a sentence: "joint 'gripper' follows 'finger' (mimic) and is locked at 0.02 m"
+  std::string about = {};  // name of the link or joint beside which it is written; empty: of the whole
 };
 
 struct SourceModel {
@@ -87,6 +88,7 @@ struct SourceModel {
   std::vector<SourceJoint> joints;  // likewise
   std::vector<SourceFrame> frames;
   std::vector<ImportDecision> decisions;  // of the reader; assemble_robot() adds its own
+  std::string further_bytes;  // of files that this one includes, in the order of reading: for who hashes inputs
 };
 
 }  // namespace grapnel

@@ -9,11 +9,20 @@
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
+namespace {
+
+// Continuation bytes of UTF-8 are no characters.
+bool begins_character(char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }
+
+}  // namespace
 
 XmlFile::XmlFile(const std::string& path, std::string text, FaultList& faults)
     : source_(std::make_shared<const std::string>(path)), text_(std::move(text)) {
   line_begins_.push_back(0);
+  std::size_t characters = 0;
   for (std::size_t i = 0; i < text_.size(); ++i) {
+    if (i % kBlock == 0) characters_.push_back(characters);
+    characters += begins_character(text_[i]) ? 1 : 0;
     if (text_[i] == '\n') line_begins_.push_back(i + 1);
   }
   // Parsed in place and without conversion, so that names point to where they stand in the text. Lines are counted
@@ -29,11 +38,17 @@ XmlFile::XmlFile(const std::string& path, std::string text, FaultList& faults)
 Mark XmlFile::mark_at(std::size_t offset) const {
   const auto after = std::upper_bound(line_begins_.begin(), line_begins_.end(), offset);
   const auto line = static_cast<std::size_t>(after - line_begins_.begin());
-  // Columns count characters: continuation bytes of UTF-8 are none.
-  int column = 1;
-  for (std::size_t i = line_begins_[line - 1]; i < std::min(offset, text_.size()); ++i)
-    column += (static_cast<unsigned char>(text_[i]) & 0xC0) == 0x80 ? 0 : 1;
-  return {source_, static_cast<int>(line), column};
+  const std::size_t column = characters_before(offset) - characters_before(line_begins_[line - 1]) + 1;
+  return {source_, static_cast<int>(line), static_cast<int>(column)};
+}
+
+std::size_t XmlFile::characters_before(std::size_t offset) const {
+  if (text_.empty()) return 0;
+  offset = std::min(offset, text_.size());
+  const std::size_t block = std::min(offset / kBlock, characters_.size() - 1);
+  const auto begin = text_.begin() + static_cast<std::ptrdiff_t>(block * kBlock);
+  const auto end = text_.begin() + static_cast<std::ptrdiff_t>(offset);
+  return characters_[block] + static_cast<std::size_t>(std::count_if(begin, end, begins_character));
 }
 
 Mark XmlFile::mark(const pugi::xml_node& node) const {

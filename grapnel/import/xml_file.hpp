@@ -41,10 +41,14 @@ class XmlFile {
 
  private:
   Mark mark_at(std::size_t offset) const;
+  std::size_t characters_before(std::size_t offset) const;
 
   std::shared_ptr<const std::string> source_;
   std::string text_;
   std::vector<std::size_t> line_begins_;  // offsets
+  // Characters before every kBlock-th byte: a file of one long line is no slower than another.
+  static constexpr std::size_t kBlock = 1024;
+  std::vector<std::size_t> characters_;
   pugi::xml_document document_;
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
@@ -72,6 +73,26 @@ std::string flow(const Node& node) {
 
 bool is_leaf(const Node& node) { return node.items.empty() && node.entries.empty(); }
 
+// "# " before each line; a character that ends a line elsewhere would end the comment.
+std::string comment_lines(const std::string& comment, const std::string& indent) {
+  std::string out;
+  for (std::size_t at = 0; at < comment.size();) {
+    const std::size_t end = std::min(comment.find('\n', at), comment.size());
+    const std::string line = printable_lines(std::string_view(comment).substr(at, end - at));
+    out += line.empty() ? "#\n" : "# " + line + "\n";
+    at = end + 1;
+    out += indent;
+  }
+  return out;
+}
+
+// A flow style has no place for the comments of what is in it.
+bool has_comments(const Node& node) {
+  const auto in = [](const Node& below) { return !below.comment.empty() || has_comments(below); };
+  return std::any_of(node.items.begin(), node.items.end(), in) ||
+         std::any_of(node.entries.begin(), node.entries.end(), [&](const NodeEntry& e) { return in(e.value); });
+}
+
 // Lists and mappings that hold more than scalars and short lists read better in lines of their own.
 bool is_flat(const Node& node) {
   const auto flat = [](const Node& below) {
@@ -88,12 +109,14 @@ class Writer {
   // A list or mapping with something in it, each item in lines of its own. The first goes where the text ends.
   void block(const Node& node, std::size_t indent) {
     bool first = true;
-    const auto begin_line = [&] {
-      if (!first) out.append(indent, ' ');
+    const auto begin_line = [&](const Node& value) {
+      const std::string blanks(indent, ' ');
+      if (!first) out += blanks;
       first = false;
+      out += comment_lines(value.comment, blanks);
     };
     for (const Node& item : node.items) {
-      begin_line();
+      begin_line(item);
       out += "- ";
       if (fits(item, indent + 2))
         out += flow(item) + "\n";
@@ -101,7 +124,7 @@ class Writer {
         block(item, indent + 2);
     }
     for (const NodeEntry& e : node.entries) {
-      begin_line();
+      begin_line(e.value);
       const std::string key = key_text(e.key) + ":";
       out += key;
       if (fits(e.value, indent + key.size() + 1)) {
@@ -116,7 +139,7 @@ class Writer {
 
  private:
   static bool fits(const Node& node, std::size_t column) {
-    return is_leaf(node) || (is_flat(node) && column + flow(node).size() <= kLineLength);
+    return is_leaf(node) || (is_flat(node) && !has_comments(node) && column + flow(node).size() <= kLineLength);
   }
 };
 
@@ -143,11 +166,7 @@ std::string scalar_in_flow(const std::string& text, bool plain) {
 
 std::string yaml_text(const Node& tree, const std::string& comment) {
   Writer writer;
-  for (std::size_t at = 0; at < comment.size();) {
-    const std::size_t end = std::min(comment.find('\n', at), comment.size());
-    writer.out += end == at ? "#\n" : "# " + comment.substr(at, end - at) + "\n";
-    at = end + 1;
-  }
+  writer.out += comment_lines(comment, "");
   if (is_leaf(tree))
     writer.out += flow(tree) + "\n";
   else

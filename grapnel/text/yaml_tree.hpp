@@ -25,6 +25,7 @@ struct Node {
   bool plain = true;               // scalar: without quotes, so that it may be a number
   std::vector<Node> items;         // sequence
   std::vector<NodeEntry> entries;  // mapping, in the order of the file; a duplicate key occurs twice
+  std::string comment = {};        // lines to write before it; files that are read leave it empty
 
   bool is_mapping() const { return kind == Kind::mapping; }
   bool is_sequence() const { return kind == Kind::sequence; }
