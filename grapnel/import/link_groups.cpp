@@ -83,8 +83,9 @@ void check_reached(const SourceModel& model, const LinkTree& tree, FaultList& fa
     at = tree.parent[tree.carrier[at]];
   } while (at != link);
   std::reverse(names.begin(), names.end());
-  faults.add(model.joints[tree.carrier[link]].mark,
-             fmt::format("the joints of {} form a cycle; loops are closed by grasps, a robot is a tree", some_of(names)));
+  faults.add(
+      model.joints[tree.carrier[link]].mark,
+      fmt::format("the joints of {} form a cycle; loops are closed by grasps, a robot is a tree", some_of(names)));
 }
 
 }  // namespace
@@ -178,8 +179,8 @@ class JointSettler {
       return;
     }
     values_[it->second] = locked.value;
-    const bool outside = locked.value < joint.lower.value_or(locked.value) ||
-                         locked.value > joint.upper.value_or(locked.value);
+    const bool outside =
+        locked.value < joint.lower.value_or(locked.value) || locked.value > joint.upper.value_or(locked.value);
     decisions_.push_back({joint.mark,
                           fmt::format("joint {} is locked at {} {}, as asked for{}", in_quotes(joint.name),
                                       locked.value, unit_of(joint), outside ? ", which is outside of its limits" : ""),
@@ -224,8 +225,8 @@ class JointSettler {
       const double master = value;
       value = joint.mimic->multiplier * master + joint.mimic->offset;
       if (!std::isfinite(value) && found)
-        faults_.add(joint.mimic->mark, fmt::format("joint {}: the value that it follows to (mimic) is not finite",
-                                                   in_quotes(joint.name)));
+        faults_.add(joint.mimic->mark,
+                    fmt::format("joint {}: the value that it follows to (mimic) is not finite", in_quotes(joint.name)));
       if (!std::isfinite(value)) found = false, value = 0;
       values_[*link] = value;
       if (!found) continue;
@@ -324,8 +325,9 @@ class LinkGrouper {
       if (free_.size() == 1) return tree_.child[free_[0]];
       std::vector<std::string> names;
       for (const int joint : free_) names.push_back(model_.links[tree_.child[joint]].name);
-      faults_.add(model_.joints[free_[1]].mark, fmt::format("there are {} free bodies, {}: say which is the robot's base",
-                                                            names.size(), some_of(names)));
+      faults_.add(
+          model_.joints[free_[1]].mark,
+          fmt::format("there are {} free bodies, {}: say which is the robot's base", names.size(), some_of(names)));
       return -1;
     }
     // The world is no satellite: what alone is fixed to it is the base.
@@ -427,11 +429,11 @@ class LinkGrouper {
       if (!is_free(joint) || holds(static_cast<int>(j)) || is_cut(static_cast<int>(j)) ||
           result_.group_of[tree_.parent[j]] < 0)
         continue;
-      faults_.add(joint.mark,
-                  fmt::format("joint {} is {}: this is possible only between an empty root and the base; lock it at 0 "
-                              "to fix it",
-                              in_quotes(joint.name),
-                              joint.kind == SourceJoint::Kind::floating ? "floating" : "planar"));
+      faults_.add(
+          joint.mark,
+          fmt::format("joint {} is {}: this is possible only between an empty root and the base; lock it at 0 "
+                      "to fix it",
+                      in_quotes(joint.name), joint.kind == SourceJoint::Kind::floating ? "floating" : "planar"));
     }
   }
 
@@ -450,9 +452,10 @@ class LinkGrouper {
         continue;
       }
       const bool planar = joint.kind == SourceJoint::Kind::planar;
-      decisions_.push_back({joint.mark, fmt::format("joint {} is {} the base{}", in_quotes(joint.name),
-                                                    planar ? "planar and becomes the free joint of" : "the free joint of",
-                                                    planar ? ", which moves in all six directions" : ""),
+      decisions_.push_back({joint.mark,
+                            fmt::format("joint {} is {} the base{}", in_quotes(joint.name),
+                                        planar ? "planar and becomes the free joint of" : "the free joint of",
+                                        planar ? ", which moves in all six directions" : ""),
                             result_.groups[0].name});
       if (root_is_something_) leave_out(tree_.root, joint);
     }
@@ -471,18 +474,19 @@ class LinkGrouper {
                      fixed.empty() ? "" : fmt::format(", with what is fixed to it: {}", some_of(fixed))),
          group.name});
     if (result_.world >= 0 && result_.group_of[result_.world] >= 0 && base != result_.world)
-      decisions_.push_back({model_.links[result_.world].mark,
-                            "link 'world' is no part of the robot: the base floats freely (write mode: fixed to bolt it "
-                            "to the ground)"});
+      decisions_.push_back(
+          {model_.links[result_.world].mark,
+           "link 'world' is no part of the robot: the base floats freely (write mode: fixed to bolt it "
+           "to the ground)"});
     for (const LinkGroup& one : result_.groups) {
       if (!one.is_reversed) continue;
       const SourceJoint& joint = model_.joints[one.joint];
-      decisions_.push_back({joint.mark,
-                            fmt::format("joint {} is taken the other way round, {} carries {}: the axis is reversed, "
-                                        "so that its values mean the same; the frame of {} is at the joint",
-                                        in_quotes(joint.name), in_quotes(joint.child), in_quotes(joint.parent),
-                                        in_quotes(one.name)),
-                            joint.name});
+      decisions_.push_back(
+          {joint.mark,
+           fmt::format("joint {} is taken the other way round, {} carries {}: the axis is reversed, "
+                       "so that its values mean the same; the frame of {} is at the joint",
+                       in_quotes(joint.name), in_quotes(joint.child), in_quotes(joint.parent), in_quotes(one.name)),
+           joint.name});
     }
   }
 
