@@ -6,6 +6,7 @@
 
 #include "campaign_folder.hpp"
 #include "commands.hpp"
+#include "manual.hpp"
 #include "terminal.hpp"
 
 // Argument parsing only; what the subcommands do is in commands.hpp.
@@ -16,6 +17,7 @@ int main(int argc, char** argv) {
   app.name("grapnel");
   app.require_subcommand(1);
   app.set_version_flag("--version", "grapnel " GRAPNEL_VERSION);
+  app.footer(std::string(exit_codes()));
   int code = kDone;
 
   RunOptions run_options;
@@ -195,6 +197,17 @@ int main(int argc, char** argv) {
   import_command->add_flag("--repair-inertia", import_options.repair_inertia,
                            "Replace inertias that no body can have by the nearest possible ones");
   import_command->callback([&] { code = import_robot_file(import_options); });
+
+  bool as_markdown = false;
+  CLI::App* manual_command = app.add_subcommand("manual", "Print the manual page: grapnel manual | man -l -");
+  manual_command->add_flag("--markdown", as_markdown, "Print it in Markdown instead");
+  manual_command->callback([&] { write_stdout(as_markdown ? manual_markdown(app) : manual_page(app)); });
+
+  std::string shell = "bash";
+  CLI::App* completion_command =
+      app.add_subcommand("completion", "Print completions for a shell: eval \"$(grapnel completion bash)\"");
+  completion_command->add_option("shell", shell, "Which shell (default: bash)")->check(CLI::IsMember({"bash"}));
+  completion_command->callback([&] { write_stdout(bash_completion(app)); });
 
   try {
     app.parse(argc, argv);

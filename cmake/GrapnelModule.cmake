@@ -4,9 +4,10 @@ set(GRAPNEL_MODULES text spatial describe dense model import dynamics clearance 
 
 # grapnel_module(<name> [TEXT] [SOURCES <file>...] [USES <module>...] [LIBRARIES <target>...] [PRIVATE_LIBRARIES <target>...])
 #
-# Defines grapnel::<name>. Its headers are visible as "grapnel/<name>/..." only to targets that link it: each module's
-# include directory holds a link to that module alone, so that an include against the dependency order does not compile. TEXT: the
-# module reads and writes text and files, once per command and never per case, and is compiled at -O1.
+# Defines grapnel::<name>, and Grapnel::<name> as it is called by those who find Grapnel installed. Its headers are visible as
+# "grapnel/<name>/..." only to targets that link it: each module's include directory holds a link to that module alone, so that an
+# include against the dependency order does not compile. Installed they lie in one directory. TEXT: the module reads and writes text
+# and files, once per command and never per case, and is compiled at -O1.
 function(grapnel_module name)
   cmake_parse_arguments(ARG "TEXT" "" "SOURCES;USES;LIBRARIES;PRIVATE_LIBRARIES" ${ARGN})
   list(FIND GRAPNEL_MODULES ${name} own_rank)
@@ -44,7 +45,13 @@ function(grapnel_module name)
     add_library(${target} INTERFACE)
     set(scope INTERFACE)
   endif()
-  target_include_directories(${target} ${scope} ${include_root})
+  target_include_directories(${target} ${scope} $<BUILD_INTERFACE:${include_root}>)
   target_link_libraries(${target} ${scope} grapnel::options ${used_targets} ${ARG_LIBRARIES})
   add_library(grapnel::${name} ALIAS ${target})
+  add_library(Grapnel::${name} ALIAS ${target})
+  grapnel_install_library(${target} ${name})
+  if(GRAPNEL_INSTALL)
+    install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/grapnel/${name}
+            COMPONENT development FILES_MATCHING PATTERN "*.hpp")
+  endif()
 endfunction()

@@ -20,6 +20,8 @@ endif()
 # What everything that includes a header of Grapnel must agree on.
 add_library(grapnel_options INTERFACE)
 add_library(grapnel::options ALIAS grapnel_options)
+add_library(Grapnel::options ALIAS grapnel_options)
+grapnel_install_library(grapnel_options options)
 target_compile_features(grapnel_options INTERFACE cxx_std_20)
 if(GRAPNEL_NATIVE)
   # Eigen's alignment must be the same in every object that shares its types.

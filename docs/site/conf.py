@@ -1,0 +1,53 @@
+"""How Sphinx makes the documentation's site; scripts/docs calls it on the pages that scripts/site_pages.py has laid out."""
+import os
+import pathlib
+import sys
+
+ROOT = pathlib.Path(os.environ["GRAPNEL_SOURCE"])
+BUILT = pathlib.Path(os.environ["GRAPNEL_DOCS_BUILD"])
+
+project = "Grapnel"
+author = "the authors of Grapnel"
+project_copyright = "Apache License 2.0"
+version = release = os.environ["GRAPNEL_VERSION"]
+
+extensions = ["myst_parser", "breathe", "sphinx_copybutton"]
+python_package = os.environ.get("GRAPNEL_PYTHON")  # the folder that holds the built module, where there is one
+if python_package:
+    sys.path.insert(0, python_package)
+    extensions += ["sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+    autodoc_member_order = "bysource"
+
+# Links into pages are those of the headings, as forges make them.
+myst_heading_anchors = 5
+myst_enable_extensions = ["colon_fence"]
+suppress_warnings = [
+    "myst.header",  # a page of the repository may begin below its title
+]
+highlight_language = "none"
+nitpicky = False  # C++ names types of the standard library, which have no page here
+
+breathe_projects = {"grapnel": str(BUILT / "doxygen" / "xml")}
+breathe_default_project = "grapnel"
+breathe_default_members = ("members", "undoc-members")
+breathe_show_include = True
+breathe_order_parameters_first = True
+cpp_index_common_prefix = ["grapnel::"]
+
+copybutton_prompt_text = "$ "
+copybutton_only_copy_prompt_lines = True
+
+html_theme = "furo"
+html_title = f"Grapnel {version}"
+html_copy_source = False
+html_show_sourcelink = False
+html_show_sphinx = False
+html_static_path = [str(ROOT / "docs" / "site" / "static")]
+html_css_files = ["site.css"]
+html_extra_path = [str(BUILT / "extra")]
+# Excerpts of what is found are fetched by the page, which a browser does not allow from disk; titles and places need none of that.
+html_show_search_summary = False
+html_theme_options = {
+    "light_css_variables": {"color-brand-primary": "#2a5f8f", "color-brand-content": "#2a5f8f"},
+    "dark_css_variables": {"color-brand-primary": "#8fbfe8", "color-brand-content": "#8fbfe8"},
+}

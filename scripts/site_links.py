@@ -1,0 +1,60 @@
+#!/usr/bin/env python3
+"""Checks every link and picture of a site on disk: the file must be there, and the place within it too. Standard library only.
+
+usage: scripts/site_links.py FOLDER     (scripts/docs calls it)
+
+Doxygen's pages are not read, since it checks its own; links into them are.
+"""
+import html.parser
+import pathlib
+import sys
+import urllib.parse
+
+FOREIGN = {"doxygen", "_static"}  # folders whose pages are not ours
+
+
+class Page(html.parser.HTMLParser):
+    def __init__(self, path):
+        super().__init__()
+        self.links, self.places = [], set()
+        self.feed(path.read_text())
+
+    def handle_starttag(self, tag, attributes):
+        for name, value in attributes:
+            if name == "id" or (tag == "a" and name == "name"):
+                self.places.add(value)
+            elif name in ("href", "src") and value:
+                self.links.append(value)
+
+
+def main():
+    site = pathlib.Path(sys.argv[1]).resolve()
+    pages = {p: Page(p) for p in sorted(site.rglob("*.html")) if p.relative_to(site).parts[0] not in FOREIGN}
+    faults = checked = 0
+    for path, page in pages.items():
+        for link in page.links:
+            parts = urllib.parse.urlsplit(link)
+            if parts.scheme or parts.netloc:
+                if parts.scheme == "http" or (not parts.scheme and parts.netloc):
+                    print(f"{path.relative_to(site)}: error: '{link}' is not https", file=sys.stderr)
+                    faults += 1
+                continue
+            checked += 1
+            target = path if not parts.path else pathlib.Path(path.parent, urllib.parse.unquote(parts.path)).resolve()
+            place = urllib.parse.unquote(parts.fragment)
+            where = None
+            if not target.exists() or target.is_dir():
+                where = "no such file"
+            elif place and target in pages and place not in pages[target].places and place != "top":
+                where = f"no '#{place}' there"
+            if where:
+                print(f"{path.relative_to(site)}: error: broken link '{link}': {where}", file=sys.stderr)
+                faults += 1
+    if not pages or not checked:
+        print(f"{site}: error: {len(pages)} pages with {checked} links: nothing was checked", file=sys.stderr)
+        faults += 1
+    print(f"{len(pages)} pages, {checked} links, {faults} of them broken")
+    sys.exit(1 if faults else 0)
+
+
+main()

@@ -1,0 +1,110 @@
+// The documentation's site as a reader has it: opened from disk, without a server and without a network. scripts/docs runs it
+// on what it has built: GRAPNEL_SITE is the folder, GRAPNEL_SITE_PICTURES one for screenshots.
+import assert from "node:assert/strict";
+import { existsSync, readFileSync, readdirSync } from "node:fs";
+import path from "node:path";
+import test from "node:test";
+import { pathToFileURL } from "node:url";
+import { launch } from "../../web/test/browser.mjs";
+
+const site = process.env.GRAPNEL_SITE ?? "build/docs/html";
+const pictures = process.env.GRAPNEL_SITE_PICTURES;
+const address = (name, query = "") => pathToFileURL(path.resolve(site, name)).href + query;
+
+const browser = await launch();
+test.after(() => browser.close());
+
+// Opens a page; `faults` are console errors, exceptions, and requests to anywhere but the disk or for what is not there.
+async function open(url, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 900 }, ...options });
+  const page = await context.newPage();
+  const faults = [];
+  page.on("console", (message) => message.type() === "error" && faults.push(message.text()));
+  page.on("pageerror", (error) => faults.push(String(error)));
+  page.on("request", (request) => request.url().startsWith("file:") || request.url().startsWith("data:") || faults.push(request.url()));
+  page.on("requestfailed", (request) => faults.push(`${request.url()}: ${request.failure()?.errorText}`));
+  await page.goto(url);
+  return { page, faults, close: () => context.close() };
+}
+
+async function look(page, name) {
+  if (pictures) await page.screenshot({ path: path.join(pictures, `${name}.png`) });
+}
+
+test("the first page leads to the tutorial", async () => {
+  const { page, faults, close } = await open(address("index.html"));
+  await look(page, "index");
+  await page.locator("article a", { hasText: "tutorial" }).first().click();
+  await page.waitForLoadState();
+  assert.match(page.url(), /tutorial\.html$/);
+  await look(page, "tutorial");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+for (const [words, expected] of [
+  ["generalized_jacobian", /cpp\/dynamics|free_floating|theory/],
+  ["campaign success", /campaign/],
+  ["approach_direction", /formats\/scenario|how-to\/plan-an-approach/],
+]) {
+  test(`the search finds '${words}' from disk`, async () => {
+    const { page, faults, close } = await open(address("search.html", `?q=${encodeURIComponent(words)}`));
+    const found = page.locator("#search-results ul.search li a");
+    await found.first().waitFor({ timeout: 20000 });
+    const places = await found.evaluateAll((links) => links.map((link) => link.getAttribute("href")));
+    assert.ok(places.some((place) => expected.test(place)), `${words}: ${places}`);
+    await look(page, `search-${words.replace(/\W/g, "-")}`);
+    assert.deepEqual(faults, []);
+    await found.first().click();
+    await page.waitForLoadState();
+    assert.ok(await page.locator("article h1").count(), page.url());
+    await close();
+  });
+}
+
+test("a search for what is nowhere says so", async () => {
+  const { page, close } = await open(address("search.html", "?q=xyzzyplugh"));
+  await page.locator("#search-results").getByText(/did not match any documents/).waitFor({ timeout: 20000 });
+  await close();
+});
+
+test("the gallery shows a picture of every scenario", async () => {
+  const { page, faults, close } = await open(address("gallery.html"));
+  const images = page.locator("article img");
+  await images.evaluateAll((all) => all.forEach((image) => image.scrollIntoView()));
+  const sizes = await images.evaluateAll((all) => Promise.all(all.map(async (image) => {
+    await image.decode();
+    return image.naturalWidth;
+  })));
+  const source = process.env.GRAPNEL_SOURCE ?? ".";
+  const scenarios = ["scenarios", "scenarios/thesis"]
+    .flatMap((folder) => readdirSync(path.join(source, folder)).filter((name) => name.endsWith(".yaml")));
+  assert.equal(sizes.length, scenarios.length);
+  assert.ok(sizes.every((width) => width > 100), `${sizes}`);
+  await images.first().scrollIntoViewIfNeeded();
+  await look(page, "gallery");
+  assert.deepEqual(faults, []);
+  await close();
+});
+
+test("pages are readable on a phone, and in the dark", async () => {
+  for (const name of ["index.html", "formats/scenario.html", "theory.html"]) {
+    const { page, faults, close } = await open(address(name), { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
+    const width = await page.evaluate(() => document.documentElement.scrollWidth);
+    assert.ok(width <= 391, `${name} is ${width} px wide on a screen of 390`);
+    await look(page, `phone-${name.replace(/\W/g, "-")}`);
+    assert.deepEqual(faults, []);
+    await close();
+  }
+});
+
+test("the references have what they are for", async () => {
+  assert.ok(existsSync(path.join(site, "doxygen", "index.html")));
+  const commands = readFileSync(path.join(site, "commands.html"), "utf8");
+  for (const word of ["grapnel run", "--extend", "Exit codes"]) assert.ok(commands.includes(word), word);
+  const { page, faults, close } = await open(address("cpp/capture.html"));
+  assert.ok(await page.locator("dt.sig", { hasText: "simulate_capture" }).count());
+  await look(page, "cpp-capture");
+  assert.deepEqual(faults, []);
+  await close();
+});
