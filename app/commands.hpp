@@ -114,4 +114,14 @@ int print_schema(const SchemaOptions& options);
 int export_result(const std::filesystem::path& folder, bool csv, bool mat, bool glb);
 int info(const std::filesystem::path& robot);
 
+/// Arguments of `grapnel import`; what they mean is said at the key `import` of scenarios.
+struct ImportCommandOptions {
+  std::filesystem::path model;   // .urdf or .xml
+  std::filesystem::path output;  // the robot file
+  std::string base, bus, mount, prefix;
+  std::vector<std::string> packages, locked, end_effectors;  // NAME=FOLDER, JOINT=VALUE, names
+  bool repair_inertia = false;
+};
+int import_robot_file(const ImportCommandOptions& options);
+
 }  // namespace grapnel::app

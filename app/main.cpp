@@ -167,8 +167,34 @@ int main(int argc, char** argv) {
 
   std::string robot;
   CLI::App* info_command = app.add_subcommand("info", "Mass, centre of mass, composite inertia and reach of a robot");
-  info_command->add_option("robot", robot, "Robot file (YAML)")->required();
+  info_command->add_option("robot", robot, "Robot file (YAML), or a model in URDF or MJCF")->required();
   info_command->callback([&] { code = info(robot); });
+
+  ImportCommandOptions import_options;
+  CLI::App* import_command = app.add_subcommand("import", "Make a robot file from a model in URDF or MJCF");
+  import_command->add_option("model", import_options.model, "Model file (.urdf, .xml)")->required();
+  import_command->add_option("-o,--output", import_options.output, "Robot file (YAML) to write")->required();
+  import_command->add_option("--base", import_options.base, "Link that becomes the base (default: the root)");
+  import_command->add_option("--bus", import_options.bus,
+                             "Robot file (YAML) of a satellite on which the model is mounted as an arm");
+  import_command->add_option("--mount", import_options.mount,
+                             "Where on the bus, e.g. '{link: panel, position: [1, 0, 0], rpy: [0, 0, 1.57]}' (default: "
+                             "the origin of its base)");
+  import_command->add_option("--prefix", import_options.prefix, "With --bus: stands before all names of the arm");
+  import_command
+      ->add_option("--package", import_options.packages,
+                   "NAME=FOLDER: where a ROS package is; may be repeated (default: beside the model or above it)")
+      ->allow_extra_args(false);
+  import_command
+      ->add_option("--lock", import_options.locked, "JOINT=VALUE: a joint that does not move [rad or m]; may be repeated")
+      ->allow_extra_args(false);
+  import_command
+      ->add_option("--end-effector", import_options.end_effectors,
+                   "Link or frame that becomes an end-effector; may be repeated (default: the outermost ones)")
+      ->allow_extra_args(false);
+  import_command->add_flag("--repair-inertia", import_options.repair_inertia,
+                           "Replace inertias that no body can have by the nearest possible ones");
+  import_command->callback([&] { code = import_robot_file(import_options); });
 
   try {
     app.parse(argc, argv);

@@ -361,7 +361,7 @@ class RobotAssembly {
     if (!it->second.why_not.empty()) return it->second.why_not;
     std::error_code error;
     const auto place = std::filesystem::absolute(options_.place, error).parent_path();
-    file = it->second.file.lexically_proximate(place).generic_string();
+    file = std::filesystem::proximate(it->second.file, place, error).generic_string();
     return {};
   }
 

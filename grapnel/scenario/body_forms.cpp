@@ -194,11 +194,15 @@ void read_mesh_file(const ValueToRead& at) {
   if (!geometry.mesh) geometry.shape = Geometry::Shape::none;
 }
 
-// Along all axes of a mesh.
+// Along all axes of a mesh, or along each.
+Json scale_schema(const Field& field, const TypeReference&) {
+  return {{"anyOf", {titled(number_schema(field.range), "a number"), titled(numbers_schema(3, field.range), "a list of 3 numbers")}}};
+}
 void set_scale(double* size, double scale) { size[0] = size[1] = size[2] = scale; }
 void read_scale(const ValueToRead& at) {
-  if (const auto scale = number_of(at.node); scale && !std::isnan(*scale))
-    set_scale(static_cast<double*>(at.place), *scale);
+  auto* const size = static_cast<double*>(at.place);
+  if (const auto scales = finite_list(at.node, 3)) std::copy(scales->begin(), scales->end(), size);
+  if (const auto scale = number_of(at.node); scale && !std::isnan(*scale)) set_scale(size, *scale);
 }
 NumberWriter scale_writer(const NumberPlace& at) {
   return writer_of_one<double>(at, [](double& size, double scale) { return set_scale(&size, scale), true; });
@@ -240,7 +244,7 @@ const Form kBodyForms[] = {
      .write = inertia_node},
     {.name = "mesh file", .read = read_mesh_file},
     {.name = "scale",
-     .schema = [](const Field& field, const TypeReference&) { return number_schema(field.range); },
+     .schema = scale_schema,
      .read = read_scale,
      .numbers = scale_writer},
     {.name = "geometry of body", .read = read_shape_by_name},

@@ -273,8 +273,15 @@ Json robot_schema_of(const Field& field, const TypeReference& reference) {
            {titled(name_schema(), "the path of a robot file"),
             {{"allOf", Json::array({reference(field.type())})},
              {"type", "object"},
-             {"title", "a mapping with a robot's content"}}}}};
+             {"title", "a mapping with a robot's content"}},
+            {{"allOf", Json::array({reference(robot_on_bus_description())})},
+             {"type", "object"},
+             {"title", "a mapping with a bus and arms"}}}}};
 }
+
+// ---- {name: value} ----
+
+Json by_name_schema(Json value) { return {{"type", "object"}, {"additionalProperties", std::move(value)}}; }
 
 const Form kForms[] = {
     {.name = "any text",
@@ -310,6 +317,12 @@ const Form kForms[] = {
     {.name = "load table", .schema = load_table_schema, .read = read_load_table, .numbers = load_table_writer},
     {.name = "places by end-effector", .schema = places_schema, .read = read_places},
     {.name = "robot", .schema = robot_schema_of},
+    {.name = "import"},  // imported_robot.cpp reads it, before anything else is read
+    {.name = "mount"},
+    {.name = "numbers by name",
+     .schema = [](const Field&, const TypeReference&) { return by_name_schema(number_schema({})); }},
+    {.name = "names by name",
+     .schema = [](const Field&, const TypeReference&) { return by_name_schema(name_schema()); }},
 };
 
 }  // namespace

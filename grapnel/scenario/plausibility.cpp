@@ -60,7 +60,8 @@ double farthest(const Geometry& shape, const Vector3d& from) {
       break;
     case Geometry::Shape::mesh:
       if (!shape.mesh) break;  // its file is missing
-      for (const Vector3d& p : shape.mesh->vertices) most = std::max(most, at(shape.size[0] * p));
+      for (const Vector3d& p : shape.mesh->vertices)
+        most = std::max(most, at({shape.size[0] * p[0], shape.size[1] * p[1], shape.size[2] * p[2]}));
       break;
   }
   return most;

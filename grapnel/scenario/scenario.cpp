@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "grapnel/result/file_seal.hpp"
+#include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/scenario_files.hpp"
@@ -110,14 +111,15 @@ class Loader {
     std::optional<Node> scenario = read_tree(path_, FileKind::scenario, blame, bytes, files_, faults_);
     if (!scenario) faults_.throw_if_any();
 
-    for (const Change& change : changes) {
-      const bool inside_robot = change.path.starts_with("robot.") || change.path.starts_with("robot[");
+    for (const Change& change : changes) bytes_of_overrides_ += override_text({change.path, change.text}) + "\n";
+    for (const Change& change : import_first(*scenario, changes)) {
+      const bool inside_robot = (change.path.starts_with("robot.") || change.path.starts_with("robot[")) &&
+                                !changes_import(*scenario, change);
       if (inside_robot) include_robot(*scenario, robot_bytes);
       if (inside_robot && robot_unreadable_) continue;
       set_inside_robot_ = set_inside_robot_ || inside_robot;
-      if (change.path == "robot") included_ = robot_unreadable_ = false, robot_bytes.clear();
+      if (change.path == "robot") forget_robot(robot_bytes);
       apply_change(*scenario, change, faults_);
-      bytes_of_overrides_ += override_text({change.path, change.text}) + "\n";
     }
     include_robot(*scenario, robot_bytes);
 
@@ -143,27 +145,45 @@ class Loader {
       *warnings = sorted_faults(faults_.warnings());
     }
     problem.sha256 = sha256(bytes + robot_bytes + trajectory_bytes + bytes_of_meshes_ + bytes_of_overrides_);
-    problem.source = source_texts(text_at(*scenario, "description"), bytes, robot_bytes, trajectory_bytes, changes);
+    if (!imported_) robot_texts_.emplace_back("robot", robot_bytes);
+    problem.source = source_texts(text_at(*scenario, "description"), bytes, robot_texts_, trajectory_bytes, changes);
     return problem;
   }
 
  private:
+  using RobotTexts = std::vector<std::pair<std::string, std::string>>;  // "robot" or "bus", and the text
+
   static std::shared_ptr<const SourceTexts> source_texts(std::string description, const std::string& scenario,
-                                                         const std::string& robot, const std::string& trajectory,
+                                                         const RobotTexts& robot, const std::string& trajectory,
                                                          std::span<const Change> changes) {
     SourceTexts texts;
     texts.description = std::move(description);
     texts.add("scenario", scenario);
-    if (!robot.empty()) texts.add("robot", robot);
+    for (const auto& [part, text] : robot) {
+      if (!text.empty()) texts.add(part, text);
+    }
     if (!trajectory.empty()) texts.add("trajectory", trajectory);
     for (const Change& change : changes) texts.settings.push_back(change.path + "=" + change.text);
     return std::make_shared<const SourceTexts>(std::move(texts));
   }
 
-  // Replaces the robot's path by the file's content.
+  // Another robot takes the place of the one before.
+  void forget_robot(std::string& robot_bytes) {
+    included_ = robot_unreadable_ = imported_ = false;
+    robot_bytes.clear();
+    robot_texts_.clear();
+  }
+
+  // Replaces the robot's path, or what it is put together from, by the content of a robot file.
   void include_robot(Node& scenario, std::string& robot_bytes) {
     Node* named = scenario.find("robot");
-    if (!named || !is_text(*named) || named->text.empty() || robot_unreadable_) return;
+    if (!named || robot_unreadable_) return;
+    if (!included_ && needs_import(*named)) return include_imported(scenario, *named, robot_bytes);
+    if (const NodeEntry* entry = scenario.entry("import"); entry && !imported_ && !import_refused_) {
+      faults_.add(entry->mark, "'import' is for a robot in URDF or MJCF (robot: arm.urdf), not for a robot file");
+      import_refused_ = true;
+    }
+    if (!is_text(*named) || named->text.empty()) return;
     const std::size_t before = faults_.size();
     robot_path_ = path_beside(path_, named->text);
     auto tree = read_tree(robot_path_, FileKind::robot, named->mark, robot_bytes, files_, faults_, named->text);
@@ -173,6 +193,27 @@ class Loader {
       return;
     }
     *named = std::move(*tree);
+    included_ = true;
+  }
+
+  // A robot from files in other formats, or put together from several.
+  void include_imported(const Node& scenario, Node& place, std::string& robot_bytes) {
+    const auto robot = import_robot(scenario, path_, files_, faults_);
+    robot_path_ = path_;  // beside which meshes are named
+    imported_ = true;
+    robot_unreadable_ = !robot;
+    if (!robot) {
+      // What is wrong has been said; the path of a file stands for it.
+      place.entries.clear();
+      place.kind = Node::Kind::scalar, place.text = "robot", place.plain = true;
+      return;
+    }
+    robot_bytes = robot->bytes;
+    robot_texts_ = robot->texts;
+    if (!robot->decisions.empty())
+      robot_faults_.warn(place.mark, fmt::format("{} on importing the robot; grapnel import lists them",
+                                                 counted(robot->decisions.size(), "decision")));
+    place = robot->tree;
     included_ = true;
   }
 
@@ -225,9 +266,16 @@ class Loader {
   std::string bytes_of_meshes_, bytes_of_overrides_;
   bool included_ = false, set_inside_robot_ = false;
   bool robot_unreadable_ = false;
+  bool imported_ = false, import_refused_ = false;
+  RobotTexts robot_texts_;
 };
 
 }  // namespace
+
+std::optional<Node> read_robot_tree(const std::filesystem::path& path, const Mark& blame, std::string& hashed,
+                                    ScenarioFiles& files, FaultList& faults, const std::string& named) {
+  return read_tree(path, FileKind::robot, blame, hashed, files, faults, named);
+}
 
 std::filesystem::path path_beside(const std::filesystem::path& file, const std::string& named) {
   const std::filesystem::path path = file.parent_path() / named;
@@ -268,20 +316,42 @@ CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const 
   return Loader(path, files).load(changes, warnings);
 }
 
-RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* warnings) {
-  FaultList faults;
-  std::string bytes;
-  const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
-  ScenarioFiles files;
-  std::optional<Node> tree = read_tree(path, FileKind::robot, blame, bytes, files, faults);
-  if (!tree) faults.throw_if_any();
-  check_structure(*tree, robot_schema_document(), "the robot", faults);
-  fill_defaults(*tree, robot_schema_document());
-  const Meshes meshes = read_mesh_files(*tree, path, files, bytes, faults);
-  ReadRobot robot = read_robot(*tree, {}, meshes, faults);
+namespace {
+
+// The robot of a tree; meshes are named relative to the folder of `path`.
+RobotSetup robot_of_tree(Node tree, const std::filesystem::path& path, ScenarioFiles& files, FaultList& faults,
+                         std::vector<Fault>* warnings) {
+  std::string unused;
+  check_structure(tree, robot_schema_document(), "the robot", faults);
+  fill_defaults(tree, robot_schema_document());
+  const Meshes meshes = read_mesh_files(tree, path, files, unused, faults);
+  ReadRobot robot = read_robot(tree, {}, meshes, faults);
   faults.throw_if_any();
   if (warnings) *warnings = sorted_faults(faults.warnings());
   return std::move(robot.setup);
+}
+
+}  // namespace
+
+RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* warnings) {
+  FaultList faults;
+  ScenarioFiles files;
+  std::optional<Node> tree;
+  if (is_model_file(path.string())) {
+    if (const auto imported = import_model(path, {}, path, path, files, faults)) tree = imported->tree;
+  } else {
+    std::string bytes;
+    const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
+    tree = read_tree(path, FileKind::robot, blame, bytes, files, faults);
+  }
+  if (!tree) faults.throw_if_any();
+  return robot_of_tree(std::move(*tree), path, files, faults, warnings);
+}
+
+RobotSetup read_imported(const ImportedFile& imported, const std::filesystem::path& place, ScenarioFiles& files,
+                         std::vector<Fault>* warnings) {
+  FaultList faults;
+  return robot_of_tree(imported.tree, place, files, faults, warnings);
 }
 
 }  // namespace grapnel

@@ -12,10 +12,13 @@
 #include <span>
 #include <string>
 
+#include "grapnel/import/source_model.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/text/yaml_tree.hpp"
 
 namespace grapnel {
+
+struct ImportedFile;  // imported_robot.hpp
 
 /// Files by path, with their trees. Only what could be read and parsed is kept. Thread safety: any number of threads.
 class ScenarioFiles {
@@ -25,6 +28,8 @@ class ScenarioFiles {
     std::string text;  // checked_text() of a file that is no YAML
     Node tree;
     std::shared_ptr<const TriangleMesh> mesh = {};  // of a mesh file, whose `bytes` are but a digest
+    std::shared_ptr<const SourceModel> model = {};  // of a model to be imported
+    std::shared_ptr<const ImportedFile> imported = {};  // of no file: a robot put together from files
   };
   /// Null if it has not been kept.
   std::shared_ptr<const File> find(const std::filesystem::path& path) const;
@@ -38,6 +43,11 @@ class ScenarioFiles {
 /// load_scenario() with changes as trees. @throws InputError with all faults.
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files,
                              std::vector<Fault>* warnings = nullptr);
+
+/// The tree of a robot file; its bytes are added to `hashed`. `blame` is the place that names it, as `named`. Empty after
+/// faults.
+std::optional<Node> read_robot_tree(const std::filesystem::path& path, const Mark& blame, std::string& hashed,
+                                    ScenarioFiles& files, FaultList& faults, const std::string& named);
 
 /// The path of a file that another one names, as a person would write it: relative to that file's folder, with ".."
 /// resolved where that names the same file (with symbolic links it may not).

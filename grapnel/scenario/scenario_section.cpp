@@ -14,6 +14,12 @@ struct InitialBaseKeys;
 struct InitialKeys;
 struct OutputKeys;
 
+constexpr Field import_key_of_scenarios() {
+  Field f = key<std::string>("import", "", "Choices for a robot in URDF or MJCF.").as("import").optional();
+  f.type = &import_description;
+  return f;
+}
+
 }  // namespace
 
 // ---- What scenarios hold, but for the sections that have files of their own ----
@@ -125,9 +131,11 @@ struct Described<CaptureProblem> {
       field<&T::name>("name", "", "Shown in results.").required(),
       description_key(),
       field<&T::robot>(&robot_description, "robot",
-                       "The robot: a robot file, its path relative to this file, or the content of one.")
+                       "The robot: a robot file or a model in URDF or MJCF, its path relative to this file; the content "
+                       "of a robot file; or a bus with arms from files.")
           .as("robot")
           .required(),
+      import_key_of_scenarios(),
       field<&T::gravity>("gravity", "m/s^2", "Uniform gravity in W, for ground test beds."),
       group<T, InitialKeys>("initial", ""),
       field<&T::targets>(&targets_description, "targets", "The free bodies to be caught."),

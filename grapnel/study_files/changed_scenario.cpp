@@ -7,6 +7,7 @@
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/scenario/forms.hpp"
+#include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/write_yaml.hpp"
@@ -43,6 +44,13 @@ void move_path(const std::filesystem::path& scenario, const std::filesystem::pat
 
 void include_robot(Node& root, const std::filesystem::path& scenario, const ScenarioFiles& files) {
   Node* robot = root.find("robot");
+  if (robot && needs_import(*robot)) {
+    const auto imported = imported_robot(root, scenario, files);
+    if (!imported) return;
+    *robot = imported->tree;
+    drop(root, "import");
+    return;
+  }
   if (!robot || !is_text(*robot)) return;
   const std::filesystem::path path = path_beside(scenario, robot->text);
   const auto file = files.find(path);
@@ -55,9 +63,12 @@ Node changed_tree(const std::filesystem::path& scenario, std::span<const Change>
   Node root = files.find(scenario)->tree;
   FaultList unexpected;  // the changes have been applied before
   std::filesystem::path robot_file;
-  for (const Change& change : changes) {
+  for (const Change& change : import_first(root, changes)) {
     Node* robot = root.find("robot");
-    if (is_inside_robot(change) && robot && is_text(*robot)) {
+    const bool inside = is_inside_robot(change) && !changes_import(root, change);
+    if (inside && robot && needs_import(*robot)) {
+      include_robot(root, scenario, files);
+    } else if (inside && robot && is_text(*robot)) {
       const std::filesystem::path path = path_beside(scenario, robot->text);
       if (const auto file = files.find(path)) *robot = file->tree, robot_file = path;
     }
@@ -86,6 +97,7 @@ std::string changed_scenario_text(const std::filesystem::path& scenario, Node tr
                                   const CaptureProblem& after, const std::filesystem::path& place,
                                   const std::string& suffix, const std::string& comment) {
   write_back(before, after, tree);
+  for (Node* path : import_path_nodes(tree)) move_path(scenario, place, path);
   move_path(scenario, place, tree.find("robot"));
   for (Node* mesh : mesh_file_nodes(tree)) move_path(scenario, place, mesh);
   if (Node* approach = tree.find("approach")) move_path(scenario, place, approach->find("trajectory"));

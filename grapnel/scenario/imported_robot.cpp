@@ -1,0 +1,435 @@
+#include "grapnel/scenario/imported_robot.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "grapnel/import/read_urdf.hpp"
+#include "grapnel/import/robot_nodes.hpp"
+#include "grapnel/scenario/mesh_files.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/scenario/sections.hpp"
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/text_file.hpp"
+#include "grapnel/text/write_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
+
+namespace grapnel {
+
+// ---- What files say of it ----
+
+namespace {
+
+// Mappings of files that become ImportOptions.
+struct ImportKeys {};
+struct ArmKeys {};
+struct BusKeys {};
+
+}  // namespace
+
+template <>
+struct Described<Mount> {
+  using T = Mount;
+  static constexpr auto fields = std::to_array<Field>({
+      key<std::string>("link", "", "The bus's link that carries the arm; absent: its base.").optional(),
+      found<[](T& t) -> Vector3d& { return t.X_LM.p; }>("position", "m", "Of the arm's base frame in the link's."),
+      quaternion_of<&T::X_LM>(),
+      rpy_of<&T::X_LM>(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
+  static constexpr Type type = structure<T>("mount", "", fields, rules);
+};
+
+namespace {
+
+constexpr Field base_key() {
+  return key<std::string>("base", "", "The link that becomes the base; absent: the root.").optional();
+}
+constexpr Field packages_key() {
+  return key<std::string>("packages", "",
+                          "Folders of ROS packages, by name: package://NAME/... is below the folder; a path relative "
+                          "to this file. Absent: they are looked for beside the model's file and above it.")
+      .as("names by name")
+      .optional();
+}
+constexpr Field lock_key() {
+  return key<double>("lock", "rad or m", "Joints that do not move, by name, at these values.")
+      .as("numbers by name")
+      .optional();
+}
+constexpr Field end_effectors_key() {
+  return key<std::vector<std::string>>("end_effectors", "",
+                                       "Links or frames that become end-effectors; absent: the outermost ones.")
+      .items(1, 0)
+      .optional();
+}
+constexpr Field repair_key() {
+  return key<bool>("repair_inertia", "",
+                   "Take the nearest possible tensor where the model says an inertia that no body can have; absent: "
+                   "false, it is an error.")
+      .optional();
+}
+constexpr Field prefix_key() {
+  return key<std::string>("prefix", "", "Stands before all names of the arm on the bus.").optional();
+}
+constexpr Field mount_key() {
+  return key<Mount>("mount", "", "Where the arm's base is on the bus; absent: at the origin of the bus's base.")
+      .as("mount")
+      .optional();
+}
+
+}  // namespace
+
+template <>
+struct Described<ImportKeys> {
+  static constexpr auto fields = std::to_array<Field>({
+      base_key(), packages_key(), lock_key(), end_effectors_key(), repair_key(),
+      key<std::string>("bus", "", "A robot file, a path relative to this file, on which the robot is mounted as an arm.")
+          .optional(),
+      mount_key(), prefix_key(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({needs("mount", "bus"), needs("prefix", "bus")});
+  static constexpr Type type =
+      structure<ImportKeys>("import", "How a robot in URDF or MJCF becomes one of Grapnel's.", fields, rules);
+};
+
+template <>
+struct Described<ArmKeys> {
+  static constexpr auto fields = std::to_array<Field>({
+      key<std::string>("file", "", "A model (.urdf, .xml) or a robot file, its path relative to this file.").required(),
+      mount_key(), prefix_key(), base_key(), packages_key(), lock_key(), end_effectors_key(), repair_key(),
+  });
+  static constexpr Type type = structure<ArmKeys>("imported_arm", "", fields);
+};
+
+template <>
+struct Described<BusKeys> {
+  static constexpr auto fields = std::to_array<Field>({
+      key<std::string>("bus", "", "The robot file of the satellite, its path relative to this file.").required(),
+      key<std::vector<ArmKeys>>("arms", "", "What is mounted on it, in this order.").items(1, 100).required(),
+  });
+  static constexpr Type type = structure<BusKeys>("robot_on_bus", "Several arms from files on one satellite.", fields);
+};
+
+namespace {
+// Kept apart from the description of scenarios, so that Described<ImportKeys> is seen here alone.
+const nlohmann::ordered_json& bus_schema() {
+  static const nlohmann::ordered_json kSchema = schema_of(type_of<BusKeys>(), "Grapnel robot on a bus");
+  return kSchema;
+}
+const nlohmann::ordered_json& import_schema() {
+  static const nlohmann::ordered_json kSchema = schema_of(type_of<ImportKeys>(), "Grapnel import");
+  return kSchema;
+}
+}  // namespace
+
+const Type& import_description() { return type_of<ImportKeys>(); }
+const Type& robot_on_bus_description() { return type_of<BusKeys>(); }
+
+// ---- How it is read ----
+
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower_case_path(std::string_view path) {
+  std::string lower(path);
+  for (char& c : lower) {
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  }
+  return lower;
+}
+
+// What the import of a scenario's robot depends on, besides files.
+std::string import_key(const Node& scenario, const fs::path& path) {
+  return fmt::format("import for {}: {} {}", path.parent_path().string(), flow_text(part(scenario, "robot")),
+                     flow_text(part(scenario, "import")));
+}
+
+class Importer {
+ public:
+  /// Paths are relative to `beside`; meshes are named relative to `place`.
+  Importer(fs::path beside, fs::path place, ScenarioFiles& files, FaultList& faults)
+      : beside_(std::move(beside)), place_(std::move(place)), files_(files), faults_(faults) {}
+
+  std::shared_ptr<const ImportedFile> finish(std::optional<Node> tree) {
+    if (!tree) return nullptr;
+    result_.tree = std::move(*tree);
+    return std::make_shared<const ImportedFile>(std::move(result_));
+  }
+
+  /// A model with the choices of `import`, on a bus if these say so.
+  std::optional<Node> single(const fs::path& model, const Node& named, const Node& settings) {
+    const Node* bus_name = settings.find("bus");
+    std::optional<Node> robot = read_model(model, named, settings, bus_name != nullptr);
+    if (!bus_name) return robot;
+    std::optional<Node> bus = read_bus(*bus_name);
+    if (!robot || !bus) return {};
+    const std::size_t before = faults_.size();
+    put_on(*bus, std::move(*robot), settings, "mount");
+    return faults_.size() > before ? std::nullopt : bus;
+  }
+
+  /// A bus with its arms.
+  std::optional<Node> on_bus(const Node& robot) {
+    std::optional<Node> bus = read_bus(part(robot, "bus"));
+    const std::size_t before = faults_.size();
+    for (std::size_t i = 0; i < part(robot, "arms").items.size() && !faults_.full(); ++i) {
+      const Node& arm = part(robot, "arms").items[i];
+      std::optional<Node> tree = read_arm(arm);
+      if (tree && bus) put_on(*bus, std::move(*tree), arm, fmt::format("mount-{}", i + 1));
+    }
+    return faults_.size() > before ? std::nullopt : bus;
+  }
+
+ private:
+  void put_on(Node& bus, Node robot, const Node& settings, const std::string& joint) {
+    const std::string prefix = text_at(settings, "prefix");
+    prefix_names(robot, prefix);
+    check_names(bus, robot, settings);
+    mount_robot(bus, std::move(robot), mount_of(settings), prefix + joint, faults_);
+  }
+
+  // Names that the bus has already: where they come from counts, not where they meet.
+  void check_names(const Node& bus, const Node& robot, const Node& settings) {
+    const auto names_of = [](const Node& tree) {
+      std::set<std::string> names{"body " + text_at(part(tree, "base"), "name")};
+      for (const Node& link : part(tree, "links").items) {
+        names.insert("body " + text_at(link, "name"));
+        names.insert("joint " + text_at(part(link, "joint"), "name"));
+      }
+      for (const Node& frame : part(tree, "end_effectors").items)
+        names.insert("end-effector " + text_at(frame, "name"));
+      return names;
+    };
+    const std::set<std::string> there = names_of(bus);
+    for (const std::string& name : names_of(robot)) {
+      if (!there.contains(name) || name.ends_with(' ')) continue;
+      faults_.add(settings.mark, fmt::format("there is a {} on the bus already; give the arm a prefix, such as prefix: "
+                                             "left-",
+                                             name));
+      return;
+    }
+  }
+
+  Mount mount_of(const Node& settings) {
+    Mount mount;
+    mount.mark = settings.mark;
+    const Node* node = settings.find("mount");
+    if (!node) return mount;
+    mount.mark = node->mark;
+    mount.link = text_at(*node, "link");
+    const Meshes none;
+    read_members(*node, type_of<Mount>(), "mount", &mount, {faults_, none});
+    return mount;
+  }
+
+  ImportOptions options_of(const Node& settings) const {
+    ImportOptions options;
+    options.base = {text_at(settings, "base"), part(settings, "base").mark};
+    for (const NodeEntry& entry : part(settings, "lock").entries)
+      options.locked.push_back({entry.key, number_of(entry.value).value_or(0), entry.mark});
+    for (const NodeEntry& entry : part(settings, "packages").entries)
+      options.packages.push_back({entry.key, path_beside(beside_, entry.value.text)});
+    for (const Node& item : part(settings, "end_effectors").items) options.end_effectors.push_back({item.text, item.mark});
+    options.repair_inertia = boolean_at(settings, "repair_inertia");
+    return options;
+  }
+
+  // The tree of a model; `named` is the place that names it.
+  std::optional<Node> read_model(const fs::path& path, const Node& named, const Node& settings, bool is_carried) {
+    const auto model = source_model(path, named);
+    if (!model) return {};
+    ImportOptions options = options_of(settings);
+    options.is_carried = is_carried;
+    options.source = path;
+    options.place = place_;
+    options.mesh_fault = [&](const fs::path& mesh) { return why_no_mesh(mesh); };
+    auto robot = assemble_robot(*model, options, faults_);
+    if (!robot) return {};
+    result_.decisions.insert(result_.decisions.end(), robot->decisions.begin(), robot->decisions.end());
+    result_.comment += (result_.comment.empty() || robot->comment.empty() ? "" : "\n") + robot->comment;
+    return std::move(robot->tree);
+  }
+
+  std::shared_ptr<const SourceModel> source_model(const fs::path& path, const Node& named) {
+    std::shared_ptr<const ScenarioFiles::File> file = files_.find(path);
+    if (!file || !file->model) {
+      const auto bytes = read_file(path, named.mark, faults_, kLargestFile, named.text);
+      if (!bytes) return nullptr;
+      const std::size_t before = faults_.size();
+      SourceModel model = read_source(path, *bytes);
+      if (faults_.size() > before) return nullptr;
+      ScenarioFiles::File kept{*bytes, {}, {}};
+      kept.model = std::make_shared<const SourceModel>(std::move(model));
+      files_.keep(path, kept);
+      file = std::make_shared<const ScenarioFiles::File>(std::move(kept));
+    }
+    result_.bytes += file->bytes + file->model->further_bytes;
+    result_.texts.emplace_back("robot", file->bytes);
+    return file->model;
+  }
+
+  SourceModel read_source(const fs::path& path, const std::string& bytes) {
+    const XmlFile file(path.string(), bytes, faults_);
+    return read_urdf(file, faults_);
+  }
+
+  // What the reader of meshes would say of a file that is there. It is read as the robot's meshes will be, so that it
+  // is read once.
+  std::string why_no_mesh(const fs::path& path) {
+    const fs::path named = fs::proximate(path, fs::absolute(place_).parent_path());
+    Node shape = mapping_node(), body = mapping_node(), tree = mapping_node();
+    put(shape, "shape", text_node("mesh"));
+    put(shape, "file", text_node(named.generic_string()));
+    put(body, "geometry", std::move(shape));
+    put(tree, "base", std::move(body));
+    FaultList faults;
+    std::string unused;
+    const Meshes meshes = read_mesh_files(tree, place_, files_, unused, faults);
+    return faults.empty() ? std::string() : faults.all().front().message;
+  }
+
+  std::optional<Node> read_arm(const Node& arm) {
+    const Node& named = part(arm, "file");
+    if (!is_text(named)) return {};
+    const fs::path path = path_beside(beside_, named.text);
+    if (is_model_file(named.text)) return read_model(path, named, arm, true);
+    for (const char* key : {"base", "packages", "lock", "end_effectors", "repair_inertia"}) {
+      if (const NodeEntry* entry = arm.entry(key))
+        faults_.add(entry->mark, fmt::format("{} is for models that are imported (.urdf, .xml), not for a robot file",
+                                             in_quotes(key)));
+    }
+    return read_yaml(path, named, "robot");
+  }
+
+  std::optional<Node> read_bus(const Node& named) {
+    if (!is_text(named)) return {};
+    return read_yaml(path_beside(beside_, named.text), named, "bus");
+  }
+
+  // The tree of a robot file, with its meshes named as seen from `place`.
+  std::optional<Node> read_yaml(const fs::path& path, const Node& named, const char* what) {
+    std::string bytes;
+    std::optional<Node> tree = read_robot_tree(path, named.mark, bytes, files_, faults_, named.text);
+    if (!tree) return {};
+    for (Node* mesh : mesh_file_nodes(*tree)) {
+      const fs::path file = fs::absolute(path_beside(path, mesh->text));
+      mesh->text = fs::proximate(file, fs::absolute(place_).parent_path()).generic_string();
+    }
+    result_.bytes += bytes;
+    result_.texts.emplace_back(what, bytes);
+    return tree;
+  }
+
+  fs::path beside_, place_;
+  ScenarioFiles& files_;
+  FaultList& faults_;
+  ImportedFile result_;
+};
+
+// Whether the choices are sound by themselves; what is not has been reported where they are read.
+bool is_sound(const Node& settings, const nlohmann::ordered_json& schema) {
+  Node copy = settings;
+  FaultList faults;
+  check_structure(copy, schema, "import", faults, "import");
+  return faults.empty();
+}
+
+}  // namespace
+
+bool is_model_file(std::string_view path) {
+  const std::string lower = lower_case_path(path);
+  return lower.ends_with(".urdf") || lower.ends_with(".xacro") || lower.ends_with(".xml");
+}
+
+bool is_put_together(const Node& robot) { return robot.is_mapping() && (robot.find("bus") || robot.find("arms")); }
+
+bool needs_import(const Node& robot) {
+  return is_put_together(robot) || (is_text(robot) && robot.is_scalar() && is_model_file(robot.text));
+}
+
+bool changes_import(const Node& scenario, const Change& change) {
+  const auto is_below = [&](std::string_view place) {
+    if (!change.path.starts_with(place)) return false;
+    const std::string_view rest = std::string_view(change.path).substr(place.size());
+    return rest.empty() || rest[0] == '.' || rest[0] == '[';
+  };
+  if (is_below("import")) return true;
+  return (is_below("robot.bus") || is_below("robot.arms")) && is_put_together(part(scenario, "robot"));
+}
+
+std::vector<Change> import_first(const Node& scenario, std::span<const Change> changes) {
+  std::vector<Change> ordered(changes.begin(), changes.end());
+  std::stable_partition(ordered.begin(), ordered.end(),
+                        [&](const Change& change) { return changes_import(scenario, change); });
+  return ordered;
+}
+
+std::shared_ptr<const ImportedFile> import_model(const fs::path& model, const Node& settings, const fs::path& beside,
+                                                 const fs::path& place, ScenarioFiles& files, FaultList& faults) {
+  const Node named = text_node({}, {std::make_shared<const std::string>(model.string()), 0, 0});
+  Node checked = settings;
+  const std::size_t before = faults.size();
+  if (settings.kind != Node::Kind::null) check_structure(checked, import_schema(), "import", faults, "import");
+  if (faults.size() > before) return nullptr;
+  Importer importer(beside, place, files, faults);
+  return importer.finish(importer.single(model, named, checked));
+}
+
+std::shared_ptr<const ImportedFile> imported_robot(const Node& scenario, const fs::path& path,
+                                                   const ScenarioFiles& files) {
+  const auto kept = files.find(import_key(scenario, path));
+  return kept ? kept->imported : nullptr;
+}
+
+std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs::path& path, ScenarioFiles& files,
+                                                 FaultList& faults) {
+  if (auto kept = imported_robot(scenario, path, files)) return kept;
+  const Node& robot = part(scenario, "robot");
+  Importer importer(path, path, files, faults);
+  std::shared_ptr<const ImportedFile> imported;
+  if (is_put_together(robot)) {
+    Node checked = robot;
+    const std::size_t before = faults.size();
+    check_structure(checked, bus_schema(), "robot", faults, "robot");
+    if (const NodeEntry* entry = scenario.entry("import"))
+      faults.add(entry->mark, "'import' has no meaning beside robot.arms, where every arm has choices of its own");
+    if (faults.size() == before) imported = importer.finish(importer.on_bus(checked));
+  } else {
+    const Node& settings = part(scenario, "import");
+    if (settings.kind != Node::Kind::null && !is_sound(settings, import_schema())) return nullptr;
+    imported = importer.finish(importer.single(path_beside(path, robot.text), robot, settings));
+  }
+  if (!imported) return nullptr;
+  ScenarioFiles::File kept;
+  kept.imported = imported;
+  files.keep(import_key(scenario, path), std::move(kept));
+  return imported;
+}
+
+std::vector<Node*> import_path_nodes(Node& scenario) {
+  std::vector<Node*> paths;
+  const auto add = [&](Node* mapping, const char* key) {
+    Node* node = mapping ? mapping->find(key) : nullptr;
+    if (node && is_text(*node)) paths.push_back(node);
+  };
+  const auto add_settings = [&](Node* settings) {
+    add(settings, "bus");
+    if (Node* packages = settings ? settings->find("packages") : nullptr) {
+      for (NodeEntry& entry : packages->entries) add(packages, entry.key.c_str());
+    }
+  };
+  add_settings(scenario.find("import"));
+  Node* robot = scenario.find("robot");
+  if (!robot || !is_put_together(*robot)) return paths;
+  add(robot, "bus");
+  if (Node* arms = robot->find("arms")) {
+    for (Node& arm : arms->items) add(&arm, "file"), add_settings(&arm);
+  }
+  return paths;
+}
+
+}  // namespace grapnel

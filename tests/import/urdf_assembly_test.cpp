@@ -1,0 +1,419 @@
+// What a URDF becomes: numbers by independent routes, decisions by their words.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+#include <random>
+
+#include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/dynamics/mass_matrix.hpp"
+#include "grapnel/import/possible_inertia.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "import/urdf_files.hpp"
+
+namespace grapnel {
+namespace urdf_assembly_test {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::body_of;
+using testing::carried_by;
+using testing::import_corpus;
+using testing::import_text;
+using testing::Imported;
+using testing::robot_of;
+
+Eigen::Matrix3d matrix(const Symmetric3d& I) {
+  Eigen::Matrix3d m;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) m(i, j) = I(i, j);
+  }
+  return m;
+}
+Eigen::Vector3d vec(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+// Rz(y) Ry(p) Rx(r) of its own.
+Eigen::Isometry3d pose(double x, double y, double z, double r, double p, double w) {
+  Eigen::Isometry3d X = Eigen::Isometry3d::Identity();
+  X.translation() = Eigen::Vector3d(x, y, z);
+  X.linear() = (Eigen::AngleAxisd(w, Eigen::Vector3d::UnitZ()) * Eigen::AngleAxisd(p, Eigen::Vector3d::UnitY()) *
+                Eigen::AngleAxisd(r, Eigen::Vector3d::UnitX()))
+                   .toRotationMatrix();
+  return X;
+}
+
+// A body's mass as points with the same mass, centre and inertia: six points along its principal axes.
+struct Cloud {
+  double mass = 0;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
+
+  // Second moments S with I = tr(S) 1 - S; inertia about the centre of mass in the axes of X.
+  void add(const Eigen::Isometry3d& X, double m, const Eigen::Matrix3d& I) {
+    const Eigen::Matrix3d S = 0.5 * I.trace() * Eigen::Matrix3d::Identity() - I;
+    mass += m;
+    moment += m * X.translation();
+    second += X.linear() * S * X.linear().transpose() + m * X.translation() * X.translation().transpose();
+  }
+  Eigen::Vector3d com() const { return moment / mass; }
+  Eigen::Matrix3d inertia() const {
+    const Eigen::Matrix3d S = second - mass * com() * com().transpose();
+    return S.trace() * Eigen::Matrix3d::Identity() - S;
+  }
+};
+
+TEST(UrdfAssembly, ABaseIsAllThatIsFixedToTheRoot) {
+  const Imported imported = import_corpus("massless-root.urdf");
+  ASSERT_EQ(imported.faults, "");
+  const RobotSetup robot = robot_of(imported);
+  ASSERT_EQ(robot.bodies.size(), 3u);
+  EXPECT_EQ(robot.base, "base_link");
+
+  const Eigen::Isometry3d body = pose(0, 0, 0.1, 0, 0, 0.25), battery = body * pose(-0.3, 0.1, 0, 0.4, 0, 0);
+  Cloud cloud;
+  cloud.add(body * pose(0.1, -0.05, 0.2, 0.3, -0.2, 0.5), 40,
+            (Eigen::Matrix3d() << 3, 0.1, -0.2, 0.1, 4, 0.3, -0.2, 0.3, 5).finished());
+  cloud.add(battery * pose(0, 0, 0.05, 0, 0, 0), 6, Eigen::Vector3d(0.05, 0.06, 0.04).asDiagonal());
+  EXPECT_DOUBLE_EQ(robot.bodies[0].mass, 46);
+  EXPECT_LT((vec(robot.bodies[0].com) - cloud.com()).norm(), 1e-14);                   // measured 6e-17
+  EXPECT_LT((matrix(robot.bodies[0].inertia) - cloud.inertia()).norm(), 1e-13);        // measured 2e-15
+  EXPECT_GT(std::abs(robot.bodies[0].inertia.xy), 0.01);
+
+  // A rotated inertial frame: R I R^T.
+  const Eigen::Matrix3d R = pose(0, 0, 0, 0, 0, 1).linear();
+  const Eigen::Matrix3d I = (Eigen::Matrix3d() << 0.02, 0.01, 0, 0.01, 0.15, 0, 0, 0, 0.16).finished();
+  EXPECT_LT((matrix(body_of(robot, "upper").inertia) - R * I * R.transpose()).norm(), 1e-15);
+
+  // What needs no computing keeps its digits.
+  EXPECT_EQ(body_of(robot, "lower").inertia.xx, 0.05);
+  EXPECT_EQ(body_of(robot, "lower").com[1], 0.2);
+
+  const BodyDescription& upper = carried_by(robot, "shoulder");
+  const Eigen::Isometry3d joint = body * pose(0.3, 0, 0.2, 0, 0.5, 0);
+  EXPECT_LT((vec(upper.X_PF.p) - joint.translation()).norm(), 1e-15);
+  EXPECT_EQ(upper.joint.axis[2], 1);
+  EXPECT_EQ(upper.joint.limits.lower, -2);
+  EXPECT_EQ(upper.joint.limits.effort, 60);
+  EXPECT_EQ(upper.joint.friction.viscous, 0.4);
+  EXPECT_EQ(upper.joint.friction.coulomb, 0.2);
+  EXPECT_EQ(upper.joint.gear_ratio, 100);
+  EXPECT_EQ(upper.joint.rotor_inertia, 2e-5);
+  EXPECT_EQ(carried_by(robot, "elbow").joint.type, JointType::prismatic);
+
+  ASSERT_EQ(robot.end_effectors.size(), 1u);
+  EXPECT_EQ(robot.end_effectors[0].name, "tool0");
+  EXPECT_EQ(robot.end_effectors[0].body, "lower");
+  EXPECT_EQ(robot.end_effectors[0].X_BE.p[1], 0.4);
+  EXPECT_THAT(imported.decisions, HasSubstr("the base is link 'base_link', with what is fixed to it: base_body, battery"));
+  EXPECT_THAT(imported.decisions, HasSubstr("the axis has length 2 and is taken with length 1"));
+  EXPECT_THAT(imported.decisions, HasSubstr("transmissions of 1 joint"));
+  EXPECT_THAT(imported.decisions, HasSubstr("end-effectors: tool0, the outermost frames"));
+}
+
+TEST(UrdfAssembly, WhatIsWrittenReadsBackAsTheSameRobotAndSaysWhy) {
+  const Imported imported = import_corpus("massless-root.urdf");
+  ASSERT_TRUE(imported.robot);
+  const std::string text = yaml_text(imported.robot->tree, imported.robot->comment);
+  EXPECT_THAT(text, HasSubstr("# the base is link 'base_link', with what is fixed to it: base_body, battery (massless-root.urdf:6)\n"
+                              "base:\n"));
+  EXPECT_THAT(text, HasSubstr("# end-effectors: tool0"));
+  const auto folder = std::filesystem::temp_directory_path() / ("grapnel-reads-back-" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "robot.yaml") << text;
+  const RobotSetup back = load_robot(folder / "robot.yaml"), direct = robot_of(imported);
+  ASSERT_EQ(back.bodies.size(), direct.bodies.size());
+  for (std::size_t i = 0; i < back.bodies.size(); ++i) {
+    EXPECT_EQ(back.bodies[i].mass, direct.bodies[i].mass);
+    EXPECT_EQ(matrix(back.bodies[i].inertia), matrix(direct.bodies[i].inertia));
+    EXPECT_EQ(vec(back.bodies[i].X_PF.p), vec(direct.bodies[i].X_PF.p));
+  }
+  std::filesystem::remove_all(folder);
+}
+
+// Kinetic energy of a robot whose bodies move as the joints' values and rates and one body's pose and twist say.
+struct Motion {
+  std::map<std::string, double> q, rate;  // by joint
+};
+
+State state_of(const Model& model, const Motion& motion, const Posed& X_WB, const Twistd& V_WB) {
+  State state = zero_state(model);
+  set_root_pose(model, 0, X_WB, state);
+  set_root_twist(model, 0, V_WB, state);
+  for (const int body : model.joints()) {
+    const std::string& joint = model.bodies()[body].description.joint.name;
+    state.q[model.bodies()[body].q] = motion.q.at(joint);
+    state.v[model.bodies()[body].v] = motion.rate.at(joint);
+  }
+  return state;
+}
+
+double energy(const Model& model, const State& state) {
+  const Eigen::MatrixXd M = mass_matrix(model, state);
+  const Eigen::Map<const Eigen::VectorXd> v(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
+  return 0.5 * v.dot(M * v);
+}
+
+TEST(UrdfAssembly, AnotherBaseIsTheSameMechanism) {
+  ImportOptions options;
+  options.end_effectors = {{"bus", {}}, {"l1", {}}, {"l2", {}}, {"l3", {}}, {"panel", {}}};
+  const Imported from_root = import_corpus("chain.urdf", options);
+  ASSERT_EQ(from_root.faults, "");
+  CaptureProblem problem;
+  problem.robot = robot_of(from_root);
+  const CaptureSystem root_system = make_servicer(problem);
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> number(-0.2, 0.3);
+  for (const std::string base : {"l3", "l2", "l1", "flange", "panel"}) {
+    options.base = {base, {}};
+    const Imported from_base = import_corpus("chain.urdf", options);
+    ASSERT_EQ(from_base.faults, "") << base;
+    CaptureProblem other;
+    other.robot = robot_of(from_base);
+    EXPECT_EQ(other.robot.base, base);
+    const CaptureSystem base_system = make_servicer(other);
+    // The limits belong to the same values.
+    EXPECT_EQ(carried_by(other.robot, "j1").joint.limits.lower, -1);
+    EXPECT_EQ(carried_by(other.robot, "j1").joint.rotor_inertia, 0.01);
+
+    Motion motion;
+    for (const char* joint : {"j1", "j2", "j3", "side"}) motion.q[joint] = number(random), motion.rate[joint] = number(random);
+    const Posed X{rotation_from_rpy(number(random), number(random), 1), {1, 2, 3}};
+    const Twistd V{{number(random), number(random), 0.4}, {0.3, number(random), number(random)}};
+    const State a = state_of(root_system.model, motion, X, V);
+    const Kinematics ka = forward_kinematics(root_system.model, a);
+    const int base_frame = root_system.model.frame_index(base == "flange" ? "l1" : base);
+    Posed X_base = frame_pose(root_system.model, ka, base_frame);
+    Twistd V_base = frame_twist(root_system.model, ka, base_frame);
+    if (base == "flange") {
+      const Posed X_LF{rotation_from_rpy(0, 0.4, 0), {0.3, 0, 0.1}};
+      V_base = shift(V_base, X_base.R * X_LF.p);
+      X_base = X_base * X_LF;
+    }
+    const State b = state_of(base_system.model, motion, X_base, V_base);
+    const Kinematics kb = forward_kinematics(base_system.model, b);
+    for (const StatedName& frame : options.end_effectors) {
+      const Posed Xa = frame_pose(root_system.model, ka, root_system.model.frame_index(frame.name));
+      const Posed Xb = frame_pose(base_system.model, kb, base_system.model.frame_index(frame.name));
+      EXPECT_LT(norm(Xa.p - Xb.p), 1e-13) << base << " " << frame.name;  // measured 2e-15
+      EXPECT_LT(rotation_angle(transpose(Xa.R) * Xb.R), 1e-7) << base << " " << frame.name;
+    }
+    const double Ta = energy(root_system.model, a), Tb = energy(base_system.model, b);
+    EXPECT_GT(Ta, 1);
+    EXPECT_NEAR(Ta, Tb, 1e-12 * Ta) << base;  // measured 1e-15
+  }
+}
+
+TEST(UrdfAssembly, AJointTakenTheOtherWayRoundIsSaid) {
+  ImportOptions options;
+  options.base = {"l2", {}};
+  const Imported imported = import_corpus("chain.urdf", options);
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'j2' is taken the other way round, 'l2' carries 'flange'"));
+  EXPECT_THAT(imported.decisions, HasSubstr("the frame of 'l1' is at the joint"));
+  EXPECT_EQ(carried_by(robot_of(imported), "j2").joint.axis[1], -0.6);
+  EXPECT_EQ(carried_by(robot_of(imported), "j3").joint.axis[2], -1);
+}
+
+TEST(UrdfAssembly, LimitsThatAreNone) {
+  const Imported imported = import_corpus("limits.urdf");
+  ASSERT_EQ(imported.faults, "");
+  const RobotSetup robot = robot_of(imported);
+  EXPECT_EQ(robot.base, "bus");
+  const double inf = std::numeric_limits<double>::infinity();
+  const auto limits = [&](const char* joint) { return carried_by(robot, joint).joint.limits; };
+  EXPECT_EQ(limits("none").upper, inf);
+  EXPECT_EQ(limits("none").effort, inf);
+  EXPECT_EQ(limits("zero").lower, -inf);
+  EXPECT_EQ(limits("zero").rate, inf);
+  EXPECT_EQ(limits("zero").effort, inf);
+  EXPECT_EQ(limits("partial").lower, 0);
+  EXPECT_EQ(limits("partial").upper, 0.5);
+  EXPECT_EQ(limits("partial").rate, inf);
+  EXPECT_EQ(limits("partial").effort, 20);
+  EXPECT_EQ(limits("round").upper, inf);
+  EXPECT_EQ(limits("round").rate, 2);
+  EXPECT_EQ(limits("only_effort").upper, inf);
+  EXPECT_EQ(limits("only_effort").effort, 7);
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'none': no <limit>; it moves without bounds"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'zero': lower and upper limit are 0; taken as not given"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'zero': the velocity limit is 0 rad/s; taken as not given"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'zero': the effort limit is 0 N m; taken as not given"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'partial': <limit> has no lower; it is 0, as URDF says"));
+  EXPECT_THAT(imported.decisions, HasSubstr("limits of a continuous joint have no meaning"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'only_effort': <limit> has no lower and no upper; taken as not given"));
+  EXPECT_TRUE(robot.geometry.empty());  // the floor of the world is no part of the robot
+
+  ImportOptions locked;
+  locked.locked = {{"zero", 0, {}}};
+  const RobotSetup shorter = robot_of(import_corpus("limits.urdf", locked));
+  EXPECT_EQ(shorter.bodies.size(), robot.bodies.size() - 1);
+  EXPECT_EQ(carried_by(shorter, "partial").parent, "a");
+}
+
+TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
+  const Imported imported = import_corpus("gripper.urdf");
+  ASSERT_EQ(imported.faults, "");
+  const RobotSetup robot = robot_of(imported);
+  // bus, hand with the right finger and its tip, left finger
+  ASSERT_EQ(robot.bodies.size(), 3u);
+  Cloud hand;
+  hand.add(pose(0, 0, 0, 0, 0, 0), 2, Eigen::Vector3d(0.02, 0.02, 0.01).asDiagonal());
+  const Eigen::Isometry3d finger = pose(-0.02 - 0.005, 0, 0.1, 0, 0, 0);
+  hand.add(finger, 0.2, Eigen::Vector3d(2e-4, 2e-4, 1e-4).asDiagonal());
+  hand.add(finger * pose(0, 0, 0, 0, 20 * -0.005 + 0.3, 0), 0.05, Eigen::Vector3d(2e-5, 2e-5, 1e-5).asDiagonal());
+  EXPECT_LT((vec(body_of(robot, "hand").com) - hand.com()).norm(), 1e-16);
+  EXPECT_LT((matrix(body_of(robot, "hand").inertia) - hand.inertia()).norm(), 1e-16);
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.005 m, its value "
+                                            "where 'left' is 0"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.2"));
+  EXPECT_THAT(imported.decisions, HasSubstr("<gazebo> (2 elements): left out, for the Gazebo simulator"));
+  EXPECT_THAT(imported.decisions, HasSubstr("<ros2_control> (1 element): left out"));
+  EXPECT_THAT(imported.decisions, HasSubstr("<safety_controller> (1 element): left out"));
+  EXPECT_THAT(imported.decisions, HasSubstr("<tendon> (1 element): left out, its meaning is not known"));
+  EXPECT_THAT(imported.decisions, HasSubstr("transmission 'both' couples 2 joints: left out"));
+  std::vector<std::string> tips;
+  for (const EndEffectorSetup& one : robot.end_effectors) tips.push_back(one.name);
+  EXPECT_THAT(tips, ::testing::UnorderedElementsAre("tcp", "right_tip", "left_finger"));
+
+  // A locked master moves its followers; what is locked itself follows nobody.
+  ImportOptions options;
+  options.locked = {{"left", 0.03, {}}};
+  EXPECT_THAT(import_corpus("gripper.urdf", options).decisions, HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.035 m, its value where 'left' is 0.03"));
+  options.locked = {{"right", -0.01, {}}, {"left", 0.05, {}}};
+  const std::string said = import_corpus("gripper.urdf", options).decisions;
+  EXPECT_THAT(said, HasSubstr("joint 'right' is locked at -0.01 m, as asked for\n"));
+  EXPECT_THAT(said, HasSubstr("joint 'left' is locked at 0.05 m, as asked for, which is outside of its limits"));
+  EXPECT_THAT(said, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.09"));
+}
+
+TEST(UrdfAssembly, InertiasThatNoBodyHasAreRefusedOrRepaired) {
+  const Imported refused = import_corpus("impossible-inertia.urdf");
+  EXPECT_FALSE(refused.robot);
+  EXPECT_THAT(refused.faults, HasSubstr("3:21: link 'bus' has the principal moments of inertia 1, 2, 4 kg m^2, and the "
+                                        "largest is above the sum of the others, which no body has (the triangle "
+                                        "inequality); the option repair_inertia (--repair-inertia) takes the nearest"));
+  EXPECT_THAT(refused.faults, HasSubstr("link 'arm' has the principal moments of inertia -0.1, 0.1, 0.3 kg m^2, and one "
+                                        "of them is negative"));
+  ImportOptions options;
+  options.repair_inertia = true;
+  const Imported repaired = import_corpus("impossible-inertia.urdf", options);
+  ASSERT_EQ(repaired.faults, "");
+  const RobotSetup robot = robot_of(repaired);
+  // (1, 2, 4) is 1 too long along (-1, -1, 1): the nearest point of the plane c = a + b is 1/3 of it away.
+  EXPECT_NEAR(robot.bodies[0].inertia.xx, 4.0 / 3, 1e-14);
+  EXPECT_NEAR(robot.bodies[0].inertia.yy, 7.0 / 3, 1e-14);
+  EXPECT_NEAR(robot.bodies[0].inertia.zz, 11.0 / 3, 1e-14);
+  EXPECT_THAT(repaired.decisions, HasSubstr("the nearest possible tensor is taken, [1.33333, 2.33333, 3.66667"));
+}
+
+// The set of possible tensors is a cone, whose edges are points at n: 1 - n n^T. The nearest point P to A is the one
+// with (A - P).P = 0 and (A - P).(1 - n n^T) <= 0 for all n (Moreau).
+TEST(UrdfAssembly, TheRepairedTensorIsTheNearest) {
+  std::mt19937_64 random(11);
+  std::normal_distribution<double> number;
+  int changed = 0;
+  for (int k = 0; k < 300; ++k) {
+    const Symmetric3d A{number(random), number(random), number(random), number(random), number(random), number(random)};
+    const Symmetric3d P = nearest_possible_inertia(A);
+    EXPECT_TRUE(is_possible_inertia(P));
+    const Eigen::Matrix3d r = matrix(A) - matrix(P);
+    changed += r.norm() > 1e-9 ? 1 : 0;
+    EXPECT_LT(std::abs((r.array() * matrix(P).array()).sum()), 1e-13);
+    double worst = -1;
+    for (int i = 0; i < 200; ++i) {
+      const Eigen::Vector3d n = Eigen::Vector3d(number(random), number(random), number(random)).normalized();
+      const Eigen::Matrix3d edge = Eigen::Matrix3d::Identity() - n * n.transpose();
+      worst = std::max(worst, (r.array() * edge.array()).sum());
+    }
+    EXPECT_LT(worst, 1e-13);
+    EXPECT_EQ(matrix(nearest_possible_inertia(Symmetric3d{2, 3, 4, 0.1, 0.2, 0.3})),
+              matrix(Symmetric3d{2, 3, 4, 0.1, 0.2, 0.3}));
+  }
+  EXPECT_GT(changed, 200);
+}
+
+TEST(UrdfAssembly, AModelInThePlaneKeepsItsMomentAndGetsTheOthers) {
+  const Imported imported = import_corpus("planar.urdf");
+  ASSERT_EQ(imported.faults, "");
+  const RobotSetup robot = robot_of(imported);
+  EXPECT_EQ(robot.base, "bus");
+  EXPECT_DOUBLE_EQ(robot.bodies[0].inertia.zz, 0.2);
+  EXPECT_DOUBLE_EQ(robot.bodies[0].inertia.xx, 0.1);
+  EXPECT_DOUBLE_EQ(body_of(robot, "arm").inertia.yy, 0.005);
+  EXPECT_THAT(imported.decisions, HasSubstr("about one axis only, 0.2 kg m^2, as models in the plane have"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'floor' is planar and becomes the free joint of the base"));
+}
+
+TEST(UrdfAssembly, FreeJointsAtTheRoot) {
+  const Imported several = import_corpus("floating.urdf");
+  EXPECT_THAT(several.faults, HasSubstr("there are 2 free bodies, bus, debris: say which is the robot's base"));
+  ImportOptions options;
+  options.base = {"bus", {}};
+  const Imported chosen = import_corpus("floating.urdf", options);
+  ASSERT_EQ(chosen.faults, "");
+  EXPECT_EQ(robot_of(chosen).bodies.size(), 2u);
+  EXPECT_THAT(chosen.decisions, HasSubstr("joint 'free' is the free joint of the base"));
+  EXPECT_THAT(chosen.decisions, HasSubstr("link 'debris' and what hangs on it is left out"));
+}
+
+TEST(UrdfAssembly, ShapesAndTheirFiles) {
+  const Imported imported = import_corpus("shapes.urdf");
+  ASSERT_EQ(imported.faults, "");
+  const Node& bus = *imported.robot->tree.find("base")->find("geometry");
+  ASSERT_TRUE(bus.is_sequence());
+  ASSERT_EQ(bus.items.size(), 3u);  // two of its own, one of the mast
+  EXPECT_EQ(flow_text(bus.items[0]), "{shape: box, size: [1, 1, 1], position: [0, 0, 0.1]}");
+  EXPECT_EQ(flow_text(bus.items[1]), "{shape: sphere, radius: 0.4}");
+  EXPECT_EQ(bus.items[2].find("shape")->text, "capsule");
+  EXPECT_THAT(flow_text(*bus.items[2].find("position")), HasSubstr(", 0, 1.035"));
+  EXPECT_FALSE(imported.link("l1").find("geometry"));
+  EXPECT_FALSE(imported.link("l2").find("geometry"));
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'l1': the collision shape 'package://some_robot/meshes/link.dae' is "
+                                            "left out, .dae files are not read, .stl and .obj are"));
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'l1': the visual shape 'package://some_robot/meshes/link.stl' is left "
+                                            "out, package 'some_robot' is not beside the file"));
+  EXPECT_THAT(imported.decisions, HasSubstr("'meshes/missing.stl' is left out, there is no such file"));
+  EXPECT_THAT(imported.decisions, HasSubstr("its scale -1 makes it its mirror image"));
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'l2': the visual shape is left out, a dimension of 0 is no size"));
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'l2' has no shape that can be taken"));
+  EXPECT_THAT(imported.decisions, Not(HasSubstr("bus.dae")));  // its collision shapes do
+
+  // With the package.
+  const auto folder = std::filesystem::temp_directory_path() / ("grapnel-package-" + std::to_string(getpid()));
+  std::filesystem::create_directories(folder / "some_robot/meshes");
+  std::filesystem::create_directories(folder / "work/urdf");
+  std::ofstream(folder / "some_robot/meshes/link.stl") << "solid";
+  ImportOptions options;
+  options.packages = {{"some_robot", folder / "some_robot"}};
+  options.place = folder / "out/robot.yaml";
+  const auto file_of = [](const Imported& one) {
+    const Node* geometry = one.link("l1").find("geometry");
+    return geometry ? geometry->find("file")->text + " " + flow_text(*geometry->find("scale")) : one.decisions;
+  };
+  EXPECT_EQ(file_of(import_corpus("shapes.urdf", options)), "../some_robot/meshes/link.stl [0.001, 0.001, 0.002]");
+  // In a folder of its name beside one above the file.
+  ImportOptions beside;
+  beside.source = folder / "work/urdf/shapes.urdf";
+  beside.place = folder / "robot.yaml";
+  const std::string text = testing::bytes_of(testing::corpus("shapes.urdf"));
+  EXPECT_EQ(file_of(import_text(text, beside)), "some_robot/meshes/link.stl [0.001, 0.001, 0.002]");
+  options.mesh_fault = [](const std::filesystem::path&) { return "the mesh is flat"; };
+  EXPECT_THAT(import_corpus("shapes.urdf", options).decisions, HasSubstr("link.stl' is left out, the mesh is flat"));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(UrdfAssembly, NamesAndLimitsAsTheyAreInTheWild) {
+  const Imported imported = import_corpus("expanded.urdf");
+  ASSERT_EQ(imported.faults, "");
+  const RobotSetup robot = robot_of(imported);
+  EXPECT_EQ(robot.base, "arm_base");
+  const JointLimits& limits = carried_by(robot, "arm_j1").joint.limits;
+  EXPECT_EQ(limits.upper, 1.5);
+  EXPECT_TRUE(std::isinf(limits.lower));
+  EXPECT_TRUE(std::isinf(limits.effort));
+  EXPECT_EQ(limits.rate, 3);
+  EXPECT_THAT(imported.decisions, HasSubstr("link 'arm/base' is called 'arm_base': results are filed under names"));
+  EXPECT_THAT(imported.decisions, HasSubstr("joint 'arm/j1': the lower limit -1e+06 is none"));
+}
+
+}  // namespace urdf_assembly_test
+}  // namespace grapnel
