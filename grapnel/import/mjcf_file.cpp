@@ -50,6 +50,10 @@ MjcfFiles::MjcfFiles(const std::filesystem::path& path, std::string text, FaultL
   }
   root_ = MjcfElement{file, root, {}};
   add_children(*file, root, 0, root_->children);
+  if (with_text_ == 0) return;
+  const std::string others = with_text_ > 1 ? " and " + counted(with_text_ - 1, "other element") : "";
+  decisions_.push_back({first_with_text_.mark(), fmt::format("text in <{}>{} is passed over, as by MuJoCo",
+                                                             first_with_text_.tag(), others)});
 }
 
 const XmlFile& MjcfFiles::parse(const std::filesystem::path& path, std::string text) {
@@ -61,10 +65,10 @@ const XmlFile& MjcfFiles::parse(const std::filesystem::path& path, std::string t
 
 void MjcfFiles::add_children(const XmlFile& file, const pugi::xml_node& node, int depth,
                              std::vector<MjcfElement>& into) {
+  bool has_text = false;
   for (const pugi::xml_node& child : node.children()) {
-    if (child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata) {
-      faults_.add(file.mark(node), fmt::format("<{}> holds text {}; MJCF has values in attributes only", node.name(),
-                                               in_quotes(child.value())));
+    if ((child.type() == pugi::node_pcdata || child.type() == pugi::node_cdata) && !std::exchange(has_text, true)) {
+      if (with_text_++ == 0) first_with_text_ = {&file, node, {}};
     }
     if (child.type() != pugi::node_element) continue;
     if (depth >= kDeepest) {

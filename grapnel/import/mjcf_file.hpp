@@ -41,7 +41,7 @@ class MjcfFiles {
 
   /// <mujoco>, or null if there is none.
   const MjcfElement* root() const { return root_ ? &*root_ : nullptr; }
-  /// Files that were found beside the file that includes them, not beside the model's.
+  /// Files that were found beside the file that includes them, not beside the model's; text, which says nothing.
   const std::vector<ImportDecision>& decisions() const { return decisions_; }
   /// Of the files that are included, in the order of reading.
   const std::string& included_bytes() const { return included_bytes_; }
@@ -59,7 +59,8 @@ class MjcfFiles {
   std::vector<ImportDecision> decisions_;
   std::string included_bytes_;
   std::optional<MjcfElement> root_;
-  std::size_t elements_ = 0;
+  std::size_t elements_ = 0, with_text_ = 0;
+  MjcfElement first_with_text_;
 };
 
 /// The attributes of an element after its default classes: of several layers that give one, the last counts.

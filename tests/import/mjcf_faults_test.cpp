@@ -139,7 +139,7 @@ const Refused kRefused[] = {
     {"no_moments", {.inertial = "<inertial pos='0 0 0' mass='1'/>"}, "9:2", "neither diaginertia nor fullinertia"},
     {"two_moments",
      {.inertial = "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1' fullinertia='1 1 1 0 0 0'/>"},
-     "9:51",
+     "9:52",
      "both diaginertia and fullinertia"},
     {"turned_full",
      {.inertial = "<inertial pos='0 0 0' mass='1' euler='1 2 3' fullinertia='1 1 1 0 0 0'/>"},
@@ -171,7 +171,7 @@ const Refused kRefused[] = {
     {"same_bodies", {.arm = "<body name='bus'/>"}, "8:7", "there are two bodies 'bus'"},
     {"same_joints",
      {.arm = "<body><joint name='elbow'/><geom size='1'/></body>"},
-     "8:15",
+     "8:14",
      "there are two joints 'elbow'"},
     {"same_sites", {.arm = "<site name='s'/><site name='s'/>"}, "8:23", "there are two sites 's'"},
     {"unknown_class", {.joint = "class='amr'"}, "7:8", "there is no default class 'amr'"},
@@ -185,7 +185,6 @@ const Refused kRefused[] = {
      "<joint> has no attribute 'dampin' in MJCF; did you mean 'damping'?"},
     {"unknown_element", {.arm = "<gem/>"}, "8:2", "<gem> cannot stand in a body; did you mean 'geom'?"},
     {"unknown_section", {.rest = "<actuators/>"}, "10:2", "did you mean 'actuator'?"},
-    {"text_in_an_element", {.arm = "0 0 1"}, "6:2", "<body> holds text '0 0 1'"},
     {"no_number", {.joint = "damping='much'"}, "7:8", "'much' is no finite number"},
     {"joint_in_a_frame",
      {.arm = "<body name='b'><frame><joint/></frame><geom size='1'/></body>"},
@@ -280,13 +279,19 @@ TEST(MjcfDecisions, WhatHasNoInfluenceIsSaidOncePerKind) {
   EXPECT_THAT(robot.link("arm").shapes, SizeIs(3));
 }
 
+TEST(MjcfDecisions, TextIsPassedOverAsByMujoco) {
+  const ReadMjcf robot = read({.arm = "0 0 1", .rest = "<sensor>-- end -></sensor>"});
+  EXPECT_THAT(robot.faults, IsEmpty());
+  EXPECT_THAT(robot.decisions("text"), ElementsAre("6:2: text in <body> and 1 other element is passed over, as by MuJoCo"));
+}
+
 TEST(MjcfDecisions, WhatIsNotPartOfTheRobotIsNamed) {
   // What would be refused in the robot is no fault there.
   const ReadMjcf robot =
       read({.root = "<worldbody><geom type='plane' size='1 1 1'/><body name='chair'><joint type='ball'/>"
                     "</body><body name='target'><freejoint/></body></worldbody>"});
   EXPECT_THAT(robot.faults, IsEmpty());
-  EXPECT_THAT(robot.decisions("left out"), ElementsAre(HasSubstr("2:45: not part of the robot and left out, with what "
+  EXPECT_THAT(robot.decisions("left out"), ElementsAre(HasSubstr("2:46: not part of the robot and left out, with what "
                                                                  "hangs on them: chair, target")));
   EXPECT_THAT(robot.decisions("surroundings"), ElementsAre(HasSubstr("<geom> (1)")));
   EXPECT_THAT(robot.decisions("is the base"),

@@ -262,7 +262,7 @@ TEST(MjcfMutations, AreReadOrRefused) {
     std::ifstream file(corpus(std::string(name) + ".xml"));
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     ASSERT_FALSE(text.empty());
-    for (int i = 0; i < 300; ++i) {
+    for (int i = 0; i < 120; ++i) {
       SCOPED_TRACE(std::string(name) + ", " + seed_note(i));
       Random random(i);
       const ReadMjcf robot = read_mjcf_at(folder.write("robot.xml", damaged(text, random)));
@@ -289,7 +289,7 @@ TEST(MjcfMutations, AreReadOrRefused) {
     }
   }
   std::printf("[ measured ] %d read, %d refused\n", read, refused);
-  EXPECT_GT(read, 200);
+  EXPECT_GT(read, 80);
   EXPECT_GT(refused, 300);
 }
 
