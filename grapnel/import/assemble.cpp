@@ -87,11 +87,12 @@ class RobotAssembly {
     if (printable_line(sound) != sound)
       faults_.add(mark, fmt::format("the name of {} {} has characters that cannot be printed", kind, in_quotes(name)));
     if (sound != name)
-      decide(mark, fmt::format("{} {} is called {}: results are filed under names", kind, in_quotes(name),
-                               in_quotes(sound)),
+      decide(mark,
+             fmt::format("{} {} is called {}: results are filed under names", kind, in_quotes(name), in_quotes(sound)),
              name);
     if (!names_[kind].insert(sound).second)
-      faults_.add(mark, fmt::format("{} {} would be called {}, as another is", kind, in_quotes(name), in_quotes(sound)));
+      faults_.add(mark,
+                  fmt::format("{} {} would be called {}, as another is", kind, in_quotes(name), in_quotes(sound)));
     return sound;
   }
 
@@ -117,11 +118,12 @@ class RobotAssembly {
     }
     if (const auto disc = disc_of_planar_inertia(inertia.inertia)) {
       const double I = principal_moments(inertia.inertia).values[2];
-      decide(inertia.mark,
-             fmt::format("{} has an inertia about one axis only, {:.6g} kg m^2, as models in the plane have: {:.6g} "
-                         "kg m^2 about the other two is taken, that of a thin disc; motion in the plane does not feel it",
-                         named, I, 0.5 * I),
-             link.name);
+      decide(
+          inertia.mark,
+          fmt::format("{} has an inertia about one axis only, {:.6g} kg m^2, as models in the plane have: {:.6g} "
+                      "kg m^2 about the other two is taken, that of a thin disc; motion in the plane does not feel it",
+                      named, I, 0.5 * I),
+          link.name);
       inertia.inertia = *disc;
     } else if (!is_possible_inertia(inertia.inertia)) {
       mend(inertia, named, link.name, 0);
@@ -144,9 +146,6 @@ class RobotAssembly {
       return;
     }
     inertia.inertia = nearest_possible_inertia(given, flattest);
-    // A negative definite tensor, or one with thin rods beside it, may end at the edge of what is possible.
-    if (flattest == 0 && !inertia_fault(inertia.inertia).empty())
-      inertia.inertia = nearest_possible_inertia(given, kThinnest);
     decide(inertia.mark,
            fmt::format("{} has the inertia {} with the principal moments {}, {}; the nearest possible tensor is taken, "
                        "{} with {}",
@@ -171,14 +170,16 @@ class RobotAssembly {
       single->com = one.X_GL * inertia->com;
       single->inertia = rotate(one.X_GL.R, inertia->inertia);
       // What is written as it stands keeps its digits.
-      if (&one == &group.links[0] && is_identity(one.X_GL)) single->com = inertia->com, single->inertia = inertia->inertia;
+      if (&one == &group.links[0] && is_identity(one.X_GL))
+        single->com = inertia->com, single->inertia = inertia->inertia;
     }
     if (names.empty()) return {};
     if (names.size() > 1) {
       single = SourceInertia{group.mark, total.mass, total.com(), total.rotational_about_com()};
-      decide(group.mark, fmt::format("{} is one body with what is fixed to it: mass, centre of mass and inertia are "
-                                     "those of {} together",
-                                     in_quotes(group.name), some_of(names)),
+      decide(group.mark,
+             fmt::format("{} is one body with what is fixed to it: mass, centre of mass and inertia are "
+                         "those of {} together",
+                         in_quotes(group.name), some_of(names)),
              group.name);
     }
     if (faults_.size() == before) judge_whole(*single, group);
@@ -194,8 +195,7 @@ class RobotAssembly {
       faults_.add(inertia.mark,
                   fmt::format("{} has a mass of {:.6g} kg but no inertia, so nothing says how it turns: give it one{}",
                               named, inertia.mass,
-                              group.joint < 0 ? std::string()
-                                              : fmt::format(", or lock joint {}", joint_name(group))));
+                              group.joint < 0 ? std::string() : fmt::format(", or lock joint {}", joint_name(group))));
     } else if (!inertia_fault(inertia.inertia).empty()) {
       mend(inertia, named, group.name, kThinnest);
     }
@@ -224,9 +224,8 @@ class RobotAssembly {
     if (const auto inertia = weigh(group)) {
       put_inertia(node, *inertia);
     } else if (!options_.is_carried && faults_.size() == before) {
-      const auto heavy = std::find_if(model_.links.begin(), model_.links.end(), [](const SourceLink& link) {
-        return link.inertia && link.inertia->mass > 0;
-      });
+      const auto heavy = std::find_if(model_.links.begin(), model_.links.end(),
+                                      [](const SourceLink& link) { return link.inertia && link.inertia->mass > 0; });
       const std::string other = heavy == model_.links.end() ? "" : ", such as " + in_quotes(heavy->name);
       faults_.add(options_.base.name.empty() ? group.mark : options_.base.mark,
                   fmt::format("the base, link {}{}, has no mass: put the robot onto a satellite (bus: FILE.yaml; --bus "
@@ -247,10 +246,10 @@ class RobotAssembly {
     if (const auto inertia = weigh(group))
       put_inertia(node, *inertia);
     else if (faults_.size() == before)
-      faults_.add(model_.joints[group.joint].mark,
-                  fmt::format("joint {} moves link {}, which has no mass{}: give it one, or lock the joint",
-                              joint_name(group), in_quotes(group.name),
-                              group.links.size() > 1 ? " with what is fixed to it" : ""));
+      faults_.add(
+          model_.joints[group.joint].mark,
+          fmt::format("joint {} moves link {}, which has no mass{}: give it one, or lock the joint", joint_name(group),
+                      in_quotes(group.name), group.links.size() > 1 ? " with what is fixed to it" : ""));
     put_shapes(node, group);
     return node;
   }
@@ -281,8 +280,8 @@ class RobotAssembly {
     Node limits = mapping_node(joint.limit_mark);
     const std::string named = "joint " + in_quotes(joint.name);
     if (joint.lower && joint.upper && *joint.lower > *joint.upper)
-      faults_.add(joint.limit_mark, fmt::format("{}: the lower limit {} is above the upper limit {}", named,
-                                                *joint.lower, *joint.upper));
+      faults_.add(joint.limit_mark,
+                  fmt::format("{}: the lower limit {} is above the upper limit {}", named, *joint.lower, *joint.upper));
     const auto put_limit = [&](const char* key, const char* what, const std::optional<double>& value, double largest,
                                bool positive) {
       if (!value) return;
@@ -333,10 +332,11 @@ class RobotAssembly {
         shapes.items.push_back(shape_node(shape.shape, X_GL, file, shape.mark));
         continue;
       }
-      decide(shape.mark, fmt::format("link {}: the {} shape {}is left out, {}", in_quotes(link.name),
-                                     visual ? "visual" : "collision",
-                                     shape.mesh_file.empty() ? "" : in_quotes(shape.mesh_file) + " ", why_not),
-             link.name);
+      decide(
+          shape.mark,
+          fmt::format("link {}: the {} shape {}is left out, {}", in_quotes(link.name), visual ? "visual" : "collision",
+                      shape.mesh_file.empty() ? "" : in_quotes(shape.mesh_file) + " ", why_not),
+          link.name);
     }
     return shapes.items.size() > before;
   }
@@ -346,9 +346,7 @@ class RobotAssembly {
     constexpr double kSmallest = 1e-9, kLargest = 1e4;  // [m] as in robot files
     const Geometry& g = shape.shape;
     const bool is_mesh = g.shape == Geometry::Shape::mesh;
-    const int sizes = g.shape == Geometry::Shape::sphere                       ? 1
-                      : g.shape == Geometry::Shape::box || is_mesh             ? 3
-                                                                               : 2;
+    const int sizes = g.shape == Geometry::Shape::sphere ? 1 : g.shape == Geometry::Shape::box || is_mesh ? 3 : 2;
     for (int k = 0; k < sizes; ++k) {
       if (is_mesh && g.size[k] < 0) return fmt::format("its scale {} makes it its mirror image", g.size[k]);
       if (!(g.size[k] >= kSmallest && g.size[k] <= kLargest))
@@ -399,8 +397,9 @@ class RobotAssembly {
       const auto link = std::find_if(model_.links.begin(), model_.links.end(), named);
       const auto frame = std::find_if(model_.frames.begin(), model_.frames.end(), named);
       if (link == model_.links.end() && frame == model_.frames.end()) {
-        faults_.add(chosen.mark, fmt::format("there is no link or frame {} to be an end-effector{}",
-                                             in_quotes(chosen.name), suggestion(chosen.name, known, "links and frames")));
+        faults_.add(chosen.mark,
+                    fmt::format("there is no link or frame {} to be an end-effector{}", in_quotes(chosen.name),
+                                suggestion(chosen.name, known, "links and frames")));
         continue;
       }
       const bool is_link = link != model_.links.end();
@@ -465,7 +464,8 @@ class RobotAssembly {
     std::map<std::string, Node*> joints;
     for (std::size_t j = 0; j < model_.joints.size(); ++j) {
       const int group = grouped_.group_of[tree_->child[j]];
-      if (group >= 0) joints.emplace(model_.joints[j].name, group == 0 ? result_.tree.find("base") : &links->items[group - 1]);
+      if (group >= 0)
+        joints.emplace(model_.joints[j].name, group == 0 ? result_.tree.find("base") : &links->items[group - 1]);
     }
     for (std::size_t g = 1; g < grouped_.groups.size(); ++g)
       joints[model_.joints[grouped_.groups[g].joint].name] = links->items[g - 1].find("joint");
@@ -477,9 +477,11 @@ class RobotAssembly {
         const auto it = table->find(decision.about);
         if (!place && it != table->end()) place = it->second;
       }
-      const std::string file = decision.mark.source ? std::filesystem::path(*decision.mark.source).filename().string() : "";
-      const std::string where =
-          file.empty() ? "" : decision.mark.line > 0 ? fmt::format(" ({}:{})", file, decision.mark.line) : " (" + file + ")";
+      const std::string file =
+          decision.mark.source ? std::filesystem::path(*decision.mark.source).filename().string() : "";
+      const std::string where = file.empty()             ? ""
+                                : decision.mark.line > 0 ? fmt::format(" ({}:{})", file, decision.mark.line)
+                                                         : " (" + file + ")";
       std::string& comment = place ? place->comment : result_.comment;
       comment += (comment.empty() ? "" : "\n") + printable_line(decision.text + where);
     }
@@ -494,7 +496,7 @@ class RobotAssembly {
   const LinkTree* tree_ = nullptr;
   GroupedLinks grouped_;
   std::string base_name_;
-  std::vector<std::string> body_names_;  // per group
+  std::vector<std::string> body_names_;                 // per group
   std::map<std::string, std::set<std::string>> names_;  // in use, by kind
   std::map<std::string, FoundMesh> found_;
   std::map<std::string, std::pair<int, Posed>> places_;  // of links, once somebody asks

@@ -65,8 +65,9 @@ FoundMesh find_in_package(const InPackage& in, const ImportOptions& options) {
   for (const fs::path& above : {folder, folder.parent_path(), folder.parent_path().parent_path()}) {
     if (is_file(above / in.rest)) return {above / in.rest, {}};
   }
-  return {{}, fmt::format("package {} is not beside the file; say where it is: package {}=FOLDER", in_quotes(in.package),
-                          shell_word(in.package))};
+  return {{},
+          fmt::format("package {} is not beside the file; say where it is: package {}=FOLDER", in_quotes(in.package),
+                      shell_word(in.package))};
 }
 
 }  // namespace
@@ -75,8 +76,9 @@ FoundMesh find_mesh(const std::string& named, const ImportOptions& options) {
   const auto package = in_package(named);
   const std::string ending = lower_ending(package ? package->rest : fs::path(named));
   if (ending != ".stl" && ending != ".obj")
-    return {{}, ending.empty() ? "it has no ending; .stl and .obj are read"
-                               : fmt::format("{} files are not read, .stl and .obj are", printable_line(ending))};
+    return {{},
+            ending.empty() ? "it has no ending; .stl and .obj are read"
+                           : fmt::format("{} files are not read, .stl and .obj are", printable_line(ending))};
   FoundMesh found;
   if (package) {
     found = find_in_package(*package, options);

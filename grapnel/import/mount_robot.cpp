@@ -129,8 +129,7 @@ void mount_robot(Node& bus, Node robot, const Mount& mount, const std::string& j
     for (Node& one : end_effectors) {
       if (hangs_on_base(one, "link")) move_pose(one, mount.X_LM, one.mark);
     }
-    if (!base->comment.empty())
-      body->comment += (body->comment.empty() ? "" : "\n") + base->comment;
+    if (!base->comment.empty()) body->comment += (body->comment.empty() ? "" : "\n") + base->comment;
     if (Node* geometry = base->find("geometry")) move_shapes(*body, std::move(*geometry), mount.X_LM);
   }
   append(bus, "links", std::move(links));

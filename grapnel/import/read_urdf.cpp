@@ -135,11 +135,11 @@ class UrdfReader {
   void say_left_out() {
     for (const std::string& name : order_) {
       const Count& count = left_out_[name];
-      const auto* const known = std::find_if(std::begin(kLeftOut), std::end(kLeftOut),
-                                             [&](const LeftOut& one) { return one.name == name; });
-      decide(count.first, fmt::format("<{}> ({}): left out, {}", shortened(printable_line(name)),
-                                      counted(count.count, "element"),
-                                      known == std::end(kLeftOut) ? "its meaning is not known" : known->what));
+      const auto* const known =
+          std::find_if(std::begin(kLeftOut), std::end(kLeftOut), [&](const LeftOut& one) { return one.name == name; });
+      decide(count.first,
+             fmt::format("<{}> ({}): left out, {}", shortened(printable_line(name)), counted(count.count, "element"),
+                         known == std::end(kLeftOut) ? "its meaning is not known" : known->what));
     }
   }
 
@@ -305,7 +305,8 @@ class UrdfReader {
     mark = file_.mark(node ? node : joint);
     if (node) return file_.required_text(node, "link", faults_);
     if (joint.attribute("name").value()[0] != '\0')
-      faults_.add(mark, fmt::format("joint {} has no <{} link=\"…\"/>", in_quotes(joint.attribute("name").value()), role));
+      faults_.add(mark,
+                  fmt::format("joint {} has no <{} link=\"…\"/>", in_quotes(joint.attribute("name").value()), role));
     return {};
   }
 
@@ -328,10 +329,10 @@ class UrdfReader {
     // What is exact stays exact.
     joint.axis = std::abs(length - 1) < 1e-15 ? *xyz : (1 / length) * *xyz;
     if (std::abs(length - 1) > 1e-6) {
-      decide(file_.mark(axis, "xyz"),
-             fmt::format("joint {}: the axis has length {:.6g} and is taken with length 1", in_quotes(joint.name),
-                         length),
-             joint.name);
+      decide(
+          file_.mark(axis, "xyz"),
+          fmt::format("joint {}: the axis has length {:.6g} and is taken with length 1", in_quotes(joint.name), length),
+          joint.name);
     }
   }
 
@@ -389,8 +390,8 @@ class UrdfReader {
     const auto positive = [&](const char* key) {
       const auto value = file_.number(dynamics, key, faults_);
       if (value && *value < 0) {
-        faults_.add(file_.mark(dynamics, key), fmt::format("{} of joint {} is {}, must not be negative", key,
-                                                           in_quotes(joint.name), *value));
+        faults_.add(file_.mark(dynamics, key),
+                    fmt::format("{} of joint {} is {}, must not be negative", key, in_quotes(joint.name), *value));
         return std::optional<double>();
       }
       return value;
@@ -402,8 +403,7 @@ class UrdfReader {
     }
     if (const auto value = positive("armature")) reflected_[joint.name] = *value;
     for (const pugi::xml_attribute& one : dynamics.attributes()) {
-      static constexpr std::string_view kKnown[] = {"damping",       "friction",     "armature",
-                                                    "rotor_inertia", "rotorInertia"};
+      static constexpr std::string_view kKnown[] = {"damping", "friction", "armature", "rotor_inertia", "rotorInertia"};
       if (std::find(std::begin(kKnown), std::end(kKnown), one.name()) != std::end(kKnown)) continue;
       decide(file_.mark(dynamics, one.name()),
              fmt::format("joint {}: {} of <dynamics> is left out, its meaning is not known", in_quotes(joint.name),
@@ -446,8 +446,8 @@ class UrdfReader {
     const auto found = joint_index_.find(name);
     if (found == joint_index_.end()) {
       if (!name.empty())
-        decide(mark, fmt::format("transmission {} is of joint {}, which does not exist: left out", named,
-                                 in_quotes(name)));
+        decide(mark,
+               fmt::format("transmission {} is of joint {}, which does not exist: left out", named, in_quotes(name)));
       return;
     }
     SourceJoint& joint = model_.joints[found->second];
@@ -464,7 +464,8 @@ class UrdfReader {
     const auto rotor = drive_value({actuator, joints[0], node},
                                    {"rotorInertia", "motorInertia", "drake:rotor_inertia", "rotor_inertia"});
     if (rotor && *rotor < 0)
-      faults_.add(mark, fmt::format("the rotor inertia of joint {} is {}, must not be negative", in_quotes(name), *rotor));
+      faults_.add(mark,
+                  fmt::format("the rotor inertia of joint {} is {}, must not be negative", in_quotes(name), *rotor));
     else if (rotor)
       joint.rotor_inertia = *rotor;
   }
@@ -483,13 +484,14 @@ class UrdfReader {
     const Mark first = std::min_element(driven_.begin(), driven_.end(), [](const auto& a, const auto& b) {
                          return a.second.line < b.second.line;
                        })->second;
-    decide(first, fmt::format("transmissions of {}: gear ratios and rotor inertias are taken, the rest (types, hardware "
-                              "interfaces) is left out{}",
-                              counted(geared, "joint"),
-                              without_rotor == 0 ? std::string()
-                                                 : fmt::format("; {} of them give no rotor inertia, and a gear ratio "
-                                                               "without one has no influence",
-                                                               without_rotor)));
+    decide(first,
+           fmt::format("transmissions of {}: gear ratios and rotor inertias are taken, the rest (types, hardware "
+                       "interfaces) is left out{}",
+                       counted(geared, "joint"),
+                       without_rotor == 0 ? std::string()
+                                          : fmt::format("; {} of them give no rotor inertia, and a gear ratio "
+                                                        "without one has no influence",
+                                                        without_rotor)));
   }
 
   const XmlFile& file_;

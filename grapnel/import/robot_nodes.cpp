@@ -53,9 +53,8 @@ bool is_origin(const Vector3d& p) { return p[0] == 0 && p[1] == 0 && p[2] == 0; 
 bool is_identity(const Posed& X) { return is_unturned(X.R) && is_origin(X.p); }
 
 void put_pose(Node& mapping, const Posed& X, const Mark& mark) {
-  std::erase_if(mapping.entries, [](const NodeEntry& e) {
-    return e.key == "position" || e.key == "quaternion_wxyz" || e.key == "rpy";
-  });
+  std::erase_if(mapping.entries,
+                [](const NodeEntry& e) { return e.key == "position" || e.key == "quaternion_wxyz" || e.key == "rpy"; });
   if (!is_origin(X.p)) put(mapping, "position", vector_node_of(X.p, mark));
   if (is_unturned(X.R)) return;
   const Quaterniond q = quaternion_from(X.R);

@@ -77,20 +77,20 @@ std::optional<std::vector<double>> XmlFile::numbers(const pugi::xml_node& node, 
     double number = 0;
     const auto [rest, error] = std::from_chars(word.data(), word.data() + word.size(), number);
     if (error != std::errc() || rest != word.data() + word.size() || !std::isfinite(number)) {
-      faults.add(mark(node, attribute), fmt::format("{} of <{}>: {} is no finite number{}", attribute, node.name(),
-                                                    in_quotes(value.substr(at, end - at)),
-                                                    word.find("${") != std::string_view::npos
-                                                        ? "; a xacro file must be expanded first: "
-                                                          "xacro robot.urdf.xacro > robot.urdf"
-                                                        : ""));
+      faults.add(mark(node, attribute),
+                 fmt::format("{} of <{}>: {} is no finite number{}", attribute, node.name(),
+                             in_quotes(value.substr(at, end - at)),
+                             word.find("${") != std::string_view::npos ? "; a xacro file must be expanded first: "
+                                                                         "xacro robot.urdf.xacro > robot.urdf"
+                                                                       : ""));
       return std::nullopt;
     }
     numbers.push_back(number);
     at = end;
   }
   if (count != 0 && numbers.size() != count) {
-    faults.add(mark(node, attribute), fmt::format("{} of <{}> has {} numbers, expected {}", attribute, node.name(),
-                                                  numbers.size(), count));
+    faults.add(mark(node, attribute),
+               fmt::format("{} of <{}> has {} numbers, expected {}", attribute, node.name(), numbers.size(), count));
     return std::nullopt;
   }
   return numbers;
