@@ -98,7 +98,7 @@ std::optional<LinkTree> link_tree(const SourceModel& model, FaultList& faults) {
   }
   if (model.links.empty() || faults.size() > before) return {};
   check_roots(model, tree, faults);
-  if (tree.root >= 0) check_reached(model, tree, faults);
+  if (faults.size() == before) check_reached(model, tree, faults);
   if (faults.size() > before) return {};
   return tree;
 }

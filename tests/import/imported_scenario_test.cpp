@@ -48,7 +48,8 @@ class ImportedScenario : public ::testing::Test {
   // A scenario of a robot alone; all joints at 0.1.
   CaptureProblem load(const std::string& robot, std::vector<Override> overrides = {},
                       const std::string& joints = "[0.1, 0.1]") {
-    write("scenario.yaml", "name: s\n" + robot + "\ninitial: {joints: " + joints + "}\n");
+    write("scenario.yaml", "name: s\n" + robot + "\ninitial: {joints: " + joints +
+                               "}\napproach: {duration: 1, final_joints: " + joints + "}\n");
     return load_scenario(folder_ / "scenario.yaml", overrides, &warnings_);
   }
   std::string faults(const std::string& robot, std::vector<Override> overrides = {}) {

@@ -115,10 +115,11 @@ TEST(UrdfAssembly, WhatIsWrittenReadsBackAsTheSameRobotAndSaysWhy) {
   const Imported imported = import_corpus("massless-root.urdf");
   ASSERT_TRUE(imported.robot);
   const std::string text = yaml_text(imported.robot->tree, imported.robot->comment);
-  EXPECT_THAT(
-      text,
-      HasSubstr("# the base is link 'base_link', with what is fixed to it: base_body, battery (massless-root.urdf:6)\n"
-                "base:\n"));
+  EXPECT_THAT(text,
+              HasSubstr("name: massless-root\n# the base is link 'base_link', with what is fixed to it: base_body, "
+                        "battery (massless-root.urdf:6)\n# 'base_link' is one body with"));
+  EXPECT_THAT(text, HasSubstr("together (massless-root.urdf:6)\nbase:\n"));
+  EXPECT_THAT(text, HasSubstr("    # joint 'shoulder': the axis has length 2"));
   EXPECT_THAT(text, HasSubstr("# end-effectors: tool0"));
   const auto folder = std::filesystem::temp_directory_path() / ("grapnel-reads-back-" + std::to_string(getpid()));
   std::filesystem::create_directories(folder);
