@@ -247,7 +247,8 @@ const Form kBodyForms[] = {
     {.name = "scale",
      .schema = [](const Field& field, const TypeReference&) { return number_schema(field.range); },
      .read = read_scale,
-     .numbers = scale_writer},
+     .numbers = scale_writer,
+     .write = [](const Type&, const void* value) { return plain_number_node(*static_cast<const double*>(value)); }},
     {.name = "geometry of body", .read = read_shapes_by_name},
     {.name = "joint rating", .read = read_rating_by_name},
 };
