@@ -196,7 +196,9 @@ void read_mesh_file(const ValueToRead& at) {
 
 // Along all axes of a mesh, or along each.
 Json scale_schema(const Field& field, const TypeReference&) {
-  return {{"anyOf", {titled(number_schema(field.range), "a number"), titled(numbers_schema(3, field.range), "a list of 3 numbers")}}};
+  return {{"anyOf",
+           {titled(number_schema(field.range), "a number"),
+            titled(numbers_schema(3, field.range), "a list of 3 numbers")}}};
 }
 void set_scale(double* size, double scale) { size[0] = size[1] = size[2] = scale; }
 void read_scale(const ValueToRead& at) {
@@ -243,10 +245,7 @@ const Form kBodyForms[] = {
      .numbers = inertia_writer,
      .write = inertia_node},
     {.name = "mesh file", .read = read_mesh_file},
-    {.name = "scale",
-     .schema = scale_schema,
-     .read = read_scale,
-     .numbers = scale_writer},
+    {.name = "scale", .schema = scale_schema, .read = read_scale, .numbers = scale_writer},
     {.name = "geometry of body", .read = read_shape_by_name},
     {.name = "joint rating", .read = read_rating_by_name},
 };
