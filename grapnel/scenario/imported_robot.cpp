@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "grapnel/import/read_mjcf.hpp"
 #include "grapnel/import/read_urdf.hpp"
 #include "grapnel/import/robot_nodes.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
@@ -287,6 +288,7 @@ class Importer {
 
   SourceModel read_source(const fs::path& path, const std::string& bytes) {
     const XmlFile file(path.string(), bytes, faults_);
+    if (std::string_view(file.root().name()) == "mujoco") return read_mjcf(path, bytes, faults_);
     return read_urdf(file, faults_);
   }
 

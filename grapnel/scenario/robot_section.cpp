@@ -59,9 +59,10 @@ struct Described<Geometry> {
                        "Of a mesh: a file of triangles, .stl or .obj, by its path relative to the file that names it.")
           .as("mesh file")
           .optional(),
-      found<[](T& t) -> double& { return t.size[0]; }>("scale", "",
-                                                       "Of a mesh: what the file's numbers are multiplied with to be "
-                                                       "metres, such as 0.001 for millimetres; absent: 1.")
+      found<[](T& t) -> double& { return t.size[0]; }>(
+          "scale", "",
+          "Of a mesh: what the file's numbers are multiplied with to be "
+          "metres, such as 0.001 for millimetres, or 3 numbers, along x, y, z; absent: 1.")
           .above(0)
           .as("scale")
           .optional()
