@@ -45,9 +45,7 @@ class SettingsOfArguments {
   }
 
  private:
-  static Mark mark_of(const std::string& argument) {
-    return {std::make_shared<const std::string>(argument), 0, 0};
-  }
+  static Mark mark_of(const std::string& argument) { return {std::make_shared<const std::string>(argument), 0, 0}; }
   static Node plain(const std::string& text, const std::string& argument) {
     Node node;
     node.kind = Node::Kind::scalar;
@@ -89,9 +87,9 @@ class SettingsOfArguments {
 void say(const std::vector<ImportDecision>& decisions) {
   for (const ImportDecision& one : decisions) {
     const std::string file = one.mark.source ? *one.mark.source : std::string();
-    to_stdout("{}\n", printable_line(one.mark.line > 0 ? fmt::format("{}:{}:{}: {}", file, one.mark.line,
-                                                                     one.mark.column, one.text)
-                                                       : fmt::format("{}: {}", file, one.text)));
+    to_stdout("{}\n", printable_line(one.mark.line > 0
+                                         ? fmt::format("{}:{}:{}: {}", file, one.mark.line, one.mark.column, one.text)
+                                         : fmt::format("{}: {}", file, one.text)));
   }
 }
 
@@ -117,9 +115,8 @@ int import_robot_file(const ImportCommandOptions& options) {
     const RobotSetup robot = read_imported(*imported, options.output, files, &warnings);
     say(imported->decisions);
     say_faults(warnings);
-    std::string comment = fmt::format(
-        "Made by grapnel import from {}. What was decided for a part stands beside it.",
-        printable_line(options.model.filename().string()));
+    std::string comment = fmt::format("Made by grapnel import from {}. What was decided for a part stands beside it.",
+                                      printable_line(options.model.filename().string()));
     if (!imported->comment.empty()) comment += "\n" + imported->comment;
     write_file_atomically(options.output, yaml_text(imported->tree, comment));
     to_stdout("{}: {}, {}, {}\n", options.output.string(), fmt::format("{} bodies", robot.bodies.size()),

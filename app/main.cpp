@@ -188,7 +188,8 @@ int main(int argc, char** argv) {
                    "NAME=FOLDER: where a ROS package is; may be repeated (default: beside the model or above it)")
       ->allow_extra_args(false);
   import_command
-      ->add_option("--lock", import_options.locked, "JOINT=VALUE: a joint that does not move [rad or m]; may be repeated")
+      ->add_option("--lock", import_options.locked,
+                   "JOINT=VALUE: a joint that does not move [rad or m]; may be repeated")
       ->allow_extra_args(false);
   import_command
       ->add_option("--end-effector", import_options.end_effectors,

@@ -52,8 +52,8 @@ MjcfFiles::MjcfFiles(const std::filesystem::path& path, std::string text, FaultL
   add_children(*file, root, 0, root_->children);
   if (with_text_ == 0) return;
   const std::string others = with_text_ > 1 ? " and " + counted(with_text_ - 1, "other element") : "";
-  decisions_.push_back({first_with_text_.mark(), fmt::format("text in <{}>{} is passed over, as by MuJoCo",
-                                                             first_with_text_.tag(), others)});
+  decisions_.push_back({first_with_text_.mark(),
+                        fmt::format("text in <{}>{} is passed over, as by MuJoCo", first_with_text_.tag(), others)});
 }
 
 const XmlFile& MjcfFiles::parse(const std::filesystem::path& path, std::string text) {

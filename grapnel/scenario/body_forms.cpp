@@ -196,13 +196,19 @@ void read_mesh_file(const ValueToRead& at) {
 
 // Along all axes of a mesh, or along each.
 Json scale_schema(const Field& field, const TypeReference&) {
-  return {{"anyOf", {titled(number_schema(field.range), "a number"), titled(numbers_schema(3, field.range), "a list of 3 numbers")}}};
+  return {{"anyOf",
+           {titled(number_schema(field.range), "a number"),
+            titled(numbers_schema(3, field.range), "a list of 3 numbers")}}};
 }
 void set_scale(double* size, double scale) { size[0] = size[1] = size[2] = scale; }
 void read_scale(const ValueToRead& at) {
   auto* const size = static_cast<double*>(at.place);
   if (const auto scales = finite_list(at.node, 3)) std::copy(scales->begin(), scales->end(), size);
   if (const auto scale = number_of(at.node); scale && !std::isnan(*scale)) set_scale(size, *scale);
+}
+Node scale_node(const Type&, const void* value) {
+  const auto* const size = static_cast<const double*>(value);
+  return size[0] == size[1] && size[1] == size[2] ? plain_number_node(size[0]) : numbers_node({size, 3});
 }
 NumberWriter scale_writer(const NumberPlace& at) {
   return writer_of_one<double>(at, [](double& size, double scale) { return set_scale(&size, scale), true; });
@@ -248,10 +254,7 @@ const Form kBodyForms[] = {
      .numbers = inertia_writer,
      .write = inertia_node},
     {.name = "mesh file", .read = read_mesh_file},
-    {.name = "scale",
-     .schema = scale_schema,
-     .read = read_scale,
-     .numbers = scale_writer},
+    {.name = "scale", .schema = scale_schema, .read = read_scale, .numbers = scale_writer, .write = scale_node},
     {.name = "geometry of body", .read = read_shapes_by_name},
     {.name = "joint rating", .read = read_rating_by_name},
 };

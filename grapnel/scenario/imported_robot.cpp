@@ -86,10 +86,16 @@ constexpr Field mount_key() {
 template <>
 struct Described<ImportKeys> {
   static constexpr auto fields = std::to_array<Field>({
-      base_key(), packages_key(), lock_key(), end_effectors_key(), repair_key(),
-      key<std::string>("bus", "", "A robot file, a path relative to this file, on which the robot is mounted as an arm.")
+      base_key(),
+      packages_key(),
+      lock_key(),
+      end_effectors_key(),
+      repair_key(),
+      key<std::string>("bus", "",
+                       "A robot file, a path relative to this file, on which the robot is mounted as an arm.")
           .optional(),
-      mount_key(), prefix_key(),
+      mount_key(),
+      prefix_key(),
   });
   static constexpr auto rules = std::to_array<Rule>({needs("mount", "bus"), needs("prefix", "bus")});
   static constexpr Type type =
@@ -100,7 +106,13 @@ template <>
 struct Described<ArmKeys> {
   static constexpr auto fields = std::to_array<Field>({
       key<std::string>("file", "", "A model (.urdf, .xml) or a robot file, its path relative to this file.").required(),
-      mount_key(), prefix_key(), base_key(), packages_key(), lock_key(), end_effectors_key(), repair_key(),
+      mount_key(),
+      prefix_key(),
+      base_key(),
+      packages_key(),
+      lock_key(),
+      end_effectors_key(),
+      repair_key(),
   });
   static constexpr Type type = structure<ArmKeys>("imported_arm", "", fields);
 };
@@ -234,7 +246,8 @@ class Importer {
       options.locked.push_back({entry.key, number_of(entry.value).value_or(0), entry.mark});
     for (const NodeEntry& entry : part(settings, "packages").entries)
       options.packages.push_back({entry.key, path_beside(beside_, entry.value.text)});
-    for (const Node& item : part(settings, "end_effectors").items) options.end_effectors.push_back({item.text, item.mark});
+    for (const Node& item : part(settings, "end_effectors").items)
+      options.end_effectors.push_back({item.text, item.mark});
     options.repair_inertia = boolean_at(settings, "repair_inertia");
     return options;
   }

@@ -51,8 +51,9 @@ std::vector<Node*> import_path_nodes(Node& scenario);
 /// A model by itself, as `grapnel import` asks for it: `settings` are those of `import`, or nothing; their paths are
 /// relative to the folder of `beside`. Meshes are named relative to that of `place`.
 std::shared_ptr<const ImportedFile> import_model(const std::filesystem::path& model, const Node& settings,
-                                                 const std::filesystem::path& beside, const std::filesystem::path& place,
-                                                 ScenarioFiles& files, FaultList& faults);
+                                                 const std::filesystem::path& beside,
+                                                 const std::filesystem::path& place, ScenarioFiles& files,
+                                                 FaultList& faults);
 
 /// The robot that an import made, whose meshes are named relative to the folder of `place`; `warnings` as for
 /// load_robot(). @throws InputError with all faults, at their places in the files that were imported.

@@ -234,7 +234,7 @@ void doubt_inertia(const Node& body, const std::string& path, double mass, const
   } else if (has_shape && spread < std::pow(kWithinShape * core, 2)) {
     off = std::sqrt(spread) / core;
     why = fmt::format("{} {:.3g} m from the centre of mass",
-                      shapes.size() > 1 ? "the first of the shapes to end does so" : "the shape ends", core);
+                      shapes.size() > 1 ? "the nearest of the shapes ends" : "the shape ends", core);
   }
   if (why.empty()) return;
   faults.warn(part(body, "inertia").mark,

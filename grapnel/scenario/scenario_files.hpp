@@ -27,8 +27,8 @@ class ScenarioFiles {
     std::string bytes;
     std::string text;  // checked_text() of a file that is no YAML
     Node tree;
-    std::shared_ptr<const TriangleMesh> mesh = {};  // of a mesh file, whose `bytes` are but a digest
-    std::shared_ptr<const SourceModel> model = {};  // of a model to be imported
+    std::shared_ptr<const TriangleMesh> mesh = {};      // of a mesh file, whose `bytes` are but a digest
+    std::shared_ptr<const SourceModel> model = {};      // of a model to be imported
     std::shared_ptr<const ImportedFile> imported = {};  // of no file: a robot put together from files
   };
   /// Null if it has not been kept.
@@ -44,8 +44,8 @@ class ScenarioFiles {
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files,
                              std::vector<Fault>* warnings = nullptr);
 
-/// The tree of a robot file; its bytes are added to `hashed`. `blame` is the place that names it, as `named`. Empty after
-/// faults.
+/// The tree of a robot file; its bytes are added to `hashed`. `blame` is the place that names it, as `named`. Empty
+/// after faults.
 std::optional<Node> read_robot_tree(const std::filesystem::path& path, const Mark& blame, std::string& hashed,
                                     ScenarioFiles& files, FaultList& faults, const std::string& named);
 

@@ -130,9 +130,10 @@ struct Described<CaptureProblem> {
       version_key("constant grapnel-scenario/1"),
       field<&T::name>("name", "", "Shown in results.").required(),
       description_key(),
-      field<&T::robot>(&robot_description, "robot",
-                       "The robot: a robot file or a model in URDF or MJCF, its path relative to this file; the content "
-                       "of a robot file; or a bus with arms from files.")
+      field<&T::robot>(
+          &robot_description, "robot",
+          "The robot: a robot file or a model in URDF or MJCF, its path relative to this file; the content "
+          "of a robot file; or a bus with arms from files.")
           .as("robot")
           .required(),
       import_key_of_scenarios(),

@@ -80,9 +80,9 @@ constexpr Field rpy_of() {
       .optional();
 }
 
-const Type& robot_description();     ///< of a RobotSetup
-const Type& scenario_description();  ///< of a CaptureProblem, its robot included
-const Type& shapes_description();    ///< of a std::vector<Geometry>
+const Type& robot_description();         ///< of a RobotSetup
+const Type& scenario_description();      ///< of a CaptureProblem, its robot included
+const Type& shapes_description();        ///< of a std::vector<Geometry>
 const Type& import_description();        ///< of the choices for a robot that is imported
 const Type& robot_on_bus_description();  ///< of a robot that is put together from files
 // Of members of CaptureProblem, by the names of their keys.

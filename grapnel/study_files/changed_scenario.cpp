@@ -169,7 +169,7 @@ void write_value(const Field& field, const Type& type, const void* before, const
 
 void write_differences(const Type& type, const void* before, const void* after, Node& mapping) {
   for (const Field& field : type.fields) {
-    if (!field.place || field.form == "robot") continue;
+    if (!field.place || field.form == "robot" || (field.is_present && !field.is_present(after))) continue;
     const auto write = [&](const void* b) {
       const auto to = [&](const void* a) { write_value(field, field.type(), b, a, mapping); };
       field.show(after, visitor_of(to));

@@ -282,7 +282,8 @@ TEST(MjcfDecisions, WhatHasNoInfluenceIsSaidOncePerKind) {
 TEST(MjcfDecisions, TextIsPassedOverAsByMujoco) {
   const ReadMjcf robot = read({.arm = "0 0 1", .rest = "<sensor>-- end -></sensor>"});
   EXPECT_THAT(robot.faults, IsEmpty());
-  EXPECT_THAT(robot.decisions("text"), ElementsAre("6:2: text in <body> and 1 other element is passed over, as by MuJoCo"));
+  EXPECT_THAT(robot.decisions("text"),
+              ElementsAre("6:2: text in <body> and 1 other element is passed over, as by MuJoCo"));
 }
 
 TEST(MjcfDecisions, WhatIsNotPartOfTheRobotIsNamed) {

@@ -60,37 +60,37 @@ class MjcfFile : public ::testing::TestWithParam<Case> {};
 
 TEST_P(MjcfFile, HasMujocosMassMatrixAndBias) {
   const SourceModel source = read(GetParam().file);
-  const AssembledSource ours = assemble_source(source, GetParam().floats);
-  ASSERT_EQ(ours.model.velocities(), GetParam().velocities);
+  const Model ours = assemble_source(source, GetParam().floats);
+  ASSERT_EQ(ours.velocities(), GetParam().velocities);
   MujocoFile theirs(corpus(GetParam().mujoco != nullptr ? GetParam().mujoco : GetParam().file));
   const double bound = GetParam().bound;
+  const std::string base = ours.bodies()[0].description.name;
   Worst matrix("mass matrix"), vector("bias"), place("places of sites");
-  Workspace workspace(ours.model);
+  Workspace workspace(ours);
   for (int i = 0; i < 100; ++i) {
     SCOPED_TRACE(seed_note(i));
     Random random(i);
-    const State state = random_state(ours.model, random);
-    theirs.set_state(ours.model, ours.body_of, state);
-    const Eigen::MatrixXd M = mass_matrix(ours.model, state);
+    const State state = random_state(ours, random);
+    theirs.set_state(ours, base, state);
+    const Eigen::MatrixXd M = mass_matrix(ours, state);
     ASSERT_LE(matrix.note(relative_difference(theirs.mass_matrix(), M), i), bound);  // measured 7e-14, loose 8e-11
     std::vector<double> c;
-    bias(ours.model, state, Vector3d::zero(), workspace, c);
+    bias(ours, state, Vector3d::zero(), workspace, c);
     ASSERT_GT(eigen(c).norm(), 0);
     ASSERT_LE(vector.note(relative_difference(theirs.bias(), eigen(c)), i), bound);  // measured 1e-12, loose 6e-10
 
     // Sites as seen from the base: a fixed base stands at the origin here, wherever the file puts it.
-    const Kinematics kinematics = forward_kinematics(ours.model, state);
+    const Kinematics kinematics = forward_kinematics(ours, state);
     const Posed X_BW = inverse(kinematics.X_WB[0]);
-    const std::string& base = ours.body_of[0];
     const Posed X_BW_theirs = inverse(base == "world" ? Posed::identity() : theirs.body_pose(base));
-    for (std::size_t f = 0; f < ours.model.frames().size(); ++f) {
-      const Posed X = X_BW * frame_pose(ours.model, kinematics, static_cast<int>(f));
-      const Posed X_theirs = X_BW_theirs * theirs.site_pose(ours.model.frames()[f].name);
+    for (std::size_t f = 0; f < ours.frames().size(); ++f) {
+      const Posed X = X_BW * frame_pose(ours, kinematics, static_cast<int>(f));
+      const Posed X_theirs = X_BW_theirs * theirs.site_pose(ours.frames()[f].name);
       ASSERT_LE(place.note((eigen(X.p) - eigen(X_theirs.p)).norm(), i), kBound);
       ASSERT_LE(place.note((eigen(X.R) - eigen(X_theirs.R)).norm(), i), kBound);
     }
   }
-  EXPECT_EQ(ours.model.frames().size(), theirs.site_names().size());
+  EXPECT_EQ(ours.frames().size(), theirs.site_names().size());
 }
 
 TEST_P(MjcfFile, HasMujocosJoints) {
@@ -140,17 +140,17 @@ TEST(MjcfShapes, StandWhereMujocoHasThem) {
   for (const char* name : {"free_two_arms", "anchors", "geoms", "two_on_world"}) {
     SCOPED_TRACE(name);
     const SourceModel source = read(name);
-    const AssembledSource ours = assemble_source(source, std::string(name) != "two_on_world");
-    const State state = zero_state(ours.model);
+    const Model ours = assemble_source(source, std::string(name) != "two_on_world");
+    const State state = zero_state(ours);
     MujocoFile theirs(corpus(name));
-    theirs.set_state(ours.model, ours.body_of, state);
-    const Kinematics kinematics = forward_kinematics(ours.model, state);
+    theirs.set_state(ours, ours.bodies()[0].description.name, state);
+    const Kinematics kinematics = forward_kinematics(ours, state);
     for (const SourceLink& link : source.links) {
       SCOPED_TRACE(link.name);
       if (link.name == "world" || link.shapes.empty()) continue;
       const auto geoms = theirs.geoms_of(link.name);
       ASSERT_EQ(link.shapes.size(), geoms.size());
-      const Posed& X_WL = kinematics.X_WB[ours.model.body_index(link.name)];
+      const Posed& X_WL = kinematics.X_WB[ours.body_index(link.name)];
       for (std::size_t i = 0; i < geoms.size(); ++i) {
         const Posed X = X_WL * link.shapes[i].shape.X_BG, X_theirs = theirs.body_pose(link.name) * geoms[i].X_BG;
         EXPECT_LE((eigen(X.p) - eigen(X_theirs.p)).norm(), 1e-12);

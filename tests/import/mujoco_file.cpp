@@ -38,17 +38,25 @@ int MujocoFile::body_id(const std::string& body) const {
   return id;
 }
 
-void MujocoFile::set_state(const Model& model, const std::vector<std::string>& body_of, const State& state) {
+int MujocoFile::joint_id(const std::string& joint) const {
+  const int id = mj_name2id(model_, mjOBJ_JOINT, joint.c_str());
+  if (id < 0) throw std::runtime_error("MuJoCo has no joint '" + joint + "'");
+  return id;
+}
+
+void MujocoFile::set_state(const Model& model, const std::string& base, const State& state,
+                           const std::map<std::string, double>& held) {
   mj_resetData(model_, data_);
   write({0, 0, 0}, model_->opt.gravity);
+  for (const auto& [joint, value] : held) data_->qpos[model_->jnt_qposadr[joint_id(joint)]] = value;
   T_ = Eigen::MatrixXd::Zero(model_->nv, model.velocities());
   turned_ = Eigen::VectorXd::Zero(model_->nv);
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const Body& b = model.bodies()[i];
     const JointType type = b.description.joint.type;
     if (type == JointType::fixed) continue;
-    const int joint = model_->body_jntadr[body_id(body_of[i])];
-    if (joint < 0) throw std::runtime_error("MuJoCo's body '" + body_of[i] + "' does not move");
+    const int joint = type == JointType::free ? model_->body_jntadr[body_id(base)] : joint_id(b.description.joint.name);
+    if (joint < 0) throw std::runtime_error("MuJoCo's body '" + base + "' does not move");
     const int q = model_->jnt_qposadr[joint], v = model_->jnt_dofadr[joint];
     for (int k = 0; k < coordinate_count(type); ++k) data_->qpos[q + k] = state.q[b.q + k];
     if (type != JointType::free) {

@@ -16,8 +16,7 @@ struct mjData_;
 
 namespace grapnel::testing {
 
-/// Bodies and joints of both are matched by the names of bodies: MuJoCo's body of a name carries the joint that moves
-/// Grapnel's body of that name.
+/// Joints of both are matched by their names, a floating base by that of its body.
 class MujocoFile {
  public:
   /// @throws std::runtime_error with MuJoCo's message if it does not read the file.
@@ -26,8 +25,10 @@ class MujocoFile {
   MujocoFile(const MujocoFile&) = delete;
   MujocoFile& operator=(const MujocoFile&) = delete;
 
-  /// Puts the robot into a state and computes, without gravity. `body_of` gives MuJoCo's body for each of Grapnel's.
-  void set_state(const Model& model, const std::vector<std::string>& body_of, const State& state);
+  /// Puts the robot into a state and computes, without gravity. `base`: MuJoCo's name of the floating base's body;
+  /// `held`: values of joints that only MuJoCo moves.
+  void set_state(const Model& model, const std::string& base, const State& state,
+                 const std::map<std::string, double>& held = {});
   /// In Grapnel's velocities, after set_state().
   Eigen::MatrixXd mass_matrix() const;
   Eigen::VectorXd bias() const;
@@ -54,6 +55,7 @@ class MujocoFile {
 
  private:
   int body_id(const std::string& body) const;
+  int joint_id(const std::string& joint) const;
 
   mjModel_* model_ = nullptr;
   mjData_* data_ = nullptr;

@@ -2,6 +2,8 @@
 
 #include <map>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace grapnel::testing {
 namespace {
@@ -31,7 +33,7 @@ JointDescription moving(const SourceJoint& joint) {
 
 }  // namespace
 
-AssembledSource assemble_source(const SourceModel& source, bool free_root) {
+Model assemble_source(const SourceModel& source, bool free_root) {
   std::map<std::string, int> index;
   for (std::size_t i = 0; i < source.links.size(); ++i) index[source.links[i].name] = static_cast<int>(i);
   std::vector<const SourceJoint*> carrier(source.links.size(), nullptr);
@@ -54,8 +56,6 @@ AssembledSource assemble_source(const SourceModel& source, bool free_root) {
   }
 
   ModelBuilder builder;
-  AssembledSource result;
-  std::map<std::string, std::string> body_of;
   for (std::size_t i = 0; i < source.links.size(); ++i) {
     if (lumps[i].carrier != static_cast<int>(i)) continue;
     const SourceJoint* joint = carrier[i];
@@ -81,9 +81,7 @@ AssembledSource assemble_source(const SourceModel& source, bool free_root) {
     const Lump& lump = lumps[index.at(frame.link)];
     builder.add(FrameDescription{frame.name, source.links[lump.carrier].name, lump.X_CL * frame.X_LF});
   }
-  result.model = builder.build();
-  for (const Body& body : result.model.bodies()) result.body_of.push_back(body.description.name);
-  return result;
+  return builder.build();
 }
 
 }  // namespace grapnel::testing

@@ -48,7 +48,8 @@ struct Imported {
   }
 };
 
-inline Imported import_text(const std::string& text, ImportOptions options = {}, const std::string& name = "test.urdf") {
+inline Imported import_text(const std::string& text, ImportOptions options = {},
+                            const std::string& name = "test.urdf") {
   FaultList faults;
   Imported result;
   const XmlFile file(name, text, faults);

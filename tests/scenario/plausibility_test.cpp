@@ -80,10 +80,9 @@ TEST(Warnings, InertiaWithSeveralShapes) {
   EXPECT_THAT(warnings_with({wings, of_ball("10", "[8000, 8000, 8000]")}),
               ElementsAre(HasSubstr("make a radius of gyration of 28.3 m, and the shapes end 8 m from the centre of "
                                     "mass")));
-  EXPECT_THAT(
-      warnings_with({wings, of_ball("10", "[0.004, 0.004, 0.004]")}),
-      ElementsAre(HasSubstr("make a radius of gyration of 0.02 m, and the first of the shapes to end does so 0.5 "
-                            "m from the centre of mass")));
+  EXPECT_THAT(warnings_with({wings, of_ball("0.5", "[0.0001, 0.0001, 0.0001]")}),
+              ElementsAre(HasSubstr("make a radius of gyration of 0.0141 m, and the nearest of the shapes ends 0.5 m "
+                                    "from the centre of mass")));
 }
 
 TEST(Warnings, GraspPointsOnSeveralShapes) {
