@@ -176,7 +176,7 @@ int campaign(const CampaignRunOptions& options) {
   say_campaign(*loaded, options);
   if (shard.by_slurm && !options.quiet)
     to_stdout("part {} as SLURM_ARRAY_TASK_ID={} says\n", shard.text(), std::getenv("SLURM_ARRAY_TASK_ID"));
-  StopSignal stop;
+  StopSignal stop(options.stop);
   std::string command = options.command;  // that goes on
   return with_store_errors(*folder, command,
                            [&] { return run_and_write(*loaded, *folder, shard, options, stop, command); });

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,6 +42,7 @@ struct StudyOptions {
   std::optional<std::uint64_t> only;  // this point or case alone, as a complete run; not of searches
   bool quiet = false;
   bool no_report = false;
+  std::stop_token stop = {};  // from who has signals of its own; may be without a source
 };
 int sweep(const StudyOptions& options);
 int optimize(const StudyOptions& options);

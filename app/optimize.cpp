@@ -52,12 +52,14 @@ Evaluation write_best(const Optimization& optimization, const OptimizationOutcom
 OptimizationOutcome search(const Optimization& optimization, const StudyOptions& options) {
   Progress progress(options.quiet);
   return optimize(optimization, {.threads = threads_of(options.threads),
-                                 .progress = [&](const CaseProgress& at) { progress.report_points(at); }});
+                                 .progress = [&](const CaseProgress& at) { progress.report_points(at); },
+                                 .stop = options.stop});
 }
 
 // Searches and writes. The exit code.
 int search_and_write(const Optimization& optimization, const StudyOptions& options, const fs::path& folder) {
   const OptimizationOutcome outcome = search(optimization, options);
+  if (options.stop.stop_requested()) return kInterrupted;
   write_file_atomically(folder / "evaluations.csv", evaluations_csv(optimization, outcome));
   fs::remove(folder / "best.yaml");  // of an earlier search
   std::optional<Evaluation> after;

@@ -24,23 +24,9 @@
 #include "terminal.hpp"
 
 namespace grapnel::app {
-namespace {
-
 namespace fs = std::filesystem;
 
-// Temporaries of killed runs that are older are removed [s].
-constexpr double kAbandoned = 3600;
-
-// One line of stderr for each line of the message.
-int bad_input(const fs::path& file, const std::exception& error) {
-  std::string text = error.what();
-  for (std::size_t at = 0; at <= text.size();) {
-    const std::size_t end = std::min(text.find('\n', at), text.size());
-    to_stderr("{}: error: {}\n", file.string(), text.substr(at, end - at));
-    at = end + 1;
-  }
-  return kBadInput;
-}
+namespace {
 
 // Where a computation ended without a result of its own.
 CaptureResult failed(const CaptureProblem& problem, const char* why) {
@@ -51,42 +37,41 @@ CaptureResult failed(const CaptureProblem& problem, const char* why) {
   return result;
 }
 
-// Long series are said before anybody waits for them.
-void announce_series(const CaptureProblem& problem, const fs::path& file, const fs::path& folder) {
-  constexpr double kFew = 20'000, kLarge = 1e9;  // samples, bytes
-  const double duration = (problem.approach ? problem.approach->duration : 0.0) +
-                          (problem.post_impact ? problem.post_impact->duration : 0.0);
-  if (!(problem.output_interval > 0) || duration / problem.output_interval < kFew) return;
-  const ExpectedSeries expected = expected_series(problem);
-  if (expected.bytes() < kLarge) return;
-  std::error_code unknown;
-  const fs::space_info space = fs::space(folder, unknown);
-  const bool short_of_room = !unknown && static_cast<double>(space.available) < expected.bytes();
-  to_stderr(
-      "{}: warning: output.interval = {:g} s makes about {:.3g} samples of {:g} numbers: {:.3g} GB in timeseries.h5 "
-      "before compression{}; a longer interval makes fewer\n",
-      file.string(), problem.output_interval, expected.samples, expected.columns, 1e-9 * expected.bytes(),
-      short_of_room ? fmt::format(", where {:.3g} GB are free", 1e-9 * static_cast<double>(space.available)) : "");
+// A plan that cannot be found has a cause, and what is hardly meant in the input is the likeliest.
+void name_suspects(CaptureResult& result, const std::vector<std::string>& warnings) {
+  constexpr std::size_t kMost = 3;
+  if (result.status != CaptureStatus::failed || !result.failure.starts_with("planning")) return;
+  for (std::size_t i = 0; i < std::min(warnings.size(), kMost); ++i)
+    result.failure += (i == 0 ? ". Look first at this: " : "; and at this: ") + warnings[i];
 }
 
-// What was written of a result, and why the rest was not.
-struct Written {
-  std::set<std::string> files;
-  std::vector<std::string> faults;
+}  // namespace
 
-  // "summary.json, scene.json"
-  std::string names() const {
-    std::string list;
-    for (const char* name : {"summary.json", "timeseries.h5", "scene.json"})
-      if (files.contains(name)) list += (list.empty() ? "" : ", ") + std::string(name);
-    return list;
+CaptureResult simulate_run(const CaptureProblem& problem, const std::vector<std::string>& warnings,
+                           const CaptureProgress& progress, SeriesSink* sink) {
+  CaptureResult result;
+  try {
+    result = simulate_capture(problem, progress, CaptureDetail::full, sink);
+  } catch (const CaptureProblemError&) {
+    throw;
+  } catch (const ModelError&) {
+    throw;
+  } catch (const std::exception& error) {
+    result = failed(problem, error.what());
   }
-};
+  name_suspects(result, warnings);
+  return result;
+}
 
-// Writes what there is, also of a run that failed: what was computed before the failure is not lost, and what does not
-// fit costs nothing of what does. The summary comes first, the series, which are large, last.
-Written write_results(const CaptureProblem& problem, CaptureResult& result, TimeSeriesFile& series,
-                      const fs::path& folder) {
+std::string Written::names() const {
+  std::string list;
+  for (const char* name : {"summary.json", "timeseries.h5", "scene.json"})
+    if (files.contains(name)) list += (list.empty() ? "" : ", ") + std::string(name);
+  return list;
+}
+
+Written write_results(const CaptureProblem& problem, const CaptureResult& result, bool any_samples,
+                      const std::function<void(const fs::path&)>& write_series, const fs::path& folder) {
   Written written;
   // Of an earlier run: it does not belong to this one.
   const auto remove = [&](const char* name) {
@@ -116,12 +101,46 @@ Written write_results(const CaptureProblem& problem, CaptureResult& result, Time
   } else {
     remove("scenario.json");
   }
-  if (series.samples() + result.series.time.size() == 0) {
-    remove("timeseries.h5");
+  if (any_samples) {
+    write("timeseries.h5", write_series);
   } else {
-    write("timeseries.h5", [&](const fs::path&) { series.finish(result.series); });
+    remove("timeseries.h5");
   }
   return written;
+}
+
+namespace {
+
+// Temporaries of killed runs that are older are removed [s].
+constexpr double kAbandoned = 3600;
+
+// One line of stderr for each line of the message.
+int bad_input(const fs::path& file, const std::exception& error) {
+  std::string text = error.what();
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    to_stderr("{}: error: {}\n", file.string(), text.substr(at, end - at));
+    at = end + 1;
+  }
+  return kBadInput;
+}
+
+// Long series are said before anybody waits for them.
+void announce_series(const CaptureProblem& problem, const fs::path& file, const fs::path& folder) {
+  constexpr double kFew = 20'000, kLarge = 1e9;  // samples, bytes
+  const double duration = (problem.approach ? problem.approach->duration : 0.0) +
+                          (problem.post_impact ? problem.post_impact->duration : 0.0);
+  if (!(problem.output_interval > 0) || duration / problem.output_interval < kFew) return;
+  const ExpectedSeries expected = expected_series(problem);
+  if (expected.bytes() < kLarge) return;
+  std::error_code unknown;
+  const fs::space_info space = fs::space(folder, unknown);
+  const bool short_of_room = !unknown && static_cast<double>(space.available) < expected.bytes();
+  to_stderr(
+      "{}: warning: output.interval = {:g} s makes about {:.3g} samples of {:g} numbers: {:.3g} GB in timeseries.h5 "
+      "before compression{}; a longer interval makes fewer\n",
+      file.string(), problem.output_interval, expected.samples, expected.columns, 1e-9 * expected.bytes(),
+      short_of_room ? fmt::format(", where {:.3g} GB are free", 1e-9 * static_cast<double>(space.available)) : "");
 }
 
 // The table, which leaves why a simulation failed to stderr: it is said once.
@@ -130,14 +149,6 @@ std::string table_of(CaptureResult& result) {
   std::string table = result_table(result);
   result.failure = failure;
   return table;
-}
-
-// A plan that cannot be found has a cause, and what is hardly meant in the input is the likeliest.
-void name_suspects(CaptureResult& result, const std::vector<std::string>& warnings) {
-  constexpr std::size_t kMost = 3;
-  if (result.status != CaptureStatus::failed || !result.failure.starts_with("planning")) return;
-  for (std::size_t i = 0; i < std::min(warnings.size(), kMost); ++i)
-    result.failure += (i == 0 ? ". Look first at this: " : "; and at this: ") + warnings[i];
 }
 
 void warn(const CaptureProblem& problem, const CaptureResult& result, const fs::path& file) {
@@ -177,19 +188,18 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
       if (switches.stop.stop_requested()) throw std::runtime_error("stopped");
       progress.report(phase, at, end);
     };
-    result = simulate_capture(problem, follow, CaptureDetail::full, &series);
+    result = simulate_run(problem, switches.warnings, follow, &series);
   } catch (const CaptureProblemError& error) {
     return bad_input(file, error);
   } catch (const ModelError& error) {
     return bad_input(file, error);
-  } catch (const std::exception& error) {
-    result = failed(problem, error.what());
   }
-  name_suspects(result, switches.warnings);
   const std::string table = switches.quiet ? std::string() : table_of(result);
   const std::vector<std::string> warnings = result.warnings;
   result.warnings.insert(result.warnings.begin(), switches.warnings.begin(), switches.warnings.end());
-  const Written written = write_results(problem, result, series, folder);
+  const bool any_samples = series.samples() + result.series.time.size() > 0;
+  const Written written = write_results(
+      problem, result, any_samples, [&](const fs::path&) { series.finish(result.series); }, folder);
   result.warnings = warnings;  // what is doubtful has been said
   const bool complete = written.faults.empty();
   const FolderReport report = write_folder_report(folder, ResultKind::run, switches.no_report || !complete);
@@ -207,8 +217,6 @@ int run_problem(const CaptureProblem& problem, const fs::path& file, const fs::p
   if (!switches.mute) to_stderr("{}: error: the simulation failed: {}\n", file.string(), result.failure);
   return kSimulationFailed;
 }
-
-namespace fs = std::filesystem;
 
 namespace {
 

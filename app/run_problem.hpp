@@ -5,15 +5,38 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <vector>
 
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/problem/capture_problem.hpp"
-#include "run_problem.hpp"
+#include "grapnel/result/capture_result.hpp"
 
 namespace grapnel::app {
+
+/// What simulate_capture() finds, in full; what it throws that is no fault of the input is why the result has failed. A
+/// plan that cannot be found is blamed on what in the input is hardly meant (`warnings`). @throws CaptureProblemError,
+/// ModelError, and what progress throws that is no std::exception.
+CaptureResult simulate_run(const CaptureProblem& problem, const std::vector<std::string>& warnings,
+                           const CaptureProgress& progress = {}, SeriesSink* sink = nullptr);
+
+/// What was written of a result, and why the rest was not.
+struct Written {
+  std::set<std::string> files;
+  std::vector<std::string> faults;
+  std::string names() const;  // "summary.json, scene.json"
+};
+
+/// Writes summary.json, scene.json, scenario.json and timeseries.h5, also of a run that failed: what was computed
+/// before the failure is not lost, and what does not fit costs nothing of what does. The summary comes first, the
+/// series, which are large, last, by `write_series`. What of these is not written is removed: it would be of an earlier
+/// run.
+Written write_results(const CaptureProblem& problem, const CaptureResult& result, bool any_samples,
+                      const std::function<void(const std::filesystem::path&)>& write_series,
+                      const std::filesystem::path& folder);
 
 struct RunSwitches {
   bool quiet = false;      // errors and warnings only

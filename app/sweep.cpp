@@ -49,10 +49,12 @@ class PartialTable {
 std::vector<CaseRow> run_and_write(const Campaign& study, const StudyOptions& options, const fs::path& folder,
                                    PartialTable& partial) {
   Progress progress(options.quiet);
-  const std::vector<CaseRow> rows = run_sweep(
-      study,
-      {.threads = threads_of(options.threads), .progress = [&](const CaseProgress& at) { progress.report_points(at); }},
-      [&](const CaseRow& row) { partial.add(row); });
+  const std::vector<CaseRow> rows = run_sweep(study,
+                                              {.threads = threads_of(options.threads),
+                                               .progress = [&](const CaseProgress& at) { progress.report_points(at); },
+                                               .stop = options.stop},
+                                              [&](const CaseRow& row) { partial.add(row); });
+  if (options.stop.stop_requested()) return rows;
   write_campaign_tables(folder, study, GRAPNEL_VERSION, true, [&](const TakeRow& take) {
     for (const CaseRow& row : rows) take(row);
   });
@@ -89,6 +91,7 @@ int sweep(const StudyOptions& options) {
     to_stderr("grapnel: error: {}\n", error.what());
     return kSimulationFailed;
   }
+  if (options.stop.stop_requested()) return kInterrupted;
   partial.remove();
   const FolderReport report = write_folder_report(folder, ResultKind::sweep, options.no_report);
   if (!options.quiet)

@@ -11,9 +11,11 @@
 #include <cstdio>
 #include <initializer_list>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "grapnel/campaign/statistics.hpp"
 #include "grapnel/problem/capture_problem.hpp"
@@ -23,7 +25,8 @@ namespace grapnel::app {
 namespace {
 
 std::mutex mutex;
-bool progress_shown = false;  // a line without an end stands on the terminal; guarded by mutex
+bool progress_shown = false;      // a line without an end stands on the terminal; guarded by mutex
+std::optional<std::string> kept;  // KeptMessages; guarded by mutex
 
 // Longer lines of stderr are cut: a list in a message may have any length.
 constexpr std::size_t kLongestLine = 16384;  // [bytes]
@@ -56,12 +59,17 @@ bool stderr_is_terminal() { return isatty(STDERR_FILENO) == 1; }
 
 void write_stdout(std::string_view lines) {
   const std::lock_guard lock(mutex);
+  if (kept) return;
   erase_line();
   put(stdout, printable_lines(lines));
 }
 
 void write_stderr(std::string_view lines) {
   const std::lock_guard lock(mutex);
+  if (kept) {
+    *kept += with_short_lines(printable_lines(lines));
+    return;
+  }
   erase_line();
   // The buffer of stdout is written wherever it is full: without this a line of stderr would stand within one of it.
   std::fflush(stdout);
@@ -87,6 +95,21 @@ void erase_progress() {
   const std::lock_guard lock(mutex);
   erase_line();
   std::fflush(stderr);
+}
+
+KeptMessages::KeptMessages() {
+  const std::lock_guard lock(mutex);
+  kept.emplace();
+}
+
+KeptMessages::~KeptMessages() {
+  const std::lock_guard lock(mutex);
+  kept.reset();
+}
+
+std::string KeptMessages::lines() const {
+  const std::lock_guard lock(mutex);
+  return *kept;
 }
 
 void say_faults(const std::vector<Fault>& faults) {
@@ -187,7 +210,8 @@ extern "C" void pass_on(int) {
 
 }  // namespace
 
-StopSignal::StopSignal() {
+StopSignal::StopSignal(std::stop_token instead) : instead_(std::move(instead)) {
+  if (instead_.stop_possible()) return;
   if (::pipe2(pipe_.data(), O_CLOEXEC) != 0) throw std::system_error(errno, std::generic_category(), "pipe");
   handler_end = pipe_[1];
   // The thread is to get none of these signals, so that they end no system call of its own.
@@ -214,6 +238,7 @@ StopSignal::StopSignal() {
 }
 
 StopSignal::~StopSignal() {
+  if (instead_.stop_possible()) return;
   for (std::size_t i = 0; i < kSignals.size(); ++i) sigaction(kSignals[i], &before_[i], nullptr);
   [[maybe_unused]] const ssize_t written = ::write(pipe_[1], &kEnd, 1);
   waiting_.join();

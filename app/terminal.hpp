@@ -36,6 +36,18 @@ bool stderr_is_terminal();
 /// Faults of input files on stderr, one a line.
 void say_faults(const std::vector<Fault>& faults);
 
+/// While it lives, what is said on stderr is kept here instead, for who is no terminal's program; of stdout nothing is
+/// written. One at a time.
+class KeptMessages {
+ public:
+  KeptMessages();
+  ~KeptMessages();
+  KeptMessages(const KeptMessages&) = delete;
+  KeptMessages& operator=(const KeptMessages&) = delete;
+  /// Whole lines so far.
+  std::string lines() const;
+};
+
 /// Formatted text, whole lines.
 template <class... Args>
 void to_stdout(fmt::format_string<Args...> format, Args&&... args) {
@@ -81,21 +93,22 @@ int threads_of(int asked);
 
 /// While it lives, SIGINT, SIGTERM and SIGHUP ask to stop; the second of a kind ends the program at once. Whoever has
 /// the token hears of it at once, however long nobody calls poll(): a thread waits for the signals. One at a time;
-/// poll() by one thread.
+/// poll() by one thread. Who has handlers of its own for signals gives a token to listen to instead.
 class StopSignal {
  public:
-  StopSignal();
+  explicit StopSignal(std::stop_token instead = {});
   ~StopSignal();
   StopSignal(const StopSignal&) = delete;
   StopSignal& operator=(const StopSignal&) = delete;
 
   /// Whether a request has come.
-  bool poll() const { return source_.stop_requested(); }
-  std::stop_token token() const { return source_.get_token(); }
+  bool poll() const { return token().stop_requested(); }
+  std::stop_token token() const { return instead_.stop_possible() ? instead_ : source_.get_token(); }
 
  private:
   static constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
   std::array<struct sigaction, kSignals.size()> before_{};
+  std::stop_token instead_;
   std::stop_source source_;
   std::array<int, 2> pipe_{-1, -1};  // from the handler to the thread that waits
   std::thread waiting_;

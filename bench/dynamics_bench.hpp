@@ -15,8 +15,10 @@ void register_impacts();
 void register_plan();
 void register_capture();
 void register_campaign();
-void register_mujoco();          // where MuJoCo was found
-void register_mujoco_loops();    // likewise
-void register_mujoco_capture();  // likewise
+void register_rollouts();
+void register_mujoco();           // where MuJoCo was found
+void register_mujoco_loops();     // likewise
+void register_mujoco_capture();   // likewise
+void register_mujoco_rollouts();  // likewise
 
 }  // namespace grapnel::bench

@@ -100,10 +100,12 @@ int main(int argc, char** argv) {
   grapnel::bench::register_plan();
   grapnel::bench::register_capture();
   grapnel::bench::register_campaign();
+  grapnel::bench::register_rollouts();
 #ifdef GRAPNEL_BENCH_MUJOCO
   grapnel::bench::register_mujoco();
   grapnel::bench::register_mujoco_loops();
   grapnel::bench::register_mujoco_capture();
+  grapnel::bench::register_mujoco_rollouts();
 #endif
   Table table;
   benchmark::RunSpecifiedBenchmarks(&table);

@@ -2,6 +2,14 @@
 set(GRAPNEL_MODULES text spatial describe dense model import dynamics clearance integrate constraint impact simulate lanes plan result report
     problem approach impact_report capture study campaign scenario study_files)
 
+# Libraries may end in a shared one, such as Python's module. No function of theirs is ever replaced by one of that name from
+# elsewhere, which the compiler would allow for by not inlining it: this is what makes position-independent code cost nothing
+# (docs/performance.md).
+function(grapnel_position_independent target)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(${target} PRIVATE -fno-semantic-interposition)
+endfunction()
+
 # grapnel_module(<name> [TEXT] [SOURCES <file>...] [USES <module>...] [LIBRARIES <target>...] [PRIVATE_LIBRARIES <target>...])
 #
 # Defines grapnel::<name>, and Grapnel::<name> as it is called by those who find Grapnel installed. Its headers are visible as
@@ -36,6 +44,7 @@ function(grapnel_module name)
       # A class of one file may have members of that file's own types; the warning takes the file for a header.
       target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
     endif()
+    grapnel_position_independent(${target})
     if(ARG_TEXT)
       target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
     endif()

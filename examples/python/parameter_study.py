@@ -1,0 +1,54 @@
+"""A parameter study: impulse against the angle of approach over a grid, as a table and a figure.
+
+The grid stands in a study file, so that `grapnel sweep` does the same; here one is made in Python.
+
+    PYTHONPATH=build/release/python /usr/bin/python3 examples/python/parameter_study.py [FOLDER]
+"""
+
+import pathlib
+import sys
+
+import numpy as np
+
+import grapnel
+
+source = pathlib.Path(__file__).parents[2]
+out = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "out/python/parameter-study")
+out.mkdir(parents=True, exist_ok=True)
+
+study = out / "study.yaml"
+study.write_text(f"""
+schema: grapnel-study/1
+name: impulse against angle and speed
+scenario: {source.resolve()}/scenarios/thesis/open-loop-at-contact.yaml
+simulate: impact
+axes:
+  - {{quantity: relative_speed, values: [0.05, 0.1, 0.2]}}      # [m/s]
+  - {{quantity: approach_angle, from: -60, to: 60, count: 25, unit: deg}}
+""", encoding="utf-8")
+
+folder = grapnel.sweep(study, out=out / "results")
+columns, units = grapnel.read_columns(folder)
+impulse = next(name for name in columns if name.endswith("impulse_magnitude"))
+speed, angle = (next(name for name in columns if key in name) for key in ("speed", "angle"))
+print(f"{len(columns['case'])} points; {impulse} [{units[impulse]}] over {speed} [{units[speed]}] and {angle} [{units[angle]}]")
+for value in np.unique(columns[speed]):
+    row = columns[impulse][columns[speed] == value]
+    print(f"  {value:5.3g} {units[speed]}: {np.nanmin(row):.4f} to {np.nanmax(row):.4f} {units[impulse]}")
+
+try:
+    import matplotlib
+except ImportError:
+    grapnel.figure(folder, "impulse-map", out / "impulse.svg")  # by gnuplot, as papers want it
+else:
+    matplotlib.use("agg")
+    from matplotlib import pyplot
+
+    for value in np.unique(columns[speed]):
+        of = columns[speed] == value
+        pyplot.plot(columns[angle][of], columns[impulse][of], label=f"{value:g} {units[speed]}")
+    pyplot.xlabel(f"{angle} [{units[angle]}]")
+    pyplot.ylabel(f"{impulse} [{units[impulse]}]")
+    pyplot.legend()
+    pyplot.savefig(out / "impulse.svg")
+print(f"figure in {out}/impulse.svg, report in {folder}")

@@ -1,0 +1,11 @@
+// The lane rollouts for one_lane. Compiled with flags of its own, see CMakeLists.txt.
+
+#include "grapnel/lanes/lane_rollout.hpp"
+
+namespace grapnel::lanes {
+
+void run_lane_rollout_one_lane(const RolloutTables& tables, const RolloutCases& cases) {
+  run_lane_rollout<Pack<OneLane>>(tables, cases);
+}
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,56 @@
+#pragma once
+
+/// @file
+/// What the lane rollouts read and write: plain tables of numbers, the only thing that passes between portable code and
+/// the translation units of the instruction sets. Filled by Rollout; rollout.hpp says what the numbers mean.
+
+#include <cstdint>
+
+#include "grapnel/model/tree.hpp"
+
+namespace grapnel::lanes {
+
+/// A joint that a control drives.
+struct RolloutJoint {
+  int velocity;   // index into the velocities
+  double effort;  // limit [N m or N]; infinite: none
+  bool is_viscous, has_coulomb;
+  double viscous, coulomb, inverse_transition;
+};
+
+struct RolloutTables {
+  const TreeLink<double>* links;
+  int link_count;
+  int coordinates;
+  int velocities;
+  const int* quaternions;  // offsets of the coordinates' unit quaternions
+  int quaternion_count;
+  const RolloutJoint* joints;  // per control
+  int controls;
+  const std::uint8_t* held;  // per velocity: its acceleration is zero; null: none is
+  double gravity[3];         // in W [m/s^2]
+  double step;               // [s]
+  int substeps;              // per control
+  bool is_euler;             // semi-implicit Euler, else RK4
+};
+
+/// Cases of equal length, one after the other, row-major; a state has coordinates + velocities numbers.
+struct RolloutCases {
+  const double* initial;  // per case
+  const double* control;  // per case and step; null: zero
+  double* states;         // per case and step, after it; null: not wanted
+  double* last;           // per case, after its last step; null: not wanted
+  std::int64_t steps;
+  std::int64_t begin, end;  // the cases to compute
+  /// Asked now and then: whether to give up. Null: never.
+  bool (*stop)(void* context);
+  void* context;
+};
+
+// Once per instruction set; each is defined where it is compiled for its set.
+void run_lane_rollout_one_lane(const RolloutTables& tables, const RolloutCases& cases);
+void run_lane_rollout_sse2(const RolloutTables& tables, const RolloutCases& cases);
+void run_lane_rollout_avx2(const RolloutTables& tables, const RolloutCases& cases);
+void run_lane_rollout_avx512(const RolloutTables& tables, const RolloutCases& cases);
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,26 @@
+"""Captures of tumbling satellites by space robots: approach, impact, and motion afterwards.
+
+    import grapnel
+    problem = grapnel.load("scenarios/dual-arm-satellite-handles.yaml", set={"approach.duration": 50})
+    problem.targets[0].mass = 130                       # any value of the scenario, by attribute or by path
+    result = problem.simulate()
+    print(result.captured, result.units["base/angular_velocity"], result["base/angular_velocity"][-1])
+    result.report("capture.html")
+
+Everything is in SI units and radians. Frames: W is the inertial world, B the robot's base, E an end-effector, T a target.
+Twists and wrenches are [angular; linear]. Quaternions are (w, x, y, z). docs/python.md tells the rest.
+"""
+
+from . import env
+from ._grapnel import Check, Fault, InputError, __version__, instruction_set
+from .commands import CommandError, campaign, figure, optimize, report, success_map, sweep
+from .result import Ledger, Result, SimulationError
+from .robot import Impact, Loops, Robot, Rollout, rollout
+from .scenario import Problem, Scenario, Values, check, load, simulate_many
+from .tables import read_columns, read_table
+
+__all__ = [
+    "Check", "CommandError", "Fault", "Impact", "InputError", "Ledger", "Loops", "Problem", "Result", "Robot", "Rollout",
+    "Scenario", "SimulationError", "Values", "__version__", "campaign", "check", "env", "figure", "instruction_set", "load",
+    "optimize", "read_columns", "read_table", "report", "rollout", "simulate_many", "success_map", "sweep",
+]

@@ -1,0 +1,237 @@
+"""Captures as environments for learning and search: reset, step, one at a time or many.
+
+In the shape of gymnasium, which is used where it is installed and not needed. What moves is `grapnel.Rollout`: fixed steps in
+SIMD lanes, the targets free, nothing closes. A policy that works here is then tried by `Problem.simulate`, which judges the
+capture with error control, contact and conservation checks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from .robot import Rollout
+from .scenario import Problem
+
+try:
+    import gymnasium as _gymnasium
+except ImportError:
+    _gymnasium = None
+
+#: Changes the initial states of some cases: (generator, q (n, nq), v (n, nv)) -> (q, v).
+Perturb = Callable[[np.random.Generator, np.ndarray, np.ndarray], "tuple[np.ndarray, np.ndarray]"]
+
+
+class Box:
+    """A box of real numbers: what of gymnasium.spaces.Box is needed where that is not installed."""
+
+    def __init__(self, low: np.ndarray, high: np.ndarray) -> None:
+        self.low, self.high = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
+        self.shape, self.dtype = self.low.shape, np.dtype(np.float64)
+        self._random = np.random.default_rng()
+
+    def seed(self, seed: int | None = None) -> None:
+        self._random = np.random.default_rng(seed)
+
+    def sample(self) -> np.ndarray:
+        finite = np.isfinite(self.low) & np.isfinite(self.high)
+        return np.where(finite, self._random.uniform(np.where(finite, self.low, 0), np.where(finite, self.high, 1)),
+                        self._random.standard_normal(self.shape))
+
+    def contains(self, x: Any) -> bool:
+        x = np.asarray(x)
+        return x.shape == self.shape and bool(np.all(x >= self.low) and np.all(x <= self.high))
+
+    def __repr__(self) -> str:
+        return f"Box(shape={self.shape})"
+
+
+def _box(low: np.ndarray, high: np.ndarray) -> Any:
+    if _gymnasium is None:
+        return Box(low, high)
+    return _gymnasium.spaces.Box(low, high, dtype=np.float64)
+
+
+class VectorCaptureEnv:
+    """`n` captures of one problem at once.
+
+    An observation is, per case: joint values [rad, m], joint rates, the base's angular velocity [rad/s], and per grasp the
+    vector from the end-effector to its grasp point [m] and the grasp point's velocity relative to the end-effector [m/s], all
+    in the base's axes. An action is an effort per joint in parts of `effort_scale`, between -1 and 1, held for `period` [s].
+
+    The reward of a step is by how much sum(distance + 1 s * relative speed) over the grasps has gone down [m], and 1 more when the
+    capture is there: every end-effector within `position` [m], `velocity` [m/s] and `angular_velocity` [rad/s] of its grasp
+    point, by default those of its envelope (0.05 m and 0.05 m/s without one). Angles of envelopes are not judged here. A case
+    ends with the capture or where its numbers overflow (terminated), or at `duration` (truncated); it then stays as it is,
+    with rewards of 0, until it is reset.
+    """
+
+    def __init__(self, problem: Problem, n: int, period: float = 0.1, step: float = 0.02, duration: float | None = None,
+                 effort_scale: Any = None, position: float | None = None, velocity: float | None = None,
+                 angular_velocity: float | None = None, method: str = "rk4", perturb: Perturb | None = None,
+                 threads: int = 0) -> None:
+        if not 0 < step <= period:
+            raise ValueError(f"step is {step}, period {period}; expected is 0 < step <= period")
+        if n < 1:
+            raise ValueError(f"n is {n}; expected is at least one case")
+        substeps = round(period / step)
+        self.rollout = Rollout(problem, period / substeps, substeps, method)
+        self.robot = self.rollout.robot
+        self.n, self.period, self.threads, self.perturb = n, float(period), threads, perturb
+        self.duration = float(duration if duration is not None else self.robot._core.approach_duration or 20.0)
+        self.grasps: list[dict[str, Any]] = self.robot._core.grasps
+        if not self.grasps:
+            raise ValueError("the problem has no grasps; expected is at least one, which says what to reach")
+        self._tolerances = [self._tolerance(grasp, position, velocity, angular_velocity) for grasp in self.grasps]
+        self.effort_scale = self._scale(effort_scale)
+        self._start = self.rollout.state(*self.robot.initial_state())
+        self._random = np.random.default_rng()
+        size = 2 * self.robot.nu + 3 + 6 * len(self.grasps)
+        self.single_observation_space = _box(np.full(size, -np.inf), np.full(size, np.inf))
+        self.single_action_space = _box(np.full(self.robot.nu, -1.0), np.full(self.robot.nu, 1.0))
+        self.observation_space = _box(np.full((n, size), -np.inf), np.full((n, size), np.inf))
+        self.action_space = _box(np.full((n, self.robot.nu), -1.0), np.full((n, self.robot.nu), 1.0))
+        self.state = np.tile(self._start, (n, 1))  #: [q; v] of every case
+        self.time = np.zeros(n)  #: of every case [s]
+        self.done = np.ones(n, dtype=bool)  #: cases that have ended, and all before the first reset
+        self._potential = np.zeros(n)
+
+    @staticmethod
+    def _tolerance(grasp: dict[str, Any], position: float | None, velocity: float | None,
+                   angular_velocity: float | None) -> tuple[float, float, float]:
+        envelope = grasp["envelope"] or {"position": 0.05, "velocity": 0.05, "angular_velocity": np.inf}
+        return (envelope["position"] if position is None else position,
+                envelope["velocity"] if velocity is None else velocity,
+                envelope["angular_velocity"] if angular_velocity is None else angular_velocity)
+
+    def _scale(self, effort_scale: Any) -> np.ndarray:
+        scale = np.array(self.robot.effort_limit if effort_scale is None else
+                         np.broadcast_to(np.asarray(effort_scale, dtype=float), (self.robot.nu,)))
+        if not np.all(np.isfinite(scale) & (scale > 0)):
+            raise ValueError("effort_scale must be positive and finite for every joint; the robot's file states no effort "
+                             "limit for all of them, so say one: effort_scale=5.0")
+        return scale
+
+    # ---- Geometry ----
+
+    def relative(self, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Of states (n, nstate): from end-effectors to grasp points [m], and the grasp points' velocity [m/s] and the targets'
+        angular velocity [rad/s] relative to the end-effectors, (n, grasps, 3) each, in W."""
+        q, v = self.rollout.split(np.atleast_2d(state))
+        distances, velocities, turns = [], [], []
+        for grasp in self.grasps:
+            X_WE, V_WE = self.robot.frame_pose(grasp["end_effector"], q), self.robot.frame_twist(grasp["end_effector"], q, v)
+            X_WT, V_WT = self.robot.frame_pose(grasp["target"], q), self.robot.frame_twist(grasp["target"], q, v)
+            arm = X_WT[:, :3, :3] @ np.asarray(grasp["position"])
+            distances.append(X_WT[:, :3, 3] + arm - X_WE[:, :3, 3])
+            velocities.append(V_WT[:, 3:] + np.cross(V_WT[:, :3], arm) - V_WE[:, 3:])
+            turns.append(V_WT[:, :3] - V_WE[:, :3])
+        return np.stack(distances, axis=1), np.stack(velocities, axis=1), np.stack(turns, axis=1)
+
+    def observe(self, state: np.ndarray) -> np.ndarray:
+        """Observations of states, (n, size)."""
+        return self._observe(np.atleast_2d(state), *self.relative(state)[:2])
+
+    def _observe(self, state: np.ndarray, distance: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        q, v = self.rollout.split(state)
+        R_WB = self.robot.frame_pose(self.robot.base, q)[:, :3, :3]
+        w_WB = self.robot.frame_twist(self.robot.base, q, v)[:, :3]
+        in_base = [np.einsum("nji,nj->ni", R_WB, w_WB)]
+        for g in range(len(self.grasps)):
+            in_base += [np.einsum("nji,nj->ni", R_WB, x[:, g]) for x in (distance, velocity)]
+        return np.concatenate([q[:, self.robot.joint_q], v[:, self.robot.joint_v], *in_base], axis=1)
+
+    @staticmethod
+    def _potential_of(distance: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        return (np.linalg.norm(distance, axis=2) + np.linalg.norm(velocity, axis=2)).sum(axis=1)
+
+    def _captured(self, distance: np.ndarray, velocity: np.ndarray, turn: np.ndarray) -> np.ndarray:
+        captured = np.ones(len(distance), dtype=bool)
+        for g, (position, speed, rate) in enumerate(self._tolerances):
+            captured &= np.linalg.norm(distance[:, g], axis=1) <= position
+            captured &= np.linalg.norm(velocity[:, g], axis=1) <= speed
+            captured &= np.linalg.norm(turn[:, g], axis=1) <= rate
+        return captured
+
+    # ---- Environment ----
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None,
+              cases: np.ndarray | None = None) -> tuple[np.ndarray, dict[str, Any]]:
+        """Brings all cases, or those of `cases` (indices or truth values), to the problem's start, changed by `perturb`.
+        Returns observations (n, size) and an empty dictionary."""
+        if seed is not None:
+            self._random = np.random.default_rng(seed)
+        which = np.arange(self.n) if cases is None else np.arange(self.n)[cases]
+        state = np.tile(self._start, (len(which), 1))
+        if self.perturb is not None and len(which):
+            q, v = self.rollout.split(state)
+            state = self.rollout.state(*self.perturb(self._random, q.copy(), v.copy()))
+            if state.shape != (len(which), self.rollout.nstate):
+                raise ValueError(f"perturb returned states of shape {state.shape}, expected is "
+                                 f"({len(which)}, {self.rollout.nstate})")
+        self.state[which], self.time[which], self.done[which] = state, 0.0, False
+        distance, velocity, _ = self.relative(self.state)
+        self._potential = self._potential_of(distance, velocity)
+        return self._observe(self.state, distance, velocity), {}
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Goes on by one period under actions (n, joints), cut at -1 and 1. Returns observations (n, size), rewards,
+        terminated, truncated (n,) and, in a dictionary, 'captured', 'distance' (n, grasps) [m] and 'speed' (n, grasps) [m/s]."""
+        action = np.asarray(action, dtype=float)
+        if action.shape != (self.n, self.robot.nu):
+            raise ValueError(f"action has shape {action.shape}, expected is ({self.n}, {self.robot.nu})")
+        live = np.flatnonzero(~self.done)
+        diverged = np.zeros(self.n, dtype=bool)
+        if len(live):
+            control = (np.clip(action[live], -1, 1) * self.effort_scale)[:, None, :]
+            after = self.rollout(self.state[live], control, last_only=True, threads=self.threads)
+            sound = np.all(np.isfinite(after), axis=1)
+            self.state[live[sound]] = after[sound]
+            diverged[live[~sound]] = True
+            self.time[live] += self.period
+        distance, velocity, turn = self.relative(self.state)
+        potential = self._potential_of(distance, velocity)
+        ready = self._captured(distance, velocity, turn) & ~diverged
+        moved = np.zeros(self.n, dtype=bool)
+        moved[live] = True
+        reward = np.where(moved, self._potential - potential + ready, 0.0)
+        terminated = ready & moved | diverged
+        truncated = moved & ~terminated & (self.time >= self.duration - 1e-9)
+        self._potential, self.done = potential, self.done | terminated | truncated
+        info = {"captured": ready, "diverged": diverged, "distance": np.linalg.norm(distance, axis=2),
+                "speed": np.linalg.norm(velocity, axis=2)}
+        return self._observe(self.state, distance, velocity), reward, terminated, truncated, info
+
+    def close(self) -> None:
+        """Nothing is open."""
+
+
+class CaptureEnv(_gymnasium.Env if _gymnasium is not None else object):  # type: ignore[misc]
+    """One capture as an environment: `VectorCaptureEnv` with one case, and without the cases' axis."""
+
+    metadata: dict[str, Any] = {"render_modes": []}
+    render_mode = None
+
+    def __init__(self, problem: Problem, **settings: Any) -> None:
+        self.vector = VectorCaptureEnv(problem, 1, **settings)
+        self.observation_space = self.vector.single_observation_space
+        self.action_space = self.vector.single_action_space
+
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
+        """The first observation, (size,), and an empty dictionary."""
+        observation, info = self.vector.reset(seed, options)
+        return observation[0], info
+
+    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
+        """Observation (size,), reward, terminated, truncated, and 'captured', 'distance', 'speed' of the grasps."""
+        action = np.asarray(action, dtype=float)
+        if action.shape != self.action_space.shape:
+            raise ValueError(f"action has shape {action.shape}, expected is {self.action_space.shape}")
+        observation, reward, terminated, truncated, info = self.vector.step(action[None])
+        return (observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]),
+                {key: value[0] for key, value in info.items()})
+
+    def close(self) -> None:
+        """Nothing is open."""

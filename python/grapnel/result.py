@@ -1,0 +1,219 @@
+"""What a simulated capture leaves behind."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
+from typing import Any, Union
+
+import numpy as np
+
+from . import _grapnel
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+class SimulationError(RuntimeError):
+    """A simulation that could not go on, or whose conservation checks failed. `result` has what was computed."""
+
+    result: Result
+
+    def __init__(self, message: str, result: Result) -> None:
+        super().__init__(message)
+        self.result = result
+
+
+class Ledger(Mapping[str, _grapnel.Check]):
+    """The conservation checks of a capture by their names, each with `value`, `bound`, `passed` and `kind`."""
+
+    def __init__(self, checks: Iterable[_grapnel.Check]) -> None:
+        self._checks = {check.name: check for check in checks}
+
+    def __getitem__(self, name: str) -> _grapnel.Check:
+        return self._checks[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._checks)
+
+    def __len__(self) -> int:
+        return len(self._checks)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the physics was kept: all checks of kind 'conservation'. If not, the run is no result."""
+        return all(check.passed for check in self._checks.values() if check.kind == "conservation")
+
+    def __repr__(self) -> str:
+        lines = [f"  {check.name:<32}{check.value:>12.3g} of {check.bound:<8.3g} {check.unit:<4} "
+                 f"{'passed' if check.passed else 'FAILED'}" for check in self._checks.values()]
+        return "\n".join(["Ledger", *lines])
+
+
+class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
+    """A simulated capture: its time series by name, its summary, its ledger.
+
+    `result["base/angular_velocity"]` is an array of one row per sample, at the times `result.time` [s]; names, units and
+    components are those of timeseries.h5 (docs/formats/timeseries.md). Arrays are views of the result's own memory, which live
+    as long as any of them and cannot be written to; `.copy()` makes an array of your own.
+    """
+
+    def __init__(self, run: _grapnel.Run) -> None:
+        self._run = run
+
+    # ---- Time series ----
+
+    @property
+    def time(self) -> np.ndarray:
+        """Times of the samples [s], shape (samples,). The impact has two samples of one time, before and after it."""
+        return self._run.time
+
+    @property
+    def phase(self) -> np.ndarray:
+        """The phase of each sample, shape (samples,): an index into `phases`."""
+        return self._run.phase
+
+    @property
+    def phases(self) -> list[str]:
+        """Names of the phases: 'approach', 'contact', 'post_impact', ..."""
+        return self._run.phases
+
+    @cached_property
+    def _names(self) -> list[str]:
+        return self._run.names
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Samples of a quantity: shape (samples, width), or (samples,) where it is one number."""
+        if not isinstance(name, str):
+            raise TypeError(f"the name of a series is a text, not {name!r}")
+        try:
+            return self._run.series(name)
+        except KeyError:
+            near = [own for own in self._names if name in own or own.endswith("/" + name.rsplit("/", 1)[-1])]
+            hint = f"; there are {', '.join(near[:6])}" if near else f"; there are {', '.join(self._names[:6])}, ..."
+            raise KeyError(f"no series is called {name!r}{hint}") from None
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    @cached_property
+    def units(self) -> dict[str, str]:
+        """Unit of every series, '1' for none; `units["time"]` is 's'."""
+        return {"time": "s", **{name: self._run.unit(name) for name in self._names}}
+
+    @cached_property
+    def components(self) -> dict[str, list[str]]:
+        """What the columns of every series are: 'x', 'y', 'z', or names of joints; [''] of one number."""
+        return {name: self._run.components(name) for name in self._names}
+
+    @cached_property
+    def descriptions(self) -> dict[str, str]:
+        """What every series is, with its frame."""
+        return {name: self._run.description(name) for name in self._names}
+
+    def to_pandas(self, names: Iterable[str] | None = None) -> Any:
+        """A pandas.DataFrame with a row per sample and a column per component ('base/position/x'), indexed by time; units in
+        `.attrs["units"]`. Needs pandas."""
+        import pandas
+
+        columns: dict[str, np.ndarray] = {}
+        units: dict[str, str] = {}
+        for name in self._names if names is None else names:
+            array = self[name]
+            rows = array.reshape(len(array), -1)
+            for k, component in enumerate(self.components[name]):
+                column = f"{name}/{component}" if component else name
+                columns[column], units[column] = rows[:, k], self.units[name]
+        frame = pandas.DataFrame(columns, index=pandas.Index(self.time, name="time"))
+        frame.attrs["units"] = units
+        return frame
+
+    # ---- What came out ----
+
+    @property
+    def status(self) -> str:
+        """'completed' or 'failed': the simulation could not go on, and `failure` says why, where and when."""
+        return self._run.status
+
+    @property
+    def failure(self) -> str:
+        """Why the simulation failed: body, time and condition. '' if it did not."""
+        return self._run.failure
+
+    @property
+    def captured(self) -> str:
+        """'yes': every end-effector was within its capture envelope. 'no'. 'assumed': nothing says what it can close on."""
+        return self._run.captured
+
+    @property
+    def feasible(self) -> str:
+        """'yes', 'no' (bodies overlap, joints beyond their limits), or 'not checked'."""
+        return self._run.feasible
+
+    @property
+    def verdict(self) -> list[str]:
+        """Sentences on the capture and on feasibility, as the program prints them."""
+        return self._run.verdict
+
+    @cached_property
+    def ledger(self) -> Ledger:
+        """The conservation checks, by name."""
+        return Ledger(self._run.ledger)
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """What summary.json holds, as dictionaries and lists (docs/formats/summary.md): impulses, energies, final states."""
+        return json.loads(self._run.summary_json)
+
+    @property
+    def name(self) -> str:
+        """The scenario's name."""
+        return self._run.name
+
+    @property
+    def sha256(self) -> str:
+        """Of the scenario's input."""
+        return self._run.sha256
+
+    @property
+    def warnings(self) -> list[str]:
+        return self._run.warnings
+
+    def raise_if_failed(self) -> Result:
+        """Raises SimulationError if the simulation or its conservation checks failed; else returns the result itself."""
+        if self.status != "completed":
+            raise SimulationError(f"the simulation failed: {self.failure}", self)
+        failed = [check for check in self.ledger.values() if check.kind == "conservation" and not check.passed]
+        if failed:
+            raise SimulationError("conservation checks failed: " + "; ".join(map(repr, failed)), self)
+        return self
+
+    # ---- Files ----
+
+    def save(self, folder: Path, report: bool | None = None) -> None:
+        """Writes the folder that `grapnel run -o FOLDER` writes: summary.json, timeseries.h5, scene.json, scenario.json and
+        report.html. `report`: None writes the report where Grapnel was built with its viewer."""
+        self._run.save(folder, report)
+
+    def report(self, file: Path) -> None:
+        """Writes the report, one HTML page with the replay, plots and all numbers, that opens from disk."""
+        self._run.report(file)
+
+    def __str__(self) -> str:
+        """The table that `grapnel run` prints."""
+        return self._run.table
+
+    def __repr__(self) -> str:
+        return f"<grapnel.Result of {self.name!r}: {self.status}, captured: {self.captured}, feasible: {self.feasible}>"
+
+    __hash__ = object.__hash__
+
+    def __eq__(self, other: object) -> bool:
+        return self is other

@@ -1,0 +1,359 @@
+"""Kinematics and dynamics of a robot whose base floats, one state or many at a time."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Union
+
+import numpy as np
+
+from . import _grapnel
+from .scenario import Problem
+
+Path = Union[str, "os.PathLike[str]"]
+Array = np.ndarray
+#: A closure or a grasp: two names, and perhaps 'rigid', 'hinge' or 'point', and the axis of a hinge.
+Pair = Sequence[Any]
+
+
+def _pairs(pairs: Iterable[Pair]) -> list[tuple[str, str, str, Any]]:
+    result = []
+    for pair in pairs:
+        if isinstance(pair, str) or not 2 <= len(pair) <= 4:
+            raise ValueError(f"{pair!r} is no pair; expected is (frame, frame), and perhaps a kind and the axis of a hinge")
+        result.append((str(pair[0]), str(pair[1]), str(pair[2]) if len(pair) > 2 else "rigid",
+                       pair[3] if len(pair) > 3 else None))
+    return result
+
+
+def _gravity(gravity: Any) -> tuple[float, float, float]:
+    array = np.asarray(gravity, dtype=float)
+    if array.shape != (3,):
+        raise ValueError(f"gravity has shape {array.shape}, expected is (3,)")
+    if not np.all(np.isfinite(array)):
+        raise ValueError(f"gravity is {gravity}; expected are finite numbers")
+    return float(array[0]), float(array[1]), float(array[2])
+
+
+@dataclass(frozen=True)
+class Impact:
+    """What the plastic impact of all grasps at once does; everything with the batch's axis in front, if there is one."""
+
+    velocity: Array  #: v afterwards, (nv,)
+    impulse: Array  #: on the robot, [angular N m s; linear N s] in W at the contact point, (grasps, 6)
+    contact_point: Array  #: in W [m], (grasps, 3)
+    determined: Array  #: whether a component of an impulse is the same in every solution, (grasps, 6)
+    kinetic_energy_before: Array  #: of everything [J]
+    kinetic_energy_after: Array  #: [J]
+    rank: Array  #: independent rows of the grasps
+    generalized_momentum_residual: Array  #: |M (v+ - v-) - J^T P| relative to |M v-|, a check
+
+
+class Robot:
+    """A robot, alone or with the free targets of a problem, as a model for computations of one's own.
+
+    `Robot("robot.yaml")`, `Robot(problem)`, or `Robot(problem, targets=True)`, in whose coordinates the targets come last, as
+    bodies named 'target:NAME'.
+
+    A state is `q` of `nq` and `v` of `nv` numbers, in the order of `q_names` and `v_names`. A free body has its position p_WB in W
+    [m] and quaternion_wxyz of R_WB in q, and [angular; linear] velocity of its origin in its own axes [rad/s, m/s] in v; a
+    joint its angle or travel [rad, m] and its rate. Every function takes one state, arrays of (nq,) and (nv,), or a batch, (n,
+    nq) and (n, nv), and returns one result or n of them, along the first axis; single arguments go with every row of a
+    batch. Batches are worked on by all processors, other Python threads go on, and each row's bits are those of the row alone.
+    Wrong shapes, numbers that are not finite, and quaternions that are not of unit norm are a ValueError.
+    """
+
+    def __init__(self, source: Path | Problem, targets: bool = False) -> None:
+        if isinstance(source, Problem):
+            self._core = _grapnel.Robot(source._core, targets)
+        elif targets:
+            raise ValueError("a robot file has no targets; load the scenario and pass the problem")
+        else:
+            self._core = _grapnel.Robot(source)
+
+    # ---- What it is ----
+
+    @property
+    def name(self) -> str:
+        return self._core.name
+
+    @property
+    def joints(self) -> list[str]:
+        """Names of the joints that move, in the order of efforts and of `joint_q`, `joint_v`."""
+        return self._core.joints
+
+    @property
+    def bodies(self) -> list[str]:
+        """Names of the bodies, parents before children."""
+        return self._core.bodies
+
+    @property
+    def frames(self) -> list[str]:
+        """Names of the end-effectors (and of targets' frames)."""
+        return self._core.frames
+
+    @property
+    def base(self) -> str:
+        return self._core.base
+
+    @property
+    def nq(self) -> int:
+        return self._core.nq
+
+    @property
+    def nv(self) -> int:
+        return self._core.nv
+
+    @property
+    def nu(self) -> int:
+        """How many joints have efforts."""
+        return self._core.nu
+
+    @property
+    def q_names(self) -> list[str]:
+        """What each number of q is: 'base/x', ..., 'base/qw', ..., then names of joints."""
+        return self._core.q_names
+
+    @property
+    def v_names(self) -> list[str]:
+        """What each number of v is: 'base/wx', ..., 'base/vx', ..., then names of joints."""
+        return self._core.v_names
+
+    @property
+    def joint_q(self) -> Array:
+        """Indices of the joints' values in q: `q[..., robot.joint_q]`."""
+        return np.array(self._core.joint_q, dtype=int)
+
+    @property
+    def joint_v(self) -> Array:
+        """Indices of the joints' rates in v."""
+        return np.array(self._core.joint_v, dtype=int)
+
+    def body_q(self, body: str) -> slice | None:
+        """Where a free body's position and quaternion are in q; None of a body on a joint."""
+        at = self._core.body_q(body)
+        return None if at < 0 else slice(at, at + 7)
+
+    def body_v(self, body: str) -> slice | None:
+        """Where a free body's [angular; linear] velocity is in v; None of a body on a joint."""
+        at = self._core.body_v(body)
+        return None if at < 0 else slice(at, at + 6)
+
+    @property
+    def lower(self) -> Array:
+        """Least joint values [rad, m]; -inf where there is no limit."""
+        return self._core.lower
+
+    @property
+    def upper(self) -> Array:
+        """Largest joint values [rad, m]."""
+        return self._core.upper
+
+    @property
+    def rate_limit(self) -> Array:
+        """Largest joint rates [rad/s, m/s]."""
+        return self._core.rate_limit
+
+    @property
+    def effort_limit(self) -> Array:
+        """Largest joint efforts [N m, N]."""
+        return self._core.effort_limit
+
+    @property
+    def mass(self) -> float:
+        """Of everything [kg]."""
+        return self._core.mass
+
+    def zero_state(self) -> tuple[Array, Array]:
+        """q and v of everything at the world's origin, unturned and at rest, joints at zero."""
+        return self._core.zero_state()
+
+    def initial_state(self) -> tuple[Array, Array]:
+        """q and v at the start of the problem's run, targets where they are then; of a robot file the zero state."""
+        return self._core.initial_state()
+
+    def __repr__(self) -> str:
+        return f"<grapnel.Robot {self.name!r}: {len(self.bodies)} bodies, {self.nu} joints, {self.mass:g} kg>"
+
+    # ---- Kinematics ----
+
+    def frame_pose(self, frame: str, q: Array) -> Array:
+        """X_WE of a frame or a body, (4, 4): rotation R_WE and position p_WE [m] of its origin, in W."""
+        return self._core.frame_pose(frame, q)
+
+    def frame_twist(self, frame: str, q: Array, v: Array) -> Array:
+        """V_WE, (6,): [angular; linear] velocity of a frame or a body at its origin, in W [rad/s, m/s]."""
+        return self._core.frame_twist(frame, q, v)
+
+    def forward_kinematics(self, q: Array) -> dict[str, Array]:
+        """X_W of all bodies and end-effectors by name, (4, 4) each."""
+        names = [*self.bodies, *(frame for frame in self.frames if frame not in self.bodies)]
+        return {name: self._core.frame_pose(name, q) for name in names}
+
+    def jacobian(self, frame: str, q: Array) -> Array:
+        """J of a frame or a body at its origin, (6, nv): its twist [angular; linear] in W is J v (2.1)."""
+        return self._core.jacobian(frame, q)
+
+    def generalized_jacobian(self, frame: str, q: Array) -> Array:
+        """J_g = J_m - J_b I_b^-1 I_bm of a frame on the robot, (6, joints): its twist in W per joint rate while the base floats
+        with zero momentum (2.5). Of a base that is fixed the ordinary one."""
+        return self._core.generalized_jacobian(frame, q)
+
+    # ---- Inertia and momentum ----
+
+    def mass_matrix(self, q: Array) -> Array:
+        """M of M vdot + bias = tau (2.7), (nv, nv), rotors included."""
+        return self._core.mass_matrix(q)
+
+    def base_inertia(self, q: Array) -> Array:
+        """I_b, (6, 6): in B at B's origin; (0, 0) of a base that is fixed."""
+        return self._core.base_inertia(q)
+
+    def coupling_inertia(self, q: Array) -> Array:
+        """I_bm, (6, joints): momentum in B at B's origin per joint rate."""
+        return self._core.coupling_inertia(q)
+
+    def generalized_inertia(self, q: Array) -> Array:
+        """I_m - I_bm^T I_b^-1 I_bm, (joints, joints): the inertia of the joints while the base floats (2.8)."""
+        return self._core.generalized_inertia(q)
+
+    def center_of_mass(self, q: Array) -> Array:
+        """Of everything, in W [m], (3,)."""
+        return self._core.center_of_mass(q)
+
+    def momentum(self, q: Array, v: Array, about: Array | None = None) -> Array:
+        """[angular; linear] momentum of everything in W [N m s, N s], (6,), about a point in W, by default the centre of mass
+        (2.2)."""
+        return self._core.momentum(q, v, about)
+
+    def kinetic_energy(self, q: Array, v: Array) -> Array:
+        """Of everything, rotors included [J]."""
+        return self._core.kinetic_energy(q, v)
+
+    def base_twist(self, q: Array, joint_rates: Array, momentum: Array | None = None) -> Array:
+        """V_WB of the floating base in W, (6,), for joint rates (joints,) and the robot's momentum [angular about its centre of
+        mass; linear] in W, by default zero (2.6)."""
+        return self._core.base_twist(q, joint_rates, momentum)
+
+    # ---- Dynamics ----
+
+    def bias(self, q: Array, v: Array, gravity: Array = (0, 0, 0)) -> Array:
+        """c of M vdot + c = tau (2.7), (nv,): forces at zero acceleration; `gravity` uniform in W [m/s^2]."""
+        return self._core.bias(q, v, _gravity(gravity))
+
+    def forward_dynamics(self, q: Array, v: Array, tau: Array | None = None, gravity: Array = (0, 0, 0)) -> Array:
+        """vdot, (nv,). `tau`: an effort per joint (nu,) [N m, N], or a generalized force per velocity (nv,), that of a free body a
+        wrench [moment; force] in its own axes at its origin; None: zero. Without joint friction."""
+        return self._core.forward_dynamics(q, v, tau, _gravity(gravity))
+
+    def inverse_dynamics(self, q: Array, v: Array, vdot: Array, gravity: Array = (0, 0, 0)) -> Array:
+        """tau, (nv,): the generalized forces that make these accelerations (nv,)."""
+        return self._core.inverse_dynamics(q, v, vdot, _gravity(gravity))
+
+    # ---- Constraints ----
+
+    def loops(self, closures: Iterable[Pair], closed_at: Array | None = None) -> Loops:
+        """Closed loops: pairs of frames or bodies that are kept together, `[("tip-1", "tip-2")]`, rigidly, or about a 'hinge' or
+        'point' named behind. With `closed_at`, a q, the second frame of each pair is where the first one is there, so that
+        whatever lies between them is part of the loop."""
+        return Loops(self, closures, closed_at)
+
+    def impact(self, q: Array, v: Array, grasps: Iterable[Pair], joints: str = "free") -> Impact:
+        """The plastic impact when end-effectors grasp bodies, all at once: `[("tip-1", "target:debris")]`, rigidly, or about a
+        'hinge' or 'point' named behind (with the hinge's axis in the end-effector's frame). Contact is at the end-effectors'
+        origins. `joints`: 'free', or 'braked' to rest in the same instant. Exact for any momentum and any number of
+        arms (section 7 of docs/theory.md); of redundant impulses those of least (7.8)."""
+        if joints not in ("free", "braked"):
+            raise ValueError(f"joints is {joints!r}; expected is 'free' or 'braked'")
+        return Impact(**self._core.impact(q, v, _pairs(grasps), joints == "braked"))
+
+
+class Loops:
+    """Closed loops of a robot, see Robot.loops. Thread safety: immutable."""
+
+    def __init__(self, robot: Robot, closures: Iterable[Pair], closed_at: Array | None = None) -> None:
+        self.robot = robot
+        self._core = _grapnel.Loops(robot._core, _pairs(closures), closed_at)
+
+    @property
+    def rows(self) -> int:
+        """Rows of all closures: 6 of a rigid one, 5 of a hinge, 3 of a point."""
+        return self._core.rows
+
+    def defect(self, q: Array, v: Array | None = None) -> Array:
+        """How far each closure is from being closed, (closures, 4): distance [m], angle [rad], velocity [m/s], angular velocity
+        [rad/s], in the directions that it forbids."""
+        return self._core.defect(q, v)
+
+    def forward_dynamics(self, q: Array, v: Array, tau: Array | None = None,
+                         gravity: Array = (0, 0, 0)) -> tuple[Array, Array]:
+        """vdot (nv,) with the loops kept closed, and the closures' multipliers (rows,): [moment; force] rows in the first frame's
+        axes on the first body [N m, N]; redundant ones are one solution of many (2.9)-(2.12). `tau` as of
+        Robot.forward_dynamics."""
+        return self._core.forward_dynamics(q, v, tau, _gravity(gravity))
+
+    def close_velocities(self, q: Array, v: Array) -> Array:
+        """The velocity nearest in kinetic energy that keeps the loops closed, (nv,): what a plastic impact of all closures leaves."""
+        return self._core.close_velocities(q, v)
+
+    def project(self, q: Array, v: Array | None = None) -> tuple[Array, Array, Array]:
+        """q (nq,) and v (nv,) brought onto the closures in the mass metric, and whether that succeeded (1 or 0). It finds the
+        nearest closed configuration, not a far one."""
+        return self._core.project(q, v)
+
+
+class Rollout:
+    """Motions of one robot from many states under given joint efforts, as MuJoCo's `rollout` has them.
+
+    Steps have one length: 'rk4' (order 4) or semi-implicit 'euler', without error control; for captures whose numbers are to be
+    trusted to ten digits there is `Problem.simulate`. Cases run in SIMD lanes on all processors, and a case's numbers depend on it
+    alone. Efforts are cut at the joints' effort limits; joints have the friction of the robot's file unless `friction` is False.
+
+    `source`: a problem, whose targets move freely along with the robot and whose gravity acts, or a Robot. `step` [s];
+    `substeps` of them under each control. A base that the problem holds during the approach is held.
+    """
+
+    def __init__(self, source: Problem | Robot, step: float, substeps: int = 1, method: str = "rk4",
+                 gravity: Array | None = None, friction: bool = True) -> None:
+        if isinstance(source, Problem):
+            source = Robot(source, targets=True)
+        if not isinstance(source, Robot):
+            raise TypeError(f"{source!r} is neither a grapnel.Problem nor a grapnel.Robot")
+        if isinstance(substeps, bool) or not isinstance(substeps, (int, np.integer)) or not 1 <= substeps <= 10**9:
+            raise ValueError(f"substeps is {substeps!r}; expected is a whole number from 1 on")
+        self.robot = source
+        self.step, self.substeps, self.method = float(step), int(substeps), method
+        self._core = _grapnel.Rollout(source._core, self.step, self.substeps, method,
+                                      _gravity(source._core.gravity if gravity is None else gravity), bool(friction),
+                                      source._core.is_base_held)
+
+    @property
+    def nstate(self) -> int:
+        """Numbers of a state: nq + nv, q first."""
+        return self.robot.nq + self.robot.nv
+
+    def __call__(self, initial_state: Array, control: Array | None = None, steps: int = 0, last_only: bool = False,
+                 threads: int = 0) -> Array:
+        """`initial_state` (n, nstate), `control` (n, steps, nu) [N m, N], each constant for `substeps` steps; None: zero, for
+        `steps` steps. Returns the states after each control, (n, steps, nstate), or with `last_only` after the last, (n,
+        nstate). What overflows goes on as nan. `threads`: 0 for one per processor. Ctrl-C ends it."""
+        if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 0 <= threads <= 4096:
+            raise ValueError(f"threads is {threads!r}; expected is a whole number from 0 to 4096")
+        return self._core.run(initial_state, control, int(steps), bool(last_only), int(threads))
+
+    def state(self, q: Array, v: Array) -> Array:
+        """[q; v] of one or many."""
+        return np.concatenate([np.asarray(q, dtype=float), np.asarray(v, dtype=float)], axis=-1)
+
+    def split(self, state: Array) -> tuple[Array, Array]:
+        """q and v of states (views)."""
+        return state[..., : self.robot.nq], state[..., self.robot.nq:]
+
+
+def rollout(source: Problem | Robot, initial_state: Array, control: Array | None = None, *, step: float, steps: int = 0,
+            substeps: int = 1, method: str = "rk4", gravity: Array | None = None, friction: bool = True,
+            last_only: bool = False, threads: int = 0) -> Array:
+    """`Rollout(...)(...)` in one call: initial_state (n, nstate), control (n, steps, nu) -> states (n, steps, nstate)."""
+    return Rollout(source, step, substeps, method, gravity, friction)(initial_state, control, steps, last_only, threads)

@@ -1,0 +1,263 @@
+"""Scenarios: from files or from dictionaries, every value readable and changeable, one or many simulated."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, Union
+
+from . import _grapnel
+from .result import Result
+
+Path = Union[str, "os.PathLike[str]"]
+
+
+def _changes(values: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
+    if values is None:
+        return []
+    if not isinstance(values, Mapping):
+        raise TypeError(f"set is {type(values).__name__}; expected is a mapping of paths to values, "
+                        "such as {'approach.duration': 20}")
+    for path in values:
+        if not isinstance(path, str):
+            raise TypeError(f"the path {path!r} is no text; expected is one such as 'targets[0].mass'")
+    return list(values.items())
+
+
+def _below(path: str, key: str) -> str:
+    return f"{path}.{key}" if path else key
+
+
+def _is_structured(value: Any) -> bool:
+    return isinstance(value, dict) or (isinstance(value, list) and any(isinstance(item, (dict, list)) for item in value))
+
+
+class Values:
+    """A part of a scenario: a mapping, or a list of mappings. Attributes and items lead on, and are changed by assignment.
+
+    `problem.targets[0].mass = 12` and `problem.targets["satellite"].mass = 12` do the same. What is read is the scenario's
+    value with all changes and defaults, in SI units; `.value` is the whole part as dictionaries and lists, a copy. Lists of
+    numbers are tuples: assign a whole one.
+    """
+
+    __slots__ = ("_problem", "_path")
+
+    def __init__(self, problem: Problem, path: str) -> None:
+        object.__setattr__(self, "_problem", problem)
+        object.__setattr__(self, "_path", path)
+
+    @property
+    def value(self) -> Any:
+        """A copy as dictionaries, lists, numbers and texts."""
+        return self._problem._core.get(self._path)
+
+    def _place(self, key: str | int) -> str:
+        if isinstance(key, bool) or not isinstance(key, (str, int)):
+            raise TypeError(f"{key!r} is neither a key nor an index")
+        if isinstance(key, str):
+            return _below(self._path, key)
+        if key < 0:
+            key += len(self)
+        return f"{self._path}[{key}]"
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("__"):
+            raise AttributeError(key)
+        try:
+            return self._problem[_below(self._path, key)]
+        except KeyError as error:
+            raise AttributeError(*error.args) from None
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        self._problem[_below(self._path, key)] = value
+
+    def __getitem__(self, key: str | int) -> Any:
+        if isinstance(key, int) and not -len(self) <= key < len(self):
+            raise IndexError(f"{self._path} has {len(self)} items, so there is no [{key}]")
+        return self._problem[self._place(key)]
+
+    def __setitem__(self, key: str | int, value: Any) -> None:
+        self._problem[self._place(key)] = value
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    def __iter__(self) -> Iterator[Any]:
+        """Keys of a mapping, items of a list."""
+        value = self.value
+        return iter(value) if isinstance(value, dict) else (self[i] for i in range(len(value)))
+
+    def __contains__(self, key: object) -> bool:
+        return key in self.value
+
+    def keys(self) -> list[str]:
+        return list(self.value)
+
+    def items(self) -> list[tuple[str, Any]]:
+        return [(key, self[key]) for key in self.value]
+
+    def __eq__(self, other: object) -> bool:
+        return self.value == (other.value if isinstance(other, Values) else other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __repr__(self) -> str:
+        return f"<{self._path}: {self.value!r}>"
+
+    def __dir__(self) -> list[str]:
+        value = self.value
+        return [*object.__dir__(self), *(value if isinstance(value, dict) else ())]
+
+
+class Problem:
+    """A capture to be simulated. Made by `load` or `Scenario`; every change is checked at once, as a whole scenario.
+
+    A value is named by its path, the same as after `--set` of the program: `problem["targets[0].mass"]`,
+    `problem["robot.base.mass"]`; or by attributes, `problem.targets[0].mass`. A change that makes the scenario impossible is
+    an `InputError`, and the problem stays as it was.
+    """
+
+    _core: _grapnel.Problem
+
+    def __init__(self, core: _grapnel.Problem) -> None:
+        object.__setattr__(self, "_core", core)
+
+    # ---- Values ----
+
+    def __getitem__(self, path: str) -> Any:
+        """The value at a path, with all changes and defaults: a number, a text, a tuple, or `Values` that lead on."""
+        if not isinstance(path, str):
+            raise TypeError(f"the path is {path!r}; expected is a text such as 'targets[0].mass'")
+        value = self._core.get(path)
+        if _is_structured(value):
+            return Values(self, path)
+        return tuple(value) if isinstance(value, list) else value
+
+    def __setitem__(self, path: str, value: Any) -> None:
+        self.set({path: value})
+
+    def set(self, values: Mapping[str, Any]) -> Problem:
+        """Changes several values together, by their paths: all of them, or, where the whole is no scenario, none. Raises
+        InputError with all faults. Returns the problem itself."""
+        self._core.set([(path, value.value if isinstance(value, Values) else value) for path, value in _changes(values)])
+        return self
+
+    def __getattr__(self, key: str) -> Any:
+        if key.startswith("_"):
+            raise AttributeError(key)
+        try:
+            return self[key]
+        except KeyError as error:
+            raise AttributeError(*error.args) from None
+
+    def __setattr__(self, key: str, value: Any) -> None:
+        if isinstance(getattr(type(self), key, None), property) and key != "name":
+            raise AttributeError(f"{key} cannot be set")
+        self.set({key: value})
+
+    def __dir__(self) -> list[str]:
+        return [*object.__dir__(self), *self._core.get("")]
+
+    @property
+    def name(self) -> str:
+        """The scenario's name."""
+        return self._core.name
+
+    @property
+    def file(self) -> str:
+        """Where it was read from; files that it names are looked for beside it."""
+        return self._core.file
+
+    @property
+    def sha256(self) -> str:
+        """Of all that it was read from: the program says the same of the same files and `--set`."""
+        return self._core.sha256
+
+    @property
+    def settings(self) -> list[str]:
+        """The changes so far, as `--set` of the program takes them: "targets[0].mass=12"."""
+        return self._core.settings
+
+    @property
+    def warnings(self) -> list[_grapnel.Fault]:
+        """What in the scenario is allowed but hardly meant."""
+        return self._core.warnings
+
+    def copy(self) -> Problem:
+        """Another problem with the same values: a change to one leaves the other as it is."""
+        return Problem(self._core.copy())
+
+    __copy__ = copy
+
+    def __deepcopy__(self, _memo: object) -> Problem:
+        return self.copy()
+
+    def text(self) -> str:
+        """The scenario as a YAML file for the folder it was read from, all changes in it."""
+        return self._core.text(self._core.file)
+
+    def write(self, file: Path) -> None:
+        """Writes it as a scenario file that the program reads, all changes in it; other files are named as seen from there."""
+        text = self._core.text(file)
+        with open(file, "w", encoding="utf-8") as stream:
+            stream.write(text)
+
+    def __repr__(self) -> str:
+        return f"<grapnel.Problem {self.name!r}, sha256 {self.sha256[:12]}>"
+
+    # ---- What to do with it ----
+
+    def simulate(self, strict: bool = False) -> Result:
+        """Simulates the capture: bit for bit what `grapnel run` computes. Ctrl-C ends it.
+
+        A simulation that cannot go on returns what there is by then: see `Result.status`. With `strict` that, and
+        conservation checks that fail, raise `SimulationError`.
+        """
+        return simulate_many([self], threads=1, strict=strict)[0]
+
+
+class Scenario(Problem):
+    """A scenario made in Python: a dictionary with the keys of a scenario file (docs/formats/scenario.md).
+
+    Numbers may be Python's or NumPy's, arrays lists. Files that it names (robot, trajectory, meshes) are looked for from
+    `folder`. Faults name the value: `targets[0].mass`. `write` makes a file of it.
+    """
+
+    def __init__(self, values: Mapping[str, Any], folder: Path = ".", set: Mapping[str, Any] | None = None) -> None:
+        if not isinstance(values, Mapping):
+            raise TypeError(f"the scenario is {type(values).__name__}; expected is a mapping such as {{'schema': ...}}; "
+                            "grapnel.load reads files")
+        super().__init__(_grapnel.Problem(dict(values), folder, _changes(set)))
+
+
+def load(file: Path, set: Mapping[str, Any] | None = None) -> Problem:
+    """Reads a scenario file and the files it names. `set` replaces values by their paths, as `--set` of the program does:
+    `load("a.yaml", set={"targets[0].mass": 12, "post_impact.joints": "free"})`. Raises InputError with all faults."""
+    return Problem(_grapnel.Problem(file, _changes(set)))
+
+
+def check(scenario: Path | Mapping[str, Any], set: Mapping[str, Any] | None = None, folder: Path = ".") -> list[_grapnel.Fault]:
+    """All faults of a scenario, a file or a dictionary, each with its place; where there are none, warnings of what is hardly
+    meant. Empty: there is nothing to say."""
+    if isinstance(scenario, Mapping):
+        return _grapnel.check_values(dict(scenario), folder, _changes(set))
+    return _grapnel.check_file(scenario, _changes(set))
+
+
+def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = False) -> list[Result]:
+    """Simulates captures, several at a time; results in the order of the problems, the same bits for any number of threads.
+
+    `threads`: 0 for one per processor. Python's other threads go on meanwhile. Ctrl-C ends all of it. `strict` as for
+    `Problem.simulate`. For thousands of cases with drawn values a campaign is quicker, which keeps less of each.
+    """
+    problems = list(problems)
+    for problem in problems:
+        if not isinstance(problem, Problem):
+            raise TypeError(f"{problem!r} is no grapnel.Problem")
+    if isinstance(threads, bool) or not isinstance(threads, int) or not 0 <= threads <= 4096:
+        raise ValueError(f"threads is {threads!r}; expected is a whole number from 0 to 4096")
+    results = [Result(run) for run in _grapnel.simulate_many([problem._core for problem in problems], threads)]
+    if strict:
+        for result in results:
+            result.raise_if_failed()
+    return results

@@ -1,0 +1,62 @@
+#pragma once
+
+/// @file
+/// Arrays of Python in and out: one state or a batch of them, checked, with messages that name shapes.
+
+#include <pybind11/numpy.h>
+
+#include <string>
+#include <vector>
+
+#include "binding.hpp"
+
+namespace grapnel::python {
+
+/// One argument: `width` numbers, or a batch of such rows.
+class Rows {
+ public:
+  /// @throws py::value_error naming the expected and the found shape, or a number that is not finite; py::type_error
+  /// where there are no numbers. `what`: "position and quaternion of the base, then the joints".
+  Rows(const py::handle& value, const std::string& name, py::ssize_t width, const std::string& what);
+  /// An argument that was not given: zeros.
+  Rows(const std::string& name, py::ssize_t width);
+
+  bool is_batch() const { return is_batch_; }
+  py::ssize_t count() const { return count_; }
+  py::ssize_t width() const { return width_; }
+  const std::string& name() const { return name_; }
+  /// Row i; of a single state the same for every i.
+  const double* row(std::int64_t i) const { return data_ + (is_batch_ ? i * width_ : 0); }
+  std::string shape() const;
+
+ private:
+  py::array_t<double, py::array::c_style | py::array::forcecast> array_;
+  std::vector<double> zeros_;
+  std::string name_;
+  const double* data_ = nullptr;
+  py::ssize_t width_ = 0, count_ = 1;
+  bool is_batch_ = false;
+};
+
+/// "(3, 13)".
+std::string shape_text(const std::vector<py::ssize_t>& shape);
+std::vector<py::ssize_t> shape_of(const py::array& array);
+
+/// How many cases arguments have together: single ones go with every batch. @throws py::value_error if batches differ.
+struct Cases {
+  bool is_batch = false;
+  py::ssize_t count = 1;
+};
+Cases cases_of(std::initializer_list<const Rows*> arguments);
+
+/// An array of results: `shape` per case, with the number of cases before it where they are a batch.
+py::array_t<double> results(const Cases& cases, std::vector<py::ssize_t> shape);
+
+/// NumPy's array of any numbers as doubles. @throws py::type_error naming the argument
+py::array_t<double, py::array::c_style | py::array::forcecast> doubles(const py::handle& value,
+                                                                       const std::string& name);
+
+/// @throws py::value_error naming the first number that is not finite.
+void check_finite(const py::array_t<double>& array, const std::string& name);
+
+}  // namespace grapnel::python

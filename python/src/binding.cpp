@@ -1,0 +1,260 @@
+#include "binding.hpp"
+
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <condition_variable>
+#include <exception>
+#include <mutex>
+#include <thread>
+
+#include "grapnel/text/message_text.hpp"
+#include "grapnel/text/parse_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
+
+namespace grapnel::python {
+
+// ---- Work without the interpreter's lock ----
+
+void run_interruptibly(const std::function<void(const std::stop_token&)>& work) {
+  constexpr std::chrono::milliseconds kBetweenLooks(20);
+  std::mutex mutex;
+  std::condition_variable ended;
+  bool done = false;
+  std::exception_ptr failure;
+  bool interrupted = false;
+  {
+    const py::gil_scoped_release release;
+    std::jthread thread([&](const std::stop_token& stop) {
+      try {
+        work(stop);
+      } catch (const Stopped&) {
+      } catch (...) {
+        failure = std::current_exception();
+      }
+      const std::lock_guard lock(mutex);
+      done = true;
+      ended.notify_all();
+    });
+    std::unique_lock lock(mutex);
+    while (!ended.wait_for(lock, kBetweenLooks, [&] { return done; })) {
+      lock.unlock();
+      {
+        const py::gil_scoped_acquire acquire;
+        // Runs Python's handlers; in other threads than the main one there is nothing to run.
+        interrupted = interrupted || PyErr_CheckSignals() != 0;
+      }
+      if (interrupted) thread.request_stop();
+      lock.lock();
+    }
+  }
+  if (interrupted) throw py::error_already_set();
+  if (failure) std::rethrow_exception(failure);
+  if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+}
+
+int worker_count(int threads) {
+  return threads > 0 ? threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+}
+
+void for_each(std::int64_t count, int threads, std::int64_t grain, const std::stop_token& stop,
+              const std::function<void(int, std::int64_t)>& work) {
+  std::atomic<std::int64_t> next{0};
+  std::atomic<bool> failed{false};
+  std::mutex mutex;
+  std::exception_ptr failure;
+  const auto run = [&](int worker) {
+    try {
+      while (!failed) {
+        const std::int64_t begin = next.fetch_add(grain);
+        if (begin >= count) return;
+        if (stop.stop_requested()) throw Stopped{};
+        for (std::int64_t i = begin; i < std::min(count, begin + grain); ++i) work(worker, i);
+      }
+    } catch (...) {
+      const std::lock_guard lock(mutex);
+      if (!failure) failure = std::current_exception();
+      failed = true;
+    }
+  };
+  {
+    const std::int64_t wanted = std::min<std::int64_t>(worker_count(threads), (count + grain - 1) / grain);
+    std::vector<std::jthread> others;
+    for (int i = 1; i < wanted; ++i) others.emplace_back(run, i);
+    run(0);
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+
+// ---- Exceptions ----
+
+namespace {
+
+PyObject* input_error_type = nullptr;
+
+void set_input_error(const InputError& error) {
+  const py::object type = py::reinterpret_borrow<py::object>(input_error_type);
+  const py::object exception = type(error.what());
+  exception.attr("faults") = py::cast(error.faults());
+  PyErr_SetObject(type.ptr(), exception.ptr());
+}
+
+std::string shown(const Fault& fault) { return "<grapnel.Fault " + fault.text() + ">"; }
+
+}  // namespace
+
+InputError input_error(const std::string& source, const std::string& lines) {
+  std::vector<Fault> faults;
+  for (std::size_t at = 0; at <= lines.size();) {
+    const std::size_t end = std::min(lines.find('\n', at), lines.size());
+    faults.push_back({source, 0, 0, lines.substr(at, end - at)});
+    at = end + 1;
+  }
+  return InputError(std::move(faults));
+}
+
+void bind_faults(py::module_& module) {
+  py::class_<Fault>(module, "Fault",
+                    "One fault of an input, or something in it that is allowed but hardly meant (`is_warning`).")
+      .def_readonly("file", &Fault::file,
+                    "Path of the file; of a value given in Python, the path of the value, such as 'targets[0].mass'.")
+      .def_readonly("line", &Fault::line, "Line from 1 on; 0 where the fault has no place in a file.")
+      .def_readonly("column", &Fault::column,
+                    "Column from 1 on, in characters; 0 where the fault has no place in a file.")
+      .def_readonly("message", &Fault::message, "What was found, what was expected, and what was probably meant.")
+      .def_readonly("is_warning", &Fault::is_warning, "Whether the input is accepted all the same.")
+      .def("__str__", &Fault::text)
+      .def("__repr__", &shown)
+      .def(
+          "__eq__", [](const Fault& a, const Fault& b) { return a == b; }, py::is_operator());
+  static py::handle type = PyErr_NewExceptionWithDoc(
+      "grapnel.InputError", "Input that cannot be accepted. `faults` has every fault that was found, as grapnel.Fault.",
+      PyExc_ValueError, nullptr);
+  input_error_type = type.ptr();
+  type.attr("faults") = py::list();
+  module.attr("InputError") = type;
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    try {
+      if (thrown) std::rethrow_exception(thrown);
+    } catch (const InputError& error) {
+      set_input_error(error);
+    }
+  });
+}
+
+// ---- Values ----
+
+namespace {
+
+Node node_at(Node::Kind kind, const std::string& path) {
+  Node node;
+  node.kind = kind;
+  node.mark.source = std::make_shared<const std::string>(path.empty() ? "the scenario" : path);
+  return node;
+}
+
+Node scalar_at(const std::string& path, std::string text, bool plain) {
+  Node node = node_at(Node::Kind::scalar, path);
+  node.text = std::move(text);
+  node.plain = plain;
+  return node;
+}
+
+// Text is text: what a file would read as something else stands in quotes.
+Node text_at(const std::string& path, const std::string& text) {
+  Node node = scalar_at(path, text, true);
+  const bool is_empty = text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL";
+  node.plain = !is_empty && is_text(node) && text.find_first_of("\n\t") == std::string::npos;
+  return node;
+}
+
+std::string below(const std::string& path, const std::string& key) { return path.empty() ? key : path + "." + key; }
+
+class TreeMaker {
+ public:
+  Node make(const py::handle& value, const std::string& path, int depth) {
+    if (depth > kDeepest) throw py::value_error(path + ": nested deeper than " + std::to_string(kDeepest) + " levels");
+    if (++count_ > kMostValues) throw py::value_error(path + ": more than " + std::to_string(kMostValues) + " values");
+    if (value.is_none()) return node_at(Node::Kind::null, path);
+    if (py::isinstance<py::bool_>(value)) return scalar_at(path, value.cast<bool>() ? "true" : "false", true);
+    if (py::isinstance<py::int_>(value)) return scalar_at(path, py::str(value), true);
+    if (py::isinstance<py::float_>(value)) return number_at(path, value.cast<double>());
+    if (py::isinstance<py::str>(value)) return text_at(path, value.cast<std::string>());
+    if (py::isinstance<py::dict>(value)) return mapping(value, path, depth);
+    if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) return sequence(value, path, depth);
+    if (py::hasattr(value, "tolist")) return make(value.attr("tolist")(), path, depth + 1);  // NumPy's
+    if (py::hasattr(value, "__fspath__")) return text_at(path, py::str(value.attr("__fspath__")()));
+    throw py::type_error((path.empty() ? std::string("the value") : path) + " is " +
+                         std::string(py::str(py::type::of(value))) +
+                         "; expected are dictionaries, lists, numbers, texts, True, False and None");
+  }
+
+ private:
+  static Node number_at(const std::string& path, double value) {
+    if (std::isnan(value)) return scalar_at(path, ".nan", true);
+    if (std::isinf(value)) return scalar_at(path, value > 0 ? ".inf" : "-.inf", true);
+    return scalar_at(path, number_node(value).text, true);
+  }
+  Node mapping(const py::handle& value, const std::string& path, int depth) {
+    Node node = node_at(Node::Kind::mapping, path);
+    for (const auto& [key, item] : py::reinterpret_borrow<py::dict>(value)) {
+      if (!py::isinstance<py::str>(key))
+        throw py::type_error((path.empty() ? std::string("the scenario") : path) + ": the key " +
+                             std::string(py::repr(key)) + " is no text");
+      const auto name = key.cast<std::string>();
+      Node entry = make(item, below(path, name), depth + 1);
+      const Mark mark = entry.mark;
+      node.entries.push_back({name, mark, std::move(entry)});
+    }
+    return node;
+  }
+  Node sequence(const py::handle& value, const std::string& path, int depth) {
+    Node node = node_at(Node::Kind::sequence, path);
+    std::size_t i = 0;
+    for (const py::handle& item : value)
+      node.items.push_back(make(item, path + "[" + std::to_string(i++) + "]", depth + 1));
+    return node;
+  }
+
+  std::size_t count_ = 0;
+};
+
+bool is_whole(const std::string& text) {
+  const std::size_t digits = text.find_first_not_of("+-") == std::string::npos ? 0 : text.find_first_not_of("+-");
+  return text.size() > digits && text.size() - digits < 16 &&
+         std::all_of(text.begin() + static_cast<std::ptrdiff_t>(digits), text.end(),
+                     [](char c) { return c >= '0' && c <= '9'; });
+}
+
+}  // namespace
+
+Node tree_of(const py::handle& value, const std::string& path) { return TreeMaker().make(value, path, 0); }
+
+py::object value_of(const Node& node) {
+  switch (node.kind) {
+    case Node::Kind::null:
+      return py::none();
+    case Node::Kind::sequence: {
+      py::list list;
+      for (const Node& item : node.items) list.append(value_of(item));
+      return list;
+    }
+    case Node::Kind::mapping: {
+      py::dict mapping;
+      for (const NodeEntry& entry : node.entries) mapping[py::str(entry.key)] = value_of(entry.value);
+      return mapping;
+    }
+    case Node::Kind::scalar:
+      break;
+  }
+  if (const auto truth = boolean_of(node)) return py::bool_(*truth);
+  if (const auto number = number_of(node)) {
+    if (is_whole(node.text)) return py::int_(static_cast<long long>(*number));
+    return py::float_(*number);
+  }
+  return py::str(node.text);
+}
+
+}  // namespace grapnel::python

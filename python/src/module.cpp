@@ -1,0 +1,13 @@
+// Python's module _grapnel: what the package grapnel is made of.
+#include "binding.hpp"
+
+PYBIND11_MODULE(_grapnel, module) {
+  using namespace grapnel::python;
+  module.doc() = "The compiled part of the package grapnel.";
+  module.attr("__version__") = GRAPNEL_VERSION;
+  bind_faults(module);
+  bind_problem(module);
+  bind_result(module);
+  bind_robot(module);
+  bind_commands(module);
+}

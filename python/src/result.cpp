@@ -1,0 +1,235 @@
+#include <pybind11/numpy.h>
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <mutex>
+
+#include "binding.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/report/report_html.hpp"
+#include "grapnel/result/atomic_file.hpp"
+#include "grapnel/result/capture_result.hpp"
+#include "grapnel/result/hdf5_writer.hpp"
+#include "grapnel/result/result_documents.hpp"
+#include "grapnel/result/result_table.hpp"
+#include "grapnel/result/verdicts.hpp"
+#include "output_folder.hpp"
+#include "problem.hpp"
+#include "run_problem.hpp"
+
+namespace grapnel::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A capture that has been simulated, with what its result folder needs beside it. Immutable.
+struct Run {
+  std::shared_ptr<const CaptureProblem> problem;
+  CaptureResult result;  // warnings of the input first, as in summary.json
+};
+
+// What `grapnel run` computes.
+std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<const CaptureProblem>& problem,
+                              const std::stop_token& stop) {
+  std::vector<std::string> warnings;
+  for (const Fault& warning : scenario.warnings()) warnings.push_back(warning.message);
+  const auto follow = [&](const std::string&, double, double) {
+    if (stop.stop_requested()) throw Stopped{};
+  };
+  auto run = std::make_shared<Run>();
+  run->problem = problem;
+  try {
+    run->result = app::simulate_run(*problem, warnings, follow);
+  } catch (const CaptureProblemError& error) {
+    throw input_error(scenario.file().string(), error.what());
+  } catch (const ModelError& error) {
+    throw input_error(scenario.file().string(), error.what());
+  }
+  run->result.warnings.insert(run->result.warnings.begin(), warnings.begin(), warnings.end());
+  return run;
+}
+
+std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_ptr<Scenario>>& scenarios, int threads) {
+  // A scenario may be changed by others while its problem is being simulated: what is simulated is what it is now.
+  std::vector<Scenario> now;
+  for (const auto& scenario : scenarios) now.push_back(*scenario);
+  std::vector<std::shared_ptr<Run>> runs(now.size());
+  run_interruptibly([&](const std::stop_token& stop) {
+    for_each(static_cast<std::int64_t>(now.size()), threads, 1, stop, [&](int, std::int64_t i) {
+      const Scenario& scenario = now[static_cast<std::size_t>(i)];
+      runs[static_cast<std::size_t>(i)] = simulate(scenario, scenario.shared_problem(), stop);
+    });
+  });
+  return runs;
+}
+
+// ---- Folders and reports ----
+
+// A folder that is gone with the object.
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "grapnel-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr)
+      throw CannotWrite("cannot make a folder in " + fs::temp_directory_path().string());
+    path_ = name;
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+// The files of `grapnel run`, without its report. @throws CannotWrite naming each that is not there
+void write_files(const Run& run, const fs::path& folder) {
+  const CaptureResult& result = run.result;
+  const auto write_series = [&](const fs::path& file) {
+    write_timeseries_hdf5(result.series, {GRAPNEL_VERSION, result.scenario_name, result.scenario_sha256}, file);
+  };
+  const app::Written written =
+      app::write_results(*run.problem, result, !result.series.time.empty(), write_series, folder);
+  if (written.faults.empty()) return;
+  std::string faults;
+  for (const std::string& fault : written.faults) faults += (faults.empty() ? "" : "\n") + fault;
+  throw CannotWrite(faults);
+}
+
+void write_page(const fs::path& folder, const fs::path& file) {
+  if (const std::string why = app::why_no_reports(); !why.empty()) throw std::runtime_error("no report: " + why);
+  write_report(report_data(folder, GRAPNEL_VERSION, ResultKind::run), file);
+}
+
+void save(const Run& run, const fs::path& folder, std::optional<bool> report) {
+  const bool wanted = report.value_or(app::why_no_reports().empty());
+  run_interruptibly([&](const std::stop_token&) {
+    fs::create_directories(folder);
+    write_files(run, folder);
+    std::error_code ignored;
+    fs::remove(folder / "report.html", ignored);  // of earlier results
+    if (wanted) write_page(folder, folder / "report.html");
+  });
+}
+
+void report(const Run& run, const fs::path& file) {
+  run_interruptibly([&](const std::stop_token&) {
+    const TemporaryFolder folder;
+    write_files(run, folder.path());
+    write_page(folder.path(), file);
+  });
+}
+
+// ---- Numbers ----
+
+// A view of memory that the run owns, which lives as long as the array does. It cannot be written to: reports and files
+// are made of the same numbers.
+template <class Number>
+py::array view(const std::shared_ptr<const Run>& run, const std::vector<Number>& data, std::vector<py::ssize_t> shape) {
+  py::array_t<Number> array(std::move(shape), data.data(), py::cast(std::const_pointer_cast<Run>(run)));
+  py::detail::array_proxy(array.ptr())->flags &= ~py::detail::npy_api::NPY_ARRAY_WRITEABLE_;
+  return array;
+}
+
+const Series& series_named(const Run& run, const std::string& path) {
+  for (const Series& series : run.result.series.series)
+    if (series.path == path) return series;
+  throw py::key_error("no series is called '" + path + "'");
+}
+
+py::array series_view(const std::shared_ptr<Run>& run, const std::string& path) {
+  const Series& series = series_named(*run, path);
+  std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(run->result.series.time.size())};
+  if (series.width() != 1) shape.push_back(series.width());
+  return view(run, series.data, std::move(shape));
+}
+
+std::vector<std::string> series_names(const Run& run) {
+  std::vector<std::string> names;
+  for (const Series& series : run.result.series.series)
+    if (series.width() > 0) names.push_back(series.path);  // as in timeseries.h5
+  return names;
+}
+
+const char* status_name(CaptureStatus status) {
+  return status == CaptureStatus::completed ? "completed" : status == CaptureStatus::failed ? "failed" : "not_run";
+}
+
+// ---- The module's part ----
+
+void bind_ledger(py::module_& module) {
+  py::class_<LedgerEntry>(module, "Check", "One line of the ledger: what was checked, and how large its deviation is.")
+      .def_readonly("name", &LedgerEntry::name, "Key in summary.json.")
+      .def_readonly("value", &LedgerEntry::value, "Largest deviation in the whole run, in `unit`.")
+      .def_readonly("bound", &LedgerEntry::bound, "What it must not exceed.")
+      .def_readonly("unit", &LedgerEntry::unit, "'1' where the value is relative to a scale, see `note`.")
+      .def_readonly("note", &LedgerEntry::note, "What is compared, over which phases.")
+      .def_readonly("applies", &LedgerEntry::applies, "False: there is nothing of the kind in this run.")
+      .def_readonly("not_checked", &LedgerEntry::not_checked, "Why nobody looked; '' where it was checked.")
+      .def_property_readonly("passed", &LedgerEntry::pass, "Whether the value keeps its bound.")
+      .def_property_readonly(
+          "kind",
+          [](const LedgerEntry& e) {
+            return e.kind == LedgerEntry::Kind::conservation ? "conservation" : "feasibility";
+          },
+          "'conservation': a failure means that the computation cannot be trusted. 'feasibility': a robot could not do "
+          "this.")
+      .def("__repr__", [](const LedgerEntry& e) {
+        return py::str("<Check {}: {:.3g} of at most {:.3g} {}, {}>")
+            .format(e.name, e.value, e.bound, e.unit, e.pass() ? "passed" : "FAILED");
+      });
+}
+
+}  // namespace
+
+void bind_result(py::module_& module) {
+  bind_ledger(module);
+  py::class_<Run, std::shared_ptr<Run>>(module, "Run")
+      .def_property_readonly("status", [](const Run& run) { return status_name(run.result.status); })
+      .def_property_readonly("failure", [](const Run& run) { return run.result.failure; })
+      .def_property_readonly("name", [](const Run& run) { return run.result.scenario_name; })
+      .def_property_readonly("sha256", [](const Run& run) { return run.result.scenario_sha256; })
+      .def_property_readonly("warnings", [](const Run& run) { return run.result.warnings; })
+      .def_property_readonly("captured",
+                             [](const Run& run) { return std::string(name_of(run.result.capture_verdict())); })
+      .def_property_readonly("feasible",
+                             [](const Run& run) { return std::string(name_of(run.result.ledger.feasibility())); })
+      .def_property_readonly("conserved", [](const Run& run) { return run.result.ledger.pass(); })
+      .def_property_readonly("ledger", [](const Run& run) { return run.result.ledger.entries; })
+      .def_property_readonly("summary_json", [](const Run& run) { return summary_json(run.result, GRAPNEL_VERSION); })
+      .def_property_readonly("table", [](const Run& run) { return result_table(run.result); })
+      .def_property_readonly(
+          "verdict",
+          [](const Run& run) {
+            return std::vector<std::string>{capture_sentence(run.result), feasibility_sentence(run.result)};
+          })
+      .def_property_readonly("time",
+                             [](const std::shared_ptr<Run>& run) {
+                               const auto& time = run->result.series.time;
+                               return view(run, time, {static_cast<py::ssize_t>(time.size())});
+                             })
+      .def_property_readonly("phase",
+                             [](const std::shared_ptr<Run>& run) {
+                               const auto& phase = run->result.series.phase;
+                               return view(run, phase, {static_cast<py::ssize_t>(phase.size())});
+                             })
+      .def_property_readonly("phases", [](const Run& run) { return run.result.series.phases; })
+      .def_property_readonly("names", &series_names)
+      .def("series", &series_view, py::arg("name"))
+      .def("unit", [](const Run& run, const std::string& name) { return series_named(run, name).unit; })
+      .def("description", [](const Run& run, const std::string& name) { return series_named(run, name).description; })
+      .def("components", [](const Run& run, const std::string& name) { return series_named(run, name).components; })
+      .def("save", &save, py::arg("folder"), py::arg("report"))
+      .def("report", &report, py::arg("file"));
+  module.def("simulate_many", &simulate_many, py::arg("problems"), py::arg("threads"));
+  module.def("has_reports", [] { return app::why_no_reports().empty(); });
+}
+
+}  // namespace grapnel::python

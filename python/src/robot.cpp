@@ -1,0 +1,561 @@
+#include "robot.hpp"
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/approach/target_motion.hpp"
+#include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "grapnel/text/message_text.hpp"
+
+namespace grapnel::python {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::shared_ptr<const CaptureProblem> problem_of_file(const fs::path& file) {
+  auto problem = std::make_shared<CaptureProblem>();
+  problem->robot = load_robot(file);
+  return problem;
+}
+
+CaptureSystem system_of(const CaptureProblem& problem, bool targets, const std::string& source) {
+  try {
+    return targets ? make_capture_system(problem) : make_servicer(problem);
+  } catch (const CaptureProblemError& error) {
+    throw input_error(source, error.what());
+  } catch (const ModelError& error) {
+    throw input_error(source, error.what());
+  }
+}
+
+std::vector<std::string> joint_names(const Robot& robot) {
+  std::vector<std::string> names;
+  for (const int body : robot.model().joints()) names.push_back(robot.model().bodies()[body].description.joint.name);
+  return names;
+}
+std::vector<std::string> body_names(const Robot& robot) {
+  std::vector<std::string> names;
+  for (const Body& body : robot.model().bodies()) names.push_back(body.description.name);
+  return names;
+}
+std::vector<std::string> frame_names(const Robot& robot) {
+  std::vector<std::string> names;
+  for (const Frame& frame : robot.model().frames()) names.push_back(frame.name);
+  return names;
+}
+
+// Names of coordinates and velocities, in their order.
+void name_free(const std::string& body, bool velocities, std::vector<std::string>& names) {
+  if (velocities) {
+    for (const char* part : {"wx", "wy", "wz", "vx", "vy", "vz"}) names.push_back(body + "/" + part);
+  } else {
+    for (const char* part : {"x", "y", "z", "qw", "qx", "qy", "qz"}) names.push_back(body + "/" + part);
+  }
+}
+std::vector<std::string> component_names(const Robot& robot, bool velocities) {
+  // Bodies are sorted parents first, and so are their joints' numbers.
+  std::vector<std::string> names;
+  for (const Body& body : robot.model().bodies()) {
+    const BodyDescription& description = body.description;
+    if (has_one_axis(description.joint.type)) names.push_back(description.joint.name);
+    if (description.joint.type == JointType::free) name_free(description.name, velocities, names);
+  }
+  return names;
+}
+
+py::array_t<double> limits(const Robot& robot, double JointLimits::*limit) {
+  py::array_t<double> array(static_cast<py::ssize_t>(robot.model().joints().size()));
+  double* out = array.mutable_data();
+  for (const int body : robot.model().joints()) *out++ = robot.model().bodies()[body].description.joint.limits.*limit;
+  return array;
+}
+
+// ---- Writing results ----
+
+void put(double*& out, const Vector3d& v) {
+  for (int i = 0; i < 3; ++i) *out++ = v[i];
+}
+template <SpatialKind kKind>
+void put(double*& out, const SpatialVector<kKind, double>& v) {
+  put(out, v.angular);
+  put(out, v.linear);
+}
+void put(double*& out, const Eigen::MatrixXd& matrix) {
+  for (Eigen::Index r = 0; r < matrix.rows(); ++r)
+    for (Eigen::Index c = 0; c < matrix.cols(); ++c) *out++ = matrix(r, c);
+}
+
+Vector3d vector_of(const py::handle& value, const std::string& name) {
+  const Rows rows(value, name, 3, "a vector");
+  if (rows.is_batch()) throw py::value_error(name + " has shape " + rows.shape() + ", expected is (3,)");
+  return {rows.row(0)[0], rows.row(0)[1], rows.row(0)[2]};
+}
+
+// Places every case's kinematics, and calls one(scratch, out) with its part of the array.
+template <class One>
+py::array_t<double> by_kinematics(const Robot& robot, const Rows& q, const Rows* v, std::vector<py::ssize_t> shape,
+                                  One one) {
+  const Cases cases = v ? cases_of({&q, v}) : cases_of({&q});
+  py::ssize_t size = 1;
+  for (const py::ssize_t n : shape) size *= n;
+  py::array_t<double> array = results(cases, std::move(shape));
+  double* const data = array.mutable_data();
+  for_cases(robot, cases, [&](Scratch& scratch, std::int64_t i) {
+    robot.put_coordinates(q, i, scratch.state.q);
+    if (v) {
+      std::copy_n(v->row(i), v->width(), scratch.state.v.begin());
+    } else {
+      std::fill(scratch.state.v.begin(), scratch.state.v.end(), 0.0);
+    }
+    forward_kinematics(robot.model(), scratch.state, scratch.kinematics);
+    double* out = data + i * size;
+    one(scratch, out);
+  });
+  return array;
+}
+
+}  // namespace
+
+// ---- Robot ----
+
+Robot::Robot(const fs::path& file)
+    : problem_(problem_of_file(file)), system_(system_of(*problem_, false, file.string())) {}
+
+Robot::Robot(const Scenario& scenario, bool targets)
+    : problem_(scenario.shared_problem()),
+      has_problem_(true),
+      system_(system_of(*problem_, targets, scenario.file().string())) {}
+
+Robot::Place Robot::place(const std::string& name) const {
+  for (const Frame& frame : model().frames())
+    if (frame.name == name) return {frame.body, frame.X_BE};
+  for (std::size_t i = 0; i < model().bodies().size(); ++i)
+    if (model().bodies()[i].description.name == name) return {static_cast<int>(i), Posed::identity()};
+  std::vector<std::string> names = frame_names(*this);
+  for (std::string& body : body_names(*this)) names.push_back(std::move(body));
+  throw py::value_error("no frame or body is called " + in_quotes(name) + suggestion(name, names, "frames and bodies"));
+}
+
+int Robot::body(const std::string& name) const {
+  const std::vector<std::string> names = body_names(*this);
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end())
+    throw py::value_error("no body is called " + in_quotes(name) + suggestion(name, names, "bodies"));
+  return static_cast<int>(found - names.begin());
+}
+
+Rows Robot::coordinates(const py::handle& q) const {
+  return Rows(q, "q", model().coordinates(),
+              "per free body position and quaternion_wxyz, per joint its angle or travel (see Robot.q_names)");
+}
+Rows Robot::velocities(const py::handle& v, const char* name) const {
+  return Rows(v, name, model().velocities(),
+              "per free body [angular; linear] in its own axes, per joint its rate (see Robot.v_names)");
+}
+
+Rows Robot::forces(const py::object& tau) const {
+  if (tau.is_none()) return Rows("tau", model().velocities());
+  const auto joints = static_cast<py::ssize_t>(model().joints().size());
+  const py::array any = doubles(tau, "tau");
+  const bool is_of_joints = any.ndim() > 0 && any.shape(any.ndim() - 1) == joints;
+  return Rows(tau, "tau", is_of_joints ? joints : model().velocities(),
+              "an effort per joint has " + std::to_string(joints) + " numbers, a generalized force per velocity " +
+                  std::to_string(model().velocities()));
+}
+
+void Robot::spread(const Rows& forces, std::int64_t i, std::vector<double>& generalized) const {
+  const double* row = forces.row(i);
+  generalized.assign(static_cast<std::size_t>(model().velocities()), 0.0);
+  if (forces.width() == model().velocities()) {
+    std::copy_n(row, forces.width(), generalized.begin());
+    return;
+  }
+  for (const int body : model().joints()) generalized[static_cast<std::size_t>(model().bodies()[body].v)] = *row++;
+}
+
+void Robot::check_quaternions(const Rows& q) const {
+  constexpr double kSlack = 1e-6;
+  for (std::int64_t i = 0; i < q.count(); ++i) {
+    for (const int at : model().quaternions()) {
+      const double* x = q.row(i) + at;
+      const double size = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
+      if (std::abs(size - 1) <= kSlack) continue;
+      const std::string row = q.is_batch() ? std::to_string(i) + ", " : "";
+      throw py::value_error(q.name() + "[" + row + std::to_string(at) + ":" + std::to_string(at + 4) +
+                            "] is a quaternion of norm " + std::string(py::str(py::float_(size))) + "; expected is 1");
+    }
+  }
+}
+
+void Robot::put_coordinates(const Rows& q, std::int64_t i, std::vector<double>& to) const {
+  std::copy_n(q.row(i), q.width(), to.begin());
+  for (const int at : model().quaternions()) {
+    double* x = to.data() + at;
+    const double size = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
+    if (std::abs(size - 1) <= 1e-12) continue;  // unit but for rounding: the bits stay
+    for (int k = 0; k < 4; ++k) x[k] /= size;
+  }
+}
+
+void for_cases(const Robot& robot, const Cases& cases, const std::function<void(Scratch&, std::int64_t)>& one) {
+  constexpr py::ssize_t kWorthThreads = 64;
+  constexpr std::int64_t kGrain = 16;
+  if (cases.count < kWorthThreads) {
+    const py::gil_scoped_release release;
+    Scratch scratch(robot.model());
+    for (std::int64_t i = 0; i < cases.count; ++i) one(scratch, i);
+    return;
+  }
+  std::vector<std::unique_ptr<Scratch>> scratch(static_cast<std::size_t>(worker_count(0)));
+  run_interruptibly([&](const std::stop_token& stop) {
+    for_each(cases.count, 0, kGrain, stop, [&](int worker, std::int64_t i) {
+      auto& mine = scratch[static_cast<std::size_t>(worker)];
+      if (!mine) mine = std::make_unique<Scratch>(robot.model());
+      one(*mine, i);
+    });
+  });
+}
+
+// ---- Kinematics ----
+
+namespace {
+
+py::array_t<double> frame_poses(const Robot& robot, const std::string& frame, const py::object& q_given) {
+  const Robot::Place at = robot.place(frame);
+  const Rows q = robot.coordinates(q_given);
+  robot.check_quaternions(q);
+  return by_kinematics(robot, q, nullptr, {4, 4}, [&](Scratch& scratch, double* out) {
+    const Posed X = scratch.kinematics.X_WB[static_cast<std::size_t>(at.body)] * at.X_BE;
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) *out++ = X.R(r, c);
+      *out++ = X.p[r];
+    }
+    for (int c = 0; c < 4; ++c) *out++ = c == 3 ? 1 : 0;
+  });
+}
+
+py::array_t<double> frame_twists(const Robot& robot, const std::string& frame, const py::object& q_given,
+                                 const py::object& v_given) {
+  const Robot::Place at = robot.place(frame);
+  const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given);
+  robot.check_quaternions(q);
+  return by_kinematics(robot, q, &v, {6}, [&](Scratch& scratch, double* out) {
+    const std::size_t body = static_cast<std::size_t>(at.body);
+    put(out, shift(scratch.kinematics.V_WB[body], scratch.kinematics.X_WB[body].R * at.X_BE.p));
+  });
+}
+
+py::array_t<double> jacobians(const Robot& robot, const std::string& frame, const py::object& q_given) {
+  const Robot::Place at = robot.place(frame);
+  const Rows q = robot.coordinates(q_given);
+  robot.check_quaternions(q);
+  const int n = robot.model().velocities();
+  return by_kinematics(robot, q, nullptr, {6, n}, [&](Scratch& scratch, double* out) {
+    const Posed& X_WB = scratch.kinematics.X_WB[static_cast<std::size_t>(at.body)];
+    Eigen::MatrixXd J(6, n);
+    point_jacobian(robot.model(), scratch.kinematics, at.body, X_WB.p + X_WB.R * at.X_BE.p, J);
+    put(out, J);
+  });
+}
+
+// ---- Momentum and inertia ----
+
+int joint_velocity_count(const Robot& robot) {
+  return static_cast<int>(joint_velocities(robot.model(), robot.root()).size());
+}
+int base_velocity_count(const Robot& robot) { return robot.model().has_free_root(robot.root()) ? 6 : 0; }
+
+py::array_t<double> generalized_jacobians(const Robot& robot, const std::string& frame, const py::object& q_given) {
+  const Robot::Place at = robot.place(frame);
+  const Rows q = robot.coordinates(q_given);
+  robot.check_quaternions(q);
+  if (robot.model().bodies()[static_cast<std::size_t>(at.body)].root != robot.root())
+    throw py::value_error(in_quotes(frame) + " is not on the robot; its generalized Jacobian is that of a frame on it");
+  return by_kinematics(robot, q, nullptr, {6, joint_velocity_count(robot)}, [&](Scratch& scratch, double* out) {
+    const Posed& X_WB = scratch.kinematics.X_WB[static_cast<std::size_t>(at.body)];
+    put(out, generalized_jacobian(robot.model(), scratch.state, robot.root(), at.body, X_WB.p + X_WB.R * at.X_BE.p));
+  });
+}
+
+template <class Function>
+py::array_t<double> matrices(const Robot& robot, const py::object& q_given, int rows, int columns, Function function) {
+  const Rows q = robot.coordinates(q_given);
+  robot.check_quaternions(q);
+  return by_kinematics(robot, q, nullptr, {rows, columns},
+                       [&](Scratch& scratch, double* out) { put(out, function(robot.model(), scratch)); });
+}
+
+py::array_t<double> momenta(const Robot& robot, const py::object& q_given, const py::object& v_given,
+                            const py::object& about) {
+  const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given);
+  robot.check_quaternions(q);
+  const bool at_com = about.is_none();
+  const Vector3d point = at_com ? Vector3d::zero() : vector_of(about, "about");
+  return by_kinematics(robot, q, &v, {6}, [&](Scratch& scratch, double* out) {
+    put(out, momentum_about(robot.model(), scratch.kinematics,
+                            at_com ? center_of_mass(robot.model(), scratch.kinematics) : point));
+  });
+}
+
+py::array_t<double> base_twists(const Robot& robot, const py::object& q_given, const py::object& rates_given,
+                                const py::object& momentum_given) {
+  const Rows q = robot.coordinates(q_given);
+  robot.check_quaternions(q);
+  const std::vector<int> joints = joint_velocities(robot.model(), robot.root());
+  const Rows rates(rates_given, "joint_rates", static_cast<py::ssize_t>(joints.size()),
+                   "a rate per joint of the robot");
+  const Rows momentum = momentum_given.is_none()
+                            ? Rows("momentum", 6)
+                            : Rows(momentum_given, "momentum", 6, "[angular about the centre of mass; linear] in W");
+  if (base_velocity_count(robot) == 0) throw py::value_error("the base is fixed to the world: its twist is zero");
+  const Cases cases = cases_of({&q, &rates, &momentum});
+  py::array_t<double> array = results(cases, {6});
+  double* const data = array.mutable_data();
+  for_cases(robot, cases, [&](Scratch& scratch, std::int64_t i) {
+    robot.put_coordinates(q, i, scratch.state.q);
+    std::fill(scratch.state.v.begin(), scratch.state.v.end(), 0.0);
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      scratch.state.v[static_cast<std::size_t>(joints[j])] = rates.row(i)[j];
+    const double* h = momentum.row(i);
+    double* out = data + 6 * i;
+    put(out, base_twist_from_momentum(robot.model(), scratch.state, robot.root(),
+                                      Momentumd{{h[0], h[1], h[2]}, {h[3], h[4], h[5]}}));
+  });
+  return array;
+}
+
+// ---- Dynamics ----
+
+py::array_t<double> biases(const Robot& robot, const py::object& q_given, const py::object& v_given,
+                           const py::object& gravity_given) {
+  const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given);
+  robot.check_quaternions(q);
+  const Vector3d gravity = vector_of(gravity_given, "gravity");
+  return by_kinematics(robot, q, &v, {robot.model().velocities()}, [&](Scratch& scratch, double* out) {
+    bias(robot.model(), scratch.state, gravity, scratch.workspace, scratch.rates);
+    std::copy(scratch.rates.begin(), scratch.rates.end(), out);
+  });
+}
+
+py::array_t<double> forward(const Robot& robot, const py::object& q_given, const py::object& v_given,
+                            const py::object& tau_given, const py::object& gravity_given) {
+  const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), tau = robot.forces(tau_given);
+  robot.check_quaternions(q);
+  const Vector3d gravity = vector_of(gravity_given, "gravity");
+  const Cases cases = cases_of({&q, &v, &tau});
+  const py::ssize_t n = robot.model().velocities();
+  py::array_t<double> array = results(cases, {n});
+  double* const data = array.mutable_data();
+  for_cases(robot, cases, [&](Scratch& scratch, std::int64_t i) {
+    robot.put_coordinates(q, i, scratch.state.q);
+    std::copy_n(v.row(i), n, scratch.state.v.begin());
+    robot.spread(tau, i, scratch.forces.generalized);
+    scratch.forces.gravity = gravity;
+    forward_dynamics(robot.model(), scratch.state, scratch.forces, scratch.workspace, scratch.rates);
+    std::copy(scratch.rates.begin(), scratch.rates.end(), data + n * i);
+  });
+  return array;
+}
+
+py::array_t<double> inverse(const Robot& robot, const py::object& q_given, const py::object& v_given,
+                            const py::object& vdot_given, const py::object& gravity_given) {
+  const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), vdot = robot.velocities(vdot_given, "vdot");
+  robot.check_quaternions(q);
+  const Vector3d gravity = vector_of(gravity_given, "gravity");
+  const Cases cases = cases_of({&q, &v, &vdot});
+  const py::ssize_t n = robot.model().velocities();
+  py::array_t<double> array = results(cases, {n});
+  double* const data = array.mutable_data();
+  for_cases(robot, cases, [&](Scratch& scratch, std::int64_t i) {
+    robot.put_coordinates(q, i, scratch.state.q);
+    std::copy_n(v.row(i), n, scratch.state.v.begin());
+    scratch.generalized.assign(vdot.row(i), vdot.row(i) + n);
+    scratch.forces.gravity = gravity;
+    inverse_dynamics(robot.model(), scratch.state, scratch.generalized, scratch.forces, scratch.workspace,
+                     scratch.rates);
+    std::copy(scratch.rates.begin(), scratch.rates.end(), data + n * i);
+  });
+  return array;
+}
+
+// ---- States ----
+
+py::tuple as_arrays(const State& state) {
+  return py::make_tuple(py::array_t<double>(static_cast<py::ssize_t>(state.q.size()), state.q.data()),
+                        py::array_t<double>(static_cast<py::ssize_t>(state.v.size()), state.v.data()));
+}
+
+py::tuple initial_state(const Robot& robot) {
+  if (!robot.has_problem()) return as_arrays(zero_state(robot.model()));
+  State state;
+  run_interruptibly([&](const std::stop_token& stop) {
+    const CaptureProblem& problem = robot.problem();
+    state = initial_servicer_state(problem, robot.system());
+    if (robot.system().target_frames.empty()) return;
+    const TargetPlan targets = plan_targets(problem, [&](double) {
+      if (stop.stop_requested()) throw Stopped{};
+    });
+    for (std::size_t t = 0; t < targets.start.size(); ++t) {
+      const int body = robot.model().frames()[static_cast<std::size_t>(robot.system().target_frames[t])].body;
+      set_root_pose(robot.model(), body, targets.start[t].X_WT, state);
+      set_root_twist(robot.model(), body, targets.start[t].V_WT, state);
+    }
+  });
+  return as_arrays(state);
+}
+
+// The grasps of the problem: end-effector, target's body, pose of the grasp point on it, envelope.
+py::list grasps(const Robot& robot) {
+  py::list list;
+  if (!robot.has_problem()) return list;
+  for (const GraspSetup& grasp : robot.problem().grasps) {
+    const GraspPoint& point = grasp_point_of(robot.problem(), grasp);
+    py::dict one;
+    one["end_effector"] = grasp.end_effector;
+    one["target"] = target_body_name(grasp.target);
+    one["point"] = grasp.grasp_point;
+    one["position"] = py::make_tuple(point.X_TG.p[0], point.X_TG.p[1], point.X_TG.p[2]);
+    const auto& envelope = end_effector_of(robot.problem(), grasp).envelope;
+    one["envelope"] = py::none();
+    if (envelope) {
+      py::dict limits;
+      limits["position"] = envelope->position, limits["angle"] = envelope->angle;
+      limits["velocity"] = envelope->velocity, limits["angular_velocity"] = envelope->angular_velocity;
+      one["envelope"] = limits;
+    }
+    list.append(one);
+  }
+  return list;
+}
+
+void bind_structure(py::class_<Robot, std::shared_ptr<Robot>>& robot) {
+  robot.def(py::init<const fs::path&>(), py::arg("file"))
+      .def(py::init<const Scenario&, bool>(), py::arg("problem"), py::arg("targets"))
+      .def_property_readonly("name", &Robot::name)
+      .def_property_readonly("joints", &joint_names)
+      .def_property_readonly("bodies", &body_names)
+      .def_property_readonly("frames", &frame_names)
+      .def_property_readonly("base", [](const Robot& r) { return r.model().bodies()[r.root()].description.name; })
+      .def_property_readonly("q_names", [](const Robot& r) { return component_names(r, false); })
+      .def_property_readonly("v_names", [](const Robot& r) { return component_names(r, true); })
+      .def_property_readonly("nq", [](const Robot& r) { return r.model().coordinates(); })
+      .def_property_readonly("nv", [](const Robot& r) { return r.model().velocities(); })
+      .def_property_readonly("nu", [](const Robot& r) { return r.model().joints().size(); })
+      .def_property_readonly("mass", [](const Robot& r) { return r.model().mass(); })
+      .def_property_readonly("lower", [](const Robot& r) { return limits(r, &JointLimits::lower); })
+      .def_property_readonly("upper", [](const Robot& r) { return limits(r, &JointLimits::upper); })
+      .def_property_readonly("rate_limit", [](const Robot& r) { return limits(r, &JointLimits::rate); })
+      .def_property_readonly("effort_limit", [](const Robot& r) { return limits(r, &JointLimits::effort); })
+      .def_property_readonly("joint_q",
+                             [](const Robot& r) {
+                               std::vector<int> at;
+                               for (const int body : r.model().joints()) at.push_back(r.model().bodies()[body].q);
+                               return at;
+                             })
+      .def_property_readonly("joint_v",
+                             [](const Robot& r) {
+                               std::vector<int> at;
+                               for (const int body : r.model().joints()) at.push_back(r.model().bodies()[body].v);
+                               return at;
+                             })
+      .def(
+          "body_q",
+          [](const Robot& r, const std::string& name) {
+            const Body& body = r.model().bodies()[static_cast<std::size_t>(r.body(name))];
+            return body.description.joint.type == JointType::free ? body.q : -1;
+          },
+          py::arg("body"))
+      .def(
+          "body_v",
+          [](const Robot& r, const std::string& name) {
+            const Body& body = r.model().bodies()[static_cast<std::size_t>(r.body(name))];
+            return body.description.joint.type == JointType::free ? body.v : -1;
+          },
+          py::arg("body"))
+      .def_property_readonly("gravity",
+                             [](const Robot& r) {
+                               const Vector3d& g = r.problem().gravity;
+                               return py::make_tuple(g[0], g[1], g[2]);
+                             })
+      .def_property_readonly("is_base_held",
+                             [](const Robot& r) { return r.problem().robot.base_mode == RobotSetup::Base::held; })
+      .def_property_readonly("approach_duration",
+                             [](const Robot& r) { return r.problem().approach ? r.problem().approach->duration : 0.0; })
+      .def_property_readonly("grasps", &grasps)
+      .def("zero_state", [](const Robot& r) { return as_arrays(zero_state(r.model())); })
+      .def("initial_state", &initial_state);
+}
+
+}  // namespace
+
+void bind_robot(py::module_& module) {
+  py::class_<Robot, std::shared_ptr<Robot>> robot(module, "Robot");
+  bind_structure(robot);
+  robot.def("frame_pose", &frame_poses, py::arg("frame"), py::arg("q"))
+      .def("frame_twist", &frame_twists, py::arg("frame"), py::arg("q"), py::arg("v"))
+      .def("jacobian", &jacobians, py::arg("frame"), py::arg("q"))
+      .def("generalized_jacobian", &generalized_jacobians, py::arg("frame"), py::arg("q"))
+      .def(
+          "mass_matrix",
+          [](const Robot& r, const py::object& q) {
+            const int n = r.model().velocities();
+            return matrices(r, q, n, n, [](const Model& m, Scratch& s) { return mass_matrix(m, s.state); });
+          },
+          py::arg("q"))
+      .def(
+          "base_inertia",
+          [](const Robot& r, const py::object& q) {
+            const int b = base_velocity_count(r);
+            return matrices(r, q, b, b,
+                            [&](const Model& m, Scratch& s) { return mass_blocks(m, s.state, r.root()).I_b; });
+          },
+          py::arg("q"))
+      .def(
+          "coupling_inertia",
+          [](const Robot& r, const py::object& q) {
+            return matrices(r, q, base_velocity_count(r), joint_velocity_count(r),
+                            [&](const Model& m, Scratch& s) { return mass_blocks(m, s.state, r.root()).I_bm; });
+          },
+          py::arg("q"))
+      .def(
+          "generalized_inertia",
+          [](const Robot& r, const py::object& q) {
+            const int n = joint_velocity_count(r);
+            return matrices(r, q, n, n,
+                            [&](const Model& m, Scratch& s) { return generalized_inertia(m, s.state, r.root()); });
+          },
+          py::arg("q"))
+      .def(
+          "center_of_mass",
+          [](const Robot& r, const py::object& q_given) {
+            const Rows q = r.coordinates(q_given);
+            r.check_quaternions(q);
+            return by_kinematics(r, q, nullptr, {3},
+                                 [&](Scratch& s, double* out) { put(out, center_of_mass(r.model(), s.kinematics)); });
+          },
+          py::arg("q"))
+      .def(
+          "kinetic_energy",
+          [](const Robot& r, const py::object& q_given, const py::object& v_given) {
+            const Rows q = r.coordinates(q_given), v = r.velocities(v_given);
+            r.check_quaternions(q);
+            return by_kinematics(r, q, &v, {}, [&](Scratch& s, double* out) {
+              *out = kinetic_energy(r.model(), s.kinematics, s.state);
+            });
+          },
+          py::arg("q"), py::arg("v"))
+      .def("momentum", &momenta, py::arg("q"), py::arg("v"), py::arg("about"))
+      .def("base_twist", &base_twists, py::arg("q"), py::arg("joint_rates"), py::arg("momentum"))
+      .def("bias", &biases, py::arg("q"), py::arg("v"), py::arg("gravity"))
+      .def("forward_dynamics", &forward, py::arg("q"), py::arg("v"), py::arg("tau"), py::arg("gravity"))
+      .def("inverse_dynamics", &inverse, py::arg("q"), py::arg("v"), py::arg("vdot"), py::arg("gravity"));
+  bind_constraints(robot, module);
+  bind_rollout(module);
+}
+
+}  // namespace grapnel::python

@@ -1,0 +1,74 @@
+#pragma once
+
+/// @file
+/// A robot's model in Python's hands, alone or with the free targets of a problem.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "arrays.hpp"
+#include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "problem.hpp"
+
+namespace grapnel::python {
+
+/// Immutable.
+class Robot {
+ public:
+  /// Of a robot file. @throws InputError
+  explicit Robot(const std::filesystem::path& file);
+  /// Of a problem. @throws InputError
+  Robot(const Scenario& scenario, bool targets);
+
+  const Model& model() const { return system_.model; }
+  const CaptureSystem& system() const { return system_; }
+  const CaptureProblem& problem() const { return *problem_; }
+  bool has_problem() const { return has_problem_; }
+  int root() const { return system_.base; }
+  std::string name() const { return problem_->robot.name; }
+
+  /// A frame or a body: where its frame is fixed. @throws py::value_error naming what there is.
+  struct Place {
+    int body;
+    Posed X_BE;
+  };
+  Place place(const std::string& name) const;
+  /// Index of a body. @throws py::value_error
+  int body(const std::string& name) const;
+
+  /// One argument that is a row of coordinates (of velocities), for all robots alike.
+  Rows coordinates(const py::handle& q) const;
+  Rows velocities(const py::handle& v, const char* name = "v") const;
+  /// Joint efforts, or generalized forces on all velocities; none: zero.
+  Rows forces(const py::object& tau) const;
+  /// Puts forces() of case i on all velocities.
+  void spread(const Rows& forces, std::int64_t i, std::vector<double>& generalized) const;
+  /// Copies case i's coordinates, its quaternions brought to unit norm. @throws py::value_error if one's norm is not 1
+  void check_quaternions(const Rows& q) const;
+  void put_coordinates(const Rows& q, std::int64_t i, std::vector<double>& to) const;
+
+ private:
+  std::shared_ptr<const CaptureProblem> problem_;
+  bool has_problem_ = false;
+  CaptureSystem system_;
+};
+
+/// What the cases of one worker need.
+struct Scratch {
+  State state;
+  Workspace workspace;
+  Kinematics kinematics;
+  std::vector<double> generalized, rates;
+  Forces forces;
+  explicit Scratch(const Model& model) : state(zero_state(model)), workspace(model), kinematics(model) {}
+};
+
+/// Calls one(scratch, i) for every case, on all processors where there are many, without the interpreter's lock.
+void for_cases(const Robot& robot, const Cases& cases, const std::function<void(Scratch&, std::int64_t)>& one);
+
+void bind_constraints(py::class_<Robot, std::shared_ptr<Robot>>& robot, py::module_& module);
+void bind_rollout(py::module_& module);
+
+}  // namespace grapnel::python

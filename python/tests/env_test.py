@@ -1,0 +1,112 @@
+"""Environments: shapes, rewards, ends, that one and many are the same."""
+
+import numpy as np
+import pytest
+from conftest import THESIS
+
+import grapnel
+from grapnel.env import CaptureEnv, VectorCaptureEnv
+
+
+@pytest.fixture
+def problem():
+    return grapnel.load(THESIS)
+
+
+def test_spaces_and_one_step(problem):
+    env = CaptureEnv(problem, effort_scale=5.0)
+    observation, info = env.reset(seed=1)
+    assert env.action_space.shape == (6,) and observation.shape == env.observation_space.shape == (2 * 6 + 3 + 2 * 6,)
+    assert info == {} and env.observation_space.contains(observation) and env.action_space.contains(env.action_space.sample())
+    observation, reward, terminated, truncated, info = env.step(np.zeros(6))
+    assert isinstance(reward, float) and terminated is False and truncated is False
+    assert set(info) == {"captured", "diverged", "distance", "speed"} and info["distance"].shape == (2,)
+    env.close()
+
+
+def test_observations_are_what_they_say(problem):
+    env = VectorCaptureEnv(problem, 3, effort_scale=5.0)
+    env.reset()
+    observation, *_ = env.step(np.random.default_rng(0).uniform(-1, 1, (3, 6)))
+    robot = env.robot
+    q, v = env.rollout.split(env.state)
+    assert np.array_equal(observation[:, :6], q[:, robot.joint_q]) and np.array_equal(observation[:, 6:12], v[:, robot.joint_v])
+    assert np.allclose(observation[:, 12:15], v[:, :3])  # the base's angular velocity in its own axes
+    R = robot.frame_pose("base", q)[:, :3, :3]
+    point = robot.frame_pose("target:target-1", q) @ np.array([0, 0.5, 0, 1])
+    tip = robot.frame_pose("tip-1", q)[:, :3, 3]
+    assert np.allclose(np.einsum("nij,nj->ni", R, observation[:, 15:18]), point[:, :3] - tip)
+
+
+def test_relative_velocity_is_the_rate_of_the_distance(problem):
+    env = VectorCaptureEnv(problem, 1, effort_scale=5.0, period=1e-4, step=1e-4)
+    env.reset()
+    env.step(np.ones((1, 6)))
+    before, velocity, _ = env.relative(env.state)
+    env.step(np.zeros((1, 6)))
+    after, later, _ = env.relative(env.state)
+    assert np.allclose((after - before) / 1e-4, 0.5 * (velocity + later), atol=1e-6) and np.linalg.norm(velocity) > 0.01
+
+
+def test_one_is_a_case_of_many(problem):
+    actions = np.random.default_rng(3).uniform(-1, 1, (5, 11, 6))
+    many = VectorCaptureEnv(problem, 11, effort_scale=5.0)
+    many.reset()
+    one = CaptureEnv(problem, effort_scale=5.0)
+    one.reset()
+    for action in actions:
+        observations, rewards, *_ = many.step(action)
+        observation, reward, *_ = one.step(action[4])
+        assert np.array_equal(observations[4], observation) and rewards[4] == reward
+
+
+def test_rewards_add_up_and_captures_end(problem):
+    # With tolerances that the start already keeps the first step is a capture.
+    env = VectorCaptureEnv(problem, 2, effort_scale=5.0, position=100, velocity=100)
+    env.reset()
+    before = env._potential.copy()
+    _, reward, terminated, truncated, info = env.step(np.zeros((2, 6)))
+    assert np.all(terminated) and not np.any(truncated) and np.all(info["captured"])
+    assert np.allclose(reward, before - env._potential + 1)
+    state = env.state.copy()
+    _, reward, terminated, truncated, _ = env.step(np.ones((2, 6)))
+    assert np.array_equal(state, env.state) and not np.any(reward) and not np.any(terminated | truncated)
+    env.reset(cases=np.array([True, False]))
+    env.step(np.ones((2, 6)))
+    assert np.array_equal(env.state[1], state[1]) and not np.array_equal(env.state[0], state[0])
+
+
+def test_time_runs_out(problem):
+    env = VectorCaptureEnv(problem, 2, effort_scale=5.0, duration=0.3, period=0.1)
+    env.reset()
+    ends = [env.step(np.zeros((2, 6)))[3] for _ in range(3)]
+    assert [bool(end.all()) for end in ends] == [False, False, True]
+
+
+def test_perturbed_starts_are_repeatable(problem):
+    def perturb(random, q, v):
+        q[:, 7:13] += random.uniform(-0.1, 0.1, (len(q), 6))
+        return q, v
+
+    first, second = (VectorCaptureEnv(problem, 4, effort_scale=5.0, perturb=perturb) for _ in range(2))
+    a, _ = first.reset(seed=5)
+    b, _ = second.reset(seed=5)
+    assert np.array_equal(a, b) and not np.array_equal(a[0], a[1])
+
+
+@pytest.mark.parametrize("settings, message", [
+    ({}, "effort_scale"), ({"effort_scale": -1}, "effort_scale"), ({"effort_scale": 5, "step": 0.2}, "0 < step <= period"),
+    ({"effort_scale": 5, "position": None, "n": 0}, "at least one case")])
+def test_wrong_settings(problem, settings, message):
+    settings = dict(settings)
+    with pytest.raises(ValueError, match=message):
+        VectorCaptureEnv(problem, settings.pop("n", 1), **settings)
+
+
+def test_wrong_actions(problem):
+    env = CaptureEnv(problem, effort_scale=5.0)
+    env.reset()
+    with pytest.raises(ValueError, match="expected is"):
+        env.step(np.zeros(3))
+    with pytest.raises(ValueError, match="nan"):
+        env.step(np.full(6, np.nan))

@@ -1,0 +1,128 @@
+"""Results: bit for bit the program's, arrays that are views, names and units, the ledger, files."""
+
+import filecmp
+import gc
+import json
+import subprocess
+
+import numpy as np
+import pytest
+from conftest import SOURCE, THESIS
+
+import grapnel
+
+h5py = pytest.importorskip("h5py")
+
+SCENARIOS = {
+    "thesis": (THESIS, {"post_impact.duration": 5}),
+    "closed loop": (SOURCE / "scenarios/thesis/closed-loop.yaml", {"post_impact.duration": 2}),
+    "planned": (SOURCE / "scenarios/thesis/open-loop-case-1-planned.yaml", {"post_impact.duration": 2}),
+    "rebound": (SOURCE / "scenarios/contact-rebound.yaml", {}),
+}
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_it_is_the_programs_result_bit_for_bit(name, program, tmp_path):
+    file, changes = SCENARIOS[name]
+    arguments = [part for path, value in changes.items() for part in ("--set", f"{path}={value}")]
+    subprocess.run([program, "run", file, "-o", tmp_path / "program", "--quiet", "--no-report", *arguments], check=False,
+                   capture_output=True)
+    result = grapnel.load(file, set=changes).simulate()
+    result.save(tmp_path / "python", report=False)
+    for part in ("summary.json", "scene.json", "scenario.json", "timeseries.h5"):
+        assert filecmp.cmp(tmp_path / "program" / part, tmp_path / "python" / part, shallow=False), part
+    assert result.summary == json.loads((tmp_path / "program" / "summary.json").read_text(encoding="utf-8"))
+    with h5py.File(tmp_path / "program" / "timeseries.h5") as series:
+        names = []
+        series.visititems(lambda path, node: names.append(path) if isinstance(node, h5py.Dataset) else None)
+        assert set(names) == {*result, "time", "phase"}
+        assert np.array_equal(result.time, series["time"][:]) and np.array_equal(result.phase, series["phase"][:])
+        for path in result:
+            assert np.array_equal(result[path], series[path][:], equal_nan=True), path
+            assert result.units[path] == series[path].attrs["unit"]
+            assert result[path].shape == series[path].shape
+            assert list(result.components[path]) == list(series[path].attrs["components"])
+
+
+def test_many_are_the_same_bits_as_one_by_one(thesis):
+    problems = []
+    for mass in (5, 10, 20, 40):
+        problem = thesis.copy()
+        problem.targets[0].mass = mass
+        problems.append(problem)
+    alone = [problem.simulate() for problem in problems]
+    for threads in (0, 1, 3):
+        for one, other in zip(alone, grapnel.simulate_many(problems, threads=threads)):
+            assert all(np.array_equal(one[name], other[name], equal_nan=True) for name in one)
+    impulses = [result.summary["impact"]["grasps"][0]["impulse_magnitude"] for result in alone]
+    assert impulses == sorted(impulses) and impulses[0] < impulses[-1]
+
+
+def test_arrays_are_views_that_outlive_the_result(thesis):
+    result = thesis.simulate()
+    position = result["base/position"]
+    assert position.shape == (len(result.time), 3) and position.dtype == np.float64
+    assert not position.flags.owndata and np.shares_memory(position, result["base/position"])
+    with pytest.raises(ValueError):
+        position[0, 0] = 1
+    copy = position.copy()
+    del result
+    gc.collect()
+    junk = [np.ones(10_000) for _ in range(100)]
+    assert np.array_equal(position, copy) and len(junk) == 100
+
+
+def test_names_units_and_summary(thesis):
+    result = thesis.simulate()
+    assert result.status == "completed" and result.captured == "assumed" and result.failure == ""
+    assert result.units["time"] == "s" and result.units["base/angular_velocity"] == "rad/s"
+    assert result.phases[0] == "approach" and result.phase[0] == 0
+    assert result.components["base/position"] == ["x", "y", "z"]
+    assert "base/position" in result and "nothing" not in result and len(list(result)) == len(result)
+    with pytest.raises(KeyError, match="base/position"):
+        result["position"]
+    assert result.summary["scenario"]["sha256"] == thesis.sha256 == result.sha256
+    assert "captured: assumed" in str(result) and "assumed" in repr(result)
+    assert result.verdict[0].startswith("captured: assumed")
+
+
+def test_the_ledger_has_the_values_of_the_summary(thesis):
+    result = thesis.simulate()
+    assert result.ledger.passed
+    checks = result.summary["ledger"]
+    for name, check in result.ledger.items():
+        assert checks[name]["value"] == check.value and checks[name]["bound"] == check.bound
+        assert checks[name]["pass"] == check.passed and checks[name]["kind"] == check.kind
+    drift = result.ledger["linear_momentum_drift"]
+    assert 0 < drift.value < drift.bound == 1e-11 and drift.kind == "conservation"
+    assert "passed" in repr(drift) and "linear_momentum_drift" in repr(result.ledger)
+
+
+def test_a_ledger_that_fails_is_an_error_where_that_is_asked_for():
+    problem = grapnel.load(THESIS, set={"integration.relative_tolerance": 1e-3, "integration.absolute_tolerance": 1e-3})
+    result = problem.simulate()
+    assert result.status == "completed" and not result.ledger.passed
+    with pytest.raises(grapnel.SimulationError, match="conservation"):
+        problem.simulate(strict=True)
+
+
+def test_tables_of_series(thesis):
+    pandas = pytest.importorskip("pandas")
+    result = thesis.simulate()
+    frame = result.to_pandas(["base/position", "joints/position"])
+    assert isinstance(frame, pandas.DataFrame) and frame.index.name == "time"
+    assert np.array_equal(frame["base/position/x"].to_numpy(), result["base/position"][:, 0])
+    assert frame.attrs["units"]["base/position/x"] == "m"
+
+
+def test_reports(thesis, tmp_path):
+    result = thesis.simulate()
+    if not grapnel._grapnel.has_reports():
+        with pytest.raises(RuntimeError, match="Node.js"):
+            result.report(tmp_path / "x.html")
+        return
+    result.report(tmp_path / "x.html")
+    result.save(tmp_path / "folder")
+    assert (tmp_path / "x.html").read_bytes() == (tmp_path / "folder" / "report.html").read_bytes()
+    with pytest.raises(OSError):
+        result.report(tmp_path / "no folder" / "x.html")
