@@ -36,7 +36,8 @@ std::string clearance_not_checked(const CaptureProblem& problem) {
       without.push_back(body.name);
   }
   for (const TargetSetup& t : problem.targets) {
-    if (t.geometry.shape == Geometry::Shape::none) without.push_back(t.name);
+    const auto is_none = [](const Geometry& shape) { return shape.shape == Geometry::Shape::none; };
+    if (std::all_of(t.geometry.begin(), t.geometry.end(), is_none)) without.push_back(t.name);
   }
   const std::size_t bodies = problem.robot.bodies.size() + problem.targets.size();
   if (without.empty() || bodies < 2) return "";
@@ -56,11 +57,12 @@ ClearanceModel make_clearance_model(const CaptureProblem& problem, const Capture
   if (!problem.clearance.enabled) return {};
   for (const auto& [body, geometry] : problem.robot.geometry) shapes.push_back({model.body_index(body), geometry});
   for (const TargetSetup& t : problem.targets) {
-    if (t.geometry.shape == Geometry::Shape::none) continue;
     const int body = model.body_index(target_body_name(t.name));
-    Geometry geometry = t.geometry;
-    geometry.X_BG = own_frame(model, body) * geometry.X_BG;
-    shapes.push_back({body, geometry});
+    for (Geometry geometry : t.geometry) {
+      if (geometry.shape == Geometry::Shape::none) continue;
+      geometry.X_BG = own_frame(model, body) * geometry.X_BG;
+      shapes.push_back({body, std::move(geometry)});
+    }
   }
   std::vector<std::pair<int, int>> ignored;
   for (const auto& [a, b] : problem.clearance.ignore) ignored.emplace_back(model.body_index(a), model.body_index(b));

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <stdexcept>
+#include <string_view>
+#include <utility>
 
 #include "grapnel/dynamics/forward_dynamics.hpp"
 
@@ -20,6 +23,30 @@ double parting_rate(const ClearancePair& pair, const ShapeDistance& d, const Kin
     return V.linear + cross(V.angular, point - kinematics.X_WB[body].p);
   };
   return dot(d.normal, velocity(pair.body_b, d.point_b) - velocity(pair.body_a, d.point_a));
+}
+
+// Events of pairs of shapes as those of bodies: of two bodies, events that have a time in common are one.
+std::vector<ClearanceEvent> united_by_bodies(std::vector<ClearanceEvent> events) {
+  using Bodies = std::pair<std::string_view, std::string_view>;
+  std::ranges::stable_sort(events, {}, &ClearanceEvent::begin_time);
+  std::vector<ClearanceEvent> united;
+  std::map<Bodies, std::size_t> last;
+  for (const ClearanceEvent& event : events) {
+    Bodies bodies{event.least.body_a, event.least.body_b};
+    if (bodies.second < bodies.first) std::swap(bodies.first, bodies.second);
+    const auto [known, is_first] = last.emplace(bodies, united.size());
+    if (is_first || event.begin_time > united[known->second].end_time) {
+      known->second = united.size();
+      united.push_back(event);
+      continue;
+    }
+    ClearanceEvent& earlier = united[known->second];
+    earlier.end_time = std::max(earlier.end_time, event.end_time);
+    if (event.overlap_begin)
+      earlier.overlap_begin = std::min(earlier.overlap_begin.value_or(*event.overlap_begin), *event.overlap_begin);
+    if (event.least.distance < earlier.least.distance) earlier.least = event.least;
+  }
+  return united;
 }
 
 }  // namespace
@@ -71,6 +98,10 @@ Clearance ClearanceWatch::sample(double time, const State& state) {
 
 void ClearanceWatch::end_phase() {
   if (!phase_) throw std::logic_error("ClearanceWatch: end_phase outside a phase");
+  const auto first = events_.begin() + static_cast<std::ptrdiff_t>(phase_->events_before);
+  const std::vector<ClearanceEvent> united = united_by_bodies({first, events_.end()});
+  events_.erase(first, events_.end());
+  events_.insert(events_.end(), united.begin(), united.end());
   phase_.reset();
 }
 

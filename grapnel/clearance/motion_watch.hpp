@@ -83,8 +83,8 @@ class MotionSegment {
   std::vector<double> rates_begin_, rates_end_;
 };
 
-/// Fed with consecutive samples of a phase, keeps the minimum clearance of each phase and the times in which a pair of
-/// bodies is nearer than required.
+/// Fed with consecutive samples of a phase, keeps the minimum clearance of each phase and the times in which two bodies
+/// are nearer than required.
 ///
 /// Between samples the motion is interpolated (MotionSegment). It is searched where the samples say it matters: for
 /// each pair that can, by its speed, come below the required clearance or the least one so far in between, the least
@@ -109,7 +109,8 @@ class ClearanceWatch {
 
   /// One per phase, in order, the phase under way included.
   const std::vector<MinimumClearance>& least() const { return least_; }
-  /// In order of their begins.
+  /// In order of their begins. Of phases that have ended, two bodies are in one event as long as any of their shapes
+  /// are too near to each other.
   std::vector<ClearanceEvent> events() const;
 
  private:

@@ -88,6 +88,7 @@ struct Field {
   /// Of numbers, in magnitude, where the unit's own limit does not do.
   double largest = std::numeric_limits<double>::quiet_NaN();
   std::size_t least_items = 0, most_items = 0;  ///< of lists and mappings; 0: any number
+  bool is_one_or_list = false;                  ///< of structures, in scenarios and robots: one may stand alone
   /// What messages call the value, "a list of names"; of alternatives each of them, "; " between. Empty: by the type.
   std::string_view title = {};
 
@@ -134,6 +135,12 @@ struct Field {
   constexpr Field items(std::size_t least, std::size_t most) const {
     Field f = *this;
     f.least_items = least, f.most_items = most;
+    return f;
+  }
+  /// Of a list of structures, called e.g. "a shape; a list of shapes".
+  constexpr Field one_or_list(std::string_view titles) const {
+    Field f = *this;
+    f.is_one_or_list = true, f.title = titles;
     return f;
   }
   constexpr Field called(std::string_view name) const {

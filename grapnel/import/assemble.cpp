@@ -146,9 +146,6 @@ class RobotAssembly {
       return;
     }
     inertia.inertia = nearest_possible_inertia(given, flattest);
-    // A negative definite tensor, or one with thin rods beside it, may end at the edge of what is possible.
-    if (flattest == 0 && !inertia_fault(inertia.inertia).empty())
-      inertia.inertia = nearest_possible_inertia(given, kThinnest);
     decide(inertia.mark,
            fmt::format("{} has the inertia {} with the principal moments {}, {}; the nearest possible tensor is taken, "
                        "{} with {}",

@@ -3,260 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
-#include <map>
 
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
 namespace {
 
-bool has_axis(const SourceJoint& joint) {
-  return joint.kind == SourceJoint::Kind::revolute || joint.kind == SourceJoint::Kind::continuous ||
-         joint.kind == SourceJoint::Kind::prismatic;
-}
-bool is_free(const SourceJoint& joint) {
-  return joint.kind == SourceJoint::Kind::floating || joint.kind == SourceJoint::Kind::planar;
-}
-const char* unit_of(const SourceJoint& joint) { return joint.kind == SourceJoint::Kind::prismatic ? "m" : "rad"; }
-
 bool has_mass(const SourceLink& link) { return link.inertia && link.inertia->mass > 0; }
-
-template <class Named>
-std::map<std::string, int, std::less<>> indices_of(const std::vector<Named>& list) {
-  std::map<std::string, int, std::less<>> result;
-  for (std::size_t i = 0; i < list.size(); ++i) result.emplace(list[i].name, static_cast<int>(i));
-  return result;
-}
-
-template <class Named>
-std::vector<std::string> names_of(const std::vector<Named>& list) {
-  std::vector<std::string> names;
-  for (const Named& one : list) names.push_back(one.name);
-  return names;
-}
-
-// ---- The tree ----
-
-void check_roots(const SourceModel& model, LinkTree& tree, FaultList& faults) {
-  std::vector<std::string> roots;
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
-    if (tree.carrier[i] >= 0) continue;
-    roots.push_back(model.links[i].name);
-    if (tree.root < 0) tree.root = static_cast<int>(i);
-  }
-  if (roots.size() == 1) return;
-  if (roots.empty()) {
-    faults.add(model.links[0].mark, "every link is the child of a joint, so there is no root: the joints form a cycle");
-    return;
-  }
-  for (std::size_t i = 0, seen = 0; i < model.links.size(); ++i) {
-    if (tree.carrier[i] >= 0 || seen++ == 0) continue;
-    faults.add(model.links[i].mark,
-               fmt::format("link {} is the child of no joint, as is {}: a robot has one root; there are {}: {}",
-                           in_quotes(model.links[i].name), in_quotes(roots[0]), roots.size(), some_of(roots)));
-    return;  // of many that are loose one says it
-  }
-}
-
-// Links that the root does not reach stand on cycles, or hang on them.
-void check_reached(const SourceModel& model, const LinkTree& tree, FaultList& faults) {
-  std::vector<bool> reached(model.links.size(), false);
-  std::vector<int> open{tree.root};
-  while (!open.empty()) {
-    const int link = open.back();
-    open.pop_back();
-    reached[link] = true;
-    for (const int joint : tree.child_joints[link]) open.push_back(tree.child[joint]);
-  }
-  const auto lost = std::find(reached.begin(), reached.end(), false);
-  if (lost == reached.end()) return;
-  // From a link that nobody reaches up the tree, until one comes again.
-  std::vector<bool> seen(model.links.size(), false);
-  int link = static_cast<int>(lost - reached.begin());
-  while (!seen[link]) seen[link] = true, link = tree.parent[tree.carrier[link]];
-  std::vector<std::string> names;
-  int at = link;
-  do {
-    names.push_back(model.links[at].name);
-    at = tree.parent[tree.carrier[at]];
-  } while (at != link);
-  std::reverse(names.begin(), names.end());
-  faults.add(
-      model.joints[tree.carrier[link]].mark,
-      fmt::format("the joints of {} form a cycle; loops are closed by grasps, a robot is a tree", some_of(names)));
-}
-
-}  // namespace
-
-std::optional<LinkTree> link_tree(const SourceModel& model, FaultList& faults) {
-  const std::size_t before = faults.size();
-  const auto links = indices_of(model.links);
-  LinkTree tree;
-  tree.carrier.assign(model.links.size(), -1);
-  tree.child_joints.resize(model.links.size());
-  const auto find = [&](const SourceJoint& joint, const std::string& name, const Mark& mark, const char* role) {
-    const auto it = links.find(name);
-    if (it != links.end()) return it->second;
-    if (!name.empty())
-      faults.add(mark, fmt::format("joint {} has the unknown {} link {}{}", in_quotes(joint.name), role,
-                                   in_quotes(name), suggestion(name, names_of(model.links), "links")));
-    return -1;
-  };
-  for (std::size_t j = 0; j < model.joints.size() && !faults.full(); ++j) {
-    const SourceJoint& joint = model.joints[j];
-    const int parent = find(joint, joint.parent, joint.parent_mark, "parent");
-    const int child = find(joint, joint.child, joint.child_mark, "child");
-    tree.parent.push_back(parent), tree.child.push_back(child);
-    if (parent < 0 || child < 0) continue;
-    if (tree.carrier[child] >= 0) {
-      faults.add(joint.child_mark,
-                 fmt::format("joint {} carries link {}, which joint {} carries already; loops are closed by grasps, a "
-                             "robot is a tree",
-                             in_quotes(joint.name), in_quotes(joint.child),
-                             in_quotes(model.joints[tree.carrier[child]].name)));
-      continue;
-    }
-    tree.carrier[child] = static_cast<int>(j);
-    tree.child_joints[parent].push_back(static_cast<int>(j));
-  }
-  if (model.links.empty() || faults.size() > before) return {};
-  check_roots(model, tree, faults);
-  if (tree.root >= 0) check_reached(model, tree, faults);
-  if (faults.size() > before) return {};
-  return tree;
-}
-
-// ---- Joints that do not move ----
-
-namespace {
-
-class JointSettler {
- public:
-  JointSettler(const SourceModel& model, const ImportOptions& options, std::vector<ImportDecision>& decisions,
-               FaultList& faults)
-      : model_(model), joints_(indices_of(model.joints)), decisions_(decisions), faults_(faults) {
-    values_.resize(model.joints.size());
-    is_in_chain_.resize(model.joints.size(), false);
-    for (const LockedJoint& locked : options.locked) lock(locked);
-  }
-
-  std::vector<std::optional<Posed>> settle() {
-    std::vector<std::optional<Posed>> settled(model_.joints.size());
-    for (std::size_t j = 0; j < model_.joints.size() && !faults_.full(); ++j) {
-      const SourceJoint& joint = model_.joints[j];
-      if (joint.kind == SourceJoint::Kind::fixed) settled[j] = joint.X_PJ;
-      if (joint.kind == SourceJoint::Kind::fixed) continue;
-      if (joint.mimic && has_axis(joint) && !values_[j]) follow(static_cast<int>(j));
-      if (values_[j]) settled[j] = joint.X_PJ * motion(joint, *values_[j]);
-    }
-    return settled;
-  }
-
- private:
-  static Posed motion(const SourceJoint& joint, double value) {
-    if (value == 0 || is_free(joint)) return Posed::identity();
-    if (joint.kind == SourceJoint::Kind::prismatic) return {Rotationd::identity(), value * joint.axis};
-    return {rotation_about(joint.axis, value), Vector3d::zero()};
-  }
-
-  void lock(const LockedJoint& locked) {
-    const auto it = joints_.find(locked.joint);
-    if (it == joints_.end()) {
-      faults_.add(locked.mark, fmt::format("there is no joint {} to lock{}", in_quotes(locked.joint),
-                                           suggestion(locked.joint, names_of(model_.joints), "joints")));
-      return;
-    }
-    const SourceJoint& joint = model_.joints[it->second];
-    if (joint.kind == SourceJoint::Kind::fixed) {
-      faults_.add(locked.mark, fmt::format("joint {} cannot be locked: it is fixed", in_quotes(joint.name)));
-      return;
-    }
-    if (is_free(joint) && locked.value != 0) {
-      faults_.add(locked.mark, fmt::format("joint {} has more than one coordinate, so it can be locked at 0 only",
-                                           in_quotes(joint.name)));
-      return;
-    }
-    values_[it->second] = locked.value;
-    const bool outside =
-        locked.value < joint.lower.value_or(locked.value) || locked.value > joint.upper.value_or(locked.value);
-    decisions_.push_back({joint.mark,
-                          fmt::format("joint {} is locked at {} {}, as asked for{}", in_quotes(joint.name),
-                                      locked.value, unit_of(joint), outside ? ", which is outside of its limits" : ""),
-                          joint.name});
-  }
-
-  // The value of a joint that follows others: up the chain to one that is locked or moves, which counts as 0, and back.
-  void follow(int first) {
-    std::vector<int> chain;
-    int at = first;
-    double value = 0;
-    bool found = true;
-    while (true) {
-      const SourceJoint& joint = model_.joints[at];
-      if (values_[at]) {
-        value = *values_[at];
-        break;
-      }
-      if (!joint.mimic || !has_axis(joint)) break;
-      if (is_in_chain_[at]) {
-        faults_.add(joint.mimic->mark, fmt::format("joint {} follows itself (mimic)", in_quotes(joint.name)));
-        found = false;
-        break;
-      }
-      is_in_chain_[at] = true;
-      chain.push_back(at);
-      const auto it = joints_.find(joint.mimic->joint);
-      if (it == joints_.end()) {
-        if (!joint.mimic->joint.empty())
-          faults_.add(joint.mimic->mark,
-                      fmt::format("joint {} follows the unknown joint {} (mimic){}", in_quotes(joint.name),
-                                  in_quotes(joint.mimic->joint),
-                                  suggestion(joint.mimic->joint, names_of(model_.joints), "joints")));
-        found = false;
-        break;
-      }
-      at = it->second;
-    }
-    for (auto link = chain.rbegin(); link != chain.rend(); ++link) {
-      const SourceJoint& joint = model_.joints[*link];
-      is_in_chain_[*link] = false;
-      const double master = value;
-      value = joint.mimic->multiplier * master + joint.mimic->offset;
-      if (!std::isfinite(value) && found)
-        faults_.add(joint.mimic->mark,
-                    fmt::format("joint {}: the value that it follows to (mimic) is not finite", in_quotes(joint.name)));
-      if (!std::isfinite(value)) found = false, value = 0;
-      values_[*link] = value;
-      if (!found) continue;
-      decisions_.push_back({joint.mimic->mark,
-                            fmt::format("joint {} follows {} (mimic) and is locked at {} {}, its value where {} is {}; "
-                                        "another value: lock {}",
-                                        in_quotes(joint.name), in_quotes(joint.mimic->joint), value, unit_of(joint),
-                                        in_quotes(joint.mimic->joint), master, in_quotes(joint.name)),
-                            joint.name});
-    }
-  }
-
-  const SourceModel& model_;
-  std::map<std::string, int, std::less<>> joints_;
-  std::vector<ImportDecision>& decisions_;
-  FaultList& faults_;
-  std::vector<std::optional<double>> values_;  // of joints that do not move
-  std::vector<bool> is_in_chain_;
-};
-
-}  // namespace
-
-std::vector<std::optional<Posed>> settle_joints(const SourceModel& model, const ImportOptions& options,
-                                                std::vector<ImportDecision>& decisions, FaultList& faults) {
-  return JointSettler(model, options, decisions, faults).settle();
-}
-
-// ---- Groups ----
-
-namespace {
 
 class LinkGrouper {
  public:
@@ -321,12 +75,13 @@ class LinkGrouper {
                                                   suggestion(options_.base.name, names_of(model_.links), "links")));
       return -1;
     }
-    if (!free_.empty() && !root_has_mass_ && !root_moves_something_) {
-      if (free_.size() == 1) return tree_.child[free_[0]];
+    if (!free_.empty()) {
       std::vector<std::string> names;
+      if (root_has_mass_ || root_moves_something_) names.push_back(model_.links[tree_.root].name);
       for (const int joint : free_) names.push_back(model_.links[tree_.child[joint]].name);
+      if (names.size() == 1) return tree_.child[free_[0]];
       faults_.add(
-          model_.joints[free_[1]].mark,
+          model_.joints[free_.back()].mark,
           fmt::format("there are {} free bodies, {}: say which is the robot's base", names.size(), some_of(names)));
       return -1;
     }

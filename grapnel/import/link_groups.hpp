@@ -3,6 +3,7 @@
 /// @file
 /// Which links of a source model move together, and how these groups hang on each other as seen from the base.
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -55,5 +56,29 @@ struct GroupedLinks {
 std::optional<GroupedLinks> group_links(const SourceModel& model, const LinkTree& tree,
                                         const std::vector<std::optional<Posed>>& settled, const ImportOptions& options,
                                         std::vector<ImportDecision>& decisions, FaultList& faults);
+
+// What several of the steps ask.
+
+inline bool has_axis(const SourceJoint& joint) {
+  return joint.kind == SourceJoint::Kind::revolute || joint.kind == SourceJoint::Kind::continuous ||
+         joint.kind == SourceJoint::Kind::prismatic;
+}
+inline bool is_free(const SourceJoint& joint) {
+  return joint.kind == SourceJoint::Kind::floating || joint.kind == SourceJoint::Kind::planar;
+}
+
+/// Places by name.
+template <class Named>
+std::map<std::string, int, std::less<>> indices_of(const std::vector<Named>& list) {
+  std::map<std::string, int, std::less<>> result;
+  for (std::size_t i = 0; i < list.size(); ++i) result.emplace(list[i].name, static_cast<int>(i));
+  return result;
+}
+template <class Named>
+std::vector<std::string> names_of(const std::vector<Named>& list) {
+  std::vector<std::string> names;
+  for (const Named& one : list) names.push_back(one.name);
+  return names;
+}
 
 }  // namespace grapnel

@@ -17,6 +17,14 @@ std::size_t index_of(const Items& items, const std::string& name) {
 
 }  // namespace
 
+std::vector<Geometry> shapes_of(const RobotSetup& robot, const std::string& body) {
+  std::vector<Geometry> shapes;
+  for (const auto& [name, shape] : robot.geometry) {
+    if (name == body) shapes.push_back(shape);
+  }
+  return shapes;
+}
+
 std::size_t target_index(const CaptureProblem& problem, const std::string& target) {
   return index_of(problem.targets, target);
 }
@@ -38,8 +46,8 @@ const EndEffectorSetup& end_effector_of(const CaptureProblem& problem, const Gra
 std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point) {
   if (point.normal) return point.normal;
   if (point.approach_direction) return -*point.approach_direction;
-  if (target.geometry.shape != Geometry::Shape::sphere) return {};
-  const Vector3d out = point.X_TG.p - target.geometry.X_BG.p;
+  if (target.geometry.size() != 1 || target.geometry[0].shape != Geometry::Shape::sphere) return {};
+  const Vector3d out = point.X_TG.p - target.geometry[0].X_BG.p;
   const double distance = norm(out);
   if (!(distance > 0)) return {};
   return (1 / distance) * out;

@@ -68,9 +68,12 @@ struct RobotSetup {
   Base base_mode = Base::free;
   std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
   std::vector<EndEffectorSetup> end_effectors;
-  std::vector<std::pair<std::string, Geometry>> geometry;   // by body name
+  std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
   std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
 };
+
+/// The shapes of a body of a robot, in their order in RobotSetup::geometry.
+std::vector<Geometry> shapes_of(const RobotSetup& robot, const std::string& body);
 
 struct GraspPoint {
   std::string name;
@@ -85,7 +88,7 @@ struct TargetSetup {
   double mass = 0;                            // [kg]
   Vector3d com = Vector3d::zero();            // in the target's frame [m]
   Symmetric3d inertia = Symmetric3d::zero();  // about the centre of mass, target's axes [kg m^2]
-  Geometry geometry;
+  std::vector<Geometry> geometry;             // its shapes
   enum class Instant { start, capture };
   Instant given_at = Instant::capture;  // when pose and twist below hold; propagated from there free of torque
   Posed X_WT = Posed::identity();
@@ -352,7 +355,8 @@ const GraspPoint& grasp_point_of(const CaptureProblem& problem, const GraspSetup
 const EndEffectorSetup& end_effector_of(const CaptureProblem& problem, const GraspSetup& grasp);
 
 /// Outward unit normal of a target's surface at a grasp point, in the target's frame: the point's own, else against its
-/// approach direction, else from the centre of a spherical target through it. Empty if none of these is there.
+/// approach direction, else from the centre through it of a target whose only shape is a sphere. Empty if none of these
+/// is there.
 std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoint& point);
 
 // --- Joint motion stated piece by piece, to and from trajectories ---

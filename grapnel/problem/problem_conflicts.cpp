@@ -70,6 +70,7 @@ class Conflicts {
     }
     for (std::size_t i = 0; i < problem_.loads.size(); ++i)
       check_profile(problem_.loads[i].profile, fmt::format("external_wrenches[{}].time", i));
+    check_shapes();
     check_lengths();
     if (!problem_.approach && !problem_.impact && !problem_.post_impact)
       add("", "nothing to simulate: give 'approach', 'impact' or both");
@@ -95,6 +96,17 @@ class Conflicts {
   const GraspPoint* grasp_point(const GraspSetup& grasp) const {
     const TargetSetup* target = find_named(problem_.targets, grasp.target);
     return target ? find_named(target->grasp_points, grasp.grasp_point) : nullptr;
+  }
+
+  // ---- Bodies ----
+
+  // Those of the robot alone are its own conflict.
+  void check_shapes() {
+    const std::size_t of_robot = problem_.robot.geometry.size();
+    std::size_t all = of_robot;
+    for (const TargetSetup& target : problem_.targets) all += target.geometry.size();
+    if (all <= kMostShapes || of_robot > kMostShapes) return;
+    add("targets", "targets and robot have {} shapes in all, at most {} are allowed", all, kMostShapes);
   }
 
   // ---- The beginning ----
@@ -454,6 +466,10 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
           {here + ".joint.limits.lower",
            fmt::format("{}.joint.limits: lower limit {} is above upper limit {}", shown, limits.lower, limits.upper)});
     }
+  }
+  if (robot.geometry.size() > kMostShapes) {
+    found.push_back({"links", fmt::format("the robot's bodies have {} shapes in all, at most {} are allowed",
+                                          robot.geometry.size(), kMostShapes)});
   }
   return found;
 }

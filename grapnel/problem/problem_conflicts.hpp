@@ -26,6 +26,9 @@ struct ProblemFault {
 /// nothing about others. Empty: there are none.
 std::vector<ProblemFault> problem_conflicts(const CaptureProblem& problem);
 
+/// Shapes of all bodies. Distances of all their pairs are watched: these are 12 million.
+inline constexpr std::size_t kMostShapes = 5000;
+
 /// Those within a robot, with paths that begin at it; messages name their places below `path`, "robot" of a problem.
 std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::string& path);
 

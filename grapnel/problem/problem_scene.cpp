@@ -69,10 +69,7 @@ class SceneBuilder {
                               description.X_PF};
     }
     body.mass = description.mass, body.com = description.com, body.inertia = description.inertia;
-    const auto& shapes = problem_.robot.geometry;
-    const auto shape =
-        std::find_if(shapes.begin(), shapes.end(), [&](const auto& s) { return s.first == description.name; });
-    if (shape != shapes.end()) body.shape = scene_shape(shape->second);
+    add_shapes(shapes_of(problem_.robot, description.name), body);
     scene_.bodies.push_back(std::move(body));
   }
 
@@ -82,15 +79,20 @@ class SceneBuilder {
     body.kind = "target";
     body.series = "targets/" + target.name;
     body.mass = target.mass, body.com = target.com, body.inertia = target.inertia;
-    body.shape = scene_shape(target.geometry);
+    add_shapes(target.geometry, body);
     scene_.bodies.push_back(std::move(body));
     for (const GraspPoint& g : target.grasp_points) {
       scene_.grasp_points.push_back({target.name, g.name, g.X_TG.p, g.approach_direction});
     }
   }
 
-  std::optional<SceneShape> scene_shape(const Geometry& geometry) {
-    if (geometry.shape == Geometry::Shape::none) return {};
+  void add_shapes(const std::vector<Geometry>& geometry, SceneBody& body) {
+    for (const Geometry& one : geometry) {
+      if (one.shape != Geometry::Shape::none) body.shapes.push_back(scene_shape(one));
+    }
+  }
+
+  SceneShape scene_shape(const Geometry& geometry) {
     SceneShape shape{name_of(geometry.shape), geometry.size, geometry.X_BG, -1};
     if (!geometry.mesh) return shape;
     // Bodies that share a mesh share it here too.

@@ -176,7 +176,7 @@ SceneShape box_of_inertia(const SceneBody& body) {
 
 std::vector<SceneShape> drawn_shapes(const Scene& scene, std::size_t body) {
   const SceneBody& it = scene.bodies[body];
-  if (it.shape) return {*it.shape};
+  if (!it.shapes.empty()) return it.shapes;
   if (it.kind == "link") {
     std::vector<SceneShape> rods = rods_of(scene, it);
     if (!rods.empty()) return rods;

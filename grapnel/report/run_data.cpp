@@ -53,7 +53,7 @@ void add_scene(const fs::path& folder, const Origin& origin, Parts& parts) {
   }
   try {
     read_scene(path);  // which checks all of it
-    parts.scene = read_json_document(path, "grapnel-scene/1");
+    parts.scene = read_json_document(path, "grapnel-scene/2");
     const Origin own{required_text(parts.scene, "/scenario/name", path),
                      required_text(parts.scene, "/scenario/sha256", path)};
     note_other_origin("scene.json", own, origin, parts);

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr const char* kSceneSchema = "grapnel-scene/1";
+constexpr const char* kSceneSchema = "grapnel-scene/2";
 
 // A value of the document and where it is: "bodies[2].joint".
 class Entry {
@@ -171,7 +171,7 @@ SceneBody read_body(const Entry& entry, std::size_t meshes, Names& names) {
   body.com = entry["com"].vector();
   const std::vector<double> I = entry["inertia"].numbers(6);
   body.inertia = {I[0], I[1], I[2], I[3], I[4], I[5]};
-  if (const Entry geometry = entry["geometry"]; !geometry.is_null()) body.shape = read_shape(geometry, meshes);
+  for (const Entry& shape : entry["geometry"].items()) body.shapes.push_back(read_shape(shape, meshes));
   return body;
 }
 
@@ -225,7 +225,7 @@ Scene read_scene(const std::filesystem::path& path) {
 
 namespace {
 
-enum class SceneFormat { first };
+enum class SceneFormat { second };
 
 struct OfScenario {
   std::string name, sha256;
@@ -235,7 +235,7 @@ struct OfScenario {
 
 template <>
 const Type& type_of<SceneFormat>() {
-  static constexpr Choice choices[] = {choice(SceneFormat::first, "grapnel-scene/1")};
+  static constexpr Choice choices[] = {choice(SceneFormat::second, "grapnel-scene/2")};
   static constexpr Type type = enumeration<SceneFormat>("SceneFormat", choices);
   return type;
 }
@@ -312,7 +312,7 @@ const Type& type_of<SceneBody>() {
         const Symmetric3d& m = b.inertia;
         return std::array{m.xx, m.yy, m.zz, m.xy, m.xz, m.yz};
       }>("inertia", "kg m^2", "xx, yy, zz, xy, xz, yz about the centre of mass, its axes"),
-      field<&B::shape>("geometry", "its shape, or null").or_null(),
+      field<&B::shapes>("geometry", "its shapes"),
   };
   static constexpr Type type = structure<B>("SceneBody", "a rigid body.", fields);
   return type;
@@ -385,7 +385,7 @@ template <>
 const Type& type_of<SceneDocument>() {
   using S = SceneDocument;
   static constexpr Field fields[] = {
-      derived<[](const S&) { return SceneFormat::first; }>("schema", "", "the format of this file"),
+      derived<[](const S&) { return SceneFormat::second; }>("schema", "", "the format of this file"),
       field<&S::version>("version", "of Grapnel"), derived<[](const S& s) {
         return OfScenario{s.scenario_name, s.scenario_sha256};
       }>("scenario", "", "what was simulated"),

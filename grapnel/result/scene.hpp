@@ -48,7 +48,7 @@ struct SceneBody {
   double mass = 0;                            // [kg]
   Vector3d com = Vector3d::zero();            // in the body's frame [m]
   Symmetric3d inertia = Symmetric3d::zero();  // about com, in the body's axes [kg m^2]
-  std::optional<SceneShape> shape;
+  std::vector<SceneShape> shapes;
 };
 
 /// An end-effector on a body of the robot.

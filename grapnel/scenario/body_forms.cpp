@@ -206,18 +206,27 @@ void read_scale(const ValueToRead& at) {
   if (const auto scales = finite_list(at.node, 3)) std::copy(scales->begin(), scales->end(), size);
   if (const auto scale = number_of(at.node); scale && !std::isnan(*scale)) set_scale(size, *scale);
 }
+Node scale_node(const Type&, const void* value) {
+  const auto* const size = static_cast<const double*>(value);
+  return size[0] == size[1] && size[1] == size[2] ? plain_number_node(size[0]) : numbers_node({size, 3});
+}
 NumberWriter scale_writer(const NumberPlace& at) {
   return writer_of_one<double>(at, [](double& size, double scale) { return set_scale(&size, scale), true; });
 }
 
 // A robot keeps shapes and ratings in lists by name.
-void read_shape_by_name(const ValueToRead& at) {
+void read_shapes_by_name(const ValueToRead& at) {
   RobotSetup& robot = *at.scope.robot_setup;
   const bool of_base = at.owner == &robot;
-  Geometry geometry;
-  read_members(at.node, geometry_description(), at.name(), &geometry, at.scope);
   const std::string& name = of_base ? robot.base : static_cast<const BodyDescription*>(at.owner)->name;
-  if (geometry.shape != Geometry::Shape::none) robot.geometry.emplace_back(name, std::move(geometry));
+  const auto read = [&](const Node& node, const std::string& path) {
+    Geometry geometry;
+    read_members(node, shapes_description().of(), path, &geometry, at.scope);
+    if (geometry.shape != Geometry::Shape::none) robot.geometry.emplace_back(name, std::move(geometry));
+  };
+  if (at.node.is_mapping()) read(at.node, at.name());
+  for (std::size_t i = 0; i < at.node.items.size() && !at.scope.faults.full(); ++i)
+    read(at.node.items[i], item(at.name(), i));
 }
 void read_rating_by_name(const ValueToRead& at) {
   const std::string& joint = static_cast<const BodyDescription*>(at.owner)->joint.name;
@@ -245,8 +254,8 @@ const Form kBodyForms[] = {
      .numbers = inertia_writer,
      .write = inertia_node},
     {.name = "mesh file", .read = read_mesh_file},
-    {.name = "scale", .schema = scale_schema, .read = read_scale, .numbers = scale_writer},
-    {.name = "geometry of body", .read = read_shape_by_name},
+    {.name = "scale", .schema = scale_schema, .read = read_scale, .numbers = scale_writer, .write = scale_node},
+    {.name = "geometry of body", .read = read_shapes_by_name},
     {.name = "joint rating", .read = read_rating_by_name},
 };
 

@@ -369,17 +369,23 @@ std::shared_ptr<const TriangleMesh> read_mesh(std::string_view bytes, const std:
 
 namespace {
 
-void add_file_of(Node& body, std::vector<Node*>& files) {
-  Node* geometry = body.find("geometry");
-  if (!geometry || text_at(*geometry, "shape") != "mesh") return;
-  Node* file = geometry->find("file");
+void add_file_of_shape(Node& shape, std::vector<Node*>& files) {
+  if (text_at(shape, "shape") != "mesh") return;
+  Node* file = shape.find("file");
   if (file && is_text(*file) && !file->text.empty()) files.push_back(file);
+}
+
+void add_files_of(Node& body, std::vector<Node*>& files) {
+  Node* geometry = body.find("geometry");
+  if (!geometry) return;
+  add_file_of_shape(*geometry, files);
+  for (Node& shape : geometry->items) add_file_of_shape(shape, files);
 }
 
 void add_files_of_list(Node& tree, const char* key, std::vector<Node*>& files) {
   Node* list = tree.find(key);
   if (!list || !list->is_sequence()) return;
-  for (Node& body : list->items) add_file_of(body, files);
+  for (Node& body : list->items) add_files_of(body, files);
 }
 
 std::shared_ptr<const ScenarioFiles::File> mesh_file(const std::filesystem::path& path, const Node& named,
@@ -405,7 +411,7 @@ std::vector<Node*> mesh_file_nodes(Node& tree) {
   std::vector<Node*> files;
   for (Node* robot : {&tree, tree.find("robot")}) {
     if (!robot) continue;
-    if (Node* base = robot->find("base")) add_file_of(*base, files);
+    if (Node* base = robot->find("base")) add_files_of(*base, files);
     add_files_of_list(*robot, "links", files);
   }
   add_files_of_list(tree, "targets", files);

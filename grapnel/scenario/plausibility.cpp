@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "grapnel/approach/target_motion.hpp"
@@ -67,6 +68,24 @@ double farthest(const Geometry& shape, const Vector3d& from) {
   return most;
 }
 
+bool is_shape(const Geometry& shape) { return shape.shape != Geometry::Shape::none; }
+
+double farthest(const std::vector<Geometry>& shapes, const Vector3d& from) {
+  double most = 0;
+  for (const Geometry& shape : shapes) most = std::max(most, farthest(shape, from));
+  return most;
+}
+
+// Of the shapes that have any extent, how far the one that ends first reaches; 0: there is none.
+double nearest_end(const std::vector<Geometry>& shapes, const Vector3d& from) {
+  double least = 0;
+  for (const Geometry& shape : shapes) {
+    const double end = farthest(shape, from);
+    if (end > 0 && (least == 0 || end < least)) least = end;
+  }
+  return least;
+}
+
 // The slip of units that would explain a radius of gyration that is too large by a factor: tonnes make one of 31.6,
 // square millimetres one of 1000.
 std::string unit_slip(double too_large_by) {
@@ -86,9 +105,9 @@ std::optional<double> cosine(const Vector3d& a, const Vector3d& b) {
 }
 constexpr double kOpposite = 0.5;  // of a cosine: 60 degrees
 
-// The middle of what is to be grasped.
+// The middle of what is to be grasped. Of several shapes none is the target's middle.
 Vector3d middle_of(const TargetSetup& target) {
-  return target.geometry.shape == Geometry::Shape::none ? target.com : target.geometry.X_BG.p;
+  return target.geometry.size() == 1 && is_shape(target.geometry[0]) ? target.geometry[0].X_BG.p : target.com;
 }
 
 void doubt_directions(const Node& node, const std::string& path, const GraspPoint& point, const Vector3d& middle,
@@ -137,6 +156,26 @@ const Mark& place_of_body(const Node& scenario, const CaptureProblem& problem, c
   return part(scenario, "robot").mark;
 }
 
+// Bodies that overlap at t = 0, two by two, each two by the deepest of their shapes.
+class StartOverlaps {
+ public:
+  struct Overlap {
+    int body_a, body_b;
+    double depth;  // [m]
+  };
+
+  void add(const Overlap& found) {
+    const auto [known, is_first] = places_.emplace(std::minmax(found.body_a, found.body_b), all_.size());
+    if (is_first) all_.push_back(found);
+    all_[known->second].depth = std::max(all_[known->second].depth, found.depth);
+  }
+  const std::vector<Overlap>& all() const { return all_; }
+
+ private:
+  std::vector<Overlap> all_;
+  std::map<std::pair<int, int>, std::size_t> places_;
+};
+
 std::string shown_body(const CaptureProblem& problem, const std::string& body) {
   for (const TargetSetup& t : problem.targets) {
     if (target_body_name(t.name) == body) return "target " + in_quotes(t.name);
@@ -170,29 +209,32 @@ void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std:
 }
 
 void doubt_inertia(const Node& body, const std::string& path, double mass, const Vector3d& com,
-                   const Symmetric3d& inertia, const Geometry& shape, FaultList& faults) {
+                   const Symmetric3d& inertia, const std::vector<Geometry>& shapes, FaultList& faults) {
   if (!body.find("mass") || !body.find("inertia") || !(mass > 0)) return;
   const double largest = largest_principal_moment(inertia);
   const double gyration = std::sqrt(largest / mass);
   // Mean square distance from the centre of mass: of a ball of the densest metal, and of this body.
   const double ball = 0.6 * std::pow(3 * mass / (4 * kPi * kDensest), 2.0 / 3);
   const double spread = (inertia.xx + inertia.yy + inertia.zz) / (2 * mass);
-  const double reach = farthest(shape, com);
-  const bool has_shape = shape.shape != Geometry::Shape::none && reach > 0;
+  // All of the mass may be in the shape that ends first: others are panels or antennas.
+  const double reach = farthest(shapes, com), core = nearest_end(shapes, com);
+  const bool has_shape = reach > 0;
   const double most =
       has_shape ? kBeyondShape * reach : kLargestGyration * std::max(1.0, std::cbrt(mass / kMassOfLargest));
   std::string why;
   double off = 1;
   if (gyration > most) {
     off = gyration / (has_shape ? reach : 1);
-    why = has_shape ? fmt::format("the shape ends {:.3g} m from the centre of mass", reach)
+    why = has_shape ? fmt::format("{} {:.3g} m from the centre of mass",
+                                  shapes.size() > 1 ? "the shapes end" : "the shape ends", reach)
                     : fmt::format("more than {:.3g} m is hardly meant", most);
   } else if (spread < ball) {
     off = std::sqrt(spread / ball) * 0.1;
     why = "a ball of the densest metal has more";
-  } else if (has_shape && spread < std::pow(kWithinShape * reach, 2)) {
-    off = std::sqrt(spread) / reach;
-    why = fmt::format("the shape ends {:.3g} m from the centre of mass", reach);
+  } else if (has_shape && spread < std::pow(kWithinShape * core, 2)) {
+    off = std::sqrt(spread) / core;
+    why = fmt::format("{} {:.3g} m from the centre of mass",
+                      shapes.size() > 1 ? "the nearest of the shapes ends" : "the shape ends", core);
   }
   if (why.empty()) return;
   faults.warn(part(body, "inertia").mark,
@@ -221,9 +263,10 @@ void doubt_grasp_points(const Node& target, const std::string& path, const Targe
     const double distance = norm(point.X_TG.p);
     if (reach > 0 && distance > 1.25 * reach) {
       faults.warn(part(list.items[i], "position").mark,
-                  fmt::format("{} is {:.4g} m from the target's origin, and its shape ends at {:.4g} m; positions of "
+                  fmt::format("{} is {:.4g} m from the target's origin, and its {} at {:.4g} m; positions of "
                               "grasp points are in the target's frame, in m",
-                              below(here, "position"), distance, reach));
+                              below(here, "position"), distance, read.geometry.size() > 1 ? "shapes end" : "shape ends",
+                              reach));
     }
     doubt_directions(list.items[i], here, point, middle_of(read), faults);
   }
@@ -277,6 +320,7 @@ void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList&
                        [&](const TargetSetup& t) { return target_body_name(t.name) == name; });
   };
   const Kinematics kinematics = forward_kinematics(system.model, state);
+  StartOverlaps overlaps;
   for (std::size_t p = 0; p < clearance.pairs().size(); ++p) {
     const int pair = static_cast<int>(p);
     constexpr double kTouching = 1e-6;  // [m]
@@ -285,12 +329,15 @@ void doubt_start(const CaptureProblem& problem, const Node& scenario, FaultList&
     if (of_robot || clearance.lower_bound(pair, kinematics) > 0) continue;
     const double distance = clearance.distance(pair, kinematics).distance;
     if (!(distance < -kTouching)) continue;
+    overlaps.add({clearance.pairs()[p].body_a, clearance.pairs()[p].body_b, -distance});
+  }
+  for (const StartOverlaps::Overlap& overlap : overlaps.all()) {
     const auto name = [&](int body) { return system.model.bodies()[body].description.name; };
-    const std::string a = name(clearance.pairs()[p].body_a), b = name(clearance.pairs()[p].body_b);
+    const std::string a = name(overlap.body_a), b = name(overlap.body_b);
     // A target stands behind the robot in the model: it is the more likely suspect.
     faults.warn(place_of_body(scenario, problem, b),
                 fmt::format("{} and {} overlap by {:.3g} m at t = 0, by their shapes", shown_body(problem, a),
-                            shown_body(problem, b), -distance));
+                            shown_body(problem, b), overlap.depth));
   }
 }
 

@@ -16,9 +16,9 @@ void doubt_angular_rate(double rate, const Mark& mark, const std::string& name, 
 /// A half turn that would be next to no rotation with its numbers in the order x, y, z, w.
 void doubt_quaternion(std::span<const double, 4> q, const Mark& mark, const std::string& name, FaultList& faults);
 
-/// An inertia that no body of this mass and shape has. `body` is its mapping, `path` leads to it.
+/// An inertia that no body of this mass and these shapes has. `body` is its mapping, `path` leads to it.
 void doubt_inertia(const Node& body, const std::string& path, double mass, const Vector3d& com,
-                   const Symmetric3d& inertia, const Geometry& shape, FaultList& faults);
+                   const Symmetric3d& inertia, const std::vector<Geometry>& shapes, FaultList& faults);
 
 /// An approach axis that points back along the end-effector.
 void doubt_approach_axis(const Node& end_effector, const std::string& path, const EndEffectorSetup& read,

@@ -24,24 +24,26 @@ using Hop = std::function<void*(CaptureProblem&, void*)>;
 
 bool is_index(Steps at) { return !at.empty() && at[0].is_index; }
 
+// The value with that name, of several the one with the index.
 template <class Named>
-Named* with_name(std::vector<std::pair<std::string, Named>>& list, const std::string& name) {
+Named* with_name(std::vector<std::pair<std::string, Named>>& list, const std::string& name, std::size_t index = 0) {
   for (auto& [key, value] : list) {
-    if (key == name) return &value;
+    if (key == name && index-- == 0) return &value;
   }
   return nullptr;
 }
 
 // ---- Parts that stand elsewhere in the problem than in the file ----
 
-// A rating or shape of the body that the way has come to, which the robot keeps in lists by name.
-Hop kept_by_name(const Field& field, bool of_base) {
-  const bool is_rating = field.form == "joint rating";
+// The robot keeps ratings and shapes in lists by name.
+void* rating_of_joint(CaptureProblem& problem, void* owner) {
+  return with_name(problem.robot.ratings, static_cast<const BodyDescription*>(owner)->joint.name);
+}
+Hop shape_of_body(bool of_base, std::size_t index) {
   return [=](CaptureProblem& problem, void* owner) -> void* {
     RobotSetup& robot = problem.robot;
     const BodyDescription& body = of_base ? robot.bodies.at(0) : *static_cast<const BodyDescription*>(owner);
-    if (is_rating) return with_name(robot.ratings, body.joint.name);
-    return with_name(robot.geometry, body.name);
+    return with_name(robot.geometry, body.name, index);
   };
 }
 
@@ -132,22 +134,28 @@ class Finder {
           hop([&type](CaptureProblem&, void* at) { return type.size(at) ? type.item(at, 0) : nullptr; });
       return is_there ? find(type.of(), steps) : nullptr;
     }
-    if (type.kind == Type::Kind::list && is_index(steps)) {
-      const std::size_t i = steps[0].index;
-      const bool is_there =
-          hop([&type, i](CaptureProblem&, void* at) { return i < type.size(at) ? type.item(at, i) : nullptr; });
-      return is_there ? find(type.of(), steps.subspan(1)) : nullptr;
-    }
+    if (type.kind == Type::Kind::list && is_index(steps)) return find_item(type, steps[0].index, steps.subspan(1));
     if (type.kind != Type::Kind::structure || steps.empty() || steps[0].is_index) return nullptr;
     const Field* field = field_named(type, steps[0].key);
     return field && !must_agree(type, *field) ? find(type, *field, steps.subspan(1)) : nullptr;
   }
 
+  NumberWriter find_item(const Type& list, std::size_t i, Steps below) {
+    const bool is_there =
+        hop([&list, i](CaptureProblem&, void* at) { return i < list.size(at) ? list.item(at, i) : nullptr; });
+    return is_there ? find(list.of(), below) : nullptr;
+  }
+
   NumberWriter find(const Type& owner, const Field& field, Steps rest) {
-    if (field.form == "joint rating" || field.form == "geometry of body")
-      return hop(kept_by_name(field, owner.name == "base")) ? find(field.type(), rest) : nullptr;
+    if (field.form == "joint rating") return hop(rating_of_joint) ? find(field.type(), rest) : nullptr;
+    if (field.form == "geometry of body") {
+      const bool is_listed = is_index(rest);
+      if (!hop(shape_of_body(owner.name == "base", is_listed ? rest[0].index : 0))) return nullptr;
+      return find(field.type().of(), is_listed ? rest.subspan(1) : rest);
+    }
     const void* const owner_at = at_;
     if (!field.place || !hop([&field](CaptureProblem&, void* at) { return field.place(at); })) return nullptr;
+    if (field.is_one_or_list && !is_index(rest)) return find_item(field.type(), 0, rest);
     if (field.form == "places by end-effector")
       return !rest.empty() && !rest[0].is_index && hop(place_named(rest[0].key))
                  ? find(field.type().of(), rest.subspan(1))

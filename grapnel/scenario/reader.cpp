@@ -24,6 +24,9 @@ void read_value(const Node& node, const Field& field, const Type& type, const st
     read_value(node, field, type.of(), path, owner, type.item(place, 0), scope);
   } else if (type.kind == Type::Kind::structure) {
     read_members(node, type, path, place, scope);
+  } else if (is_list && field.is_one_or_list && node.is_mapping()) {
+    type.resize(place, 1);
+    read_members(node, type.of(), path, type.item(place, 0), scope);
   } else if (is_list && node.is_sequence()) {
     type.resize(place, node.items.size());
     for (std::size_t i = 0; i < node.items.size() && !scope.faults.full(); ++i)

@@ -36,26 +36,37 @@ struct Described<JointType> {
 template <>
 struct Described<Geometry> {
   using T = Geometry;
+  // Of which shapes a key is.
+  static bool is_box(const T& t) { return t.shape == T::Shape::box; }
+  static bool is_mesh(const T& t) { return t.shape == T::Shape::mesh; }
+  static bool is_long(const T& t) { return t.shape == T::Shape::cylinder || t.shape == T::Shape::capsule; }
+  static bool is_round(const T& t) { return t.shape == T::Shape::sphere || is_long(t); }
   static constexpr auto fields = std::to_array<Field>({
       field<&T::shape>("shape", "", "").required(),
-      field<&T::size>("size", "m", "Edge lengths of a box along its x, y, z.").above(0).optional(),
+      field<&T::size>("size", "m", "Edge lengths of a box along its x, y, z.").above(0).optional().when<[](const T& t) {
+        return is_box(t);
+      }>(),
       found<[](T& t) -> double& { return t.size[0]; }>("radius", "m", "Of a cylinder, capsule or sphere.")
           .above(0)
-          .optional(),
+          .optional()
+          .when<[](const T& t) { return is_round(t); }>(),
       found<[](T& t) -> double& { return t.size[1]; }>(
           "length", "m", "Along the z axis: of a cylinder, or of a capsule between the centres of its end caps.")
           .above(0)
-          .optional(),
+          .optional()
+          .when<[](const T& t) { return is_long(t); }>(),
       key<std::string>("file", "",
                        "Of a mesh: a file of triangles, .stl or .obj, by its path relative to the file that names it.")
           .as("mesh file")
           .optional(),
-      found<[](T& t) -> double& { return t.size[0]; }>("scale", "",
-                                                       "Of a mesh: what the file's numbers are multiplied with to be "
-                                                       "metres, such as 0.001 for millimetres; absent: 1.")
+      found<[](T& t) -> double& { return t.size[0]; }>(
+          "scale", "",
+          "Of a mesh: what the file's numbers are multiplied with to be "
+          "metres, such as 0.001 for millimetres, or 3 numbers, along x, y, z; absent: 1.")
           .above(0)
           .as("scale")
-          .optional(),
+          .optional()
+          .when<[](const T& t) { return is_mesh(t); }>(),
       found<[](T& t) -> Vector3d& { return t.X_BG.p; }>(
           "position", "m", "Centre of the shape in the body's frame; of a mesh, its file's origin."),
       quaternion_of<&T::X_BG>(),
@@ -211,7 +222,10 @@ struct Described<BodyDescription> {
       field<&T::mass>("mass", "kg", "").above(0).required(),
       field<&T::com>("com", "m", kComText),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
-      key<Geometry>("geometry", "", "").as("geometry of body").optional(),
+      key<std::vector<Geometry>>("geometry", "", kShapesText)
+          .as("geometry of body")
+          .one_or_list(kShapesTitles)
+          .optional(),
   });
   static constexpr Type type =
       structure<T>("link", "A rigid body; its frame sits at the joint that carries it.", fields);
@@ -251,7 +265,10 @@ struct Described<BaseKeys> {
       found<[](T& t) -> Symmetric3d& { return t.bodies[0].inertia; }>("inertia", "kg m^2", kInertiaText)
           .as("inertia")
           .required(),
-      key<Geometry>("geometry", "", "").as("geometry of body").optional(),
+      key<std::vector<Geometry>>("geometry", "", kShapesText)
+          .as("geometry of body")
+          .one_or_list(kShapesTitles)
+          .optional(),
   });
   static constexpr Type type = structure<T>("base", "The body that carries the arms.", fields);
 };
@@ -304,7 +321,7 @@ struct Described<RobotSetup> {
       structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields);
 };
 
-const Type& geometry_description() { return type_of<Geometry>(); }
+const Type& shapes_description() { return type_of<std::vector<Geometry>>(); }
 const Type& robot_description() { return type_of<RobotSetup>(); }
 
 // ---- How they are read ----
@@ -313,10 +330,7 @@ namespace {
 
 void doubt_body(const Node& node, const std::string& path, const BodyDescription& body, const RobotSetup& setup,
                 FaultList& faults) {
-  const auto shape = std::find_if(setup.geometry.begin(), setup.geometry.end(),
-                                  [&](const auto& one) { return one.first == body.name; });
-  doubt_inertia(node, path, body.mass, body.com, body.inertia,
-                shape == setup.geometry.end() ? Geometry{} : shape->second, faults);
+  doubt_inertia(node, path, body.mass, body.com, body.inertia, shapes_of(setup, body.name), faults);
 }
 
 void finish_base(const Node& node, const std::string& path, ReadRobot& robot, FaultList& faults) {

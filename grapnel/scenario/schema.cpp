@@ -271,6 +271,7 @@ class SchemaWriter {
   }
 
   Json in_form(const Field& field) {
+    if (field.is_one_or_list) return one_or_list(field);
     const Form* form = form_of(field);
     if (!form || !form->schema) return by_type(field.type(), field);
     return form->schema(field, [this](const Type& type) { return reference(type); });
@@ -308,6 +309,14 @@ class SchemaWriter {
     if (item.kind == Type::Kind::list && item.fixed_size == 0 && field.least_items > 0)
       list["items"]["minItems"] = field.least_items;
     return list;
+  }
+
+  Json one_or_list(const Field& field) {
+    const std::vector<std::string> titles = names_in(field.title, "; ");
+    const Json item = reference(field.type().of());
+    return {{"anyOf",
+             {{{"allOf", Json::array({item})}, {"type", "object"}, {"title", titles.at(0)}},
+              {{"type", "array"}, {"title", titles.at(1)}, {"items", item}}}}};
   }
 
   Json one_of_types(const Type& type, const Field& field) {

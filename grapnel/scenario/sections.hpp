@@ -58,6 +58,9 @@ inline constexpr std::string_view kInertiaText =
     "Inertia about the centre of mass, in the body's axes. Ixy is the tensor's component: minus the integral of x y "
     "dm.";
 
+inline constexpr std::string_view kShapesText = "For drawing and clearance; a body may have several shapes.";
+inline constexpr std::string_view kShapesTitles = "a mapping of one shape; a list of shapes";
+
 /// The orientation of a member that is a pose.
 template <auto Pose>
 constexpr Field quaternion_of() {
@@ -79,7 +82,7 @@ constexpr Field rpy_of() {
 
 const Type& robot_description();         ///< of a RobotSetup
 const Type& scenario_description();      ///< of a CaptureProblem, its robot included
-const Type& geometry_description();      ///< of a Geometry
+const Type& shapes_description();        ///< of a std::vector<Geometry>
 const Type& import_description();        ///< of the choices for a robot that is imported
 const Type& robot_on_bus_description();  ///< of a robot that is put together from files
 // Of members of CaptureProblem, by the names of their keys.

@@ -26,9 +26,10 @@ struct Described<GraspPoint> {
           "Unit vector in the target's frame: the direction in which the end-effector comes in.")
           .as("unit vector")
           .optional(),
-      field<&T::normal>("normal", "",
-                        "Unit vector in the target's frame: the surface's outward normal, for grasps with model "
-                        "contact. Absent: against the approach_direction, else that of a spherical target.")
+      field<&T::normal>(
+          "normal", "",
+          "Unit vector in the target's frame: the surface's outward normal, for grasps with model "
+          "contact. Absent: against the approach_direction, else that of a target whose only shape is a sphere.")
           .as("unit vector")
           .optional(),
   });
@@ -63,7 +64,7 @@ struct Described<TargetSetup> {
       field<&T::mass>("mass", "kg", "").above(0).required(),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
       field<&T::com>("com", "m", kComText),
-      field<&T::geometry>(&geometry_description, "geometry", "").optional(),
+      field<&T::geometry>(&shapes_description, "geometry", kShapesText).one_or_list(kShapesTitles).optional(),
       group<T, TargetStateKeys>("state", "").required(),
       field<&T::grasp_points>("grasp_points", "", "Named frames on the target where an end-effector can hold it."),
   });

@@ -158,17 +158,20 @@ void move_on_patch(const ContactPatch& patch, double along_u, double along_v, Ca
   const Vector3d moved = point.X_TG.p + du * patch.u + dv * patch.v;
   const auto target =
       std::find_if(problem.targets.begin(), problem.targets.end(), [&](auto& t) { return t.name == patch.target; });
-  const Geometry& shape = target->geometry;
-  const Vector3d from = point.X_TG.p - shape.X_BG.p, to = moved - shape.X_BG.p;
-  const bool on_sphere = shape.shape == Geometry::Shape::sphere &&
-                         std::abs(norm(from) - shape.size[0]) <= kOnSphere * shape.size[0] && norm(to) > 0;
-  if (!on_sphere) {
+  const auto is_on = [&](const Geometry& shape) {
+    return shape.shape == Geometry::Shape::sphere &&
+           std::abs(norm(point.X_TG.p - shape.X_BG.p) - shape.size[0]) <= kOnSphere * shape.size[0] &&
+           norm(moved - shape.X_BG.p) > 0;
+  };
+  const auto sphere = std::find_if(target->geometry.begin(), target->geometry.end(), is_on);
+  if (sphere == target->geometry.end()) {
     point.X_TG.p = moved;
     return;
   }
+  const Vector3d from = point.X_TG.p - sphere->X_BG.p, to = moved - sphere->X_BG.p;
   const Vector3d n = (1 / norm(to)) * to;
   const Rotationd R = rotation_between((1 / norm(from)) * from, n);
-  point.X_TG = {R * point.X_TG.R, shape.X_BG.p + norm(from) * n};
+  point.X_TG = {R * point.X_TG.R, sphere->X_BG.p + norm(from) * n};
   const auto turn = [&](std::optional<Vector3d>& direction) {
     if (!direction) return;
     const Vector3d turned = R * *direction;

@@ -104,8 +104,8 @@ bool comes_before(const Optimization& optimization, const Score& a, const Score&
 // How an optimization moves what has no single value in a scenario: the contact point on a patch, the posture of the
 // arms. Each is a function on a CaptureProblem.
 
-/// Where a grasp point may be: in a plane through it. On a spherical target whose surface it is on it is projected onto
-/// the sphere, and its directions and frame turn along.
+/// Where a grasp point may be: in a plane through it. On a sphere among the target's shapes, if it lies on it, it is
+/// projected onto that sphere, and its directions and frame turn along.
 struct ContactPatch {
   std::string target;
   std::string point;

@@ -122,15 +122,16 @@ bool same(const Node& a, const Node& b) {
          std::equal(a.entries.begin(), a.entries.end(), b.entries.begin(), b.entries.end(), same_entries);
 }
 
-// Items that `before` lacks are compared with one that nobody has touched.
+// Items that `before` lacks are compared with one that nobody has touched. An only item may stand there by itself.
 void write_list(const Type& list, const void* before, const void* after, Node& node) {
   const Type& type = list.of();
+  if (node.is_mapping() && list.size(after) != 1) return;  // nobody adds or removes such items
   for (std::size_t i = 0; i < list.size(after); ++i) {
     const auto write = [&](const void* b) {
-      const auto to = [&](const void* a) { write_differences(type, b, a, node.items[i]); };
+      const auto to = [&](const void* a) { write_differences(type, b, a, node.is_mapping() ? node : node.items[i]); };
       list.show_item(after, i, visitor_of(to));
     };
-    if (i >= node.items.size()) node.items.emplace_back();
+    if (!node.is_mapping() && i >= node.items.size()) node.items.emplace_back();
     if (i < list.size(before))
       list.show_item(before, i, visitor_of(write));
     else
@@ -168,7 +169,7 @@ void write_value(const Field& field, const Type& type, const void* before, const
 
 void write_differences(const Type& type, const void* before, const void* after, Node& mapping) {
   for (const Field& field : type.fields) {
-    if (!field.place || field.form == "robot") continue;
+    if (!field.place || field.form == "robot" || (field.is_present && !field.is_present(after))) continue;
     const auto write = [&](const void* b) {
       const auto to = [&](const void* a) { write_value(field, field.type(), b, a, mapping); };
       field.show(after, visitor_of(to));

@@ -52,7 +52,7 @@ void watch_closely(CaptureProblem& p) {
   p.clearance.required = 5;
   Geometry ball;
   ball.shape = Geometry::Shape::sphere, ball.size = {0.2, 0, 0};
-  for (TargetSetup& target : p.targets) target.geometry = ball;
+  for (TargetSetup& target : p.targets) target.geometry = {ball};
   p.robot.geometry = {{p.robot.bodies[0].name, ball}};
 }
 

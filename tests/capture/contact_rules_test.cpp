@@ -212,7 +212,7 @@ CaptureProblem with_balls(double radius) {
   Geometry ball;
   ball.shape = Geometry::Shape::sphere, ball.size = {radius, 0, 0};
   for (const BodyDescription& body : p.robot.bodies) p.robot.geometry.emplace_back(body.name, ball);
-  for (TargetSetup& t : p.targets) t.geometry = ball;
+  for (TargetSetup& t : p.targets) t.geometry = {ball};
   return p;
 }
 
@@ -232,7 +232,7 @@ TEST(Feasibility, IsNotCheckedWhereNobodyLooked) {
   EXPECT_TRUE(row(none, "joint_rate_violation").not_checked.empty());  // no limits are stated: nothing to check
 
   p = with_balls(0.01);
-  for (TargetSetup& t : p.targets) t.geometry.shape = Geometry::Shape::none;
+  for (TargetSetup& t : p.targets) t.geometry = {Geometry{}};
   const CaptureResult some = simulate_capture(p);
   EXPECT_EQ(some.ledger.feasibility(), Verdict::not_checked);
   EXPECT_EQ(row(some, "clearance_violation").not_checked, "no shape is given for target-1, target-2");

@@ -243,8 +243,7 @@ TEST(GraspsAndContacts, OnOneTarget) {
   p.impact->restitution = 0.5, p.impact->friction = 0.2;
   p.grasps[1].contact = true;
   p.grasps[1].closes = GraspSetup::Closes::at_time, p.grasps[1].closes_at = 0.3;
-  p.targets[0].geometry.shape = Geometry::Shape::sphere;
-  p.targets[0].geometry.size = {0.5, 0, 0};
+  p.targets[0].geometry = {{Geometry::Shape::sphere, {0.5, 0, 0}}};
   const CaptureResult r = simulate_capture(p);
   expect_passes(r);
   ASSERT_EQ(r.later_impacts.size(), 1u);

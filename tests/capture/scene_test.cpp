@@ -24,7 +24,8 @@ TEST(Scene, OfRandomRobots) {
 TEST(Scene, SaysWhatTheProblemSays) {
   CaptureProblem p = thesis_case();
   p.robot.geometry = {{p.robot.bodies[2].name,
-                       {Geometry::Shape::capsule, {0.05, 0.9, 0}, {rotation_about({0, 1, 0}, 1.5), {0.5, 0, 0}}}}};
+                       {Geometry::Shape::capsule, {0.05, 0.9, 0}, {rotation_about({0, 1, 0}, 1.5), {0.5, 0, 0}}}},
+                      {p.robot.bodies[2].name, {Geometry::Shape::sphere, {0.2, 0, 0}}}};
   p.targets[0].grasp_points[0].approach_direction = Vector3d{0, -1, 0};
   p.grasps[1].model = GraspModel::hinge;
   const Scene scene = scene_of(p);
@@ -34,20 +35,21 @@ TEST(Scene, SaysWhatTheProblemSays) {
     EXPECT_EQ(s.mass, b.mass);
     EXPECT_EQ(norm(s.com - b.com), 0);
     EXPECT_EQ(s.inertia.zz, b.inertia.zz);
-    EXPECT_EQ(s.shape.has_value(), b.name == p.robot.bodies[2].name);
+    EXPECT_EQ(s.shapes.size(), b.name == p.robot.bodies[2].name ? 2u : 0u);
     if (b.name == p.robot.base) continue;
     EXPECT_EQ(s.parent, b.parent);
     EXPECT_EQ(s.joint->name, b.joint.name);
     EXPECT_EQ(s.joint->type, "revolute");
     EXPECT_EQ(norm(s.joint->X_PF.p - b.X_PF.p), 0);
   }
-  const SceneShape& shape = *body_named(scene, p.robot.bodies[2].name).shape;
+  const SceneShape& shape = body_named(scene, p.robot.bodies[2].name).shapes[0];
   EXPECT_EQ(shape.shape, "capsule");
   EXPECT_EQ(shape.size[1], 0.9);
   EXPECT_EQ(shape.X_BG.p[0], 0.5);
+  EXPECT_EQ(body_named(scene, p.robot.bodies[2].name).shapes[1].shape, "sphere");
   EXPECT_EQ(scene.bodies.back().name, "target-2");
   EXPECT_EQ(scene.bodies.back().series, "targets/target-2");
-  EXPECT_FALSE(scene.bodies.back().shape);
+  EXPECT_TRUE(scene.bodies.back().shapes.empty());
   EXPECT_EQ(scene.grasp_points[0].position[1], 0.5);
   EXPECT_EQ((*scene.grasp_points[0].approach_direction)[1], -1);
   EXPECT_FALSE(scene.grasp_points[1].approach_direction);
@@ -60,15 +62,16 @@ TEST(Scene, SharesMeshes) {
   const auto mesh = std::make_shared<const TriangleMesh>(
       TriangleMesh{"part.stl", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}}, {}});
   const auto other = std::make_shared<const TriangleMesh>(*mesh);
-  p.targets[0].geometry = {Geometry::Shape::mesh, {0.1, 0.1, 0.1}, Posed::identity(), mesh};
-  p.targets[1].geometry = {Geometry::Shape::mesh, {0.2, 0.2, 0.2}, Posed::identity(), mesh};
+  p.targets[0].geometry = {{Geometry::Shape::mesh, {0.1, 0.1, 0.1}, Posed::identity(), mesh}};
+  p.targets[1].geometry = {{Geometry::Shape::mesh, {0.2, 0.2, 0.2}, Posed::identity(), mesh}, Geometry{}};
   p.robot.geometry = {{p.robot.base, {Geometry::Shape::mesh, {1, 1, 1}, Posed::identity(), other}}};
   const Scene scene = scene_of(p);
   ASSERT_EQ(scene.meshes.size(), 2u);
-  EXPECT_EQ(scene.bodies[0].shape->mesh, 0);
-  EXPECT_EQ(scene.bodies[scene.bodies.size() - 2].shape->mesh, 1);
-  EXPECT_EQ(scene.bodies.back().shape->mesh, 1);
-  EXPECT_EQ(scene.bodies.back().shape->size[0], 0.2);
+  EXPECT_EQ(scene.bodies[0].shapes.at(0).mesh, 0);
+  EXPECT_EQ(scene.bodies[scene.bodies.size() - 2].shapes.at(0).mesh, 1);
+  EXPECT_EQ(scene.bodies.back().shapes.at(0).mesh, 1);
+  EXPECT_EQ(scene.bodies.back().shapes.size(), 1u);  // what is none is left out
+  EXPECT_EQ(scene.bodies.back().shapes.at(0).size[0], 0.2);
   EXPECT_EQ(scene.meshes[1].name, "part.stl");
   EXPECT_EQ(scene.meshes[1].vertices, (std::vector<double>{0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1}));
   EXPECT_EQ(scene.meshes[1].triangles, (std::vector<int>{0, 2, 1, 0, 1, 3}));

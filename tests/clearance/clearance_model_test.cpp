@@ -71,6 +71,13 @@ TEST(ClearancePairs, SiblingsAreCheckedEvenIfTheirParentHasNoShape) {
   EXPECT_THAT(pair_names(model, {"base", "left", "right"}), UnorderedElementsAre("left-right"));
 }
 
+TEST(ClearancePairs, OfEveryShapeOfABody) {
+  const Model model = free_bodies(3);
+  const ClearanceModel clearance(model, {{0, kBall}, {0, kBall}, {1, kBall}, {2, kBall}, {1, kBall}});
+  EXPECT_EQ(clearance.pairs().size(), 2u * 2 + 2 + 2);
+  for (const ClearancePair& p : clearance.pairs()) EXPECT_NE(p.body_a, p.body_b);
+}
+
 TEST(ClearancePairs, BodiesFixedToTheWorldCannotMoveAgainstEachOther) {
   const Model model = ModelBuilder()
                           .add(body_on("wall", "", JointType::fixed))

@@ -126,6 +126,28 @@ TEST(ClearanceWatch, TurningRodPassesABall) {
   }
 }
 
+// Two bodies are too near from the first of their shapes that is, to the last, whichever the pairs of shapes are.
+TEST(ClearanceWatch, EventsAreThoseOfBodies) {
+  const auto ball_at = [](double x) {
+    return Geometry{Shape::sphere, {0.1, 0, 0}, {Rotationd::identity(), {x, 0, 0}}};
+  };
+  const Model model = free_bodies(2);
+  // Balls of body a at x = 0, 0.3 and 2; a ball of b comes along from x = 3 by 1 m/s and is nearer than 0.1 m to each
+  // of them within 0.3 m of its centre.
+  const ClearanceModel clearance(model, {{0, ball_at(0)}, {1, ball_at(0)}, {0, ball_at(0.3)}, {0, ball_at(2)}});
+  const std::vector<SteadyBody> bodies = {{{0, 0, 0}, {}}, {{3, 0, 0}, {-1, 0, 0}}};
+  const ClearanceWatch found = watch(model, clearance, bodies, 0.1, 0, 4, 80);
+  const std::vector<ClearanceEvent> events = found.events();
+  ASSERT_THAT(events, SizeIs(2));
+  EXPECT_NEAR(events[0].begin_time, 0.7, 1e-12);
+  EXPECT_NEAR(events[0].end_time, 1.3, 1e-12);
+  EXPECT_NEAR(events[1].begin_time, 2.4, 1e-12);
+  EXPECT_NEAR(events[1].end_time, 3.3, 1e-12);
+  EXPECT_NEAR(events[1].overlap_begin.value(), 2.5, 1e-12);
+  EXPECT_NEAR(events[1].least.distance, -0.2, 1e-6);
+  EXPECT_NEAR(found.least()[0].distance, -0.2, 1e-6);
+}
+
 TEST(ClearanceWatch, PhasesAreApart) {
   const Model model = free_bodies(2);
   const ClearanceModel balls(model, {{0, ball(0.5)}, {1, ball(0.5)}}), none;

@@ -289,6 +289,20 @@ TEST(DrawnShape, TrianglesEncloseTheVolume) {
   EXPECT_NEAR(volume(triangles_of(scene, {"mesh", {-2, 2, 2}, X, 0})), 8.0 / 6, 1e-12);  // mirrored
 }
 
+TEST(DrawnShape, AreAllOfTheBody) {
+  Scene scene;
+  SceneBody body;
+  body.kind = "target", body.mass = 1;
+  body.shapes = {{"box", {1, 2, 3}, Posed::identity(), -1}, {"sphere", {0.5, 0, 0}, Posed::identity(), -1}};
+  scene.bodies = {body};
+  const std::vector<SceneShape> shapes = drawn_shapes(scene, 0);
+  ASSERT_EQ(shapes.size(), 2u);
+  EXPECT_EQ(shapes[0].shape, "box");
+  EXPECT_EQ(shapes[1].shape, "sphere");
+  scene.bodies[0].shapes.clear();
+  EXPECT_EQ(drawn_shapes(scene, 0).size(), 1u);
+}
+
 TEST(DrawnShape, BoxHasTheBodysInertia) {
   SceneBody body;
   body.mass = 12;

@@ -184,8 +184,8 @@ TEST_F(ReportDataOf, DamagedFilesAreNotesWithTheirFault) {
   EXPECT_TRUE(run()["scene"].is_null());
   EXPECT_TRUE(run()["series"].is_null());
   put_bytes(folder / "timeseries.h5", "");
-  put_bytes(folder / "scene.json", R"({"schema": "grapnel-scene/2"})");
-  EXPECT_THAT(notes()[0], HasSubstr("grapnel-scene/2"));
+  put_bytes(folder / "scene.json", R"({"schema": "grapnel-scene/1"})");
+  EXPECT_THAT(notes()[0], HasSubstr("schema is 'grapnel-scene/1', not grapnel-scene/2"));
   EXPECT_THAT(notes()[1], HasSubstr("not an HDF5 file"));
 }
 

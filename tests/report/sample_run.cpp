@@ -66,9 +66,9 @@ RunSource sample_run(bool planar, const std::string& odd, double spin) {
   scene.bodies[1].parent = "base" + odd, scene.bodies[2].parent = "one";
   scene.bodies[1].joint = SceneJoint{"joint-1" + odd, "revolute", {0, 0, 1}, {Rotationd::identity(), {0.5, 0, 0}}};
   scene.bodies[2].joint = SceneJoint{"joint-2" + odd, "revolute", {0, 0, 1}, {Rotationd::identity(), {1, 0, 0}}};
-  scene.bodies[2].shape =
-      SceneShape{"cylinder", {0.05, 0.7, 0}, {rotation_about({0, 1, 0}, 1.5707963267948966), {0.35, 0, 0}}, -1};
-  scene.bodies[3].shape = SceneShape{"sphere", {0.5, 0, 0}, Posed::identity(), -1};
+  scene.bodies[2].shapes = {
+      {"cylinder", {0.05, 0.7, 0}, {rotation_about({0, 1, 0}, 1.5707963267948966), {0.35, 0, 0}}, -1}};
+  scene.bodies[3].shapes = {{"sphere", {0.5, 0, 0}, Posed::identity(), -1}};
   scene.end_effectors = {{"tip", "two", {Rotationd::identity(), {0.7, 0, 0}}}};
   scene.grasp_points = {{"ball", "grasp", {-0.5, 0, 0}, std::nullopt}};
   scene.grasps = {{"tip", "ball", "grasp", "rigid"}};

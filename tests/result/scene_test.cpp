@@ -30,14 +30,15 @@ Scene sample_scene() {
   SceneBody base;
   base.name = "bus", base.kind = "base", base.series = "base";
   base.mass = 1 / 3.0, base.com = {0.1, -0.2, 0.3}, base.inertia = {1.1, 1.2, 1.3, 0.01, 0.02, 0.03};
-  base.shape = SceneShape{"mesh", {0.001, 0.002, 0.003}, pose(0.3, {1, 2, 3}), 0};
+  base.shapes = {{"mesh", {0.001, 0.002, 0.003}, pose(0.3, {1, 2, 3}), 0},
+                 {"box", {0.4, 0.5, 0.6}, pose(0.7, {-1, -2, -3}), -1}};
   SceneBody link;
   link.name = "upper \"arm\" <b>", link.kind = "link", link.parent = "bus", link.series = "links/upper";
   link.joint = SceneJoint{"shoulder", "continuous", {0, 0.6, -0.8}, pose(-2, {4, 5, 6})};
   link.mass = 7, link.com = {8, 9, 10};
   SceneBody target;
   target.name = "bus", target.kind = "target", target.series = "targets/bus";  // like the base
-  target.shape = SceneShape{"cylinder", {0.5, 1.5, 0}, pose(3.1, {0, 0, 1e-300}), -1};
+  target.shapes = {{"cylinder", {0.5, 1.5, 0}, pose(3.1, {0, 0, 1e-300}), -1}};
   scene.bodies = {base, link, target};
   scene.end_effectors = {{"hand", link.name, pose(1, {0.25, 0, 0})}};
   scene.grasp_points = {{"bus", "ring", {0, 1, 0}, {}}, {"bus", "bar", {0, 2, 0}, Vector3d{0, 0.8, 0.6}}};
@@ -101,12 +102,12 @@ TEST_F(SceneFile, ReadsBackWhatWasWritten) {
       expect_same(y.joint->axis, x.joint->axis);
       expect_same(y.joint->X_PF, x.joint->X_PF);
     }
-    ASSERT_EQ(y.shape.has_value(), x.shape.has_value());
-    if (x.shape) {
-      EXPECT_EQ(y.shape->shape, x.shape->shape);
-      expect_same(y.shape->size, x.shape->size);
-      expect_same(y.shape->X_BG, x.shape->X_BG);
-      EXPECT_EQ(y.shape->mesh, x.shape->mesh);
+    ASSERT_EQ(y.shapes.size(), x.shapes.size());
+    for (std::size_t k = 0; k < x.shapes.size(); ++k) {
+      EXPECT_EQ(y.shapes[k].shape, x.shapes[k].shape);
+      expect_same(y.shapes[k].size, x.shapes[k].size);
+      expect_same(y.shapes[k].X_BG, x.shapes[k].X_BG);
+      EXPECT_EQ(y.shapes[k].mesh, x.shapes[k].mesh);
     }
   }
   ASSERT_EQ(b.end_effectors.size(), 1u);
@@ -136,7 +137,7 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
   };
   const Json json = Json::parse(sample_text());
   EXPECT_EQ(keys(json), "schema version scenario planar bodies end_effectors grasp_points grasps meshes limits ");
-  EXPECT_EQ(json["schema"], "grapnel-scene/1");
+  EXPECT_EQ(json["schema"], "grapnel-scene/2");
   EXPECT_EQ(json["version"], "1.2.3");
   EXPECT_EQ(keys(json["scenario"]), "name sha256 ");
   EXPECT_EQ(json["scenario"]["name"], "case \"1\"");
@@ -145,10 +146,10 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
     EXPECT_EQ(keys(body), "name kind parent joint series mass com inertia geometry ");
   EXPECT_TRUE(json["bodies"][0]["parent"].is_null());
   EXPECT_TRUE(json["bodies"][0]["joint"].is_null());
-  EXPECT_TRUE(json["bodies"][1]["geometry"].is_null());
+  EXPECT_EQ(json["bodies"][1]["geometry"], Json::array());
   EXPECT_EQ(keys(json["bodies"][1]["joint"]), "name type axis position quaternion_wxyz ");
-  EXPECT_EQ(keys(json["bodies"][0]["geometry"]), "shape size position quaternion_wxyz mesh ");
-  EXPECT_EQ(keys(json["bodies"][2]["geometry"]), "shape size position quaternion_wxyz ");
+  EXPECT_EQ(keys(json["bodies"][0]["geometry"][0]), "shape size position quaternion_wxyz mesh ");
+  EXPECT_EQ(keys(json["bodies"][0]["geometry"][1]), "shape size position quaternion_wxyz ");
   EXPECT_THAT(json["bodies"][0]["inertia"], ElementsAre(1.1, 1.2, 1.3, 0.01, 0.02, 0.03));
   EXPECT_EQ(keys(json["end_effectors"][0]), "name body position quaternion_wxyz ");
   EXPECT_EQ(keys(json["grasp_points"][0]), "target name position approach_direction ");
@@ -163,7 +164,7 @@ TEST_F(SceneFile, HasTheContractsKeysInOrder) {
 }
 
 TEST_F(SceneFile, SaysWhatIsDamagedAndWhere) {
-  EXPECT_EQ(fault("/schema", "grapnel-summary/1"), "schema is 'grapnel-summary/1', not grapnel-scene/1");
+  EXPECT_EQ(fault("/schema", "grapnel-summary/1"), "schema is 'grapnel-summary/1', not grapnel-scene/2");
   EXPECT_EQ(fault("/planar", 1), "planar: not true or false");
   EXPECT_EQ(fault("/bodies", Json::array()), "bodies: there are none");
   EXPECT_EQ(fault("/bodies", "none"), "bodies: not a list");
@@ -180,10 +181,12 @@ TEST_F(SceneFile, SaysWhatIsDamagedAndWhere) {
   EXPECT_EQ(fault("/bodies/1/joint/quaternion_wxyz", {0, 0, 0, 0}),
             "bodies[1].joint.quaternion_wxyz: not a unit quaternion");
   EXPECT_EQ(fault("/bodies/1/mass", nullptr), "bodies[1].mass: not a number");
-  EXPECT_EQ(fault("/bodies/0/geometry/shape", "torus"),
-            "bodies[0].geometry.shape: 'torus' is none of box, cylinder, capsule, sphere, mesh");
-  EXPECT_EQ(fault("/bodies/0/geometry/mesh", 1), "bodies[0].geometry.mesh: 1 is out of range: there are 1");
-  EXPECT_EQ(fault("/bodies/0/geometry/mesh", -1), "bodies[0].geometry.mesh: not a whole number from 0");
+  EXPECT_EQ(fault("/schema", "grapnel-scene/1"), "schema is 'grapnel-scene/1', not grapnel-scene/2");
+  EXPECT_EQ(fault("/bodies/1/geometry", nullptr), "bodies[1].geometry: not a list");
+  EXPECT_EQ(fault("/bodies/0/geometry/1/shape", "torus"),
+            "bodies[0].geometry[1].shape: 'torus' is none of box, cylinder, capsule, sphere, mesh");
+  EXPECT_EQ(fault("/bodies/0/geometry/0/mesh", 1), "bodies[0].geometry[0].mesh: 1 is out of range: there are 1");
+  EXPECT_EQ(fault("/bodies/0/geometry/0/mesh", -1), "bodies[0].geometry[0].mesh: not a whole number from 0");
   EXPECT_EQ(fault("/end_effectors/0/body", "segment"), "end_effectors[0].body: there is no 'segment'");
   EXPECT_EQ(fault("/grasp_points/1/target", "moon"), "grasp_points[1].target: there is no 'moon'");
   EXPECT_EQ(fault("/grasps/0/end_effector", "foot"), "grasps[0].end_effector: there is no 'foot'");

@@ -58,8 +58,8 @@ TEST(LoadApproach, EndEffectorsAndShapes) {
   EXPECT_EQ(tip.envelope->angle, 0.1);
   EXPECT_EQ(tip.envelope->velocity, 0.02);
   EXPECT_EQ(tip.envelope->angular_velocity, 0.03);
-  EXPECT_EQ(p.targets[0].geometry.shape, Geometry::Shape::capsule);
-  EXPECT_THAT(list(p.targets[0].geometry.size), ElementsAre(0.25, 1.5, 0));
+  EXPECT_EQ(p.targets[0].geometry.at(0).shape, Geometry::Shape::capsule);
+  EXPECT_THAT(list(p.targets[0].geometry.at(0).size), ElementsAre(0.25, 1.5, 0));
 
   const CaptureProblem partly = load({with_tip("envelope: {velocity: 0.02}")});
   EXPECT_EQ(partly.robot.end_effectors[0].envelope->velocity, 0.02);

@@ -283,7 +283,7 @@ class MeshInScenario : public testing::Test {
 
 TEST_F(MeshInScenario, FilesAreBesideWhatNamesThem) {
   const CaptureProblem p = load_scenario(write(ball_, lower_));
-  const Geometry& ball = p.targets[0].geometry;
+  const Geometry& ball = p.targets[0].geometry.at(0);
   EXPECT_EQ(ball.shape, Geometry::Shape::mesh);
   EXPECT_THAT(ball.size.e, ElementsAre(0.001, 0.001, 0.001));
   EXPECT_THAT(ball.X_BG.p.e, ElementsAre(1, 2, 3));
@@ -303,8 +303,8 @@ TEST_F(MeshInScenario, OverridesCanChooseThem) {
   const CaptureProblem p = load_scenario(path, std::vector<Override>{{"targets[0].geometry.file", "other.obj"},
                                                                      {"robot.links[1].geometry.file", "other.obj"},
                                                                      {"targets[0].geometry.scale", "2"}});
-  EXPECT_EQ(p.targets[0].geometry.mesh->name, "other.obj");
-  EXPECT_EQ(p.targets[0].geometry.size[0], 2);
+  EXPECT_EQ(p.targets[0].geometry.at(0).mesh->name, "other.obj");
+  EXPECT_EQ(p.targets[0].geometry.at(0).size[0], 2);
   EXPECT_EQ(p.robot.geometry[0].second.mesh->name, "other.obj");
 }
 
@@ -325,7 +325,7 @@ TEST_F(MeshInScenario, FilesAreFoundFromAnotherPlace) {
     EXPECT_EQ(moved.robot.bodies[0].mass, some.empty() ? 100 : 90);
     ASSERT_THAT(moved.robot.geometry, SizeIs(1));
     expect_corner(moved.robot.geometry[0].second.mesh);
-    expect_corner(moved.targets[0].geometry.mesh);
+    expect_corner(moved.targets[0].geometry.at(0).mesh);
   }
 }
 

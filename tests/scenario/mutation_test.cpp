@@ -110,8 +110,12 @@ void try_to(Load load, const std::string& text, Tally& tally) {
 // Everything that kSmallScenario leaves out.
 std::string rich_scenario() {
   return edited(kSmallScenario,
-                {with_tip("approach_axis: [1, 0, 0], envelope: {position: 0.1, angle: 0.2}"),
-                 with_point("approach_direction: [0, -1, 0]"), with_grasp("orientation: axis"),
+                {{"    grasp_points",
+                  "    geometry: [{shape: sphere, radius: 0.5}, {shape: box, size: [1, 2, 3]}]\n"
+                  "    grasp_points"},
+                 with_tip("approach_axis: [1, 0, 0], envelope: {position: 0.1, angle: 0.2}"),
+                 with_point("approach_direction: [0, -1, 0]"),
+                 with_grasp("orientation: axis"),
                  way("profile: quintic\n  plan: {objective: nearest, guess: [0, 0], starts: 3, seed: 1}\n"
                      "  straight_in: {stand_off: 0.5, duration: 4, final_speed: 0.02}\n"
                      "  waypoints:\n"

@@ -71,6 +71,34 @@ TEST(Warnings, InertiaWithAShape) {
   EXPECT_THAT(warnings_with({with_shape("{shape: box, size: [0.5, 1, 10]}"), of_ball("10", "[90, 90, 1]")}), IsEmpty());
 }
 
+// Panels reach far with next to no mass; the mass may be in any of the shapes, and in none beyond them.
+TEST(Warnings, InertiaWithSeveralShapes) {
+  const Edit wings =
+      with_shape("[{shape: sphere, radius: 0.5}, {shape: box, size: [0.1, 8, 0.1], position: [0, 4, 0]}]");
+  EXPECT_THAT(warnings_with({wings}), IsEmpty());
+  EXPECT_THAT(warnings_with({wings, of_ball("10", "[40, 40, 40]")}), IsEmpty());  // 2 m, and the box ends at 8 m
+  EXPECT_THAT(warnings_with({wings, of_ball("10", "[8000, 8000, 8000]")}),
+              ElementsAre(HasSubstr("make a radius of gyration of 28.3 m, and the shapes end 8 m from the centre of "
+                                    "mass")));
+  EXPECT_THAT(warnings_with({wings, of_ball("0.5", "[0.0001, 0.0001, 0.0001]")}),
+              ElementsAre(HasSubstr("make a radius of gyration of 0.0141 m, and the nearest of the shapes ends 0.5 m "
+                                    "from the centre of mass")));
+}
+
+TEST(Warnings, GraspPointsOnSeveralShapes) {
+  const Edit shapes =
+      with_shape("[{shape: sphere, radius: 0.5}, {shape: box, size: [3, 0.1, 0.1], position: [2, 0, 0]}]");
+  const auto at = [&](const std::string& position) {
+    return warnings_with({shapes, {"{name: grip, position: [0, 0.5, 0]}", "{name: grip, position: " + position + "}"}});
+  };
+  EXPECT_THAT(at("[3.5, 0, 0]"), IsEmpty());
+  EXPECT_THAT(at("[5, 0, 0]"),
+              ElementsAre(HasSubstr("is 5 m from the target's origin, and its shapes end at 3.501 m")));
+  // Out of the target is away from its centre of mass.
+  EXPECT_THAT(warnings_with({shapes, with_point("normal: [0, -1, 0]")}),
+              ElementsAre(HasSubstr("normal leads into the target")));
+}
+
 TEST(Warnings, AnglesAndRatesInDegrees) {
   EXPECT_THAT(
       warnings_with({{"state: {position: [2, 0, 0], angular_velocity: [0, 0, 0.2]}",
@@ -159,6 +187,11 @@ TEST(Warnings, BodiesThatOverlapAtTheStart) {
               ElementsAre("scenario.yaml:25:23: warning: 'base' and target 'ball' overlap by 0.1 m at t "
                           "= 0, by their shapes"));
   EXPECT_THAT(at("[1.1, 0, 0]"), IsEmpty());
+  // Two bodies are named once, with the deepest of their overlaps.
+  EXPECT_THAT(warnings_with({base,
+                             with_shape("[{shape: sphere, radius: 0.5}, {shape: sphere, radius: 0.7}]"),
+                             {"position: [2, 0, 0]", "position: [0.9, 0, 0]"}}),
+              ElementsAre(HasSubstr("'base' and target 'ball' overlap by 0.3 m at t = 0")));
   // Also where nobody watches, but not where a touch is allowed.
   const std::vector<Edit> there{
       base, with_shape("{shape: sphere, radius: 0.5}"), {"position: [2, 0, 0]", "position: [0.9, 0, 0]"}};

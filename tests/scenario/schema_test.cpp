@@ -98,6 +98,11 @@ TEST(Schema, RefusesWhatTheReaderRefuses) {
       {"post_impact: {duration: 10}", "post_impact: {duration: 10, joints: pd}"},
       {"    grasp_points", "    geometry: {shape: sphere, size: [1, 1, 1]}\n    grasp_points"},
       {"    grasp_points", "    geometry: {shape: sphere, radius: 1, length: 2}\n    grasp_points"},
+      {"    grasp_points",
+       "    geometry: [{shape: sphere, radius: 1}, {shape: sphere, size: [1, 1, 1]}]\n    grasp_points"},
+      {"    grasp_points", "    geometry: [sphere]\n    grasp_points"},
+      {"    grasp_points", "    geometry: sphere\n    grasp_points"},
+      {"mass: 100, inertia: [10, 10, 10]", "mass: 100, inertia: [10, 10, 10], geometry: [{shape: box}]"},
       {"type: revolute, axis: [0, 0, 1], limits", "type: revolute, limits"},
       {"type: revolute, axis: [0, 0, 1], limits", "type: continuous, axis: [0, 0, 1], limits"},
       {"type: revolute, axis: [0, 0, 1], origin", "type: fixed, axis: [0, 0, 1], origin"},
@@ -177,6 +182,11 @@ TEST(Schema, RefusesWhatTheReaderRefuses) {
 TEST(Schema, AcceptsWhatTheReaderAccepts) {
   const std::vector<std::vector<Edit>> edits{
       {with_tip("envelope: {angle: 0.1}")},
+      {{"    grasp_points",
+        "    geometry: [{shape: sphere, radius: 1}, {shape: box, size: [1, 1, 1]}]\n    grasp_points"}},
+      {{"    grasp_points", "    geometry: []\n    grasp_points"}},
+      {{"mass: 100, inertia: [10, 10, 10]",
+        "mass: 100, inertia: [10, 10, 10], geometry: [{shape: sphere, radius: 1}]"}},
       {way("plan: {}")},
       {way("plan: {objective: nearest, guess: [0, 0], starts: 1000, seed: 9007199254740991}")},
       {way("plan: {}\n  straight_in: {stand_off: 1, duration: 1}"), with_tip("approach_axis: [1, 0, 0]"),

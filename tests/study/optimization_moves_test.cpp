@@ -30,6 +30,21 @@ TEST(Patch, OnASphereThePointStaysOnItAndTheNormalTurnsAlong) {
   EXPECT_EQ(problem.targets[0].grasp_points[1].X_TG.p[0], -0.5);
 }
 
+// Of several shapes that sphere counts on which the point lies.
+TEST(Patch, OnASphereAmongOtherShapes) {
+  CaptureProblem problem = closed(), alone = closed();
+  const Geometry sphere = problem.targets[0].geometry.at(0);
+  problem.targets[0].geometry = {{Geometry::Shape::box, {1, 1, 1}}, {Geometry::Shape::sphere, {0.1, 0, 0}}, sphere};
+  ContactPatch patch{"sphere", "right", {0, 1, 0}, {0, 0, 1}, 0.1, 0.1, false};
+  move_on_patch(patch, 0.06, -0.03, problem);
+  move_on_patch(patch, 0.06, -0.03, alone);
+  const GraspPoint &a = problem.targets[0].grasp_points[0], &b = alone.targets[0].grasp_points[0];
+  EXPECT_EQ(norm(a.X_TG.p - b.X_TG.p), 0);
+  problem.targets[0].geometry.pop_back();
+  move_on_patch(patch, 0.06, -0.03, problem);
+  EXPECT_GT(norm(a.X_TG.p), 0.5);  // now it is a plane
+}
+
 TEST(Patch, ElsewhereItIsAPlane) {
   CaptureProblem problem = handles();
   const GraspPoint before = problem.targets[0].grasp_points[0];

@@ -81,5 +81,33 @@ TEST(WriteYaml, ReadsWell) {
             "    state: {position: [1, 2, 3]}\n");
 }
 
+TEST(WriteYaml, CommentsStandBeforeWhatTheyConcernAndAreReadAsNothing) {
+  const Node plain =
+      parsed("base: {mass: 1, com: [0, 0, 1]}\nlinks:\n  - {name: a, joint: {name: j}}\n  - {name: b}\nn: 3\n");
+  Node tree = plain;
+  tree.find("base")->comment = "two\nlines";
+  tree.find("links")->items[1].comment = "of b";
+  tree.find("links")->items[0].find("joint")->comment = "of the joint\nand more: [1";
+  tree.find("links")->items[0].find("name")->comment = "first of its item\x01";
+  tree.find("n")->comment = "of a number";
+  const std::string text = yaml_text(tree, "top");
+  EXPECT_EQ(text,
+            "# top\n"
+            "# two\n"
+            "# lines\n"
+            "base: {mass: 1, com: [0, 0, 1]}\n"
+            "links:\n"
+            "  - # first of its item?\n"
+            "    name: a\n"
+            "    # of the joint\n"
+            "    # and more: [1\n"
+            "    joint: {name: j}\n"
+            "  # of b\n"
+            "  - {name: b}\n"
+            "# of a number\n"
+            "n: 3\n");
+  expect_same(parsed(text), plain, "with comments");
+}
+
 }  // namespace write_yaml_test
 }  // namespace grapnel

@@ -24,7 +24,7 @@ export interface Scene {
   limits: SceneLimits;
 }
 
-export type SceneFormat = "grapnel-scene/1";
+export type SceneFormat = "grapnel-scene/2";
 
 // what was simulated.
 export interface SceneScenario {
@@ -52,8 +52,8 @@ export interface SceneBody {
   com: [number, number, number];
   /** xx, yy, zz, xy, xz, yz about the centre of mass, its axes [kg m^2] */
   inertia: [number, number, number, number, number, number];
-  /** its shape, or null */
-  geometry: SceneShape | null;
+  /** its shapes */
+  geometry: SceneShape[];
 }
 
 // how a link hangs on its parent.

@@ -8,7 +8,7 @@ let v;
 before(async () => {
   v = await bundle([
     "clock", "run", "colors", "roles", "plots/catalog", "plots/axes", "plots/svg", "plots/compare_specs", "page/line_diff", "page/facts",
-    "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/compass", "replay/cameras", "replay/panels", "replay/video",
+    "study/badge", "study/field", "replay/transport", "replay/vectors", "replay/ground", "replay/compass", "replay/cameras", "replay/panels", "replay/video", "replay/bodies", "replay/markers",
   ]);
 });
 
@@ -133,7 +133,7 @@ test("arms, targets and axes have colours that stay apart and stand out from the
 });
 
 function twoArms() {
-  const body = (name, kind, parent) => ({ name, kind, parent, joint: null, series: name, mass: 1, com: [0, 0, 0], inertia: [1, 1, 1, 0, 0, 0], geometry: null });
+  const body = (name, kind, parent) => ({ name, kind, parent, joint: null, series: name, mass: 1, com: [0, 0, 0], inertia: [1, 1, 1, 0, 0, 0], geometry: [] });
   return {
     planar: false,
     bodies: [body("bus", "base", null), body("left", "link", "bus"), body("right", "link", "bus"), body("debris", "target", null)],
@@ -336,6 +336,25 @@ test("thin rectangles of a mesh are panels, blocks and discs are not", () => {
   const disc = [0, 0, 0, ...Array.from({ length: 24 }, (_, i) => [Math.cos((i * Math.PI) / 12), Math.sin((i * Math.PI) / 12), 0]).flat()];
   const fan = Array.from({ length: 24 }, (_, i) => [0, 1 + i, 1 + ((i + 1) % 24)]).flat();
   assert.equal(v.plateOf(disc, fan, v.connectedParts(disc, fan)[0]), undefined);
+});
+
+test("all shapes of a body are drawn, and nothing beside them", () => {
+  const at = (shape, size, position) => ({ shape, size, position, quaternion_wxyz: [1, 0, 0, 0] });
+  const paints = { surface: () => ({}), line: () => ({}), rim: () => ({}), flat: () => ({}) };
+  const drawn = (geometry) => {
+    const scene = twoArms();
+    scene.bodies[3].geometry = geometry;
+    return v.buildBodies(fullRun(), scene, paints, "solid")[3];
+  };
+  const three = drawn([at("box", [1, 1, 1], [0, 0, 0]), at("box", [1, 4, 0.02], [0, 3, 0]), at("sphere", [0.2, 0, 0], [0, 0, 0.7])]);
+  assert.deepEqual(three.object.children.map((part) => part.position.toArray()), [[0, 0, 0], [0, 3, 0], [0, 0, 0.7]]);
+  near(three.radius, 3 + 0.5 * Math.hypot(1, 4, 0.02), 1e-12);
+  assert.equal(drawn([]).object.children.length, 1); // the box of its inertia
+  // A grasp point that stands off has a handle to the nearest of the boxes.
+  const target = { ...twoArms().bodies[3], geometry: [at("box", [1, 1, 1], [0, 0, 0]), at("box", [1, 4, 0.02], [0, 3, 0])] };
+  const point = { target: "debris", name: "bar", position: [0, 4, 0.21], approach_direction: null };
+  const [, handle] = v.graspPoint(point, target, 0.1, "target 0", paints).children;
+  handle.position.toArray().forEach((x, k) => near(x, [0, 4, 0.11][k], 1e-12));
 });
 
 test("a browser that cannot record says so", () => {

@@ -1,6 +1,6 @@
 // One run's bodies as a tree of solids, moved to where the run has them at an instant.
 import { BoxGeometry, Group, Vector3 } from "three";
-import type { Scene, SceneBody } from "../data";
+import type { Scene, SceneBody, SceneShape } from "../data";
 import { rolesOf } from "../roles";
 import type { Instant, Run } from "../run";
 import { inertiaBox } from "./inertia";
@@ -24,8 +24,8 @@ export function buildBodies(run: Run, scene: Scene, paints: Paints, style: Style
     const look = lookOf(roles.get(body.name) ?? "base", style);
     const object = new Group();
     object.name = body.name;
-    const own = body.geometry ? geometrySolid(body.geometry, scene, look, paints) : undefined;
-    for (const part of own ? [own] : defaultSolids(body, scene, rodRadius, look, paints)) object.add(part);
+    const own = body.geometry.map((shape) => geometrySolid(shape, scene, look, paints)).filter((made) => made !== undefined);
+    for (const part of own.length > 0 ? own : defaultSolids(body, scene, rodRadius, look, paints)) object.add(part);
     if (body.kind === "link") addJointAndHands(object, body, scene, rodRadius, look, paints);
     const track = poseTrack(run, body.series);
     object.visible = track !== undefined; // a body whose motion is not known is not shown anywhere
@@ -68,9 +68,9 @@ function linkEnds(body: SceneBody, scene: Scene): Vector3[] {
 }
 
 function addJointAndHands(object: Group, body: SceneBody, scene: Scene, rodRadius: number, look: Look, paints: Paints): void {
-  const g = body.geometry;
-  const girth = g && (g.shape === "cylinder" || g.shape === "capsule") && g.size[0] > 0 ? g.size[0] : rodRadius;
-  if (body.joint && g?.shape !== "mesh") {
+  const tube = body.geometry.find((g) => (g.shape === "cylinder" || g.shape === "capsule") && g.size[0] > 0);
+  const girth = tube ? tube.size[0] : rodRadius;
+  if (body.joint && !body.geometry.some((g) => g.shape === "mesh")) {
     // In the joint's frame the axis is that of the child's frame too: turning about it moves neither.
     const made = jointSolid(body.joint.type, new Vector3(...body.joint.axis), 1.3 * girth, look, paints);
     if (made) object.add(made);
@@ -106,21 +106,22 @@ export function typicalLink(scene: Scene): number {
 
 // Radius about the frame's origin of all that is drawn of a body.
 function reach(body: SceneBody, scene: Scene): number {
-  const g = body.geometry;
-  let radius = 0;
-  if (g) {
-    const offset = Math.hypot(...g.position);
-    const [a, b, c] = g.size;
-    if (g.shape === "box") radius = offset + 0.5 * Math.hypot(a, b, c);
-    else if (g.shape === "cylinder") radius = offset + Math.hypot(a, b / 2);
-    else if (g.shape === "capsule") radius = offset + a + b / 2;
-    else if (g.shape === "sphere") radius = offset + a;
-    else radius = offset + meshReach(scene, g.mesh ?? -1, g.size);
-  } else if (body.kind !== "link") {
+  let radius = Math.max(0, ...body.geometry.map((shape) => shapeReach(shape, scene)));
+  if (body.geometry.length === 0 && body.kind !== "link") {
     radius = Math.hypot(...body.com) + 0.5 * (inertiaBox(body.mass, body.inertia)?.size.length() ?? 0.4);
   }
   if (body.kind === "link") for (const end of linkEnds(body, scene)) radius = Math.max(radius, end.length());
   return radius;
+}
+
+function shapeReach(g: SceneShape, scene: Scene): number {
+  const offset = Math.hypot(...g.position);
+  const [a, b, c] = g.size;
+  if (g.shape === "box") return offset + 0.5 * Math.hypot(a, b, c);
+  if (g.shape === "cylinder") return offset + Math.hypot(a, b / 2);
+  if (g.shape === "capsule") return offset + a + b / 2;
+  if (g.shape === "sphere") return offset + a;
+  return offset + meshReach(scene, g.mesh ?? -1, g.size);
 }
 
 function meshReach(scene: Scene, index: number, scale: readonly number[]): number {

@@ -1,6 +1,6 @@
 // Small things that say where: attitude axes, grasp points, contact points, the centre of mass.
 import { CanvasTexture, CylinderGeometry, Group, Mesh, OctahedronGeometry, SphereGeometry, Sprite, SpriteMaterial, Vector3 } from "three";
-import type { Scene, SceneBody } from "../data";
+import type { Scene, SceneBody, SceneShape } from "../data";
 import type { Paints } from "./palette";
 import { along, quaternion } from "./shapes";
 
@@ -30,7 +30,7 @@ export function graspPoint(point: Scene["grasp_points"][number], target: SceneBo
   const diamond = new Mesh(new OctahedronGeometry(size), paints.flat("joint"));
   diamond.position.copy(at);
   group.add(diamond);
-  const foot = nearestOfBox(at, target);
+  const foot = nearestOfBoxes(at, target);
   if (foot && foot.distanceTo(at) > 1e-3) group.add(bar(foot, at, 0.32 * size, paints, role));
   if (point.approach_direction) {
     const way = new Vector3(...point.approach_direction).normalize();
@@ -86,10 +86,14 @@ function bar(from: Vector3, to: Vector3, radius: number, paints: Paints, role: s
   return made;
 }
 
-// In the body's frame.
-function nearestOfBox(point: Vector3, body: SceneBody): Vector3 | undefined {
-  const g = body.geometry;
-  if (!g || g.shape !== "box") return undefined;
+// In the body's frame; undefined: it has no box, or a shape of another kind that is nearer for all we know.
+function nearestOfBoxes(point: Vector3, body: SceneBody): Vector3 | undefined {
+  if (body.geometry.some((g) => g.shape !== "box")) return undefined;
+  const feet = body.geometry.map((g) => nearestOfBox(point, g));
+  return feet.sort((a, b) => a.distanceTo(point) - b.distanceTo(point))[0];
+}
+
+function nearestOfBox(point: Vector3, g: SceneShape): Vector3 {
   const turn = quaternion(g.quaternion_wxyz);
   const centre = new Vector3(...g.position);
   const half = new Vector3(...g.size).multiplyScalar(0.5);

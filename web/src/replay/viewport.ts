@@ -316,7 +316,7 @@ export class Viewport {
 // How much of a body's reach a view must show: links are seen by their ends, only of balls the reach is filled.
 function shownPart(body: SceneBody): number {
   if (body.kind === "link") return 0.06;
-  return body.geometry?.shape === "sphere" ? 1 : 0.85;
+  return body.geometry.length === 1 && body.geometry[0].shape === "sphere" ? 1 : 0.85;
 }
 
 // Where it stands behind what is seen at first, up and aside.

@@ -1,0 +1,74 @@
+// grapnel import as its users run it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "app/program_run.hpp"
+
+namespace grapnel {
+namespace import_program_test {
+
+using test::Outcome;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class ImportProgram : public test::ProgramRun {
+ protected:
+  static std::string corpus(const std::string& name) { return GRAPNEL_SOURCE_DIR "/tests/import/corpus/" + name; }
+};
+
+TEST_F(ImportProgram, WritesARobotFileThatInfoReads) {
+  const Outcome made = run("import " + corpus("massless-root.urdf") + " -o robot.yaml");
+  ASSERT_EQ(made.code, 0) << made.err;
+  EXPECT_EQ(made.err, "");
+  EXPECT_THAT(made.out,
+              AllOf(HasSubstr("massless-root.urdf:6:4: the base is link 'base_link', with what is fixed to it: "
+                              "base_body, battery\n"),
+                    HasSubstr("robot.yaml: 3 bodies, 1 end-effector, ")));
+  const std::string text = test::read_text(folder_ / "robot.yaml");
+  EXPECT_THAT(text, AllOf(HasSubstr("# Made by grapnel import from massless-root.urdf."),
+                          HasSubstr("# 'base_link' is one body with what is fixed to it"),
+                          HasSubstr("schema: grapnel-robot/1")));
+  const Outcome info = run("info robot.yaml");
+  EXPECT_EQ(info.code, 0) << info.err;
+  EXPECT_THAT(info.out, AllOf(HasSubstr("3 bodies, 2 joints, 1 end-effectors"), HasSubstr("mass 54 kg")));
+  const Outcome direct = run("info " + corpus("massless-root.urdf"));
+  EXPECT_EQ(direct.out, info.out);
+}
+
+TEST_F(ImportProgram, SaysAllFaultsWithTheirPlaces) {
+  const Outcome refused = run("import " + corpus("impossible-inertia.urdf") + " -o robot.yaml");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_EQ(refused.out, "");
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("impossible-inertia.urdf:3:21: error: link 'bus'"),
+                                 HasSubstr("impossible-inertia.urdf:6:6: error: link 'arm'")));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "robot.yaml"));
+  EXPECT_EQ(run("import " + corpus("impossible-inertia.urdf") + " --repair-inertia -o robot.yaml").code, 0);
+
+  const Outcome options = run("import " + corpus("gripper.urdf") +
+                              " --base buss --lock left --lock right=x --lock wrist=1 --lock wrist=2 -o robot.yaml");
+  EXPECT_EQ(options.code, 2);
+  EXPECT_THAT(options.err, AllOf(HasSubstr("--lock left: error: must be JOINT=VALUE\n"),
+                                 HasSubstr("--lock wrist=2: error: 'wrist' is given twice\n")));
+  EXPECT_THAT(run("import " + corpus("gripper.urdf") + " --lock right=x -o robot.yaml").err,
+              HasSubstr("--lock right=x: error: import.lock.right must be a number"));
+  EXPECT_THAT(run("import " + corpus("gripper.urdf") + " --base buss -o robot.yaml").err,
+              HasSubstr("--base buss: error: there is no link 'buss' to be the base; did you mean 'bus'?\n"));
+  EXPECT_THAT(run("import none.urdf -o robot.yaml").err, HasSubstr("none.urdf: error: "));
+  EXPECT_THAT(run("import none.yaml -o robot.yaml").err, HasSubstr("a model to be imported ends in .urdf or .xml"));
+  write("m.urdf", "<robot/>");
+  EXPECT_THAT(run("import m.urdf -o m.urdf").err, HasSubstr("the result would replace the model"));
+}
+
+TEST_F(ImportProgram, PutsAnArmOnABus) {
+  write("bus.yaml", "base: {mass: 300, inertia: [30, 40, 50]}\n");
+  const Outcome made =
+      run("import " + corpus("arm.urdf") +
+          " --bus bus.yaml --mount '{position: [0.4, 0, 0]}' --prefix a- --lock elbow=0.5 -o robot.yaml");
+  ASSERT_EQ(made.code, 0) << made.err;
+  const Outcome info = run("info robot.yaml");
+  EXPECT_THAT(info.out,
+              AllOf(HasSubstr("2 bodies, 1 joints, 1 end-effectors"), HasSubstr("mass 310 kg"), HasSubstr("a-tool")));
+}
+
+}  // namespace import_program_test
+}  // namespace grapnel
