@@ -127,6 +127,15 @@ RigidBodyInertiad inertia_of_geoms(const MjcfBody& body, MjcfContext& context) {
     if (!(amount > 0)) continue;
     const MjcfGeom geom = read_geom(part, context);
     if (!geom.is_sound || geom.type == "plane" || geom.type == "hfield") continue;
+    if ((!is_primitive(geom.type) || geom.is_fitted) && !body.moves) {
+      context.decide(
+          given.mark("mesh"),
+          fmt::format("body {} does not move in the file, and mass of it would come from a mesh: that is not "
+                      "computed and counts as nothing; an <inertial> would say it",
+                      in_quotes(body.name)),
+          body.name);
+      continue;
+    }
     if (!is_primitive(geom.type) || geom.is_fitted) {
       context.fault(
           given.mark("mesh"),

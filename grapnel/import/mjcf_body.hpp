@@ -55,6 +55,7 @@ struct MjcfBody {
   int parent = -1;                 // index; -1: the world
   Posed X_PB = Posed::identity();  // its frame in the parent's body frame
   std::vector<MjcfPart> inertials, joints, geoms, sites;
+  bool moves = true;                        // false: fixed to the world, so that its mass is nothing to MuJoCo
   std::vector<const MjcfElement*> refused;  // what cannot be read, if this body is part of the robot
 };
 
@@ -62,7 +63,7 @@ struct MjcfBody {
 MjcfMesh read_mjcf_mesh(const MjcfElement& element, MjcfContext& context);
 
 /// Mass and inertia in the body's frame as MuJoCo takes them: from <inertial> or from geoms, within the compiler's
-/// bounds. Empty if there are none.
+/// bounds. Empty if there are none. Those of a mesh are a fault, but a decision on bodies that do not move.
 std::optional<SourceInertia> read_mjcf_inertia(const MjcfBody& body, MjcfContext& context);
 
 /// The shapes of a body, in its frame.

@@ -132,24 +132,19 @@ struct RotationForm {
 constexpr std::array<RotationForm, 5> kRotationForms{
     {{"quat", 4}, {"axisangle", 4}, {"xyaxes", 6}, {"zaxis", 3}, {"euler", 3}}};
 
-// The form that counts; null if there is none or they contradict each other, which is a fault. A class may give a
-// quaternion and the element itself another form; two of the other forms, or a form that MuJoCo would let win over the
-// element's own quaternion, cannot be meant.
+// The form that counts; null if there is none or they contradict each other, which is a fault. Of a quaternion in one
+// layer and another form in another one the other form counts, whichever is the element's own: so does MuJoCo.
 const RotationForm* rotation_form(const MjcfAttributes& attributes, FaultList& faults) {
   const RotationForm* form = nullptr;
   for (const RotationForm& next : kRotationForms) {
     const MjcfElement* giver = attributes.giver(next.attribute);
     if (giver == nullptr) continue;
-    if (form != nullptr) {
-      const auto layer = [&](const MjcfElement* e) { return std::ranges::find(attributes.layers, e); };
-      const bool replaces_quaternion =
-          form == kRotationForms.data() && layer(attributes.giver(form->attribute)) < layer(giver);
-      if (!replaces_quaternion) {
-        faults.add(giver->mark(next.attribute),
-                   fmt::format("<{}> has two orientations, {} and {}; give one (default classes count)",
-                               attributes.element().tag(), form->attribute, next.attribute));
-        return nullptr;
-      }
+    const bool replaces_quaternion = form == kRotationForms.data() && attributes.giver(form->attribute) != giver;
+    if (form != nullptr && !replaces_quaternion) {
+      faults.add(giver->mark(next.attribute),
+                 fmt::format("<{}> has two orientations, {} and {}; give one (default classes count)",
+                             attributes.element().tag(), form->attribute, next.attribute));
+      return nullptr;
     }
     form = &next;
   }

@@ -214,6 +214,8 @@ MjcfTree read_mjcf_tree(const MjcfElement& root, MjcfContext& context) {
     reader.read(section, {});
   }
   reader.name_bodies();
+  for (MjcfBody& body : tree.bodies)
+    body.moves = !body.joints.empty() || (body.parent >= 0 && tree.bodies[body.parent].moves);
   if (tree.bodies.empty())
     context.fault(tree.world_mark, found ? "there is no <body> in the worldbody" : "there is no <worldbody>");
   return tree;

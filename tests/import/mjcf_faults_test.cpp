@@ -166,6 +166,10 @@ const Refused kRefused[] = {
      "8:19",
      "there is no mesh 'plam' in <asset>; did you mean 'palm'?"},
     {"two_orientations", {.arm = "<site name='s' quat='1 0 0 0' euler='1 2 3'/>"}, "8:31", "two orientations"},
+    {"two_orientations_by_class",
+     {.root = "<default><site zaxis='1 0 0'/></default>", .arm = "<site name='s' euler='1 2 3'/>"},
+     "8:16",
+     "two orientations, zaxis and euler"},
     {"no_direction", {.arm = "<site name='s' zaxis='0 0 0'/>"}, "8:16", "gives no direction"},
     // Names, classes, places.
     {"same_bodies", {.arm = "<body name='bus'/>"}, "8:7", "there are two bodies 'bus'"},
@@ -299,6 +303,16 @@ TEST(MjcfDecisions, WhatIsNotPartOfTheRobotIsNamed) {
               ElementsAre("4:2: body 'bus' is the base; its place in the file's world is "
                           "left to the scenario"));
   EXPECT_THAT(robot.model.links, SizeIs(2));
+}
+
+TEST(MjcfDecisions, MassesOfMeshesThatDoNotMove) {
+  const ReadMjcf arm = read_mjcf_text(
+      "<mujoco><asset><mesh file='m.stl'/></asset><worldbody><body name='base'>\n<geom type='mesh' mesh='m'/>"
+      "<body><joint/><geom size='1'/></body></body></worldbody></mujoco>");
+  EXPECT_THAT(arm.faults, IsEmpty());
+  EXPECT_FALSE(arm.link("base").inertia.has_value());
+  EXPECT_THAT(arm.decisions("would come from a mesh"),
+              ElementsAre(HasSubstr("2:19: body 'base' does not move in the file, and mass of it would come from")));
 }
 
 TEST(MjcfDecisions, MeshesThatCannotBeShown) {
