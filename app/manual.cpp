@@ -16,18 +16,19 @@ enum class Completion { files, yaml_files, folders, choices, nothing };
 
 struct Argument {
   std::vector<std::string> names;  // "-o", "--output"; of a positional one: "scenario"
-  std::string value;               // what follows an option: "TEXT"; empty: nothing does
+  std::string value;               // what an option or argument is: "TEXT", "INT"; empty: nothing follows
   std::vector<std::string> choices;
   std::string description;
   bool positional = false, required = false, many = false;
 
   Completion completion() const {
     const auto says = [&](std::string_view word) { return description.find(word) != std::string::npos; };
-    if (!positional && value.empty()) return Completion::nothing;
     if (!choices.empty()) return Completion::choices;
-    if (says("older")) return Completion::folders;  // Folder, folder
+    if (value != "TEXT") return Completion::nothing;
     if (says("(YAML)")) return Completion::yaml_files;
-    return positional || says("File") || says("file") || says("page") ? Completion::files : Completion::nothing;
+    if (description.starts_with("File") || says("file") || says("page")) return Completion::files;
+    if (says("Folder") || says("folder")) return Completion::folders;
+    return positional ? Completion::files : Completion::nothing;
   }
 };
 
@@ -58,13 +59,13 @@ Argument argument_of(const CLI::Option& option) {
   a.positional = option.nonpositional() ? false : option.get_positional();
   const std::string type = option.get_type_name();
   a.choices = choices_of(type);
+  if (option.get_items_expected_max() > 0) a.value = type.substr(0, type.find(':'));
   if (a.positional) {
     a.names = {option.get_name(true, false)};
     return a;
   }
   for (const std::string& name : option.get_snames()) a.names.push_back("-" + name);
   for (const std::string& name : option.get_lnames()) a.names.push_back("--" + name);
-  if (option.get_items_expected_max() > 0) a.value = type.substr(0, type.find(':'));
   return a;
 }
 
@@ -125,7 +126,7 @@ std::string roff_arguments(const std::vector<Argument>& arguments) {
     std::vector<std::string> names;
     for (const std::string& name : a.names) names.push_back(a.positional ? "\\fI" + roff(name) + "\\fR" : "\\fB" + roff(name) + "\\fR");
     text += fmt::format(".TP\n{}", fmt::join(names, ", "));
-    if (!a.value.empty()) text += fmt::format(" \\fI{}\\fR", roff(a.value));
+    if (!a.positional && !a.value.empty()) text += fmt::format(" \\fI{}\\fR", roff(a.value));
     text += fmt::format("\n{}", roff(a.description));
     if (!a.choices.empty()) text += roff(fmt::format("; one of {}", fmt::join(a.choices, ", ")));
     text += ".\n";
@@ -204,7 +205,7 @@ std::string manual_markdown(const CLI::App& app) {
                         markdown(command.description), synopsis(program, command, "", ""));
     for (const Argument& a : command.arguments) {
       std::string choices = a.choices.empty() ? "" : fmt::format("; one of `{}`", fmt::join(a.choices, "`, `"));
-      text += fmt::format("| `{}`{} | {}{} |\n", fmt::join(a.names, "`, `"), a.value.empty() ? "" : " `" + a.value + "`",
+      text += fmt::format("| `{}`{} | {}{} |\n", fmt::join(a.names, "`, `"), a.positional || a.value.empty() ? "" : " `" + a.value + "`",
                           markdown(a.description), choices);
     }
   }
@@ -214,15 +215,15 @@ std::string manual_markdown(const CLI::App& app) {
 std::string bash_completion(const CLI::App& app) {
   const std::string program = app.get_name();
   const std::vector<Command> commands = commands_of(app);
-  const auto words_of = [](Completion kind, const std::vector<std::string>& choices) {
+  const auto words_of = [&](Completion kind, const std::vector<std::string>& choices) {
     switch (kind) {
-      case Completion::files: return std::string("files");
-      case Completion::yaml_files: return std::string("yaml");
-      case Completion::folders: return std::string("folders");
-      case Completion::choices: return fmt::format("words '{}'", fmt::join(choices, " "));
+      case Completion::files: return "_" + program + "_files";
+      case Completion::yaml_files: return "_" + program + "_yaml";
+      case Completion::folders: return "_" + program + "_folders";
+      case Completion::choices: return fmt::format("_{}_words '{}'", program, fmt::join(choices, " "));
       case Completion::nothing: break;
     }
-    return std::string("nothing");
+    return std::string(":");
   };
   std::string options, values, positionals;
   std::vector<std::string> names;
@@ -245,13 +246,18 @@ std::string bash_completion(const CLI::App& app) {
       }
       values += fmt::format("    {}) {} ;;\n", fmt::join(cases, " | "), words_of(a.completion(), a.choices));
     }
-    options += fmt::format("    {}) words '{}' ;;\n", fmt::join(called, " | "), fmt::join(offered, " "));
+    options += fmt::format("    {}) _{}_words '{}' ;;\n", fmt::join(called, " | "), program, fmt::join(offered, " "));
     if (!positional.empty()) positionals += fmt::format("    {}) {} ;;\n", fmt::join(called, " | "), positional);
   }
   std::vector<std::string> of_program;
   for (const Argument& a : command_of(app).arguments) of_program.insert(of_program.end(), a.names.begin(), a.names.end());
 
   return fmt::format(R"(# Completions of {0} for bash, made by `{0} completion bash`; zsh reads them after `autoload bashcompinit && bashcompinit`.
+
+_{0}_words() {{ mapfile -t COMPREPLY < <(compgen -W "$1" -- "$word"); }}
+_{0}_files() {{ mapfile -t COMPREPLY < <(compgen -f -- "$word"); }}
+_{0}_folders() {{ mapfile -t COMPREPLY < <(compgen -d -- "$word"); }}
+_{0}_yaml() {{ mapfile -t COMPREPLY < <(compgen -d -- "$word"; compgen -f -X '!*.yaml' -- "$word"); }}
 
 _{0}() {{
   local word=${{COMP_WORDS[COMP_CWORD]}} previous=${{COMP_WORDS[COMP_CWORD-1]}} command='' i
@@ -262,18 +268,8 @@ _{0}() {{
       break
     fi
   done
-
-  words() {{ mapfile -t COMPREPLY < <(compgen -W "$1" -- "$word"); }}
-  files() {{ mapfile -t COMPREPLY < <(compgen -f -- "$word"); }}
-  folders() {{ mapfile -t COMPREPLY < <(compgen -d -- "$word"); }}
-  yaml() {{ mapfile -t COMPREPLY < <(compgen -d -- "$word"; compgen -f -X '!*.@(yaml|yml)' -- "$word"); }}
-  nothing() {{ :; }}
-
-  local extglob
-  extglob=$(shopt -p extglob)
-  shopt -s extglob
   if [[ -z $command ]]; then
-    if [[ $word == -* ]]; then words '{1}'; else words '{2}'; fi
+    if [[ $word == -* ]]; then _{0}_words '{1}'; else _{0}_words '{2}'; fi
   else
     case "$command $previous" in
 {3}    *)
@@ -286,8 +282,6 @@ _{0}() {{
       fi ;;
     esac
   fi
-  $extglob
-  unset -f words files folders yaml nothing
 }}
 complete -o filenames -F _{0} {0}
 )",

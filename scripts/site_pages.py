@@ -22,8 +22,6 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 MAIN = "docs/README.md"
 # In what order the gallery shows the folders, and what it says of them.
 GALLERY = [("scenarios", "Captures in three dimensions and first steps"), ("scenarios/thesis", "The thesis's cases")]
-# What a header's part of the C++ reference shows. Not the namespace itself, which all headers have.
-SECTIONS = "briefdescription detaileddescription innerclass enum typedef var func user-defined"
 
 
 def pages_of_repository():
@@ -108,10 +106,10 @@ def contents(text):
         if line.startswith("## "):
             section = (line[3:], [])
             parts.append(section)
-        for link in re.findall(r"\]\(([^)#]+\.md)", line):
+        for words, link in re.findall(r"\[([^\]]+)\]\(([^)#]+)\.md\)", line):
             if section and link not in seen:
                 seen.add(link)
-                section[1].append(link.removesuffix(".md"))
+                section[1].append(f"{words} <{link}>")
     blocks = ["```{toctree}\n:hidden:\n:caption: " + title + "\n\n" + "\n".join(links) + "\n```\n" for title, links in parts if links]
     return "\n" + "\n".join(blocks)
 
@@ -202,7 +200,7 @@ def cpp_reference():
         text = f"# {module}\n"
         for header in modules[module]:
             name = header.relative_to(ROOT).as_posix()
-            text += f"\n## {name}\n\n```{{doxygenfile}} {name}\n:sections: {SECTIONS}\n```\n"
+            text += f"\n## {name}\n\n```{{doxygenfile}} {name}\n```\n"
         pages[f"cpp/{module}.md"] = text
     links = "\n".join(names)
     pages["cpp/index.md"] = (

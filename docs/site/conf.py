@@ -3,6 +3,8 @@ import os
 import pathlib
 import sys
 
+from breathe.renderer import sphinxrenderer
+
 ROOT = pathlib.Path(os.environ["GRAPNEL_SOURCE"])
 BUILT = pathlib.Path(os.environ["GRAPNEL_DOCS_BUILD"])
 
@@ -26,6 +28,7 @@ suppress_warnings = [
 ]
 highlight_language = "none"
 nitpicky = False  # C++ names types of the standard library, which have no page here
+smartquotes = False  # options begin with --
 
 breathe_projects = {"grapnel": str(BUILT / "doxygen" / "xml")}
 breathe_default_project = "grapnel"
@@ -51,3 +54,29 @@ html_theme_options = {
     "light_css_variables": {"color-brand-primary": "#2a5f8f", "color-brand-content": "#2a5f8f"},
     "dark_css_variables": {"color-brand-primary": "#8fbfe8", "color-brand-content": "#8fbfe8"},
 }
+
+
+def mend_furo(app, failed):
+    """Debian's furo takes a style from the web server's /javascript and a script as a module, neither of which there is from disk: both go
+    into the files that ask for them."""
+    static = pathlib.Path(app.outdir) / "_static"
+    style, script = static / "styles" / "furo.css", static / "scripts" / "furo.js"
+    request, name = "@import url(/javascript/normalize.css/normalize.css);", "import Gumshoe from \"./gumshoe-patched.js\";"
+    if not failed and style.exists() and request in style.read_text():
+        normalize = pathlib.Path("/usr/share/javascript/normalize.css/normalize.css").read_text()
+        style.write_text(style.read_text().replace(request, normalize))
+    if not failed and script.exists() and name in script.read_text():
+        script.write_text((static / "scripts" / "gumshoe-patched.js").read_text() + script.read_text().replace(name, ""))
+
+
+def members_of_namespace(renderer, node):
+    """What a header declares in a namespace. Breathe would declare the namespace itself, again in every header."""
+    data = renderer.compound_parser.parse(node.refid)
+    context = renderer.context.create_child_context(data)
+    with sphinxrenderer.WithContext(renderer, context.create_child_context(data.compounddef)):
+        return renderer.render(data, context)
+
+
+def setup(app):
+    sphinxrenderer.SphinxRenderer.visit_namespace = members_of_namespace
+    app.connect("build-finished", mend_furo)

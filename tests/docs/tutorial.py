@@ -1,0 +1,129 @@
+#!/usr/bin/env python3
+"""Does what docs/tutorial.md tells its reader to do, in an empty folder, and compares what is printed. Standard library only.
+
+usage: tests/docs/tutorial.py PROGRAM [--show]      --show prints what each command prints
+
+`<!-- file: NAME -->` before a block: the block is that file. `<!-- replace in NAME: WORDS -->`: it stands for the line with WORDS;
+`<!-- after in NAME: WORDS -->`: it is put behind that line. ```console: commands behind `$ `, and lines that they print, in
+this order; `...` stands for any lines, at the end of a line for the rest of it. `<!-- exit: N -->`: the exit code, which is else 0.
+Numbers may differ by 1 %, since other processors round otherwise and a plan's last digits follow; tiny ones are rounding.
+"""
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGE = ROOT / "docs" / "tutorial.md"
+NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def same(shown, printed):
+    """Whether a line says what was shown: the same words, numbers within 1 %."""
+    if shown.endswith("..."):
+        shown = shown.removesuffix("...")
+        printed = printed[: max(len(shown), len(printed) if NUMBER.search(shown) is None else len(shown))]
+        return printed.startswith(shown)
+    if [" ".join(part.split()) for part in NUMBER.split(shown)] != [" ".join(part.split()) for part in NUMBER.split(printed)]:
+        return False
+    pairs = zip(map(float, NUMBER.findall(shown)), map(float, NUMBER.findall(printed)))
+    return all(abs(a - b) <= 0.01 * max(abs(a), abs(b)) or max(abs(a), abs(b)) < 1e-12 for a, b in pairs)
+
+
+def blocks(text):
+    """Fenced blocks: (what the comment before says, language, lines, line number)."""
+    note, language, lines, begin = "", None, [], 0
+    for number, line in enumerate(text.split("\n"), 1):
+        if language is not None:
+            if line == "```":
+                yield note, language, lines, begin
+                note, language = "", None
+            else:
+                lines.append(line)
+        elif line.startswith("```"):
+            language, lines, begin = line[3:], [], number
+        elif line.startswith("<!--"):
+            note = line.removeprefix("<!--").removesuffix("-->").strip()
+        elif line:
+            note = ""
+
+
+def edit(note, lines, folder):
+    kind, what = note.split(": ", 1)
+    if kind == "file":
+        (folder / what).write_text("\n".join(lines) + "\n")
+        return None
+    verb, _, name = kind.split(" ")
+    old = (folder / name).read_text().split("\n")
+    places = [i for i, line in enumerate(old) if what in line]
+    if len(places) != 1:
+        return f"'{what}' is in {len(places)} lines of {name}"
+    at = places[0]
+    old[at:at + 1] = lines if verb == "replace" else [old[at], *lines]
+    (folder / name).write_text("\n".join(old))
+    return None
+
+
+def compare(shown, printed):
+    """The first line shown that was not printed in its place, or nothing."""
+    at, gap = 0, False
+    for line in shown:
+        if line == "...":
+            gap = True
+            continue
+        while at < len(printed) and not same(line, printed[at]):
+            if not gap:
+                return line
+            at += 1
+        if at == len(printed):
+            return line
+        at, gap = at + 1, False
+    return None
+
+
+def main():
+    program = pathlib.Path(sys.argv[1]).resolve()
+    faults = commands = 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name) / "tutorial"
+        binaries = pathlib.Path(name) / "bin"
+        folder.mkdir()
+        binaries.mkdir()
+        (binaries / "grapnel").symlink_to(program)
+        for shared in ("scenarios", "robots"):
+            (folder / shared).symlink_to(ROOT / shared)
+        environment = {**os.environ, "PATH": f"{binaries}:{os.environ['PATH']}"}
+        for note, language, lines, begin in blocks(PAGE.read_text()):
+            if language == "yaml":
+                fault = edit(note, lines, folder) if note else "a file without a name"
+                if fault:
+                    print(f"{PAGE}:{begin}: error: {fault}", file=sys.stderr)
+                    faults += 1
+            if language != "console":
+                continue
+            for part in re.split(r"^\$ ", "\n".join(lines), flags=re.MULTILINE)[1:]:
+                command, *shown = part.rstrip("\n").split("\n")
+                done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
+                                      stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+                commands += 1
+                printed = (done.stderr if done.returncode in (1, 2) else "") + done.stdout
+                if "--show" in sys.argv:
+                    print(f"$ {command}\n{printed}[{done.returncode}] {done.stderr}")
+                expected = int(note.split(": ")[1]) if note.startswith("exit") else 0
+                if done.returncode != expected:
+                    print(f"{PAGE}:{begin}: error: '{command}' ends with {done.returncode}, not {expected}:\n{done.stderr}", file=sys.stderr)
+                    faults += 1
+                missing = compare(shown, printed.rstrip("\n").split("\n"))
+                if missing is not None:
+                    print(f"{PAGE}:{begin}: error: '{command}' does not print '{missing}' there, but\n{printed}", file=sys.stderr)
+                    faults += 1
+    if commands < 10:
+        print(f"{PAGE}: error: only {commands} commands were found", file=sys.stderr)
+        faults += 1
+    print(f"{commands} commands, {faults} faults")
+    sys.exit(1 if faults else 0)
+
+
+main()
