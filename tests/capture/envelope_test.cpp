@@ -304,7 +304,8 @@ TEST(Clearance, OfABodyWithTwoShapesIsThatOfTwoBodiesFixedToEachOther) {
   CaptureProblem two = one;
   BodyDescription wing = two.robot.bodies[0];
   wing.name = "wing", wing.parent = two.robot.base;
-  wing.joint = {"hinge", JointType::fixed};
+  wing.joint = JointDescription{};  // fixed
+  wing.joint.name = "hinge";
   wing.X_PF = {rotation_about({0, 0.6, 0.8}, 0.7), {0.1, 0.2, -0.1}};
   wing.com = Vector3d::zero(), wing.mass = 1e-9, wing.inertia = Symmetric3d::diagonal(1e-9, 1e-9, 1e-9);
   two.robot.bodies.push_back(wing);
