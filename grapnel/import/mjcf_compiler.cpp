@@ -193,7 +193,7 @@ struct Vocabulary {
 };
 
 // The names are those of MuJoCo's documentation up to version 3.3.
-constexpr std::array<Vocabulary, 14> kVocabulary{{
+constexpr std::array<Vocabulary, 16> kVocabulary{{
     {"mujoco", "model", ""},
     {"compiler",
      "angle autolimits balanceinertia strippath inertiafromgeom coordinate eulerseq boundmass boundinertia "
@@ -224,6 +224,11 @@ constexpr std::array<Vocabulary, 14> kVocabulary{{
      "forcerange gaintype gainprm biastype",
      "group actlimited actrange lengthrange cranklength refsite user dyntype dynprm biasprm actdim actearly kp kv "
      "dampratio timeconst inheritrange area diameter bias gain delay nsample interp"},
+    {"equality", "name class active joint1 joint2 polycoef", "solref solimp"},
+    {"tendon", "name class stiffness damping frictionloss armature limited range",
+     "group actuatorfrclimited actuatorfrcrange solreflimit solimplimit solreffriction solimpfriction margin "
+     "springlength "
+     "width material rgba user"},
     {"plugin", "", "*"},
 }};
 
@@ -247,9 +252,9 @@ bool has_word(std::string_view text, std::string_view word) {
 
 }  // namespace
 
-void MjcfPassedOver::check_attributes(const MjcfElement& element, FaultList& faults) {
-  const std::string kind = mjcf_kind(element.tag());
-  const auto* const known = std::ranges::find_if(kVocabulary, [&](const Vocabulary& v) { return kind == v.tag; });
+void MjcfPassedOver::check_attributes(const MjcfElement& element, FaultList& faults, const char* kind) {
+  const std::string words = kind != nullptr ? kind : mjcf_kind(element.tag());
+  const auto* const known = std::ranges::find_if(kVocabulary, [&](const Vocabulary& v) { return words == v.tag; });
   if (known == kVocabulary.end()) return;
   for (const pugi::xml_attribute& attribute : element.node.attributes()) {
     const std::string_view name = attribute.name();

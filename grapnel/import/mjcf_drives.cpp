@@ -131,6 +131,7 @@ class DriveReader {
                                  tag));
       return;
     }
+    context_.passed_over.check_attributes(element, context_.faults, "equality");
     read_coupling(element, given);
   }
 
@@ -143,6 +144,7 @@ class DriveReader {
       return;
     }
     const MjcfAttributes given = context_.defaults.attributes(element, "tendon", "", context_.faults);
+    context_.passed_over.check_attributes(element, context_.faults, "tendon");
     for (const char* acting : {"stiffness", "damping", "frictionloss", "armature"}) {
       const auto value = given.number(acting, context_.faults);
       if (!value || *value == 0) continue;

@@ -143,9 +143,9 @@ std::optional<Rotationd> mjcf_rotation_of(const std::vector<double>& quaternion_
 /// Counts what is passed over because it has no influence on the motion, to say it once per kind.
 class MjcfPassedOver {
  public:
-  /// Checks the attributes of an element against those that are known of its tag: others are faults; those that do not
-  /// matter are counted.
-  void check_attributes(const MjcfElement& element, FaultList& faults);
+  /// Checks the attributes of an element against those that are known of its kind (absent: its tag): others are faults;
+  /// those that do not matter are counted.
+  void check_attributes(const MjcfElement& element, FaultList& faults, const char* kind = nullptr);
   /// Counts an element; `reason` follows its tag in the sentence.
   void element(const MjcfElement& element, const std::string& reason);
 

@@ -70,6 +70,17 @@ void read_assets(const MjcfElement& assets, MjcfContext& context) {
   }
 }
 
+void check_defaults(const MjcfElement& section, MjcfContext& context) {
+  context.passed_over.check_attributes(section, context.faults);
+  for (const MjcfElement& child : section.children) {
+    if (child.tag() == "default") {
+      check_defaults(child, context);
+    } else {
+      context.passed_over.check_attributes(child, context.faults);
+    }
+  }
+}
+
 // All that is not part of the tree of bodies and not about joints.
 void read_sections(const MjcfElement& root, MjcfContext& context) {
   context.passed_over.check_attributes(root, context.faults);
@@ -80,7 +91,9 @@ void read_sections(const MjcfElement& root, MjcfContext& context) {
     context.passed_over.check_attributes(section, context.faults);
   }
   for (const MjcfElement& section : root.children) {
-    if (section.tag() == "default") context.defaults.read(section, context.faults);
+    if (section.tag() != "default") continue;
+    check_defaults(section, context);
+    context.defaults.read(section, context.faults);
   }
   for (const MjcfElement& section : root.children) {
     const std::string tag = section.tag();
