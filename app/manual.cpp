@@ -26,9 +26,9 @@ struct Argument {
     if (!choices.empty()) return Completion::choices;
     if (value != "TEXT") return Completion::nothing;
     if (says("(YAML)")) return Completion::yaml_files;
-    if (description.starts_with("File") || says("file") || says("page")) return Completion::files;
+    if (description.starts_with("File")) return Completion::files;
     if (says("Folder") || says("folder")) return Completion::folders;
-    return positional ? Completion::files : Completion::nothing;
+    return positional || says("page") ? Completion::files : Completion::nothing;
   }
 };
 

@@ -26,7 +26,7 @@ class Manual : public ProgramRun {
   }
   std::vector<std::string> commands() const {
     const std::string help = run("--help").out;
-    return found(help.substr(help.find("Subcommands:")), "^  ([a-z]+) ");
+    return found(help.substr(help.find("Subcommands:")), "^  ([a-z]+)[ ,]");
   }
   std::vector<std::string> options(const std::string& command) const {
     const std::string help = run(command + " --help").out;
