@@ -1,8 +1,8 @@
 #include "manual.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <string>
@@ -26,9 +26,9 @@ struct Argument {
     if (!choices.empty()) return Completion::choices;
     if (value != "TEXT") return Completion::nothing;
     if (says("(YAML)")) return Completion::yaml_files;
-    if (description.starts_with("File") || says("file") || says("page")) return Completion::files;
+    if (description.starts_with("File")) return Completion::files;
     if (says("Folder") || says("folder")) return Completion::folders;
-    return positional ? Completion::files : Completion::nothing;
+    return positional || says("page") ? Completion::files : Completion::nothing;
   }
 };
 
@@ -92,7 +92,8 @@ std::vector<Command> commands_of(const CLI::App& app) {
 }
 
 // "grapnel run [OPTIONS] scenario"; `markup` is put around the names of arguments.
-std::string synopsis(const std::string& program, const Command& command, std::string_view before, std::string_view after) {
+std::string synopsis(const std::string& program, const Command& command, std::string_view before,
+                     std::string_view after) {
   std::string text = fmt::format("{} {} [OPTIONS]", program, command.name);
   for (const Argument& a : command.arguments) {
     if (!a.positional) continue;
@@ -102,7 +103,8 @@ std::string synopsis(const std::string& program, const Command& command, std::st
   return text;
 }
 
-// Text as roff takes it literally: a hyphen is a minus that can be searched and copied, and no line begins with a request.
+// Text as roff takes it literally: a hyphen is a minus that can be searched and copied, and no line begins with a
+// request.
 std::string roff(std::string_view text) {
   std::string out;
   bool line_begins = true;
@@ -124,7 +126,8 @@ std::string roff_arguments(const std::vector<Argument>& arguments) {
   std::string text;
   for (const Argument& a : arguments) {
     std::vector<std::string> names;
-    for (const std::string& name : a.names) names.push_back(a.positional ? "\\fI" + roff(name) + "\\fR" : "\\fB" + roff(name) + "\\fR");
+    for (const std::string& name : a.names)
+      names.push_back(a.positional ? "\\fI" + roff(name) + "\\fR" : "\\fB" + roff(name) + "\\fR");
     text += fmt::format(".TP\n{}", fmt::join(names, ", "));
     if (!a.positional && !a.value.empty()) text += fmt::format(" \\fI{}\\fR", roff(a.value));
     text += fmt::format("\n{}", roff(a.description));
@@ -165,7 +168,8 @@ std::string markdown(std::string_view text) {
 }  // namespace
 
 std::string_view exit_codes() {
-  return "Exit codes: 0 done; 1 the simulation failed, its conservation checks did, or a result could not be written (what was\n"
+  return "Exit codes: 0 done; 1 the simulation failed, its conservation checks did, or a result could not be written "
+         "(what was\n"
          "computed is kept); 2 bad input; 3 some points of a study or cases of a campaign failed; 130 stopped by\n"
          "Ctrl-C (everything that is complete is kept).";
 }
@@ -183,11 +187,13 @@ std::string manual_page(const CLI::App& app) {
     text += fmt::format(".B {}\n.br\n", roff(synopsis(program, command, "", "")));
   }
   text += ".SH DESCRIPTION\n" + roff(description) +
-          ".\nApproach, impact and the motion afterwards are simulated; momentum, energy and loop closure are checked in every result.\n"
+          ".\nApproach, impact and the motion afterwards are simulated; momentum, energy and loop closure are checked "
+          "in every result.\n"
           "Errors are reported all at once on stderr, as\n.IR file:line:column :\n.BR error: \" ...\"\n.SH COMMANDS\n";
   for (const Command& command : commands) {
     text += fmt::format(".SS {} {}\n{}.\n", roff(program), roff(command.name), roff(command.description));
-    if (!command.aliases.empty()) text += fmt::format("Also called {}.\n", roff(fmt::format("{}", fmt::join(command.aliases, ", "))));
+    if (!command.aliases.empty())
+      text += fmt::format("Also called {}.\n", roff(fmt::format("{}", fmt::join(command.aliases, ", "))));
     text += roff_arguments(command.arguments);
   }
   text += ".SH OPTIONS\n" + roff_arguments(command_of(app).arguments);
@@ -199,14 +205,17 @@ std::string manual_page(const CLI::App& app) {
 
 std::string manual_markdown(const CLI::App& app) {
   const std::string program = app.get_name();
-  std::string text = fmt::format("# Commands\n\nEvery command of the program with its options, as `{} --help` and `man {}` say it.\n", program, program);
+  std::string text =
+      fmt::format("# Commands\n\nEvery command of the program with its options, as `{} --help` and `man {}` say it.\n",
+                  program, program);
   for (const Command& command : commands_of(app)) {
-    text += fmt::format("\n## {} {}\n\n{}.\n\n```text\n{}\n```\n\n| Argument | Meaning |\n|---|---|\n", program, command.name,
-                        markdown(command.description), synopsis(program, command, "", ""));
+    text += fmt::format("\n## {} {}\n\n{}.\n\n```text\n{}\n```\n\n| Argument | Meaning |\n|---|---|\n", program,
+                        command.name, markdown(command.description), synopsis(program, command, "", ""));
     for (const Argument& a : command.arguments) {
       std::string choices = a.choices.empty() ? "" : fmt::format("; one of `{}`", fmt::join(a.choices, "`, `"));
-      text += fmt::format("| `{}`{} | {}{} |\n", fmt::join(a.names, "`, `"), a.positional || a.value.empty() ? "" : " `" + a.value + "`",
-                          markdown(a.description), choices);
+      text +=
+          fmt::format("| `{}`{} | {}{} |\n", fmt::join(a.names, "`, `"),
+                      a.positional || a.value.empty() ? "" : " `" + a.value + "`", markdown(a.description), choices);
     }
   }
   return text + fmt::format("\n## Exit codes\n\n{}\n", exit_codes());
@@ -217,11 +226,16 @@ std::string bash_completion(const CLI::App& app) {
   const std::vector<Command> commands = commands_of(app);
   const auto words_of = [&](Completion kind, const std::vector<std::string>& choices) {
     switch (kind) {
-      case Completion::files: return "_" + program + "_files";
-      case Completion::yaml_files: return "_" + program + "_yaml";
-      case Completion::folders: return "_" + program + "_folders";
-      case Completion::choices: return fmt::format("_{}_words '{}'", program, fmt::join(choices, " "));
-      case Completion::nothing: break;
+      case Completion::files:
+        return "_" + program + "_files";
+      case Completion::yaml_files:
+        return "_" + program + "_yaml";
+      case Completion::folders:
+        return "_" + program + "_folders";
+      case Completion::choices:
+        return fmt::format("_{}_words '{}'", program, fmt::join(choices, " "));
+      case Completion::nothing:
+        break;
     }
     return std::string(":");
   };
@@ -250,9 +264,11 @@ std::string bash_completion(const CLI::App& app) {
     if (!positional.empty()) positionals += fmt::format("    {}) {} ;;\n", fmt::join(called, " | "), positional);
   }
   std::vector<std::string> of_program;
-  for (const Argument& a : command_of(app).arguments) of_program.insert(of_program.end(), a.names.begin(), a.names.end());
+  for (const Argument& a : command_of(app).arguments)
+    of_program.insert(of_program.end(), a.names.begin(), a.names.end());
 
-  return fmt::format(R"(# Completions of {0} for bash, made by `{0} completion bash`; zsh reads them after `autoload bashcompinit && bashcompinit`.
+  return fmt::format(
+      R"(# Completions of {0} for bash, made by `{0} completion bash`; zsh reads them after `autoload bashcompinit && bashcompinit`.
 
 _{0}_words() {{ mapfile -t COMPREPLY < <(compgen -W "$1" -- "$word"); }}
 _{0}_files() {{ mapfile -t COMPREPLY < <(compgen -f -- "$word"); }}
@@ -285,7 +301,7 @@ _{0}() {{
 }}
 complete -o filenames -F _{0} {0}
 )",
-                     program, fmt::join(of_program, " "), fmt::join(names, " "), values, options, positionals);
+      program, fmt::join(of_program, " "), fmt::join(names, " "), values, options, positionals);
 }
 
 }  // namespace grapnel::app

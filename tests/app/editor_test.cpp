@@ -1,4 +1,5 @@
-// Every shipped YAML file begins with the line by which editors find its schema, and schemas/ holds what `grapnel schema` prints.
+// Every shipped YAML file begins with the line by which editors find its schema, and schemas/ holds what `grapnel
+// schema` prints.
 #include <gmock/gmock.h>
 
 #include <filesystem>

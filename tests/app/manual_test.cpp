@@ -1,4 +1,5 @@
-// The manual page, its Markdown and bash's completions have every command and option that `--help` has, and work where they are read.
+// The manual page, its Markdown and bash's completions have every command and option that `--help` has, and work where
+// they are read.
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -20,13 +21,14 @@ class Manual : public ProgramRun {
     const std::regex expression(pattern);
     std::istringstream lines(text);
     for (std::string line; std::getline(lines, line);) {
-      for (std::sregex_iterator at(line.begin(), line.end(), expression), end; at != end; ++at) words.push_back((*at)[1]);
+      for (std::sregex_iterator at(line.begin(), line.end(), expression), end; at != end; ++at)
+        words.push_back((*at)[1]);
     }
     return words;
   }
   std::vector<std::string> commands() const {
     const std::string help = run("--help").out;
-    return found(help.substr(help.find("Subcommands:")), "^  ([a-z]+) ");
+    return found(help.substr(help.find("Subcommands:")), "^  ([a-z]+)[ ,]");
   }
   std::vector<std::string> options(const std::string& command) const {
     const std::string help = run(command + " --help").out;
@@ -37,8 +39,10 @@ class Manual : public ProgramRun {
     std::string line;
     for (const std::string& word : words) line += "'" + word + "' ";
     const fs::path out = folder_ / "completed";
-    const std::string script = "cd '" + folder_.string() + "' && bash --norc -c '. ./grapnel.bash; COMP_WORDS=(\"$@\"); "
-                               "COMP_CWORD=$(($# - 1)); _grapnel; printf \"%s\\n\" \"${COMPREPLY[@]}\"' - " + line + "> '" + out.string() + "'";
+    const std::string script = "cd '" + folder_.string() +
+                               "' && bash --norc -c '. ./grapnel.bash; COMP_WORDS=(\"$@\"); "
+                               "COMP_CWORD=$(($# - 1)); _grapnel; printf \"%s\\n\" \"${COMPREPLY[@]}\"' - " +
+                               line + "> '" + out.string() + "'";
     EXPECT_EQ(std::system(script.c_str()), 0) << script;
     std::istringstream lines(read_text(out));
     std::set<std::string> offered;
@@ -64,7 +68,8 @@ TEST_F(Manual, HasEveryCommandAndOption) {
     const std::size_t from = markdown.out.find("## grapnel " + command + "\n");
     const std::string of_markdown = markdown.out.substr(from, markdown.out.find("\n## ", from + 1) - from);
     for (const std::string& option : options(command)) {
-      EXPECT_THAT(part, ::testing::HasSubstr("\\fB" + std::regex_replace(option, std::regex("-"), "\\-") + "\\fR")) << command;
+      EXPECT_THAT(part, ::testing::HasSubstr("\\fB" + std::regex_replace(option, std::regex("-"), "\\-") + "\\fR"))
+          << command;
       EXPECT_THAT(of_markdown, ::testing::HasSubstr("`" + option + "`")) << command;
       ++options_seen;
     }
@@ -78,7 +83,9 @@ TEST_F(Manual, IsReadByManWithoutWarnings) {
   ASSERT_EQ(run("manual > page").code, 0);
   write("page", run("manual").out);
   const fs::path said = folder_ / "said";
-  ASSERT_EQ(std::system(("groff -man -Tutf8 -ww -z '" + (folder_ / "page").string() + "' 2> '" + said.string() + "'").c_str()), 0);
+  ASSERT_EQ(std::system(
+                ("groff -man -Tutf8 -ww -z '" + (folder_ / "page").string() + "' 2> '" + said.string() + "'").c_str()),
+            0);
   EXPECT_EQ(read_text(said), "");
 }
 
@@ -91,7 +98,8 @@ TEST_F(Manual, CompletesCommandsOptionsValuesAndFiles) {
   EXPECT_THAT(completed({"grapnel", "swe"}), ::testing::ElementsAre("sweep"));
   for (const std::string& command : all) {
     const std::set<std::string> offered = completed({"grapnel", command, "--"});
-    for (const std::string& option : options(command)) EXPECT_TRUE(offered.contains(option)) << command << ' ' << option;
+    for (const std::string& option : options(command))
+      EXPECT_TRUE(offered.contains(option)) << command << ' ' << option;
   }
   EXPECT_THAT(completed({"grapnel", "figure", "results", "--view", ""}), ::testing::ElementsAre("iso", "x", "y", "z"));
   EXPECT_THAT(completed({"grapnel", "envelope", "-o", ""}), ::testing::ElementsAre("results"));  // an alias
