@@ -88,6 +88,8 @@ struct Field {
   /// Of numbers, in magnitude, where the unit's own limit does not do.
   double largest = std::numeric_limits<double>::quiet_NaN();
   std::size_t least_items = 0, most_items = 0;  ///< of lists and mappings; 0: any number
+  /// Its numbers have the unit of what other keys say, such as a path; of files that are read.
+  bool has_any_unit = false;
   /// What messages call the value, "a list of names"; of alternatives each of them, "; " between. Empty: by the type.
   std::string_view title = {};
 
@@ -134,6 +136,11 @@ struct Field {
   constexpr Field items(std::size_t least, std::size_t most) const {
     Field f = *this;
     f.least_items = least, f.most_items = most;
+    return f;
+  }
+  constexpr Field in_any_unit() const {
+    Field f = *this;
+    f.has_any_unit = true;
     return f;
   }
   constexpr Field called(std::string_view name) const {
