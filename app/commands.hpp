@@ -114,4 +114,12 @@ int print_schema(const SchemaOptions& options);
 int export_result(const std::filesystem::path& folder, bool csv, bool mat, bool glb);
 int info(const std::filesystem::path& robot);
 
+struct InitOptions {
+  std::string name = "single-arm";
+  std::filesystem::path output;  // empty: named after the template, here
+  bool list = false;             // what is ready-made
+};
+/// Writes a scenario, a campaign or a robot to begin with. A file that is there is left alone: bad input.
+int init(const InitOptions& options);
+
 }  // namespace grapnel::app

@@ -124,8 +124,10 @@ struct Described<CaptureProblem> {
       version_key("constant grapnel-scenario/1"),
       field<&T::name>("name", "", "Shown in results.").required(),
       description_key(),
-      field<&T::robot>(&robot_description, "robot",
-                       "The robot: a robot file, its path relative to this file, or the content of one.")
+      field<&T::robot>(
+          &robot_description, "robot",
+          "The robot: the name of a ready-made one, the path of a robot file relative to this file, or the "
+          "content of one.")
           .as("robot")
           .required(),
       field<&T::gravity>("gravity", "m/s^2", "Uniform gravity in W, for ground test beds."),

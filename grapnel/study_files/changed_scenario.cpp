@@ -6,6 +6,7 @@
 
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/problem/captured_model.hpp"
+#include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/scenario/forms.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/sections.hpp"
@@ -44,7 +45,7 @@ void move_path(const std::filesystem::path& scenario, const std::filesystem::pat
 void include_robot(Node& root, const std::filesystem::path& scenario, const ScenarioFiles& files) {
   Node* robot = root.find("robot");
   if (!robot || !is_text(*robot)) return;
-  const std::filesystem::path path = path_beside(scenario, robot->text);
+  const std::filesystem::path path = robot_path(scenario, robot->text);
   const auto file = files.find(path);
   if (!file) return;
   *robot = file->tree;
@@ -55,13 +56,19 @@ Node changed_tree(const std::filesystem::path& scenario, std::span<const Change>
   Node root = files.find(scenario)->tree;
   FaultList unexpected;  // the changes have been applied before
   std::filesystem::path robot_file;
-  for (const Change& change : changes) {
+  std::set<std::string, std::less<>> targets;
+  apply_changes(root, changes, targets, unexpected, [&](const Change& change) {
     Node* robot = root.find("robot");
     if (is_inside_robot(change) && robot && is_text(*robot)) {
-      const std::filesystem::path path = path_beside(scenario, robot->text);
+      const std::filesystem::path path = robot_path(scenario, robot->text);
       if (const auto file = files.find(path)) *robot = file->tree, robot_file = path;
     }
-    apply_change(root, change, unexpected);
+    return true;
+  });
+  // What is written back stands in the target itself.
+  include_targets(root, targets, unexpected);
+  if (Node* list = root.find("targets")) {
+    for (Node& target : list->items) drop(target, "ready_made");
   }
   if (Node* robot = root.find("robot"); robot && !robot_file.empty()) {
     for (Node* mesh : mesh_file_nodes(*robot)) move_path(robot_file, scenario, mesh);
@@ -86,7 +93,8 @@ std::string changed_scenario_text(const std::filesystem::path& scenario, Node tr
                                   const CaptureProblem& after, const std::filesystem::path& place,
                                   const std::string& suffix, const std::string& comment) {
   write_back(before, after, tree);
-  move_path(scenario, place, tree.find("robot"));
+  if (Node* robot = tree.find("robot"); robot && !find_ready_made(ReadyMade::Kind::robots, robot->text))
+    move_path(scenario, place, robot);
   for (Node* mesh : mesh_file_nodes(tree)) move_path(scenario, place, mesh);
   if (Node* approach = tree.find("approach")) move_path(scenario, place, approach->find("trajectory"));
   if (Node* name = tree.find("name")) {
