@@ -6,6 +6,7 @@
 #include "grapnel/describe/contract.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/report/gltf_export.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/json_document.hpp"
@@ -179,9 +180,32 @@ void print_bodies(const Model& model) {
   }
 }
 
+// A target by itself, read as that of a scenario in which it rests.
+int print_target(const ReadyMade& ready_made) {
+  const TargetSetup target = load_ready_made_target(ready_made.name);
+  const Vector3d& c = target.com;
+  const Symmetric3d& I = target.inertia;
+  to_stdout("{}: {}\n", ready_made.name, ready_made.description());
+  to_stdout("mass {:.6g} kg\n", target.mass);
+  to_stdout("  centre of mass     [{:.6g}, {:.6g}, {:.6g}] m\n", c[0], c[1], c[2]);
+  to_stdout("  inertia about it   xx {:.6g}, yy {:.6g}, zz {:.6g}, xy {:.6g}, xz {:.6g}, yz {:.6g} kg m^2\n", I.xx,
+            I.yy, I.zz, I.xy, I.xz, I.yz);
+  to_stdout("\n{:<22}position in its frame [m]\n", "grasp point");
+  for (const GraspPoint& point : target.grasp_points) {
+    const Vector3d& p = point.X_TG.p;
+    to_stdout("{:<22}[{:.6g}, {:.6g}, {:.6g}]\n", point.name, p[0], p[1], p[2]);
+  }
+  return kDone;
+}
+
 }  // namespace
 
 int info(const std::filesystem::path& file) {
+  std::error_code unknown;
+  if (!std::filesystem::exists(file, unknown)) {
+    if (const ReadyMade* target = find_ready_made(ReadyMade::Kind::targets, file.string()))
+      return print_target(*target);
+  }
   try {
     CaptureProblem problem;
     std::vector<Fault> warnings;

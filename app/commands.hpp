@@ -126,4 +126,12 @@ struct ImportCommandOptions {
 };
 int import_robot_file(const ImportCommandOptions& options);
 
+struct InitOptions {
+  std::string name = "single-arm";
+  std::filesystem::path output;  // empty: named after the template, here
+  bool list = false;             // what is ready-made
+};
+/// Writes a scenario, a campaign or a robot to begin with. A file that is there is left alone: bad input.
+int init(const InitOptions& options);
+
 }  // namespace grapnel::app

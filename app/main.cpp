@@ -167,9 +167,20 @@ int main(int argc, char** argv) {
   formats->require_option(1, 3);
   export_command->callback([&] { code = export_result(folder, csv, mat, glb); });
 
+  InitOptions init_options;
+  CLI::App* init_command =
+      app.add_subcommand("init", "Write a commented scenario to begin with, or list what is ready-made");
+  auto* template_name = init_command->add_option(
+      "name", init_options.name, "single-arm, dual-arm, closed-loop, campaign or robot (default: single-arm)");
+  init_command->add_option("-o,--output", init_options.output, "File (default: NAME.yaml)");
+  init_command->add_flag("--list", init_options.list, "Print ready-made robots and targets, and what can be written")
+      ->excludes(template_name);
+  init_command->callback([&] { code = init(init_options); });
+
   std::string robot;
   CLI::App* info_command = app.add_subcommand("info", "Mass, centre of mass, composite inertia and reach of a robot");
-  info_command->add_option("robot", robot, "Robot file (YAML), or a model in URDF or MJCF")->required();
+  info_command->add_option("robot", robot, "Robot file (YAML), a model in URDF or MJCF, or the name of a ready-made robot or target")
+      ->required();
   info_command->callback([&] { code = info(robot); });
 
   ImportCommandOptions import_options;

@@ -89,6 +89,8 @@ struct Field {
   double largest = std::numeric_limits<double>::quiet_NaN();
   std::size_t least_items = 0, most_items = 0;  ///< of lists and mappings; 0: any number
   bool is_one_or_list = false;                  ///< of structures, in scenarios and robots: one may stand alone
+  /// Its numbers have the unit of what other keys say, such as a path; of files that are read.
+  bool has_any_unit = false;
   /// What messages call the value, "a list of names"; of alternatives each of them, "; " between. Empty: by the type.
   std::string_view title = {};
 
@@ -141,6 +143,11 @@ struct Field {
   constexpr Field one_or_list(std::string_view titles) const {
     Field f = *this;
     f.is_one_or_list = true, f.title = titles;
+    return f;
+  }
+  constexpr Field in_any_unit() const {
+    Field f = *this;
+    f.has_any_unit = true;
     return f;
   }
   constexpr Field called(std::string_view name) const {

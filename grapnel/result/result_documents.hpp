@@ -31,7 +31,7 @@ const Type& type_of<SceneDocument>();
 /// differ between places.
 struct SourceTexts {
   struct File {
-    std::string part;  // "scenario", "robot", "bus", "trajectory"
+    std::string part;  // "scenario", "robot", "bus", "target NAME" of a ready-made one, "trajectory"
     std::string text;  // empty where the file is larger than kLargestText
     std::size_t bytes = 0;
   };

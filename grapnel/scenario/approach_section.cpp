@@ -332,6 +332,11 @@ class ApproachReader {
     const NodeEntry* match = rates ? rates->entry("match") : nullptr;
     if (match && !reading_.root.entry("grasps"))
       faults_.add(match->mark, "approach.final_rates.match needs 'grasps': there is no motion to match");
+    if (approach_.tracking.noise) {
+      const Field& position = *field_named(type_of<TrackingNoise>(), "position");
+      check_units(part(part(part(node_, "tracking"), "noise"), "position"), position.unit,
+                  "approach.tracking.noise.position", robot_, faults_);
+    }
     const Node& waypoints = part(node_, "waypoints");
     for (std::size_t i = 0; i < waypoints.items.size() && !faults_.full(); ++i)
       check_places(part(waypoints.items[i], "end_effectors"), item("approach.waypoints", i));

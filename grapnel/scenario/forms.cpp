@@ -9,6 +9,7 @@
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "grapnel/text/units.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
@@ -226,11 +227,22 @@ Json pairs_schema(const Field&, const TypeReference&) {
 Json load_table_schema(const Field&, const TypeReference&) {
   return {{"type", "array"}, {"items", numbers_schema(7, {})}};
 }
+// A unit, if the number was written with one, is that of its column.
+void check_column_unit(const Node& number, std::size_t column, const ValueToRead& at) {
+  const unsigned wanted = column == 0 ? 1 : column < 4 ? 2 : 3;
+  if (number.unit == 0 || number.unit == Node::kRefusedUnit || number.unit == wanted || column > 6) return;
+  const std::vector<std::string_view> units = units_of_place(at.field.unit);
+  at.scope.faults.add(number.mark, fmt::format("{}: number {} of a row is in {}; expected {}", at.name(), column + 1,
+                                               units.at(number.unit - 1u), expected_of(units.at(wanted - 1))));
+}
 void read_load_table(const ValueToRead& at) {
   LoadProfile& profile = *static_cast<LoadProfile*>(at.owner);
   for (const Node& item : at.node.items) {
     std::vector<double> row;
-    for (const Node& entry : item.items) row.push_back(number_of(entry).value_or(0));
+    for (const Node& entry : item.items) {
+      check_column_unit(entry, row.size(), at);
+      row.push_back(number_of(entry).value_or(0));
+    }
     const bool is_row = row.size() == 7;  // else it has been reported
     row.resize(7);
     profile.times.push_back(is_row ? row[0] : NAN);

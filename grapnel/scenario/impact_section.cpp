@@ -5,6 +5,7 @@
 
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "grapnel/text/units.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
@@ -230,12 +231,31 @@ class ReleaseNames {
   bool doubtful_ = false;
 };
 
+// The units of stiffness and damping follow from the model; `wanted` is which of those stated for the key, from 1.
+void check_contact_unit(const Node& contact, const char* key, unsigned wanted, const std::string& model,
+                        FaultList& faults) {
+  const Node& value = part(contact, key);
+  if (value.unit == 0 || value.unit == Node::kRefusedUnit || value.unit == wanted) return;
+  const auto units = units_of_place(field_named(type_of<ContactComplianceSetup>(), key)->unit);
+  faults.add(value.mark, fmt::format("impact.contact.{} is in {}; of model {} it is in {}", key,
+                                     units.at(value.unit - 1u), model, units.at(wanted - 1)));
+}
+void check_contact_units(const Node& node, const ContactComplianceSetup& contact, FaultList& faults) {
+  const std::string model = name_of(contact.model);
+  const bool depends = model == "hunt_crossley";
+  const bool linear = model == "kelvin_voigt" || (depends && contact.exponent == 1);
+  const bool hertz = model == "hertz" || (depends && contact.exponent == 1.5);
+  check_contact_unit(node, "stiffness", linear ? 1 : hertz ? 2 : 3, model, faults);
+  check_contact_unit(node, "damping", depends ? 2 : 1, model, faults);
+}
+
 }  // namespace
 
 void finish_impact(Reading& reading) {
   if (!reading.problem.impact) return;
   const ImpactSetup& impact = *reading.problem.impact;
   const Node& node = part(reading.root, "impact");
+  check_contact_units(part(node, "contact"), impact.contact, reading.faults);
   const NodeEntry* angular = part(node, "restitution").entry("angular");
   if (angular && impact.law != Law::bilateral_restitution && impact.law != Law::plastic) {
     reading.faults.add(

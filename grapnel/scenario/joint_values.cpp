@@ -10,6 +10,7 @@
 
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "grapnel/text/units.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
@@ -21,23 +22,25 @@ std::string names_of(const std::vector<JointDescription>& joints) {
   return some_of(names);
 }
 
-// Calls visit(joint index, value, place, path) for every number that belongs to a joint.
+// Calls visit(joint index, node, path) for all that belongs to a joint.
 template <class Visit>
-void for_each_value(const Node& node, const std::string& path, const ReadRobot& robot, Visit visit) {
+void for_each_node(const Node& node, const std::string& path, const ReadRobot& robot, Visit visit) {
   if (node.is_sequence() && robot.order_known && node.items.size() == robot.joints.size()) {
-    for (std::size_t i = 0; i < node.items.size(); ++i) {
-      if (const auto value = number_of(node.items[i])) {
-        visit(i, *value, node.items[i].mark,
-              fmt::format("{} (joint {})", item(path, i), in_quotes(robot.joints[i].name)));
-      }
-    }
+    for (std::size_t i = 0; i < node.items.size(); ++i)
+      visit(i, node.items[i], fmt::format("{} (joint {})", item(path, i), in_quotes(robot.joints[i].name)));
   }
   for (const NodeEntry& entry : node.entries) {
     const auto it = robot.joint_index.find(entry.key);
-    const auto value = number_of(entry.value);
-    if (it != robot.joint_index.end() && value)
-      visit(it->second, *value, entry.value.mark, below(path, shortened(entry.key)));
+    if (it != robot.joint_index.end()) visit(it->second, entry.value, below(path, shortened(entry.key)));
   }
+}
+
+// Calls visit(joint index, value, place, path) for every number that belongs to a joint.
+template <class Visit>
+void for_each_value(const Node& node, const std::string& path, const ReadRobot& robot, Visit visit) {
+  for_each_node(node, path, robot, [&](std::size_t joint, const Node& one, const std::string& name) {
+    if (const auto value = number_of(one)) visit(joint, *value, one.mark, name);
+  });
 }
 
 // "; 30 degrees are 0.523598776" where an angle is larger than a turn and would be within the limits as degrees.
@@ -96,27 +99,53 @@ std::optional<std::vector<double>> joint_values_of(const Node& node, const std::
   return values;
 }
 
-void check_position_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
-  for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
-    const JointLimits& limits = robot.joints[i].limits;
-    if (is_within(limits, value, false)) {
-      if (turns_about_axis(robot.joints[i].type)) doubt_angle(value, mark, name, faults);
-      return;
-    }
-    faults.add(mark, fmt::format("{} is {}, beyond the joint's limits {} to {}{}", name, value, limits.lower,
-                                 limits.upper, degrees_advice(robot.joints[i], value)));
+// A unit that does not fit has been reported, and so have numbers that are none. Who writes a unit has thought of it.
+template <class Visit>
+void for_each_fitting(const Node& node, const std::string& path, const ReadRobot& robot, Visit visit) {
+  for_each_node(node, path, robot, [&](std::size_t i, const Node& one, const std::string& name) {
+    const auto value = number_of(one);
+    const int of_joint = slides_along_axis(robot.joints[i].type) ? 2 : 1;
+    if (value && (one.unit == 0 || one.unit == of_joint)) visit(i, *value, one.mark, name, one.unit != 0);
   });
 }
 
+void check_position_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
+  for_each_fitting(
+      node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name, bool has_unit) {
+        const JointLimits& limits = robot.joints[i].limits;
+        if (is_within(limits, value, false)) {
+          if (turns_about_axis(robot.joints[i].type) && !has_unit) doubt_angle(value, mark, name, faults);
+          return;
+        }
+        faults.add(mark, fmt::format("{} is {}, beyond the joint's limits {} to {}{}", name, value, limits.lower,
+                                     limits.upper, has_unit ? "" : degrees_advice(robot.joints[i], value)));
+      });
+}
+
 void check_rate_limits(const Node& node, const std::string& path, const ReadRobot& robot, FaultList& faults) {
-  for_each_value(node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name) {
-    if (is_within(robot.joints[i].limits, value, true)) {
-      if (turns_about_axis(robot.joints[i].type)) doubt_angular_rate(value, mark, name, faults);
-      return;
-    }
-    faults.add(mark,
-               fmt::format("{} is {}, beyond the joint's rate limit {}", name, value, robot.joints[i].limits.rate));
-  });
+  for_each_fitting(
+      node, path, robot, [&](std::size_t i, double value, const Mark& mark, const std::string& name, bool has_unit) {
+        if (is_within(robot.joints[i].limits, value, true)) {
+          if (turns_about_axis(robot.joints[i].type) && !has_unit) doubt_angular_rate(value, mark, name, faults);
+          return;
+        }
+        faults.add(mark,
+                   fmt::format("{} is {}, beyond the joint's rate limit {}", name, value, robot.joints[i].limits.rate));
+      });
+}
+
+// Gains of tracking by computed torque have one unit whatever the joints do, the third that is stated.
+void check_gain_units(const Node& node, std::string_view stated, const std::string& path, bool of_accelerations,
+                      const ReadRobot& robot, FaultList& faults) {
+  if (!of_accelerations) return check_units(node, stated, path, robot, faults);
+  const auto check = [&](const Node& one, const std::string& name) {
+    if (one.unit == 0 || one.unit == Node::kRefusedUnit || one.unit == 3) return;
+    const std::vector<std::string_view> units = units_of_place(stated);
+    faults.add(one.mark, fmt::format("{} is in {}; with mode computed_torque gains are in {}", name,
+                                     units.at(one.unit - 1u), units.at(2)));
+  };
+  if (node.is_scalar()) check(node, path);
+  for_each_node(node, path, robot, [&](std::size_t, const Node& one, const std::string& name) { check(one, name); });
 }
 
 // ---- Forms ----
@@ -154,6 +183,10 @@ void read_values(const ValueToRead& at) {
   const std::string name = at.name();
   at.into<std::vector<double>>() =
       joint_values_of(at.node, name, *at.scope.robot, absent, at.scope.faults).value_or(std::vector<double>{});
+  const bool of_tracking = units_of_place(at.field.unit).size() == 3;  // whose gains depend on its mode
+  const bool of_accelerations =
+      of_tracking && static_cast<const TrackingSetup*>(at.owner)->mode == JointControl::computed_torque;
+  check_gain_units(at.node, at.field.unit, name, of_accelerations, *at.scope.robot, at.scope.faults);
   if (limits == Limits::position) check_position_limits(at.node, name, *at.scope.robot, at.scope.faults);
   if (limits == Limits::rate) check_rate_limits(at.node, name, *at.scope.robot, at.scope.faults);
 }
@@ -254,6 +287,10 @@ void read_series(const ValueToRead& at) {
     const auto numbers = one->is_sequence() ? numbers_in(*one) : std::nullopt;
     series.push_back(numbers.value_or(std::vector<double>{}));  // else reported by the schema
   }
+  for_each_node(at.node, at.name(), *at.scope.robot, [&](std::size_t j, const Node& one, const std::string& name) {
+    for (std::size_t i = 0; i < one.items.size(); ++i)
+      check_unit(one.items[i], at.field.unit, at.scope.robot->joints[j], item(name, i), at.scope.faults);
+  });
 }
 
 const Form kJointForms[] = {
@@ -273,6 +310,31 @@ std::span<const Form> joint_value_forms() { return kJointForms; }
 
 bool is_within(const JointLimits& limits, double value, bool is_rate) {
   return is_rate ? std::abs(value) <= limits.rate : value >= limits.lower && value <= limits.upper;
+}
+
+void check_unit(const Node& value, std::string_view stated, const JointDescription& joint, const std::string& name,
+                FaultList& faults) {
+  const bool slides = slides_along_axis(joint.type);
+  const unsigned of_joint = slides ? 2 : 1;
+  const std::vector<std::string_view> units = units_of_place(stated);
+  if (value.unit == 0 || value.unit == Node::kRefusedUnit || value.unit == of_joint || units.size() < 2) return;
+  faults.add(value.mark,
+             fmt::format("{} is in {}, but joint {} {}: expected {}", name, units.at(value.unit - 1u),
+                         in_quotes(joint.name), slides ? "slides" : "turns", expected_of(units.at(of_joint - 1))));
+}
+
+void check_units(const Node& values, std::string_view stated, const std::string& path, const ReadRobot& robot,
+                 FaultList& faults) {
+  if (!values.is_scalar()) {
+    for_each_node(values, path, robot, [&](std::size_t j, const Node& one, const std::string& name) {
+      check_unit(one, stated, robot.joints[j], name, faults);
+    });
+    return;
+  }
+  const std::size_t before = faults.size();
+  for (const JointDescription& joint : robot.joints) {
+    if (faults.size() == before) check_unit(values, stated, joint, path, faults);
+  }
 }
 
 std::vector<const Node*> joint_nodes(const Node& node, const ReadRobot& robot) {

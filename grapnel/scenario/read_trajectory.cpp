@@ -299,7 +299,7 @@ class TrajectoryReader {
   CommentedHeader commented_header_;
   SampledMotion motion_;
   const std::size_t before_ = faults_.size();
-  Node scratch_{Node::Kind::scalar, {}, {}, true, {}, {}};
+  Node scratch_{Node::Kind::scalar, {}, {}, true, 0, {}, {}};
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -342,6 +343,19 @@ void finish_base(const Node& node, const std::string& path, ReadRobot& robot, Fa
   doubt_body(node, path, base, setup, faults);
 }
 
+// Values with units that a joint of this kind does not have, in its mapping and below.
+void check_joint_units(const Node& node, const Type& keys, const JointDescription& joint, const std::string& path,
+                       FaultList& faults) {
+  for (const Field& field : keys.fields) {
+    const Node* value = node.find(field.key);
+    if (!value) continue;
+    if (field.type().kind == Type::Kind::structure)
+      check_joint_units(*value, field.type(), joint, below(path, field.key), faults);
+    else
+      check_unit(*value, field.unit, joint, below(path, field.key), faults);
+  }
+}
+
 void finish_link(const Node& node, const std::string& path, BodyDescription& link, ReadRobot& robot,
                  FaultList& faults) {
   robot.links.add_from(node, path, faults);
@@ -351,6 +365,7 @@ void finish_link(const Node& node, const std::string& path, BodyDescription& lin
   if (!(limits.lower <= limits.upper)) limits.lower = -JointLimits{}.upper, limits.upper = JointLimits{}.upper;
   const auto type = value_named<JointType>(text_at(joint, "type"));
   if (!type) robot.types_known = false;
+  if (type) check_joint_units(joint, type_of<JointKeys>(), link.joint, below(path, "joint"), faults);
   if (type && link.joint.type == JointType::fixed) robot.fixed_joints.insert(link.joint.name);
   doubt_body(node, path, link, robot.setup, faults);
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
@@ -98,6 +99,26 @@ std::optional<Node> read_tree(const std::filesystem::path& path, FileKind kind, 
   return tree;
 }
 
+Node tree_of(const ReadyMade& one) {
+  FaultList none;  // tests read all of them
+  return *parse_document(std::string(one.text), std::make_shared<const std::string>(one.source()), none);
+}
+
+// The tree of a robot that is part of the program, with its bytes added to `hashed`. Empty after a fault.
+std::optional<Node> ready_made_robot(const Node& named, std::string& hashed, ScenarioFiles& files, FaultList& faults) {
+  const ReadyMade* found = find_ready_made(ReadyMade::Kind::robots, named.text);
+  if (!found) {
+    faults.add(named.mark, no_ready_made(ReadyMade::Kind::robots, named.text) +
+                               " (a robot file is named with its ending, such as robot.yaml)");
+    return {};
+  }
+  hashed += found->text;
+  if (const auto kept = files.find(found->source())) return kept->tree;
+  Node tree = tree_of(*found);
+  files.keep(found->source(), {std::string(found->text), {}, tree});
+  return tree;
+}
+
 // Scenario and robot as trees, while the pieces come together.
 class Loader {
  public:
@@ -112,16 +133,18 @@ class Loader {
     if (!scenario) faults_.throw_if_any();
 
     for (const Change& change : changes) bytes_of_overrides_ += override_text({change.path, change.text}) + "\n";
-    for (const Change& change : import_first(*scenario, changes)) {
+    std::set<std::string, std::less<>> targets;  // that are ready-made
+    apply_changes(*scenario, import_first(*scenario, changes), targets, faults_, [&](const Change& change) {
       const bool inside_robot = (change.path.starts_with("robot.") || change.path.starts_with("robot[")) &&
                                 !changes_import(*scenario, change);
       if (inside_robot) include_robot(*scenario, robot_bytes);
-      if (inside_robot && robot_unreadable_) continue;
+      if (inside_robot && robot_unreadable_) return false;
       set_inside_robot_ = set_inside_robot_ || inside_robot;
       if (change.path == "robot") forget_robot(robot_bytes);
-      apply_change(*scenario, change, faults_);
-    }
+      return true;
+    });
     include_robot(*scenario, robot_bytes);
+    include_targets(*scenario, targets, faults_);
 
     std::string trajectory_bytes;
     const auto trajectory = read_trajectory_file(*scenario, trajectory_bytes);
@@ -144,9 +167,13 @@ class Loader {
       faults_.throw_if_any();
       *warnings = sorted_faults(faults_.warnings());
     }
-    problem.sha256 = sha256(bytes + robot_bytes + trajectory_bytes + bytes_of_meshes_ + bytes_of_overrides_);
+    std::string target_bytes;
+    for (const std::string& name : targets) target_bytes += find_ready_made(ReadyMade::Kind::targets, name)->text;
+    problem.sha256 =
+        sha256(bytes + robot_bytes + target_bytes + trajectory_bytes + bytes_of_meshes_ + bytes_of_overrides_);
     if (!imported_) robot_texts_.emplace_back("robot", robot_bytes);
-    problem.source = source_texts(text_at(*scenario, "description"), bytes, robot_texts_, trajectory_bytes, changes);
+    problem.source =
+        source_texts(text_at(*scenario, "description"), bytes, robot_texts_, targets, trajectory_bytes, changes);
     return problem;
   }
 
@@ -154,7 +181,9 @@ class Loader {
   using RobotTexts = std::vector<std::pair<std::string, std::string>>;  // "robot" or "bus", and the text
 
   static std::shared_ptr<const SourceTexts> source_texts(std::string description, const std::string& scenario,
-                                                         const RobotTexts& robot, const std::string& trajectory,
+                                                         const RobotTexts& robot,
+                                                         const std::set<std::string, std::less<>>& targets,
+                                                         const std::string& trajectory,
                                                          std::span<const Change> changes) {
     SourceTexts texts;
     texts.description = std::move(description);
@@ -162,6 +191,8 @@ class Loader {
     for (const auto& [part, text] : robot) {
       if (!text.empty()) texts.add(part, text);
     }
+    for (const std::string& name : targets)
+      texts.add("target " + name, std::string(find_ready_made(ReadyMade::Kind::targets, name)->text));
     if (!trajectory.empty()) texts.add("trajectory", trajectory);
     for (const Change& change : changes) texts.settings.push_back(change.path + "=" + change.text);
     return std::make_shared<const SourceTexts>(std::move(texts));
@@ -185,8 +216,10 @@ class Loader {
     }
     if (!is_text(*named) || named->text.empty()) return;
     const std::size_t before = faults_.size();
-    robot_path_ = path_beside(path_, named->text);
-    auto tree = read_tree(robot_path_, FileKind::robot, named->mark, robot_bytes, files_, faults_, named->text);
+    robot_path_ = robot_path(path_, named->text);
+    auto tree = means_ready_made_robot(*named)
+                    ? ready_made_robot(*named, robot_bytes, files_, faults_)
+                    : read_tree(robot_path_, FileKind::robot, named->mark, robot_bytes, files_, faults_, named->text);
     robot_unreadable_ = !tree;
     if (!tree) {
       if (faults_.size() == before) faults_.add(named->mark, "the robot file cannot be read");
@@ -215,6 +248,13 @@ class Loader {
                                                  counted(robot->decisions.size(), "decision")));
     place = robot->tree;
     included_ = true;
+  }
+
+  // A name without dot and slash, unless only a file is called so.
+  bool means_ready_made_robot(const Node& named) const {
+    std::error_code unknown;
+    return is_ready_made_name(named.text) &&
+           (find_ready_made(ReadyMade::Kind::robots, named.text) || !std::filesystem::exists(robot_path_, unknown));
   }
 
   // Checks the robot by itself and leaves a path in its place. What is wrong with it must not hide faults of the rest.
@@ -277,6 +317,35 @@ std::optional<Node> read_robot_tree(const std::filesystem::path& path, const Mar
   return read_tree(path, FileKind::robot, blame, hashed, files, faults, named);
 }
 
+std::filesystem::path robot_path(const std::filesystem::path& scenario, const std::string& named) {
+  const ReadyMade* found = find_ready_made(ReadyMade::Kind::robots, named);
+  return found ? std::filesystem::path(found->source()) : path_beside(scenario, named);
+}
+
+void include_targets(Node& scenario, std::set<std::string, std::less<>>& used, FaultList& faults) {
+  Node* const list = scenario.find("targets");
+  if (!list) return;
+  for (Node& target : list->items) {
+    const Node* const named = target.find("ready_made");
+    if (!named || !is_text(*named) || named->text.empty()) continue;
+    const ReadyMade* found = find_ready_made(ReadyMade::Kind::targets, named->text);
+    Node tree;
+    if (found) {
+      used.emplace(found->name);
+      tree = tree_of(*found);
+    } else {
+      // What lacks for that is no further fault.
+      faults.add(named->mark, no_ready_made(ReadyMade::Kind::targets, named->text));
+      tree.entries.push_back({"mass", named->mark, number_node(1, named->mark)});
+      tree.entries.push_back({"inertia", named->mark, list_node(std::vector<double>{1, 1, 1}, named->mark)});
+    }
+    for (NodeEntry& entry : tree.entries) {
+      if (entry.key != "schema" && entry.key != "description" && !target.find(entry.key))
+        target.entries.push_back(std::move(entry));
+    }
+  }
+}
+
 std::filesystem::path path_beside(const std::filesystem::path& file, const std::string& named) {
   const std::filesystem::path path = file.parent_path() / named;
   const std::filesystem::path shorter = path.lexically_normal();
@@ -333,6 +402,30 @@ RobotSetup robot_of_tree(Node tree, const std::filesystem::path& path, ScenarioF
 
 }  // namespace
 
+TargetSetup load_ready_made_target(std::string_view name, std::vector<Fault>* warnings) {
+  FaultList faults;
+  const ReadyMade* found = find_ready_made(ReadyMade::Kind::targets, name);
+  if (!found) faults.add({}, no_ready_made(ReadyMade::Kind::targets, name));
+  faults.throw_if_any();
+  Node tree = tree_of(*found);
+  std::erase_if(tree.entries, [](const NodeEntry& e) { return e.key == "schema" || e.key == "description"; });
+  Node state;
+  state.kind = Node::Kind::mapping, state.mark = tree.mark;
+  state.entries.push_back({"position", tree.mark, list_node(std::vector<double>{0, 0, 0}, tree.mark)});
+  tree.entries.push_back({"state", tree.mark, std::move(state)});
+  const Type& type = targets_description().of();
+  const auto schema = schema_of(type, "target");
+  check_structure(tree, schema, "the target", faults);
+  fill_defaults(tree, schema);
+  const Meshes no_meshes;
+  TargetSetup target;
+  read_members(tree, type, {}, &target, {faults, no_meshes});
+  doubt_inertia(tree, {}, target.mass, target.com, target.inertia, target.geometry, faults);
+  faults.throw_if_any();
+  if (warnings) *warnings = sorted_faults(faults.warnings());
+  return target;
+}
+
 RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* warnings) {
   FaultList faults;
   ScenarioFiles files;
@@ -342,7 +435,13 @@ RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* war
   } else {
     std::string bytes;
     const Mark blame{std::make_shared<const std::string>(path.string()), 0, 0};
-    tree = read_tree(path, FileKind::robot, blame, bytes, files, faults);
+    // By its name, where there is no such file.
+    std::error_code error;
+    const bool is_name = is_ready_made_name(path.string()) && !std::filesystem::exists(path, error);
+    Node named;
+    named.text = path.string(), named.mark = blame;
+    tree = is_name ? ready_made_robot(named, bytes, files, faults)
+                   : read_tree(path, FileKind::robot, blame, bytes, files, faults);
   }
   if (!tree) faults.throw_if_any();
   return robot_of_tree(std::move(*tree), path, files, faults, warnings);

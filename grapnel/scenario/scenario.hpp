@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "grapnel/problem/capture_problem.hpp"
@@ -16,14 +17,21 @@
 namespace grapnel {
 
 /// Reads a scenario and the robot and trajectory files it names, applies the overrides in order, and checks everything.
-/// CaptureProblem::sha256 is that of the scenario file's bytes, then the robot file's, then the trajectory file's, then
+/// CaptureProblem::sha256 is that of the scenario file's bytes, then the robot file's, those of ready-made targets in
+/// the order of their names, then the trajectory file's, then
 /// "--set path=value\n" of every override. Into `warnings`, where somebody reads them, what is allowed but hardly
 /// meant, such as an angle in degrees: warnings, in the order of their places. @throws InputError with all faults.
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides = {},
                              std::vector<Fault>* warnings = nullptr);
 
-/// Reads a robot file; `warnings` as for load_scenario(). @throws InputError with all faults.
+/// Reads a robot file, or a ready-made robot by its name where there is no such file; `warnings` as for
+/// load_scenario().
+/// @throws InputError with all faults.
 RobotSetup load_robot(const std::filesystem::path& path, std::vector<Fault>* warnings = nullptr);
+
+/// A target that is part of the program, at rest at the origin; `warnings` as above.
+/// @throws InputError if there is none of this name.
+TargetSetup load_ready_made_target(std::string_view name, std::vector<Fault>* warnings = nullptr);
 
 /// The published JSON Schemas (draft 7).
 std::string scenario_schema();

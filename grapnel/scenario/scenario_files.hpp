@@ -9,6 +9,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 
@@ -52,5 +53,26 @@ std::optional<Node> read_robot_tree(const std::filesystem::path& path, const Mar
 /// The path of a file that another one names, as a person would write it: relative to that file's folder, with ".."
 /// resolved where that names the same file (with symbolic links it may not).
 std::filesystem::path path_beside(const std::filesystem::path& file, const std::string& named);
+
+/// Where ScenarioFiles has the robot that a scenario names: a path beside the scenario's, or for one that is ready-made
+/// what messages call it.
+std::filesystem::path robot_path(const std::filesystem::path& scenario, const std::string& named);
+
+/// Adds to every target that is `ready_made` what it does not say itself; the names of those are added to `used`.
+void include_targets(Node& scenario, std::set<std::string, std::less<>>& used, FaultList& faults);
+
+/// Applies changes in their order, but first those that say which ready-made target one is; to ready-made targets
+/// after they were included. `before` is called with the tree before each.
+template <class Before>
+void apply_changes(Node& scenario, std::span<const Change> changes, std::set<std::string, std::less<>>& used,
+                   FaultList& faults, Before before) {
+  for (const bool which : {true, false}) {
+    for (const Change& change : changes) {
+      if (change.path.ends_with(".ready_made") != which || !before(change)) continue;
+      if (!which && change.path.starts_with("targets")) include_targets(scenario, used, faults);
+      apply_change(scenario, change, faults);
+    }
+  }
+}
 
 }  // namespace grapnel

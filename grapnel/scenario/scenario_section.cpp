@@ -132,8 +132,8 @@ struct Described<CaptureProblem> {
       description_key(),
       field<&T::robot>(
           &robot_description, "robot",
-          "The robot: a robot file or a model in URDF or MJCF, its path relative to this file; the content "
-          "of a robot file; or a bus with arms from files.")
+          "The robot: the name of a ready-made one; a robot file or a model in URDF or MJCF, its path relative to "
+          "this file; the content of a robot file; or a bus with arms from files.")
           .as("robot")
           .required(),
       import_key_of_scenarios(),

@@ -1,5 +1,6 @@
 #include "grapnel/scenario/schema.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
@@ -10,6 +11,7 @@
 #include "grapnel/scenario/forms.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/scenario/sections.hpp"
+#include "grapnel/text/units.hpp"
 
 namespace grapnel {
 
@@ -24,8 +26,56 @@ const Json& scenario_schema_document() {
   return kSchema;
 }
 
-std::string scenario_schema() { return scenario_schema_document().dump(2) + "\n"; }
-std::string robot_schema() { return robot_schema_document().dump(2) + "\n"; }
+namespace {
+
+bool is_dimensionless(const std::string& stated) {
+  const auto units = units_of_place(stated);
+  return std::all_of(units.begin(), units.end(), [](std::string_view unit) { return unit == "1"; });
+}
+
+// `has_unit`: numbers here have one.
+void allow_units(Json& schema, bool has_unit) {
+  if (!schema.is_object()) return;
+  if (const auto unit = schema.find("x-unit"); unit != schema.end()) has_unit = !is_dimensionless(*unit);
+  if (schema.value("x-any-unit", false)) has_unit = true;
+  if (has_unit && schema.contains("type") && schema["type"] == "number") {
+    schema["type"] = {"number", "string"};
+    schema["pattern"] = number_with_unit_pattern();
+  }
+  for (const char* key : {"items", "additionalProperties", "then"}) {
+    if (schema.contains(key)) allow_units(schema[key], has_unit);
+  }
+  for (const char* key : {"anyOf", "allOf", "oneOf"}) {
+    if (!schema.contains(key)) continue;
+    for (Json& part : schema[key]) allow_units(part, has_unit);
+  }
+  for (const char* key : {"properties", "definitions"}) {
+    if (!schema.contains(key)) continue;
+    for (auto& [name, part] : schema[key].items()) allow_units(part, has_unit);
+  }
+}
+
+// Keys that something ready-made says where they are absent.
+void allow_ready_made(Json& schema) {
+  for (auto& [name, part] : schema["definitions"].items()) {
+    if (!part.contains("properties") || !part["properties"].contains("ready_made")) continue;
+    Json own = Json::array(), always = Json::array();
+    for (const Json& key : part["required"]) (key == "state" ? always : own).push_back(key);
+    part["required"] = always;
+    part["anyOf"] = {{{"required", own}}, {{"required", {"ready_made"}}}};
+  }
+}
+
+}  // namespace
+
+std::string published(Json schema) {
+  allow_units(schema, false);
+  if (schema.contains("definitions")) allow_ready_made(schema);
+  return schema.dump(2) + "\n";
+}
+
+std::string scenario_schema() { return published(scenario_schema_document()); }
+std::string robot_schema() { return published(robot_schema_document()); }
 
 // ---- Places ----
 
@@ -66,7 +116,8 @@ class Follower {
   }
 
   static const Json* next(const Json& schema, const PathStep& step) {
-    if (step.is_index) return schema.contains("items") ? &schema["items"] : nullptr;
+    if (step.is_index || schema.value("type", Json()) == "array")
+      return schema.contains("items") ? &schema["items"] : nullptr;
     if (schema.contains("properties")) {
       const auto it = schema["properties"].find(step.key);
       if (it != schema["properties"].end()) return &*it;
@@ -96,6 +147,17 @@ PlaceRule place_rule(std::span<const PathStep> steps) {
   rule.is_known = Follower(schema).follow(schema, steps, rule);
   if (std::isinf(rule.largest)) rule.largest = magnitudes_of(rule.unit).largest;
   return rule;
+}
+
+PlaceRule place_rule(std::string_view path) {
+  std::vector<PathStep> steps;
+  for (std::size_t at = 0; at < path.size();) {
+    const bool is_index = path[at] == '[';
+    const std::size_t end = std::min(path.find_first_of(is_index ? "]" : ".[", at), path.size());
+    if (end > at) steps.push_back({std::string(path.substr(at, end - at)), 0, is_index});
+    at = end < path.size() && path[end] != '[' ? end + 1 : end;
+  }
+  return place_rule(steps);
 }
 
 // ---- Magnitudes ----
@@ -172,7 +234,9 @@ void add_consequence(const Rule& rule, const ItemSchema& item_schema, Json& then
   if (rule.items) {
     Field item;
     item.range.least = rule.least;
-    then["properties"][std::string(rule.narrowed)] = {{"type", "array"}, {"items", item_schema(rule.items(), item)}};
+    Json list{{"type", "array"}, {"items", item_schema(rule.items(), item)}};
+    if (rule.items().kind == Type::Kind::real) list["x-any-unit"] = true;  // of what another key says
+    then["properties"][std::string(rule.narrowed)] = std::move(list);
   }
 }
 
@@ -264,6 +328,7 @@ class SchemaWriter {
       schema[schema["type"] == "object" ? "minProperties" : "minItems"] = field.least_items;
     if (field.most_items > 0) schema["maxItems"] = field.most_items;
     if (!field.unit.empty()) schema["x-unit"] = field.unit;
+    if (field.has_any_unit) schema["x-any-unit"] = true;
     if (std::isfinite(field.largest)) schema["x-largest"] = field.largest;
     if (const auto absent = default_of(owner, field)) schema["default"] = *absent;
     if (!field.text.empty()) schema["description"] = field.text;

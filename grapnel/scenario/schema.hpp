@@ -31,6 +31,12 @@ const nlohmann::ordered_json& robot_schema_document();
 void check_structure(Node& node, const nlohmann::ordered_json& schema, const std::string& document, FaultList& faults,
                      const std::string& path = {});
 
+/// Makes numbers with units of a scenario, which has been checked, plain ones; a robot that it holds is part of it.
+void take_units(Node& scenario);
+
+/// The schema as it is published: where numbers have a unit, texts such as "30 deg" are allowed.
+std::string published(nlohmann::ordered_json schema);
+
 /// Adds what is absent and has a default, so that readers need none of their own.
 void fill_defaults(Node& node, const nlohmann::ordered_json& schema);
 
@@ -52,6 +58,8 @@ struct PlaceRule {
 
 /// What the scenario's schema says about one place of a scenario.
 PlaceRule place_rule(std::span<const PathStep> steps);
+/// The same by a path as --set has it, without a scenario: whichever item of a list a name may mean.
+PlaceRule place_rule(std::string_view path);
 
 // ---- Magnitudes ----
 

@@ -9,6 +9,7 @@
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/syntax_slip.hpp"
+#include "grapnel/text/units.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
@@ -43,6 +44,12 @@ bool fits_type(const Node& node, const std::string& type) {
   return false;
 }
 
+// Whether a node may be meant as a value of the type: numbers are also written with units, which are taken later.
+bool may_be_of_type(const Node& node, const std::string& type) {
+  const bool has_unit = node.is_scalar() && (node.unit != 0 || number_and_unit(node.text));
+  return fits_type(node, type) || (type == "number" && has_unit);
+}
+
 // Whether a list of lists is given where one of lists is meant, as the first item says.
 bool fits_depth(const Json& root, const Node& node, const Json& array) {
   const auto items = array.find("items");
@@ -69,7 +76,7 @@ const Json* chosen_alternative(const Json& root, const Json& alternatives, const
   const Json* of_type = nullptr;
   std::size_t count = 0;
   for (const Json& alternative : alternatives) {
-    if (!fits_type(node, *keyword(root, alternative, "type"))) continue;
+    if (!may_be_of_type(node, *keyword(root, alternative, "type"))) continue;
     const bool fits = node.is_sequence() ? fits_length(node, alternative) && fits_depth(root, node, alternative)
                                          : !node.is_mapping() || fits_keys(node, alternative);
     if (fits) return &alternative;
@@ -133,6 +140,7 @@ struct Where {
   std::string unit;       // of the numbers below
   double largest = NAN;   // in magnitude, of the numbers below; NaN: by the unit
   std::string condition;  // "with type: continuous" inside a conditional part
+  std::string written;    // of a number that was written with a unit: how
 };
 
 class Checker {
@@ -144,7 +152,10 @@ class Checker {
   bool check(Node& node, const Json& schema, Where where) {
     if (schema.contains("x-unit")) where.unit = schema["x-unit"];
     if (schema.contains("x-largest")) where.largest = schema["x-largest"];
-    if (schema.contains("type") && !check_type(node, schema["type"], schema, where)) return false;
+    if (schema.contains("type")) {
+      if (is_number_type(schema["type"]) && !take_unit(node, where)) return false;
+      if (!check_type(node, schema["type"], schema, where)) return false;
+    }
     if (node.is_mapping()) mend_keys(node, schema, where);
     if (schema.contains("$ref") && !check(node, resolve(root_, schema["$ref"]), where)) return false;
     for (const Json& part : schema.value("allOf", Json::array())) {
@@ -165,13 +176,30 @@ class Checker {
  private:
   std::string name_of(const Where& where) const { return where.path.empty() ? document_ : where.path; }
 
+  static bool is_number_type(const Json& type) { return type == "number" || type == "integer"; }
+
+  // False if the node has a unit that this place cannot have, which has been reported.
+  bool take_unit(Node& node, Where& where) {
+    if (!node.is_scalar() || (node.unit == 0 && number_of(node))) return true;
+    std::string written = node.text;
+    const UnitReading reading = grapnel::take_unit(node, where.unit, name_of(where), faults_);
+    if (reading == UnitReading::taken) where.written = std::move(written);
+    return reading != UnitReading::refused;
+  }
+
+  // A number as a message shows it: "5 km (5000)".
+  static std::string shown(const Node& node, const Where& where) {
+    if (where.written.empty()) return shortened(node.text);
+    return fmt::format("{} ({})", shortened(where.written), shortened(node.text));
+  }
+
   bool check_type(const Node& node, const std::string& type, const Json& schema, const Where& where) {
     if (fits_type(node, type)) return true;
     const std::string subject = name_of(where) + (node.kind == Node::Kind::null ? " is empty, must be " : " must be ");
     const bool say_what = node.kind != Node::Kind::null;
     if (type == "number" || type == "integer") {
       const std::string what = type == "number" ? "a number" : "a whole number";
-      const std::string why = !say_what ? "" : number_of(node) ? ", not " + shortened(node.text) : why_no_number(node);
+      const std::string why = !say_what ? "" : number_of(node) ? ", not " + shown(node, where) : why_no_number(node);
       faults_.add(node.mark, subject + what + unit_text(where.unit) + why);
       return false;
     }
@@ -232,10 +260,9 @@ class Checker {
 
   void check_number(const Node& node, const Json& schema, const Where& where) {
     const double value = *number_of(node);
-    const bool numeric = schema.contains("type") && (schema["type"] == "number" || schema["type"] == "integer");
-    if (!numeric) return;
+    if (!schema.contains("type") || !is_number_type(schema["type"])) return;
     const auto fault = [&](const std::string& must) {
-      faults_.add(node.mark, fmt::format("{} is {}, must be {}{}", name_of(where), shortened(node.text), must,
+      faults_.add(node.mark, fmt::format("{} is {}, must be {}{}", name_of(where), shown(node, where), must,
                                          unit_text(where.unit)));
     };
     const bool may_be_infinite = schema.value("x-infinity", false);
@@ -252,6 +279,7 @@ class Checker {
       if (above == 0 && value < limits.smallest) return fault(fmt::format("at least {:g}", limits.smallest));
     }
     if (within) {
+      if (node.unit != 0) return;  // who writes a unit has thought of it
       if (where.unit == "rad") doubt_angle(value, node.mark, name_of(where), faults_);
       if (where.unit == "rad/s") doubt_angular_rate(value, node.mark, name_of(where), faults_);
       return;
@@ -522,5 +550,12 @@ void check_structure(Node& node, const Json& schema, const std::string& document
 }
 
 void fill_defaults(Node& node, const Json& schema) { fill(node, schema, schema); }
+
+// ---- Numbers with units in a tree that has been checked ----
+
+void take_units(Node& scenario) {
+  FaultList reported_before;
+  check_structure(scenario, scenario_schema_document(), "the scenario", reported_before);
+}
 
 }  // namespace grapnel

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/sections.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -61,6 +62,10 @@ struct Described<TargetSetup> {
   using T = TargetSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::name>("name", "", "").required(),
+      key<std::string>("ready_made", "",
+                       "Name of a ready-made target, which then says what is not given here; grapnel init --list has "
+                       "them.")
+          .optional(),
       field<&T::mass>("mass", "kg", "").above(0).required(),
       field<&T::inertia>("inertia", "kg m^2", kInertiaText).as("inertia").required(),
       field<&T::com>("com", "m", kComText),
@@ -129,7 +134,9 @@ void finish_target(const Node& node, const std::string& path, const TargetSetup&
   doubt_inertia(node, path, target.mass, target.com, target.inertia, target.geometry, faults);
   NameTable points("grasp point");
   const Node& list = part(node, "grasp_points");
-  if (!list.is_sequence()) points.make_incomplete();
+  const std::string ready_made = text_at(node, "ready_made");
+  const bool is_unknown = !ready_made.empty() && !find_ready_made(ReadyMade::Kind::targets, ready_made);
+  if (!list.is_sequence() || is_unknown) points.make_incomplete();
   for (std::size_t i = 0; i < list.items.size(); ++i)
     points.add_from(list.items[i], item(below(path, "grasp_points"), i), faults);
   doubt_grasp_points(node, path, target, faults);

@@ -28,8 +28,11 @@ std::vector<Node> value_nodes(const AxisFile& file, const Node& node, const std:
     return {};
   }
   std::vector<Node> nodes;
-  for (const double value : spaced_values(from, to, file.count, logarithmic))
-    nodes.push_back(number_node(value, part(node, "from").mark));
+  const Node &first = part(node, "from"), &last = part(node, "to");
+  for (const double value : spaced_values(from, to, file.count, logarithmic)) {
+    nodes.push_back(number_node(value, first.mark));
+    nodes.back().unit = first.unit != 0 ? first.unit : last.unit;
+  }
   return nodes;
 }
 

@@ -99,6 +99,7 @@ std::shared_ptr<const DesignPoint> CampaignPoints::make(std::uint64_t number) {
 
   Node tree = changed_tree(scenario, changed, files);
   if (reaches_into_robot(paths)) include_robot(tree, scenario, files);
+  take_units(tree);  // so that what stands at uncertain places are numbers
   write_back(before, nominal.problem, tree);
   FaultList faults;
   prepare_orientations(paths, tree, faults);

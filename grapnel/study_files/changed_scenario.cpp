@@ -6,6 +6,7 @@
 
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/problem/captured_model.hpp"
+#include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/scenario/forms.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
@@ -52,7 +53,7 @@ void include_robot(Node& root, const std::filesystem::path& scenario, const Scen
     return;
   }
   if (!robot || !is_text(*robot)) return;
-  const std::filesystem::path path = path_beside(scenario, robot->text);
+  const std::filesystem::path path = robot_path(scenario, robot->text);
   const auto file = files.find(path);
   if (!file) return;
   *robot = file->tree;
@@ -63,16 +64,22 @@ Node changed_tree(const std::filesystem::path& scenario, std::span<const Change>
   Node root = files.find(scenario)->tree;
   FaultList unexpected;  // the changes have been applied before
   std::filesystem::path robot_file;
-  for (const Change& change : import_first(root, changes)) {
+  std::set<std::string, std::less<>> targets;
+  apply_changes(root, import_first(root, changes), targets, unexpected, [&](const Change& change) {
     Node* robot = root.find("robot");
     const bool inside = is_inside_robot(change) && !changes_import(root, change);
     if (inside && robot && needs_import(*robot)) {
       include_robot(root, scenario, files);
     } else if (inside && robot && is_text(*robot)) {
-      const std::filesystem::path path = path_beside(scenario, robot->text);
+      const std::filesystem::path path = robot_path(scenario, robot->text);
       if (const auto file = files.find(path)) *robot = file->tree, robot_file = path;
     }
-    apply_change(root, change, unexpected);
+    return true;
+  });
+  // What is written back stands in the target itself.
+  include_targets(root, targets, unexpected);
+  if (Node* list = root.find("targets")) {
+    for (Node& target : list->items) drop(target, "ready_made");
   }
   if (Node* robot = root.find("robot"); robot && !robot_file.empty()) {
     for (Node* mesh : mesh_file_nodes(*robot)) move_path(robot_file, scenario, mesh);
@@ -98,7 +105,8 @@ std::string changed_scenario_text(const std::filesystem::path& scenario, Node tr
                                   const std::string& suffix, const std::string& comment) {
   write_back(before, after, tree);
   for (Node* path : import_path_nodes(tree)) move_path(scenario, place, path);
-  move_path(scenario, place, tree.find("robot"));
+  if (Node* robot = tree.find("robot"); robot && !find_ready_made(ReadyMade::Kind::robots, robot->text))
+    move_path(scenario, place, robot);
   for (Node* mesh : mesh_file_nodes(tree)) move_path(scenario, place, mesh);
   if (Node* approach = tree.find("approach")) move_path(scenario, place, approach->find("trajectory"));
   if (Node* name = tree.find("name")) {

@@ -70,8 +70,8 @@ struct Described<AxisFile> {
       field<&QuantityFile::unit>("unit", "Of the values of an angle (target_spin: per second); absent: rad.")
           .optional(),
       key<std::string>("values", "", "The values, one by one.").as("anything").items(1, 1000000).optional(),
-      field<&T::from>("from", "First of equally spaced values."),
-      field<&T::to>("to", "Last of them."),
+      field<&T::from>("from", "First of equally spaced values.").in_any_unit(),
+      field<&T::to>("to", "Last of them.").in_any_unit(),
       field<&T::count>("count", "How many, both ends included.").at_least(2).at_most(1000000).optional(),
       field<&T::spacing>("spacing", "Equal differences or equal ratios; absent: linear.").optional(),
   });
@@ -133,14 +133,15 @@ template <>
 struct Described<NormalFile> {
   using T = NormalFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::mean>("mean", "Absent: 0 for an offset, 1 for a factor.").items(1, 0),
-      field<&T::deviation>("deviation", "Standard deviation; 0: not uncertain.").at_least(0).items(1, 0),
+      field<&T::mean>("mean", "Absent: 0 for an offset, 1 for a factor.").in_any_unit().items(1, 0),
+      field<&T::deviation>("deviation", "Standard deviation; 0: not uncertain.").in_any_unit().at_least(0).items(1, 0),
       field<&T::covariance>("covariance",
                             "Symmetric, positive semidefinite, row by row: of all numbers at the path or paths.")
+          .in_any_unit()
           .items(1, 0)
           .optional(),
-      field<&T::from>("from", "Least value.").items(1, 0),
-      field<&T::to>("to", "Greatest value.").items(1, 0),
+      field<&T::from>("from", "Least value.").in_any_unit().items(1, 0),
+      field<&T::to>("to", "Greatest value.").in_any_unit().items(1, 0),
   });
   static constexpr auto rules = std::to_array<Rule>({one_of("deviation, covariance")});
   static constexpr Type type =
@@ -151,13 +152,13 @@ template <>
 struct Described<LogNormalFile> {
   using T = LogNormalFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::median>("median", "Absent: 1 for a factor.").items(1, 0),
+      field<&T::median>("median", "Absent: 1 for a factor.").in_any_unit().items(1, 0),
       field<&T::deviation>("deviation", "Standard deviation of the natural logarithm.")
           .at_least(0)
           .items(1, 0)
           .required(),
-      field<&T::from>("from", "Least value.").at_least(0).items(1, 0),
-      field<&T::to>("to", "Greatest value.").at_least(0).items(1, 0),
+      field<&T::from>("from", "Least value.").in_any_unit().at_least(0).items(1, 0),
+      field<&T::to>("to", "Greatest value.").in_any_unit().at_least(0).items(1, 0),
   });
   static constexpr Type type = structure<T>("log_normal", "The logarithm is normal.", fields);
 };
@@ -166,8 +167,8 @@ template <>
 struct Described<UniformFile> {
   using T = UniformFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::from>("from", "Least value.").items(1, 0).required(),
-      field<&T::to>("to", "Greatest value.").items(1, 0).required(),
+      field<&T::from>("from", "Least value.").in_any_unit().items(1, 0).required(),
+      field<&T::to>("to", "Greatest value.").in_any_unit().items(1, 0).required(),
   });
   static constexpr Type type = structure<T>("uniform", "Equally likely everywhere between two values.", fields);
 };
@@ -196,10 +197,10 @@ template <>
 struct Described<NormalLengthFile> {
   using T = NormalLengthFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::mean>("mean", "").required(),
-      field<&T::deviation>("deviation", "").at_least(0).required(),
-      field<&T::from>("from", ""),
-      field<&T::to>("to", ""),
+      field<&T::mean>("mean", "").in_any_unit().required(),
+      field<&T::deviation>("deviation", "").in_any_unit().at_least(0).required(),
+      field<&T::from>("from", "").in_any_unit(),
+      field<&T::to>("to", "").in_any_unit(),
   });
   static constexpr Type type = structure<T>("normal_length", "", fields);
 };
@@ -207,10 +208,10 @@ template <>
 struct Described<LogNormalLengthFile> {
   using T = LogNormalLengthFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::median>("median", "").required(),
+      field<&T::median>("median", "").in_any_unit().required(),
       field<&T::deviation>("deviation", "").at_least(0).required(),
-      field<&T::from>("from", ""),
-      field<&T::to>("to", ""),
+      field<&T::from>("from", "").in_any_unit(),
+      field<&T::to>("to", "").in_any_unit(),
   });
   static constexpr Type type = structure<T>("log_normal_length", "", fields);
 };
@@ -218,8 +219,8 @@ template <>
 struct Described<UniformLengthFile> {
   using T = UniformLengthFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::from>("from", "").required(),
-      field<&T::to>("to", "").required(),
+      field<&T::from>("from", "").in_any_unit().required(),
+      field<&T::to>("to", "").in_any_unit().required(),
   });
   static constexpr Type type = structure<T>("uniform_length", "", fields);
 };
@@ -239,7 +240,7 @@ template <>
 struct Described<SphereFile> {
   using T = SphereFile;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::length>("length", "Its length.").called("a number; a distribution").required(),
+      field<&T::length>("length", "Its length.").in_any_unit().called("a number; a distribution").required(),
   });
   static constexpr Type type = structure<T>("sphere", "A vector of random direction.", fields);
 };
@@ -432,8 +433,8 @@ struct Described<VariableFile> {
       field<&QuantityFile::axis>("axis", "Unit. About which a quantity turns; as in studies."),
       field<&QuantityFile::direction>("direction", "Unit, in W: of the relative velocity (relative_speed)."),
       field<&QuantityFile::unit>("unit", "Of an angle; absent: rad.").optional(),
-      field<&T::from>("from", "Least value."),
-      field<&T::to>("to", "Largest value."),
+      field<&T::from>("from", "Least value.").in_any_unit(),
+      field<&T::to>("to", "Largest value.").in_any_unit(),
       field<&T::u>("u", "Unit, in the target's frame: a direction of the patch."),
       field<&T::v>("v", "Unit, across u: the other direction."),
       field<&T::radius>("radius", "m", "Of a patch that is a disc.").above(0),

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "grapnel/scenario/reader.hpp"
+#include "grapnel/scenario/schema.hpp"
 #include "grapnel/study_files/axis.hpp"
 #include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/study_files/study_document.hpp"
@@ -25,6 +26,7 @@ constexpr double kAcross = 1e-6;  // cosine of the angle between u and v
 void take_range(const VariableFile& file, const Node& node, SearchedVariable& variable, FaultList& faults) {
   variable.from_mark = part(node, "from").mark;
   variable.to_mark = part(node, "to").mark;
+  variable.written_unit = part(node, "from").unit != 0 ? part(node, "from").unit : part(node, "to").unit;
   variable.from = file.from.value_or(0);
   variable.to = file.to.value_or(variable.from + 1);
   if (variable.from < variable.to && std::isfinite(variable.to - variable.from)) return;
@@ -84,6 +86,7 @@ Change number_change(const SearchedVariable& variable, double value, const Mark&
   change.value.kind = Node::Kind::scalar;
   change.value.mark = mark;
   change.value.text = change.text;
+  change.value.unit = variable.written_unit;
   return change;
 }
 
@@ -171,7 +174,9 @@ std::vector<OptimizationVariable> OptimizationPoints::shown(const SearchedVariab
         all.push_back({fmt::format("posture/{}", k + 1), variable.unit, variable.from, variable.to, 0});
       return all;
     case VariableKind::path: {
-      const auto present = value_at(tree(set), variable.path);
+      Node now = tree(set);
+      take_units(now);
+      const auto present = value_at(std::move(now), variable.path);
       const double middle = (variable.from + variable.to) / 2;
       return {{variable.name, variable.unit, variable.from, variable.to,
                present ? number_of(*present).value_or(middle) : middle}};

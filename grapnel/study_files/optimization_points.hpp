@@ -26,6 +26,7 @@ struct SearchedVariable {
   std::string place;  // "variables[0]", for messages
   Mark mark, from_mark, to_mark;
   double from = 0, to = 1;
+  std::uint8_t written_unit = 0;  // of from and to: Node::unit
   std::string path;
   Mark path_mark;
   Quantity quantity;

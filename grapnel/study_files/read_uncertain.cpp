@@ -7,7 +7,10 @@
 #include <limits>
 
 #include "grapnel/scenario/reader.hpp"
+#include "grapnel/scenario/schema.hpp"
+#include "grapnel/study_files/study_units.hpp"
 #include "grapnel/text/message_text.hpp"
+#include "grapnel/text/units.hpp"
 #include "grapnel/text/write_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
@@ -113,6 +116,7 @@ class UncertainReader {
 
   ReadUncertain read(const Node& scenario, const CaptureProblem& problem) {
     if (sound_ && !kind_.empty()) read_kind();
+    if (sound_ && !kind_.empty()) expect_joint_units(scenario, problem);
     if (sound_ && !kind_.empty()) read_.inputs = inputs_of(read_, form_, scenario, problem);
     return std::move(read_);
   }
@@ -126,6 +130,18 @@ class UncertainReader {
   const Mark& kind_mark() const { return node_.entry(kind_)->mark; }
   std::size_t count() const { return form_.nominal.size(); }
   std::string path() const { return read_.where.paths[0]; }
+
+  // Numbers with units, where joints that turn and joints that slide may be meant.
+  void expect_joint_units(const Node& scenario, const CaptureProblem& problem) {
+    const std::string stated = place_rule(path()).unit;
+    if (units_of_place(stated).size() < 2) return;
+    const std::vector<std::string> units = units_at(read_, form_, scenario, problem);
+    const std::size_t before = faults_.size();
+    for (const NodeEntry& entry : kind_node().entries)
+      check_joint_units(entry.value, stated, units, fmt::format("{}: {}.{}", read_.where.place, kind_, entry.key),
+                        faults_);
+    sound_ = faults_.size() == before;
+  }
 
   void read_kind() {
     const bool of_numbers = kind_ == "normal" || kind_ == "log_normal" || kind_ == "uniform" || kind_ == "integers";

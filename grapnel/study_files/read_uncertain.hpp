@@ -33,6 +33,10 @@ ReadUncertain read_uncertain(const UncertainFile& file, const Node& entry, const
 std::vector<CampaignInput> inputs_of(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
                                      const CaptureProblem& problem);
 
+/// The units of the numbers that stand at the places.
+std::vector<std::string> units_at(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
+                                  const CaptureProblem& problem);
+
 /// What drawn numbers put into the scenario.
 std::vector<Change> changes_of(const ReadUncertain& uncertain, const UncertainForm& form,
                                const std::vector<double>& numbers);

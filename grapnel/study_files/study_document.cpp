@@ -9,6 +9,7 @@
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/study_files/study_files.hpp"
+#include "grapnel/study_files/study_units.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/text_file.hpp"
@@ -24,7 +25,7 @@ struct FileKind {
   const Type& type;
   Json schema = schema_of(type, "Grapnel " + name + ", version 1");
 
-  std::string schema_text() const { return schema.dump(2) + "\n"; }
+  std::string schema_text() const { return published(schema); }
 };
 const FileKind& study_kind() {
   static const FileKind kKind{"study", "a study", study_file_description()};
@@ -56,6 +57,7 @@ StudyDocument read_kind(const std::filesystem::path& path, const FileKind& kind,
       faults.add(named->mark, fmt::format("this is a {} file where {} is expected", other, kind.with_article));
   }
   faults.throw_if_any();
+  take_study_units(document.root, faults);
   check_structure(document.root, kind.schema, "the " + kind.name, faults);
   document.sound = faults.empty();
   read_structure(document.root, kind.type, file);

@@ -206,6 +206,16 @@ class InputNamer {
     }
   }
 
+  // Of every number of all paths.
+  std::vector<std::string> units() const {
+    std::vector<std::string> all;
+    for (std::size_t p = 0; p < form_.forms.size(); ++p) {
+      const std::size_t n = numbers_in(form_.forms[p]).value_or(std::vector<double>{}).size();
+      for (std::size_t i = 0; i < n; ++i) all.push_back(unit_of(p, form_.forms[p], i));
+    }
+    return all;
+  }
+
   std::vector<CampaignInput> names() {
     std::visit([this](const auto& value) { name(value); }, read_.value);
     return std::move(inputs_);
@@ -286,6 +296,11 @@ class InputNamer {
 std::vector<CampaignInput> inputs_of(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
                                      const CaptureProblem& problem) {
   return InputNamer(uncertain, form, scenario, problem).names();
+}
+
+std::vector<std::string> units_at(const ReadUncertain& uncertain, const UncertainForm& form, const Node& scenario,
+                                  const CaptureProblem& problem) {
+  return InputNamer(uncertain, form, scenario, problem).units();
 }
 
 }  // namespace grapnel

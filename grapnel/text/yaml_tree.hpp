@@ -4,6 +4,7 @@
 /// The tree of a YAML document with the place of every value and key.
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,10 +20,14 @@ struct NodeEntry;
 /// A value. Only the members of its kind are in use.
 struct Node {
   enum class Kind { null, scalar, sequence, mapping };
+  static constexpr std::uint8_t kRefusedUnit = 255;  // a fault has been added
   Kind kind = Kind::null;
   Mark mark;
-  std::string text;                // scalar
-  bool plain = true;               // scalar: without quotes, so that it may be a number
+  std::string text;   // scalar
+  bool plain = true;  // scalar: without quotes, so that it may be a number
+  /// Of a number that was written with a unit, which it has no longer: which of the place's units it was, from 1. 0:
+  /// none. units.hpp says more.
+  std::uint8_t unit = 0;
   std::vector<Node> items;         // sequence
   std::vector<NodeEntry> entries;  // mapping, in the order of the file; a duplicate key occurs twice
   std::string comment = {};        // lines to write before it; files that are read leave it empty

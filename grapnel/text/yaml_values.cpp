@@ -13,6 +13,7 @@
 #include <numbers>
 
 #include "grapnel/text/message_text.hpp"
+#include "grapnel/text/units.hpp"
 
 namespace grapnel {
 namespace {
@@ -51,55 +52,12 @@ std::string_view trimmed(std::string_view text) {
   return text.substr(0, text.find_last_not_of(' ') + 1);
 }
 
-// A unit that files might say, as so many of the SI unit that Grapnel reads.
-struct Unit {
-  std::string_view name;
-  double factor;
-  std::string_view si;
-};
-constexpr double kDegree = std::numbers::pi / 180, kTurn = 2 * std::numbers::pi;
-constexpr std::array kUnits = {Unit{"deg", kDegree, "rad"},
-                               Unit{"degree", kDegree, "rad"},
-                               Unit{"degrees", kDegree, "rad"},
-                               Unit{"\u00b0", kDegree, "rad"},
-                               Unit{"deg/s", kDegree, "rad/s"},
-                               Unit{"\u00b0/s", kDegree, "rad/s"},
-                               Unit{"rpm", kTurn / 60, "rad/s"},
-                               Unit{"mrad", 1e-3, "rad"},
-                               Unit{"um", 1e-6, "m"},
-                               Unit{"mm", 1e-3, "m"},
-                               Unit{"cm", 1e-2, "m"},
-                               Unit{"km", 1e3, "m"},
-                               Unit{"mm/s", 1e-3, "m/s"},
-                               Unit{"cm/s", 1e-2, "m/s"},
-                               Unit{"g", 1e-3, "kg"},
-                               Unit{"t", 1e3, "kg"},
-                               Unit{"us", 1e-6, "s"},
-                               Unit{"ms", 1e-3, "s"},
-                               Unit{"min", 60, "s"},
-                               Unit{"h", 3600, "s"},
-                               Unit{"kHz", 1e3, "Hz"},
-                               Unit{"mN", 1e-3, "N"},
-                               Unit{"kN", 1e3, "N"},
-                               Unit{"mNm", 1e-3, "N m"}};
-constexpr std::array<std::string_view, 19> kSiUnits = {"m",      "kg",     "s",   "sec",     "rad",      "m/s", "rad/s",
-                                                       "N",      "Nm",     "N m", "N*m",     "Hz",       "1/s", "kgm^2",
-                                                       "kg m^2", "kg*m^2", "N s", "N m/rad", "N m s/rad"};
-
+// Where numbers stand without their unit, as in tables of numbers.
 std::string unit_advice(std::string_view text) {
-  const auto value = take_number(text);
-  const std::string_view name = trimmed(text);
-  if (!value || name.empty()) return {};
-  if (std::find(kSiUnits.begin(), kSiUnits.end(), name) != kSiUnits.end()) {
-    return fmt::format("; numbers stand without their unit, write {}", *value);
-  }
-  for (const Unit& unit : kUnits) {
-    if (unit.name != name) continue;
-    return fmt::format("; numbers stand without their unit, {} {} are {} {}", *value, name,
-                       // Without the last digits, which are those of the factor's rounding.
-                       std::strtod(fmt::format("{:.15g}", *value * unit.factor).c_str(), nullptr), unit.si);
-  }
-  return {};
+  const auto value = number_and_unit(text);
+  const auto unit = value ? unit_named(value->unit) : std::nullopt;
+  const double number = unit ? in_si(*value, *unit) : NAN;
+  return std::isfinite(number) ? fmt::format("; numbers stand without their unit here, write {}", number) : "";
 }
 
 // "10,5", "1_000", "1'000", "1 000", "1,000".

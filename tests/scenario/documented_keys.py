@@ -78,7 +78,7 @@ def faults_of(key, schema, required, row):
     if "enum" in schema and kind.startswith("`"):
         if re.findall(r"`([^`]+)`", kind) != schema["enum"]:
             yield f"the choices are {', '.join(schema['enum'])}"
-    if schema.get("type") in ("number", "integer"):
+    if schema.get("type") in ("number", "integer", ["number", "string"]):
         low, high = schema.get("minimum"), schema.get("maximum")
         says = [number_in(part) for part in re.split(r" … | to ", kind)]
         if len(says) == 2 and None not in says and says != [low if low is not None else schema.get("exclusiveMinimum"), high]:

@@ -51,10 +51,8 @@ const std::vector<FaultCase> kCases{
      {{"duration: 20", "duration:"}},
      {"scenario.yaml:31:3: error: approach.duration is empty, must be a number [s]"}},
     {"wrong_type_unit",
-     {{"duration: 20", "duration: 20 s"}},
-     {"scenario.yaml:31:13: error: approach.duration must be a number [s], not the text '20 s'; numbers stand without "
-      "their "
-      "unit, write 20"}},
+     {{"duration: 20", "duration: 20 m"}},
+     {"scenario.yaml:31:13: error: approach.duration is '20 m', a length; expected a time [s, ms, min, h]"}},
     {"wrong_type_name",
      {{"name: test", "name: 12"}},
      {"scenario.yaml:1:7: error: name must be text, not the number 12; put it in quotes: '12'"}},

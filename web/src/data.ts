@@ -47,7 +47,7 @@ export interface RunData {
 export interface SourceTexts {
   description: string;
   settings: string[]; // "path=value" of every --set
-  files: { part: string; bytes: number; text: string }[]; // "scenario", "robot", "trajectory"; text "": too large to be kept
+  files: { part: string; bytes: number; text: string }[]; // "scenario", "robot", "target NAME", "trajectory"; text "": too large to be kept
 }
 
 // Samples at common times; between samples values go linearly. At impacts several samples have the same time.

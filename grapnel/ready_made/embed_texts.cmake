@@ -1,0 +1,13 @@
+# Writes OUTPUT, a C++ file with the bytes of FILES (FOLDER/NAME.yaml below SOURCE).
+set(code "// Made by embed_texts.cmake.\n#include \"grapnel/ready_made/ready_made.hpp\"\n\nnamespace grapnel {\n\n")
+string(APPEND code "std::span<const ReadyMade> all_ready_made() {\n  static const ReadyMade kAll[] = {\n")
+foreach(file IN LISTS FILES)
+  file(READ "${SOURCE}/${file}" text)
+  get_filename_component(folder "${file}" DIRECTORY)
+  get_filename_component(name "${file}" NAME_WE)
+  string(APPEND code "      {ReadyMade::Kind::${folder}, \"${name}\", R\"yaml(")
+  string(APPEND code "${text}")
+  string(APPEND code ")yaml\"},\n")
+endforeach()
+string(APPEND code "  };\n  return kAll;\n}\n\n}  // namespace grapnel\n")
+file(WRITE "${OUTPUT}" "${code}")
