@@ -93,10 +93,11 @@ void LaneRollout<S>::run(const RolloutCases& cases, std::int64_t first) {
   constexpr std::int64_t kStepsBetweenLooks = 64;
   const int count = static_cast<int>(smaller(kWidth, cases.end - first));
   load(cases, first);
+  std::int64_t done = 0;
   for (std::int64_t step = 0; step < cases.steps; ++step) {
-    if (cases.stop != nullptr && step % kStepsBetweenLooks == 0 && cases.stop(cases.context)) return;
     read_control(cases, first, step);
     for (int i = 0; i < tables_.substeps; ++i) {
+      if (cases.stop != nullptr && done++ % kStepsBetweenLooks == 0 && cases.stop(cases.context)) return;
       if (tables_.is_euler) {
         step_euler();
       } else {

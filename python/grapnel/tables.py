@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import os
 from typing import Any, Union
 
@@ -12,11 +13,34 @@ from . import _grapnel
 Path = Union[str, "os.PathLike[str]"]
 
 
-def read_columns(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, str]]:
-    """The columns of a campaign's or sweep's table.h5 and their units, by name: `case`, `status` ('ok', ...), `success`,
-    `reason`, then design values, drawn values and outcomes. Numbers are the table's doubles; what a case lacks is nan."""
+def _read_csv(file: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """A sweep's table.csv: "name [unit]" over every column; numbers read back to the same doubles."""
+    with open(file, newline="", encoding="utf-8") as stream:
+        rows = list(csv.reader(stream))
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
+    for k, head in enumerate(rows[0]):
+        name, _, unit = head.partition(" [")
+        texts = [row[k] for row in rows[1:]]
+        try:
+            values = np.array([float(text) if text else np.nan for text in texts])
+        except ValueError:
+            values = np.array(texts, dtype=object)
+        if name in ("status", "reason"):
+            values = np.array(texts, dtype=object)
+        if name == "point":
+            name, values = "case", np.array([int(text) for text in texts], dtype=np.uint64)
+        columns[name], units[name] = values, unit.rstrip("]") or "1"
+    return columns, units
+
+
+def read_columns(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """The columns of a campaign's or sweep's table and their units, by name: `case`, `status` ('ok', ...), `success` (of
+    campaigns), `reason`, then design values, drawn values and outcomes. Numbers are the table's doubles; what a case lacks is nan."""
+    columns: dict[str, np.ndarray] = {}
+    units: dict[str, str] = {}
+    if os.path.exists(os.path.join(folder, "study.json")):  # of a sweep
+        return _read_csv(os.path.join(folder, "table.csv"))
     for name, values, unit in _grapnel.read_table(folder):
         columns[name] = np.asarray(values)
         units[name] = unit

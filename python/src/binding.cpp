@@ -172,6 +172,15 @@ Node text_at(const std::string& path, const std::string& text) {
 
 std::string below(const std::string& path, const std::string& key) { return path.empty() ? key : path + "." + key; }
 
+// @throws py::value_error for what UTF-8 cannot say.
+std::string text_of(const py::handle& text, const std::string& path) {
+  Py_ssize_t size = 0;
+  if (const char* utf8 = PyUnicode_AsUTF8AndSize(text.ptr(), &size)) return {utf8, static_cast<std::size_t>(size)};
+  PyErr_Clear();
+  throw py::value_error((path.empty() ? std::string("the scenario") : path) +
+                        " has a text with half of a surrogate pair, which no file can hold");
+}
+
 class TreeMaker {
  public:
   Node make(const py::handle& value, const std::string& path, int depth) {
@@ -181,7 +190,7 @@ class TreeMaker {
     if (py::isinstance<py::bool_>(value)) return scalar_at(path, value.cast<bool>() ? "true" : "false", true);
     if (py::isinstance<py::int_>(value)) return scalar_at(path, py::str(value), true);
     if (py::isinstance<py::float_>(value)) return number_at(path, value.cast<double>());
-    if (py::isinstance<py::str>(value)) return text_at(path, value.cast<std::string>());
+    if (py::isinstance<py::str>(value)) return text_at(path, text_of(value, path));
     if (py::isinstance<py::dict>(value)) return mapping(value, path, depth);
     if (py::isinstance<py::list>(value) || py::isinstance<py::tuple>(value)) return sequence(value, path, depth);
     if (py::hasattr(value, "tolist")) return make(value.attr("tolist")(), path, depth + 1);  // NumPy's
@@ -203,7 +212,7 @@ class TreeMaker {
       if (!py::isinstance<py::str>(key))
         throw py::type_error((path.empty() ? std::string("the scenario") : path) + ": the key " +
                              std::string(py::repr(key)) + " is no text");
-      const auto name = key.cast<std::string>();
+      const std::string name = text_of(key, path);
       Node entry = make(item, below(path, name), depth + 1);
       const Mark mark = entry.mark;
       node.entries.push_back({name, mark, std::move(entry)});

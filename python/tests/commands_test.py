@@ -80,12 +80,22 @@ def test_a_foreign_folder_is_refused(campaign_file, tmp_path):
 
 
 def test_a_sweep_and_its_figure(tmp_path):
-    text = (SOURCE / "studies/thesis-open-loop-angle.yaml").read_text(encoding="utf-8")
-    file = tmp_path / "angle.yaml"
-    file.write_text(text.replace("../scenarios", str(SOURCE / "scenarios")), encoding="utf-8")
+    file = tmp_path / "speed.yaml"
+    file.write_text(f"""
+schema: grapnel-study/1
+name: impulse against speed
+scenario: {SOURCE}/scenarios/thesis/open-loop-at-contact.yaml
+simulate: impact
+axes:
+  - {{quantity: relative_speed, values: [0.05, 0.1, 0.2]}}
+  - {{path: impact.joints, values: [free, braked]}}
+""", encoding="utf-8")
     folder = quietly(grapnel.sweep, file, out=tmp_path / "sweep", report=False)
     columns, units = grapnel.read_columns(folder)
-    assert len(columns["case"]) > 3 and "N s" in units.values()
+    assert list(columns["case"]) == list(range(6)) and units["relative_speed"] == "m/s"
+    assert list(columns["status"]) == ["ok"] * 6 and set(columns["impact.joints"]) == {"free", "braked"}
+    impulse = columns["grasps/tip-1/impulse_magnitude"][columns["impact.joints"] == "free"]
+    assert np.all(np.diff(impulse) > 0) and units["grasps/tip-1/impulse_magnitude"] == "N s"
     grapnel.figure(folder, "impulse-map", tmp_path / "map.svg")
     assert (tmp_path / "map.svg").read_text(encoding="utf-8").startswith("<?xml")
     with pytest.raises(grapnel.CommandError):

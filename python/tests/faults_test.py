@@ -109,7 +109,7 @@ def test_no_depth_is_too_deep(values):
 
 @pytest.mark.parametrize("file", ["", "nothing.yaml", ".", "/dev/null", THESIS.parent, "a\x00b"])
 def test_files_that_are_none(file):
-    with pytest.raises((grapnel.InputError, ValueError, OSError)):
+    with pytest.raises((grapnel.InputError, ValueError, TypeError, OSError)):
         grapnel.load(file)
 
 
