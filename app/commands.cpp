@@ -99,7 +99,7 @@ std::span<const ResultContract> result_contracts() {
 }
 
 std::vector<std::string> schema_kinds() {
-  std::vector<std::string> kinds{"scenario", "robot", "study", "optimization", "campaign"};
+  std::vector<std::string> kinds{"scenario", "robot", "target", "study", "optimization", "campaign"};
   for (const std::string& kind : kinds_of_results()) kinds.push_back(kind);
   return kinds;
 }
@@ -120,6 +120,7 @@ int print_schema(const SchemaOptions& options) {
                  : !options.page.empty()  ? page_with_tables(file_bytes(options.page), result->document())
                  : result                 ? json_schema(result->document(), result->title)
                  : kind == "robot"        ? robot_schema()
+                 : kind == "target"       ? target_schema()
                  : kind == "study"        ? study_schema()
                  : kind == "optimization" ? optimization_schema()
                  : kind == "campaign"     ? campaign_schema()

@@ -36,5 +36,6 @@ TargetSetup load_ready_made_target(std::string_view name, std::vector<Fault>* wa
 /// The published JSON Schemas (draft 7).
 std::string scenario_schema();
 std::string robot_schema();
+std::string target_schema();
 
 }  // namespace grapnel

@@ -21,6 +21,21 @@ const Json& robot_schema_document() {
   static const Json kSchema = schema_of(robot_description(), "Grapnel robot, version 1");
   return kSchema;
 }
+const Json& target_schema_document() {
+  static const Json kSchema = [] {
+    Json schema = schema_of(targets_description().of(), "Grapnel target, version 1");
+    const Json& robot = robot_schema_document()["properties"];
+    Json properties{{"schema", robot["schema"]}, {"description", robot["description"]}};
+    properties["schema"]["const"] = "grapnel-target/1";
+    for (auto& [key, part] : schema["properties"].items()) {
+      if (key != "state" && key != "ready_made") properties[key] = part;
+    }
+    schema["properties"] = std::move(properties);
+    std::erase_if(schema["required"].get_ref<Json::array_t&>(), [](const Json& key) { return key == "state"; });
+    return schema;
+  }();
+  return kSchema;
+}
 const Json& scenario_schema_document() {
   static const Json kSchema = schema_of(scenario_description(), "Grapnel scenario, version 1");
   return kSchema;
@@ -75,6 +90,7 @@ std::string published(Json schema) {
 }
 
 std::string scenario_schema() { return published(scenario_schema_document()); }
+std::string target_schema() { return published(target_schema_document()); }
 std::string robot_schema() { return published(robot_schema_document()); }
 
 // ---- Places ----

@@ -24,6 +24,8 @@ nlohmann::ordered_json schema_of(const Type& type, const std::string& title);
 /// Self-contained draft-7 schemas, as objects.
 const nlohmann::ordered_json& scenario_schema_document();
 const nlohmann::ordered_json& robot_schema_document();
+/// Of a ready-made target: what a scenario says of one, but for its state, which is the scenario's.
+const nlohmann::ordered_json& target_schema_document();
 
 /// Checks the structure: keys, types, lengths, ranges, choices. `document` names the whole in messages ("the
 /// scenario"); `path` leads to it where it is part of a larger whole. A misspelt key is reported and gets the name that
