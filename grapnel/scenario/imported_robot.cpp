@@ -345,12 +345,12 @@ class Importer {
   ImportedFile result_;
 };
 
-// Whether the choices are sound by themselves; what is not has been reported where they are read.
-bool is_sound(const Node& settings, const nlohmann::ordered_json& schema) {
-  Node copy = settings;
+// The choices as they are read; empty if they are not sound, which is reported where the scenario is checked.
+std::optional<Node> sound_settings(Node settings) {
   FaultList faults;
-  check_structure(copy, schema, "import", faults, "import");
-  return faults.empty();
+  if (settings.kind != Node::Kind::null) check_structure(settings, import_schema(), "import", faults, "import");
+  if (!faults.empty()) return {};
+  return settings;
 }
 
 }  // namespace
@@ -413,9 +413,9 @@ std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs:
       faults.add(entry->mark, "'import' has no meaning beside robot.arms, where every arm has choices of its own");
     if (faults.size() == before) imported = importer.finish(importer.on_bus(checked));
   } else {
-    const Node& settings = part(scenario, "import");
-    if (settings.kind != Node::Kind::null && !is_sound(settings, import_schema())) return nullptr;
-    imported = importer.finish(importer.single(path_beside(path, robot.text), robot, settings));
+    const auto settings = sound_settings(part(scenario, "import"));
+    if (!settings) return nullptr;
+    imported = importer.finish(importer.single(path_beside(path, robot.text), robot, *settings));
   }
   if (!imported) return nullptr;
   files.keep_imported(import_key(scenario, path), imported);
