@@ -345,12 +345,12 @@ class Importer {
   ImportedFile result_;
 };
 
-// Whether the choices are sound by themselves; what is not has been reported where they are read.
-bool is_sound(const Node& settings, const nlohmann::ordered_json& schema) {
-  Node copy = settings;
+// The choices as they are read; empty if they are not sound, which is reported where the scenario is checked.
+std::optional<Node> sound_settings(Node settings) {
   FaultList faults;
-  check_structure(copy, schema, "import", faults, "import");
-  return faults.empty();
+  if (settings.kind != Node::Kind::null) check_structure(settings, import_schema(), "import", faults, "import");
+  if (!faults.empty()) return {};
+  return settings;
 }
 
 }  // namespace
@@ -396,8 +396,7 @@ std::shared_ptr<const ImportedFile> import_model(const fs::path& model, const No
 
 std::shared_ptr<const ImportedFile> imported_robot(const Node& scenario, const fs::path& path,
                                                    const ScenarioFiles& files) {
-  const auto kept = files.find(import_key(scenario, path));
-  return kept ? kept->imported : nullptr;
+  return files.find_imported(import_key(scenario, path));
 }
 
 std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs::path& path, ScenarioFiles& files,
@@ -414,14 +413,12 @@ std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs:
       faults.add(entry->mark, "'import' has no meaning beside robot.arms, where every arm has choices of its own");
     if (faults.size() == before) imported = importer.finish(importer.on_bus(checked));
   } else {
-    const Node& settings = part(scenario, "import");
-    if (settings.kind != Node::Kind::null && !is_sound(settings, import_schema())) return nullptr;
-    imported = importer.finish(importer.single(path_beside(path, robot.text), robot, settings));
+    const auto settings = sound_settings(part(scenario, "import"));
+    if (!settings) return nullptr;
+    imported = importer.finish(importer.single(path_beside(path, robot.text), robot, *settings));
   }
   if (!imported) return nullptr;
-  ScenarioFiles::File kept;
-  kept.imported = imported;
-  files.keep(import_key(scenario, path), std::move(kept));
+  files.keep_imported(import_key(scenario, path), imported);
   return imported;
 }
 
