@@ -106,6 +106,11 @@ int import_robot_file(const ImportCommandOptions& options) {
     if (fs::equivalent(options.model, options.output, error))
       faults.add({std::make_shared<const std::string>(options.output.string()), 0, 0},
                  "the result would replace the model; name another file with -o");
+    // Meshes are named as seen from there.
+    const fs::path folder = options.output.parent_path();
+    if (!folder.empty() && !fs::is_directory(folder, error))
+      faults.add({std::make_shared<const std::string>(options.output.string()), 0, 0},
+                 fmt::format("there is no folder {}", in_quotes(folder.string())));
     faults.throw_if_any();
 
     ScenarioFiles files;

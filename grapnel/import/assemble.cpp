@@ -335,7 +335,7 @@ class RobotAssembly {
       decide(
           shape.mark,
           fmt::format("link {}: the {} shape {}is left out, {}", in_quotes(link.name), visual ? "visual" : "collision",
-                      shape.mesh_file.empty() ? "" : in_quotes(shape.mesh_file) + " ", why_not),
+                      shape.mesh_file.empty() ? "" : "'" + printable_line(shape.mesh_file) + "' ", why_not),
           link.name);
     }
     return shapes.items.size() > before;

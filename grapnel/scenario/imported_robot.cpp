@@ -396,8 +396,7 @@ std::shared_ptr<const ImportedFile> import_model(const fs::path& model, const No
 
 std::shared_ptr<const ImportedFile> imported_robot(const Node& scenario, const fs::path& path,
                                                    const ScenarioFiles& files) {
-  const auto kept = files.find(import_key(scenario, path));
-  return kept ? kept->imported : nullptr;
+  return files.find_imported(import_key(scenario, path));
 }
 
 std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs::path& path, ScenarioFiles& files,
@@ -419,9 +418,7 @@ std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs:
     imported = importer.finish(importer.single(path_beside(path, robot.text), robot, settings));
   }
   if (!imported) return nullptr;
-  ScenarioFiles::File kept;
-  kept.imported = imported;
-  files.keep(import_key(scenario, path), std::move(kept));
+  files.keep_imported(import_key(scenario, path), imported);
   return imported;
 }
 

@@ -37,11 +37,11 @@ bool changes_import(const Node& scenario, const Change& change);
 /// Changes with these first: others may lead into the robot that the import makes.
 std::vector<Change> import_first(const Node& scenario, std::span<const Change> changes);
 
-/// Reads the robot of a scenario that needs_import(). It is kept: asked again with the same files, robot and choices it
-/// is the same. Null after faults.
+/// Reads the robot of a scenario that needs_import(). It is kept for a while: asked again with the same files, robot
+/// and choices it is the same, for models are read once. Null after faults.
 std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const std::filesystem::path& path,
                                                  ScenarioFiles& files, FaultList& faults);
-/// The one that was read before; null if there is none.
+/// The one that was read before, if it is still kept; else null.
 std::shared_ptr<const ImportedFile> imported_robot(const Node& scenario, const std::filesystem::path& path,
                                                    const ScenarioFiles& files);
 

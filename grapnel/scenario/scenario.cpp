@@ -298,6 +298,21 @@ void ScenarioFiles::keep(const std::filesystem::path& path, File file) {
   files_.emplace(path.string(), std::make_shared<const File>(std::move(file)));
 }
 
+std::shared_ptr<const ImportedFile> ScenarioFiles::find_imported(const std::string& key) const {
+  const std::lock_guard lock(mutex_);
+  const auto it = imported_.find(key);
+  return it == imported_.end() ? nullptr : it->second;
+}
+
+void ScenarioFiles::keep_imported(const std::string& key, std::shared_ptr<const ImportedFile> imported) {
+  const std::lock_guard lock(mutex_);
+  if (!imported_.emplace(key, std::move(imported)).second) return;
+  imported_order_.push_back(key);
+  if (imported_order_.size() <= kMostImported) return;
+  imported_.erase(imported_order_.front());
+  imported_order_.pop_front();
+}
+
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Override> overrides,
                              std::vector<Fault>* warnings) {
   FaultList faults;

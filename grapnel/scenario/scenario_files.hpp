@@ -4,6 +4,7 @@
 /// Scenarios from files that are read once: a study sees the same bytes for all its points, whatever happens on disk
 /// meanwhile.
 
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -27,17 +28,26 @@ class ScenarioFiles {
     std::string bytes;
     std::string text;  // checked_text() of a file that is no YAML
     Node tree;
-    std::shared_ptr<const TriangleMesh> mesh = {};      // of a mesh file, whose `bytes` are but a digest
-    std::shared_ptr<const SourceModel> model = {};      // of a model to be imported
-    std::shared_ptr<const ImportedFile> imported = {};  // of no file: a robot put together from files
+    std::shared_ptr<const TriangleMesh> mesh = {};  // of a mesh file, whose `bytes` are but a digest
+    std::shared_ptr<const SourceModel> model = {};  // of a model to be imported
   };
   /// Null if it has not been kept.
   std::shared_ptr<const File> find(const std::filesystem::path& path) const;
   void keep(const std::filesystem::path& path, File file);
 
+  /// Robots put together from files, by what they were made from (imported_robot.hpp): the last ones only, since
+  /// campaigns may vary how they are made. Null if it has not been kept.
+  std::shared_ptr<const ImportedFile> find_imported(const std::string& key) const;
+  void keep_imported(const std::string& key, std::shared_ptr<const ImportedFile> imported);
+
  private:
+  static constexpr std::size_t kMostImported = 64;
+
   mutable std::mutex mutex_;
-  std::map<std::string, std::shared_ptr<const File>> files_;  // guarded by mutex_
+  // Guarded by mutex_.
+  std::map<std::string, std::shared_ptr<const File>> files_;
+  std::map<std::string, std::shared_ptr<const ImportedFile>> imported_;
+  std::deque<std::string> imported_order_;
 };
 
 /// load_scenario() with changes as trees. @throws InputError with all faults.

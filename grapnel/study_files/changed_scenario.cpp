@@ -45,7 +45,12 @@ void move_path(const std::filesystem::path& scenario, const std::filesystem::pat
 void include_robot(Node& root, const std::filesystem::path& scenario, const ScenarioFiles& files) {
   Node* robot = root.find("robot");
   if (robot && needs_import(*robot)) {
-    const auto imported = imported_robot(root, scenario, files);
+    auto imported = imported_robot(root, scenario, files);
+    if (!imported) {  // made again
+      ScenarioFiles fresh;
+      FaultList unexpected;
+      imported = import_robot(root, scenario, fresh, unexpected);
+    }
     if (!imported) return;
     *robot = imported->tree;
     drop(root, "import");

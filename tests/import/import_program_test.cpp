@@ -55,6 +55,8 @@ TEST_F(ImportProgram, SaysAllFaultsWithTheirPlaces) {
               HasSubstr("--base buss: error: there is no link 'buss' to be the base; did you mean 'bus'?\n"));
   EXPECT_THAT(run("import none.urdf -o robot.yaml").err, HasSubstr("none.urdf: error: "));
   EXPECT_THAT(run("import none.yaml -o robot.yaml").err, HasSubstr("a model to be imported ends in .urdf or .xml"));
+  EXPECT_THAT(run("import " + corpus("gripper.urdf") + " -o none/robot.yaml").err,
+              HasSubstr("none/robot.yaml: error: there is no folder 'none'\n"));
   write("m.urdf", "<robot/>");
   EXPECT_THAT(run("import m.urdf -o m.urdf").err, HasSubstr("the result would replace the model"));
 }

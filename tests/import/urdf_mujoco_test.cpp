@@ -15,11 +15,25 @@
 namespace grapnel {
 namespace urdf_mujoco_test {
 
+// MuJoCo wants all six components of an inertia; those that are absent are 0 for Grapnel.
+std::string with_all_components(std::string text) {
+  for (std::size_t at = 0; (at = text.find("<inertia ", at)) != std::string::npos; ++at) {
+    const std::string element = text.substr(at, text.find('>', at) - at);
+    for (const char* key : {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"}) {
+      if (element.find(key) == std::string::npos) text.insert(at + 9, std::string(key) + "=\"0\" ");
+    }
+  }
+  return text;
+}
+
 // MuJoCo bolts a URDF's root to the ground, so compared are the rows of the joints with the base at rest.
-void compare(const std::string& name) {
+void compare(const std::string& name, double bound) {
   SCOPED_TRACE(name);
   char message[1000] = "";
-  mjModel* const m = mj_loadXML(testing::corpus(name).c_str(), nullptr, message, sizeof message);
+  const auto file = std::filesystem::temp_directory_path() / ("grapnel-mujoco-" + std::to_string(getpid()) + ".urdf");
+  std::ofstream(file) << with_all_components(testing::bytes_of(testing::corpus(name)));
+  mjModel* const m = mj_loadXML(file.c_str(), nullptr, message, sizeof message);
+  std::filesystem::remove(file);
   ASSERT_NE(m, nullptr) << message;
   mjData* const d = mj_makeData(m);
   m->opt.gravity[0] = m->opt.gravity[1] = m->opt.gravity[2] = 0;
@@ -62,15 +76,19 @@ void compare(const std::string& name) {
     }
     worst_bias = std::max(worst_bias, std::abs(bias[v] - d->qfrc_bias[rows[i]]));
   }
-  EXPECT_LT(worst_mass, 1e-10 * scale);
-  EXPECT_LT(worst_bias, 1e-10 * scale);
+  EXPECT_LT(worst_mass, bound * scale);
+  EXPECT_LT(worst_bias, bound * scale);
   EXPECT_GT(scale, 0.05);
   mj_deleteData(d);
   mj_deleteModel(m);
 }
 
 TEST(UrdfMujoco, MassMatrixAndBiasAreMujocosOfTheSameFile) {
-  for (const char* name : {"massless-root.urdf", "chain.urdf", "limits.urdf"}) compare(name);
+  compare("massless-root.urdf", 1e-10);
+  compare("limits.urdf", 1e-10);
+  // MuJoCo looks for the principal axes of links that it fuses by iterations that end early: it differs by 2.3e-9 from
+  // what UrdfAssembly.* computes otherwise.
+  compare("chain.urdf", 1e-8);
 }
 
 }  // namespace urdf_mujoco_test
