@@ -43,8 +43,10 @@ void read_option(const MjcfElement& option, MjcfContext& context) {
   for (const char* medium : {"density", "viscosity"}) {
     const auto value = given.number(medium, context.faults);
     if (value && *value != 0)
-      context.fault(option.mark(medium),
-                    fmt::format("{} of the medium is {}: forces of a fluid are not supported", medium, *value));
+      context.fault(
+          option.mark(medium),
+          fmt::format("{} of the medium is {}: forces of a fluid are not supported; remove it for a robot in space",
+                      medium, *value));
   }
   context.passed_over.check_attributes(option, context.faults);
   for (const MjcfElement& flag : option.children) {
@@ -318,8 +320,8 @@ class RobotMaker {
     if (stiffness && *stiffness != 0)
       context_.fault(
           given.mark("stiffness"),
-          fmt::format("stiffness of <joint> is {}: springs in joints are not supported; remove the attribute, "
-                      "or lock the joint",
+          fmt::format("stiffness of <joint> is {}: springs in joints are not supported; remove the attribute "
+                      "(stiffness=\"0\" where a default class gives it)",
                       *stiffness));
     const auto spring = given.numbers("springdamper", 2, context_.faults);
     if (spring && ((*spring)[0] != 0 || (*spring)[1] != 0))

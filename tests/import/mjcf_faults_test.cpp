@@ -189,7 +189,7 @@ const Refused kRefused[] = {
      "<joint> has no attribute 'dampin' in MJCF; did you mean 'damping'?"},
     {"unknown_attribute_of_a_class",
      {.root = "<default><default class='a'><joint dampin='1'/></default></default>"},
-     "2:35",
+     "2:36",
      "<joint> has no attribute 'dampin'"},
     {"unknown_attribute_of_a_tendon",
      {.rest = "<tendon><fixed stifness='1'/></tendon>"},
