@@ -20,11 +20,12 @@ study = out / "study.yaml"
 study.write_text(f"""
 schema: grapnel-study/1
 name: impulse against angle and speed
-scenario: {source.resolve()}/scenarios/thesis/open-loop-at-contact.yaml
+scenario: {source.resolve()}/scenarios/thesis/open-loop-case-1-planned.yaml
 simulate: impact
+set: {{approach.plan.starts: 4}}      # initial guesses of the search: those that find nothing cost most
 axes:
-  - {{quantity: relative_speed, values: [0.05, 0.1, 0.2]}}      # [m/s]
-  - {{quantity: approach_angle, from: -60, to: 60, count: 25, unit: deg}}
+  - {{quantity: relative_speed, values: [0.05, 0.1]}}      # [m/s]
+  - {{quantity: approach_angle, from: -20, to: 60, count: 7, unit: deg}}
 """, encoding="utf-8")
 
 folder = grapnel.sweep(study, out=out / "results")
