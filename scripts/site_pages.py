@@ -227,8 +227,11 @@ def main():
     if manual.returncode:
         faults.append(manual.stderr)
     site.write("commands.md", manual.stdout)
-    reference = "```{automodule} grapnel\n:members:\n:undoc-members:\n:imported-members:\n```\n" if module else \
-        "The Python module was not built when this site was made: `scripts/setup python`, then build with `-DGRAPNEL_PYTHON=ON`.\n"
+    reference = "The Python module was not built when this site was made: `scripts/setup build`, then build `build/release` anew.\n"
+    if module:
+        modules = ["grapnel"] + [f"grapnel.{name}" for name in ("env",) if (pathlib.Path(module) / "grapnel" / f"{name}.py").exists()]
+        reference = "\n".join("```{eval-rst}\n.. automodule:: " + name + "\n   :members:\n   :imported-members:\n```\n" if name == "grapnel" else
+                              "## " + name + "\n\n```{eval-rst}\n.. automodule:: " + name + "\n   :members:\n```\n" for name in modules)
     site.write("python-reference.md", "# Python reference\n\n" + reference)
     site.take_pages(made)
     for fault in faults + site.faults:

@@ -1,6 +1,7 @@
 """How Sphinx makes the documentation's site; scripts/docs calls it on the pages that scripts/site_pages.py has laid out."""
 import os
 import pathlib
+import re
 import sys
 
 from breathe.renderer import sphinxrenderer
@@ -77,6 +78,15 @@ def members_of_namespace(renderer, node):
         return renderer.render(data, context)
 
 
+def plain_docstring(app, what, name, item, options, lines):
+    """Docstrings are text: |x| is a magnitude and no substitution, * a product and no emphasis. Code in backquotes stays as it is."""
+    for i, line in enumerate(lines):
+        parts = re.split(r"(`+[^`]*`+)", line)
+        lines[i] = "".join(part if part.startswith("`") else re.sub(r"([|*])", r"\\\1", part) for part in parts)
+
+
 def setup(app):
+    if python_package:
+        app.connect("autodoc-process-docstring", plain_docstring)
     sphinxrenderer.SphinxRenderer.visit_namespace = members_of_namespace
     app.connect("build-finished", mend_furo)
