@@ -327,7 +327,7 @@ TEST(Clearance, OfABodyWithTwoShapesIsThatOfTwoBodiesFixedToEachOther) {
   double worst = 0;
   for (std::size_t s = 0; s < least.size(); ++s)
     worst = std::max(worst, std::abs(least[s] - series(b, "clearance/minimum").data[s]));
-  EXPECT_LT(worst, 1e-9);
+  EXPECT_LT(worst, 1e-9);  // measured 1e-12
   std::printf("[ measured ] worst sample %.2g\n", worst);
 }
 
