@@ -179,7 +179,9 @@ int main(int argc, char** argv) {
 
   std::string robot;
   CLI::App* info_command = app.add_subcommand("info", "Mass, centre of mass, composite inertia and reach of a robot");
-  info_command->add_option("robot", robot, "Robot file (YAML), a model in URDF or MJCF, or the name of a ready-made robot or target")
+  info_command
+      ->add_option("robot", robot,
+                   "Robot file (YAML), a model in URDF or MJCF, or the name of a ready-made robot or target")
       ->required();
   info_command->callback([&] { code = info(robot); });
 

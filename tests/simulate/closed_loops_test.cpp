@@ -176,7 +176,7 @@ TEST(ClosedPhase, ADrivenCrankMovesTheRocker) {
   });
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_NEAR(o.end_state.q[coordinate(l, "crank")], 12, 1e-14);
-  EXPECT_LT(wrong, 1e-12);           // measured 4.4e-16
+  EXPECT_LT(wrong, 1e-12);             // measured 4.4e-16
   EXPECT_LT(balance, 1e-9 * largest);  // measured 3.2e-12
   EXPECT_GT(largest, 10 * energy);
   std::printf("[ measured ] shape %.2g, balance %.2g\n", wrong, balance / largest);
