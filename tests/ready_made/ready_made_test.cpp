@@ -103,7 +103,8 @@ TEST(ReadyMadeTargets, ArePossible) {
     const TargetSetup target = load_ready_made_target(name, &warnings);
     for (const Fault& doubt : warnings) ADD_FAILURE() << doubt.text();
     EXPECT_FALSE(target.grasp_points.empty()) << name;
-    expect_possible(target.mass, target.inertia, target.geometry, 1, name);
+    ASSERT_EQ(target.geometry.size(), 1u) << name;
+    expect_possible(target.mass, target.inertia, target.geometry[0], 1, name);
     for (const GraspPoint& point : target.grasp_points) EXPECT_TRUE(point.approach_direction) << name;
   }
 }
