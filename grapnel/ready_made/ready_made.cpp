@@ -23,9 +23,10 @@ std::string_view kind_name(ReadyMade::Kind kind) {
   return "template";
 }
 
-// Of the comment that a text begins with.
+// Of the comment that a text begins with, after the line that names the schema to editors.
 std::string first_sentence(std::string_view text) {
   std::string sentence;
+  if (text.starts_with("# yaml-language-server: ")) text.remove_prefix(std::min(text.find('\n'), text.size() - 1) + 1);
   while (text.starts_with("# ")) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     sentence += (sentence.empty() ? "" : " ") + std::string(text.substr(2, end - 2));
