@@ -15,6 +15,7 @@
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/optimization_report.hpp"
 #include "grapnel/study_files/study_files.hpp"
+#include "grapnel/text/message_text.hpp"
 #include "output_folder.hpp"
 #include "run_problem.hpp"
 #include "terminal.hpp"
@@ -206,6 +207,12 @@ int info(const std::filesystem::path& file) {
   if (!std::filesystem::exists(file, unknown)) {
     if (const ReadyMade* target = find_ready_made(ReadyMade::Kind::targets, file.string()))
       return print_target(*target);
+    const std::string name = file.string();
+    if (is_ready_made_name(name) && !find_ready_made(ReadyMade::Kind::robots, name)) {
+      to_stderr("grapnel: error: there is no file {}; {}; {}\n", in_quotes(name),
+                no_ready_made(ReadyMade::Kind::targets, name), no_ready_made(ReadyMade::Kind::robots, name));
+      return kBadInput;
+    }
   }
   try {
     CaptureProblem problem;

@@ -87,6 +87,7 @@ TEST_F(Init, InfoKnowsTheNames) {
     EXPECT_THAT(o.out, HasSubstr("mass ")) << one.name;
   }
   EXPECT_EQ(run("info ets-8").code, 2);
+  EXPECT_THAT(run("info envisat").err, HasSubstr("did you mean 'envisat-class'?"));
 }
 
 }  // namespace init_test
