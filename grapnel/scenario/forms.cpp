@@ -282,7 +282,7 @@ void read_places(const ValueToRead& at) {
 
 Json robot_schema_of(const Field& field, const TypeReference& reference) {
   return {{"anyOf",
-           {titled(name_schema(), "the path of a robot file"),
+           {titled(name_schema(), "the name of a ready-made robot, the path of a robot file or model"),
             {{"allOf", Json::array({reference(field.type())})},
              {"type", "object"},
              {"title", "a mapping with a robot's content"}},

@@ -18,10 +18,12 @@ TEST_P(RobotFault, IsReportedWithItsPlace) {
 const std::vector<FaultCase> kCases{
     {"robot_of_wrong_type",
      {{"robot:\n  name: arm\n  base: {mass: 100, inertia: [10, 10, 10]}", "robot: [1]\nx:"}},
-     {"scenario.yaml:2:8: error: robot must be the path of a robot file or a mapping with a robot's content, not a "
-      "list",
+     {"scenario.yaml:2:8: error: robot must be the name of a ready-made robot, the path of a robot file or model, a "
+      "mapping "
+      "with a robot's content or a mapping with a bus and arms, not a list",
       "scenario.yaml:3:1: error: unknown key 'x' in the scenario; allowed are schema, name, description, robot, "
-      "gravity, initial, targets, grasps, approach, contact, impact, post_impact, external_wrenches, clearance, "
+      "import, gravity, initial, targets, grasps, approach, contact, impact, post_impact, external_wrenches, "
+      "clearance, "
       "integration, output"}},
     {"robot_axis_not_unit",
      {{"type: revolute, axis: [0, 0, 1], limits", "type: revolute, axis: [0, 1, 1], limits"}},
