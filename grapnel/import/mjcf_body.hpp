@@ -12,7 +12,7 @@
 
 namespace grapnel {
 
-/// A mesh of <asset>. Its shape stands at (frame of the geom) * X_GM, multiplied with `scale` before.
+/// A mesh of `<asset>`. Its shape stands at (frame of the geom) * X_GM, multiplied with `scale` before.
 struct MjcfMesh {
   std::string name;
   const MjcfElement* element = nullptr;
@@ -40,7 +40,7 @@ struct MjcfContext {
   }
 };
 
-/// An element of a body, perhaps inside of <frame> elements.
+/// An element of a body, perhaps inside of `<frame>` elements.
 struct MjcfPart {
   MjcfAttributes attributes;
   Posed X_BF = Posed::identity();  // of the innermost frame in the body's
@@ -59,10 +59,10 @@ struct MjcfBody {
   std::vector<const MjcfElement*> refused;  // what cannot be read, if this body is part of the robot
 };
 
-/// A mesh of <asset>.
+/// A mesh of `<asset>`.
 MjcfMesh read_mjcf_mesh(const MjcfElement& element, MjcfContext& context);
 
-/// Mass and inertia in the body's frame as MuJoCo takes them: from <inertial> or from geoms, within the compiler's
+/// Mass and inertia in the body's frame as MuJoCo takes them: from `<inertial>` or from geoms, within the compiler's
 /// bounds. Empty if there are none. Those of a mesh are a fault, but a decision on bodies that do not move.
 std::optional<SourceInertia> read_mjcf_inertia(const MjcfBody& body, MjcfContext& context);
 

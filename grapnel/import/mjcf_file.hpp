@@ -19,7 +19,7 @@
 
 namespace grapnel {
 
-/// An element; in the place of <include> stands what the file that it names holds.
+/// An element; in the place of `<include>` stands what the file that it names holds.
 struct MjcfElement {
   const XmlFile* file = nullptr;
   pugi::xml_node node;
@@ -39,7 +39,7 @@ class MjcfFiles {
   /// is a fault.
   MjcfFiles(const std::filesystem::path& path, std::string text, FaultList& faults);
 
-  /// <mujoco>, or null if there is none.
+  /// `<mujoco>`, or null if there is none.
   const MjcfElement* root() const { return root_ ? &*root_ : nullptr; }
   /// Files that were found beside the file that includes them, not beside the model's; text, which says nothing.
   const std::vector<ImportDecision>& decisions() const { return decisions_; }
@@ -87,7 +87,7 @@ struct MjcfAttributes {
 /// The tree of default classes. A class has what its parent had when it was made, as in MuJoCo.
 class MjcfDefaults {
  public:
-  /// Reads a <default> section.
+  /// Reads a `<default>` section.
   void read(const MjcfElement& section, FaultList& faults);
 
   /// An element's attributes; `childclass` is that of the bodies around it, which an own `class` replaces. `kind` is
@@ -110,7 +110,7 @@ class MjcfDefaults {
 /// "actuator" for the tags of actuators, which share their defaults; other tags as they are.
 std::string mjcf_kind(const std::string& tag);
 
-/// What <compiler> says, with MuJoCo's defaults (of version 2.3 and later).
+/// What `<compiler>` says, with MuJoCo's defaults (of version 2.3 and later).
 struct MjcfCompiler {
   bool degrees = true;
   std::string eulerseq = "xyz";  // upper case: about fixed axes

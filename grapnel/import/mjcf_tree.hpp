@@ -15,7 +15,7 @@ struct MjcfTree {
   std::vector<MjcfBody> bodies;  // parents first, in the order of the file; the world is none of them
 };
 
-/// Reads all <worldbody> sections.
+/// Reads all `<worldbody>` sections.
 MjcfTree read_mjcf_tree(const MjcfElement& root, MjcfContext& context);
 
 /// The bodies that are read as the robot.

@@ -9,7 +9,7 @@
 
 namespace grapnel {
 
-/// The links, joints and transmissions of a <robot>. Faults, at their places: what is no URDF or still a xacro file,
+/// The links, joints and transmissions of a `<robot>`. Faults, at their places: what is no URDF or still a xacro file,
 /// names that lack or occur twice, values that are no numbers, types of joints that do not exist. Whether links and
 /// joints form a tree is not looked at.
 SourceModel read_urdf(const XmlFile& file, FaultList& faults);
