@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "grapnel/campaign/criterion_expression.hpp"
+#include "grapnel/text/units.hpp"
 
 namespace grapnel {
 namespace {
@@ -90,7 +91,7 @@ class Parser {
     if (text_[at_] == '^') fail("there is no operator '^'; write a product", at_);
     if (text_[at_] == ',') fail("',' separates the arguments of min and max only", at_);
     fail("expected an operator (and, or, <, +, …) or the end, found " + found() +
-             (is_letter(text_[at_]) ? "; numbers have their columns' units, which are not written" : ""),
+             (is_letter(text_[at_]) ? "; units are written as in '0.2 N s', '5 deg/s'" : ""),
          at_);
   }
 
@@ -239,9 +240,34 @@ class Parser {
     Expression e = node(Kind::number, at_);
     const auto result = std::from_chars(rest().data(), rest().data() + length, e.constant);
     if (result.ec != std::errc()) fail("a number that is too large or too small: " + found(), at_);
+    const std::string_view digits = rest().substr(0, length);
     at_ += length;
     skip_spaces();
+    if (const std::size_t of_unit = unit_length(); of_unit > 0) {
+      const std::string_view unit = rest().substr(0, of_unit);
+      e.unit = unit;
+      e.constant = in_si({digits, unit}, *unit_named(unit));
+      if (!std::isfinite(e.constant)) fail("a number that is too large: " + found(), e.begin);
+      at_ += of_unit;
+      skip_spaces();
+    }
     return e;
+  }
+
+  // Of the longest unit that begins here and ends where a word ends. After a number nothing but a unit begins with a
+  // letter, except the operators `and` and `or`.
+  std::size_t unit_length() const {
+    constexpr std::size_t kLongestUnit = 40;
+    const auto is_of_word = [](char c) {
+      return is_letter(c) || is_digit(c) || (static_cast<unsigned char>(c) & 0x80);
+    };
+    if (at_end() || !is_of_word(text_[at_])) return 0;
+    for (std::size_t length = std::min(rest().size(), kLongestUnit); length > 0; --length) {
+      const char last = rest()[length - 1];
+      if (is_space(last) || (length < rest().size() && is_of_word(last) && is_of_word(rest()[length]))) continue;
+      if (unit_named(rest().substr(0, length))) return length;
+    }
+    return 0;
   }
 
   static Expression named(std::vector<NameMatch> matches, std::size_t begin) {
@@ -366,8 +392,10 @@ class Passes {
 
 }  // namespace
 
-Criterion Criterion::parse(const std::string& text, std::span<const std::string> names, const std::string& name) {
+Criterion Criterion::parse(const std::string& text, std::span<const std::string> names, const std::string& name,
+                           std::span<const std::string> units) {
   Expression root = Parser(text, names).parse();
+  check_units(root, names, units);
   Passes::of_condition(root);
   Criterion criterion;
   criterion.text_ = text;

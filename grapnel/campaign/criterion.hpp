@@ -35,10 +35,13 @@ class Criterion {
   static constexpr int kDeepest = 100;            // nested parentheses, functions and signs
 
   /// Parses `text` over the numbers called `names` (of a campaign: the columns, then the inputs; of equal names the
-  /// first counts). `name`: for results; the text if empty.
+  /// first counts), in `units`; empty: these are not known, or have been compared before. `name`: for results; the text
+  /// if empty.
   ///
   /// Operators, from loosest to tightest: or; and; not; < <= > >= == != (not chained); + -; * /; unary + -. Operands:
-  /// numbers, names, parentheses, abs(x), sqrt(x), min(x, ...), max(x, ...). Numbers have their columns' units.
+  /// numbers, names, parentheses, abs(x), sqrt(x), min(x, ...), max(x, ...). Numbers have their columns' units, or one
+  /// that is written, "0.2 N s", with which they become SI; what they are compared with, or added to, must then be of
+  /// that dimension.
   ///
   /// Names are written as they are: where an operand may stand, the longest known name wins that ends at the text's
   /// next other character or before a - or a /. So `a/b` is the column a/b if there is one, else a divided by b. Names
@@ -52,7 +55,8 @@ class Criterion {
   /// with it, is neither true nor false, its opposite too; a criterion holds only if it is true. min and max of a NaN
   /// are NaN.
   /// @throws CriterionError
-  static Criterion parse(const std::string& text, std::span<const std::string> names, const std::string& name = "");
+  static Criterion parse(const std::string& text, std::span<const std::string> names, const std::string& name = "",
+                         std::span<const std::string> units = {});
 
   /// Whether it holds for numbers in the order of the names; not checked where a number that does not exist decides.
   Verdict judge(std::span<const double> numbers) const;

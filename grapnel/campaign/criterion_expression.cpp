@@ -1,9 +1,12 @@
 #include "grapnel/campaign/criterion_expression.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <limits>
+
+#include "grapnel/text/units.hpp"
 
 namespace grapnel {
 namespace {
@@ -228,7 +231,118 @@ void collect_limit(const Expression& side, bool at_most, double bound, std::vect
   }
 }
 
+// What is known of an expression's dimension. Plain numbers take any.
+struct Dimension {
+  enum class Kind { any, known, unknown };
+  Kind kind = Kind::any;
+  std::array<int, 4> powers{};  // known: as of units
+  bool is_stated = false;       // a number with a unit takes part
+  bool is_si = true;            // else a name's numbers are in a unit such as deg
+  std::string text;             // for messages
+};
+
+class UnitCheck {
+ public:
+  UnitCheck(std::span<const std::string> names, std::span<const std::string> units) : names_(names), units_(units) {}
+
+  Dimension of(const Expression& e) const {
+    switch (e.kind) {
+      case Kind::number:
+        return e.unit.empty() ? Dimension() : of_number(e);
+      case Kind::name:
+        return of_names(e.indices);
+      case Kind::product:
+        return of_product(e);
+      case Kind::negative:
+      case Kind::abs:
+      case Kind::condition:
+        return of(e.operands.front());
+      case Kind::sqrt: {
+        Dimension root = of(e.operands.front());
+        for (int& power : root.powers) power /= 2;
+        root.text = "the square root";
+        return root;
+      }
+      case Kind::all_of:
+      case Kind::any_of:
+      case Kind::none_of:
+        for (const Expression& part : e.operands) of(part);
+        return {};
+      case Kind::comparison:
+        of_equals(e, "compared with");
+        return {};
+      case Kind::sum:
+        return of_equals(e, "added to");
+      default:
+        return of_equals(e, "put beside");
+    }
+  }
+
+ private:
+  static Dimension of_number(const Expression& e) {
+    return {Dimension::Kind::known, unit_named(e.unit)->powers, true, true, "a number in '" + e.unit + "'"};
+  }
+
+  Dimension of_names(std::span<const std::size_t> indices) const {
+    Dimension first = of_name(indices.front());
+    for (const std::size_t index : indices) {
+      if (index < units_.size() && units_[index] != units_[indices.front()])
+        first.powers.fill(std::numeric_limits<int>::max()), first.text = "numbers of several units";  // fit nothing
+    }
+    return first;
+  }
+
+  Dimension of_name(std::size_t index) const {
+    const std::optional<Unit> unit = index < units_.size() ? unit_named(units_[index]) : std::nullopt;
+    if (!unit) return {Dimension::Kind::unknown, {}, false, true, ""};
+    const bool is_si = unit->to_si.digits == "1" && unit->to_si.exponent == 0;
+    return {
+        Dimension::Kind::known, unit->powers, false, is_si,
+        "'" + names_[index] + "' " + (units_[index] == "1" ? "(a number without unit)" : "(in " + units_[index] + ")")};
+  }
+
+  Dimension of_product(const Expression& e) const {
+    Dimension all;
+    for (std::size_t i = 0; i < e.operands.size(); ++i) {
+      const Dimension one = of(e.operands[i]);
+      all.is_stated = all.is_stated || one.is_stated;
+      all.is_si = all.is_si && one.is_si;
+      for (std::size_t k = 0; k < 4; ++k) all.powers[k] += e.inverse[i] ? -one.powers[k] : one.powers[k];
+      if (one.kind != Dimension::Kind::any && all.kind != Dimension::Kind::unknown) all.kind = one.kind;
+    }
+    all.text = "a product or quotient";
+    return all;
+  }
+
+  // Operands that must be of one dimension, once a unit is written.
+  Dimension of_equals(const Expression& e, const char* how) const {
+    Dimension first;
+    for (const Expression& operand : e.operands) {
+      Dimension one = of(operand);
+      if (one.kind == Dimension::Kind::any) continue;
+      if (first.kind == Dimension::Kind::any) {
+        first = std::move(one);
+        continue;
+      }
+      first.is_stated = first.is_stated || one.is_stated;
+      if (first.kind == Dimension::Kind::unknown || one.kind == Dimension::Kind::unknown) continue;
+      if (first.is_stated && first.powers != one.powers)
+        throw CriterionError(one.text + " cannot be " + how + " " + first.text, operand.begin);
+      if (first.is_stated && !(first.is_si && one.is_si))
+        throw CriterionError((first.is_si ? one.text : first.text) + " takes numbers in its unit, which is not written",
+                             operand.begin);
+    }
+    return first;
+  }
+
+  std::span<const std::string> names_, units_;
+};
+
 }  // namespace
+
+void check_units(const Expression& root, std::span<const std::string> names, std::span<const std::string> units) {
+  UnitCheck(names, units).of(root);
+}
 
 double value_of(const Expression& e, std::span<const double> numbers, std::size_t pass) {
   switch (e.kind) {

@@ -62,7 +62,8 @@ struct Criterion::Expression {
 
   Kind kind = Kind::number;
   Relation relation = Relation::less;
-  double constant = 0;
+  double constant = 0;                          // of a number; in SI if it has a unit
+  std::string unit;                             // as a number has it in the text, or none
   std::size_t begin = 0;                        // where it stands in the text
   std::vector<std::size_t> indices;             // of a name; several for one with stars
   std::vector<std::vector<std::string>> stars;  // of a name with stars: what they stand for, per index
@@ -70,6 +71,11 @@ struct Criterion::Expression {
   std::vector<bool> inverse;        // per operand
   std::vector<std::size_t> passes;  // min, max: per operand; comparison, condition: one
 };
+
+/// Checks that numbers with units are compared with, and added to, values of their dimension. `units`: of the names, or
+/// none. @throws CriterionError
+void check_units(const Criterion::Expression& root, std::span<const std::string> names,
+                 std::span<const std::string> units);
 
 /// Its number in a pass; conditions give 1 or 0, or NaN where a number that does not exist decides.
 double value_of(const Criterion::Expression& e, std::span<const double> numbers, std::size_t pass);

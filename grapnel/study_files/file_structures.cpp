@@ -411,8 +411,8 @@ struct Described<LimitFile> {
   static constexpr auto fields = std::to_array<Field>({
       field<&MeasuredFile::column>("column", kColumn).required(),
       field<&MeasuredFile::combine>("combine", kCombine),
-      field<&LimitFile::at_most>("at_most", "Upper bound."),
-      field<&LimitFile::at_least>("at_least", "Lower bound."),
+      field<&LimitFile::at_most>("at_most", "Upper bound.").in_any_unit(),
+      field<&LimitFile::at_least>("at_least", "Lower bound.").in_any_unit(),
   });
   static constexpr auto rules = std::to_array<Rule>({one_of("at_most, at_least")});
   static constexpr Type type = structure<LimitFile>("limit", "", fields, rules);

@@ -377,9 +377,12 @@ class CampaignReader {
   void read_success() {
     if (columns_.empty() || (result_.inputs.empty() && !entries().empty())) return;
     const std::vector<std::string> all = names(false);
+    std::vector<std::string> units;
+    for (const Column& column : columns_) units.push_back(column.unit);
+    for (const CampaignInput& input : result_.inputs) units.push_back(input.unit);
     for (const Condition& condition : conditions()) {
       try {
-        const Criterion criterion = Criterion::parse(condition.text, all, condition.name);
+        const Criterion criterion = Criterion::parse(condition.text, all, condition.name, units);
         for (const std::size_t index : criterion.reads()) {
           if (index >= chosen_.size()) continue;
           chosen_[index] = true;

@@ -12,6 +12,8 @@
 #include "grapnel/study_files/study_files.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/text_file.hpp"
+#include "grapnel/text/units.hpp"
+#include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
@@ -83,9 +85,17 @@ std::vector<OptimizationLimit> limits_of(const std::vector<LimitFile>& files, co
   std::vector<OptimizationLimit> limits;
   for (std::size_t i = 0; i < files.size(); ++i) {
     const bool at_most = files[i].at_most.has_value();
-    const double bound = at_most ? *files[i].at_most : files[i].at_least.value_or(0);
-    limits.push_back({measured_by(files[i], part(list.items[i], "column"), item("limits", i), at_most, columns, faults),
-                      at_most, bound});
+    const std::string place = item("limits", i);
+    limits.push_back({measured_by(files[i], part(list.items[i], "column"), place, at_most, columns, faults), at_most,
+                      at_most ? *files[i].at_most : files[i].at_least.value_or(0)});
+    OptimizationLimit& limit = limits.back();
+    const char* const key = at_most ? "at_most" : "at_least";
+    Node bound = part(list.items[i], key);
+    if (bound.written.empty() || limit.measured.columns.empty()) continue;
+    bound.text = bound.written, bound.unit = 0;
+    const std::string& unit = limit.measured.unit;
+    if (take_unit(bound, unit.empty() ? "1" : unit, below(place, key), faults) == UnitReading::taken)
+      limit.bound = number_of(bound).value();
   }
   return limits;
 }

@@ -93,6 +93,16 @@ void take_uncertain(Node& entry, const std::string& name, FaultList& faults) {
   if (Node* sphere = entry.find("sphere")) take_length(sphere->find("length"), unit, name + ".sphere.length", faults);
 }
 
+// A limit's bound is in the unit of its column, which only the scenario tells: limits_of() compares the dimensions.
+void take_bounds(Node& limit, const std::string& name, FaultList& faults) {
+  for (const char* key : {"at_most", "at_least"}) {
+    Node* const bound = limit.find(key);
+    if (!bound || !bound->is_scalar()) continue;
+    const auto parts = number_and_unit(bound->text);
+    if (parts && unit_named(parts->unit)) take_unit(*bound, std::string(parts->unit), below(name, key), faults);
+  }
+}
+
 }  // namespace
 
 void take_study_units(Node& root, FaultList& faults) {
@@ -100,6 +110,9 @@ void take_study_units(Node& root, FaultList& faults) {
   if (Node* list = root.find("variables")) {
     for (std::size_t i = 0; i < list->items.size(); ++i)
       take_keys(&list->items[i], {"from", "to"}, unit_of(list->items[i]), item("variables", i), faults);
+  }
+  if (Node* list = root.find("limits")) {
+    for (std::size_t i = 0; i < list->items.size(); ++i) take_bounds(list->items[i], item("limits", i), faults);
   }
   if (Node* list = root.find("uncertain")) {
     for (std::size_t i = 0; i < list->items.size(); ++i) take_uncertain(list->items[i], item("uncertain", i), faults);

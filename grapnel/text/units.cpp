@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <span>
+#include <utility>
 
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"
@@ -420,7 +421,11 @@ UnitReading take_unit(Node& node, std::string_view stated, const std::string& na
   const bool has_none = std::all_of(units.begin(), units.end(), [](std::string_view unit) { return unit == "1"; });
   const std::optional<Unit> given = unit_named(parts->unit);
   if (!given && !number_advice(node.text).empty()) return UnitReading::none;  // a slip of another kind
-  if (has_none) return refuse(fmt::format("{} must be a number without unit, not {}", name, in_quotes(node.text)));
+  if (has_none) {
+    const bool is_percentage = parts->unit == "%";
+    return refuse(fmt::format("{} must be a number without unit, not {}{}", name, in_quotes(node.text),
+                              is_percentage ? fmt::format("; write {}", scaled(parts->number, {"1", -2})) : ""));
+  }
   if (!given)
     return refuse(fmt::format("{}: unknown unit {} in {}{}", name, in_quotes(parts->unit), in_quotes(node.text),
                               meant_unit(parts->unit, units)));
@@ -430,7 +435,8 @@ UnitReading take_unit(Node& node, std::string_view stated, const std::string& na
     const double value = scaled(parts->number, product(given->to_si, wanted->from_si));
     if (!std::isfinite(value))
       return refuse(fmt::format("{} is {}, which is beyond what a double holds", name, in_quotes(node.text)));
-    node.text = fmt::format("{}", value);  // the shortest that reads back to the same double
+    node.written =
+        std::exchange(node.text, fmt::format("{}", value));  // the shortest that reads back to the same double
     node.plain = true;
     node.unit = static_cast<std::uint8_t>(i + 1);
     return UnitReading::taken;

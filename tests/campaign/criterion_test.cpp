@@ -212,7 +212,7 @@ TEST(Criterion, SaysWhatIsWrongAndWhere) {
   expect("a <", 3, "found the end");
   expect("a < < b", 4, "found '<'");
   expect("and a", 0, "before 'and'");
-  expect("a < 0.5 N", 8, "which are not written");
+  expect("a < 0.5 kgs", 8, "units are written as in '0.2 N s'");
   expect("a b", 2, "expected an operator");
   expect("a, b", 1, "separates the arguments");
   expect("abs(a, b) < 1", 5, "takes one argument");
@@ -223,6 +223,47 @@ TEST(Criterion, SaysWhatIsWrongAndWhere) {
   expect("a < \x01", 4, "control character");
   expect("a < $", 4, "found '$'");
   expect("a < é", 4, "'é'");
+}
+
+TEST(Criterion, NumbersMayHaveUnits) {
+  // In the order of kNames; "" is not known.
+  std::vector<std::string> units(kNames.size(), "1");
+  units[1] = units[2] = "N s", units[3] = "N", units[5] = "m", units[9] = "rad/s", units[12] = "deg", units[13] = "";
+  const auto parsed = [&](const std::string& text) { return Criterion::parse(text, kNames, "", units); };
+  const auto holds_for = [&](const std::string& text) { return parsed(text).holds(numbers()); };
+  EXPECT_TRUE(holds_for("grasps/tip-1/impulse < 401 mN s"));  // it is 0.4 N s
+  EXPECT_FALSE(holds_for("grasps/tip-1/impulse < 399 mN s"));
+  EXPECT_TRUE(holds_for("grasps/*/impulse < 0.61 kg m/s and captured"));
+  EXPECT_TRUE(holds_for("abs(spin/x) < 0.2501 rad/s"));
+  EXPECT_TRUE(holds_for("abs(spin/x) < 14.33 deg/s"));  // 0.25 rad/s are 14.32 deg/s
+  EXPECT_FALSE(holds_for("abs(spin/x) < 14.32deg/s"));
+  EXPECT_TRUE(holds_for("a > 7.9 m or captured"));
+  EXPECT_TRUE(holds_for("a - 2 * 4 m == 0"));
+  EXPECT_TRUE(holds_for("grasps/tip-1/impulse / 0.1 s > 3.99 N"));
+  EXPECT_TRUE(holds_for("sqrt(a * a) < 801 cm"));
+  EXPECT_TRUE(holds_for("max(a, 3 m) == 8 m"));
+  EXPECT_TRUE(holds_for("2nd/x < 56 N s"));  // whose unit nobody knows
+  EXPECT_EQ(parsed("grasps/tip-1/impulse < 200 mN s").limits().at(0).bound, 0.2);
+  // Without units of the names nothing is compared, and numbers become SI all the same.
+  EXPECT_EQ(Criterion::parse("a < 250 mm", kNames).limits().at(0).bound, 0.25);
+
+  const auto expect = [&](const std::string& text, std::size_t offset, const std::string& message) {
+    try {
+      parsed(text);
+      FAIL() << text;
+    } catch (const CriterionError& error) {
+      EXPECT_EQ(error.what(), message) << text;
+      EXPECT_EQ(error.offset, offset) << text;
+    }
+  };
+  expect("grasps/tip-1/impulse < 0.2 N", 23, "a number in 'N' cannot be compared with 'grasps/tip-1/impulse' (in N s)");
+  expect("a + 0.1 s < 5", 4, "a number in 's' cannot be added to 'a' (in m)");
+  expect("captured and targets.t-1.mass < 2 deg", 32,
+         "a number in 'deg' cannot be compared with 'targets.t-1.mass' (a number without unit)");
+  expect("a * a < 2 m", 8, "a number in 'm' cannot be compared with a product or quotient");
+  expect("*/*/impulse + 1 N s < max(1 N s, 2 m)", 33, "a number in 'm' cannot be put beside a number in 'N s'");
+  expect("margins/arm/load < 0.1 rad", 19,
+         "'margins/arm/load' (in deg) takes numbers in its unit, which is not written");
 }
 
 TEST(Criterion, SurvivesHostileTexts) {

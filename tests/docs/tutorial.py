@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
 """Does what docs/tutorial.md tells its reader to do, in an empty folder, and compares what is printed. Standard library only.
 
-usage: tests/docs/tutorial.py PROGRAM [--show]      --show prints what each command prints
+usage: tests/docs/tutorial.py PROGRAM [--show] [--python INTERPRETER MODULES]
+
+--show prints what each command prints. --python: what runs `python3`, and the folder with the module `grapnel`; without them these commands are left out.
 
 `<!-- file: NAME -->` before a block: the block is that file. `<!-- replace in NAME: WORDS -->`: it stands for the line with WORDS;
 `<!-- after in NAME: WORDS -->`: it is put behind that line. ```console: commands behind `$ `, and lines that they print, in
 this order; `...` stands for any lines, at the end of a line for the rest of it. `<!-- exit: N -->`: the exit code, which is else 0.
 Numbers may differ by 1 %, since other processors round otherwise and a plan's last digits follow; tiny ones are rounding.
 """
+import argparse
 import os
 import pathlib
 import re
@@ -82,19 +85,27 @@ def compare(shown, printed):
 
 
 def main():
-    program = pathlib.Path(sys.argv[1]).resolve()
+    arguments = argparse.ArgumentParser(usage=argparse.SUPPRESS)
+    arguments.add_argument("program", type=lambda path: pathlib.Path(path).resolve())
+    arguments.add_argument("--show", action="store_true")
+    arguments.add_argument("--python", nargs=2, metavar=("INTERPRETER", "MODULES"))
+    given = arguments.parse_args()
     faults = commands = 0
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name) / "tutorial"
         binaries = pathlib.Path(name) / "bin"
         folder.mkdir()
         binaries.mkdir()
-        (binaries / "grapnel").symlink_to(program)
+        (binaries / "grapnel").symlink_to(given.program)
         for shared in ("scenarios", "robots"):
             (folder / shared).symlink_to(ROOT / shared)
         environment = {**os.environ, "PATH": f"{binaries}:{os.environ['PATH']}"}
+        if given.python:
+            (binaries / "python3").write_text(f'#!/bin/sh\nexec "{given.python[0]}" "$@"\n')
+            (binaries / "python3").chmod(0o755)
+            environment.update(PYTHONPATH=given.python[1], PYTHONDONTWRITEBYTECODE="1")
         for note, language, lines, begin in blocks(PAGE.read_text()):
-            if language == "yaml":
+            if language in ("yaml", "xml", "python"):
                 fault = edit(note, lines, folder) if note else "a file without a name"
                 if fault:
                     print(f"{PAGE}:{begin}: error: {fault}", file=sys.stderr)
@@ -103,11 +114,14 @@ def main():
                 continue
             for part in re.split(r"^\$ ", "\n".join(lines), flags=re.MULTILINE)[1:]:
                 command, *shown = part.rstrip("\n").split("\n")
+                if command.startswith("python3 ") and not given.python:
+                    print(f"not run, there is no module: {command}")
+                    continue
                 done = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, stdin=subprocess.DEVNULL,
                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
                 commands += 1
                 printed = (done.stderr if done.returncode in (1, 2) else "") + done.stdout
-                if "--show" in sys.argv:
+                if given.show:
                     print(f"$ {command}\n{printed}[{done.returncode}] {done.stderr}")
                 expected = int(note.split(": ")[1]) if note.startswith("exit") else 0
                 if done.returncode != expected:

@@ -100,6 +100,26 @@ TEST(ReadOptimization, LoadsMayBeLimitedAndAreKeptOnlyThen) {
   EXPECT_EQ(detail_of(without.columns), CaptureDetail::columns);
 }
 
+TEST(ReadOptimization, LimitsMayHaveUnits) {
+  const test::Folder folder;
+  const std::string variables = "variables: [{path: approach.duration, from: 10, to: 20}]\n";
+  const Optimization o = load_optimization(
+      folder.write("o.yaml", kHead + variables +
+                                 "minimize: grasps/*/impulse_magnitude\n"
+                                 "limits: [{column: base/angular_velocity_change, at_most: 0.5 deg/s},\n"
+                                 "         {column: grasps/*/impulse_magnitude, at_least: 2 mN s}]\n"));
+  EXPECT_EQ(o.limits.at(0).bound, 0.0087266462599716477);
+  EXPECT_EQ(o.limits.at(1).bound, 0.002);
+  EXPECT_THAT(faults_of(kHead + variables +
+                        "minimize: grasps/*/impulse_magnitude\n"
+                        "limits: [{column: rank, at_most: 3 m},\n"
+                        "         {column: grasps/*/mean_force, at_most: 2 N s},\n"
+                        "         {column: grasps/*/mean_force, at_most: 2 kgs}]\n"),
+              ElementsAre(HasSubstr("error: limits[0].at_most must be a number without unit, not '3 m'"),
+                          HasSubstr("error: limits[1].at_most is '2 N s', an impulse; expected a force [N"),
+                          HasSubstr("error: limits[2].at_most")));
+}
+
 TEST(ReadOptimization, SeveralColumnsAreTakenByTheWorstOrAsAVector) {
   const test::Folder folder;
   const Optimization o = load_optimization(folder.write(
