@@ -66,6 +66,27 @@ PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& sy
   return setup;
 }
 
+JointControl control_of(PostImpactSetup::Joints joints) {
+  switch (joints) {
+    case PostImpactSetup::Joints::free:
+      return JointControl::free;
+    case PostImpactSetup::Joints::pd:
+      return JointControl::pd;
+    case PostImpactSetup::Joints::computed_torque:
+      return JointControl::computed_torque;
+    case PostImpactSetup::Joints::braked:
+      break;
+  }
+  return JointControl::prescribed;
+}
+
+JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentControl& control, std::size_t joint) {
+  if (control.approaching || !post.move) return JointTrajectory::at_rest(control.hold[joint]);
+  const PostureMove& move = *post.move;
+  return {control.post_impact_begin + move.after,
+          JointPath{move.profile, move.duration, control.hold[joint], move.joints[joint]}};
+}
+
 PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                          const std::vector<JointTrajectory>& joints, const SegmentControl& control) {
   const std::optional<PostImpactSetup>& post = problem.post_impact;
@@ -83,11 +104,14 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
       continue;
     }
     if (!post || post->joints == PostImpactSetup::Joints::free) continue;
-    const bool braked = post->joints == PostImpactSetup::Joints::braked;
-    const double here = start.q[system.model.bodies()[system.model.joints()[system.robot_joints[j]]].q];
-    drive.trajectory = JointTrajectory::at_rest(braked ? here : control.hold[j]);
-    drive.control = braked ? JointControl::prescribed : JointControl::pd;
-    if (!braked) drive.kp = post->kp[j], drive.kd = post->kd[j];
+    drive.control = control_of(post->joints);
+    if (drive.control == JointControl::prescribed) {  // locked where it is
+      const double here = start.q[system.model.bodies()[system.model.joints()[system.robot_joints[j]]].q];
+      drive.trajectory = JointTrajectory::at_rest(here);
+      continue;
+    }
+    drive.trajectory = settled_trajectory(*post, control, j);
+    drive.kp = post->kp[j], drive.kd = post->kd[j];
   }
   return setup;
 }

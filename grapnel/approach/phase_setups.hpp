@@ -25,9 +25,16 @@ PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& sy
 struct SegmentControl {
   bool approaching = true;            // before the approach's end: joints follow their trajectories,
   std::vector<bool> settled;          // per robot joint: but these, whose arm holds a target, are as post_impact says
-  std::vector<double> hold;           // per robot joint: where PD holds it once settled [rad or m]
+  std::vector<double> hold;           // per robot joint: where it is held, or leaves from, once settled [rad or m]
+  double post_impact_begin = 0;       // [s]; not read while approaching
   std::optional<Rotationd> attitude;  // R_WD of the base under control; absent: that of the piece's start
 };
+
+/// What drives joints by post_impact.
+JointControl control_of(PostImpactSetup::Joints joints);
+/// What a joint that has settled follows.
+JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentControl& control, std::size_t joint);
+
 PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                          const std::vector<JointTrajectory>& joints, const SegmentControl& control);
 

@@ -57,19 +57,23 @@ PhaseSetup RunJoints::exact_approach(const RunBodies& bodies) const {
 }
 
 bool RunJoints::are_controlled() const {
-  return approaching() || settle_to(PostImpactSetup::Joints::pd) || problem_.post_impact->base_control.has_value();
+  return approaching() || efforts_are_cut() || problem_.post_impact->base_control.has_value();
 }
 
 bool RunJoints::efforts_are_cut() const {
-  return approaching() ? problem_.approach->tracking.mode != JointControl::prescribed
-                       : settle_to(PostImpactSetup::Joints::pd);
+  if (!approaching() && !problem_.post_impact) return false;
+  return works_by_effort(
+      output_of(approaching() ? problem_.approach->tracking.mode : control_of(problem_.post_impact->joints)));
 }
 
 std::vector<JointTrajectory> RunJoints::references() const {
-  if (!approaching()) return {};
+  const std::optional<PostImpactSetup>& post = problem_.post_impact;
+  if (!approaching() && !(post && post->move)) return {};
   std::vector<JointTrajectory> joints = trajectories_;
+  joints.resize(size());
   for (std::size_t j = 0; j < joints.size(); ++j) {
-    if (is_settled(j)) joints[j] = JointTrajectory::at_rest(control_.hold[j]);
+    if (is_settled(j))
+      joints[j] = post ? settled_trajectory(*post, control_, j) : JointTrajectory::at_rest(control_.hold[j]);
   }
   return joints;
 }

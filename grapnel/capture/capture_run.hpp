@@ -101,6 +101,8 @@ class RunJoints {
   void settle_arm(const RunBodies& bodies, std::size_t grasp);
   /// All do; the approach is over.
   void settle_all(const RunBodies& bodies);
+  /// The motion after the impact begins: what `move` says counts from now on.
+  void begin_post_impact(double time) { control_.post_impact_begin = time; }
   /// The base's attitude to be kept from now on is what a setting says, or the present one; absent: not controlled.
   void control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies);
 
@@ -112,7 +114,7 @@ class RunJoints {
   bool are_controlled() const;
   /// Whether drives are cut at their effort limits in it.
   bool efforts_are_cut() const;
-  /// What joints are to follow in the approach, one by one; empty afterwards.
+  /// What joints are to follow, one by one: in the approach, and afterwards where they move to a posture; else empty.
   std::vector<JointTrajectory> references() const;
 
   /// Joints that follow a trajectory exactly keep its rate through an impact. In the free system.

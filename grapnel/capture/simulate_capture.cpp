@@ -131,6 +131,7 @@ bool goes_on(const CaptureRun& run) {
 MotionPhase begin_post_impact(CaptureRun& run) {
   const PostImpactSetup& setup = *run.problem.post_impact;
   run.joints.control_attitude(setup.base_control, run.bodies);
+  run.joints.begin_post_impact(run.bodies.time);
   return {"post_impact", run.bodies.time, run.bodies.time + setup.duration};
 }
 

@@ -261,11 +261,23 @@ struct ImpactSetup {
   CompliantSetup compliant;
 };
 
+/// After the capture the joints go to a posture: their references leave from where the joints were at the impact, at
+/// rest, and are at rest when they arrive.
+struct PostureMove {
+  std::vector<double> joints;  // per joint [rad or m]
+  double after = 0;            // when it begins, since post_impact began [s]
+  double duration = 0;         // [s]
+  JointProfile profile = JointProfile::quintic;
+};
+
 struct PostImpactSetup {
   double duration = 0;  // [s]
-  enum class Joints { free, pd, braked };
+  /// free: no torques. pd, computed_torque (JointControl): the joints are held where they were at the impact, rates
+  /// zero, or go where `move` says; the model that computes torques has the targets that are held. braked: locked.
+  enum class Joints { free, pd, computed_torque, braked };
   Joints joints = Joints::free;
-  std::vector<double> kp, kd;  // for pd: per joint; holds the angles found at the impact, rates zero
+  std::vector<double> kp, kd;  // for pd and computed_torque, as TrackingSetup's: per joint
+  std::optional<PostureMove> move;
   std::optional<BaseControlSetup> base_control;
   /// Grasps that are released.
   struct Release {

@@ -210,9 +210,14 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
     if (!problem.impact) faults.push_back("post_impact needs an impact");
     if (!(post->duration > 0) || !std::isfinite(post->duration))
       faults.push_back("post_impact: duration must be positive");
-    if (post->joints == PostImpactSetup::Joints::pd) {
+    if (post->joints == PostImpactSetup::Joints::pd || post->joints == PostImpactSetup::Joints::computed_torque) {
       check_size(post->kp, "post_impact: kp");
       check_size(post->kd, "post_impact: kd");
+    }
+    if (post->move) {
+      check_size(post->move->joints, "post_impact.move: joints");
+      if (!(post->move->duration > 0) || !std::isfinite(post->move->duration) || !(post->move->after >= 0))
+        faults.push_back("post_impact.move: duration must be positive, after not negative");
     }
     double before = 0;
     for (const PostImpactSetup::Release& release : post->releases) {

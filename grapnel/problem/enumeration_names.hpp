@@ -45,7 +45,8 @@ template <>
 struct Described<RestitutionHypothesis>
     : Enumeration<RestitutionHypothesis, "RestitutionHypothesis", "newton", "poisson", "stronge"> {};
 template <>
-struct Described<PostImpactSetup::Joints> : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "braked"> {};
+struct Described<PostImpactSetup::Joints>
+    : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked"> {};
 template <>
 struct Described<LoadProfile::Shape>
     : Enumeration<LoadProfile::Shape, "Shape", "constant", "half_sine", "sine", "table"> {};

@@ -64,6 +64,7 @@ class Conflicts {
     if (problem_.impact) check_impact(*problem_.impact);
     if (problem_.post_impact) {
       check_releases(*problem_.post_impact);
+      check_joints_afterwards(*problem_.post_impact);
       // A held base is released at the impact.
       if (problem_.post_impact->base_control && problem_.robot.base_mode == RobotSetup::Base::fixed)
         refuse_base_control("post_impact.base_control");
@@ -283,6 +284,35 @@ class Conflicts {
       add(path, "{} is {} [s], {}; what closes later needs 'post_impact'", path, time, end);
     } else if (after && time > *approach + *after) {
       add(path, "{} is {} [s], must be at most {}, the end of post_impact", path, time, *approach + *after);
+    }
+  }
+
+  void check_joints_afterwards(const PostImpactSetup& post) {
+    using Joints = PostImpactSetup::Joints;
+    if (post.move) {
+      const double end = post.move->after + post.move->duration;
+      if (post.joints == Joints::free || post.joints == Joints::braked)
+        add_key("post_impact.move",
+                "post_impact.move: joints that are {} follow nothing; use joints: pd or computed_torque",
+                name_of(post.joints))
+            .relies_on = "post_impact.joints";
+      if (post.move->duration > 0 && post.duration > 0 && end > post.duration)
+        add("post_impact.move.duration", "post_impact.move ends after {} [s], must end within post_impact's {}", end,
+            post.duration);
+    }
+    if (post.joints != Joints::computed_torque) return;
+    std::map<std::string_view, std::size_t> holds;  // by target
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      if (grasp.contact || grasp.target.empty()) continue;
+      const auto [first, fresh] = holds.emplace(grasp.target, i);
+      if (fresh) continue;
+      add("post_impact.joints",
+          "post_impact.joints is computed_torque, but grasps[{}] and grasps[{}] hold one target, and joints of a "
+          "closed "
+          "loop cannot be accelerated one by one; use pd",
+          first->second, i);
+      return;
     }
   }
 

@@ -74,13 +74,13 @@ struct Described<TrackingSetup> {
       field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
                     "Proportional gain, for modes pd and computed_torque; ignored otherwise.")
           .at_least(0)
-          .as("gains")
+          .as("gains of tracking")
           .optional()
           .when<[](const T& t) { return t.mode != JointControl::prescribed; }>(),
       field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
                     "Derivative gain, for modes pd and computed_torque; ignored otherwise.")
           .at_least(0)
-          .as("gains")
+          .as("gains of tracking")
           .optional()
           .when<[](const T& t) { return t.mode != JointControl::prescribed; }>(),
       field<&T::noise>("noise", "", "").optional(),

@@ -128,27 +128,48 @@ struct Described<PostImpactSetup::Release> {
 };
 
 template <>
+struct Described<PostureMove> {
+  using T = PostureMove;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::joints>("joints", "rad or m", "Every moving joint's value at its end.").as("joint values").required(),
+      field<&T::duration>("duration", "s", "").above(0).required(),
+      field<&T::after>("after", "s", "When it begins, since post_impact began.").at_least(0),
+      field<&T::profile>("profile", "", "Joint motion over time, from rest to rest; as of the approach."),
+  });
+  static constexpr Type type = structure<T>(
+      "move", "The joints go from where they were at the impact to a posture, and are held there.", fields);
+};
+
+template <>
 struct Described<PostImpactSetup> {
   using T = PostImpactSetup;
+  static constexpr auto has_gains = [](const T& t) {
+    return t.joints == T::Joints::pd || t.joints == T::Joints::computed_torque;
+  };
   static constexpr auto fields = std::to_array<Field>({
       field<&T::duration>("duration", "s", "").above(0).required(),
       field<&T::joints>(
           "joints", "",
-          "free: no torques. pd: hold the joint values found at the impact. braked: locked by a second impulse."),
-      field<&T::kp>("kp", "N m/rad or N/m", "Proportional gain, for joints pd; ignored otherwise.")
+          "free: no torques. pd: hold the joint values found at the impact, by the law (4.1). computed_torque: the "
+          "same "
+          "by torques that the model of servicer and held targets asks for. braked: locked by a second impulse."),
+      field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
+                    "Proportional gain, for joints pd and computed_torque; ignored otherwise.")
           .at_least(0)
-          .as("gains")
+          .as("gains of post_impact")
           .optional()
-          .when<[](const T& t) { return t.joints == T::Joints::pd; }>(),
-      field<&T::kd>("kd", "N m s/rad or N s/m", "Derivative gain, for joints pd; ignored otherwise.")
+          .when<has_gains>(),
+      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
+                    "Derivative gain, for joints pd and computed_torque; ignored otherwise.")
           .at_least(0)
-          .as("gains")
+          .as("gains of post_impact")
           .optional()
-          .when<[](const T& t) { return t.joints == T::Joints::pd; }>(),
+          .when<has_gains>(),
+      field<&T::move>("move", "", "").optional(),
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
       field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
   });
-  static constexpr auto rules = std::to_array<Rule>({when("joints", "pd").require("kp, kd")});
+  static constexpr auto rules = std::to_array<Rule>({when("joints", "pd, computed_torque").require("kp, kd")});
   static constexpr Type type = structure<T>("post_impact", "The motion of the joined system.", fields, rules);
 };
 

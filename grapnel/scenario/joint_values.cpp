@@ -134,15 +134,15 @@ void check_rate_limits(const Node& node, const std::string& path, const ReadRobo
       });
 }
 
-// Gains of tracking by computed torque have one unit whatever the joints do, the third that is stated.
+// Gains of computed torque have one unit whatever the joints do, the third that is stated.
 void check_gain_units(const Node& node, std::string_view stated, const std::string& path, bool of_accelerations,
                       const ReadRobot& robot, FaultList& faults) {
   if (!of_accelerations) return check_units(node, stated, path, robot, faults);
   const auto check = [&](const Node& one, const std::string& name) {
     if (one.unit == 0 || one.unit == Node::kRefusedUnit || one.unit == 3) return;
     const std::vector<std::string_view> units = units_of_place(stated);
-    faults.add(one.mark, fmt::format("{} is in {}; with mode computed_torque gains are in {}", name,
-                                     units.at(one.unit - 1u), units.at(2)));
+    faults.add(one.mark, fmt::format("{} is in {}; with computed_torque gains are in {}", name, units.at(one.unit - 1u),
+                                     units.at(2)));
   };
   if (node.is_scalar()) check(node, path);
   for_each_node(node, path, robot, [&](std::size_t, const Node& one, const std::string& name) { check(one, name); });
@@ -156,7 +156,9 @@ using Numbers = std::span<const double>;
 // Values and rates keep to the joints' limits; gains do not know them.
 enum class Limits { none, position, rate };
 Limits limits_of(const Field& field) {
-  return field.form == "gains" ? Limits::none : field.unit.starts_with("rad/s") ? Limits::rate : Limits::position;
+  return field.form.starts_with("gains of ") ? Limits::none
+         : field.unit.starts_with("rad/s")   ? Limits::rate
+                                             : Limits::position;
 }
 
 Json by_name(const Json& value, const char* title) {
@@ -176,19 +178,33 @@ Json gains_schema(const Field& field, const TypeReference&) {
   return {{"anyOf", {titled(value, "a number for all joints"), by_name(value, kByName), in_order(value, kInOrder)}}};
 }
 
-// Joints that a mapping of rates leaves out are at rest.
-void read_values(const ValueToRead& at) {
-  const Limits limits = limits_of(at.field);
-  const std::optional<double> absent = limits == Limits::rate ? std::optional(0.0) : std::nullopt;
-  const std::string name = at.name();
+// The numbers; joints that a mapping of rates leaves out are at rest.
+std::string read_numbers(const ValueToRead& at) {
+  const std::optional<double> absent = limits_of(at.field) == Limits::rate ? std::optional(0.0) : std::nullopt;
+  std::string name = at.name();
   at.into<std::vector<double>>() =
       joint_values_of(at.node, name, *at.scope.robot, absent, at.scope.faults).value_or(std::vector<double>{});
-  const bool of_tracking = units_of_place(at.field.unit).size() == 3;  // whose gains depend on its mode
-  const bool of_accelerations =
-      of_tracking && static_cast<const TrackingSetup*>(at.owner)->mode == JointControl::computed_torque;
+  return name;
+}
+
+void read_values(const ValueToRead& at) {
+  const std::string name = read_numbers(at);
+  check_units(at.node, at.field.unit, name, *at.scope.robot, at.scope.faults);
+  if (limits_of(at.field) == Limits::position) check_position_limits(at.node, name, *at.scope.robot, at.scope.faults);
+  if (limits_of(at.field) == Limits::rate) check_rate_limits(at.node, name, *at.scope.robot, at.scope.faults);
+}
+
+bool are_of_accelerations(const TrackingSetup& tracking) { return tracking.mode == JointControl::computed_torque; }
+bool are_of_accelerations(const PostImpactSetup& post) {
+  return post.joints == PostImpactSetup::Joints::computed_torque;
+}
+
+// Of a structure that says by which law, in a key that is read before.
+template <class Owner>
+void read_gains(const ValueToRead& at) {
+  const std::string name = read_numbers(at);
+  const bool of_accelerations = are_of_accelerations(*static_cast<const Owner*>(at.owner));
   check_gain_units(at.node, at.field.unit, name, of_accelerations, *at.scope.robot, at.scope.faults);
-  if (limits == Limits::position) check_position_limits(at.node, name, *at.scope.robot, at.scope.faults);
-  if (limits == Limits::rate) check_rate_limits(at.node, name, *at.scope.robot, at.scope.faults);
 }
 
 // The joints whose values the form says, in its order; nothing for a number for all.
@@ -299,7 +315,16 @@ const Form kJointForms[] = {
      .read = read_values,
      .numbers = values_writer,
      .write = values_node},
-    {.name = "gains", .schema = gains_schema, .read = read_values, .numbers = values_writer, .write = values_node},
+    {.name = "gains of tracking",
+     .schema = gains_schema,
+     .read = read_gains<TrackingSetup>,
+     .numbers = values_writer,
+     .write = values_node},
+    {.name = "gains of post_impact",
+     .schema = gains_schema,
+     .read = read_gains<PostImpactSetup>,
+     .numbers = values_writer,
+     .write = values_node},
     {.name = "final rates", .schema = final_rates_schema, .read = read_final_rates, .numbers = values_writer},
     {.name = "series by joint", .schema = series_schema, .read = read_series},
 };

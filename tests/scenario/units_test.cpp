@@ -90,7 +90,7 @@ TEST(ScenarioUnits, OfWrongDimensionHaveTheirPlace) {
       {{"  final_rates", "  tracking: {mode: pd, kp: 5 N/m, kd: 1}\n  final_rates"},
        "approach.tracking.kp is in N/m, but joint 'shoulder' turns: expected a torsional stiffness [N m/rad, N m/deg]"},
       {{"  final_rates", "  tracking: {mode: computed_torque, kp: 5 N m/rad, kd: 1 1/s}\n  final_rates"},
-       "approach.tracking.kp is in N m/rad; with mode computed_torque gains are in 1/s^2"},
+       "approach.tracking.kp is in N m/rad; with computed_torque gains are in 1/s^2"},
       {with_wrench("{body: base, time: {shape: table, values: [[0 s, 0, 0, 0, 0, 0, 0], [1 s, 2 N m, 0, 0, 0, 0, "
                    "0]]}}"),
        "external_wrenches[0].time.values: number 2 of a row is in N m; expected a force [N, mN, kN]"},
