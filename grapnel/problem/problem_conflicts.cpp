@@ -162,12 +162,17 @@ class Conflicts {
     const auto check = [&](const std::string& path, const Vector3d& position, const Vector3d& velocity) {
       const double off = norm(position), way = norm(velocity) * duration, most = kNear * lowest;
       if (!(off + way > most) || !std::isfinite(off + way)) return;
-      const bool is_far = off >= way;
-      add(path + (is_far ? ".position" : ".velocity"),
-          "{}: {:.6g} m from the orbit's reference point, which is W's origin{}; the field near an orbit is linear and "
-          "holds within {:.6g} m",
-          path + (is_far ? ".position" : ".velocity"), is_far ? off : way, is_far ? "" : " by the end of the run",
-          most);
+      if (off >= way) {
+        add(path + ".position",
+            "{}.position: {:.6g} m from the orbit's reference point, which is W's origin; the field near an orbit is "
+            "linear and holds within {:.6g} m",
+            path, off, most);
+      } else {
+        add(path + ".velocity",
+            "{}.velocity: it leads {:.6g} m away from the orbit's reference point within the run; velocities are "
+            "relative to the orbit, and its field is linear and holds within {:.6g} m",
+            path, way, most);
+      }
     };
     check("initial.base", problem_.X_WB.p, problem_.V_WB ? problem_.V_WB->linear : Vector3d::zero());
     for (std::size_t i = 0; i < problem_.targets.size(); ++i)
