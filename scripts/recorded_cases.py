@@ -57,6 +57,7 @@ VARIATIONS = {
     "gap-translated": (PUBLISHED, "contact={gap: translate_target, largest_gap: any}"),
     "base-held": (PLANNED, "robot.base.mode=held"),
     "base-fixed": (PLANNED, "robot.base.mode=fixed"),
+    "orbit": (PLANNED, "orbit={semi_major_axis: 9000 km, eccentricity: 0.2, true_anomaly: 40 deg}"),
     "rk4": (PLANNED, "integration={method: rk4, step: 0.01}"),
     "rk4-too-coarse": (PUBLISHED, "integration.method=rk4", "integration.step=2"),
     "root-velocity-integrated": (PLANNED, "integration.root_velocity=integrated"),

@@ -196,8 +196,8 @@ class Planner {
   }
 
   TargetMotion target_at(std::size_t target, double time) const {
-    return propagate_target(problem_.targets[target], targets_.capture[target], approach_.duration, time,
-                            problem_.gravity, problem_.integration, problem_.loads, each_step());
+    return propagate_target(problem_, problem_.targets[target], targets_.capture[target], approach_.duration, time,
+                            each_step());
   }
 
   // For integrations of the whole dynamics.
@@ -293,9 +293,15 @@ class Planner {
 
   // --- What the momentum integral does not know ---------------------------------------------------------------------
 
-  // Loads on the servicer, or attitude control: the momentum is then no constant of the motion.
+  // Loads on the servicer, an orbit's field or attitude control: the momentum is then no constant of the motion.
   bool disturbed() const {
-    return approach_.base_control.has_value() || !loads_on(servicer_.model, problem_.loads).empty();
+    return approach_.base_control.has_value() || problem_.orbit.has_value() ||
+           !loads_on(servicer_.model, problem_.loads).empty();
+  }
+
+  // Of them, those that there are.
+  std::string disturbances() const {
+    return std::string(problem_.orbit ? "the orbit's field, " : "") + "the loads or the base's attitude control";
   }
 
   // Loads on a target that is to be grasped.
@@ -369,10 +375,10 @@ class Planner {
       if (reach.goals[i].orientation != Goal::Orientation::free)
         text += fmt::format(" and {:.3g} rad", solution.miss[i].angle);
     }
-    throw Unplannable(fmt::format(
-        "planning the approach{}: without the loads or the base's attitude control there is a solution, with them none "
-        "was found from it after {} corrections: {} from its point; another approach.plan.guess may help",
-        what, flown.iterations, text));
+    throw Unplannable(
+        fmt::format("planning the approach{}: without {} there is a solution, with them none "
+                    "was found from it after {} corrections: {} from its point; another approach.plan.guess may help",
+                    what, disturbances(), flown.iterations, text));
   }
 
   // Rates that meet the demand at given final values at the end of the disturbed motion that they lead to; the
@@ -391,8 +397,9 @@ class Planner {
       return flown.rate;
     }
     plan_.warnings.push_back(
-        "approach: final joint rates did not converge under the loads or the base's attitude control; those of the "
-        "motion without them are taken, and the end-effectors' final motion is not the demanded one");
+        fmt::format("approach: final joint rates did not converge under {}; those of the "
+                    "motion without them are taken, and the end-effectors' final motion is not the demanded one",
+                    disturbances()));
     return undisturbed;
   }
 
@@ -417,11 +424,31 @@ class Planner {
     advance(begin, s.position, s.rate);
     in.position = position_, in.X_WB = X_WB_;
     take_straight_in(in, plan_straight_in(base_, in));
-    if (disturbed() || targets_loaded()) {
+    if (approach_.base_control || !loads_on(servicer_.model, problem_.loads).empty() || targets_loaded()) {
       plan_.warnings.push_back(
           "approach: straight_in is planned without loads and attitude control; the end-effectors will miss by what "
           "these do");
     }
+    if (problem_.orbit) warn_of_orbit(in);
+  }
+
+  // What the field near the orbit does to a plan that knows nothing of it, at most (14.6). Places: an acceleration of
+  // at most 2 mu/R^3 times the distance from the reference point, of the servicer in the whole approach, of a target in
+  // the piece straight in. Attitudes: at most 3/2 mu/R^3, from (14.3) with the largest difference of moments of
+  // inertia.
+  void warn_of_orbit(const StraightInProblem& in) {
+    const ReferenceOrbit orbit = reference_orbit(*problem_.orbit);
+    const OrbitPoint begin = orbit_point(orbit, 0), end = orbit_point(orbit, in.end);
+    const double gradient = std::max(begin.gradient, end.gradient), piece = in.end - in.begin;
+    const Vector3d velocity = (1 / motion_.mass) * motion_.h.linear;
+    const double servicer =
+        std::max(norm(motion_.p_WCom - begin.position), norm(motion_.p_WCom + in.end * velocity - end.position));
+    double target = 0;
+    for (const TargetMotion& at : targets_.capture) target = std::max(target, norm(at.X_WT.p - end.position));
+    plan_.warnings.push_back(fmt::format(
+        "approach: straight_in is planned without the orbit's field, which displaces the servicer and the targets "
+        "meanwhile by up to {:.2g} m and turns them by up to {:.2g} rad: the end-effectors will miss by what it does",
+        gradient * (servicer * in.end * in.end + target * piece * piece), 0.75 * gradient * in.end * in.end));
   }
 
   // A singularity on the way may be passed and made up for; one at the end may not.

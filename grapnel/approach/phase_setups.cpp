@@ -11,6 +11,7 @@ PhaseSetup common_setup(const CaptureProblem& problem, const CaptureSystem& syst
   setup.gravity = problem.gravity;
   setup.recover_roots = problem.integration.root_velocity == IntegrationSetup::RootVelocity::recovered;
   setup.loads = loads_on(system.model, problem.loads);
+  if (problem.orbit) setup.orbit = reference_orbit(*problem.orbit);
   if (problem.integration.loops != IntegrationSetup::Loops::open) setup.closures = system.closures;
   setup.project_loops = problem.integration.loops == IntegrationSetup::Loops::projection;
   if (problem.integration.loops == IntegrationSetup::Loops::baumgarte)
@@ -42,7 +43,9 @@ std::vector<ExternalLoad> loads_on(const Model& model, std::span<const LoadSetup
     for (std::size_t i = 0; i < model.bodies().size(); ++i) {
       if (model.bodies()[i].description.name != load.body) continue;
       const Vector3d p_BP = own_frame(model, static_cast<int>(i)) * load.p_BP;
-      result.push_back({static_cast<int>(i), p_BP, load.in_body, load.amplitude, load.profile});
+      std::optional<Stream> stream = load.stream;
+      if (stream) stream->normal = own_frame(model, static_cast<int>(i)).R * stream->normal;
+      result.push_back({static_cast<int>(i), p_BP, load.frame, load.amplitude, load.profile, stream});
     }
   }
   return result;

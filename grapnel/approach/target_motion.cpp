@@ -60,15 +60,17 @@ TargetMotion fly_freely(const TargetSetup& target, const TargetMotion& at_t0, do
 
 TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
                               const Vector3d& gravity, const IntegrationSetup& integration,
-                              std::span<const LoadSetup> loads, const std::function<void(double t)>& each_step) {
+                              std::span<const LoadSetup> loads, const std::function<void(double t)>& each_step,
+                              const std::optional<OrbitSetup>& orbit) {
   if (t0 == t1) return at_t0;
   const std::string body = target_body_name(target.name);
-  if (std::none_of(loads.begin(), loads.end(), [&](const LoadSetup& load) { return load.body == body; }))
+  if (!orbit && std::none_of(loads.begin(), loads.end(), [&](const LoadSetup& load) { return load.body == body; }))
     return fly_freely(target, at_t0, t0, t1, gravity);
   const Model model = ModelBuilder().add(target_body(target)).build();
   PhaseSetup setup;
   setup.gravity = gravity;
   setup.loads = loads_on(model, loads);
+  if (orbit) setup.orbit = reference_orbit(*orbit);
   PhaseDynamics dynamics(model, setup);
   State state = zero_state(model);
   set_root_pose(model, 0, at_t0.X_WT, state);
@@ -81,13 +83,19 @@ TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_
   return {root_pose(model, outcome.end_state, 0), root_twist(model, outcome.end_state, 0)};
 }
 
+TargetMotion propagate_target(const CaptureProblem& problem, const TargetSetup& target, const TargetMotion& at_t0,
+                              double t0, double t1, const std::function<void(double t)>& each_step) {
+  return propagate_target(target, at_t0, t0, t1, problem.gravity, problem.integration, problem.loads, each_step,
+                          problem.orbit);
+}
+
 TargetPlan plan_targets(const CaptureProblem& problem, const std::function<void(double t)>& each_step) {
   const double T = problem.approach ? problem.approach->duration : 0.0;
   TargetPlan plan;
   for (const TargetSetup& t : problem.targets) {
     const TargetMotion given{t.X_WT, t.V_WT};
     const auto propagate = [&](double from, double to) {
-      return propagate_target(t, given, from, to, problem.gravity, problem.integration, problem.loads, each_step);
+      return propagate_target(problem, t, given, from, to, each_step);
     };
     const bool at_start = t.given_at == TargetSetup::Instant::start;
     plan.start.push_back(at_start ? given : propagate(T, 0));

@@ -4,6 +4,7 @@
 /// Where the targets are at the start and at the instant of capture, and what that asks of a plan.
 
 #include <functional>
+#include <optional>
 #include <span>
 
 #include "grapnel/plan/goal.hpp"
@@ -18,13 +19,17 @@ struct TargetMotion {
   Twistd V_WT;
 };
 
-/// A target's motion at time t1 from that at t0, under gravity and the loads that act on it (2.13). Without loads it is
-/// exact to rounding; with them to the tolerances of `integration`.
+/// A target's motion at time t1 from that at t0, under gravity, the loads that act on it (2.13), and the field near an
+/// orbit. Without loads and orbit it is exact to rounding; with them to the tolerances of `integration`.
 /// @throws std::runtime_error if the integration fails. `each_step` may throw to end it.
 TargetMotion propagate_target(const TargetSetup& target, const TargetMotion& at_t0, double t0, double t1,
                               const Vector3d& gravity, const IntegrationSetup& integration,
                               std::span<const LoadSetup> loads = {},
-                              const std::function<void(double t)>& each_step = {});
+                              const std::function<void(double t)>& each_step = {},
+                              const std::optional<OrbitSetup>& orbit = {});
+/// The same in the surroundings of a problem.
+TargetMotion propagate_target(const CaptureProblem& problem, const TargetSetup& target, const TargetMotion& at_t0,
+                              double t0, double t1, const std::function<void(double t)>& each_step = {});
 
 /// Motion of a problem's targets at the start and at the instant of capture T.
 struct TargetPlan {

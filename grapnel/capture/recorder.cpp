@@ -92,11 +92,27 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   add("system/kinetic_energy", "J", "total kinetic energy, rotors included", {"kinetic_energy"});
   add("system/motor_work", "J", "work of the motors since the start", {"motor_work"});
   add("system/friction_work", "J", "work of joint friction since the start (negative)", {"friction_work"});
-  add("system/external_work", "J", "work of gravity, loads, attitude control and a holding wrench since the start",
+  add("system/external_work", "J",
+      std::string("work of ") + (problem.orbit ? "the orbit's field" : "gravity") +
+          ", loads, attitude control and a holding wrench since the start",
       {"external_work"});
   add("system/external_impulse", "N s",
       "impulse since the start of these and of the ground, in W; without what enters at the impact", xyz);
   add("system/external_angular_impulse", "N m s", "the same about the world's origin", xyz);
+  if (problem.orbit) {
+    const std::vector<std::string> turning{"radial", "along_track", "cross_track"};
+    add("orbit/radius", "m", "distance of the reference point from the central body's centre", {"radius"});
+    add("orbit/radial", "1", "direction from the central body's centre to the reference point, in W", xyz);
+    add("orbit/along_track", "1", "direction perpendicular to it in the orbit's plane, the way the orbit goes, in W",
+        xyz);
+    const auto add_orbital = [&](const std::string& group, const std::string& what) {
+      add(group + "/orbital_position", "m",
+          "position of " + what + " from the reference point, in the axes that turn with the orbit", turning);
+      add(group + "/orbital_velocity", "m/s", "its rate of change in these axes", turning);
+    };
+    add_orbital("base", "the base frame");
+    for (const TargetSetup& t : problem.targets) add_orbital("targets/" + t.name, "the target frame");
+  }
   watches_clearance_ = !make_clearance_model(problem, system).pairs().empty();
   if (watches_clearance_) {
     add("clearance/minimum", "m",
@@ -208,6 +224,22 @@ Vector3d Recorder::late_impulse(const ConservedQuantities& quantities, const Pha
   return s.time * s.integrals.external_impulse.linear - beyond;
 }
 
+// `k`: in the frame of the computation, as the problem's orbit is.
+void Recorder::put_orbit(const CaptureSystem& system, const Kinematics& k, double time) {
+  const ReferenceOrbit orbit = reference_orbit(*problem_.orbit);
+  const OrbitPoint at = orbit_point(orbit, time);
+  put(at.radius);
+  put(at.R_WO.column(0));
+  put(at.R_WO.column(1));
+  const auto put_body = [&](const Posed& X, const Twistd& V) {
+    const OrbitalMotion motion = orbital_motion(orbit, at, X.p, V.linear);
+    put(motion.position);
+    put(motion.velocity);
+  };
+  put_body(k.X_WB[system.base], k.V_WB[system.base]);
+  for (int f : system.target_frames) put_body(frame_pose(system.model, k, f), frame_twist(system.model, k, f));
+}
+
 // `quantities`: in the frame of the computation.
 void Recorder::put_conserved(const CaptureSystem& system, const Kinematics& k, const ConservedQuantities& quantities,
                              const PhaseSample& s) {
@@ -264,6 +296,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
   put_conserved(system, in_world, quantities, s);
+  if (problem_.orbit) put_orbit(system, k, s.time);
   if (watches_clearance_) put(clearance);
   if (sink_ && series_.time.size() >= most_kept_) sink_->take(series_);
 }

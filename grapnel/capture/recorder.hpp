@@ -42,6 +42,7 @@ class Recorder {
  private:
   void add(std::string path, std::string unit, std::string description, std::vector<std::string> components);
   void put_motion(const CaptureSystem& system, const Kinematics& kinematics);
+  void put_orbit(const CaptureSystem& system, const Kinematics& kinematics, double time);
   void put_conserved(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
                      const PhaseSample& sample);
   Vector3d late_impulse(const ConservedQuantities& quantities, const PhaseSample& sample) const;

@@ -1,10 +1,12 @@
 #include "grapnel/capture/simulate_capture.hpp"
 
+#include <numbers>
 #include <stdexcept>
 
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/capture/finite_result.hpp"
 #include "grapnel/capture/grasp_events.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/problem_scene.hpp"
 
 namespace grapnel {
@@ -148,6 +150,12 @@ void check_and_report(CaptureRun& run) {
   }
 }
 
+OrbitReport describe_orbit(const OrbitSetup& setup) {
+  const ReferenceOrbit orbit = reference_orbit(setup);
+  const OrbitPoint start = orbit_point(orbit, 0);
+  return {setup.mu ? "own" : name_of(setup.body), start.radius, start.rate, 2 * std::numbers::pi / mean_motion(orbit)};
+}
+
 }  // namespace
 
 // --- Piece by piece ---
@@ -161,6 +169,7 @@ struct CaptureSteps::Work {
     result.scenario_name = problem.name;
     result.scenario_sha256 = problem.sha256;
     result.status = CaptureStatus::failed;  // until it has been completed
+    if (problem.orbit) result.orbit = describe_orbit(*problem.orbit);
     if (detail == CaptureDetail::full && part == Part::whole) result.scene = scene_of(problem);
   }
 

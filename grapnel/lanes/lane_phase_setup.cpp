@@ -168,6 +168,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (!setup.closures.empty()) return "loops are closed";
   if (dot(setup.gravity, setup.gravity) > 0) return "there is gravity";
   if (!setup.loads.empty()) return "there are external loads";
+  if (setup.orbit) return "there is an orbit";
   if (setup.attitude) return "a base is under attitude control";
   if (setup.held_root >= 0) return "a base is held";
   if (!setup.drives.empty() && setup.drives.size() != model.joints().size()) return "drives do not match the joints";

@@ -53,6 +53,31 @@ std::optional<Vector3d> contact_normal(const TargetSetup& target, const GraspPoi
   return (1 / distance) * out;
 }
 
+// --- The orbit ---
+
+CentralBody central_body(OrbitSetup::Body body) {
+  switch (body) {
+    case OrbitSetup::Body::moon:
+      return {4.9028e12, 1.7381e6};
+    case OrbitSetup::Body::mars:
+      return {4.282837e13, 3.3962e6};
+    case OrbitSetup::Body::earth:
+      break;
+  }
+  return {3.986004418e14, 6.378137e6};
+}
+
+ReferenceOrbit reference_orbit(const OrbitSetup& setup) {
+  const CentralBody body = central_body(setup.body);
+  ReferenceOrbit orbit;
+  orbit.mu = setup.mu.value_or(body.mu);
+  orbit.semi_major_axis = setup.altitude ? body.radius + *setup.altitude : setup.semi_major_axis.value_or(0);
+  orbit.eccentricity = setup.eccentricity, orbit.true_anomaly = setup.true_anomaly;
+  orbit.radial = setup.radial, orbit.along_track = setup.along_track;
+  orbit.position = setup.position, orbit.velocity = setup.velocity;
+  return orbit;
+}
+
 // --- Motion stated piece by piece ---
 
 namespace {

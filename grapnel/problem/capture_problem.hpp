@@ -24,6 +24,7 @@
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
@@ -289,12 +290,38 @@ struct PostImpactSetup {
 
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).
 struct LoadSetup {
-  std::string body;                  // of the robot, or target_body_name()
-  Vector3d p_BP = Vector3d::zero();  // point of attack, in the body's frame [m]
-  bool in_body = false;              // components turn with the body; else they are in W
+  std::string body;                    // of the robot, or target_body_name()
+  Vector3d p_BP = Vector3d::zero();    // point of attack, in the body's frame [m]
+  LoadFrame frame = LoadFrame::world;  // of the components; orbit: needs CaptureProblem::orbit
   Wrenchd amplitude = Wrenchd::zero();
   LoadProfile profile;
+  std::optional<Stream> stream = {};  // of air or light, its force times the profile
 };
+
+/// The orbit with which W falls, without turning: its origin is the orbit's reference point. Either `altitude`, a
+/// circular orbit, or `semi_major_axis`.
+struct OrbitSetup {
+  enum class Body { earth, moon, mars };
+  Body body = Body::earth;
+  std::optional<double> altitude = {};         // above the body's equatorial radius [m]
+  std::optional<double> semi_major_axis = {};  // [m]
+  std::optional<double> mu = {};               // gravitational parameter of another body [m^3/s^2]
+  double eccentricity = 0;
+  double true_anomaly = 0;        // at t = 0 [rad]
+  Vector3d radial{1, 0, 0};       // unit, in W: outward at t = 0
+  Vector3d along_track{0, 1, 0};  // unit, in W: perpendicular to it, the way the orbit goes
+  /// The reference point at t = 0, and its velocity, in the frame of the problem: no file says them, whose frame has
+  /// its origin there; seen_from() does [m], [m/s].
+  Vector3d position = Vector3d::zero();
+  Vector3d velocity = Vector3d::zero();
+};
+/// Gravitational parameter [m^3/s^2] and equatorial radius [m] of a body.
+struct CentralBody {
+  double mu, radius;
+};
+CentralBody central_body(OrbitSetup::Body body);
+/// What acts near such an orbit. Without altitude and semi_major_axis it is faulty (fault_of).
+ReferenceOrbit reference_orbit(const OrbitSetup& setup);
 
 /// What is watched besides the physics.
 struct ClearanceSetup {
@@ -311,6 +338,7 @@ struct CaptureProblem {
   std::shared_ptr<const SourceTexts> source;  // that input; null for a program's own
   RobotSetup robot;
   Vector3d gravity = Vector3d::zero();  // uniform, in W [m/s^2]
+  std::optional<OrbitSetup> orbit;      // with which W falls; absent: nothing but `gravity` and `loads` acts
   std::vector<TargetSetup> targets;
   std::vector<GraspSetup> grasps;
 

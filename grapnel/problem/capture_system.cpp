@@ -156,6 +156,13 @@ void check_surroundings(const CaptureProblem& problem, const Model& model, std::
   };
   for (const LoadSetup& load : problem.loads) {
     if (!known(load.body)) faults.push_back(fmt::format("load: unknown body '{}'", load.body));
+    if (load.frame == LoadFrame::orbit && !problem.orbit)
+      faults.push_back(fmt::format("load on '{}': its frame is that of an orbit, and there is none", load.body));
+  }
+  if (problem.orbit) {
+    if (const std::string fault = fault_of(reference_orbit(*problem.orbit)); !fault.empty())
+      faults.push_back("orbit: " + fault);
+    if (problem.robot.base_mode == RobotSetup::Base::fixed) faults.push_back("orbit: the robot's base is fixed");
   }
   for (const auto& [a, b] : problem.clearance.ignore) {
     for (const std::string& name : {a, b}) {

@@ -194,6 +194,10 @@ CaptureProblem seen_from(const MovingFrame& frame, CaptureProblem problem) {
   if (problem.V_WB && problem.robot.base_mode == RobotSetup::Base::free)
     problem.V_WB->linear = problem.V_WB->linear - frame.velocity;
   if (problem.momentum) problem.momentum->linear -= servicer_mass(problem) * frame.velocity;
+  if (problem.orbit) {
+    problem.orbit->position -= frame.origin;
+    problem.orbit->velocity -= frame.velocity;
+  }
   const double capture = problem.approach ? problem.approach->duration : 0;
   for (TargetSetup& target : problem.targets) {
     const bool at_start = target.given_at == TargetSetup::Instant::start;

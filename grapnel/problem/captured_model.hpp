@@ -37,9 +37,9 @@ CapturedSystem join_targets(const CaptureSystem& free, const State& state, std::
 State take_apart(const CaptureSystem& free, const CaptureSystem& joined, const State& state);
 
 // The frame in which a capture is computed. Nothing in it depends on where it happens or on a uniform motion of
-// everything, but rounding does: at orbital velocity the speeds that matter are a millionth of those in W. So a run is
-// computed in a frame that has W's axes, begins at the base and goes on moving as the base begins to, and what it
-// finds is told in W.
+// everything (an orbit's reference point is taken along), but rounding does: at orbital velocity the speeds that matter
+// are a millionth of those in W. So a run is computed in a frame that has W's axes, begins at the base and goes on
+// moving as the base begins to, and what it finds is told in W.
 
 struct MovingFrame {
   Vector3d origin = Vector3d::zero();    // at t = 0, in W [m]

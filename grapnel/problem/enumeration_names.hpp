@@ -48,6 +48,10 @@ template <>
 struct Described<PostImpactSetup::Joints>
     : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked"> {};
 template <>
+struct Described<OrbitSetup::Body> : Enumeration<OrbitSetup::Body, "CentralBody", "earth", "moon", "mars"> {};
+template <>
+struct Described<LoadFrame> : Enumeration<LoadFrame, "LoadFrame", "world", "body", "orbit"> {};
+template <>
 struct Described<LoadProfile::Shape>
     : Enumeration<LoadProfile::Shape, "Shape", "constant", "half_sine", "sine", "table"> {};
 template <>

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <optional>
 
 #include "grapnel/problem/enumeration_names.hpp"
@@ -15,6 +16,8 @@ namespace {
 
 // More samples than this are a slip of the pen: 10 million of a seven-joint dual arm are some 10 GB.
 constexpr double kMostSamples = 1e7;
+// Of an orbit's radius: up to there the linear field is within 1.5 %.
+constexpr double kNear = 0.01;
 
 template <class Named>
 const Named* find_named(const std::vector<Named>& list, const std::string& name) {
@@ -49,6 +52,7 @@ class Conflicts {
   std::vector<ProblemFault> find() {
     const bool is_free = problem_.robot.base_mode == RobotSetup::Base::free;
     if (!is_free) check_base_at_rest();
+    if (problem_.orbit) check_orbit(*problem_.orbit);
     for (std::size_t i = 0; i < problem_.targets.size(); ++i) {
       if (!loses_inertia(problem_.targets[i])) continue;
       const std::string path = fmt::format("targets[{}]", i);
@@ -69,8 +73,7 @@ class Conflicts {
       if (problem_.post_impact->base_control && problem_.robot.base_mode == RobotSetup::Base::fixed)
         refuse_base_control("post_impact.base_control");
     }
-    for (std::size_t i = 0; i < problem_.loads.size(); ++i)
-      check_profile(problem_.loads[i].profile, fmt::format("external_wrenches[{}].time", i));
+    for (std::size_t i = 0; i < problem_.loads.size(); ++i) check_load(problem_.loads[i], i);
     check_shapes();
     check_lengths();
     if (!problem_.approach && !problem_.impact && !problem_.post_impact)
@@ -121,6 +124,60 @@ class Conflicts {
     if (problem_.V_WB && !is_zero(problem_.V_WB->angular)) refuse("angular_velocity");
     if (problem_.V_WB && !is_zero(problem_.V_WB->linear)) refuse("velocity");
     if (problem_.momentum) refuse("momentum");
+  }
+
+  // ---- The orbit ----
+
+  void check_orbit(const OrbitSetup& setup) {
+    if (!is_zero(problem_.gravity))
+      add_key("gravity", "gravity: it is for test beds on the ground; a frame that falls with an 'orbit' feels none");
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed)
+      add_key("orbit",
+              "orbit: the robot's base is fixed to a ground, which does not fall with an orbit; use base mode "
+              "free or held");
+    if (std::abs(dot(setup.radial, setup.along_track)) > 1e-9) {
+      add("orbit.along_track",
+          "orbit.along_track must be perpendicular to orbit.radial; their product is {:.3g}, the angle between them "
+          "{:.4g} degrees",
+          dot(setup.radial, setup.along_track),
+          std::acos(std::clamp(dot(setup.radial, setup.along_track), -1.0, 1.0)) * 180 / std::numbers::pi)
+          .relies_on = "orbit.radial";
+    }
+    const ReferenceOrbit orbit = reference_orbit(setup);
+    if (!fault_of(orbit).empty()) return;  // said elsewhere
+    const double lowest = orbit.semi_major_axis * (1 - orbit.eccentricity), radius = central_body(setup.body).radius;
+    if (!setup.mu && lowest < radius) {
+      add(setup.altitude ? "orbit.altitude" : "orbit.semi_major_axis",
+          "orbit: its lowest point is {:.6g} m from the centre of the body {}, below its surface at {:.6g}; lengths "
+          "are "
+          "in m, or carry their unit (7000 km)",
+          lowest, name_of(setup.body), radius);
+      return;
+    }
+    check_nearness(lowest);
+  }
+
+  // Whether the linear field holds where things are, and come to be.
+  void check_nearness(double lowest) {
+    const double duration = duration_of(problem_.approach).value_or(0) + duration_of(problem_.post_impact).value_or(0);
+    const auto check = [&](const std::string& path, const Vector3d& position, const Vector3d& velocity) {
+      const double off = norm(position), way = norm(velocity) * duration, most = kNear * lowest;
+      if (!(off + way > most) || !std::isfinite(off + way)) return;
+      if (off >= way) {
+        add(path + ".position",
+            "{}.position: {:.6g} m from the orbit's reference point, which is W's origin; the field near an orbit is "
+            "linear and holds within {:.6g} m",
+            path, off, most);
+      } else {
+        add(path + ".velocity",
+            "{}.velocity: it leads {:.6g} m away from the orbit's reference point within the run; velocities are "
+            "relative to the orbit, and its field is linear and holds within {:.6g} m",
+            path, way, most);
+      }
+    };
+    check("initial.base", problem_.X_WB.p, problem_.V_WB ? problem_.V_WB->linear : Vector3d::zero());
+    for (std::size_t i = 0; i < problem_.targets.size(); ++i)
+      check(fmt::format("targets[{}].state", i), problem_.targets[i].X_WT.p, problem_.targets[i].V_WT.linear);
   }
 
   void refuse_base_control(const char* path) {
@@ -437,7 +494,25 @@ class Conflicts {
     return law == Law::restitution || law == Law::friction || law == Law::compliant;
   }
 
-  // ---- Times of loads, numbers of samples ----
+  // ---- Loads, numbers of samples ----
+
+  void check_load(const LoadSetup& load, std::size_t i) {
+    const std::string path = fmt::format("external_wrenches[{}]", i);
+    check_profile(load.profile, path + ".time");
+    if (load.frame == LoadFrame::orbit && !problem_.orbit)
+      add(path + ".frame", "{}.frame: orbit needs 'orbit' in the scenario", path).relies_on = "orbit";
+    if (!load.stream) return;
+    if (load.frame == LoadFrame::body) {
+      add(path + ".frame",
+          "{}.frame: body has no meaning with a stream, which does not turn with the body; use world "
+          "or orbit",
+          path);
+    }
+    if (const double shares = load.stream->specular + load.stream->diffuse; shares > 1) {
+      add(path + ".stream", "{}.stream: specular and diffuse are shares of one stream and make {:.6g}, at most 1", path,
+          shares);
+    }
+  }
 
   void check_profile(const LoadProfile& profile, const std::string& path) {
     const bool ends = profile.shape != LoadProfile::Shape::table && std::isfinite(profile.end);

@@ -187,6 +187,10 @@ void check_targets(const CaptureProblem& problem, PlaneCheck& check) {
 void check_actions(const CaptureProblem& problem, const CaptureSystem& system, const Kinematics& k, PlaneCheck& check) {
   const Model& model = system.model;
   check.in_plane(problem.gravity);
+  if (problem.orbit) {
+    const OrbitSetup& orbit = *problem.orbit;
+    for (const Vector3d& v : {orbit.radial, orbit.along_track, orbit.position, orbit.velocity}) check.in_plane(v);
+  }
   for (const GraspSetup& g : problem.grasps) {
     check.in_plane(g.relative_velocity);
     check.along_normal(g.relative_angular_velocity);
@@ -197,10 +201,15 @@ void check_actions(const CaptureProblem& problem, const CaptureSystem& system, c
     const auto target = std::find_if(problem.targets.begin(), problem.targets.end(),
                                      [&](const TargetSetup& t) { return target_body_name(t.name) == load.body; });
     const Posed& X_WB = target != problem.targets.end() ? target->X_WT : k.X_WB[model.body_index(load.body)];
-    const Rotationd R = load.in_body ? X_WB.R : Rotationd::identity();
+    const Rotationd R = load.frame == LoadFrame::body    ? X_WB.R
+                        : load.frame == LoadFrame::orbit ? orbit_point(reference_orbit(*problem.orbit), 0).R_WO
+                                                         : Rotationd::identity();
     check.in_plane(X_WB * load.p_BP);
     check.in_plane(R * load.amplitude.linear);
     check.along_normal(R * load.amplitude.angular);
+    if (!load.stream) continue;
+    check.in_plane(R * load.stream->direction);
+    check.in_plane(X_WB.R * load.stream->normal);
   }
 }
 

@@ -407,6 +407,14 @@ struct ReleaseReport {
   std::vector<std::string> targets;
 };
 
+/// The reference orbit of a run.
+struct OrbitReport {
+  std::string body;
+  double radius = 0;
+  double rate = 0;
+  double period = 0;
+};
+
 /// An integration's cost.
 struct PhaseCost {
   std::string phase;
@@ -421,6 +429,7 @@ struct CaptureResult {
   std::string scenario_name;
   std::string scenario_sha256;  // of the scenario's and all included files' bytes, and of overrides
   std::vector<std::string> warnings;
+  std::optional<OrbitReport> orbit;  // with which W falls
   std::optional<PhaseEnd> approach_start;
   std::optional<PhaseEnd> approach_end;
   std::optional<PlanReport> plan;    // of the approach

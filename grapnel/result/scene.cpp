@@ -389,13 +389,13 @@ const Type& type_of<SceneDocument>() {
       field<&S::version>("version", "of Grapnel"), derived<[](const S& s) {
         return OfScenario{s.scenario_name, s.scenario_sha256};
       }>("scenario", "", "what was simulated"),
-      derived<[](const S& s) {
-        return s.scene.planar;
-      }>("planar", "",
-         "true if nothing ever moves but along the plane z = 0: all joints turn about z or slide along the plane; it "
-         "holds the centre of mass of every body (with what is fixed to it) and is a principal plane of it; "
-         "end-effectors and grasp points lie in it; initial velocities, momentum, gravity and loads keep to it (all to "
-         "1e-9)"),
+      derived<[](const S& s) { return s.scene.planar; }>(
+          "planar", "",
+          "true if nothing ever moves but along the plane z = 0: all joints turn about z or slide along the plane; it "
+          "holds the centre of mass of every body (with what is fixed to it) and is a principal plane of it; "
+          "end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads keep to it "
+          "(all to "
+          "1e-9)"),
       derived < [](const S& s) -> auto& {return s.scene.bodies;
 }
 > ("bodies", "", "base first, then links (parents before children), then targets"), derived < [](const S& s) -> auto& {

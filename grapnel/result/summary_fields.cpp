@@ -407,6 +407,19 @@ const Type& type_of<PhaseCost>() {
   return type;
 }
 
+template <>
+const Type& type_of<OrbitReport>() {
+  using O = OrbitReport;
+  static constexpr Field fields[] = {
+      field<&O::body>("body", "the central one; `own` with a gravitational parameter of the scenario's"),
+      field<&O::radius>("radius", "m", "from its centre to the reference point, W's origin, at t = 0"),
+      field<&O::rate>("rate", "rad/s", "at which radial and along-track turn in W, at t = 0"),
+      field<&O::period>("period", "s", "of the orbit"),
+  };
+  static constexpr Type type = structure<O>("OrbitReport", "the orbit with which W falls.", fields);
+  return type;
+}
+
 // ---- The document ----
 
 namespace {
@@ -530,7 +543,8 @@ const Type& type_of<Summary>() {
 > ("failure", "", "body, time and condition, if it failed; else empty"), derived < [](const S& s) -> auto& {
   return s.result.warnings;
 }
-> ("warnings", "", "for who reads the result"),
+> ("warnings", "", "for who reads the result"), derived < [](const S& s) -> auto& { return s.result.orbit; }
+> ("orbit", "", "absent without one"),
     derived<[](const S& s) { return Approach{&s.result}; }>("approach", "", "absent without an approach")
         .when<[](const S& s) { return has_approach(s.result); }>(),
     derived<[](const S& s) { return Capture{&s.result}; }>("capture", "",

@@ -7,7 +7,7 @@
 
 namespace grapnel {
 
-// ---- What "external_wrenches" and "clearance" hold ----
+// ---- What "orbit", "external_wrenches" and "clearance" hold ----
 
 template <>
 struct Described<LoadProfile> {
@@ -41,15 +41,40 @@ struct Described<LoadProfile> {
 };
 
 template <>
+struct Described<Stream> {
+  using T = Stream;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::direction>("direction", "", "Unit vector: the way it goes, in the axes that `frame` says.")
+          .as("unit vector")
+          .required(),
+      field<&T::pressure>("pressure", "N/m^2",
+                          "On a plate that faces the stream and absorbs it: of light its pressure, of air rho v^2 C_D "
+                          "/ 2.")
+          .at_least(0)
+          .required(),
+      field<&T::area>("area", "m^2", "Of the plate.").above(0).up_to(1e6).required(),
+      field<&T::normal>("normal", "", "Unit vector in the body's frame: outward, of the plate's side that is hit.")
+          .as("unit vector")
+          .required(),
+      field<&T::both_sides>("both_sides", "", "The plate's back takes the stream as well, as a solar panel's does."),
+      field<&T::specular>("specular", "", "Share that is mirrored.").at_least(0).at_most(1),
+      field<&T::diffuse>("diffuse", "", "Share that is scattered; what is neither is absorbed.").at_least(0).at_most(1),
+  });
+  static constexpr Type type = structure<T>(
+      "stream", "Air or light on a flat plate: a force that depends on the body's attitude. Beside force and torque.",
+      fields);
+};
+
+template <>
 struct Described<LoadSetup> {
   using T = LoadSetup;
   static constexpr auto fields = std::to_array<Field>({
       key<std::string>("body", "", "The robot's base or link on which it acts.").optional(),
       key<std::string>("target", "", "The target on which it acts, in place of body.").optional(),
       field<&T::p_BP>("position", "m", "Point of attack in the body's frame."),
-      field<&T::in_body>("frame", "", "Whose axes force and torque are given in; those of the body turn with it.")
-          .as("one of world, body")
-          .by_default("\"world\""),
+      field<&T::frame>("frame", "",
+                       "Whose axes force and torque are given in; those of the body turn with it. orbit: radial, "
+                       "along-track, cross-track, which turn with the orbit."),
       found<[](T& t) -> Vector3d& { return t.amplitude.linear; }>(
           "force", "N", "Force, which the profile multiplies; absent: zero. Not with a table.")
           .optional(),
@@ -58,10 +83,50 @@ struct Described<LoadSetup> {
           "Torque about the point of attack, which the profile multiplies; absent: zero. Not with a table.")
           .optional(),
       field<&T::profile>("time", "", "").optional(),
+      field<&T::stream>("stream", "", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({one_of("body, target")});
   static constexpr Type type =
       structure<T>("external_wrench", "A force and a torque on one body, from outside.", fields, rules);
+};
+
+template <>
+struct Described<OrbitSetup> {
+  using T = OrbitSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::body>("body", "", "The central body, with its gravitational parameter and equatorial radius."),
+      field<&T::altitude>("altitude", "m", "Of a circular orbit, above the body's equatorial radius.")
+          .at_least(1e4)
+          .up_to(1e10)
+          .optional(),
+      field<&T::semi_major_axis>("semi_major_axis", "m", "In place of altitude.").above(0).up_to(1e12).optional(),
+      field<&T::mu>("mu", "m^3/s^2",
+                    "Gravitational parameter, in place of that of body, whose radius is then not read.")
+          .above(0)
+          .optional(),
+      field<&T::eccentricity>("eccentricity", "", "Of the orbit.").at_least(0).at_most(0.99),
+      field<&T::true_anomaly>("true_anomaly", "rad", "At t = 0, from the orbit's lowest point in the sense of motion."),
+      field<&T::radial>("radial", "", "Unit vector in W: outward, at t = 0; absent: [1, 0, 0].")
+          .as("unit vector")
+          .optional(),
+      field<&T::along_track>("along_track", "",
+                             "Unit vector in W: perpendicular to radial in the orbit's plane, the way the orbit goes, "
+                             "at t = 0; absent: [0, 1, 0].")
+          .as("unit vector")
+          .optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      one_of("altitude, semi_major_axis"),
+      when("altitude").forbid("eccentricity, true_anomaly", "it is that of a circular orbit; give semi_major_axis"),
+      when("altitude").forbid("mu", "it is above the surface of a body that is known; give semi_major_axis"),
+      needs("radial", "along_track"),
+      needs("along_track", "radial"),
+  });
+  static constexpr Type type = structure<T>(
+      "orbit",
+      "The orbit with which W falls, without turning: W's origin is its reference point. Every body then feels how "
+      "gravity differs where it is.",
+      fields, rules);
 };
 
 template <>
@@ -81,6 +146,7 @@ struct Described<ClearanceSetup> {
 };
 
 const Type& external_wrenches_description() { return type_of<std::vector<LoadSetup>>(); }
+const Type& orbit_description() { return type_of<std::optional<OrbitSetup>>(); }
 const Type& clearance_description() { return type_of<ClearanceSetup>(); }
 
 // ---- How they are read ----
@@ -93,7 +159,7 @@ void finish_wrench(const Node& node, const std::string& path, LoadSetup& load, R
   reading.targets.expect(target, part(node, "target").mark, path, reading.faults);
   load.body = node.find("target") ? target_body_name(target) : body;
   if (load.profile.shape != LoadProfile::Shape::table) return;
-  for (const char* key : {"force", "torque"}) {
+  for (const char* key : {"force", "torque", "stream"}) {
     const NodeEntry* entry = node.entry(key);
     if (!entry) continue;
     reading.faults.add(

@@ -135,14 +135,16 @@ void doubt_directions(const Node& node, const std::string& path, const GraspPoin
 // ---- The start ----
 
 // Flying back from the capture to the start takes time in proportion to the turns.
-constexpr double kMostTurned = 1e5;  // [rad]
+constexpr double kMostTurned = 1e5;         // [rad]
+constexpr double kMostTurnedInOrbit = 1e2;  // where the whole motion has to be integrated [rad]
 
 bool start_is_cheap(const CaptureProblem& problem) {
   const double T = problem.approach ? problem.approach->duration : 0;
   return std::all_of(problem.targets.begin(), problem.targets.end(), [&](const TargetSetup& t) {
     const auto acts = [&](const LoadSetup& load) { return load.body == target_body_name(t.name); };
     if (t.given_at == TargetSetup::Instant::start) return true;
-    return T * norm(t.V_WT.angular) < kMostTurned && std::none_of(problem.loads.begin(), problem.loads.end(), acts);
+    return T * norm(t.V_WT.angular) < (problem.orbit ? kMostTurnedInOrbit : kMostTurned) &&
+           std::none_of(problem.loads.begin(), problem.loads.end(), acts);
   });
 }
 

@@ -138,6 +138,7 @@ struct Described<CaptureProblem> {
           .required(),
       import_key_of_scenarios(),
       field<&T::gravity>("gravity", "m/s^2", "Uniform gravity in W, for ground test beds."),
+      field<&T::orbit>(&orbit_description, "orbit", "").optional(),
       group<T, InitialKeys>("initial", ""),
       field<&T::targets>(&targets_description, "targets", "The free bodies to be caught."),
       field<&T::grasps>(&grasps_description, "grasps",

@@ -37,6 +37,21 @@ void validate_table(const LoadProfile& p) {
   }
 }
 
+bool is_unit(const Vector3d& v) { return std::abs(norm(v) - 1) < 1e-9; }
+
+void validate_stream(const ExternalLoad& load) {
+  const Stream& s = *load.stream;
+  if (load.profile.shape == LoadProfile::Shape::table)
+    throw std::invalid_argument("external load: a table is the wrench itself and has no stream beside it");
+  if (load.frame == LoadFrame::body) throw std::invalid_argument("external load: a stream does not turn with the body");
+  if (!is_unit(s.direction) || !is_unit(s.normal))
+    throw std::invalid_argument("external load: a stream's direction and normal must be unit vectors");
+  if (!(s.pressure >= 0 && s.area >= 0) || !std::isfinite(s.pressure * s.area))
+    throw std::invalid_argument("external load: a stream's pressure and area must not be negative");
+  if (!(s.specular >= 0 && s.diffuse >= 0 && s.specular + s.diffuse <= 1))
+    throw std::invalid_argument("external load: what a plate mirrors and scatters are shares of at most 1 together");
+}
+
 }  // namespace
 
 Wrenchd wrench_at(const ExternalLoad& load, double t) { return wrench_at(load, t, t); }
@@ -44,17 +59,32 @@ Wrenchd wrench_at(const ExternalLoad& load, double t) { return wrench_at(load, t
 Wrenchd wrench_at(const ExternalLoad& load, double t, double inside) {
   const LoadProfile& p = load.profile;
   if (inside < p.start || inside >= p.end) return Wrenchd::zero();
+  if (p.shape == LoadProfile::Shape::table) return on_line(p, t, inside);
+  if (p.shape == LoadProfile::Shape::constant) return load.amplitude;
+  return factor_at(p, t, inside) * load.amplitude;
+}
+
+double factor_at(const LoadProfile& p, double t, double inside) {
+  if (inside < p.start || inside >= p.end) return 0;
   switch (p.shape) {
-    case LoadProfile::Shape::constant:
-      return load.amplitude;
     case LoadProfile::Shape::half_sine:
-      return std::sin(std::numbers::pi * (t - p.start) / (p.end - p.start)) * load.amplitude;
+      return std::sin(std::numbers::pi * (t - p.start) / (p.end - p.start));
     case LoadProfile::Shape::sine:
-      return std::sin(2 * std::numbers::pi * p.frequency * (t - p.start) + p.phase) * load.amplitude;
+      return std::sin(2 * std::numbers::pi * p.frequency * (t - p.start) + p.phase);
+    case LoadProfile::Shape::constant:
     case LoadProfile::Shape::table:
-      return on_line(p, t, inside);
+      break;
   }
-  return Wrenchd::zero();
+  return 1;
+}
+
+Vector3d stream_force(const Stream& stream, const Vector3d& direction, const Vector3d& normal) {
+  double facing = -dot(direction, normal);  // cosine of the angle of incidence
+  Vector3d n = normal;
+  if (stream.both_sides && facing < 0) facing = -facing, n = -normal;
+  if (!(facing > 0)) return Vector3d::zero();
+  const double along_normal = 2 * (stream.specular * facing + stream.diffuse / 3);
+  return (stream.pressure * stream.area * facing) * ((1 - stream.specular) * direction - along_normal * n);
 }
 
 std::vector<double> break_times(const ExternalLoad& load) {
@@ -88,6 +118,7 @@ void validate(const ExternalLoad& load) {
   } else if (!finite(load.amplitude)) {
     throw std::invalid_argument("external load: a number is not finite");
   }
+  if (load.stream) validate_stream(load);
 }
 
 }  // namespace grapnel

@@ -1,9 +1,11 @@
 #pragma once
 
 /// @file
-/// A wrench on a body as a given function of time: thruster plumes, a docking mechanism's spring, a disturbance test.
+/// A wrench on a body as a given function of time: thruster plumes, a docking mechanism's spring, a disturbance test;
+/// and the pressure of a stream of air or light, which depends on the body's attitude.
 
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "grapnel/spatial/pose.hpp"
@@ -25,13 +27,31 @@ struct LoadProfile {
   std::vector<Wrenchd> values;                           // table
 };
 
+/// Whose axes components are in: W's, those of the body on which the load acts, or radial, along-track, cross-track of
+/// the orbit (OrbitPoint).
+enum class LoadFrame { world, body, orbit };
+
+/// A stream of air or light on a flat plate, (14.7): what hits it is absorbed, mirrored or scattered.
+struct Stream {
+  Vector3d direction{1, 0, 0};  // unit, the way it goes, in the load's frame
+  double pressure = 0;          // on a plate that absorbs all and faces the stream [N/m^2]; of air rho v^2 C_D / 2
+  double area = 0;              // [m^2]
+  Vector3d normal{1, 0, 0};     // unit, outward, in the body's frame
+  bool both_sides = false;      // the plate's back takes the stream as well; else its shadow side feels nothing
+  double specular = 0;          // share that is mirrored
+  double diffuse = 0;           // share that is scattered alike in all directions (Lambert); the rest is absorbed
+};
+/// Its force on the plate [N]; `direction` and `normal` in one frame, which is that of the force.
+Vector3d stream_force(const Stream& stream, const Vector3d& direction, const Vector3d& normal);
+
 /// See the file comment.
 struct ExternalLoad {
   int body = 0;                         // index in the model
   Vector3d p_BP = Vector3d::zero();     // point of attack, in the body's frame [m]
-  bool in_body = false;                 // components turn with the body; else they are in W
+  LoadFrame frame = LoadFrame::world;   // of the components
   Wrenchd amplitude = Wrenchd::zero();  // about P [N m; N]; not read by table
   LoadProfile profile;
+  std::optional<Stream> stream = {};  // its force at P, times the profile, beside the amplitude's; not with a table
 };
 
 /// The wrench at time t, in the load's own components. At a start or a sample the later part speaks, at the last sample
@@ -40,12 +60,15 @@ Wrenchd wrench_at(const ExternalLoad& load, double t);
 /// The same by the part of the profile (nothing, the shape, one line of the table) that speaks at the time `inside`: at
 /// the ends of that part, where the load may jump, its own limits.
 Wrenchd wrench_at(const ExternalLoad& load, double t, double inside);
+/// What the profile, no table, multiplies by at the time t; `inside` as above.
+double factor_at(const LoadProfile& profile, double t, double inside);
 
 /// Times at which the load is not smooth (start, end, samples of a table), increasing, finite ones only.
 std::vector<double> break_times(const ExternalLoad& load);
 
 /// @throws std::invalid_argument if the end does not come after the start, a half sine has no finite ends, a number is
-/// not finite, or a table has fewer than two samples, other times than values, or times that do not increase.
+/// not finite, a table has fewer than two samples, other times than values, or times that do not increase, or a stream
+/// has directions that are no unit vectors, shares beyond 1, a table beside it or the body's frame.
 void validate(const ExternalLoad& load);
 
 }  // namespace grapnel

@@ -39,7 +39,7 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       commanded_(model.velocities()),
       acceleration_(model.velocities()),
       vdot_(model.velocities()),
-      wrenches_(setup_.loads.size()),
+      wrenches_(setup_.loads.size() + (setup_.orbit ? model.bodies().size() : 0)),
       momenta_(free_root_count(model.tree())),
       drifted_(momenta_) {
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
@@ -81,6 +81,13 @@ void PhaseDynamics::check_and_classify() {
     if (load.body < 0 || load.body >= static_cast<int>(bodies.size())) {
       throw std::invalid_argument("PhaseDynamics: a load acts on no body of the model");
     }
+    if (load.frame == LoadFrame::orbit && !setup_.orbit) {
+      throw std::invalid_argument("PhaseDynamics: a load is in the axes of an orbit, and there is none");
+    }
+  }
+  if (setup_.orbit) {
+    if (const std::string fault = fault_of(*setup_.orbit); !fault.empty())
+      throw std::invalid_argument("PhaseDynamics: the orbit: " + fault);
   }
   for (const Body& b : bodies) {
     if (b.parent < 0) trees_.emplace_back();
@@ -88,7 +95,7 @@ void PhaseDynamics::check_and_classify() {
     trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
-                  setup_.attitude.has_value();
+                  setup_.orbit.has_value() || setup_.attitude.has_value();
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
@@ -165,15 +172,41 @@ ProjectionResult PhaseDynamics::close_loops(double t) {
   return result;
 }
 
-// Kinematics, and the wrenches of loads and attitude control.
+// A load's wrench now.
+ExternalWrench PhaseDynamics::wrench_of(const ExternalLoad& load, double t, const OrbitPoint& at) const {
+  const Posed& X_WB = workspace_.kinematics.X_WB[load.body];
+  const double inside = inside_.value_or(t);
+  Wrenchd F = wrench_at(load, t, inside);
+  if (load.frame == LoadFrame::body) F = X_WB.R * F;
+  if (load.frame == LoadFrame::orbit) F = at.R_WO * F;
+  if (load.stream) {
+    const Vector3d& d = load.stream->direction;
+    const Vector3d direction = load.frame == LoadFrame::orbit ? at.R_WO * d : d;
+    F.linear +=
+        factor_at(load.profile, t, inside) * stream_force(*load.stream, direction, X_WB.R * load.stream->normal);
+  }
+  return {load.body, X_WB * load.p_BP, F};
+}
+
+// The field near the orbit, on every body at its centre of mass: (14.2), (14.3).
+void PhaseDynamics::act_on_orbit(const OrbitPoint& at) {
+  for (std::size_t i = 0; i < model_.bodies().size(); ++i) {
+    const BodyDescription& body = model_.bodies()[i].description;
+    const Posed& X_WB = workspace_.kinematics.X_WB[i];
+    const Vector3d p_WC = X_WB * body.com;
+    wrenches_[setup_.loads.size() + i] = {
+        static_cast<int>(i),
+        p_WC,
+        {gravity_gradient_torque(at, X_WB.R, body.inertia), body.mass * tidal_acceleration(at, p_WC)}};
+  }
+}
+
+// Kinematics, and the wrenches of loads, the orbit's field and attitude control.
 void PhaseDynamics::act_from_outside(double t) {
   forward_kinematics(model_, now_, workspace_.kinematics);
-  for (std::size_t i = 0; i < setup_.loads.size(); ++i) {
-    const ExternalLoad& load = setup_.loads[i];
-    const Posed& X_WB = workspace_.kinematics.X_WB[load.body];
-    const Wrenchd F = wrench_at(load, t, inside_.value_or(t));
-    wrenches_[i] = {load.body, X_WB * load.p_BP, load.in_body ? X_WB.R * F : F};
-  }
+  const OrbitPoint at = setup_.orbit ? orbit_point(*setup_.orbit, t) : OrbitPoint{};
+  for (std::size_t i = 0; i < setup_.loads.size(); ++i) wrenches_[i] = wrench_of(setup_.loads[i], t, at);
+  if (setup_.orbit) act_on_orbit(at);
   if (!wrenches_.empty()) gather_external(model_, wrenches_, workspace_);
   if (!setup_.attitude) return;
   const Body& root = model_.bodies()[setup_.attitude->root];
@@ -259,8 +292,8 @@ void PhaseDynamics::measure_trees() {
   }
 }
 
-// Power and rates of impulse of gravity, of loads and attitude control, of the ground under a fixed root, and of the
-// wrench that holds a root; of the whole and of each tree.
+// Power and rates of impulse of gravity, of loads, the orbit's field and attitude control, of the ground under a fixed
+// root, and of the wrench that holds a root; of the whole and of each tree.
 void PhaseDynamics::add_external(std::span<double> integrals) {
   measure_trees();
   const Kinematics& k = workspace_.kinematics;

@@ -1,8 +1,8 @@
 #pragma once
 
 /// @file
-/// A model under joint controllers and gravity as a differential equation, with the integrals that its conservation
-/// checks need.
+/// A model under joint controllers and gravity, or the field near an orbit, as a differential equation, with the
+/// integrals that its conservation checks need.
 ///
 /// State vector y = [q; v; integrals]. The integrals are the work of motors, of friction and of external forces, and
 /// the external impulse; and these of each tree, where anything acts from outside. They are under error control: where
@@ -22,6 +22,7 @@
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
@@ -40,6 +41,7 @@ struct PhaseSetup {
   int held_root = -1;              // body index of a free root that is held at its pose; -1: none
   Vector3d gravity = Vector3d::zero();
   std::vector<ExternalLoad> loads;
+  std::optional<ReferenceOrbit> orbit = {};  // whose field acts on every body; absent: none
   std::optional<AttitudeControl> attitude;
   /// Take the velocities of free roots from the momentum that initial() saw (2.3), and their positions from the uniform
   /// motion of the centre of mass, where no gravity, ground or holding wrench changes them; else they are integrated.
@@ -75,12 +77,14 @@ struct MomentumDefect {
 class PhaseDynamics {
  public:
   /// @throws std::invalid_argument if drives do not match the model's joints, held_root is no free root, the root under
-  /// attitude control is none or is held, or a trajectory or a load is invalid (see validate) or on no body.
+  /// attitude control is none or is held, a trajectory or a load is invalid (see validate) or on no body, an orbit is
+  /// faulty (see fault_of), or a load is in the axes of one that is not there.
   PhaseDynamics(const Model& model, PhaseSetup setup);
 
   const Model& model() const { return model_; }
   const PhaseSetup& setup() const { return setup_; }
-  /// Whether anything acts from outside: gravity, loads, attitude control, the ground under a fixed or held root.
+  /// Whether anything acts from outside: gravity, an orbit's field, loads, attitude control, the ground under a fixed
+  /// or held root.
   bool is_disturbed() const { return has_external_; }
   int size() const { return model_.coordinates() + model_.velocities() + integral_count(); }
   Manifold manifold() const;
@@ -141,6 +145,8 @@ class PhaseDynamics {
   void recover(double t);
   ProjectionResult close_loops(double t);
   void act_from_outside(double t);
+  void act_on_orbit(const OrbitPoint& at);
+  ExternalWrench wrench_of(const ExternalLoad& load, double t, const OrbitPoint& at) const;
   void actuate();
   void solve(std::span<const std::uint8_t> prescribed);
   void accelerate(double t);
@@ -159,7 +165,7 @@ class PhaseDynamics {
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
-  std::vector<ExternalWrench> wrenches_;  // of the loads, now
+  std::vector<ExternalWrench> wrenches_;  // of the loads, now; then of an orbit's field, one per body
   Vector3d attitude_torque_ = Vector3d::zero();
   double momenta_time_ = 0;                    // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
@@ -183,7 +189,7 @@ class PhaseDynamics {
   std::optional<Trouble> trouble_;
   std::vector<double> loaded_;  // scratch of project(): q and v before
   bool has_friction_ = false;   // in a joint that is not prescribed
-  bool has_external_ = false;   // gravity, loads, attitude control, a held root or a fixed one
+  bool has_external_ = false;   // gravity, an orbit, loads, attitude control, a held root or a fixed one
 };
 
 }  // namespace grapnel

@@ -76,9 +76,7 @@ void set_spin(const QuantityValue& set, TargetSetup& target) {
 // The target's attitude at the capture.
 Rotationd attitude_at_capture(const CaptureProblem& problem, const TargetSetup& target) {
   if (target.given_at == TargetSetup::Instant::capture || !problem.approach) return target.X_WT.R;
-  return propagate_target(target, {target.X_WT, target.V_WT}, 0, problem.approach->duration, problem.gravity,
-                          problem.integration, problem.loads)
-      .X_WT.R;
+  return propagate_target(problem, target, {target.X_WT, target.V_WT}, 0, problem.approach->duration).X_WT.R;
 }
 
 // Final rates must follow from the grasp points' motion, or a relative velocity asked for is not heard.

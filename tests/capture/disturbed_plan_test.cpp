@@ -241,7 +241,7 @@ TEST(Loads, OnArmsAndBaseAreAllowedForByThePlan) {
     p.loads = {
         load("arm-1-link-2", {0.4, 0, 0}, {{0, 0, 0.1 * size}, {size, 0, 0}}, LoadProfile::Shape::half_sine, 1, 9),
         load("base", {0, 0.3, 0}, {{0, 0, 0}, {0, size, 0}}, LoadProfile::Shape::constant, 4, 12)};
-    p.loads[0].in_body = true;
+    p.loads[0].frame = LoadFrame::body;
     const CaptureResult r = simulate_capture(p);
     if (r.status != CaptureStatus::completed) {
       EXPECT_THAT(r.failure, HasSubstr("loads or"));
@@ -344,7 +344,7 @@ TEST(Loads, OnACaughtTargetAttackWhereTheUserPutThem) {
     const Vector3d elsewhere{-0.5, 0.1, 0.7};
     q.loads = {
         load("target:target-1", elsewhere, {cross(point - elsewhere, f), f}, LoadProfile::Shape::constant, 5.5, 10)};
-    p.loads[0].in_body = q.loads[0].in_body = true;
+    p.loads[0].frame = q.loads[0].frame = LoadFrame::body;
     const CaptureResult a = simulate_capture(p), b = simulate_capture(q);
     ASSERT_EQ(a.status, CaptureStatus::completed) << a.failure;
     expect_passes(a);

@@ -71,7 +71,8 @@ TEST(ImpactOnly, OfRandomCapturesWithLoadsAndFixedBases) {
     p.approach->tracking = {};
     if (i % 3 == 1) {  // what comes from outside
       LoadSetup push;
-      push.body = "b0", push.in_body = i % 2 == 0, push.amplitude = {{1, -2, 3}, {4, 2, -5}};
+      push.body = "b0", push.frame = i % 2 == 0 ? LoadFrame::body : LoadFrame::world,
+      push.amplitude = {{1, -2, 3}, {4, 2, -5}};
       p.loads = {push};
     }
     if (i % 3 == 2) {

@@ -109,7 +109,7 @@ TEST(Scene, PlanarOnlyIfEverythingIs) {
     p.grasps[0].model = GraspModel::hinge;
     p.grasps[0].hinge_axis = {0.6, 0, 0.8};
   }));
-  const LoadSetup pull{"base", {0, 0, 0}, false, {{0, 0, 0}, {0, 0, 1}}, {}};
+  const LoadSetup pull{"base", {0, 0, 0}, LoadFrame::world, {{0, 0, 0}, {0, 0, 1}}, {}};
   EXPECT_FALSE(with([&](auto& p) { p.loads = {pull}, p.loads[0].body = p.robot.base; }));
   // And what does not.
   EXPECT_TRUE(with([](auto& p) { p.X_WB = {rotation_about({0, 0, 1}, 1), {3, 4, 0}}; }));

@@ -262,6 +262,9 @@ TEST(LanePhase, RejectsWhatDoesNotFit) {
   heavy.gravity = {0, 0, -1};
   EXPECT_NE(lane_obstacle(phases[0].model, heavy, tight()), "");
   EXPECT_THROW(lane_structure(phases[0].model, heavy, tight()), std::invalid_argument);
+  PhaseSetup in_orbit = phases[0].setup;
+  in_orbit.orbit.emplace();
+  EXPECT_EQ(lane_obstacle(phases[0].model, in_orbit, tight()), "there is an orbit");
   const Phase other = random_phases(12, 1, {})[0];
   LaneCase c;
   EXPECT_THROW(lane_case(structure, other.model, other.setup, other.start, nullptr, c), std::invalid_argument);

@@ -39,7 +39,7 @@ TEST(LoadApproach, DefaultsAreThoseOfThePlainStructs) {
   EXPECT_EQ(p.clearance.required, ClearanceSetup{}.required);
   EXPECT_TRUE(p.clearance.ignore.empty());
   const LoadSetup& load = p.loads.at(0);
-  EXPECT_EQ(load.in_body, LoadSetup{}.in_body);
+  EXPECT_EQ(load.frame, LoadSetup{}.frame);
   EXPECT_EQ(load.profile.shape, LoadProfile{}.shape);
   EXPECT_EQ(load.profile.start, LoadProfile{}.start);
   EXPECT_EQ(load.profile.end, LoadProfile{}.end);
@@ -205,7 +205,7 @@ TEST(LoadLoads, WrenchesOrderedAngularThenLinear) {
   ASSERT_EQ(p.loads.size(), 4u);
   const LoadSetup& half = p.loads[0];
   EXPECT_EQ(half.body, "upper");
-  EXPECT_TRUE(half.in_body);
+  EXPECT_EQ(half.frame, LoadFrame::body);
   EXPECT_THAT(list(half.p_BP), ElementsAre(1, 2, 3));
   EXPECT_THAT(list(half.amplitude.linear), ElementsAre(4, 5, 6));
   EXPECT_THAT(list(half.amplitude.angular), ElementsAre(7, 8, 9));
@@ -214,7 +214,7 @@ TEST(LoadLoads, WrenchesOrderedAngularThenLinear) {
   EXPECT_EQ(half.profile.end, 3);
   const LoadSetup& sine = p.loads[1];
   EXPECT_EQ(sine.body, "target:ball");
-  EXPECT_FALSE(sine.in_body);
+  EXPECT_EQ(sine.frame, LoadFrame::world);
   EXPECT_EQ(sine.profile.shape, LoadProfile::Shape::sine);
   EXPECT_EQ(sine.profile.frequency, 2);
   EXPECT_EQ(sine.profile.phase, 0.5);
@@ -227,6 +227,52 @@ TEST(LoadLoads, WrenchesOrderedAngularThenLinear) {
   ASSERT_EQ(table.values.size(), 2u);
   EXPECT_THAT(list(table.values[0].linear), ElementsAre(1, 2, 3));
   EXPECT_THAT(list(table.values[0].angular), ElementsAre(4, 5, 6));
+}
+
+TEST(LoadLoads, StreamsAndTheOrbitsAxes) {
+  const CaptureProblem p = load({with_top(R"(external_wrenches:
+  - {body: base, frame: orbit, force: [0, -1 mN, 0], stream: {direction: [0, -1, 0], pressure: 2e-4, area: 10 m^2, normal: [0, 0.6, 0.8]}}
+  - target: ball
+    stream: {direction: [1, 0, 0], pressure: 5 mN/m^2, area: 2, normal: [0, 1, 0], both_sides: true, specular: 0.25, diffuse: 0.5}
+orbit: {altitude: 400 km})")});
+  ASSERT_EQ(p.loads.size(), 2u);
+  EXPECT_EQ(p.loads[0].frame, LoadFrame::orbit);
+  EXPECT_THAT(list(p.loads[0].amplitude.linear), ElementsAre(0, -1e-3, 0));
+  ASSERT_TRUE(p.loads[0].stream);
+  EXPECT_THAT(list(p.loads[0].stream->direction), ElementsAre(0, -1, 0));
+  EXPECT_EQ(p.loads[0].stream->pressure, 2e-4);
+  EXPECT_EQ(p.loads[0].stream->area, 10);
+  EXPECT_EQ(p.loads[0].stream->specular, 0);
+  EXPECT_FALSE(p.loads[0].stream->both_sides);
+  EXPECT_THAT(list(p.loads[1].stream->normal), ElementsAre(0, 1, 0));
+  EXPECT_EQ(p.loads[1].stream->pressure, 5e-3);
+  EXPECT_EQ(p.loads[1].stream->specular, 0.25);
+  EXPECT_EQ(p.loads[1].stream->diffuse, 0.5);
+  EXPECT_TRUE(p.loads[1].stream->both_sides);
+}
+
+TEST(LoadOrbit, ByAltitudeOrByItsElements) {
+  EXPECT_FALSE(load({}).orbit);
+  const OrbitSetup low = *load({with_top("orbit: {altitude: 400 km}")}).orbit;
+  EXPECT_EQ(low.body, OrbitSetup::Body::earth);
+  EXPECT_EQ(low.altitude, 400e3);
+  const ReferenceOrbit circle = reference_orbit(low);
+  EXPECT_EQ(circle.mu, 3.986004418e14);
+  EXPECT_EQ(circle.semi_major_axis, 6778137);
+  EXPECT_EQ(circle.eccentricity, 0);
+  EXPECT_THAT(list(circle.radial), ElementsAre(1, 0, 0));
+  EXPECT_THAT(list(circle.along_track), ElementsAre(0, 1, 0));
+  const OrbitSetup setup =
+      *load({with_top("orbit: {body: mars, semi_major_axis: 9000 km, eccentricity: 0.5, true_anomaly: 90 "
+                      "deg, radial: [0, 0, 1], along_track: [0.6, 0.8, 0]}")})
+           .orbit;
+  const ReferenceOrbit ellipse = reference_orbit(setup);
+  EXPECT_EQ(ellipse.mu, 4.282837e13);
+  EXPECT_EQ(ellipse.semi_major_axis, 9e6);
+  EXPECT_EQ(ellipse.eccentricity, 0.5);
+  EXPECT_DOUBLE_EQ(ellipse.true_anomaly, M_PI / 2);
+  EXPECT_THAT(list(ellipse.along_track), ElementsAre(0.6, 0.8, 0));
+  EXPECT_EQ(reference_orbit(*load({with_top("orbit: {mu: 62.6 km^3/s^2, semi_major_axis: 300 km}")}).orbit).mu, 62.6e9);
 }
 
 TEST(LoadLoads, ClearanceNamesBodiesOfTheModel) {

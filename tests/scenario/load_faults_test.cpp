@@ -92,6 +92,82 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:35:49: error: external_wrenches[0].time.values[0][0] is .nan, must be a finite number [s, N, N m]",
       "scenario.yaml:35:81: error: external_wrenches[0].time.values[1][2] must be a number [s, N, N m], not the text "
       "'x'"}},
+    {"orbit_without_size",
+     {with_top("orbit: {}")},
+     {"scenario.yaml:34:8: error: missing key in orbit: give 'altitude' or 'semi_major_axis'"}},
+    {"orbit_with_two_sizes",
+     {with_top("orbit: {altitude: 400 km, semi_major_axis: 7000 km}")},
+     {"scenario.yaml:34:27: error: orbit has both 'altitude' and 'semi_major_axis', only one is allowed"}},
+    {"orbit_without_unit",
+     {with_top("orbit: {altitude: 400}")},
+     {"scenario.yaml:34:19: error: orbit.altitude is 400, must be at least 10000 [m]"}},
+    {"orbit_altitude_of_an_ellipse",
+     {with_top("orbit: {altitude: 400 km, eccentricity: 0.1, mu: 4e14}")},
+     {"scenario.yaml:34:27: error: 'eccentricity' in orbit has no meaning with altitude: it is that of a circular "
+      "orbit; give semi_major_axis",
+      "scenario.yaml:34:46: error: 'mu' in orbit has no meaning with altitude: it is above the surface of a body that "
+      "is known; give semi_major_axis"}},
+    {"orbit_unknown_body",
+     {with_top("orbit: {body: moons, altitude: 100 km}")},
+     {"scenario.yaml:34:15: error: unknown value 'moons' for orbit.body; did you mean 'moon'?"}},
+    {"orbit_open",
+     {with_top("orbit: {semi_major_axis: 7000 km, eccentricity: 1}")},
+     {"scenario.yaml:34:49: error: orbit.eccentricity is 1, must be between 0 and 0.99"}},
+    {"orbit_through_the_ground",
+     {with_top("orbit: {semi_major_axis: 7000 km, eccentricity: 0.2}")},
+     {"scenario.yaml:34:26: error: orbit: its lowest point is 5.6e+06 m from the centre of the body earth, below its "
+      "surface at 6.37814e+06; lengths are in m, or carry their unit (7000 km)"}},
+    {"orbit_axes_not_square",
+     {with_top("orbit: {altitude: 400 km, radial: [1, 0, 0], along_track: [0.6, 0.8, 0]}")},
+     {"scenario.yaml:34:59: error: orbit.along_track must be perpendicular to orbit.radial; their product is 0.6, the "
+      "angle between them 53.13 degrees"}},
+    {"orbit_axes_by_half",
+     {with_top("orbit: {altitude: 400 km, radial: [1, 0, 0]}")},
+     {"scenario.yaml:34:27: error: 'radial' needs 'along_track' in orbit"}},
+    {"orbit_axes_not_unit",
+     {with_top("orbit: {altitude: 400 km, radial: [2, 0, 0], along_track: [0, 1, 0]}")},
+     {"scenario.yaml:34:35: error: orbit.radial has length 2, must be a unit vector; normalised it is [1, 0, 0]"}},
+    {"orbit_with_gravity",
+     {with_top("orbit: {altitude: 400 km}\ngravity: [0, 0, -9.81]")},
+     {"scenario.yaml:35:1: error: gravity: it is for test beds on the ground; a frame that falls with an 'orbit' feels "
+      "none"}},
+    {"orbit_of_a_fixed_base",
+     {with_top("orbit: {altitude: 400 km}"), {"base: {mass: 100", "base: {mode: fixed, mass: 100"}},
+     {"scenario.yaml:34:1: error: orbit: the robot's base is fixed to a ground, which does not fall with an orbit; use "
+      "base mode free or held"}},
+    {"orbit_far_away",
+     {with_top("orbit: {altitude: 400 km}"), {"position: [2, 0, 0]", "position: [200 km, 0, 0]"}},
+     {"scenario.yaml:25:23: error: targets[0].state.position: 200000 m from the orbit's reference point, which is W's "
+      "origin; the field near an orbit is linear and holds within 67781.4 m"}},
+    {"orbit_on_the_way_out",
+     {with_top("orbit: {altitude: 400 km}"), {"initial:\n", "initial:\n  base: {velocity: [0, 7700, 0]}\n"}},
+     {"scenario.yaml:20:20: error: initial.base.velocity: it leads 231000 m away from the orbit's reference point "
+      "within "
+      "the run; velocities are relative to the orbit, and its field is linear and holds within 67781.4 m"}},
+    {"wrench_in_no_orbit",
+     {with_wrench("{body: base, frame: orbit, force: [1, 0, 0]}")},
+     {"scenario.yaml:35:25: error: external_wrenches[0].frame: orbit needs 'orbit' in the scenario"}},
+    {"stream_that_turns",
+     {with_wrench(
+         "{body: base, frame: body, stream: {direction: [1, 0, 0], pressure: 1, area: 1, normal: [1, 0, 0]}}")},
+     {"scenario.yaml:35:25: error: external_wrenches[0].frame: body has no meaning with a stream, which does not turn "
+      "with the body; use world or orbit"}},
+    {"stream_of_too_many_shares",
+     {with_wrench("{body: base, stream: {direction: [1, 0, 0], pressure: 1, area: 1, normal: [1, 0, 0], specular: 0.6, "
+                  "diffuse: 0.5}}")},
+     {"scenario.yaml:35:26: error: external_wrenches[0].stream: specular and diffuse are shares of one stream and make "
+      "1.1, at most 1"}},
+    {"stream_without_normal",
+     {with_wrench("{body: base, stream: {direction: [1, 1, 0], pressure: -1, area: 1}}")},
+     {"scenario.yaml:35:26: error: missing key 'normal' in external_wrenches[0].stream",
+      "scenario.yaml:35:38: error: external_wrenches[0].stream.direction has length 1.41421356, must be a unit vector; "
+      "normalised it is [0.7071067811865475, 0.7071067811865475, 0]",
+      "scenario.yaml:35:59: error: external_wrenches[0].stream.pressure is -1, must be at least 0 [N/m^2]"}},
+    {"stream_beside_a_table",
+     {with_wrench("{body: base, stream: {direction: [1, 0, 0], pressure: 1, area: 1, normal: [1, 0, 0]}, time: {shape: "
+                  "table, values: [[0, 1, 0, 0, 0, 0, 0], [1, 0, 0, 0, 0, 0, 0]]}}")},
+     {"scenario.yaml:35:18: error: 'stream' in external_wrenches[0] has no meaning with time.shape: table: its values "
+      "are the wrench itself"}},
     {"clearance_not_boolean",
      {with_top("clearance: {enabled: yes, required: -1}")},
      {"scenario.yaml:34:22: error: clearance.enabled must be true or false, not the text 'yes'",

@@ -22,7 +22,7 @@ const std::vector<FaultCase> kCases{
       "mapping "
       "with a robot's content or a mapping with a bus and arms, not a list",
       "scenario.yaml:3:1: error: unknown key 'x' in the scenario; allowed are schema, name, description, robot, "
-      "import, gravity, initial, targets, grasps, approach, contact, impact, post_impact, external_wrenches, "
+      "import, gravity, orbit, initial, targets, grasps, approach, contact, impact, post_impact, external_wrenches, "
       "clearance, "
       "integration, output"}},
     {"robot_axis_not_unit",

@@ -29,7 +29,7 @@ void surround(const Model& model, int i, PhaseSetup& setup, State& start, Random
   if (i % 4 == 3) {
     ExternalLoad load;
     load.body = static_cast<int>(model.bodies().size()) - 1;
-    load.p_BP = random.vector(0.3), load.in_body = true;
+    load.p_BP = random.vector(0.3), load.frame = LoadFrame::body;
     load.amplitude = {random.vector(1), random.vector(3)};
     load.profile.start = 0.5, load.profile.end = 1.1;
     setup.loads = {load};

@@ -118,7 +118,7 @@ ExternalLoad random_load(const Model& model, int i, Random& random) {
   ExternalLoad load;
   load.body = random.integer(0, static_cast<int>(model.bodies().size()) - 1);
   load.p_BP = random.vector(0.8);
-  load.in_body = random.chance(0.5);
+  load.frame = random.chance(0.5) ? LoadFrame::body : LoadFrame::world;
   load.amplitude = {random.vector(2), random.vector(5)};
   load.profile.start = random.uniform(0.05, 0.5), load.profile.end = random.uniform(0.8, 1.5);
   load.profile.shape = static_cast<Shape>(i % 4);
@@ -195,7 +195,7 @@ TEST(ExternalLoad, OnAWeldedBodyActsAsOnItsCarrier) {
     ExternalLoad load;
     load.body = model.body_index("welded");
     load.p_BP = {0.2, 0.7, -0.1};
-    load.in_body = in_body;
+    load.frame = in_body ? LoadFrame::body : LoadFrame::world;
     load.amplitude = {{0.3, -0.2, 0.1}, {1, 2, -1}};
     on_welded.loads = {load};
     PhaseSetup on_root = on_welded;
@@ -242,7 +242,7 @@ TEST(ExternalLoad, InBodyTurnsWithIt) {
   const auto speed = [&](bool in_body) {
     PhaseSetup setup;
     setup.loads = {load};
-    setup.loads[0].in_body = in_body;
+    setup.loads[0].frame = in_body ? LoadFrame::body : LoadFrame::world;
     PhaseDynamics dynamics(model, setup);
     return root_twist(model, simulate_phase(dynamics, start, 0, t, 0, {}).end_state, 0).linear;
   };

@@ -8,7 +8,7 @@ export interface Scene {
   version: string;
   /** what was simulated */
   scenario: SceneScenario;
-  /** true if nothing ever moves but along the plane z = 0: all joints turn about z or slide along the plane; it holds the centre of mass of every body (with what is fixed to it) and is a principal plane of it; end-effectors and grasp points lie in it; initial velocities, momentum, gravity and loads keep to it (all to 1e-9) */
+  /** true if nothing ever moves but along the plane z = 0: all joints turn about z or slide along the plane; it holds the centre of mass of every body (with what is fixed to it) and is a principal plane of it; end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads keep to it (all to 1e-9) */
   planar: boolean;
   /** base first, then links (parents before children), then targets */
   bodies: SceneBody[];

@@ -14,6 +14,8 @@ export interface Summary {
   failure: string;
   /** for who reads the result */
   warnings: string[];
+  /** absent without one */
+  orbit?: OrbitReport;
   /** absent without an approach */
   approach?: Approach;
   /** whether the grasps closed; absent without grasps */
@@ -53,6 +55,18 @@ export interface ScenarioNamed {
 }
 
 export type CaptureStatus = "not_run" | "completed" | "failed";
+
+// the orbit with which W falls.
+export interface OrbitReport {
+  /** the central one; `own` with a gravitational parameter of the scenario's */
+  body: string;
+  /** from its centre to the reference point, W's origin, at t = 0 [m] */
+  radius: number;
+  /** at which radial and along-track turn in W, at t = 0 [rad/s] */
+  rate: number;
+  /** of the orbit [s] */
+  period: number;
+}
 
 // the motion up to the capture.
 export interface Approach {

@@ -1,0 +1,86 @@
+#include "grapnel/simulate/orbit.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace grapnel {
+namespace {
+
+constexpr double kSquare = 1e-9;  // of lengths of 1 and right angles
+
+// The eccentric anomaly E of M = E - e sin E, for M in [-pi, pi] (14.1). Newton's method; from where it begins, the
+// first or the second iterate lies beyond the solution, and all later ones come down to it.
+double eccentric_anomaly(double M, double e) {
+  if (e == 0) return M;
+  double E = e < 0.8 ? M + e * std::sin(M) : std::copysign(std::numbers::pi, M);
+  constexpr int kMost = 30;  // 5 do up to e = 0.8
+  for (int i = 0; i < kMost; ++i) {
+    const double step = (E - e * std::sin(E) - M) / (1 - e * std::cos(E));
+    E -= step;
+    if (!(std::abs(step) > 1e-15)) break;
+  }
+  return E;
+}
+
+}  // namespace
+
+double mean_motion(const ReferenceOrbit& orbit) {
+  const double a = orbit.semi_major_axis;
+  return std::sqrt(orbit.mu / a) / a;
+}
+
+OrbitPoint orbit_point(const ReferenceOrbit& orbit, double t) {
+  const double e = orbit.eccentricity, root = std::sqrt(1 - e * e);
+  const double cos_0 = std::cos(orbit.true_anomaly), sin_0 = std::sin(orbit.true_anomaly);
+  const double E_0 = std::atan2(root * sin_0, e + cos_0), M_0 = E_0 - e * std::sin(E_0);
+  const double E = eccentric_anomaly(std::remainder(M_0 + mean_motion(orbit) * t, 2 * std::numbers::pi), e);
+  // True anomaly, and how far it is from the one at t = 0.
+  const double shrink = 1 - e * std::cos(E);
+  const double cos_now = (std::cos(E) - e) / shrink, sin_now = root * std::sin(E) / shrink;
+  const double c = cos_now * cos_0 + sin_now * sin_0, s = sin_now * cos_0 - cos_now * sin_0;
+  OrbitPoint at;
+  at.radius = orbit.semi_major_axis * shrink;
+  at.gradient = orbit.mu / (at.radius * at.radius * at.radius);
+  at.rate = mean_motion(orbit) * root / (shrink * shrink);
+  const Vector3d radial = c * orbit.radial + s * orbit.along_track;
+  const Vector3d along_track = c * orbit.along_track - s * orbit.radial;
+  const Vector3d cross_track = cross(orbit.radial, orbit.along_track);
+  for (int i = 0; i < 3; ++i) at.R_WO(i, 0) = radial[i], at.R_WO(i, 1) = along_track[i], at.R_WO(i, 2) = cross_track[i];
+  at.position = orbit.position + t * orbit.velocity;
+  return at;
+}
+
+Vector3d tidal_acceleration(const OrbitPoint& at, const Vector3d& p_W) {
+  const Vector3d r = p_W - at.position, up = at.radial();
+  return at.gradient * (3 * dot(up, r) * up - r);
+}
+
+Vector3d gravity_gradient_torque(const OrbitPoint& at, const Rotationd& R_WB, const Symmetric3d& I_B) {
+  const Vector3d up = transposed_times(R_WB, at.radial());
+  return R_WB * ((3 * at.gradient) * cross(up, I_B * up));
+}
+
+OrbitalMotion orbital_motion(const ReferenceOrbit& orbit, const OrbitPoint& at, const Vector3d& p_W,
+                             const Vector3d& v_W) {
+  const Vector3d r = transposed_times(at.R_WO, p_W - at.position);
+  const Vector3d v = transposed_times(at.R_WO, v_W - orbit.velocity);
+  return {r, v - cross(Vector3d{0, 0, at.rate}, r)};
+}
+
+std::string fault_of(const ReferenceOrbit& orbit) {
+  const auto is_finite = [](const Vector3d& v) { return std::isfinite(dot(v, v)); };
+  if (!(orbit.mu > 0) || !std::isfinite(orbit.mu)) return "its gravitational parameter must be positive and finite";
+  if (!(orbit.semi_major_axis > 0) || !std::isfinite(orbit.semi_major_axis))
+    return "its semi-major axis must be positive and finite";
+  if (!(orbit.eccentricity >= 0 && orbit.eccentricity < 1))
+    return "its eccentricity must be at least 0 and less than 1: the orbit is closed";
+  if (!std::isfinite(orbit.true_anomaly) || !is_finite(orbit.position) || !is_finite(orbit.velocity))
+    return "a number is not finite";
+  if (!(std::abs(norm(orbit.radial) - 1) < kSquare && std::abs(norm(orbit.along_track) - 1) < kSquare))
+    return "radial and along_track must be unit vectors";
+  if (!(std::abs(dot(orbit.radial, orbit.along_track)) < kSquare))
+    return "radial and along_track must be perpendicular to each other";
+  return {};
+}
+
+}  // namespace grapnel
