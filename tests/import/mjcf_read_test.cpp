@@ -92,6 +92,15 @@ TEST(MjcfEffort, OfServosComesFromForcesOnly) {
   EXPECT_THAT(robot.decisions("control law"), SizeIs(1));
 }
 
+TEST(MjcfEffort, OfMotorsHasNoGainOfTheirClass) {
+  const ReadMjcf robot =
+      read_mjcf_text(chain("<default><general gainprm='2'/></default><actuator><motor joint='a' ctrlrange='-3 3'/>"
+                           "<general joint='b' ctrlrange='-3 3'/></actuator>"));
+  ASSERT_THAT(robot.faults, IsEmpty());
+  EXPECT_EQ(robot.joint("a").effort, 3);  // <motor> says gain 1
+  EXPECT_EQ(robot.joint("b").effort, 6);
+}
+
 // ---- Couplings ----
 
 TEST(MjcfCoupling, IsAMimicJoint) {
