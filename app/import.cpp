@@ -2,12 +2,12 @@
 #include <fmt/format.h>
 
 #include "commands.hpp"
-#include "grapnel/import/robot_nodes.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/write_yaml.hpp"
+#include "grapnel/text/yaml_values.hpp"
 #include "terminal.hpp"
 
 namespace grapnel::app {

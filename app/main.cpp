@@ -190,8 +190,10 @@ int main(int argc, char** argv) {
   import_command->add_option("model", import_options.model, "Model file (.urdf, .xml)")->required();
   import_command->add_option("-o,--output", import_options.output, "Robot file (YAML) to write")->required();
   import_command->add_option("--base", import_options.base, "Link that becomes the base (default: the root)");
-  import_command->add_option("--bus", import_options.bus,
-                             "Robot file (YAML) of a satellite on which the model is mounted as an arm");
+  import_command->add_option(
+      "--bus", import_options.bus,
+      "Satellite on which the model is mounted as an arm: a robot file (YAML), or the name of a ready-made "
+      "robot");
   import_command->add_option("--mount", import_options.mount,
                              "Where on the bus, e.g. '{link: panel, position: [1, 0, 0], rpy: [0, 0, 1.57]}' (default: "
                              "the origin of its base)");

@@ -3,42 +3,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <set>
 
-#include "grapnel/import/link_groups.hpp"
-#include "grapnel/import/mesh_paths.hpp"
-#include "grapnel/import/possible_inertia.hpp"
-#include "grapnel/import/robot_nodes.hpp"
-#include "grapnel/model/model.hpp"
+#include "grapnel/import/assembly_steps.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"
 
 namespace grapnel {
 namespace {
 
-constexpr const char* kHowToRepair = "the option repair_inertia (--repair-inertia) takes the nearest possible tensor";
-constexpr double kLargestInertia = 1e25;  // [kg m^2] as in robot files
 constexpr double kLargestAngle = 1e4, kLargestRate = 1e9, kLargestEffort = 1e15;
-
-std::string moments_text(const Symmetric3d& inertia) {
-  const Vector3d v = principal_moments(inertia).values;
-  return fmt::format("{:.6g}, {:.6g}, {:.6g} kg m^2", v[0], v[1], v[2]);
-}
-std::string tensor_text(const Symmetric3d& I) {
-  return fmt::format("[{:.6g}, {:.6g}, {:.6g}, {:.6g}, {:.6g}, {:.6g}]", I.xx, I.yy, I.zz, I.xy, I.xz, I.yz);
-}
-bool is_zero(const Symmetric3d& I) {
-  return I.xx == 0 && I.yy == 0 && I.zz == 0 && I.xy == 0 && I.xz == 0 && I.yz == 0;
-}
-bool is_moderate(const Symmetric3d& I) {
-  for (const double x : {I.xx, I.yy, I.zz, I.xy, I.xz, I.yz}) {
-    if (!(std::abs(x) <= kLargestInertia)) return false;
-  }
-  return true;
-}
 
 class RobotAssembly {
  public:
@@ -96,110 +72,7 @@ class RobotAssembly {
     return sound;
   }
 
-  // ---- Masses ----
-
-  // What a link adds to its group, in its own frame; nothing if it has no mass.
-  std::optional<SourceInertia> inertia_of(const SourceLink& link) {
-    if (!link.inertia) return {};
-    SourceInertia inertia = *link.inertia;
-    const std::string named = "link " + in_quotes(link.name);
-    if (inertia.mass < 0) {
-      faults_.add(inertia.mark, fmt::format("{} has a negative mass, {} kg", named, inertia.mass));
-      return {};
-    }
-    if (!is_moderate(inertia.inertia)) {
-      faults_.add(inertia.mark, fmt::format("{} has an inertia beyond {:g} kg m^2", named, kLargestInertia));
-      return {};
-    }
-    if (inertia.mass == 0) {
-      if (!is_zero(inertia.inertia))
-        decide(inertia.mark, fmt::format("{} has an inertia but no mass: its inertia is left out", named), link.name);
-      return {};
-    }
-    if (const auto disc = disc_of_planar_inertia(inertia.inertia)) {
-      const double I = principal_moments(inertia.inertia).values[2];
-      decide(
-          inertia.mark,
-          fmt::format("{} has an inertia about one axis only, {:.6g} kg m^2, as models in the plane have: {:.6g} "
-                      "kg m^2 about the other two is taken, that of a thin disc; motion in the plane does not feel it",
-                      named, I, 0.5 * I),
-          link.name);
-      inertia.inertia = *disc;
-    } else if (!is_possible_inertia(inertia.inertia)) {
-      mend(inertia, named, link.name, 0);
-    }
-    return inertia;
-  }
-
-  // Replaces a tensor that no body has, or says so.
-  void mend(SourceInertia& inertia, const std::string& named, const std::string& about, double flattest) {
-    const Symmetric3d given = inertia.inertia;
-    const Vector3d moments = principal_moments(given).values;
-    const std::string what =
-        flattest > 0 ? "which a body without any thickness would have"
-        : moments[0] < 0
-            ? "and one of them is negative, which no body has"
-            : "and the largest is above the sum of the others, which no body has (the triangle inequality)";
-    if (!options_.repair_inertia) {
-      faults_.add(inertia.mark, fmt::format("{} has the principal moments of inertia {}, {}; {}", named,
-                                            moments_text(given), what, kHowToRepair));
-      return;
-    }
-    inertia.inertia = nearest_possible_inertia(given, flattest);
-    decide(inertia.mark,
-           fmt::format("{} has the inertia {} with the principal moments {}, {}; the nearest possible tensor is taken, "
-                       "{} with {}",
-                       named, tensor_text(given), moments_text(given), what, tensor_text(inertia.inertia),
-                       moments_text(inertia.inertia)),
-           about);
-  }
-
-  // Mass, centre of mass and inertia of all links of a group, in its frame; nothing if none has mass.
-  std::optional<SourceInertia> weigh(const LinkGroup& group) {
-    RigidBodyInertiad total = RigidBodyInertiad::zero();
-    std::optional<SourceInertia> single;
-    std::vector<std::string> names;
-    const std::size_t before = faults_.size();
-    for (const GroupedLink& one : group.links) {
-      const SourceLink& link = model_.links[one.link];
-      const auto inertia = inertia_of(link);
-      if (!inertia) continue;
-      names.push_back(link.name);
-      total += one.X_GL * RigidBodyInertiad::about_com(inertia->mass, inertia->com, inertia->inertia);
-      single = inertia;
-      single->com = one.X_GL * inertia->com;
-      single->inertia = rotate(one.X_GL.R, inertia->inertia);
-      // What is written as it stands keeps its digits.
-      if (&one == &group.links[0] && is_identity(one.X_GL))
-        single->com = inertia->com, single->inertia = inertia->inertia;
-    }
-    if (names.empty()) return {};
-    if (names.size() > 1) {
-      single = SourceInertia{group.mark, total.mass, total.com(), total.rotational_about_com()};
-      decide(group.mark,
-             fmt::format("{} is one body with what is fixed to it: mass, centre of mass and inertia are "
-                         "those of {} together",
-                         in_quotes(group.name), some_of(names)),
-             group.name);
-    }
-    if (faults_.size() == before) judge_whole(*single, group);
-    return single;
-  }
-
-  // Parts may be points and rods, what moves by itself may not.
-  void judge_whole(SourceInertia& inertia, const LinkGroup& group) {
-    const std::string named = "link " + in_quotes(group.name);
-    if (!is_moderate(inertia.inertia)) {
-      faults_.add(inertia.mark, fmt::format("{} has an inertia beyond {:g} kg m^2", named, kLargestInertia));
-    } else if (is_zero(inertia.inertia)) {
-      faults_.add(inertia.mark,
-                  fmt::format("{} has a mass of {:.6g} kg but no inertia, so nothing says how it turns: give it one{}",
-                              named, inertia.mass,
-                              group.joint < 0 ? std::string() : fmt::format(", or lock joint {}", joint_name(group))));
-    } else if (!inertia_fault(inertia.inertia).empty()) {
-      mend(inertia, named, group.name, kThinnest);
-    }
-  }
+  // ---- Bodies ----
 
   std::string joint_name(const LinkGroup& group) const { return in_quotes(model_.joints[group.joint].name); }
 
@@ -213,15 +86,13 @@ class RobotAssembly {
     put(node, "inertia", list_node(components, inertia.mark));
   }
 
-  // ---- Bodies ----
-
   Node base_node() {
     const LinkGroup& group = grouped_.groups[0];
     Node node = mapping_node(group.mark);
     put(node, "name", text_node(base_name_ = name_for(group.name, group.mark, "link"), group.mark));
     body_names_.push_back(base_name_);
     const std::size_t before = faults_.size();
-    if (const auto inertia = weigh(group)) {
+    if (const auto inertia = weigh(model_, group, options_, result_.decisions, faults_)) {
       put_inertia(node, *inertia);
     } else if (!options_.is_carried && faults_.size() == before) {
       const auto heavy = std::find_if(model_.links.begin(), model_.links.end(),
@@ -243,7 +114,7 @@ class RobotAssembly {
     put(node, "parent", text_node(body_names_[group.parent], group.mark));
     put(node, "joint", joint_node(group));
     const std::size_t before = faults_.size();
-    if (const auto inertia = weigh(group))
+    if (const auto inertia = weigh(model_, group, options_, result_.decisions, faults_))
       put_inertia(node, *inertia);
     else if (faults_.size() == before)
       faults_.add(
@@ -391,8 +262,13 @@ class RobotAssembly {
     std::vector<std::string> known;
     for (const SourceLink& link : model_.links) known.push_back(link.name);
     for (const SourceFrame& frame : model_.frames) known.push_back(frame.name);
+    std::set<std::string> chosen_before;
     for (const StatedName& chosen : options_.end_effectors) {
       if (faults_.full()) return;
+      if (!chosen_before.insert(chosen.name).second) {
+        faults_.add(chosen.mark, fmt::format("end-effector {} is chosen twice", in_quotes(chosen.name)));
+        continue;
+      }
       const auto named = [&](const auto& one) { return one.name == chosen.name; };
       const auto link = std::find_if(model_.links.begin(), model_.links.end(), named);
       const auto frame = std::find_if(model_.frames.begin(), model_.frames.end(), named);
@@ -486,8 +362,6 @@ class RobotAssembly {
       comment += (comment.empty() ? "" : "\n") + printable_line(decision.text + where);
     }
   }
-
-  static constexpr double kThinnest = 1e-6;  // second moments of what would be flat, relative to the largest moment
 
   const SourceModel& model_;
   const ImportOptions& options_;

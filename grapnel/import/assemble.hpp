@@ -21,9 +21,11 @@ struct StatedName {
   Mark mark;
 };
 struct LockedJoint {
+  enum class WrittenAs { number, angle, length };
   std::string joint;
   double value = 0;  // [rad or m]
   Mark mark;
+  WrittenAs written_as = WrittenAs::number;  // with which kind of unit
 };
 /// Where the files of a ROS package are: package://NAME/... is below the folder.
 struct PackageFolder {

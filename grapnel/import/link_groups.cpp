@@ -1,4 +1,4 @@
-#include "grapnel/import/link_groups.hpp"
+#include "grapnel/import/assembly_steps.hpp"
 
 #include <fmt/format.h>
 

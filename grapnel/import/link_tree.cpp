@@ -1,4 +1,4 @@
-#include "grapnel/import/link_groups.hpp"
+#include "grapnel/import/assembly_steps.hpp"
 
 #include <fmt/format.h>
 
@@ -146,6 +146,14 @@ class JointSettler {
     const SourceJoint& joint = model_.joints[it->second];
     if (joint.kind == SourceJoint::Kind::fixed) {
       faults_.add(locked.mark, fmt::format("joint {} cannot be locked: it is fixed", in_quotes(joint.name)));
+      return;
+    }
+    const bool slides = joint.kind == SourceJoint::Kind::prismatic;
+    if (locked.written_as == (slides ? LockedJoint::WrittenAs::angle : LockedJoint::WrittenAs::length)) {
+      faults_.add(
+          locked.mark,
+          fmt::format("joint {} {}, so it is locked at {}", in_quotes(joint.name), slides ? "slides" : "turns",
+                      slides ? "a length [m, mm, cm], not at an angle" : "an angle [rad, deg], not at a length"));
       return;
     }
     if (is_free(joint) && locked.value != 0) {

@@ -1,4 +1,4 @@
-#include "grapnel/import/mesh_paths.hpp"
+#include "grapnel/import/assembly_steps.hpp"
 
 #include <fmt/format.h>
 

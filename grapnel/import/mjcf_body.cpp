@@ -1,5 +1,3 @@
-#include "grapnel/import/mjcf_body.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -8,6 +6,7 @@
 #include <cmath>
 
 #include "grapnel/dense/decompositions.hpp"
+#include "grapnel/import/mjcf_model.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -112,6 +111,73 @@ Symmetric3d solid_inertia(const MjcfGeom& geom, double mass) {
   return Symmetric3d::diagonal(across, across, middle * a * a / 2 + caps * 0.4 * a * a);
 }
 
+// A mesh with what is within it; empty, with the reason, if MuJoCo's inertia of it is not known.
+struct SolidMesh {
+  const MjcfMesh* mesh;
+  MeshSolid solid;
+};
+std::optional<SolidMesh> solid_of(const MjcfPart& part, const MjcfGeom& geom, MjcfContext& context,
+                                  std::string& why_not) {
+  const auto found = context.meshes.find(part.attributes.text("mesh"));
+  if (geom.type != "mesh" || found == context.meshes.end()) {
+    why_not = geom.is_fitted ? "to which a primitive is fitted" : "which is not supported";
+    return {};
+  }
+  const MjcfMesh& mesh = found->second;
+  if (!mesh.unusable.empty() || !mesh.other_inertia.empty()) {
+    why_not = !mesh.unusable.empty() ? "but " + mesh.unusable
+                                     : fmt::format("as of inertia=\"{}\", which is not supported", mesh.other_inertia);
+    return {};
+  }
+  std::string fault;
+  const auto triangles = context.read_mesh ? context.read_mesh(context.folder / mesh.file, fault) : nullptr;
+  if (!triangles) {
+    why_not = fault.empty() ? "which is not supported" : "but " + fault;
+    return {};
+  }
+  const auto solid = solid_within(*triangles, mesh.scale);
+  if (solid && (solid->is_star || mesh.is_exact || context.compiler.exact_meshes)) return SolidMesh{&mesh, *solid};
+  why_not = solid
+                ? "whose hollows count as mass in MuJoCo, unless exactmeshinertia=\"true\" stands in <compiler> (since "
+                  "3.2: inertia=\"exact\" at <mesh>)"
+                : "whose triangles do not close a volume";
+  return {};
+}
+
+// Mass and inertia of a geom in the body's frame. `amount`: its mass, or its density. Nothing, which has been said, if
+// they are not known.
+RigidBodyInertiad inertia_of_geom(const MjcfBody& body, const MjcfPart& part, const MjcfGeom& geom, bool is_mass,
+                                  double amount, MjcfContext& context) {
+  if (is_primitive(geom.type) && !geom.is_fitted) {
+    const double mass = is_mass ? amount : amount * volume_of(geom);
+    return geom.X_BG * RigidBodyInertiad::about_com(mass, Vector3d::zero(), solid_inertia(geom, mass));
+  }
+  std::string why_not;
+  if (const auto found = solid_of(part, geom, context, why_not)) {
+    const MeshSolid& solid = found->solid;
+    const double density = is_mass ? amount / solid.volume : amount;
+    const Symmetric3d& I = solid.inertia;
+    const Symmetric3d inertia{density * I.xx, density * I.yy, density * I.zz,
+                              density * I.xy, density * I.xz, density * I.yz};
+    return geom.X_BG * found->mesh->X_GM * RigidBodyInertiad::about_com(density * solid.volume, solid.com, inertia);
+  }
+  const Mark mark = part.attributes.mark("mesh");
+  if (body.moves) {
+    context.fault(mark, fmt::format("the inertia of body {} would come from a mesh, {}: give the body an <inertial> "
+                                    "(MuJoCo computes one and writes it when it saves the model), or the geom "
+                                    "mass=\"0\"",
+                                    in_quotes(body.name), why_not));
+  } else {
+    context.decide(
+        mark,
+        fmt::format("body {} does not move in the file, and mass of it would come from a mesh, {}: it counts "
+                    "as nothing; an <inertial> would say it",
+                    in_quotes(body.name), why_not),
+        body.name);
+  }
+  return RigidBodyInertiad::zero();
+}
+
 // Mass and inertia of the body's geoms in its frame.
 RigidBodyInertiad inertia_of_geoms(const MjcfBody& body, MjcfContext& context) {
   RigidBodyInertiad total = RigidBodyInertiad::zero();
@@ -119,39 +185,22 @@ RigidBodyInertiad inertia_of_geoms(const MjcfBody& body, MjcfContext& context) {
     const MjcfAttributes& given = part.attributes;
     const double group = given.number("group", context.faults).value_or(0);
     if (group < context.compiler.first_group || group > context.compiler.last_group) continue;
-    const auto mass_given = given.number("mass", context.faults), density = given.number("density", context.faults);
-    const char* named = mass_given ? "mass" : "density";
-    const double amount = mass_given ? *mass_given : density.value_or(1000);
+    const auto mass = given.number("mass", context.faults), density = given.number("density", context.faults);
+    const char* named = mass ? "mass" : "density";
+    const double amount = mass ? *mass : density.value_or(1000);
     if (amount < 0)
       context.fault(given.mark(named), fmt::format("{} of <geom> is {}, expected 0 or more", named, amount));
     if (!(amount > 0)) continue;
     const MjcfGeom geom = read_geom(part, context);
     if (!geom.is_sound || geom.type == "plane" || geom.type == "hfield") continue;
-    if ((!is_primitive(geom.type) || geom.is_fitted) && !body.moves) {
-      context.decide(
-          given.mark("mesh"),
-          fmt::format("body {} does not move in the file, and mass of it would come from a mesh: that is not "
-                      "computed and counts as nothing; an <inertial> would say it",
-                      in_quotes(body.name)),
-          body.name);
-      continue;
-    }
-    if (!is_primitive(geom.type) || geom.is_fitted) {
-      context.fault(
-          given.mark("mesh"),
-          fmt::format("the inertia of body {} would come from a mesh, which is not supported: give the body an "
-                      "<inertial> (MuJoCo computes one and writes it when it saves the model), or the "
-                      "geom mass=\"0\"",
-                      in_quotes(body.name)));
-      continue;
-    }
+    // A mesh that is not there is said where shapes are read.
+    if (geom.type == "mesh" && !context.meshes.contains(given.text("mesh"))) continue;
     if (given.flag("shellinertia", false, context.faults)) {
       context.fault(given.mark("shellinertia"),
                     fmt::format("shellinertia is not supported: give body {} an <inertial>", in_quotes(body.name)));
       continue;
     }
-    const double mass = mass_given ? *mass_given : amount * volume_of(geom);
-    total += geom.X_BG * RigidBodyInertiad::about_com(mass, Vector3d::zero(), solid_inertia(geom, mass));
+    total += inertia_of_geom(body, part, geom, mass.has_value(), amount, context);
   }
   return total;
 }
@@ -232,14 +281,6 @@ void keep_bounds(const MjcfBody& body, SourceInertia& inertia, MjcfContext& cont
 
 bool is_finite(const Symmetric3d& m) { return std::isfinite(m.xx + m.yy + m.zz) && std::isfinite(m.xy + m.xz + m.yz); }
 
-// The end of a file's name after the dot, in lower case.
-std::string extension_of(const std::string& file) {
-  const std::size_t dot = file.rfind('.');
-  std::string extension = dot == std::string::npos ? "" : file.substr(dot + 1);
-  std::ranges::transform(extension, extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  return extension;
-}
-
 // The shape of a mesh geom; empty if its triangles cannot be had, which is then said.
 std::optional<SourceShape> mesh_shape(const MjcfPart& part, const MjcfGeom& geom, MjcfContext& context) {
   const std::string name = part.attributes.text("mesh");
@@ -310,36 +351,6 @@ Posed mjcf_place(const MjcfPart& part, MjcfContext& context) {
   }
   // MuJoCo's z axis points from the second point to the first.
   return part.X_BF * Posed{mjcf_rotation_of_z(from - to), 0.5 * (from + to)};
-}
-
-MjcfMesh read_mjcf_mesh(const MjcfElement& element, MjcfContext& context) {
-  context.passed_over.check_attributes(element, context.faults);
-  const MjcfAttributes given = context.defaults.attributes(element, "mesh", "", context.faults);
-  MjcfMesh mesh;
-  mesh.element = &element;
-  const std::filesystem::path said = given.text("file");
-  mesh.name = given.text("name", said.stem().string().c_str());
-  if (mesh.name.empty()) context.fault(element.mark(), "<mesh> has neither a name nor a file");
-  const std::filesystem::path file = context.compiler.strip_paths ? said.filename() : said;
-  mesh.file = (file.is_absolute() ? file : std::filesystem::path(context.compiler.meshdir) / file).string();
-  mesh.scale = given.vector("scale", context.faults).value_or(Vector3d{1, 1, 1});
-  // MuJoCo's vertices are scale * R^T (v - p) with refpos p and refquat R.
-  const Vector3d p = given.vector("refpos", context.faults).value_or(Vector3d::zero());
-  Rotationd R = Rotationd::identity();
-  if (const auto quaternion = given.numbers("refquat", 4, context.faults))
-    R = mjcf_rotation_of(*quaternion).value_or(Rotationd::identity());
-  const Vector3d offset = transposed_times(R, p);
-  mesh.X_GM = {transpose(R), {-mesh.scale[0] * offset[0], -mesh.scale[1] * offset[1], -mesh.scale[2] * offset[2]}};
-  const bool uniform = mesh.scale[0] == mesh.scale[1] && mesh.scale[1] == mesh.scale[2];
-  const std::string extension = extension_of(mesh.file);
-  if (said.empty()) {
-    mesh.unusable = "its mesh has no file";
-  } else if (extension != "stl" && extension != "obj") {
-    mesh.unusable = "its mesh is neither .stl nor .obj";
-  } else if (!uniform && rotation_angle(R) > 0) {
-    mesh.unusable = "its mesh is turned (refquat) and scaled differently along its axes";
-  }
-  return mesh;
 }
 
 std::optional<SourceInertia> read_mjcf_inertia(const MjcfBody& body, MjcfContext& context) {

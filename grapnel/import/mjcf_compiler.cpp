@@ -22,6 +22,7 @@ void MjcfCompiler::read(const MjcfElement& element, FaultList& faults) {
   if (given.giver("angle") != nullptr) degrees = given.word("angle", kAngles, faults) == "degree";
   if (given.giver("autolimits") != nullptr) autolimits = given.flag("autolimits", true, faults);
   if (given.giver("balanceinertia") != nullptr) balance_inertia = given.flag("balanceinertia", false, faults);
+  if (given.giver("exactmeshinertia") != nullptr) exact_meshes = given.flag("exactmeshinertia", false, faults);
   if (given.giver("strippath") != nullptr) strip_paths = given.flag("strippath", false, faults);
   if (given.giver("inertiafromgeom") != nullptr) {
     const std::string word = given.word("inertiafromgeom", kInertia, faults);
@@ -197,8 +198,8 @@ constexpr std::array<Vocabulary, 16> kVocabulary{{
     {"mujoco", "model", ""},
     {"compiler",
      "angle autolimits balanceinertia strippath inertiafromgeom coordinate eulerseq boundmass boundinertia "
-     "settotalmass inertiagrouprange meshdir assetdir",
-     "usethread convexhull exactmeshinertia fitaabb texturedir discardvisual fusestatic alignfree saveinertial "
+     "settotalmass inertiagrouprange meshdir assetdir exactmeshinertia",
+     "usethread convexhull fitaabb texturedir discardvisual fusestatic alignfree saveinertial "
      "conflict"},
     {"default", "class", ""},
     {"body", "name childclass pos quat axisangle xyaxes zaxis euler mocap", "gravcomp user sleep"},
@@ -215,8 +216,8 @@ constexpr std::array<Vocabulary, 16> kVocabulary{{
      "condim priority material rgba friction solmix solref solimp margin gap hfield fitscale fluidshape fluidcoef "
      "user"},
     {"site", "name class pos quat axisangle xyaxes zaxis euler fromto", "type size group material rgba user"},
-    {"mesh", "name class file scale refpos refquat",
-     "smoothnormal maxhullvert content_type vertex normal texcoord face inertia builtin params material "
+    {"mesh", "name class file scale refpos refquat inertia",
+     "smoothnormal maxhullvert content_type vertex normal texcoord face builtin params material "
      "octree_maxdepth"},
     {"option", "density viscosity", "*"},
     {"actuator",

@@ -1,5 +1,3 @@
-#include "grapnel/import/mjcf_drives.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -9,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "grapnel/import/mjcf_model.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -21,8 +20,10 @@ struct EffortRange {
   double lower = 0, upper = 0;
 };
 
-EffortRange intersection(EffortRange a, const EffortRange& b) {
-  return {std::max(a.lower, b.lower), std::min(a.upper, b.upper)};
+// Forces beyond a limit are cut off there.
+EffortRange clamped(const EffortRange& force, const std::pair<double, double>& limit) {
+  const auto& [lower, upper] = limit;
+  return {std::clamp(force.lower, lower, upper), std::clamp(force.upper, lower, upper)};
 }
 
 EffortRange scaled(const EffortRange& range, double factor) {
@@ -54,8 +55,7 @@ EffortRange force_of(const MjcfAttributes& given, MjcfContext& context) {
   EffortRange force{-kInfinity, kInfinity};
   const auto control = mjcf_range(given, "ctrllimited", "ctrlrange", context);
   if (control && gain_is_fixed && !has_bias) force = scaled({control->first, control->second}, gain);
-  if (const auto limit = mjcf_range(given, "forcelimited", "forcerange", context))
-    force = intersection(force, {limit->first, limit->second});
+  if (const auto limit = mjcf_range(given, "forcelimited", "forcerange", context)) force = clamped(force, *limit);
   return force;
 }
 
@@ -230,16 +230,24 @@ class DriveReader {
     const auto driven = efforts_.find(joint.name);
     EffortRange effort = driven == efforts_.end() ? EffortRange{-kInfinity, kInfinity} : driven->second;
     if (const auto limit = mjcf_range(part->attributes, "actuatorfrclimited", "actuatorfrcrange", context_))
-      effort = intersection(effort, {limit->first, limit->second});
-    const bool turns = joint.kind != SourceJoint::Kind::prismatic;
+      effort = clamped(effort, *limit);
+    const char* unit = joint.kind == SourceJoint::Kind::prismatic ? "N" : "N m";
     const double down = -effort.lower, up = effort.upper;
     if (down == kInfinity && up == kInfinity) return;
+    if (down == 0 && up == 0) {
+      context_.decide(joint.mark,
+                      fmt::format("joint {}: its drives give 0 {}; taken as without a limit, for else they could not "
+                                  "move it",
+                                  in_quotes(joint.name), unit),
+                      joint.name);
+      return;
+    }
     const bool one_way = !(down > 0) || !(up > 0);
     joint.effort = one_way ? std::max(std::abs(down), std::abs(up)) : std::min(down, up);
     if (std::abs(down - up) <= 1e-12 * std::max(std::abs(down), std::abs(up))) return;
     context_.decide(joint.mark,
                     fmt::format("joint {}: its drives give {:.6g} to {:.6g} {}; taken is {:.6g} both ways",
-                                in_quotes(joint.name), effort.lower, effort.upper, turns ? "N m" : "N", *joint.effort),
+                                in_quotes(joint.name), effort.lower, effort.upper, unit, *joint.effort),
                     joint.name);
   }
 

@@ -120,6 +120,7 @@ struct MjcfCompiler {
   int first_group = 0, last_group = 5;  // groups of geoms whose mass counts
   double least_mass = 0;                // [kg]
   double least_inertia = 0;             // of every principal moment [kg m^2]
+  bool exact_meshes = false;            // inertia of meshes: exact, whatever their form
   bool balance_inertia = false;         // three equal moments where they break the triangle inequality
   std::optional<double> total_mass;     // [kg]
   std::string meshdir;

@@ -1,11 +1,10 @@
-#include "grapnel/import/mjcf_tree.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <set>
 
+#include "grapnel/import/mjcf_model.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {

@@ -2,8 +2,7 @@
 
 #include <iterator>
 
-#include "grapnel/import/assemble.hpp"
-#include "grapnel/import/robot_nodes.hpp"
+#include "grapnel/import/assembly_steps.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/yaml_values.hpp"
 

@@ -1,4 +1,4 @@
-#include "grapnel/import/possible_inertia.hpp"
+#include "grapnel/import/assembly_steps.hpp"
 
 #include <algorithm>
 #include <array>

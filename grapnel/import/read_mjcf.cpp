@@ -1,5 +1,3 @@
-#include "grapnel/import/read_mjcf.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,11 +5,8 @@
 #include <cmath>
 #include <set>
 
-#include "grapnel/import/mjcf_body.hpp"
-#include "grapnel/import/mjcf_drives.hpp"
-#include "grapnel/import/mjcf_tree.hpp"
+#include "grapnel/import/mjcf_model.hpp"
 #include "grapnel/text/message_text.hpp"
-#include "grapnel/text/text_file.hpp"
 
 namespace grapnel {
 namespace {
@@ -364,18 +359,16 @@ class RobotMaker {
 
 }  // namespace
 
-SourceModel read_mjcf(const std::filesystem::path& file, FaultList& faults) {
-  auto text = read_file(file, {std::make_shared<const std::string>(file.string()), 0, 0}, faults);
-  return text ? read_mjcf(file, std::move(*text), faults) : SourceModel{};
-}
-
-SourceModel read_mjcf(const std::filesystem::path& file, std::string text, FaultList& faults) {
+SourceModel read_mjcf(const std::filesystem::path& file, std::string text, FaultList& faults,
+                      const MeshReader& read_mesh) {
   SourceModel model;
   const MjcfFiles files(file, std::move(text), faults);
   model.further_bytes = files.included_bytes();
   if (files.root() == nullptr) return model;
   MjcfContext context(faults);
   context.decisions = files.decisions();
+  context.folder = file.parent_path();
+  context.read_mesh = read_mesh;
   const MjcfElement& root = *files.root();
   model.name = root.has("model") ? root.text("model") : file.stem().string();
   read_sections(root, context);

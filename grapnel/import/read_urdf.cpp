@@ -1,5 +1,3 @@
-#include "grapnel/import/read_urdf.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -7,6 +5,8 @@
 #include <cmath>
 #include <map>
 
+#include "grapnel/import/source_model.hpp"
+#include "grapnel/import/xml_file.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -110,9 +110,7 @@ class UrdfReader {
     if (name == "robot") return true;
     faults_.add(mark, fmt::format("the outermost element is <{}>, of a URDF file it is <robot>{}",
                                   shortened(printable_line(name)),
-                                  name == "mujoco" ? "; a MuJoCo model must end in .xml"
-                                  : name == "sdf"  ? "; SDF files are not read, most have a URDF of the same robot"
-                                                   : ""));
+                                  name == "sdf" ? "; SDF files are not read, most have a URDF of the same robot" : ""));
     return false;
   }
 
@@ -249,8 +247,8 @@ class UrdfReader {
   }
 
   double required_number(const xml_node& node, const char* attribute) {
-    file_.required_text(node, attribute, faults_);
-    return node.attribute(attribute) ? file_.number(node, attribute, faults_).value_or(0) : 0;
+    return file_.required_text(node, attribute, faults_).empty() ? 0
+                                                                 : file_.number(node, attribute, faults_).value_or(0);
   }
   std::optional<Vector3d> required_vector(const xml_node& node, const char* attribute) {
     if (file_.required_text(node, attribute, faults_).empty()) return {};
@@ -308,11 +306,6 @@ class UrdfReader {
       faults_.add(mark,
                   fmt::format("joint {} has no <{} link=\"…\"/>", in_quotes(joint.attribute("name").value()), role));
     return {};
-  }
-
-  static bool has_axis(const SourceJoint& joint) {
-    return joint.kind == SourceJoint::Kind::revolute || joint.kind == SourceJoint::Kind::continuous ||
-           joint.kind == SourceJoint::Kind::prismatic;
   }
 
   void read_axis(const xml_node& node, SourceJoint& joint) {
@@ -474,8 +467,14 @@ class UrdfReader {
   void finish_drives() {
     std::size_t geared = 0, without_rotor = 0;
     for (SourceJoint& joint : model_.joints) {
-      if (const auto it = reflected_.find(joint.name); it != reflected_.end())
+      if (const auto it = reflected_.find(joint.name); it != reflected_.end()) {
+        if (joint.rotor_inertia != 0)
+          decide(joint.mark,
+                 fmt::format("joint {}: of armature and the rotor's inertia, which are both given, armature counts",
+                             in_quotes(joint.name)),
+                 joint.name);
         joint.rotor_inertia = it->second / (joint.gear_ratio * joint.gear_ratio);
+      }
       if (!driven_.contains(joint.name)) continue;
       ++geared;
       without_rotor += joint.rotor_inertia == 0 ? 1 : 0;

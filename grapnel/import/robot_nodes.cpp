@@ -1,4 +1,4 @@
-#include "grapnel/import/robot_nodes.hpp"
+#include "grapnel/import/assembly_steps.hpp"
 
 #include <cmath>
 
@@ -6,36 +6,9 @@
 
 namespace grapnel {
 
-Node mapping_node(const Mark& mark) {
-  Node node;
-  node.kind = Node::Kind::mapping;
-  node.mark = mark;
-  return node;
-}
-Node sequence_node(const Mark& mark) {
-  Node node;
-  node.kind = Node::Kind::sequence;
-  node.mark = mark;
-  return node;
-}
-Node text_node(const std::string& text, const Mark& mark) {
-  Node node;
-  node.kind = Node::Kind::scalar;
-  node.mark = mark;
-  node.text = text;
-  node.plain = is_text(node);
-  return node;
-}
 Node vector_node_of(const Vector3d& v, const Mark& mark) {
   const double values[] = {v[0] + 0.0, v[1] + 0.0, v[2] + 0.0};
   return list_node(values, mark);
-}
-
-void put(Node& mapping, std::string_view key, Node value) {
-  if (Node* present = mapping.find(key))
-    *present = std::move(value);
-  else
-    mapping.entries.push_back({std::string(key), value.mark, std::move(value)});
 }
 
 namespace {

@@ -2,10 +2,12 @@
 
 /// @file
 /// A robot as a URDF or MJCF file describes it, before Grapnel decides what its base is, which links move and what each
-/// weighs. The readers of both formats fill it (read_urdf(), read_mjcf()); assemble_robot() makes a robot file of it.
-/// Every value carries the place where it stands, so that faults and decisions can name it.
+/// weighs. The readers of both formats fill it; assemble_robot() makes a robot file of it. Every value carries the
+/// place where it stands, so that faults and decisions can name it.
 
-#include <map>
+#include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -67,6 +69,14 @@ struct SourceJoint {
   std::optional<SourceMimic> mimic;
 };
 
+inline bool has_axis(const SourceJoint& joint) {
+  return joint.kind == SourceJoint::Kind::revolute || joint.kind == SourceJoint::Kind::continuous ||
+         joint.kind == SourceJoint::Kind::prismatic;
+}
+inline bool is_free(const SourceJoint& joint) {
+  return joint.kind == SourceJoint::Kind::floating || joint.kind == SourceJoint::Kind::planar;
+}
+
 /// A named frame on a link: an MJCF site, a possible end-effector.
 struct SourceFrame {
   std::string name;
@@ -88,7 +98,28 @@ struct SourceModel {
   std::vector<SourceJoint> joints;  // likewise
   std::vector<SourceFrame> frames;
   std::vector<ImportDecision> decisions;  // of the reader; assemble_robot() adds its own
-  std::string further_bytes;  // of files that this one includes, in the order of reading: for who hashes inputs
+  std::string further_bytes;  // of files that this one includes, in the order of reading: for those who hash inputs
 };
+
+class XmlFile;
+
+/// URDF as it is found in the wild: links, joints and transmissions of a `<robot>`, taken as they stand. What Grapnel
+/// has no use for is left out, with a line per kind that says so. Faults, at their places: what is no URDF or still a
+/// xacro file, names that lack or occur twice, values that are no numbers, types of joints that do not exist. Whether
+/// links and joints form a tree is not looked at.
+SourceModel read_urdf(const XmlFile& file, FaultList& faults);
+
+/// The triangles in a mesh file; null where they cannot be had, with the reason.
+using MeshReader =
+    std::function<std::shared_ptr<const TriangleMesh>(const std::filesystem::path& file, std::string& why_not)>;
+
+/// MJCF, MuJoCo's format: a file, whose content is `text`, and what it includes. The robot is the tree below the body
+/// with a free joint; without one, what is jointed to the world. Joint coordinates are MuJoCo's; the frame of a link
+/// has its body's axes and its origin at the joint. Mass matrix and bias are those that MuJoCo computes; what would
+/// change the motion and cannot be read is a fault, all else that is passed over is a decision.
+/// docs/formats/import-mjcf.md says what is taken and how. Without a reader no inertia comes from meshes. After faults
+/// the model is what could be read.
+SourceModel read_mjcf(const std::filesystem::path& file, std::string text, FaultList& faults,
+                      const MeshReader& read_mesh = {});
 
 }  // namespace grapnel

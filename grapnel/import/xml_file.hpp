@@ -22,6 +22,8 @@ class XmlFile {
   /// Parses `text`; `path` is the file's name in messages. What is no XML is a fault at its place, after which root()
   /// is empty.
   XmlFile(const std::string& path, std::string text, FaultList& faults);
+  XmlFile(const XmlFile&) = delete;  // nodes point into the text
+  XmlFile& operator=(const XmlFile&) = delete;
 
   /// The outermost element.
   pugi::xml_node root() const { return document_.document_element(); }

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "grapnel/import/read_mjcf.hpp"
-#include "grapnel/import/read_urdf.hpp"
-#include "grapnel/import/robot_nodes.hpp"
+#include "grapnel/import/source_model.hpp"
+#include "grapnel/import/xml_file.hpp"
+#include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/sections.hpp"
@@ -92,7 +92,8 @@ struct Described<ImportKeys> {
       end_effectors_key(),
       repair_key(),
       key<std::string>("bus", "",
-                       "A robot file, a path relative to this file, on which the robot is mounted as an arm.")
+                       "On which the robot is mounted as an arm: a robot file, its path relative to this file, or "
+                       "the name of a ready-made robot.")
           .optional(),
       mount_key(),
       prefix_key(),
@@ -105,7 +106,10 @@ struct Described<ImportKeys> {
 template <>
 struct Described<ArmKeys> {
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("file", "", "A model (.urdf, .xml) or a robot file, its path relative to this file.").required(),
+      key<std::string>("file", "",
+                       "A model (.urdf, .xml) or a robot file, its path relative to this file, or the name of a "
+                       "ready-made robot.")
+          .required(),
       mount_key(),
       prefix_key(),
       base_key(),
@@ -120,7 +124,9 @@ struct Described<ArmKeys> {
 template <>
 struct Described<BusKeys> {
   static constexpr auto fields = std::to_array<Field>({
-      key<std::string>("bus", "", "The robot file of the satellite, its path relative to this file.").required(),
+      key<std::string>(
+          "bus", "", "The satellite: a robot file, its path relative to this file, or the name of a ready-made robot.")
+          .required(),
       key<std::vector<ArmKeys>>("arms", "", "What is mounted on it, in this order.").items(1, 100).required(),
   });
   static constexpr Type type = structure<BusKeys>("robot_on_bus", "Several arms from files on one satellite.", fields);
@@ -201,30 +207,37 @@ class Importer {
   void put_on(Node& bus, Node robot, const Node& settings, const std::string& joint) {
     const std::string prefix = text_at(settings, "prefix");
     prefix_names(robot, prefix);
-    check_names(bus, robot, settings);
-    mount_robot(bus, std::move(robot), mount_of(settings), prefix + joint, faults_);
-  }
-
-  // Names that the bus has already: where they come from counts, not where they meet.
-  void check_names(const Node& bus, const Node& robot, const Node& settings) {
-    const auto names_of = [](const Node& tree) {
-      std::set<std::string> names{"body " + text_at(part(tree, "base"), "name")};
-      for (const Node& link : part(tree, "links").items) {
-        names.insert("body " + text_at(link, "name"));
-        names.insert("joint " + text_at(part(link, "joint"), "name"));
-      }
-      for (const Node& frame : part(tree, "end_effectors").items)
-        names.insert("end-effector " + text_at(frame, "name"));
-      return names;
-    };
-    const std::set<std::string> there = names_of(bus);
-    for (const std::string& name : names_of(robot)) {
-      if (!there.contains(name) || name.ends_with(' ')) continue;
-      faults_.add(settings.mark, fmt::format("there is a {} on the bus already; give the arm a prefix, such as prefix: "
-                                             "left-",
-                                             name));
+    const Names there = names_of(bus), further = names_of(robot);
+    // Names that the bus has already: where they come from counts, not where they meet.
+    for (const auto& [kind, name] : further) {
+      if (!there.contains({kind, name})) continue;
+      faults_.add(settings.mark, fmt::format("{} {} is on the bus already; give the arm a prefix (prefix: left-; "
+                                             "--prefix left-)",
+                                             kind, in_quotes(name)));
       return;
     }
+    std::string name = prefix + joint;
+    for (int i = 2; there.contains({"joint", name}) || further.contains({"joint", name}); ++i)
+      name = fmt::format("{}{}-{}", prefix, joint, i);
+    mount_robot(bus, std::move(robot), mount_of(settings), name, faults_);
+  }
+
+  using Names = std::set<std::pair<std::string, std::string>>;  // kinds and names
+
+  // Of what a robot brings with it: a base without mass is no body of its own. Names that lack are found elsewhere.
+  static Names names_of(const Node& tree) {
+    Names names;
+    const auto add = [&](const char* kind, std::string name) {
+      if (!name.empty()) names.emplace(kind, std::move(name));
+    };
+    const Node& base = part(tree, "base");
+    if (base.find("mass")) add("link", base.find("name") ? text_at(base, "name") : "base");
+    for (const Node& link : part(tree, "links").items) {
+      add("link", text_at(link, "name"));
+      add("joint", text_at(part(link, "joint"), "name"));
+    }
+    for (const Node& frame : part(tree, "end_effectors").items) add("end-effector", text_at(frame, "name"));
+    return names;
   }
 
   Mount mount_of(const Node& settings) {
@@ -242,8 +255,13 @@ class Importer {
   ImportOptions options_of(const Node& settings) const {
     ImportOptions options;
     options.base = {text_at(settings, "base"), part(settings, "base").mark};
-    for (const NodeEntry& entry : part(settings, "lock").entries)
-      options.locked.push_back({entry.key, number_of(entry.value).value_or(0), entry.mark});
+    using WrittenAs = LockedJoint::WrittenAs;
+    for (const auto& [joint, mark, value] : part(settings, "lock").entries) {
+      const WrittenAs form = value.unit == 1   ? WrittenAs::angle
+                             : value.unit == 2 ? WrittenAs::length
+                                               : WrittenAs::number;
+      options.locked.push_back({joint, number_of(value).value_or(0), mark, form});
+    }
     for (const NodeEntry& entry : part(settings, "packages").entries)
       options.packages.push_back({entry.key, path_beside(beside_, entry.value.text)});
     for (const Node& item : part(settings, "end_effectors").items)
@@ -260,7 +278,11 @@ class Importer {
     options.is_carried = is_carried;
     options.source = path;
     options.place = place_;
-    options.mesh_fault = [&](const fs::path& mesh) { return why_no_mesh(mesh); };
+    options.mesh_fault = [&](const fs::path& mesh) {
+      std::string unused, why_not;
+      mesh_at(mesh, unused, why_not);
+      return why_not;
+    };
     auto robot = assemble_robot(*model, options, faults_);
     if (!robot) return {};
     result_.decisions.insert(result_.decisions.end(), robot->decisions.begin(), robot->decisions.end());
@@ -288,13 +310,18 @@ class Importer {
 
   SourceModel read_source(const fs::path& path, const std::string& bytes) {
     const XmlFile file(path.string(), bytes, faults_);
-    if (std::string_view(file.root().name()) == "mujoco") return read_mjcf(path, bytes, faults_);
-    return read_urdf(file, faults_);
+    if (std::string_view(file.root().name()) != "mujoco") return read_urdf(file, faults_);
+    std::string meshes;
+    SourceModel model = read_mjcf(path, bytes, faults_, [&](const fs::path& mesh, std::string& why_not) {
+      return mesh_at(fs::absolute(mesh).lexically_normal(), meshes, why_not);
+    });
+    model.further_bytes += meshes;
+    return model;
   }
 
-  // What the reader of meshes would say of a file that is there. It is read as the robot's meshes will be, so that it
-  // is read once.
-  std::string why_no_mesh(const fs::path& path) {
+  // The mesh in a file; null, with what the reader of meshes says of it, if there is none. It is read as the robot's
+  // meshes will be, so that it is read once. What stands for its bytes is added to `hashed`.
+  std::shared_ptr<const TriangleMesh> mesh_at(const fs::path& path, std::string& hashed, std::string& why_not) {
     const fs::path named = fs::proximate(path, fs::absolute(place_).parent_path());
     Node shape = mapping_node(), body = mapping_node(), tree = mapping_node();
     put(shape, "shape", text_node("mesh"));
@@ -302,36 +329,62 @@ class Importer {
     put(body, "geometry", std::move(shape));
     put(tree, "base", std::move(body));
     FaultList faults;
-    std::string unused;
-    const Meshes meshes = read_mesh_files(tree, place_, files_, unused, faults);
-    return faults.empty() ? std::string() : faults.all().front().message;
+    const Meshes meshes = read_mesh_files(tree, place_, files_, hashed, faults);
+    if (!faults.empty()) why_not = faults.all().front().message;
+    return faults.empty() && !meshes.empty() ? meshes.begin()->second : nullptr;
   }
 
   std::optional<Node> read_arm(const Node& arm) {
     const Node& named = part(arm, "file");
     if (!is_text(named)) return {};
-    const fs::path path = path_beside(beside_, named.text);
-    if (is_model_file(named.text)) return read_model(path, named, arm, true);
+    if (is_model_file(named.text)) return read_model(path_beside(beside_, named.text), named, arm, true);
     for (const char* key : {"base", "packages", "lock", "end_effectors", "repair_inertia"}) {
       if (const NodeEntry* entry = arm.entry(key))
         faults_.add(entry->mark, fmt::format("{} is for models that are imported (.urdf, .xml), not for a robot file",
                                              in_quotes(key)));
     }
-    return read_yaml(path, named, "robot");
+    std::optional<Node> tree = read_yaml(named, "robot");
+    if (!tree || !check_arm(*tree)) return {};
+    return tree;
+  }
+
+  // What is computed with are plain numbers, so units are taken before. A base without mass, which no robot has that
+  // flies alone, gets one meanwhile.
+  bool check_arm(Node& tree) {
+    Node* base = tree.find("base");
+    const bool only_carries = base && base->is_mapping() && !base->find("mass") && !base->find("inertia");
+    if (only_carries) {
+      put(*base, "mass", number_node(1));
+      put(*base, "inertia", list_node(std::vector<double>{1, 1, 1}));
+    }
+    FaultList found;  // its warnings come again where the whole is checked
+    check_structure(tree, robot_schema_document(), "the arm", found);
+    for (const Fault& fault : found.all()) faults_.add(fault);
+    if (only_carries)
+      std::erase_if(tree.find("base")->entries,
+                    [](const NodeEntry& entry) { return entry.key == "mass" || entry.key == "inertia"; });
+    return found.empty();
   }
 
   std::optional<Node> read_bus(const Node& named) {
     if (!is_text(named)) return {};
-    return read_yaml(path_beside(beside_, named.text), named, "bus");
+    if (is_model_file(named.text)) {
+      faults_.add(named.mark,
+                  fmt::format("a bus is a robot file or a ready-made robot, and {} is a model: make a robot "
+                              "file of it, grapnel import {} -o bus.yaml",
+                              in_quotes(named.text), shell_word(named.text)));
+      return {};
+    }
+    return read_yaml(named, "bus");
   }
 
-  // The tree of a robot file, with its meshes named as seen from `place`.
-  std::optional<Node> read_yaml(const fs::path& path, const Node& named, const char* what) {
+  // The tree of a robot file or a ready-made robot, with its meshes named as seen from `place`.
+  std::optional<Node> read_yaml(const Node& named, const char* what) {
     std::string bytes;
-    std::optional<Node> tree = read_robot_tree(path, named.mark, bytes, files_, faults_, named.text);
+    std::optional<Node> tree = read_robot_tree(beside_, named, bytes, files_, faults_);
     if (!tree) return {};
     for (Node* mesh : mesh_file_nodes(*tree)) {
-      const fs::path file = fs::absolute(path_beside(path, mesh->text));
+      const fs::path file = fs::absolute(path_beside(robot_path(beside_, named.text), mesh->text));
       mesh->text = fs::proximate(file, fs::absolute(place_).parent_path()).generic_string();
     }
     result_.bytes += bytes;
@@ -366,10 +419,27 @@ bool needs_import(const Node& robot) {
   return is_put_together(robot) || (is_text(robot) && robot.is_scalar() && is_model_file(robot.text));
 }
 
-bool changes_import(const Node& scenario, const Change& change) {
+void check_put_together(Node& robot, FaultList& faults) {
+  check_structure(robot, bus_schema(), "robot", faults, "robot");
+}
+
+void take_units(Node& scenario) {
+  FaultList reported_before;
+  // What a robot is put together from is no robot: a path stands in its place meanwhile.
+  Node* robot = scenario.find("robot");
+  std::optional<Node> parts;
+  if (robot && is_put_together(*robot)) {
+    check_put_together(*robot, reported_before);
+    parts = std::exchange(*robot, text_node("robot", robot->mark));
+  }
+  check_structure(scenario, scenario_schema_document(), "the scenario", reported_before);
+  if (parts) *scenario.find("robot") = std::move(*parts);
+}
+
+bool is_import_choice(const Node& scenario, std::string_view path) {
   const auto is_below = [&](std::string_view place) {
-    if (!change.path.starts_with(place)) return false;
-    const std::string_view rest = std::string_view(change.path).substr(place.size());
+    if (!path.starts_with(place)) return false;
+    const std::string_view rest = path.substr(place.size());
     return rest.empty() || rest[0] == '.' || rest[0] == '[';
   };
   if (is_below("import")) return true;
@@ -379,7 +449,7 @@ bool changes_import(const Node& scenario, const Change& change) {
 std::vector<Change> import_first(const Node& scenario, std::span<const Change> changes) {
   std::vector<Change> ordered(changes.begin(), changes.end());
   std::stable_partition(ordered.begin(), ordered.end(),
-                        [&](const Change& change) { return changes_import(scenario, change); });
+                        [&](const Change& change) { return is_import_choice(scenario, change.path); });
   return ordered;
 }
 
@@ -408,7 +478,7 @@ std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs:
   if (is_put_together(robot)) {
     Node checked = robot;
     const std::size_t before = faults.size();
-    check_structure(checked, bus_schema(), "robot", faults, "robot");
+    check_put_together(checked, faults);
     if (const NodeEntry* entry = scenario.entry("import"))
       faults.add(entry->mark, "'import' has no meaning beside robot.arms, where every arm has choices of its own");
     if (faults.size() == before) imported = importer.finish(importer.on_bus(checked));
@@ -426,12 +496,14 @@ std::vector<Node*> import_path_nodes(Node& scenario) {
   std::vector<Node*> paths;
   const auto add = [&](Node* mapping, const char* key) {
     Node* node = mapping ? mapping->find(key) : nullptr;
-    if (node && is_text(*node)) paths.push_back(node);
+    if (node && is_text(*node) && !find_ready_made(ReadyMade::Kind::robots, node->text)) paths.push_back(node);
   };
   const auto add_settings = [&](Node* settings) {
     add(settings, "bus");
     if (Node* packages = settings ? settings->find("packages") : nullptr) {
-      for (NodeEntry& entry : packages->entries) add(packages, entry.key.c_str());
+      for (NodeEntry& entry : packages->entries) {
+        if (is_text(entry.value)) paths.push_back(&entry.value);
+      }
     }
   };
   add_settings(scenario.find("import"));

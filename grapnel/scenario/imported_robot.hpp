@@ -32,9 +32,14 @@ bool is_model_file(std::string_view path);
 bool needs_import(const Node& robot);
 /// Whether it is such a mapping.
 bool is_put_together(const Node& robot);
-/// Whether a change sets something that the import reads: import, or robot.bus and robot.arms of such a mapping.
-bool changes_import(const Node& scenario, const Change& change);
-/// Changes with these first: others may lead into the robot that the import makes.
+/// Checks the structure of such a mapping, and makes its numbers with units plain ones.
+void check_put_together(Node& robot, FaultList& faults);
+/// Makes numbers with units of a scenario, which has been checked, plain ones; a robot that it holds, or what one is
+/// put together from, is part of it.
+void take_units(Node& scenario);
+/// Whether a path leads to something that the import reads: import, or robot.bus and robot.arms of such a mapping.
+bool is_import_choice(const Node& scenario, std::string_view path);
+/// Changes with those of choices first: others may lead into the robot that the import makes.
 std::vector<Change> import_first(const Node& scenario, std::span<const Change> changes);
 
 /// Reads the robot of a scenario that needs_import(). It is kept for a while: asked again with the same files, robot

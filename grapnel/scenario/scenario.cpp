@@ -136,7 +136,7 @@ class Loader {
     std::set<std::string, std::less<>> targets;  // that are ready-made
     apply_changes(*scenario, import_first(*scenario, changes), targets, faults_, [&](const Change& change) {
       const bool inside_robot = (change.path.starts_with("robot.") || change.path.starts_with("robot[")) &&
-                                !changes_import(*scenario, change);
+                                !is_import_choice(*scenario, change.path);
       if (inside_robot) include_robot(*scenario, robot_bytes);
       if (inside_robot && robot_unreadable_) return false;
       set_inside_robot_ = set_inside_robot_ || inside_robot;
@@ -217,9 +217,7 @@ class Loader {
     if (!is_text(*named) || named->text.empty()) return;
     const std::size_t before = faults_.size();
     robot_path_ = robot_path(path_, named->text);
-    auto tree = means_ready_made_robot(*named)
-                    ? ready_made_robot(*named, robot_bytes, files_, faults_)
-                    : read_tree(robot_path_, FileKind::robot, named->mark, robot_bytes, files_, faults_, named->text);
+    auto tree = read_robot_tree(path_, *named, robot_bytes, files_, faults_);
     robot_unreadable_ = !tree;
     if (!tree) {
       if (faults_.size() == before) faults_.add(named->mark, "the robot file cannot be read");
@@ -248,13 +246,6 @@ class Loader {
                                                  counted(robot->decisions.size(), "decision")));
     place = robot->tree;
     included_ = true;
-  }
-
-  // A name without dot and slash, unless only a file is called so.
-  bool means_ready_made_robot(const Node& named) const {
-    std::error_code unknown;
-    return is_ready_made_name(named.text) &&
-           (find_ready_made(ReadyMade::Kind::robots, named.text) || !std::filesystem::exists(robot_path_, unknown));
   }
 
   // Checks the robot by itself and leaves a path in its place. What is wrong with it must not hide faults of the rest.
@@ -312,9 +303,15 @@ class Loader {
 
 }  // namespace
 
-std::optional<Node> read_robot_tree(const std::filesystem::path& path, const Mark& blame, std::string& hashed,
-                                    ScenarioFiles& files, FaultList& faults, const std::string& named) {
-  return read_tree(path, FileKind::robot, blame, hashed, files, faults, named);
+std::optional<Node> read_robot_tree(const std::filesystem::path& beside, const Node& named, std::string& hashed,
+                                    ScenarioFiles& files, FaultList& faults) {
+  const std::filesystem::path path = robot_path(beside, named.text);
+  // A name without dot and slash is that of a ready-made robot, unless only a file is called so.
+  std::error_code unknown;
+  if (is_ready_made_name(named.text) &&
+      (find_ready_made(ReadyMade::Kind::robots, named.text) || !std::filesystem::exists(path, unknown)))
+    return ready_made_robot(named, hashed, files, faults);
+  return read_tree(path, FileKind::robot, named.mark, hashed, files, faults, named.text);
 }
 
 std::filesystem::path robot_path(const std::filesystem::path& scenario, const std::string& named) {

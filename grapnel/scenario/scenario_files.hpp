@@ -55,10 +55,11 @@ class ScenarioFiles {
 CaptureProblem load_scenario(const std::filesystem::path& path, std::span<const Change> changes, ScenarioFiles& files,
                              std::vector<Fault>* warnings = nullptr);
 
-/// The tree of a robot file; its bytes are added to `hashed`. `blame` is the place that names it, as `named`. Empty
-/// after faults.
-std::optional<Node> read_robot_tree(const std::filesystem::path& path, const Mark& blame, std::string& hashed,
-                                    ScenarioFiles& files, FaultList& faults, const std::string& named);
+/// The tree of the robot that a file names, by the path of a robot file or by the name of a ready-made one, which has
+/// neither dot nor slash; its bytes are added to `hashed`. ScenarioFiles has it at robot_path(beside, named.text).
+/// Empty after faults.
+std::optional<Node> read_robot_tree(const std::filesystem::path& beside, const Node& named, std::string& hashed,
+                                    ScenarioFiles& files, FaultList& faults);
 
 /// The path of a file that another one names, as a person would write it: relative to that file's folder, with ".."
 /// resolved where that names the same file (with symbolic links it may not).

@@ -33,9 +33,6 @@ const nlohmann::ordered_json& target_schema_document();
 void check_structure(Node& node, const nlohmann::ordered_json& schema, const std::string& document, FaultList& faults,
                      const std::string& path = {});
 
-/// Makes numbers with units of a scenario, which has been checked, plain ones; a robot that it holds is part of it.
-void take_units(Node& scenario);
-
 /// The schema as it is published: where numbers have a unit, texts such as "30 deg" are allowed.
 std::string published(nlohmann::ordered_json schema);
 

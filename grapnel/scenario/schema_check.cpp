@@ -551,11 +551,4 @@ void check_structure(Node& node, const Json& schema, const std::string& document
 
 void fill_defaults(Node& node, const Json& schema) { fill(node, schema, schema); }
 
-// ---- Numbers with units in a tree that has been checked ----
-
-void take_units(Node& scenario) {
-  FaultList reported_before;
-  check_structure(scenario, scenario_schema_document(), "the scenario", reported_before);
-}
-
 }  // namespace grapnel

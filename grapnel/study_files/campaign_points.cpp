@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 
+#include "grapnel/scenario/imported_robot.hpp"
+#include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/study/grid.hpp"
 #include "grapnel/study_files/changed_scenario.hpp"
@@ -19,10 +22,59 @@ constexpr std::size_t kKept = 64;
 
 bool is_of_robot(const std::string& path) { return path.starts_with("robot.") || path.starts_with("robot["); }
 
-bool reaches_into_robot(const std::vector<UncertainPaths>& uncertain) {
-  return std::any_of(uncertain.begin(), uncertain.end(), [](const UncertainPaths& where) {
-    return std::any_of(where.paths.begin(), where.paths.end(), is_of_robot);
+// A scenario that has the robot which changes choose for it.
+Node with_its_robot(Node scenario, const std::vector<Change>& changes) {
+  FaultList reported_before;
+  for (const Change& change : changes) {
+    if (change.path == "robot") apply_change(scenario, change, reported_before);
+  }
+  return scenario;
+}
+
+// Which uncertain values say how a robot is imported, and which are of the robot that is then there.
+struct DrawnOfRobot {
+  bool choices = false, values = false;
+};
+DrawnOfRobot drawn_of_robot(const std::vector<UncertainPaths>& uncertain, const Node& scenario) {
+  DrawnOfRobot drawn;
+  for (const UncertainPaths& where : uncertain) {
+    for (const std::string& path : where.paths) {
+      const bool is_choice = is_import_choice(scenario, path);
+      drawn.choices = drawn.choices || is_choice;
+      drawn.values = drawn.values || (is_of_robot(path) && !is_choice);
+    }
+  }
+  return drawn;
+}
+
+// Changes of the robot that is there once the choices of its import are known.
+std::vector<Change> taken_from(std::vector<Change>& changes, const Node& scenario) {
+  const auto later = std::stable_partition(changes.begin(), changes.end(), [&](const Change& change) {
+    return !is_of_robot(change.path) || is_import_choice(scenario, change.path);
   });
+  std::vector<Change> taken(std::make_move_iterator(later), std::make_move_iterator(changes.end()));
+  changes.erase(later, changes.end());
+  return taken;
+}
+
+// Adds the robot to what choices of its import stand beside, so that paths lead to both.
+void add_robot(const Node& of, Node& scenario) {
+  Node* robot = scenario.find("robot");
+  Node both = part(of, "robot");
+  for (NodeEntry& choice : robot->entries) both.entries.push_back(std::move(choice));
+  *robot = std::move(both);
+}
+
+// Without those of the robot, if that is made anew for every case.
+std::vector<UncertainPaths> those_of_file(std::vector<UncertainPaths> uncertain, const Node& scenario) {
+  for (UncertainPaths& where : uncertain) {
+    for (std::size_t p = where.paths.size(); p-- > 0;) {
+      if (!is_of_robot(where.paths[p]) || is_import_choice(scenario, where.paths[p])) continue;
+      where.paths.erase(where.paths.begin() + static_cast<std::ptrdiff_t>(p));
+      where.path_marks.erase(where.path_marks.begin() + static_cast<std::ptrdiff_t>(p));
+    }
+  }
+  return uncertain;
 }
 
 // Setters of all paths; none if one lacks.
@@ -97,8 +149,19 @@ std::shared_ptr<const DesignPoint> CampaignPoints::make(std::uint64_t number) {
   apply_quantities(quantities_at(axes, at), nominal.problem);
   keep_normals(before, nominal);
 
-  Node tree = changed_tree(scenario, changed, files);
-  if (reaches_into_robot(paths)) include_robot(tree, scenario, files);
+  auto made = std::make_shared<DesignPoint>();
+  made->number = number;
+  // Beside the scenario, so that the files it names are found.
+  made->file = scenario;
+  made->file += fmt::format(" (point {} of the design{})", number, plan_once ? ", planned" : "");
+
+  // A robot whose import is uncertain is made anew for every case, and what is set in it then set again.
+  Node tree = with_its_robot(files.find(scenario)->tree, changed);
+  const DrawnOfRobot drawn = drawn_of_robot(paths, tree);
+  std::vector<Change> first = changed;
+  if (drawn.choices) made->of_robot = taken_from(first, tree);
+  tree = changed_tree(scenario, first, files);
+  if (drawn.values && !drawn.choices) include_robot(tree, scenario, files);
   take_units(tree);  // so that what stands at uncertain places are numbers
   write_back(before, nominal.problem, tree);
   FaultList faults;
@@ -106,16 +169,17 @@ std::shared_ptr<const DesignPoint> CampaignPoints::make(std::uint64_t number) {
   faults.throw_if_any();
   if (plan_once) freeze_plan(nominal.problem, tree);
 
-  auto made = std::make_shared<DesignPoint>();
-  made->number = number;
-  // Beside the scenario, so that the files it names are found.
-  made->file = scenario;
-  made->file += fmt::format(" (point {} of the design{})", number, plan_once ? ", planned" : "");
   made->filled = tree;
+  if (drawn.values && drawn.choices) {
+    Node with_robot = changed_tree(scenario, changed, files);
+    include_robot(with_robot, scenario, files);
+    take_units(with_robot);
+    add_robot(with_robot, made->filled);
+  }
   fill_defaults(made->filled, scenario_schema_document());
-  complete_places(paths, made->filled, tree);
+  complete_places(drawn.choices ? those_of_file(paths, tree) : paths, made->filled, tree);
   files.keep(made->file, {yaml_text(tree), {}, tree});
-  made->problem = load_scenario(made->file, std::span<const Change>(), files);
+  made->problem = load_scenario(made->file, made->of_robot, files);
   for (const UncertainPaths& where : paths) made->forms.push_back(form_at(where, made->filled, faults));
   faults.throw_if_any();
   expect_counts(*made);
@@ -149,7 +213,7 @@ CampaignPoints::Draw CampaignPoints::draw(const DesignPoint& design, std::span<c
 }
 
 std::vector<Change> CampaignPoints::changes(const DesignPoint& design, const Draw& draw) const {
-  std::vector<Change> all;
+  std::vector<Change> all = design.of_robot;
   for (std::size_t i = 0; i < uncertain.size(); ++i) {
     const std::vector<Change> some = changes_of(uncertain[i], design.forms[i], draw.values[i].numbers);
     all.insert(all.end(), some.begin(), some.end());

@@ -19,8 +19,9 @@ namespace grapnel {
 /// The scenario at a point of the design: with the campaign's `set`, the design's values and, if it is planned
 /// beforehand, the plan, but its uncertain values as they stand.
 struct DesignPoint {
-  std::filesystem::path file;  // under which ScenarioFiles has it; no file on disk
-  Node filled;                 // its tree, with the schema's defaults
+  std::filesystem::path file;    // under which ScenarioFiles has it; no file on disk
+  Node filled;                   // its tree, with the schema's defaults, and with the robot where a path leads into it
+  std::vector<Change> of_robot;  // to be made in every case, of a robot whose import is uncertain
   CaptureProblem problem;
   std::vector<UncertainForm> forms;    // per uncertain value
   std::vector<ProblemSetter> setters;  // per path of the uncertain values, in their order; empty: by reading

@@ -72,7 +72,7 @@ Node changed_tree(const std::filesystem::path& scenario, std::span<const Change>
   std::set<std::string, std::less<>> targets;
   apply_changes(root, import_first(root, changes), targets, unexpected, [&](const Change& change) {
     Node* robot = root.find("robot");
-    const bool inside = is_inside_robot(change) && !changes_import(root, change);
+    const bool inside = is_inside_robot(change) && !is_import_choice(root, change.path);
     if (inside && robot && needs_import(*robot)) {
       include_robot(root, scenario, files);
     } else if (inside && robot && is_text(*robot)) {

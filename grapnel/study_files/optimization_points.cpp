@@ -7,6 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/reader.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/study_files/axis.hpp"

@@ -232,7 +232,9 @@ class InputNamer {
   // Of number i of what has this form at path p.
   std::string unit_of(std::size_t p, const Node& form, std::size_t i) const {
     const auto units = joint_units(rules_[p].unit);
-    if (!units || steps_[p].empty() || steps_[p][0].key == "robot") return rules_[p].unit;
+    // Joints that an import locks are not among those that move.
+    if (!units || steps_[p].empty() || steps_[p][0].key == "robot" || steps_[p][0].key == "import")
+      return rules_[p].unit;
     return JointUnitFinder(problem_.robot).unit(*units, steps_[p], form, i);
   }
 

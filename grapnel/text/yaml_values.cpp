@@ -308,6 +308,33 @@ Node list_node(std::span<const double> values, const Mark& mark) {
   return node;
 }
 
+Node mapping_node(const Mark& mark) {
+  Node node;
+  node.kind = Node::Kind::mapping;
+  node.mark = mark;
+  return node;
+}
+Node sequence_node(const Mark& mark) {
+  Node node;
+  node.kind = Node::Kind::sequence;
+  node.mark = mark;
+  return node;
+}
+Node text_node(const std::string& text, const Mark& mark) {
+  Node node;
+  node.kind = Node::Kind::scalar;
+  node.mark = mark;
+  node.text = text;
+  node.plain = is_text(node);
+  return node;
+}
+void put(Node& mapping, std::string_view key, Node value) {
+  if (Node* present = mapping.find(key))
+    *present = std::move(value);
+  else
+    mapping.entries.push_back({std::string(key), value.mark, std::move(value)});
+}
+
 std::optional<std::vector<double>> numbers_in(const Node& value) {
   std::vector<double> numbers;
   const auto take = [&](const Node& node) {

@@ -38,9 +38,17 @@ std::string described(const Node& node);
 /// Why a node is no number, to follow "must be a number": ", not the text 'abc'", "; '010' looks octal, write 10".
 std::string why_no_number(const Node& node);
 
+// Trees that are made.
+
 /// A number as a scalar that reads back to the same bits.
 Node number_node(double value, const Mark& mark = {});
 Node list_node(std::span<const double> values, const Mark& mark = {});
+/// A text, in quotes if it would read as something else.
+Node text_node(const std::string& text, const Mark& mark = {});
+Node mapping_node(const Mark& mark = {});
+Node sequence_node(const Mark& mark = {});
+/// Sets a key of a mapping.
+void put(Node& mapping, std::string_view key, Node value);
 
 /// The finite numbers of a value, in its order; empty if it is anything else.
 std::optional<std::vector<double>> numbers_in(const Node& value);

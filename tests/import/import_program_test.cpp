@@ -61,6 +61,20 @@ TEST_F(ImportProgram, SaysAllFaultsWithTheirPlaces) {
   EXPECT_THAT(run("import m.urdf -o m.urdf").err, HasSubstr("the result would replace the model"));
 }
 
+TEST_F(ImportProgram, TakesInertiaFromMeshes) {
+  const Outcome made = run("import " + corpus("mjcf/meshes.xml") + " -o robot.yaml");
+  ASSERT_EQ(made.code, 0) << made.err;
+  // Boxes of 0.5^3 m with 800 and 1000 kg/m^3, a sphere of 0.2 m with 1000 kg/m^3, and 3 kg.
+  EXPECT_THAT(run("info robot.yaml").out, HasSubstr("mass 261.51 kg"));
+  write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\n");
+  write(
+      "m.xml",
+      "<mujoco><asset><mesh file='m.obj'/></asset><worldbody><body name='b'><freejoint/>\n<geom type='mesh' mesh='m'/>"
+      "</body></worldbody></mujoco>");
+  EXPECT_THAT(run("import m.xml -o robot.yaml").err,
+              HasSubstr("m.xml:2:19: error: the inertia of body 'b' would come"));
+}
+
 TEST_F(ImportProgram, PutsAnArmOnABus) {
   write("bus.yaml", "base: {mass: 300, inertia: [30, 40, 50]}\n");
   const Outcome made =
@@ -70,6 +84,11 @@ TEST_F(ImportProgram, PutsAnArmOnABus) {
   const Outcome info = run("info robot.yaml");
   EXPECT_THAT(info.out,
               AllOf(HasSubstr("2 bodies, 1 joints, 1 end-effectors"), HasSubstr("mass 310 kg"), HasSubstr("a-tool")));
+  const Outcome ready_made = run("import " + corpus("arm.urdf") + " --bus ets-vii -o robot.yaml");
+  ASSERT_EQ(ready_made.code, 0) << ready_made.err;
+  EXPECT_THAT(run("info robot.yaml").out, HasSubstr("9 bodies, 8 joints, 2 end-effectors"));
+  EXPECT_THAT(run("import " + corpus("arm.urdf") + " --bus ets-vi -o robot.yaml").err,
+              HasSubstr("--bus ets-vi: error: no ready-made robot 'ets-vi'; did you mean 'ets-vii'?"));
 }
 
 }  // namespace import_program_test

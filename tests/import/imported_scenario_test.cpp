@@ -2,8 +2,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 #include "grapnel/problem/capture_system.hpp"
+#include "grapnel/scenario/problem_setter.hpp"
 #include "grapnel/study_files/changed_scenario.hpp"
+#include "grapnel/study_files/study_files.hpp"
 #include "import/urdf_files.hpp"
 
 namespace grapnel {
@@ -32,19 +36,12 @@ end_effectors:
 class ImportedScenario : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / ("grapnel-" + std::string(info->name()) + "-" + std::to_string(getpid()));
-    fs::create_directories(folder_ / "models");
     for (const char* name : {"arm.urdf", "massless-root.urdf", "limits.urdf"})
-      fs::copy_file(corpus(name), folder_ / "models" / name, fs::copy_options::overwrite_existing);
+      write("models/" + std::string(name), bytes_of(corpus(name)));
     write("bus.yaml", kBus);
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
-  void write(const std::string& name, const std::string& text) const {
-    fs::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name) << text;
-  }
+  void write(const std::string& name, const std::string& text) const { files_.write(name, text); }
   // A scenario of a robot alone; all joints at 0.1.
   CaptureProblem load(const std::string& robot, std::vector<Override> overrides = {},
                       const std::string& joints = "[0.1, 0.1]") {
@@ -64,7 +61,36 @@ class ImportedScenario : public ::testing::Test {
     return {};
   }
 
-  fs::path folder_;
+  // A campaign of the scenario that load() wrote: 'uncertain' and what else it says.
+  Campaign campaign(const std::string& text) {
+    write("campaign.yaml", "name: c\nscenario: scenario.yaml\ncases: 5\nseed: 3\n" + text);
+    return load_campaign(folder_ / "campaign.yaml");
+  }
+  // The problem of a case is the scenario's with its draws, and so is the scenario that is written of it. `drawn` are
+  // the paths of the inputs.
+  void expect_cases(const Campaign& drawing, const std::string& robot, const std::vector<std::string>& drawn,
+                    std::vector<Override> set, const std::string& joints) {
+    ASSERT_EQ(drawing.inputs.size(), drawn.size());
+    for (std::uint64_t k = 0; k < drawing.cases; ++k) {
+      const std::vector<double> values = drawing.draw(k);
+      std::vector<Override> all = set;
+      for (std::size_t i = 0; i < drawn.size(); ++i) {
+        char text[40];
+        std::snprintf(text, sizeof text, "%.17g", values[i]);
+        all.push_back({drawn[i], text});
+      }
+      CaptureProblem expected = load(robot, all, joints);
+      CaptureProblem problem = drawing.problem(k).problem;
+      EXPECT_TRUE(problem_bytes(problem) == problem_bytes(expected)) << "case " << k;
+      write("case.yaml", drawing.scenario_text(k, folder_ / "case.yaml", ""));
+      const CaptureProblem read = load_scenario(folder_ / "case.yaml");
+      problem.name = read.name;
+      EXPECT_TRUE(problem_bytes(read) == problem_bytes(problem)) << "case " << k;
+    }
+  }
+
+  testing::ModelFolder files_;
+  fs::path folder_ = files_.path();
   std::vector<Fault> warnings_;
 };
 
@@ -172,23 +198,127 @@ TEST_F(ImportedScenario, PutsArmsOnABusWithPrefixes) {
   EXPECT_NE(moved.sha256, problem.sha256);
 }
 
+// Poses in the file are computed with where its base is no body.
+TEST_F(ImportedScenario, AnArmFromARobotFileMayHaveABaseWithoutMassAndUnits) {
+  write("arm.yaml",
+        "base: {name: mount}\nlinks:\n  - {name: rod, parent: mount, joint: {name: hinge, type: revolute, axis: [0, 0, "
+        "1], origin: {position: [10 cm, 0, 0], rpy: [90 deg, 0, 0]}}, mass: 1, inertia: [0.1, 0.1, 0.1]}\n"
+        "end_effectors: [{name: tip, link: mount, position: [0, 5 cm, 0]}]\n");
+  const CaptureProblem problem =
+      load("robot: {bus: bus.yaml, arms: [{file: arm.yaml, mount: {position: [1, 0, 0], rpy: [0, 0, 90 deg]}}]}");
+  const BodyDescription& rod = body_of(problem.robot, "rod");
+  EXPECT_EQ(rod.parent, "satellite");
+  EXPECT_NEAR(rod.X_PF.p[0], 1, 1e-15);
+  EXPECT_NEAR(rod.X_PF.p[1], 0.1, 1e-15);
+  EXPECT_NEAR(rod.X_PF.R(2, 1), 1, 1e-15);  // the hinge's y axis points along the bus's z axis
+  EXPECT_NEAR(problem.robot.end_effectors[1].X_BE.p[0], 0.95, 1e-15);
+  write("arm.yaml", "base: {inertia: [1, 1, 1]}\n");
+  EXPECT_THAT(faults("robot: {bus: bus.yaml, arms: [{file: arm.yaml}]}"),
+              HasSubstr("arm.yaml:1:7: error: missing key 'mass' in base"));
+  write("arm.yaml", "links: []\nbase: {}\nend_effectors: [{name: tip, link: base, position: [1 kg, 0, 0]}]\n");
+  EXPECT_THAT(faults("robot: {bus: bus.yaml, arms: [{file: arm.yaml}]}"), HasSubstr("'1 kg', a mass"));
+}
+
+TEST_F(ImportedScenario, ReadyMadeRobotsAreBusesAndArms) {
+  const std::string eight = "[0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]";
+  const std::string single = "robot: models/arm.urdf\nimport: {bus: ets-vii, mount: {position: [0, 0.5, 1]}}";
+  const CaptureProblem problem = load(single, {}, eight);
+  EXPECT_EQ(problem.robot.bodies[0].mass, 2550);
+  EXPECT_EQ(carried_by(problem.robot, "shoulder").parent, "satellite");
+  EXPECT_EQ(problem.source->files[2].part, "bus");
+  EXPECT_NE(problem.sha256, load("robot: models/arm.urdf\nimport: {bus: bus.yaml}", {}, "[0.1, 0.1, 0.1]").sha256);
+  const std::string several = "robot: {bus: ets-vii, arms: [{file: planar-test-bed, prefix: b-}]}";
+  const CaptureProblem both = load(several, {}, eight);
+  EXPECT_EQ(body_of(both.robot, "b-base").parent, "satellite");
+  EXPECT_EQ(body_of(both.robot, "b-base").mass, 11.891);
+  EXPECT_EQ(carried_by(both.robot, "b-joint-2").parent, "b-link-1");
+  EXPECT_THAT(faults("robot: {bus: ets-vi, arms: [{file: planar-test-bed}]}"),
+              HasSubstr("scenario.yaml:2:14: error: no ready-made robot 'ets-vi'; did you mean 'ets-vii'?"));
+  EXPECT_THAT(faults("robot: models/arm.urdf\nimport: {bus: ets-vi}"),
+              HasSubstr("scenario.yaml:3:15: error: no ready-made robot 'ets-vi'"));
+  EXPECT_THAT(faults("robot: {bus: bus.yaml, arms: [{file: planar-test-bet}]}"),
+              HasSubstr("no ready-made robot 'planar-test-bet'; did you mean 'planar-test-bed'?"));
+}
+
+TEST_F(ImportedScenario, LocksHaveTheUnitOfTheirJoint) {
+  const auto lock = [](const char* value) {
+    return "robot: models/massless-root.urdf\nimport: {lock: {elbow: " + std::string(value) + "}}";
+  };
+  EXPECT_EQ(problem_bytes(load(lock("12 cm"), {}, "[0.1]")), problem_bytes(load(lock("0.12"), {}, "[0.1]")));
+  EXPECT_THAT(faults(lock("12 deg")),
+              HasSubstr("scenario.yaml:3:17: error: joint 'elbow' slides, so it is locked at a length"));
+  EXPECT_THAT(faults("robot: models/massless-root.urdf\nimport: {lock: {shoulder: 12 mm}}"),
+              HasSubstr("joint 'shoulder' turns, so it is locked at an angle"));
+}
+
+TEST_F(ImportedScenario, CampaignsVaryChoicesAndWhatTheImportMakes) {
+  const std::string robot = "robot: models/massless-root.urdf\nimport: {lock: {elbow: 10 cm}}";
+  load(robot, {}, "[0.1]");
+  const std::string lock = "  - {path: import.lock.elbow, uniform: {from: 10 cm, to: 20 cm}}\n";
+  const std::string mass = "  - {path: robot.base.mass, as: factor, uniform: {from: 0.9, to: 1.1}}\n";
+  const std::vector<std::string> both{"import.lock.elbow", "robot.base.mass"};
+  const Campaign drawn = campaign("uncertain:\n" + lock + mass);
+  expect_cases(drawn, robot, both, {}, "[0.1]");
+  EXPECT_NE(drawn.problem(0).problem.robot.bodies[0].mass, drawn.problem(1).problem.robot.bodies[0].mass);
+  EXPECT_NE(body_of(drawn.problem(0).problem.robot, "upper").com[2],
+            body_of(drawn.problem(1).problem.robot, "upper").com[2]);
+  // What is set in the robot that an uncertain choice makes, for all cases and at points of a design.
+  expect_cases(campaign("set: {robot.base.mass: 71}\nuncertain:\n" + lock), robot, {"import.lock.elbow"},
+               {{"robot.base.mass", "71"}}, "[0.1]");
+  expect_cases(campaign("set: {robot.base.mass: 71}\nuncertain:\n" + lock + mass), robot, both, {}, "[0.1]");
+  const Campaign design = campaign("design: [{path: robot.base.mass, values: [71, 72]}]\nuncertain:\n" + lock);
+  EXPECT_EQ(design.problem(0).problem.robot.bodies[0].mass, 71);
+  EXPECT_EQ(design.problem(5).problem.robot.bodies[0].mass, 72);
+}
+
+TEST_F(ImportedScenario, CampaignsVaryMountsAndTheBus) {
+  const std::string robot = "robot: {bus: bus.yaml, arms: [{file: models/arm.urdf, mount: {position: [50 cm, 0, 0]}}]}";
+  const std::string joints = "[0.1, 0.1, 0.1]";
+  load(robot, {}, joints);
+  const std::string mount = "  - {path: 'robot.arms[0].mount.position[0]', as: offset, normal: {deviation: 0.01}}\n";
+  const std::string mass = "  - {path: robot.base.mass, as: factor, uniform: {from: 0.9, to: 1.1}}\n";
+  expect_cases(campaign("uncertain:\n" + mount), robot, {"robot.arms[0].mount.position[0]"}, {}, joints);
+  expect_cases(campaign("uncertain:\n" + mount + mass), robot, {"robot.arms[0].mount.position[0]", "robot.base.mass"},
+               {}, joints);
+}
+
 TEST_F(ImportedScenario, SaysWhatIsWrongWithArmsOnABus) {
-  EXPECT_THAT(faults("robot: {bus: bus.yaml, arms: [{file: models/arm.urdf}, {file: models/arm.urdf}]}"),
-              HasSubstr("on the bus already; give the arm a prefix"));
+  EXPECT_THAT(
+      faults("robot: {bus: bus.yaml, arms: [{file: models/arm.urdf}, {file: models/arm.urdf}]}"),
+      HasSubstr("end-effector 'tool' is on the bus already; give the arm a prefix (prefix: left-; --prefix left-)"));
+  // A base without a name is called base; one without mass is no body.
+  write("bus-2.yaml", "base: {mass: 300, inertia: [30, 40, 50]}\n");
+  write("arm.yaml", "base: {mass: 2, inertia: [0.1, 0.1, 0.1]}\n");
+  EXPECT_THAT(faults("robot: {bus: bus-2.yaml, arms: [{file: arm.yaml}]}"),
+              HasSubstr("link 'base' is on the bus already"));
+  write("bus-2.yaml",
+        "base: {name: mount, mass: 300, inertia: [30, 40, 50]}\nlinks: [{name: plate, parent: mount, joint: {name: "
+        "mount-1, type: fixed}, mass: 1, inertia: [1, 1, 1]}]\n");
+  const RobotSetup robot = load("robot: {bus: bus-2.yaml, arms: [{file: arm.yaml}, {file: models/arm.urdf}]}").robot;
+  EXPECT_EQ(robot.bodies.size(), 5u);
+  EXPECT_EQ(body_of(robot, "base").joint.name, "mount-1-2");
   EXPECT_THAT(faults("robot: {bus: bus.yaml, arms: [{file: models/arm.urdf, mount: {link: panle}}]}"),
               HasSubstr("the bus has no link 'panle'; did you mean 'panel'?"));
   EXPECT_THAT(faults("robot: {bus: bus.yaml}"), HasSubstr("missing key 'arms' in robot"));
   EXPECT_THAT(faults("robot: {bus: bus.yaml, arms: [{file: bus.yaml, prefix: b-, lock: {j: 1}}]}"),
               HasSubstr("'lock' is for models that are imported"));
   EXPECT_THAT(faults("robot: {bus: bus.yaml, arms: [{flie: models/arm.urdf}]}"), HasSubstr("did you mean 'file'?"));
-  EXPECT_THAT(faults("robot: {bus: models/arm.urdf, arms: [{file: models/arm.urdf}]}"), HasSubstr("error: "));
+  EXPECT_THAT(faults("robot: {bus: models/arm.urdf, arms: [{file: models/arm.urdf}]}"),
+              HasSubstr("scenario.yaml:2:14: error: a bus is a robot file or a ready-made robot, and 'models/arm.urdf' "
+                        "is a model: make a robot file of it, grapnel import models/arm.urdf -o bus.yaml"));
 }
 
 TEST_F(ImportedScenario, WrittenElsewhereIsTheSameProblem) {
-  for (const std::string robot :
-       {"robot: models/massless-root.urdf\nimport: {packages: {p: models}}",
-        "robot: {bus: bus.yaml, arms: [{file: models/arm.urdf, mount: {position: [0, 0, 1]}}]}"}) {
-    const std::string joints = robot.find("bus") == std::string::npos ? "[0.1, 0.1]" : "[0.1, 0.1, 0.1]";
+  struct Written {
+    std::string robot, joints;
+  };
+  for (const auto& [robot, joints] :
+       {Written{"robot: models/massless-root.urdf\nimport: {packages: {p: models}}", "[0.1, 0.1]"},
+        Written{"robot: {bus: bus.yaml, arms: [{file: models/arm.urdf, mount: {position: [0, 0, 1]}}]}",
+                "[0.1, 0.1, 0.1]"},
+        Written{"robot: {bus: ets-vii, arms: [{file: planar-test-bed, prefix: b-}]}",
+                "[0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1]"}}) {
+    SCOPED_TRACE(robot);
     load(robot, {}, joints);
     fs::create_directories(folder_ / "elsewhere/deep");
     for (const bool inside : {false, true}) {

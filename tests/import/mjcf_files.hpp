@@ -3,42 +3,15 @@
 /// @file
 /// MJCF models as texts, for tests of what is said about them.
 
-#include <unistd.h>
 #include <filesystem>
-#include <fstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
-#include "grapnel/import/read_mjcf.hpp"
+#include "grapnel/import/source_model.hpp"
+#include "import/import_files.hpp"
 
 namespace grapnel::testing {
-
-/// A folder that is removed with what is in it.
-class MjcfFolder {
- public:
-  MjcfFolder()
-      : path_(std::filesystem::temp_directory_path() /
-              ("grapnel_mjcf_" + std::to_string(::getpid()) + "_" + std::to_string(next_++))) {
-    std::filesystem::create_directories(path_);
-  }
-  ~MjcfFolder() {
-    std::error_code error;
-    std::filesystem::remove_all(path_, error);
-  }
-  MjcfFolder(const MjcfFolder&) = delete;
-  MjcfFolder& operator=(const MjcfFolder&) = delete;
-
-  std::filesystem::path write(const std::string& name, const std::string& text) const {
-    const std::filesystem::path file = path_ / name;
-    std::filesystem::create_directories(file.parent_path());
-    std::ofstream(file, std::ios::binary) << text;
-    return file;
-  }
-
- private:
-  inline static int next_ = 0;
-  std::filesystem::path path_;
-};
 
 struct ReadMjcf {
   SourceModel model;
@@ -68,9 +41,9 @@ struct ReadMjcf {
   }
 };
 
-inline ReadMjcf read_mjcf_at(const std::filesystem::path& file) {
+inline ReadMjcf read_mjcf_at(const std::filesystem::path& file, const MeshReader& read_mesh = {}) {
   FaultList list;
-  ReadMjcf result{read_mjcf(file, list), {}};
+  ReadMjcf result{read_mjcf(file, bytes_of(file), list, read_mesh), {}};
   for (const Fault& fault : sorted_faults(list.all())) {
     const std::string place = std::filesystem::path(fault.file).filename() == file.filename()
                                   ? ""
@@ -82,7 +55,7 @@ inline ReadMjcf read_mjcf_at(const std::filesystem::path& file) {
 }
 
 inline ReadMjcf read_mjcf_text(const std::string& text) {
-  const MjcfFolder folder;
+  const ModelFolder folder;
   return read_mjcf_at(folder.write("robot.xml", text));
 }
 

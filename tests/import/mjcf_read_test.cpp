@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <set>
 
 #include "import/mjcf_files.hpp"
@@ -20,10 +19,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-std::string corpus(const std::string& name) {
-  return std::string(GRAPNEL_SOURCE_DIR) + "/tests/import/corpus/mjcf/" + name;
-}
-
 // A bus with four joints in a row, "a" to "d", of which "c" slides.
 std::string chain(const std::string& rest, const std::string& of_a = "") {
   std::string text = "<mujoco><compiler angle='radian'/><worldbody><body name='bus'><freejoint/><geom size='1'/>";
@@ -37,7 +32,7 @@ std::string chain(const std::string& rest, const std::string& of_a = "") {
 // ---- Efforts ----
 
 TEST(MjcfEffort, IsGearTimesTheActuatorsRange) {
-  const ReadMjcf robot = read_mjcf_at(corpus("free_two_arms.xml"));
+  const ReadMjcf robot = read_mjcf_at(corpus("mjcf/free_two_arms.xml"));
   ASSERT_THAT(robot.faults, IsEmpty());
   EXPECT_EQ(robot.joint("left_shoulder").effort, 80);   // gear of the default class, ctrlrange -1 to 1
   EXPECT_EQ(robot.joint("left_elbow").effort, 20);      // own gear 40, forcerange -0.5 to 0.5
@@ -61,7 +56,8 @@ TEST(MjcfEffort, OfSeveralDrivesAddsUp) {
   EXPECT_FALSE(robot.joint("b").effort.has_value());  // one of them has no limit
   EXPECT_EQ(robot.joint("c").effort, 4);
   EXPECT_THAT(robot.decisions("joint 'c'"), ElementsAre(HasSubstr("give 0 to 4 N; taken is 4 both ways")));
-  EXPECT_EQ(robot.joint("d").effort, 0);
+  EXPECT_FALSE(robot.joint("d").effort.has_value());  // its gear takes everything away
+  EXPECT_THAT(robot.decisions("joint 'd'"), ElementsAre(HasSubstr("its drives give 0 N m; taken as without a limit")));
 }
 
 TEST(MjcfEffort, IsLimitedAtTheJointToo) {
@@ -70,6 +66,17 @@ TEST(MjcfEffort, IsLimitedAtTheJointToo) {
   ASSERT_THAT(robot.faults, IsEmpty());
   EXPECT_EQ(robot.joint("a").effort, 15);
   EXPECT_EQ(read_mjcf_text(chain("", " actuatorfrcrange='-15 15'")).joint("a").effort, 15);
+}
+
+// A range beyond another one: MuJoCo clamps, so that what remains is the nearest bound.
+TEST(MjcfEffort, OfRangesApartIsTheBoundBetweenThem) {
+  const ReadMjcf robot = read_mjcf_text(
+      chain("<actuator><motor joint='a' ctrlrange='2 4' forcerange='-1 1.5'/><motor joint='b' ctrlrange='-9 "
+            "-7'/></actuator>",
+            " actuatorfrcrange='-1 1'"));
+  ASSERT_THAT(robot.faults, IsEmpty());
+  EXPECT_EQ(robot.joint("a").effort, 1);
+  EXPECT_EQ(robot.joint("b").effort, 9);
 }
 
 TEST(MjcfEffort, OfServosComesFromForcesOnly) {
@@ -85,10 +92,19 @@ TEST(MjcfEffort, OfServosComesFromForcesOnly) {
   EXPECT_THAT(robot.decisions("control law"), SizeIs(1));
 }
 
+TEST(MjcfEffort, OfMotorsHasNoGainOfTheirClass) {
+  const ReadMjcf robot =
+      read_mjcf_text(chain("<default><general gainprm='2'/></default><actuator><motor joint='a' ctrlrange='-3 3'/>"
+                           "<general joint='b' ctrlrange='-3 3'/></actuator>"));
+  ASSERT_THAT(robot.faults, IsEmpty());
+  EXPECT_EQ(robot.joint("a").effort, 3);  // <motor> says gain 1
+  EXPECT_EQ(robot.joint("b").effort, 6);
+}
+
 // ---- Couplings ----
 
 TEST(MjcfCoupling, IsAMimicJoint) {
-  const ReadMjcf robot = read_mjcf_at(corpus("gripper.xml"));
+  const ReadMjcf robot = read_mjcf_at(corpus("mjcf/gripper.xml"));
   ASSERT_THAT(robot.faults, IsEmpty());
   ASSERT_TRUE(robot.joint("finger2").mimic.has_value());
   const SourceMimic& mimic = *robot.joint("finger2").mimic;
@@ -162,7 +178,7 @@ TEST(MjcfFrames, MoveWhatTheyHold) {
 // ---- Files ----
 
 TEST(MjcfIncludes, BesideTheIncludingFileAreFoundToo) {
-  const MjcfFolder folder;
+  const ModelFolder folder;
   folder.write("parts/arm.xml", "<m><include file='hand.xml'/></m>");
   folder.write("parts/hand.xml", "<m><site name='hand'/></m>");
   const ReadMjcf robot = read_mjcf_at(folder.write(
@@ -254,13 +270,12 @@ bool is_finite(const Posed& X) { return eigen(X.p).allFinite() && eigen(X.R).all
 
 // Whatever happens to a file, it is read, or refused with a fault; what is read is finite and hangs together.
 TEST(MjcfMutations, AreReadOrRefused) {
-  const MjcfFolder folder;
-  std::filesystem::copy(corpus("parts"), folder.write("x", "").parent_path() / "parts");
+  const ModelFolder folder;
+  std::filesystem::copy(corpus("mjcf/parts"), folder.path() / "parts");
   int read = 0, refused = 0;
   for (const char* name : {"free_two_arms", "anchors", "geoms", "bounds", "includes", "fixed_arm", "two_on_world",
                            "target_beside", "gripper"}) {
-    std::ifstream file(corpus(std::string(name) + ".xml"));
-    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    const std::string text = bytes_of(corpus("mjcf/" + std::string(name) + ".xml"));
     ASSERT_FALSE(text.empty());
     for (int i = 0; i < 120; ++i) {
       SCOPED_TRACE(std::string(name) + ", " + seed_note(i));

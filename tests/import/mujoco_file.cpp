@@ -136,4 +136,28 @@ std::vector<MujocoFile::GeomData> MujocoFile::geoms_of(const std::string& body) 
   return geoms;
 }
 
+MujocoFile::MassData MujocoFile::mass_of(const std::string& body) const {
+  const int id = body_id(body);
+  const double *I = model_->body_inertia + 3 * id, *q = model_->body_iquat + 4 * id;
+  const Rotationd R = rotation_matrix(Quaterniond{q[0], q[1], q[2], q[3]});
+  return {model_->body_mass[id], vector(model_->body_ipos + 3 * id),
+          rotate(R, Symmetric3d::diagonal(I[0], I[1], I[2]))};
+}
+
+Model with_inertias_of(const MujocoFile& theirs, const Model& ours, Worst& difference) {
+  ModelBuilder builder;
+  for (std::size_t i = 0; i < ours.bodies().size(); ++i) {
+    BodyDescription body = ours.bodies()[i].description;
+    if (body.joint.type != JointType::fixed) {
+      const Symmetric3d inertia = theirs.mass_of(body.name).inertia;
+      difference.note(relative_difference(eigen(inertia), eigen(body.inertia)), static_cast<int>(i));
+      body.inertia = inertia;
+    }
+    builder.add(std::move(body));
+  }
+  for (const Frame& frame : ours.frames())
+    builder.add(FrameDescription{frame.name, ours.bodies()[frame.body].description.name, frame.X_BE});
+  return builder.build();
+}
+
 }  // namespace grapnel::testing

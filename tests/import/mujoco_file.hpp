@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "grapnel/dynamics/state.hpp"
+#include "support/worst.hpp"
 
 struct mjModel_;
 struct mjData_;
@@ -51,6 +52,12 @@ class MujocoFile {
     std::vector<Vector3d> vertices;  // of a mesh, in the body's frame
   };
   std::vector<GeomData> geoms_of(const std::string& body) const;
+  struct MassData {
+    double mass;
+    Vector3d com;         // in the body's frame
+    Symmetric3d inertia;  // about the centre of mass, in the axes of the body's frame
+  };
+  MassData mass_of(const std::string& body) const;
   std::vector<std::string> site_names() const;
 
  private:
@@ -62,5 +69,15 @@ class MujocoFile {
   Eigen::MatrixXd T_;       // v_mj = T v: rows of MuJoCo's velocities, columns of Grapnel's
   Eigen::VectorXd turned_;  // dT/dt v
 };
+
+/// MuJoCo keeps inertias as principal moments and axes. It seeks the axes of bodies with products of inertia, with
+/// several geoms, or fused from several, by Jacobi rotations, and stops when one turns by less than 1.4e-6 rad: by up
+/// to so much of their size such tensors differ from the exact ones, while masses and centres of mass agree to
+/// rounding.
+constexpr double kTurnedAxes = 1e-6;
+
+/// The model with MuJoCo's inertias of what moves in place of its own, so that all else can be compared to rounding.
+/// `difference` notes by how much each differed.
+Model with_inertias_of(const MujocoFile& theirs, const Model& ours, Worst& difference);
 
 }  // namespace grapnel::testing

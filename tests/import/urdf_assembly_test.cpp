@@ -7,30 +7,23 @@
 
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/dynamics/mass_matrix.hpp"
-#include "grapnel/import/possible_inertia.hpp"
+#include "grapnel/import/assembly_steps.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "import/urdf_files.hpp"
+#include "support/eigen_values.hpp"
 
 namespace grapnel {
 namespace urdf_assembly_test {
 
 using testing::body_of;
 using testing::carried_by;
+using testing::eigen;
 using ::testing::HasSubstr;
 using testing::import_corpus;
 using testing::import_text;
 using testing::Imported;
 using ::testing::Not;
 using testing::robot_of;
-
-Eigen::Matrix3d matrix(const Symmetric3d& I) {
-  Eigen::Matrix3d m;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) m(i, j) = I(i, j);
-  }
-  return m;
-}
-Eigen::Vector3d vec(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 
 // Rz(y) Ry(p) Rx(r) of its own.
 Eigen::Isometry3d pose(double x, double y, double z, double r, double p, double w) {
@@ -75,14 +68,14 @@ TEST(UrdfAssembly, ABaseIsAllThatIsFixedToTheRoot) {
             (Eigen::Matrix3d() << 3, 0.1, -0.2, 0.1, 4, 0.3, -0.2, 0.3, 5).finished());
   cloud.add(battery * pose(0, 0, 0.05, 0, 0, 0), 6, Eigen::Vector3d(0.05, 0.06, 0.04).asDiagonal());
   EXPECT_DOUBLE_EQ(robot.bodies[0].mass, 46);
-  EXPECT_LT((vec(robot.bodies[0].com) - cloud.com()).norm(), 1e-14);             // measured 6e-17
-  EXPECT_LT((matrix(robot.bodies[0].inertia) - cloud.inertia()).norm(), 1e-13);  // measured 2e-15
+  EXPECT_LT((eigen(robot.bodies[0].com) - cloud.com()).norm(), 1e-14);          // measured 6e-17
+  EXPECT_LT((eigen(robot.bodies[0].inertia) - cloud.inertia()).norm(), 1e-13);  // measured 2e-15
   EXPECT_GT(std::abs(robot.bodies[0].inertia.xy), 0.01);
 
   // A rotated inertial frame: R I R^T.
   const Eigen::Matrix3d R = pose(0, 0, 0, 0, 0, 1).linear();
   const Eigen::Matrix3d I = (Eigen::Matrix3d() << 0.02, 0.01, 0, 0.01, 0.15, 0, 0, 0, 0.16).finished();
-  EXPECT_LT((matrix(body_of(robot, "upper").inertia) - R * I * R.transpose()).norm(), 1e-15);
+  EXPECT_LT((eigen(body_of(robot, "upper").inertia) - R * I * R.transpose()).norm(), 1e-15);
 
   // What needs no computing keeps its digits.
   EXPECT_EQ(body_of(robot, "lower").inertia.xx, 0.05);
@@ -90,7 +83,7 @@ TEST(UrdfAssembly, ABaseIsAllThatIsFixedToTheRoot) {
 
   const BodyDescription& upper = carried_by(robot, "shoulder");
   const Eigen::Isometry3d joint = body * pose(0.3, 0, 0.2, 0, 0.5, 0);
-  EXPECT_LT((vec(upper.X_PF.p) - joint.translation()).norm(), 1e-15);
+  EXPECT_LT((eigen(upper.X_PF.p) - joint.translation()).norm(), 1e-15);
   EXPECT_EQ(upper.joint.axis[2], 1);
   EXPECT_EQ(upper.joint.limits.lower, -2);
   EXPECT_EQ(upper.joint.limits.effort, 60);
@@ -121,17 +114,14 @@ TEST(UrdfAssembly, WhatIsWrittenReadsBackAsTheSameRobotAndSaysWhy) {
   EXPECT_THAT(text, HasSubstr("together (massless-root.urdf:6)\nbase:\n"));
   EXPECT_THAT(text, HasSubstr("    # joint 'shoulder': the axis has length 2"));
   EXPECT_THAT(text, HasSubstr("# end-effectors: tool0"));
-  const auto folder = std::filesystem::temp_directory_path() / ("grapnel-reads-back-" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder);
-  std::ofstream(folder / "robot.yaml") << text;
-  const RobotSetup back = load_robot(folder / "robot.yaml"), direct = robot_of(imported);
+  const testing::ModelFolder folder;
+  const RobotSetup back = load_robot(folder.write("robot.yaml", text)), direct = robot_of(imported);
   ASSERT_EQ(back.bodies.size(), direct.bodies.size());
   for (std::size_t i = 0; i < back.bodies.size(); ++i) {
     EXPECT_EQ(back.bodies[i].mass, direct.bodies[i].mass);
-    EXPECT_EQ(matrix(back.bodies[i].inertia), matrix(direct.bodies[i].inertia));
-    EXPECT_EQ(vec(back.bodies[i].X_PF.p), vec(direct.bodies[i].X_PF.p));
+    EXPECT_EQ(eigen(back.bodies[i].inertia), eigen(direct.bodies[i].inertia));
+    EXPECT_EQ(eigen(back.bodies[i].X_PF.p), eigen(direct.bodies[i].X_PF.p));
   }
-  std::filesystem::remove_all(folder);
 }
 
 // Kinetic energy of a robot whose bodies move as the joints' values and rates and one body's pose and twist say.
@@ -255,6 +245,32 @@ TEST(UrdfAssembly, LimitsThatAreNone) {
   EXPECT_EQ(carried_by(shorter, "partial").parent, "a");
 }
 
+// What the joint feels is the rotor's inertia times the square of the gear ratio, whichever of the two is written.
+TEST(UrdfAssembly, RotorsAsTheyAreOrAsTheJointFeelsThem) {
+  const auto rotor = [](const std::string& dynamics, const std::string& actuator) {
+    return import_text(
+        "<robot><link name='b'><inertial><mass value='9'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>"
+        "<link name='a'><inertial><mass value='9'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>"
+        "<joint name='j' type='continuous'><parent link='b'/><child link='a'/><dynamics " +
+        dynamics + "/></joint><transmission name='t'><joint name='j'/><actuator name='m'>" + actuator +
+        "</actuator></transmission></robot>");
+  };
+  const auto felt = [](const Imported& imported) {
+    const JointDescription& joint = carried_by(robot_of(imported), "j").joint;
+    return joint.rotor_inertia * joint.gear_ratio * joint.gear_ratio;
+  };
+  const std::string geared = "<mechanicalReduction>-50</mechanicalReduction>";
+  EXPECT_DOUBLE_EQ(felt(rotor("", geared + "<rotorInertia>2e-4</rotorInertia>")), 0.5);
+  EXPECT_DOUBLE_EQ(felt(rotor("rotor_inertia='2e-4'", geared)), 0.5);
+  EXPECT_DOUBLE_EQ(felt(rotor("armature='0.3'", geared)), 0.3);
+  EXPECT_DOUBLE_EQ(felt(rotor("armature='0.3'", "")), 0.3);
+  const Imported both = rotor("armature='0.3'", geared + "<motorInertia>2e-4</motorInertia>");
+  EXPECT_DOUBLE_EQ(felt(both), 0.3);
+  EXPECT_THAT(both.decisions,
+              HasSubstr("joint 'j': of armature and the rotor's inertia, which are both given, armature "
+                        "counts"));
+}
+
 TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
   const Imported imported = import_corpus("gripper.urdf");
   ASSERT_EQ(imported.faults, "");
@@ -266,8 +282,8 @@ TEST(UrdfAssembly, JointsThatFollowOthersAreLockedWhereTheseAreZero) {
   const Eigen::Isometry3d finger = pose(-0.02 - 0.005, 0, 0.1, 0, 0, 0);
   hand.add(finger, 0.2, Eigen::Vector3d(2e-4, 2e-4, 1e-4).asDiagonal());
   hand.add(finger * pose(0, 0, 0, 0, 20 * -0.005 + 0.3, 0), 0.05, Eigen::Vector3d(2e-5, 2e-5, 1e-5).asDiagonal());
-  EXPECT_LT((vec(body_of(robot, "hand").com) - hand.com()).norm(), 1e-15);
-  EXPECT_LT((matrix(body_of(robot, "hand").inertia) - hand.inertia()).norm(), 1e-15);
+  EXPECT_LT((eigen(body_of(robot, "hand").com) - hand.com()).norm(), 1e-15);
+  EXPECT_LT((eigen(body_of(robot, "hand").inertia) - hand.inertia()).norm(), 1e-15);
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'right' follows 'left' (mimic) and is locked at -0.005 m, its value "
                                             "where 'left' is 0"));
   EXPECT_THAT(imported.decisions, HasSubstr("joint 'tip' follows 'right' (mimic) and is locked at 0.2"));
@@ -324,9 +340,9 @@ TEST(UrdfAssembly, TheRepairedTensorIsTheNearest) {
     const Symmetric3d A{number(random), number(random), number(random), number(random), number(random), number(random)};
     const Symmetric3d P = nearest_possible_inertia(A);
     EXPECT_TRUE(is_possible_inertia(P));
-    const Eigen::Matrix3d r = matrix(A) - matrix(P);
+    const Eigen::Matrix3d r = eigen(A) - eigen(P);
     changed += r.norm() > 1e-9 ? 1 : 0;
-    EXPECT_LT(std::abs((r.array() * matrix(P).array()).sum()), 1e-13);
+    EXPECT_LT(std::abs((r.array() * eigen(P).array()).sum()), 1e-13);
     double worst = -1;
     for (int i = 0; i < 200; ++i) {
       const Eigen::Vector3d n = Eigen::Vector3d(number(random), number(random), number(random)).normalized();
@@ -334,8 +350,8 @@ TEST(UrdfAssembly, TheRepairedTensorIsTheNearest) {
       worst = std::max(worst, (r.array() * edge.array()).sum());
     }
     EXPECT_LT(worst, 1e-13);
-    EXPECT_EQ(matrix(nearest_possible_inertia(Symmetric3d{2, 3, 4, 0.1, 0.2, 0.3})),
-              matrix(Symmetric3d{2, 3, 4, 0.1, 0.2, 0.3}));
+    EXPECT_EQ(eigen(nearest_possible_inertia(Symmetric3d{2, 3, 4, 0.1, 0.2, 0.3})),
+              eigen(Symmetric3d{2, 3, 4, 0.1, 0.2, 0.3}));
   }
   EXPECT_GT(changed, 200);
 }
@@ -388,10 +404,10 @@ TEST(UrdfAssembly, ShapesAndTheirFiles) {
   EXPECT_THAT(imported.decisions, Not(HasSubstr("bus.dae")));  // its collision shapes do
 
   // With the package.
-  const auto folder = std::filesystem::temp_directory_path() / ("grapnel-package-" + std::to_string(getpid()));
-  std::filesystem::create_directories(folder / "some_robot/meshes");
+  const testing::ModelFolder written;
+  const std::filesystem::path& folder = written.path();
+  written.write("some_robot/meshes/link.stl", "solid");
   std::filesystem::create_directories(folder / "work/urdf");
-  std::ofstream(folder / "some_robot/meshes/link.stl") << "solid";
   ImportOptions options;
   options.packages = {{"some_robot", folder / "some_robot"}};
   options.place = folder / "out/robot.yaml";
@@ -408,7 +424,6 @@ TEST(UrdfAssembly, ShapesAndTheirFiles) {
   EXPECT_EQ(file_of(import_text(text, beside)), "some_robot/meshes/link.stl [0.001, 0.001, 0.002]");
   options.mesh_fault = [](const std::filesystem::path&) { return "the mesh is flat"; };
   EXPECT_THAT(import_corpus("shapes.urdf", options).decisions, HasSubstr("link.stl' is left out, the mesh is flat"));
-  std::filesystem::remove_all(folder);
 }
 
 TEST(UrdfAssembly, NamesAndLimitsAsTheyAreInTheWild) {

@@ -38,7 +38,6 @@ TEST(UrdfFaults, WhatIsNoUrdf) {
   EXPECT_EQ(faults("\n <sdf/>"),
             "2:3: the outermost element is <sdf>, of a URDF file it is <robot>; SDF files are not "
             "read, most have a URDF of the same robot\n");
-  EXPECT_THAT(faults("<mujoco/>"), HasSubstr("a MuJoCo model must end in .xml"));
   EXPECT_EQ(faults("<robot/>"), "1:2: the robot has no <link>\n");
 }
 
@@ -89,6 +88,9 @@ TEST(UrdfFaults, Numbers) {
               HasSubstr("damping of joint 'j' is -1, must not be negative"));
   EXPECT_THAT(faults(robot("<link name='a'><collision><geometry><box/></geometry></collision></link>")),
               HasSubstr("<box> has no 'size'"));
+  EXPECT_EQ(faults(robot("<link name='a'><collision><geometry><sphere radius=''/></geometry></collision></link>" +
+                         joint("j", "fixed", "bus", "a"))),
+            "3:45: <sphere> has no 'radius'\n");
 }
 
 TEST(UrdfFaults, WhatCannotMove) {
@@ -151,6 +153,8 @@ TEST(UrdfFaults, ChoicesThatDoNotExist) {
   options = {};
   options.end_effectors = {{"tip", mark}};
   EXPECT_THAT(faults(robot(""), options), HasSubstr("there is no link or frame 'tip' to be an end-effector"));
+  options.end_effectors = {{"bus", mark}, {"bus", mark}};
+  EXPECT_EQ(faults(robot(""), options), "0:0: end-effector 'bus' is chosen twice\n");
 }
 
 TEST(UrdfFaults, AreCountedInCharactersAndQuickInOneLongLine) {

@@ -1,32 +1,22 @@
 #pragma once
 
 /// @file
-/// Models for the tests of imports: the corpus, and texts made of a few elements.
+/// URDF models as robots, for the tests of imports.
 
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
-#include <sstream>
+#include <stdexcept>
 #include <string>
 
 #include "grapnel/import/assemble.hpp"
-#include "grapnel/import/read_urdf.hpp"
+#include "grapnel/import/xml_file.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/text/write_yaml.hpp"
+#include "import/import_files.hpp"
 
 namespace grapnel::testing {
-
-inline std::filesystem::path corpus(const std::string& name) {
-  return std::filesystem::path(GRAPNEL_SOURCE_DIR) / "tests/import/corpus" / name;
-}
-inline std::string bytes_of(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
 
 /// What an import says: texts of faults with line and column, or of decisions.
 struct Imported {

@@ -1,0 +1,135 @@
+#pragma once
+
+/// @file
+/// The steps of assemble_robot(): which links of a source model move together, and how these groups hang on each other
+/// as seen from the base; which tensors are inertias; where mesh files are; and poses and shapes as a robot file has
+/// them.
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "grapnel/import/assemble.hpp"
+
+namespace grapnel {
+
+// ---- Links that move together ----
+
+/// Links and joints by their indices, as a tree: every link but the root is the child of one joint.
+struct LinkTree {
+  int root = -1;
+  std::vector<int> parent, child;              // per joint: links
+  std::vector<int> carrier;                    // per link: the joint whose child it is; -1: none
+  std::vector<std::vector<int>> child_joints;  // per link, in the order of the file
+};
+
+/// Empty after faults: links that are not there, a link that two joints carry, cycles, several roots.
+std::optional<LinkTree> link_tree(const SourceModel& model, FaultList& faults);
+
+/// Per joint the pose X_PC of its child, if it does not move: fixed joints, locked ones, and those that follow another
+/// joint, at their value for the other at rest at 0. Empty for joints that move.
+std::vector<std::optional<Posed>> settle_joints(const SourceModel& model, const ImportOptions& options,
+                                                std::vector<ImportDecision>& decisions, FaultList& faults);
+
+/// A link in the frame of its group.
+struct GroupedLink {
+  int link = -1;
+  Posed X_GL = Posed::identity();
+};
+
+/// What moves as one body.
+struct LinkGroup {
+  std::string name;
+  Mark mark;
+  std::vector<GroupedLink> links;  // the first is nearest to the base
+  int parent = -1;                 // group; -1: this is the base
+  int joint = -1;                  // of the model, that carries it; -1: this is the base
+  bool is_reversed = false;        // the joint's child carries its parent
+  Posed X_PF = Posed::identity();  // joint frame in the parent group's frame; at zero it is this group's frame
+};
+
+/// The robot as groups, parents first, arm by arm. What a free joint at the root parts from the base is left out.
+struct GroupedLinks {
+  std::vector<LinkGroup> groups;
+  std::vector<int> group_of;  // per link; -1: left out
+  int world = -1;             // the link that stands for the world and is no part of the robot; -1: none
+};
+
+/// Empty after faults: an unknown base, free joints that are not at the root, several free bodies without a choice.
+std::optional<GroupedLinks> group_links(const SourceModel& model, const LinkTree& tree,
+                                        const std::vector<std::optional<Posed>>& settled, const ImportOptions& options,
+                                        std::vector<ImportDecision>& decisions, FaultList& faults);
+
+/// Places by name, for messages and look-ups.
+template <class Named>
+std::map<std::string, int, std::less<>> indices_of(const std::vector<Named>& list) {
+  std::map<std::string, int, std::less<>> result;
+  for (std::size_t i = 0; i < list.size(); ++i) result.emplace(list[i].name, static_cast<int>(i));
+  return result;
+}
+template <class Named>
+std::vector<std::string> names_of(const std::vector<Named>& list) {
+  std::vector<std::string> names;
+  for (const Named& one : list) names.push_back(one.name);
+  return names;
+}
+
+// ---- Inertias ----
+//
+// A body's principal moments are sums of two of three second moments of its mass, none of which is negative. Hence no
+// moment is above the sum of the others.
+
+/// I = axes diag(values) axes^T, values in ascending order.
+struct PrincipalMoments {
+  Vector3d values;
+  Rotationd axes;
+};
+PrincipalMoments principal_moments(const Symmetric3d& inertia);
+
+/// Whether a body, though it may be thin or a point, can have it: no second moment is below zero by more than
+/// 2.5e-10 of the largest moment, as rounded data are.
+bool is_possible_inertia(const Symmetric3d& inertia);
+
+/// The possible inertia nearest in the Frobenius norm; itself if it is possible. `flattest`: how small second moments
+/// may be, relative to the largest moment; above 0 the result is positive definite unless `inertia` is zero.
+Symmetric3d nearest_possible_inertia(const Symmetric3d& inertia, double flattest = 0);
+
+/// Of a tensor with one principal moment I alone, as models in the plane have: that of a thin disc across its axis,
+/// with I/2 about the other two. Empty for any other tensor.
+std::optional<Symmetric3d> disc_of_planar_inertia(const Symmetric3d& inertia);
+
+/// Mass, centre of mass and inertia of all links of a group together, in its frame; nothing if none has mass. Tensors
+/// that no body can have are faults, or repaired if that is chosen; so is a whole without any thickness.
+std::optional<SourceInertia> weigh(const SourceModel& model, const LinkGroup& group, const ImportOptions& options,
+                                   std::vector<ImportDecision>& decisions, FaultList& faults);
+
+// ---- Mesh files ----
+
+/// A mesh file that is there, or why there is none.
+struct FoundMesh {
+  std::filesystem::path file;  // empty: none
+  std::string why_not;         // "it is a .dae file; STL and OBJ are read"
+};
+
+/// The file that a source names: package://NAME/rest and its likes by the folders that the user gave, else in a folder
+/// of that name beside the source or above it, else in the folders above it as if one of these were the package;
+/// file://, absolute paths, paths relative to the source.
+FoundMesh find_mesh(const std::string& named, const ImportOptions& options);
+
+// ---- Poses and shapes in trees of robot files (docs/formats/robot.md) ----
+
+/// Without the sign of zero, which nobody means.
+Node vector_node_of(const Vector3d& v, const Mark& mark);
+bool is_identity(const Posed& X);
+/// position and quaternion_wxyz, what is not zero of them, into a mapping in place of what it says of a pose.
+void put_pose(Node& mapping, const Posed& X, const Mark& mark);
+Node pose_node(const Posed& X, const Mark& mark);
+/// The pose that a mapping says; identity where it says none that can be read.
+Posed pose_in(const Node& mapping);
+
+/// A shape of a body in whose frame that of the shape's owner is X_BL; `file` is a mesh's path.
+Node shape_node(const Geometry& shape, const Posed& X_BL, const std::string& file, const Mark& mark);
+
+}  // namespace grapnel
