@@ -1,9 +1,5 @@
-// This template lives in its .cpp file. Included here under a name of its own: otherwise this file's copy of the double
-// instantiation, compiled with other options, could replace the library's in the program and be timed instead.
-#define composite_body counted_composite_body
-#include "grapnel/dynamics/composite_body.cpp"
-#undef composite_body
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
+#include "grapnel/dynamics/composite_body_kernel.hpp"
 #include "grapnel/dynamics/newton_euler_kernel.hpp"
 
 #include "bench/operation_count.hpp"
@@ -66,7 +62,7 @@ bench::OperationCount bench::count_inverse_dynamics(const Workload& workload) {
 
 bench::OperationCount bench::count_mass_matrix(const Workload& workload) {
   CountedCase c(workload);
-  counted_composite_body<Counted>(c.tree, c.q, c.workspace, c.result);
+  composite_body<Counted>(c.tree, c.q, c.workspace, c.result);
   return tally;
 }
 

@@ -1,4 +1,4 @@
-"""How the impulse of a capture grows with the target's mass, against what two free points would say.
+"""How the impulse of a capture grows with the target's mass, up to what the arm and its floating base resist.
 
 Many problems at once on all processors: the scenario at the instant of contact, the target heavier from case to case.
 

@@ -1,6 +1,7 @@
 """A parameter study: impulse against the angle of approach over a grid, as a table and a figure.
 
-The grid stands in a study file, so that `grapnel sweep` does the same; here one is made in Python.
+The grid is a dictionary with the keys of a study file (docs/formats/study.md), and is written to one beside the results, so that
+`grapnel sweep` does the same.
 
     PYTHONPATH=build/release/python /usr/bin/python3 examples/python/parameter_study.py [FOLDER]
 """
@@ -14,19 +15,17 @@ import grapnel
 
 source = pathlib.Path(__file__).parents[2]
 out = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else "out/python/parameter-study")
-out.mkdir(parents=True, exist_ok=True)
 
-study = out / "study.yaml"
-study.write_text(f"""
-schema: grapnel-study/1
-name: impulse against angle and speed
-scenario: {source.resolve()}/scenarios/thesis/open-loop-case-1-planned.yaml
-simulate: impact
-set: {{approach.plan.starts: 4}}      # initial guesses of the search: those that find nothing cost most
-axes:
-  - {{quantity: relative_speed, values: [0.05, 0.1]}}      # [m/s]
-  - {{quantity: approach_angle, from: -20, to: 60, count: 7, unit: deg}}
-""", encoding="utf-8")
+study = {
+    "name": "impulse against angle and speed",
+    "scenario": source / "scenarios" / "thesis" / "open-loop-case-1-planned.yaml",
+    "simulate": "impact",
+    "set": {"approach.plan.starts": 4},  # initial guesses of the search: those that find nothing cost most
+    "axes": [
+        {"quantity": "relative_speed", "values": [0.05, 0.1]},  # [m/s]
+        {"quantity": "approach_angle", "values": np.linspace(-20, 60, 7), "unit": "deg"},
+    ],
+}
 
 folder = grapnel.sweep(study, out=out / "results")
 columns, units = grapnel.read_columns(folder)

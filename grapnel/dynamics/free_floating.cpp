@@ -57,18 +57,25 @@ std::vector<int> joint_velocities(const Model& model, int root) {
 }
 
 MassBlocks mass_blocks(const Model& model, const State& state, int root) {
-  const Eigen::MatrixXd M = mass_matrix(model, state);
+  return mass_blocks(model, mass_matrix(model, state), root);
+}
+
+MassBlocks mass_blocks(const Model& model, const Eigen::MatrixXd& mass_matrix, int root) {
   const std::vector<int> b = base_velocities(model, root), m = joint_velocities(model, root);
-  return {select(M, b, b), select(M, b, m), select(M, m, m)};
+  return {select(mass_matrix, b, b), select(mass_matrix, b, m), select(mass_matrix, m, m)};
 }
 
 Eigen::MatrixXd generalized_jacobian(const Model& model, const State& state, int root, int body, const Vector3d& p_WP) {
-  const Kinematics kinematics = forward_kinematics(model, state);
+  return generalized_jacobian(model, forward_kinematics(model, state), mass_blocks(model, state, root), root, body,
+                              p_WP);
+}
+
+Eigen::MatrixXd generalized_jacobian(const Model& model, const Kinematics& kinematics, const MassBlocks& blocks,
+                                     int root, int body, const Vector3d& p_WP) {
   Eigen::MatrixXd J(6, model.velocities());
   point_jacobian(model, kinematics, body, p_WP, J);
   const Eigen::MatrixXd J_m = J(Eigen::all, joint_velocities(model, root));
   if (!free_root(model, root)) return J_m;
-  const MassBlocks blocks = mass_blocks(model, state, root);
   return J_m - J(Eigen::all, base_velocities(model, root)) * base_response(blocks);  // (2.5)
 }
 
@@ -90,9 +97,13 @@ Eigen::VectorXd momentum_twist(const Model& model, const State& state, int root,
 }
 
 Twistd base_twist_from_momentum(const Model& model, const State& state, int root, const Momentumd& momentum) {
+  return base_twist_from_momentum(model, state, forward_kinematics(model, state), mass_blocks(model, state, root), root,
+                                  momentum);
+}
+
+Twistd base_twist_from_momentum(const Model& model, const State& state, const Kinematics& kinematics,
+                                const MassBlocks& blocks, int root, const Momentumd& momentum) {
   if (!free_root(model, root)) throw std::invalid_argument("base_twist_from_momentum: the root is fixed to the world");
-  const Kinematics kinematics = forward_kinematics(model, state);
-  const MassBlocks blocks = mass_blocks(model, state, root);
   const std::vector<int> joints = joint_velocities(model, root);
   Eigen::VectorXd rates(joints.size());
   for (std::size_t i = 0; i < joints.size(); ++i) rates[i] = state.v[joints[i]];
@@ -102,7 +113,10 @@ Twistd base_twist_from_momentum(const Model& model, const State& state, int root
 }
 
 Eigen::MatrixXd generalized_inertia(const Model& model, const State& state, int root) {
-  const MassBlocks blocks = mass_blocks(model, state, root);
+  return generalized_inertia(mass_blocks(model, state, root));
+}
+
+Eigen::MatrixXd generalized_inertia(const MassBlocks& blocks) {
   if (blocks.I_b.size() == 0) return blocks.I_m;
   return blocks.I_m - blocks.I_bm.transpose() * base_response(blocks);
 }

@@ -25,12 +25,17 @@ struct MassBlocks {
   Eigen::MatrixXd I_m;   // n x n
 };
 MassBlocks mass_blocks(const Model& model, const State& state, int root);
+/// Of the whole model's mass matrix.
+MassBlocks mass_blocks(const Model& model, const Eigen::MatrixXd& mass_matrix, int root);
 
 /// Generalized Jacobian of a frame, J_g = J_m - J_b I_b^-1 I_bm (2.5), 6 x n: twist of the frame in W per joint rate at
 /// zero momentum.
 Eigen::MatrixXd generalized_jacobian(const Model& model, const State& state, int root, int frame);
 /// The same for a body's point at p_WP.
 Eigen::MatrixXd generalized_jacobian(const Model& model, const State& state, int root, int body, const Vector3d& p_WP);
+/// Where kinematics and mass matrix are known.
+Eigen::MatrixXd generalized_jacobian(const Model& model, const Kinematics& kinematics, const MassBlocks& blocks,
+                                     int root, int body, const Vector3d& p_WP);
 /// The part of a frame's twist that total momentum carries, J_b I_b^-1 [momentum about the base] (second term of
 /// (2.3)).
 Eigen::VectorXd momentum_twist(const Model& model, const State& state, int root, int body, const Vector3d& p_WP,
@@ -39,6 +44,8 @@ Eigen::VectorXd momentum_twist(const Model& model, const State& state, int root,
 /// Base twist V_WB at B's origin in W for joint rates as in `state` and the tree's total momentum `momentum` =
 /// [about the tree's centre of mass; linear] in W: I_b^-1 (h - I_bm rates), which is (2.6) where the momentum is zero.
 Twistd base_twist_from_momentum(const Model& model, const State& state, int root, const Momentumd& momentum);
+Twistd base_twist_from_momentum(const Model& model, const State& state, const Kinematics& kinematics,
+                                const MassBlocks& blocks, int root, const Momentumd& momentum);
 
 /// The equation of motion reduced to the joints (2.8), I thetaddot + c = tau.
 struct ReducedEquation {
@@ -51,5 +58,6 @@ ReducedEquation reduced_equation(const Model& model, const State& state, int roo
                                  const std::vector<double>& generalized, const Vector3d& gravity = Vector3d::zero());
 /// The generalized inertia alone.
 Eigen::MatrixXd generalized_inertia(const Model& model, const State& state, int root);
+Eigen::MatrixXd generalized_inertia(const MassBlocks& blocks);
 
 }  // namespace grapnel

@@ -16,6 +16,10 @@ void forward_kinematics(const Model& model, const State& state, Kinematics& kine
     throw std::invalid_argument("forward_kinematics: the output has another model's size");
   }
   link_motion<double>(model.tree(), state.q, state.v, kinematics.links);
+  place_bodies(model, kinematics);
+}
+
+void place_bodies(const Model& model, Kinematics& kinematics) {
   for (std::size_t i = 0; i < model.bodies().size(); ++i) {
     const BodyPlacement& at = model.bodies()[i].placement;
     const LinkMotion<double>& link = kinematics.links[at.link];

@@ -24,6 +24,8 @@ struct Kinematics {
 /// Fills `kinematics`. @throws std::invalid_argument if the state or the output has another model's size.
 void forward_kinematics(const Model& model, const State& state, Kinematics& kinematics);
 Kinematics forward_kinematics(const Model& model, const State& state);
+/// The second half of it: X_WB and V_WB of all bodies from kinematics.links.
+void place_bodies(const Model& model, Kinematics& kinematics);
 
 /// Pose X_WE of a frame, and its twist V_WE at E's origin in W.
 Posed frame_pose(const Model& model, const Kinematics& kinematics, int frame);

@@ -13,21 +13,6 @@
 
 namespace grapnel::lanes {
 
-/// The link with the same numbers in every lane.
-template <class S>
-TreeLink<S> link_in_all_lanes(const TreeLink<double>& l) {
-  TreeLink<S> t{l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, {}, {}, S(l.armature), l.has_armature};
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) t.X_PF.R.m[r][c] = S(l.X_PF.R.m[r][c]);
-    t.X_PF.p[r] = S(l.X_PF.p[r]);
-    t.inertia.first_moment[r] = S(l.inertia.first_moment[r]);
-  }
-  t.inertia.mass = S(l.inertia.mass);
-  const Symmetric3<double>& J = l.inertia.rotational;
-  t.inertia.rotational = {S(J.xx), S(J.yy), S(J.zz), S(J.xy), S(J.xz), S(J.yz)};
-  return t;
-}
-
 template <class S>
 class LaneRollout {
  public:
@@ -84,7 +69,7 @@ LaneRollout<S>::LaneRollout(const RolloutTables& tables)
       zero_(tables.velocities) {
   tree_.coordinates = tables.coordinates;
   tree_.velocities = tables.velocities;
-  for (int i = 0; i < tables.link_count; ++i) tree_.links.push_back(link_in_all_lanes<S>(tables.links[i]));
+  for (int i = 0; i < tables.link_count; ++i) tree_.links.push_back(convert_link<S>(tables.links[i]));
   workspace_ = DynamicsWorkspace<S>(tree_);
 }
 

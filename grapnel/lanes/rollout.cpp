@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <exception>
+#include <mutex>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <thread>
 
 #include "grapnel/lanes/dispatch.hpp"
@@ -102,21 +105,35 @@ void Rollout::run(const RolloutData& data, int threads, const std::stop_token& s
   const std::int64_t packs = (data.cases + width_ - 1) / width_;
   const std::int64_t at_once = std::clamp<std::int64_t>(kWorthAThread / per_case, 1, std::max<std::int64_t>(1, packs));
   std::atomic<std::int64_t> next{0};
+  std::mutex mutex;
+  std::exception_ptr failure;  // guarded by mutex
   const auto work = [&] {
-    for (;;) {
-      const std::int64_t pack = next.fetch_add(at_once);
-      if (pack >= packs || stop.stop_requested()) return;
-      RolloutCases mine = all;
-      mine.begin = pack * width_;
-      mine.end = std::min(data.cases, (pack + at_once) * width_);
-      run_(tables_, mine);
+    try {
+      for (;;) {
+        const std::int64_t pack = next.fetch_add(at_once);
+        if (pack >= packs || stop.stop_requested()) return;
+        RolloutCases mine = all;
+        mine.begin = pack * width_;
+        mine.end = std::min(data.cases, (pack + at_once) * width_);
+        run_(tables_, mine);
+      }
+    } catch (...) {  // memory for the lanes
+      const std::lock_guard lock(mutex);
+      failure = std::current_exception();
     }
   };
   const std::int64_t wanted = threads > 0 ? threads : std::max(1U, std::thread::hardware_concurrency());
   const std::int64_t count = std::min(wanted, (packs + at_once - 1) / at_once);
-  std::vector<std::jthread> others;
-  for (std::int64_t i = 1; i < count; ++i) others.emplace_back(work);
-  work();
+  {
+    std::vector<std::jthread> others;
+    try {
+      for (std::int64_t i = 1; i < count; ++i) others.emplace_back(work);
+    } catch (const std::system_error&) {
+      // The system gives no more threads: those that there are do it.
+    }
+    work();
+  }
+  if (failure) std::rethrow_exception(failure);
 }
 
 }  // namespace grapnel::lanes

@@ -49,24 +49,28 @@ struct BodyPlacement {
 Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::vector<int>& parent,
                        const std::vector<int>& q, const std::vector<int>& v, std::vector<BodyPlacement>& placements);
 
+/// The same link with another scalar.
+template <class S>
+TreeLink<S> convert_link(const TreeLink<double>& l) {
+  TreeLink<S> t{l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, {}, {}, S(l.armature), l.has_armature};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) t.X_PF.R.m[i][j] = S(l.X_PF.R.m[i][j]);
+    t.X_PF.p[i] = S(l.X_PF.p[i]);
+    t.inertia.first_moment[i] = S(l.inertia.first_moment[i]);
+  }
+  t.inertia.mass = S(l.inertia.mass);
+  const Symmetric3<double>& J = l.inertia.rotational;
+  t.inertia.rotational = {S(J.xx), S(J.yy), S(J.zz), S(J.xy), S(J.xz), S(J.yz)};
+  return t;
+}
+
 /// The same tree with another scalar.
 template <class S>
 Tree<S> convert_tree(const Tree<double>& tree) {
   Tree<S> result;
   result.coordinates = tree.coordinates;
   result.velocities = tree.velocities;
-  for (const TreeLink<double>& l : tree.links) {
-    TreeLink<S> t{l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, {}, {}, S(l.armature), l.has_armature};
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) t.X_PF.R.m[i][j] = S(l.X_PF.R.m[i][j]);
-      t.X_PF.p[i] = S(l.X_PF.p[i]);
-      t.inertia.first_moment[i] = S(l.inertia.first_moment[i]);
-    }
-    t.inertia.mass = S(l.inertia.mass);
-    const Symmetric3d& J = l.inertia.rotational;
-    t.inertia.rotational = {S(J.xx), S(J.yy), S(J.zz), S(J.xy), S(J.xz), S(J.yz)};
-    result.links.push_back(t);
-  }
+  for (const TreeLink<double>& link : tree.links) result.links.push_back(convert_link<S>(link));
   return result;
 }
 

@@ -9,6 +9,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <stdexcept>
 #include <string>
@@ -101,6 +102,19 @@ void write_file_atomically(const std::filesystem::path& path, std::string_view b
   AtomicFile file(path);
   file.write(bytes);
   file.commit();
+}
+
+ScratchFolder::ScratchFolder() {
+  const std::filesystem::path parent = std::filesystem::temp_directory_path();
+  std::string name = (parent / "grapnel-XXXXXX").string();
+  if (::mkdtemp(name.data()) == nullptr) fail(parent, errno);
+  path_ = name;
+}
+ScratchFolder::~ScratchFolder() {
+  std::error_code ignored;
+  // Somebody may have made it one that nobody may write to.
+  std::filesystem::permissions(path_, std::filesystem::perms::owner_all, ignored);
+  std::filesystem::remove_all(path_, ignored);
 }
 
 }  // namespace grapnel

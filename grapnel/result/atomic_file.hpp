@@ -50,4 +50,18 @@ void refuse_link(const std::filesystem::path& path);
 
 void write_file_atomically(const std::filesystem::path& path, std::string_view bytes);
 
+/// A folder of its own among the system's temporary ones, which is gone with the object and with all that is in it.
+class ScratchFolder {
+ public:
+  /// @throws CannotWrite
+  ScratchFolder();
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
 }  // namespace grapnel

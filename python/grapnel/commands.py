@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
+from collections.abc import Mapping
 from pathlib import Path as _Path
-from typing import Union
+from typing import Any
 
 from . import _grapnel
-
-Path = Union[str, "os.PathLike[str]"]
+from ._arguments import Path, file_path, thread_count, whole_number
+from .scenario import Problem
 
 
 class CommandError(RuntimeError):
@@ -21,71 +23,99 @@ class CommandError(RuntimeError):
         super().__init__(message)
         self.code = code
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return CommandError, (str(self), self.code)
+
 
 def _say(done: tuple[int, str], accepted: tuple[int, ...]) -> None:
     code, lines = done
     if code not in accepted:
         raise CommandError(lines.strip() or f"the command ended with exit code {code}", code)
     for line in lines.splitlines():
-        warnings.warn(line, stacklevel=4)
+        warnings.warn(line, stacklevel=3)
 
 
-def _folder(file: Path, out: Path | None) -> _Path:
-    return _Path(out) if out is not None else _Path("out") / _Path(file).stem
+def _file_and_folder(what: Path | Mapping[str, Any], kind: str, out: Path | None) -> tuple[str, _Path]:
+    """The file of a campaign, study or optimization and the folder for its results. A dictionary becomes a file there."""
+    if not isinstance(what, Mapping):
+        file = file_path("file", what)
+        return file, _Path(file_path("out", out)) if out is not None else _Path("out") / _Path(file).stem
+    if out is None:
+        raise ValueError(f"out is missing; expected is the folder for the results of a {kind} that is made in Python")
+    folder = _Path(file_path("out", out))
+    folder.mkdir(parents=True, exist_ok=True)
+    values = {"schema": f"grapnel-{kind}/1", **what}
+    scenario = values.get("scenario")
+    if isinstance(scenario, Problem):
+        scenario.write(folder / "scenario.yaml")
+        values["scenario"] = "scenario.yaml"
+    elif isinstance(scenario, (str, os.PathLike)):
+        values["scenario"] = os.path.abspath(scenario)
+    made = folder / f"{kind}.yaml"
+    made.write_text(_grapnel.yaml_text(values), encoding="utf-8")
+    return str(made), folder
 
 
-def _threads(threads: int) -> int:
-    if isinstance(threads, bool) or not isinstance(threads, int) or not 0 <= threads <= 4096:
-        raise ValueError(f"threads is {threads!r}; expected is a whole number from 0 to 4096")
-    return threads
-
-
-def campaign(file: Path, out: Path | None = None, threads: int = 0, report: bool = True, csv: bool = True,
+def campaign(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True, csv: bool = True,
              extend: int = 0) -> _Path:
     """Runs a campaign file (docs/formats/campaign.md) and returns its folder: table.h5, table.csv, campaign.json and the
     report, the same bytes as the program's. Called again with the same file and folder it goes on where it was stopped, by
     Ctrl-C for instance. `extend` adds so many cases. `out`: None is out/ and the file's name. Warnings are Python's; cases
-    that are not ok are one. `read_table` reads the table. Raises InputError (the file), CommandError (the rest)."""
+    that are not ok are one. `read_table` reads the table. Raises InputError (the file), CommandError (the rest).
+
+    Instead of a file a dictionary with its keys, whose `scenario` may be a Problem: it is written to campaign.yaml in `out`, the
+    problem to scenario.yaml beside it."""
+    more, threads = whole_number("extend", extend, 0, 2**53), thread_count(threads)
+    file, folder = _file_and_folder(file, "campaign", out)
     _grapnel.check_campaign(file)
-    folder = _folder(file, out)
-    _say(_grapnel.campaign(file, folder, _threads(threads), report, csv, extend, False), (0, 3))
+    _say(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), more, False), (0, 3))
     return folder
 
 
-def success_map(file: Path, out: Path | None = None, threads: int = 0, report: bool = True, csv: bool = True) -> _Path:
+def success_map(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True, csv: bool = True) -> _Path:
     """A campaign at every point of one or two design values, as `grapnel map`; success_map.csv has the probabilities."""
+    threads = thread_count(threads)
+    file, folder = _file_and_folder(file, "campaign", out)
     _grapnel.check_campaign(file)
-    folder = _folder(file, out)
-    _say(_grapnel.campaign(file, folder, _threads(threads), report, csv, 0, True), (0, 3))
+    _say(_grapnel.campaign(file, folder, threads, bool(report), bool(csv), 0, True), (0, 3))
     return folder
 
 
-def sweep(file: Path, out: Path | None = None, threads: int = 0, report: bool = True) -> _Path:
+def sweep(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True) -> _Path:
     """Runs a study file, a grid of captures (docs/formats/study.md), and returns its folder. Else as `campaign`."""
+    threads = thread_count(threads)
+    file, folder = _file_and_folder(file, "study", out)
     _grapnel.check_study(file)
-    folder = _folder(file, out)
-    _say(_grapnel.sweep(file, folder, _threads(threads), report), (0, 3))
+    _say(_grapnel.sweep(file, folder, threads, bool(report)), (0, 3))
     return folder
 
 
-def optimize(file: Path, out: Path | None = None, threads: int = 0, report: bool = True) -> _Path:
+def optimize(file: Path | Mapping[str, Any], out: Path | None = None, threads: int = 0, report: bool = True) -> _Path:
     """Looks for the best of many captures (docs/formats/optimization.md) and returns the folder: best.yaml is a scenario
     ready to be loaded. Else as `campaign`."""
+    threads = thread_count(threads)
+    file, folder = _file_and_folder(file, "optimization", out)
     _grapnel.check_optimization(file)
-    folder = _folder(file, out)
-    _say(_grapnel.optimize(file, folder, _threads(threads), report), (0,))
+    _say(_grapnel.optimize(file, folder, threads, bool(report)), (0,))
     return folder
 
 
 def report(folder: Path, second: Path | None = None, file: Path | None = None) -> None:
     """Writes the report of a result folder; with a second folder a comparison of two runs. `file`: None is report.html in
     the folder, or report-vs-SECOND.html."""
-    _say(_grapnel.report(folder, "" if second is None else second, "" if file is None else file), (0,))
+    _say(_grapnel.report(file_path("folder", folder), "" if second is None else file_path("second", second),
+                         "" if file is None else file_path("file", file)), (0,))
 
 
 def figure(folder: Path, what: str, file: Path, width: float = 0, height: float = 0) -> None:
     """Draws a figure for a paper from a result folder by gnuplot: `what` as `grapnel figure --list` says ('joints',
     'momentum', 'strobe', 'impulse-map', ...), into a .pdf, .svg or .png, `width` and `height` in cm, 0: by the figure."""
+    folder, file = file_path("folder", folder), file_path("file", file)
     if not os.path.isdir(folder):
-        raise FileNotFoundError(f"{os.fspath(folder)} is no folder")
-    _say(_grapnel.figure(folder, what, file, width, height), (0,))
+        raise FileNotFoundError(f"{folder} is no folder")
+    if not isinstance(what, str):
+        raise TypeError(f"what is {what!r}; expected is a figure's name, such as 'joints'")
+    for name, length in (("width", width), ("height", height)):
+        if not (math.isfinite(length) and length >= 0):
+            raise ValueError(f"{name} is {length!r}; expected is a length in cm, or 0")
+    _say(_grapnel.figure(folder, what, file, float(width), float(height)), (0,))

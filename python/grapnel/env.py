@@ -7,11 +7,13 @@ capture with error control, contact and conservation checks.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from ._arguments import Array, thread_count, whole_number
 from .robot import Rollout
 from .scenario import Problem
 
@@ -21,26 +23,29 @@ except ImportError:
     _gymnasium = None
 
 #: Changes the initial states of some cases: (generator, q (n, nq), v (n, nv)) -> (q, v).
-Perturb = Callable[[np.random.Generator, np.ndarray, np.ndarray], "tuple[np.ndarray, np.ndarray]"]
+Perturb = Callable[[np.random.Generator, Array, Array], "tuple[Array, Array]"]
 
 
 class Box:
     """A box of real numbers: what of gymnasium.spaces.Box is needed where that is not installed."""
 
-    def __init__(self, low: np.ndarray, high: np.ndarray) -> None:
+    def __init__(self, low: Array, high: Array) -> None:
         self.low, self.high = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
         self.shape, self.dtype = self.low.shape, np.dtype(np.float64)
         self._random = np.random.default_rng()
 
     def seed(self, seed: int | None = None) -> None:
+        """Makes what is sampled from now on repeatable."""
         self._random = np.random.default_rng(seed)
 
-    def sample(self) -> np.ndarray:
+    def sample(self) -> Array:
+        """Uniform where the box is finite, else normal."""
         finite = np.isfinite(self.low) & np.isfinite(self.high)
         return np.where(finite, self._random.uniform(np.where(finite, self.low, 0), np.where(finite, self.high, 1)),
                         self._random.standard_normal(self.shape))
 
     def contains(self, x: Any) -> bool:
+        """Whether x has the shape and lies within."""
         x = np.asarray(x)
         return x.shape == self.shape and bool(np.all(x >= self.low) and np.all(x <= self.high))
 
@@ -48,7 +53,7 @@ class Box:
         return f"Box(shape={self.shape})"
 
 
-def _box(low: np.ndarray, high: np.ndarray) -> Any:
+def _box(low: Array, high: Array) -> Any:
     if _gymnasium is None:
         return Box(low, high)
     return _gymnasium.spaces.Box(low, high, dtype=np.float64)
@@ -72,14 +77,18 @@ class VectorCaptureEnv:
                  effort_scale: Any = None, position: float | None = None, velocity: float | None = None,
                  angular_velocity: float | None = None, method: str = "rk4", perturb: Perturb | None = None,
                  threads: int = 0) -> None:
-        if not 0 < step <= period:
-            raise ValueError(f"step is {step}, period {period}; expected is 0 < step <= period")
-        if n < 1:
-            raise ValueError(f"n is {n}; expected is at least one case")
+        if not (0 < step <= period < math.inf):
+            raise ValueError(f"step is {step}, period {period}; expected is 0 < step <= period, both finite")
+        if duration is not None and not 0 < duration < math.inf:
+            raise ValueError(f"duration is {duration}; expected is a positive and finite time")
+        for name, tolerance in (("position", position), ("velocity", velocity), ("angular_velocity", angular_velocity)):
+            if tolerance is not None and not tolerance >= 0:
+                raise ValueError(f"{name} is {tolerance}; expected is a tolerance that is not negative")
+        n = whole_number("n", n, 1, 2**31)
         substeps = round(period / step)
         self.rollout = Rollout(problem, period / substeps, substeps, method)
         self.robot = self.rollout.robot
-        self.n, self.period, self.threads, self.perturb = n, float(period), threads, perturb
+        self.n, self.period, self.threads, self.perturb = n, float(period), thread_count(threads), perturb
         self.duration = float(duration if duration is not None else self.robot._core.approach_duration or 20.0)
         self.grasps: list[dict[str, Any]] = self.robot._core.grasps
         if not self.grasps:
@@ -97,6 +106,12 @@ class VectorCaptureEnv:
         self.time = np.zeros(n)  #: of every case [s]
         self.done = np.ones(n, dtype=bool)  #: cases that have ended, and all before the first reset
         self._potential = np.zeros(n)
+        self._is_reset = False
+
+    @property
+    def num_envs(self) -> int:
+        """n, as gymnasium calls it."""
+        return self.n
 
     @staticmethod
     def _tolerance(grasp: dict[str, Any], position: float | None, velocity: float | None,
@@ -106,9 +121,11 @@ class VectorCaptureEnv:
                 envelope["velocity"] if velocity is None else velocity,
                 envelope["angular_velocity"] if angular_velocity is None else angular_velocity)
 
-    def _scale(self, effort_scale: Any) -> np.ndarray:
-        scale = np.array(self.robot.effort_limit if effort_scale is None else
-                         np.broadcast_to(np.asarray(effort_scale, dtype=float), (self.robot.nu,)))
+    def _scale(self, effort_scale: Any) -> Array:
+        scale = np.array(self.robot.effort_limit if effort_scale is None else effort_scale, dtype=float)
+        if scale.shape not in ((), (self.robot.nu,)):
+            raise ValueError(f"effort_scale has shape {scale.shape}, expected is one number, or ({self.robot.nu},)")
+        scale = np.array(np.broadcast_to(scale, (self.robot.nu,)))
         if not np.all(np.isfinite(scale) & (scale > 0)):
             raise ValueError("effort_scale must be positive and finite for every joint; the robot's file states no effort "
                              "limit for all of them, so say one: effort_scale=5.0")
@@ -116,7 +133,7 @@ class VectorCaptureEnv:
 
     # ---- Geometry ----
 
-    def relative(self, state: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def relative(self, state: Array) -> tuple[Array, Array, Array]:
         """Of states (n, nstate): from end-effectors to grasp points [m], and the grasp points' velocity [m/s] and the targets'
         angular velocity [rad/s] relative to the end-effectors, (n, grasps, 3) each, in W."""
         q, v = self.rollout.split(np.atleast_2d(state))
@@ -130,11 +147,11 @@ class VectorCaptureEnv:
             turns.append(V_WT[:, :3] - V_WE[:, :3])
         return np.stack(distances, axis=1), np.stack(velocities, axis=1), np.stack(turns, axis=1)
 
-    def observe(self, state: np.ndarray) -> np.ndarray:
+    def observe(self, state: Array) -> Array:
         """Observations of states, (n, size)."""
         return self._observe(np.atleast_2d(state), *self.relative(state)[:2])
 
-    def _observe(self, state: np.ndarray, distance: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+    def _observe(self, state: Array, distance: Array, velocity: Array) -> Array:
         q, v = self.rollout.split(state)
         R_WB = self.robot.frame_pose(self.robot.base, q)[:, :3, :3]
         w_WB = self.robot.frame_twist(self.robot.base, q, v)[:, :3]
@@ -144,10 +161,10 @@ class VectorCaptureEnv:
         return np.concatenate([q[:, self.robot.joint_q], v[:, self.robot.joint_v], *in_base], axis=1)
 
     @staticmethod
-    def _potential_of(distance: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        return (np.linalg.norm(distance, axis=2) + np.linalg.norm(velocity, axis=2)).sum(axis=1)
+    def _potential_of(distance: Array, velocity: Array) -> Array:
+        return np.asarray((np.linalg.norm(distance, axis=2) + np.linalg.norm(velocity, axis=2)).sum(axis=1))
 
-    def _captured(self, distance: np.ndarray, velocity: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    def _captured(self, distance: Array, velocity: Array, turn: Array) -> Array:
         captured = np.ones(len(distance), dtype=bool)
         for g, (position, speed, rate) in enumerate(self._tolerances):
             captured &= np.linalg.norm(distance[:, g], axis=1) <= position
@@ -158,11 +175,12 @@ class VectorCaptureEnv:
     # ---- Environment ----
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None,
-              cases: np.ndarray | None = None) -> tuple[np.ndarray, dict[str, Any]]:
+              cases: Array | None = None) -> tuple[Array, dict[str, Any]]:
         """Brings all cases, or those of `cases` (indices or truth values), to the problem's start, changed by `perturb`.
         Returns observations (n, size) and an empty dictionary."""
         if seed is not None:
             self._random = np.random.default_rng(seed)
+        self._is_reset = True
         which = np.arange(self.n) if cases is None else np.arange(self.n)[cases]
         state = np.tile(self._start, (len(which), 1))
         if self.perturb is not None and len(which):
@@ -176,12 +194,17 @@ class VectorCaptureEnv:
         self._potential = self._potential_of(distance, velocity)
         return self._observe(self.state, distance, velocity), {}
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+    def step(self, action: Array) -> tuple[Array, Array, Array, Array, dict[str, Any]]:
         """Goes on by one period under actions (n, joints), cut at -1 and 1. Returns observations (n, size), rewards,
-        terminated, truncated (n,) and, in a dictionary, 'captured', 'distance' (n, grasps) [m] and 'speed' (n, grasps) [m/s]."""
+        terminated, truncated (n,) and, in a dictionary, 'captured' and 'diverged' (n,), 'distance' (n, grasps) [m] and 'speed'
+        (n, grasps) [m/s]."""
+        if not self._is_reset:
+            raise RuntimeError("step() before the first reset(): there is no state to go on from")
         action = np.asarray(action, dtype=float)
         if action.shape != (self.n, self.robot.nu):
             raise ValueError(f"action has shape {action.shape}, expected is ({self.n}, {self.robot.nu})")
+        if not np.all(np.isfinite(action)):
+            raise ValueError("action has numbers that are nan or infinite")
         live = np.flatnonzero(~self.done)
         diverged = np.zeros(self.n, dtype=bool)
         if len(live):
@@ -219,13 +242,15 @@ class CaptureEnv(_gymnasium.Env if _gymnasium is not None else object):  # type:
         self.observation_space = self.vector.single_observation_space
         self.action_space = self.vector.single_action_space
 
-    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[np.ndarray, dict[str, Any]]:
+    def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """The first observation, (size,), and an empty dictionary."""
+        if _gymnasium is not None:
+            super().reset(seed=seed)  # its own generator, which wrappers and checks look for
         observation, info = self.vector.reset(seed, options)
         return observation[0], info
 
-    def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:
-        """Observation (size,), reward, terminated, truncated, and 'captured', 'distance', 'speed' of the grasps."""
+    def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
+        """Observation (size,), reward, terminated, truncated, and 'captured', 'diverged', 'distance' and 'speed' of the grasps."""
         action = np.asarray(action, dtype=float)
         if action.shape != self.action_space.shape:
             raise ValueError(f"action has shape {action.shape}, expected is {self.action_space.shape}")

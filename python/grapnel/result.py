@@ -2,37 +2,53 @@
 
 from __future__ import annotations
 
+import difflib
 import json
-import os
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
-from typing import Any, Union
-
-import numpy as np
+from typing import Any
 
 from . import _grapnel
-
-Path = Union[str, "os.PathLike[str]"]
+from ._arguments import Array, Path, file_path
 
 
 class SimulationError(RuntimeError):
     """A simulation that could not go on, or whose conservation checks failed. `result` has what was computed."""
 
-    result: Result
+    result: Result | None  #: None in another process than the simulation's
 
-    def __init__(self, message: str, result: Result) -> None:
+    def __init__(self, message: str, result: Result | None) -> None:
         super().__init__(message)
         self.result = result
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return SimulationError, (str(self), None)
+
+
+def _meant(name: object, names: Iterable[str]) -> str:
+    """What a name that is none was probably meant to be, as the end of a sentence."""
+    names = list(names)
+    text = str(name)
+    last = text.rsplit("/", 1)[-1]
+    near = difflib.get_close_matches(text, names, n=1, cutoff=0.75)
+    if near:
+        return f"; did you mean {near[0]!r}?"
+    near = [own for own in names if text in own or own.rsplit("/", 1)[-1] == last]
+    return f"; there are {', '.join((near or names)[:6])}" + ("" if near else ", ...")
+
 
 class Ledger(Mapping[str, _grapnel.Check]):
-    """The conservation checks of a capture by their names, each with `value`, `bound`, `passed` and `kind`."""
+    """The checks of a capture by their names, each with `value`, `bound`, `unit`, `passed` and `kind`: what physics keeps, and
+    what the robot can do."""
 
     def __init__(self, checks: Iterable[_grapnel.Check]) -> None:
         self._checks = {check.name: check for check in checks}
 
     def __getitem__(self, name: str) -> _grapnel.Check:
-        return self._checks[name]
+        try:
+            return self._checks[name]
+        except KeyError:
+            raise KeyError(f"no check is called {name!r}{_meant(name, self._checks)}") from None
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._checks)
@@ -51,7 +67,7 @@ class Ledger(Mapping[str, _grapnel.Check]):
         return "\n".join(["Ledger", *lines])
 
 
-class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
+class Result(Mapping[str, Array]):
     """A simulated capture: its time series by name, its summary, its ledger.
 
     `result["base/angular_velocity"]` is an array of one row per sample, at the times `result.time` [s]; names, units and
@@ -65,12 +81,12 @@ class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
     # ---- Time series ----
 
     @property
-    def time(self) -> np.ndarray:
+    def time(self) -> Array:
         """Times of the samples [s], shape (samples,). The impact has two samples of one time, before and after it."""
         return self._run.time
 
     @property
-    def phase(self) -> np.ndarray:
+    def phase(self) -> Array:
         """The phase of each sample, shape (samples,): an index into `phases`."""
         return self._run.phase
 
@@ -83,15 +99,14 @@ class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
     def _names(self) -> list[str]:
         return self._run.names
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> Array:
         """Samples of a quantity: shape (samples, width), or (samples,) where it is one number."""
         if not isinstance(name, str):
             raise TypeError(f"the name of a series is a text, not {name!r}")
         try:
             return self._run.series(name)
         except KeyError:
-            near = [own for own in self._names if name in own or own.endswith("/" + name.rsplit("/", 1)[-1])]
-            hint = f"; there are {', '.join(near[:6])}" if near else f"; there are {', '.join(self._names[:6])}, ..."
+            hint = f"; the samples' {name} is result.{name}" if name in ("time", "phase") else _meant(name, self._names)
             raise KeyError(f"no series is called {name!r}{hint}") from None
 
     def __iter__(self) -> Iterator[str]:
@@ -118,14 +133,14 @@ class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
         """What every series is, with its frame."""
         return {name: self._run.description(name) for name in self._names}
 
-    def to_pandas(self, names: Iterable[str] | None = None) -> Any:
-        """A pandas.DataFrame with a row per sample and a column per component ('base/position/x'), indexed by time; units in
+    def to_pandas(self, names: str | Iterable[str] | None = None) -> Any:
+        """Series, by default all, as a pandas.DataFrame with a row per sample and a column per component ('base/position/x'), indexed by time; units in
         `.attrs["units"]`. Needs pandas."""
         import pandas
 
-        columns: dict[str, np.ndarray] = {}
+        columns: dict[str, Array] = {}
         units: dict[str, str] = {}
-        for name in self._names if names is None else names:
+        for name in self._names if names is None else [names] if isinstance(names, str) else names:
             array = self[name]
             rows = array.reshape(len(array), -1)
             for k, component in enumerate(self.components[name]):
@@ -170,7 +185,8 @@ class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
     @cached_property
     def summary(self) -> dict[str, Any]:
         """What summary.json holds, as dictionaries and lists (docs/formats/summary.md): impulses, energies, final states."""
-        return json.loads(self._run.summary_json)
+        summary: dict[str, Any] = json.loads(self._run.summary_json)
+        return summary
 
     @property
     def name(self) -> str:
@@ -184,6 +200,7 @@ class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
 
     @property
     def warnings(self) -> list[str]:
+        """What in the input was hardly meant, and what the simulation had to say besides."""
         return self._run.warnings
 
     def raise_if_failed(self) -> Result:
@@ -192,7 +209,8 @@ class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
             raise SimulationError(f"the simulation failed: {self.failure}", self)
         failed = [check for check in self.ledger.values() if check.kind == "conservation" and not check.passed]
         if failed:
-            raise SimulationError("conservation checks failed: " + "; ".join(map(repr, failed)), self)
+            advice = "".join(f"; {check.advice}" for check in failed if check.advice)
+            raise SimulationError("conservation checks failed: " + "; ".join(map(repr, failed)) + advice, self)
         return self
 
     # ---- Files ----
@@ -200,11 +218,11 @@ class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
     def save(self, folder: Path, report: bool | None = None) -> None:
         """Writes the folder that `grapnel run -o FOLDER` writes: summary.json, timeseries.h5, scene.json, scenario.json and
         report.html. `report`: None writes the report where Grapnel was built with its viewer."""
-        self._run.save(folder, report)
+        self._run.save(file_path("folder", folder), None if report is None else bool(report))
 
     def report(self, file: Path) -> None:
         """Writes the report, one HTML page with the replay, plots and all numbers, that opens from disk."""
-        self._run.report(file)
+        self._run.report(file_path("file", file))
 
     def __str__(self) -> str:
         """The table that `grapnel run` prints."""
@@ -212,6 +230,16 @@ class Result(Mapping[str, "np.ndarray[Any, np.dtype[np.float64]]"]):
 
     def __repr__(self) -> str:
         return f"<grapnel.Result of {self.name!r}: {self.status}, captured: {self.captured}, feasible: {self.feasible}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        raise TypeError("a grapnel.Result cannot be pickled: take what is wanted of it, such as dict(result) or result.summary. "
+                        "Threads and grapnel.simulate_many compute side by side without other processes")
+
+    def __copy__(self) -> Result:
+        return self  # nothing in it changes
+
+    def __deepcopy__(self, _memo: object) -> Result:
+        return self
 
     __hash__ = object.__hash__
 

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Union
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import _grapnel
+from ._arguments import Array, Path, file_path, thread_count, whole_number
 from .scenario import Problem
 
-Path = Union[str, "os.PathLike[str]"]
-Array = np.ndarray
 #: A closure or a grasp: two names, and perhaps 'rigid', 'hinge' or 'point', and the axis of a hinge.
 Pair = Sequence[Any]
 
@@ -54,29 +53,38 @@ class Impact:
 class Robot:
     """A robot, alone or with the free targets of a problem, as a model for computations of one's own.
 
-    `Robot("robot.yaml")`, `Robot(problem)`, or `Robot(problem, targets=True)`, in whose coordinates the targets come last, as
-    bodies named 'target:NAME'.
+    `Robot("robot.yaml")` or of a model in URDF or MJCF, `Robot("ets-vii")` of a ready-made one, `Robot(problem)`, or
+    `Robot(problem, targets=True)`, in whose coordinates the targets come last, as bodies named 'target:NAME'. How a model is
+    imported is chosen by the `import` of a scenario (docs/formats/import.md): `Robot(Scenario(...))`.
 
     A state is `q` of `nq` and `v` of `nv` numbers, in the order of `q_names` and `v_names`. A free body has its position p_WB in W
     [m] and quaternion_wxyz of R_WB in q, and [angular; linear] velocity of its origin in its own axes [rad/s, m/s] in v; a
     joint its angle or travel [rad, m] and its rate. Every function takes one state, arrays of (nq,) and (nv,), or a batch, (n,
     nq) and (n, nv), and returns one result or n of them, along the first axis; single arguments go with every row of a
-    batch. Batches are worked on by all processors, other Python threads go on, and each row's bits are those of the row alone.
-    Wrong shapes, numbers that are not finite, and quaternions that are not of unit norm are a ValueError.
+    batch. Kinematics and dynamics run in SIMD lanes, batches on all processors, other Python threads go on, and each row's bits
+    are those of the row alone. Wrong shapes, numbers that are not finite, and quaternions that are not of unit norm are a
+    ValueError. A robot never changes; pickled, it is read again from its file.
     """
 
     def __init__(self, source: Path | Problem, targets: bool = False) -> None:
         if isinstance(source, Problem):
-            self._core = _grapnel.Robot(source._core, targets)
+            self._source: Path | Problem = source.copy()
+            self._core = _grapnel.Robot(source._core, bool(targets))
         elif targets:
             raise ValueError("a robot file has no targets; load the scenario and pass the problem")
         else:
-            self._core = _grapnel.Robot(source)
+            self._source = file_path("source", source)
+            self._core = _grapnel.Robot(self._source)
+        self._targets = bool(targets)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Robot, (self._source, self._targets)
 
     # ---- What it is ----
 
     @property
     def name(self) -> str:
+        """The robot's name."""
         return self._core.name
 
     @property
@@ -96,14 +104,17 @@ class Robot:
 
     @property
     def base(self) -> str:
+        """Name of the base's body."""
         return self._core.base
 
     @property
     def nq(self) -> int:
+        """How many numbers q has: 7 per free body, one per joint."""
         return self._core.nq
 
     @property
     def nv(self) -> int:
+        """How many numbers v has: 6 per free body, one per joint."""
         return self._core.nv
 
     @property
@@ -179,88 +190,88 @@ class Robot:
 
     # ---- Kinematics ----
 
-    def frame_pose(self, frame: str, q: Array) -> Array:
+    def frame_pose(self, frame: str, q: ArrayLike) -> Array:
         """X_WE of a frame or a body, (4, 4): rotation R_WE and position p_WE [m] of its origin, in W."""
         return self._core.frame_pose(frame, q)
 
-    def frame_twist(self, frame: str, q: Array, v: Array) -> Array:
+    def frame_twist(self, frame: str, q: ArrayLike, v: ArrayLike) -> Array:
         """V_WE, (6,): [angular; linear] velocity of a frame or a body at its origin, in W [rad/s, m/s]."""
         return self._core.frame_twist(frame, q, v)
 
-    def forward_kinematics(self, q: Array) -> dict[str, Array]:
+    def forward_kinematics(self, q: ArrayLike) -> dict[str, Array]:
         """X_W of all bodies and end-effectors by name, (4, 4) each."""
         names = [*self.bodies, *(frame for frame in self.frames if frame not in self.bodies)]
         return {name: self._core.frame_pose(name, q) for name in names}
 
-    def jacobian(self, frame: str, q: Array) -> Array:
+    def jacobian(self, frame: str, q: ArrayLike) -> Array:
         """J of a frame or a body at its origin, (6, nv): its twist [angular; linear] in W is J v (2.1)."""
         return self._core.jacobian(frame, q)
 
-    def generalized_jacobian(self, frame: str, q: Array) -> Array:
+    def generalized_jacobian(self, frame: str, q: ArrayLike) -> Array:
         """J_g = J_m - J_b I_b^-1 I_bm of a frame on the robot, (6, joints): its twist in W per joint rate while the base floats
         with zero momentum (2.5). Of a base that is fixed the ordinary one."""
         return self._core.generalized_jacobian(frame, q)
 
     # ---- Inertia and momentum ----
 
-    def mass_matrix(self, q: Array) -> Array:
+    def mass_matrix(self, q: ArrayLike) -> Array:
         """M of M vdot + bias = tau (2.7), (nv, nv), rotors included."""
         return self._core.mass_matrix(q)
 
-    def base_inertia(self, q: Array) -> Array:
+    def base_inertia(self, q: ArrayLike) -> Array:
         """I_b, (6, 6): in B at B's origin; (0, 0) of a base that is fixed."""
         return self._core.base_inertia(q)
 
-    def coupling_inertia(self, q: Array) -> Array:
+    def coupling_inertia(self, q: ArrayLike) -> Array:
         """I_bm, (6, joints): momentum in B at B's origin per joint rate."""
         return self._core.coupling_inertia(q)
 
-    def generalized_inertia(self, q: Array) -> Array:
+    def generalized_inertia(self, q: ArrayLike) -> Array:
         """I_m - I_bm^T I_b^-1 I_bm, (joints, joints): the inertia of the joints while the base floats (2.8)."""
         return self._core.generalized_inertia(q)
 
-    def center_of_mass(self, q: Array) -> Array:
+    def center_of_mass(self, q: ArrayLike) -> Array:
         """Of everything, in W [m], (3,)."""
         return self._core.center_of_mass(q)
 
-    def momentum(self, q: Array, v: Array, about: Array | None = None) -> Array:
+    def momentum(self, q: ArrayLike, v: ArrayLike, about: ArrayLike | None = None) -> Array:
         """[angular; linear] momentum of everything in W [N m s, N s], (6,), about a point in W, by default the centre of mass
         (2.2)."""
         return self._core.momentum(q, v, about)
 
-    def kinetic_energy(self, q: Array, v: Array) -> Array:
+    def kinetic_energy(self, q: ArrayLike, v: ArrayLike) -> Array:
         """Of everything, rotors included [J]."""
         return self._core.kinetic_energy(q, v)
 
-    def base_twist(self, q: Array, joint_rates: Array, momentum: Array | None = None) -> Array:
+    def base_twist(self, q: ArrayLike, joint_rates: ArrayLike, momentum: ArrayLike | None = None) -> Array:
         """V_WB of the floating base in W, (6,), for joint rates (joints,) and the robot's momentum [angular about its centre of
         mass; linear] in W, by default zero (2.6)."""
         return self._core.base_twist(q, joint_rates, momentum)
 
     # ---- Dynamics ----
 
-    def bias(self, q: Array, v: Array, gravity: Array = (0, 0, 0)) -> Array:
+    def bias(self, q: ArrayLike, v: ArrayLike, gravity: ArrayLike = (0, 0, 0)) -> Array:
         """c of M vdot + c = tau (2.7), (nv,): forces at zero acceleration; `gravity` uniform in W [m/s^2]."""
         return self._core.bias(q, v, _gravity(gravity))
 
-    def forward_dynamics(self, q: Array, v: Array, tau: Array | None = None, gravity: Array = (0, 0, 0)) -> Array:
+    def forward_dynamics(self, q: ArrayLike, v: ArrayLike, tau: ArrayLike | None = None, gravity: ArrayLike = (0, 0, 0)) -> Array:
         """vdot, (nv,). `tau`: an effort per joint (nu,) [N m, N], or a generalized force per velocity (nv,), that of a free body a
         wrench [moment; force] in its own axes at its origin; None: zero. Without joint friction."""
         return self._core.forward_dynamics(q, v, tau, _gravity(gravity))
 
-    def inverse_dynamics(self, q: Array, v: Array, vdot: Array, gravity: Array = (0, 0, 0)) -> Array:
+    def inverse_dynamics(self, q: ArrayLike, v: ArrayLike, vdot: ArrayLike, gravity: ArrayLike = (0, 0, 0)) -> Array:
         """tau, (nv,): the generalized forces that make these accelerations (nv,)."""
         return self._core.inverse_dynamics(q, v, vdot, _gravity(gravity))
 
     # ---- Constraints ----
 
-    def loops(self, closures: Iterable[Pair], closed_at: Array | None = None) -> Loops:
+    def loops(self, closures: Iterable[Pair], closed_at: ArrayLike | None = None) -> Loops:
         """Closed loops: pairs of frames or bodies that are kept together, `[("tip-1", "tip-2")]`, rigidly, or about a 'hinge' or
         'point' named behind. With `closed_at`, a q, the second frame of each pair is where the first one is there, so that
         whatever lies between them is part of the loop."""
         return Loops(self, closures, closed_at)
 
-    def impact(self, q: Array, v: Array, grasps: Iterable[Pair], joints: str = "free") -> Impact:
+    def impact(self, q: ArrayLike, v: ArrayLike, grasps: Iterable[Pair], joints: str = "free") -> Impact:
         """The plastic impact when end-effectors grasp bodies, all at once: `[("tip-1", "target:debris")]`, rigidly, or about a
         'hinge' or 'point' named behind (with the hinge's axis in the end-effector's frame). Contact is at the end-effectors'
         origins. `joints`: 'free', or 'braked' to rest in the same instant. Exact for any momentum and any number of
@@ -273,32 +284,37 @@ class Robot:
 class Loops:
     """Closed loops of a robot, see Robot.loops. Thread safety: immutable."""
 
-    def __init__(self, robot: Robot, closures: Iterable[Pair], closed_at: Array | None = None) -> None:
+    def __init__(self, robot: Robot, closures: Iterable[Pair], closed_at: ArrayLike | None = None) -> None:
         self.robot = robot
-        self._core = _grapnel.Loops(robot._core, _pairs(closures), closed_at)
+        self._pairs = _pairs(closures)
+        self._closed_at = None if closed_at is None else np.array(closed_at, dtype=float)
+        self._core = _grapnel.Loops(robot._core, self._pairs, self._closed_at)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Loops, (self.robot, self._pairs, self._closed_at)
 
     @property
     def rows(self) -> int:
         """Rows of all closures: 6 of a rigid one, 5 of a hinge, 3 of a point."""
         return self._core.rows
 
-    def defect(self, q: Array, v: Array | None = None) -> Array:
+    def defect(self, q: ArrayLike, v: ArrayLike | None = None) -> Array:
         """How far each closure is from being closed, (closures, 4): distance [m], angle [rad], velocity [m/s], angular velocity
         [rad/s], in the directions that it forbids."""
         return self._core.defect(q, v)
 
-    def forward_dynamics(self, q: Array, v: Array, tau: Array | None = None,
-                         gravity: Array = (0, 0, 0)) -> tuple[Array, Array]:
+    def forward_dynamics(self, q: ArrayLike, v: ArrayLike, tau: ArrayLike | None = None,
+                         gravity: ArrayLike = (0, 0, 0)) -> tuple[Array, Array]:
         """vdot (nv,) with the loops kept closed, and the closures' multipliers (rows,): [moment; force] rows in the first frame's
         axes on the first body [N m, N]; redundant ones are one solution of many (2.9)-(2.12). `tau` as of
         Robot.forward_dynamics."""
         return self._core.forward_dynamics(q, v, tau, _gravity(gravity))
 
-    def close_velocities(self, q: Array, v: Array) -> Array:
+    def close_velocities(self, q: ArrayLike, v: ArrayLike) -> Array:
         """The velocity nearest in kinetic energy that keeps the loops closed, (nv,): what a plastic impact of all closures leaves."""
         return self._core.close_velocities(q, v)
 
-    def project(self, q: Array, v: Array | None = None) -> tuple[Array, Array, Array]:
+    def project(self, q: ArrayLike, v: ArrayLike | None = None) -> tuple[Array, Array, Array]:
         """q (nq,) and v (nv,) brought onto the closures in the mass metric, and whether that succeeded (1 or 0). It finds the
         nearest closed configuration, not a far one."""
         return self._core.project(q, v)
@@ -316,44 +332,71 @@ class Rollout:
     """
 
     def __init__(self, source: Problem | Robot, step: float, substeps: int = 1, method: str = "rk4",
-                 gravity: Array | None = None, friction: bool = True) -> None:
+                 gravity: ArrayLike | None = None, friction: bool = True) -> None:
         if isinstance(source, Problem):
             source = Robot(source, targets=True)
         if not isinstance(source, Robot):
             raise TypeError(f"{source!r} is neither a grapnel.Problem nor a grapnel.Robot")
-        if isinstance(substeps, bool) or not isinstance(substeps, (int, np.integer)) or not 1 <= substeps <= 10**9:
-            raise ValueError(f"substeps is {substeps!r}; expected is a whole number from 1 on")
+        if not isinstance(method, str):
+            raise TypeError(f"method is {method!r}; expected is 'rk4' or 'euler'")
         self.robot = source
-        self.step, self.substeps, self.method = float(step), int(substeps), method
-        self._core = _grapnel.Rollout(source._core, self.step, self.substeps, method,
-                                      _gravity(source._core.gravity if gravity is None else gravity), bool(friction),
+        self.step, self.substeps, self.method = float(step), whole_number("substeps", substeps, 1, 10**9), method
+        self._gravity = _gravity(source._core.gravity if gravity is None else gravity)
+        self._friction = bool(friction)
+        self._core = _grapnel.Rollout(source._core, self.step, self.substeps, method, self._gravity, self._friction,
                                       source._core.is_base_held)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Rollout, (self.robot, self.step, self.substeps, self.method, self._gravity, self._friction)
 
     @property
     def nstate(self) -> int:
         """Numbers of a state: nq + nv, q first."""
         return self.robot.nq + self.robot.nv
 
-    def __call__(self, initial_state: Array, control: Array | None = None, steps: int = 0, last_only: bool = False,
+    def __call__(self, initial_state: ArrayLike, control: ArrayLike | None = None, steps: int | None = None, last_only: bool = False,
                  threads: int = 0) -> Array:
         """`initial_state` (n, nstate), `control` (n, steps, nu) [N m, N], each constant for `substeps` steps; None: zero, for
         `steps` steps. Returns the states after each control, (n, steps, nstate), or with `last_only` after the last, (n,
-        nstate). What overflows goes on as nan. `threads`: 0 for one per processor. Ctrl-C ends it."""
-        if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 0 <= threads <= 4096:
-            raise ValueError(f"threads is {threads!r}; expected is a whole number from 0 to 4096")
-        return self._core.run(initial_state, control, int(steps), bool(last_only), int(threads))
+        nstate). One state (nstate,) goes with the controls of every case, or has its own, (steps, nu): then there is one motion,
+        (steps, nstate). What overflows goes on as nan. `threads`: 0 for one per processor. Ctrl-C ends it."""
+        threads = thread_count(threads)
+        if control is None and steps is None:
+            raise ValueError("there is neither control nor steps; expected is one of them")
+        count = 0 if steps is None else whole_number("steps", steps, 1, 2**53)
+        states = np.asarray(initial_state)
+        controls = None if control is None else np.asarray(control)
+        if controls is not None and steps is not None and controls.ndim > 1 and controls.shape[-2] != count:
+            raise ValueError(f"steps is {count}, but control has shape {controls.shape}; expected is one of them, or both alike")
+        is_alone = states.ndim == 1 and (controls is None or controls.ndim == 2)
+        if is_alone:
+            states, controls = states[None], None if controls is None else controls[None]
+        elif states.ndim == 1 and controls is not None and controls.ndim == 3:
+            states = np.tile(states, (controls.shape[0], 1))
+        after = self._core.run(states, controls, count, bool(last_only), threads)
+        return np.asarray(after[0]) if is_alone else after
 
-    def state(self, q: Array, v: Array) -> Array:
-        """[q; v] of one or many."""
-        return np.concatenate([np.asarray(q, dtype=float), np.asarray(v, dtype=float)], axis=-1)
+    def state(self, q: ArrayLike, v: ArrayLike) -> Array:
+        """[q; v] of one (nstate,) or many (n, nstate); one of them may be single, and goes with all."""
+        q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
+        for name, array, width in (("q", q, self.robot.nq), ("v", v, self.robot.nv)):
+            if array.ndim == 0 or array.shape[-1] != width:
+                raise ValueError(f"{name} has shape {array.shape}, expected is ({width},), or (n, {width}) for n cases")
+        cases = np.broadcast_shapes(q.shape[:-1], v.shape[:-1])
+        return np.concatenate([np.broadcast_to(x, (*cases, x.shape[-1])) for x in (q, v)], axis=-1)
 
-    def split(self, state: Array) -> tuple[Array, Array]:
+    def split(self, state: ArrayLike) -> tuple[Array, Array]:
         """q and v of states (views)."""
+        state = np.asarray(state)
+        if state.ndim == 0 or state.shape[-1] != self.nstate:
+            raise ValueError(f"state has shape {state.shape}, expected is (..., {self.nstate})")
         return state[..., : self.robot.nq], state[..., self.robot.nq:]
 
 
-def rollout(source: Problem | Robot, initial_state: Array, control: Array | None = None, *, step: float, steps: int = 0,
-            substeps: int = 1, method: str = "rk4", gravity: Array | None = None, friction: bool = True,
+def rollout(source: Problem | Robot, initial_state: ArrayLike, control: ArrayLike | None = None, *, step: float,
+            steps: int | None = None,
+            substeps: int = 1, method: str = "rk4", gravity: ArrayLike | None = None, friction: bool = True,
             last_only: bool = False, threads: int = 0) -> Array:
-    """`Rollout(...)(...)` in one call: initial_state (n, nstate), control (n, steps, nu) -> states (n, steps, nstate)."""
+    """`Rollout(...)(...)` in one call: initial_state (n, nstate), control (n, steps, nu) [N m, N] -> states (n, steps,
+    nstate), each [q; v]."""
     return Rollout(source, step, substeps, method, gravity, friction)(initial_state, control, steps, last_only, threads)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+import operator
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, Union
+from typing import Any
 
 from . import _grapnel
+from ._arguments import Path, file_path, thread_count
 from .result import Result
-
-Path = Union[str, "os.PathLike[str]"]
 
 
 def _changes(values: Mapping[str, Any] | None) -> list[tuple[str, Any]]:
@@ -52,16 +52,17 @@ class Values:
         return self._problem._core.get(self._path)
 
     def _place(self, key: str | int) -> str:
-        if isinstance(key, bool) or not isinstance(key, (str, int)):
-            raise TypeError(f"{key!r} is neither a key nor an index")
         if isinstance(key, str):
             return _below(self._path, key)
-        if key < 0:
-            key += len(self)
-        return f"{self._path}[{key}]"
+        if isinstance(key, bool) or not hasattr(key, "__index__"):
+            raise TypeError(f"{key!r} is neither a key nor an index")
+        index, count = operator.index(key), len(self)
+        if not -count <= index < count:
+            raise IndexError(f"{self._path} has {count} items, so there is no [{index}]")
+        return f"{self._path}[{index % count}]"
 
     def __getattr__(self, key: str) -> Any:
-        if key.startswith("__"):
+        if key.startswith("_"):
             raise AttributeError(key)
         try:
             return self._problem[_below(self._path, key)]
@@ -72,8 +73,6 @@ class Values:
         self._problem[_below(self._path, key)] = value
 
     def __getitem__(self, key: str | int) -> Any:
-        if isinstance(key, int) and not -len(self) <= key < len(self):
-            raise IndexError(f"{self._path} has {len(self)} items, so there is no [{key}]")
         return self._problem[self._place(key)]
 
     def __setitem__(self, key: str | int, value: Any) -> None:
@@ -91,22 +90,27 @@ class Values:
         return key in self.value
 
     def keys(self) -> list[str]:
+        """Of a mapping."""
         return list(self.value)
 
     def items(self) -> list[tuple[str, Any]]:
+        """Keys and values of a mapping."""
         return [(key, self[key]) for key in self.value]
 
     def __eq__(self, other: object) -> bool:
-        return self.value == (other.value if isinstance(other, Values) else other)
+        return bool(self.value == (other.value if isinstance(other, Values) else other))
 
     __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Values, (self._problem, self._path)
 
     def __repr__(self) -> str:
         return f"<{self._path}: {self.value!r}>"
 
     def __dir__(self) -> list[str]:
         value = self.value
-        return [*object.__dir__(self), *(value if isinstance(value, dict) else ())]
+        return sorted({*object.__dir__(self), *(value if isinstance(value, dict) else ())})
 
 
 class Problem:
@@ -142,6 +146,17 @@ class Problem:
         self._core.set([(path, value.value if isinstance(value, Values) else value) for path, value in _changes(values)])
         return self
 
+    def __iter__(self) -> Iterator[str]:
+        """The keys of the whole: 'name', 'robot', 'targets', ..."""
+        return iter(self._core.get(""))
+
+    def __contains__(self, path: object) -> bool:
+        """Whether there is a value at this path."""
+        try:
+            return isinstance(path, str) and self._core.get(path) is not None
+        except KeyError:
+            return False
+
     def __getattr__(self, key: str) -> Any:
         if key.startswith("_"):
             raise AttributeError(key)
@@ -156,7 +171,7 @@ class Problem:
         self.set({key: value})
 
     def __dir__(self) -> list[str]:
-        return [*object.__dir__(self), *self._core.get("")]
+        return sorted({*object.__dir__(self), *self._core.get("")})
 
     @property
     def name(self) -> str:
@@ -192,13 +207,17 @@ class Problem:
     def __deepcopy__(self, _memo: object) -> Problem:
         return self.copy()
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Another process reads the files again, and finds out if they are others by then.
+        return _again, (type(self), os.path.abspath(self.file), self._core.values, self._core.changes, self.sha256)
+
     def text(self) -> str:
         """The scenario as a YAML file for the folder it was read from, all changes in it."""
         return self._core.text(self._core.file)
 
     def write(self, file: Path) -> None:
         """Writes it as a scenario file that the program reads, all changes in it; other files are named as seen from there."""
-        text = self._core.text(file)
+        text = self._core.text(file_path("file", file))
         with open(file, "w", encoding="utf-8") as stream:
             stream.write(text)
 
@@ -227,21 +246,33 @@ class Scenario(Problem):
         if not isinstance(values, Mapping):
             raise TypeError(f"the scenario is {type(values).__name__}; expected is a mapping such as {{'schema': ...}}; "
                             "grapnel.load reads files")
-        super().__init__(_grapnel.Problem(dict(values), folder, _changes(set)))
+        super().__init__(_grapnel.Problem(dict(values), file_path("folder", folder), _changes(set)))
+
+
+def _again(kind: type[Problem], file: str, values: dict[str, Any] | None, changes: list[tuple[str, Any]],
+           sha256: str) -> Problem:
+    """The problem that has been pickled."""
+    core = (_grapnel.Problem(file, changes) if values is None else
+            _grapnel.Problem(values, os.path.dirname(file), changes))
+    if core.sha256 != sha256:
+        raise ValueError(f"{file}, or a file that it names, is not any more what the pickled problem was read from")
+    problem = kind.__new__(kind)
+    Problem.__init__(problem, core)
+    return problem
 
 
 def load(file: Path, set: Mapping[str, Any] | None = None) -> Problem:
     """Reads a scenario file and the files it names. `set` replaces values by their paths, as `--set` of the program does:
     `load("a.yaml", set={"targets[0].mass": 12, "post_impact.joints": "free"})`. Raises InputError with all faults."""
-    return Problem(_grapnel.Problem(file, _changes(set)))
+    return Problem(_grapnel.Problem(file_path("file", file), _changes(set)))
 
 
 def check(scenario: Path | Mapping[str, Any], set: Mapping[str, Any] | None = None, folder: Path = ".") -> list[_grapnel.Fault]:
     """All faults of a scenario, a file or a dictionary, each with its place; where there are none, warnings of what is hardly
     meant. Empty: there is nothing to say."""
     if isinstance(scenario, Mapping):
-        return _grapnel.check_values(dict(scenario), folder, _changes(set))
-    return _grapnel.check_file(scenario, _changes(set))
+        return _grapnel.check_values(dict(scenario), file_path("folder", folder), _changes(set))
+    return _grapnel.check_file(file_path("scenario", scenario), _changes(set))
 
 
 def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = False) -> list[Result]:
@@ -250,13 +281,14 @@ def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = 
     `threads`: 0 for one per processor. Python's other threads go on meanwhile. Ctrl-C ends all of it. `strict` as for
     `Problem.simulate`. For thousands of cases with drawn values a campaign is quicker, which keeps less of each.
     """
+    if isinstance(problems, Problem):
+        raise TypeError("problems is one grapnel.Problem; expected are several, such as a list, or problem.simulate()")
     problems = list(problems)
     for problem in problems:
         if not isinstance(problem, Problem):
             raise TypeError(f"{problem!r} is no grapnel.Problem")
-    if isinstance(threads, bool) or not isinstance(threads, int) or not 0 <= threads <= 4096:
-        raise ValueError(f"threads is {threads!r}; expected is a whole number from 0 to 4096")
-    results = [Result(run) for run in _grapnel.simulate_many([problem._core for problem in problems], threads)]
+    results = [Result(run)
+               for run in _grapnel.simulate_many([problem._core for problem in problems], thread_count(threads))]
     if strict:
         for result in results:
             result.raise_if_failed()

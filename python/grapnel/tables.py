@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import csv
 import os
-from typing import Any, Union
+from typing import Any
 
 import numpy as np
 
 from . import _grapnel
+from ._arguments import Array, Path, file_path
 
-Path = Union[str, "os.PathLike[str]"]
 
-
-def _read_csv(file: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def _read_csv(file: str) -> tuple[dict[str, Array], dict[str, str]]:
     """A sweep's table.csv: "name [unit]" over every column; numbers read back to the same doubles."""
     with open(file, newline="", encoding="utf-8") as stream:
         rows = list(csv.reader(stream))
-    columns: dict[str, np.ndarray] = {}
+    columns: dict[str, Array] = {}
     units: dict[str, str] = {}
     for k, head in enumerate(rows[0]):
         name, _, unit = head.partition(" [")
@@ -34,13 +33,16 @@ def _read_csv(file: str) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     return columns, units
 
 
-def read_columns(folder: Path) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+def read_columns(folder: Path) -> tuple[dict[str, Array], dict[str, str]]:
     """The columns of a campaign's or sweep's table and their units, by name: `case`, `status` ('ok', ...), `success` (of
     campaigns), `reason`, then design values, drawn values and outcomes. Numbers are the table's doubles; what a case lacks is nan."""
-    columns: dict[str, np.ndarray] = {}
+    columns: dict[str, Array] = {}
     units: dict[str, str] = {}
+    folder = file_path("folder", folder)
     if os.path.exists(os.path.join(folder, "study.json")):  # of a sweep
         return _read_csv(os.path.join(folder, "table.csv"))
+    if not os.path.exists(os.path.join(folder, "table.h5")):
+        raise FileNotFoundError(f"{folder} is no folder of a campaign or sweep: neither table.h5 nor study.json is in there")
     for name, values, unit in _grapnel.read_table(folder):
         columns[name] = np.asarray(values)
         units[name] = unit

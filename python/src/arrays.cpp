@@ -64,7 +64,7 @@ std::string Rows::shape() const {
   return shape_text(is_batch_ ? std::vector<py::ssize_t>{count_, width_} : std::vector<py::ssize_t>{width_});
 }
 
-Cases cases_of(std::initializer_list<const Rows*> arguments) {
+Cases cases_of(const std::vector<const Rows*>& arguments) {
   Cases cases;
   const Rows* first = nullptr;
   for (const Rows* rows : arguments) {
@@ -80,6 +80,12 @@ Cases cases_of(std::initializer_list<const Rows*> arguments) {
 py::array_t<double> results(const Cases& cases, std::vector<py::ssize_t> shape) {
   if (cases.is_batch) shape.insert(shape.begin(), cases.count);
   return py::array_t<double>(std::move(shape));
+}
+
+Vector3d vector_of(const py::handle& value, const std::string& name) {
+  const Rows rows(value, name, 3, "a vector");
+  if (rows.is_batch()) throw py::value_error(name + " has shape " + rows.shape() + ", expected is (3,)");
+  return {rows.row(0)[0], rows.row(0)[1], rows.row(0)[2]};
 }
 
 }  // namespace grapnel::python

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "binding.hpp"
+#include "grapnel/spatial/vector3.hpp"
 
 namespace grapnel::python {
 
@@ -47,10 +48,13 @@ struct Cases {
   bool is_batch = false;
   py::ssize_t count = 1;
 };
-Cases cases_of(std::initializer_list<const Rows*> arguments);
+Cases cases_of(const std::vector<const Rows*>& arguments);
 
 /// An array of results: `shape` per case, with the number of cases before it where they are a batch.
 py::array_t<double> results(const Cases& cases, std::vector<py::ssize_t> shape);
+
+/// Three numbers. @throws py::value_error, py::type_error
+Vector3d vector_of(const py::handle& value, const std::string& name);
 
 /// NumPy's array of any numbers as doubles. @throws py::type_error naming the argument
 py::array_t<double, py::array::c_style | py::array::forcecast> doubles(const py::handle& value,

@@ -1,15 +1,20 @@
 #include "binding.hpp"
 
 #include <pybind11/stl.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <condition_variable>
 #include <exception>
+#include <filesystem>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
+#include "grapnel/result/atomic_file.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/parse_yaml.hpp"
 #include "grapnel/text/yaml_values.hpp"
@@ -17,6 +22,25 @@
 namespace grapnel::python {
 
 // ---- Work without the interpreter's lock ----
+
+void Unlocked::lock(const std::function<void()>& abandon) noexcept {
+  try {
+    PyEval_RestoreThread(state_);
+  } catch (...) {
+    // Python ends threads that want its lock after its end by pthread_exit(), which would run through destructors that
+    // want it as well. As from Python 3.14 on, the thread stays here.
+    if (abandon) abandon();
+    for (;;) ::pause();
+  }
+}
+
+bool Unlocked::signals_raise(const std::function<void()>& abandon) {
+  lock(abandon);
+  // In other threads than the main one there is nothing to run.
+  const bool raised = PyErr_CheckSignals() != 0;
+  state_ = PyEval_SaveThread();
+  return raised;
+}
 
 void run_interruptibly(const std::function<void(const std::stop_token&)>& work) {
   constexpr std::chrono::milliseconds kBetweenLooks(20);
@@ -26,7 +50,7 @@ void run_interruptibly(const std::function<void(const std::stop_token&)>& work) 
   std::exception_ptr failure;
   bool interrupted = false;
   {
-    const py::gil_scoped_release release;
+    Unlocked unlocked;
     std::jthread thread([&](const std::stop_token& stop) {
       try {
         work(stop);
@@ -41,12 +65,13 @@ void run_interruptibly(const std::function<void(const std::stop_token&)>& work) 
     std::unique_lock lock(mutex);
     while (!ended.wait_for(lock, kBetweenLooks, [&] { return done; })) {
       lock.unlock();
-      {
-        const py::gil_scoped_acquire acquire;
-        // Runs Python's handlers; in other threads than the main one there is nothing to run.
-        interrupted = interrupted || PyErr_CheckSignals() != 0;
+      if (!interrupted) {
+        interrupted = unlocked.signals_raise([&] {
+          thread.request_stop();
+          thread.join();
+        });
+        if (interrupted) thread.request_stop();
       }
-      if (interrupted) thread.request_stop();
       lock.lock();
     }
   }
@@ -60,7 +85,7 @@ int worker_count(int threads) {
 }
 
 void for_each(std::int64_t count, int threads, std::int64_t grain, const std::stop_token& stop,
-              const std::function<void(int, std::int64_t)>& work) {
+              const std::function<void(int, std::int64_t, std::int64_t)>& work) {
   std::atomic<std::int64_t> next{0};
   std::atomic<bool> failed{false};
   std::mutex mutex;
@@ -71,7 +96,7 @@ void for_each(std::int64_t count, int threads, std::int64_t grain, const std::st
         const std::int64_t begin = next.fetch_add(grain);
         if (begin >= count) return;
         if (stop.stop_requested()) throw Stopped{};
-        for (std::int64_t i = begin; i < std::min(count, begin + grain); ++i) work(worker, i);
+        work(worker, begin, std::min(count, begin + grain));
       }
     } catch (...) {
       const std::lock_guard lock(mutex);
@@ -82,7 +107,11 @@ void for_each(std::int64_t count, int threads, std::int64_t grain, const std::st
   {
     const std::int64_t wanted = std::min<std::int64_t>(worker_count(threads), (count + grain - 1) / grain);
     std::vector<std::jthread> others;
-    for (int i = 1; i < wanted; ++i) others.emplace_back(run, i);
+    try {
+      for (int i = 1; i < wanted; ++i) others.emplace_back(run, i);
+    } catch (const std::system_error&) {
+      // The system gives no more threads: those that there are do it.
+    }
     run(0);
   }
   if (failure) std::rethrow_exception(failure);
@@ -128,7 +157,14 @@ void bind_faults(py::module_& module) {
       .def("__str__", &Fault::text)
       .def("__repr__", &shown)
       .def(
-          "__eq__", [](const Fault& a, const Fault& b) { return a == b; }, py::is_operator());
+          "__eq__", [](const Fault& a, const Fault& b) { return a == b; }, py::is_operator())
+      .def("__hash__", [](const Fault& fault) { return std::hash<std::string>()(fault.text()); })
+      // So that InputError finds its way out of other processes.
+      .def(py::pickle([](const Fault& f) { return py::make_tuple(f.file, f.line, f.column, f.message, f.is_warning); },
+                      [](const py::tuple& t) {
+                        return Fault{t[0].cast<std::string>(), t[1].cast<int>(), t[2].cast<int>(),
+                                     t[3].cast<std::string>(), t[4].cast<bool>()};
+                      }));
   static py::handle type = PyErr_NewExceptionWithDoc(
       "grapnel.InputError", "Input that cannot be accepted. `faults` has every fault that was found, as grapnel.Fault.",
       PyExc_ValueError, nullptr);
@@ -140,6 +176,10 @@ void bind_faults(py::module_& module) {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const InputError& error) {
       set_input_error(error);
+    } catch (const CannotWrite& error) {
+      PyErr_SetString(PyExc_OSError, error.what());
+    } catch (const std::filesystem::filesystem_error& error) {
+      PyErr_SetString(PyExc_OSError, error.what());
     }
   });
 }

@@ -20,6 +20,24 @@ namespace py = pybind11;
 
 // ---- Work without the interpreter's lock ----
 
+/// The interpreter's lock is free while it lives. Where the interpreter ends meanwhile, which it does while its daemon
+/// threads still work, there is no lock to come back to: the thread then stays in the destructor until the process is
+/// gone.
+class Unlocked {
+ public:
+  Unlocked() : state_(PyEval_SaveThread()) {}
+  ~Unlocked() { lock({}); }
+  Unlocked(const Unlocked&) = delete;
+  Unlocked& operator=(const Unlocked&) = delete;
+  /// Takes the lock for a moment to look for signals: whether one of Python's handlers has raised. `abandon` is called
+  /// where the interpreter has ended, and this function then never returns.
+  bool signals_raise(const std::function<void()>& abandon);
+
+ private:
+  void lock(const std::function<void()>& abandon) noexcept;
+  PyThreadState* state_;
+};
+
 /// Runs `work` on a thread of its own without the interpreter's lock, and meanwhile looks for signals: where Python's
 /// handler raises, as on Ctrl-C, the work is asked to stop, and when it has ended that exception goes on. What `work`
 /// throws goes on too. Called with the lock held.
@@ -28,11 +46,11 @@ void run_interruptibly(const std::function<void(const std::stop_token&)>& work);
 /// Thrown by work that has been asked to stop, through whatever turns exceptions into results: derived from nothing.
 struct Stopped {};
 
-/// Calls work(worker, i) for every i below `count` on at most `threads` threads (0: one per processor), each with a
-/// number of its own from 0 on; by one thread at least `grain` of them. @throws Stopped after a stop request, or what
-/// `work` throws.
+/// Calls work(worker, begin, end) for all numbers below `count`, `grain` at a time, on at most `threads` threads (0:
+/// one per processor), each with a number of its own from 0 on. @throws Stopped after a stop request, or what `work`
+/// throws.
 void for_each(std::int64_t count, int threads, std::int64_t grain, const std::stop_token& stop,
-              const std::function<void(int worker, std::int64_t i)>& work);
+              const std::function<void(int worker, std::int64_t begin, std::int64_t end)>& work);
 /// How many workers for_each() may number.
 int worker_count(int threads);
 

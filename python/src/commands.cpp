@@ -4,11 +4,11 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
+#include <chrono>
 #include <mutex>
 
 #include "binding.hpp"
 #include "commands.hpp"
-#include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/campaign_table.hpp"
 #include "grapnel/study_files/study_files.hpp"
 #include "terminal.hpp"
@@ -22,9 +22,12 @@ namespace fs = std::filesystem;
 // on.
 std::pair<int, std::string> said_by(const std::function<int(const std::stop_token&)>& command) {
   std::pair<int, std::string> said;
-  static std::mutex one_at_a_time;  // as KeptMessages wants it
+  constexpr std::chrono::milliseconds kBetweenLooks(20);
+  static std::timed_mutex one_at_a_time;  // as KeptMessages wants it
   run_interruptibly([&](const std::stop_token& stop) {
-    const std::lock_guard lock(one_at_a_time);
+    std::unique_lock lock(one_at_a_time, std::defer_lock);
+    while (!lock.try_lock_for(kBetweenLooks))
+      if (stop.stop_requested()) throw Stopped{};
     const app::KeptMessages messages;
     said.first = command(stop);
     said.second = messages.lines();
@@ -155,13 +158,6 @@ void bind_commands(py::module_& module) {
       },
       py::arg("file"));
   module.def("read_table", &read_table, py::arg("folder"));
-  py::register_exception_translator([](std::exception_ptr thrown) {
-    try {
-      if (thrown) std::rethrow_exception(thrown);
-    } catch (const CannotWrite& error) {
-      PyErr_SetString(PyExc_OSError, error.what());
-    }
-  });
 }
 
 }  // namespace grapnel::python

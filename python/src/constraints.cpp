@@ -25,8 +25,7 @@ GraspModel model_named(const std::string& name) {
 
 Vector3d axis_of(const py::object& axis) {
   if (axis.is_none()) return {0, 0, 1};
-  const Rows row(axis, "axis", 3, "the hinge's unit vector");
-  const Vector3d a{row.row(0)[0], row.row(0)[1], row.row(0)[2]};
+  const Vector3d a = vector_of(axis, "axis");
   const double size = norm(a);
   if (!(size > 0)) throw py::value_error("axis has no direction; expected is a vector that is not zero");
   return (1 / size) * a;
@@ -60,9 +59,8 @@ class Loops {
   void close_at(const py::object& q_closed) {
     const Rows q = robot_->coordinates(q_closed);
     if (q.is_batch()) throw py::value_error("closed_at has shape " + q.shape() + ", expected is one state's q");
-    robot_->check_quaternions(q);
     State state = zero_state(robot_->model());
-    robot_->put_coordinates(q, 0, state.q);
+    robot_->put_coordinates(q, 0, state.q.data());
     const Kinematics kinematics = forward_kinematics(robot_->model(), state);
     for (LoopClosure& closure : closures_) {
       const Posed X_WC = kinematics.X_WB[static_cast<std::size_t>(closure.body_a)] * closure.X_AC;
@@ -98,11 +96,9 @@ struct LoopStates {
   LoopStates(const Loops& loops, const py::object& q_given, const py::object& v_given)
       : q(loops.robot().coordinates(q_given)),
         v(v_given.is_none() ? Rows("v", loops.robot().model().velocities()) : loops.robot().velocities(v_given)),
-        cases(cases_of({&q, &v})) {
-    loops.robot().check_quaternions(q);
-  }
+        cases(cases_of({&q, &v})) {}
   void put(const Loops& loops, std::int64_t i, State& state) const {
-    loops.robot().put_coordinates(q, i, state.q);
+    loops.robot().put_coordinates(q, i, state.q.data());
     std::copy_n(v.row(i), v.width(), state.v.begin());
   }
 };
@@ -135,7 +131,7 @@ py::tuple loop_dynamics(const Loops& loops, const py::object& q, const py::objec
   Solvers solvers(loops);
   for_cases(loops.robot(), states.cases, [&](Scratch& scratch, std::int64_t i) {
     states.put(loops, i, scratch.state);
-    loops.robot().spread(tau, i, scratch.generalized);
+    loops.robot().spread(tau, i, scratch.generalized.data());
     scratch.rates.resize(static_cast<std::size_t>(n));
     DynamicsInput<double> in;
     in.q = scratch.state.q, in.v = scratch.state.v, in.force = scratch.generalized;
@@ -210,7 +206,6 @@ std::vector<GraspChoice> choices(const Robot& robot, const std::vector<ClosureNa
 py::dict impact(const Robot& robot, const py::object& q_given, const py::object& v_given,
                 const std::vector<ClosureNames>& names, bool braked) {
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given);
-  robot.check_quaternions(q);
   const Cases cases = cases_of({&q, &v});
   const std::vector<GraspChoice> grasps = choices(robot, names);
   std::vector<HeldRate> held;
@@ -228,7 +223,7 @@ py::dict impact(const Robot& robot, const py::object& q_given, const py::object&
   double *const after_out = after.mutable_data(), *const rank_out = rank.mutable_data();
   double* const residual_out = residual.mutable_data();
   for_cases(robot, cases, [&](Scratch& scratch, std::int64_t i) {
-    robot.put_coordinates(q, i, scratch.state.q);
+    robot.put_coordinates(q, i, scratch.state.q.data());
     std::copy_n(v.row(i), n, scratch.state.v.begin());
     forward_kinematics(robot.model(), scratch.state, scratch.kinematics);
     std::vector<Grasp> at;

@@ -30,7 +30,7 @@ Change change_of(const std::string& path, const py::handle& value) {
 Scenario::Scenario(const fs::path& file, const Changes& changes) : file_(file) { set(changes); }
 
 Scenario::Scenario(const py::dict& values, const fs::path& folder, const Changes& changes)
-    : file_(folder / "a scenario made in Python") {
+    : file_(folder / "a scenario made in Python"), is_file_(false) {
   Node tree = tree_of(values, {});
   const std::string text = yaml_text(tree);
   files_->keep(file_, {text, {}, std::move(tree)});
@@ -60,6 +60,7 @@ const Node& Scenario::tree() const {
   if (!tree_) {
     Node tree = changed_tree(file_, changes_, *files_);
     include_robot(tree, file_, *files_);
+    take_units(tree);
     fill_defaults(tree, scenario_schema_document());
     if (Node* robot = tree.find("robot"); robot && robot->is_mapping()) fill_defaults(*robot, robot_schema_document());
     tree_ = std::make_shared<const Node>(std::move(tree));
@@ -75,13 +76,29 @@ py::object Scenario::get(const std::string& path) const {
   path_steps(copy, path, {std::make_shared<const std::string>(path), 0, 0}, faults);
   if (!faults.empty()) throw py::key_error(faults.all().front().message);
   const std::optional<Node> value = value_at(std::move(copy), path);
-  if (!value) throw py::key_error("the scenario has no " + in_quotes(path));
-  return value_of(*value);
+  if (value) return value_of(*value);
+  // Where the last key is misspelt: what there is beside it.
+  std::vector<std::string> keys;
+  const std::size_t dot = path.rfind('.');
+  const std::optional<Node> above = dot == std::string::npos ? tree() : value_at(tree(), path.substr(0, dot));
+  if (above)
+    for (const NodeEntry& entry : above->entries) keys.push_back(entry.key);
+  const std::string name = dot == std::string::npos ? path : path.substr(dot + 1);
+  throw py::key_error("the scenario has no " + in_quotes(path) +
+                      (keys.empty() ? "" : suggestion(name, keys, "keys there")));
 }
 
 std::string Scenario::text(const fs::path& place) const {
   return changed_scenario_text(file_, changed_tree(file_, changes_, *files_), *problem_, *problem_, place, {}, {});
 }
+
+std::vector<std::pair<std::string, py::object>> Scenario::changes() const {
+  std::vector<std::pair<std::string, py::object>> changes;
+  for (const Change& change : changes_) changes.emplace_back(change.path, value_of(change.value));
+  return changes;
+}
+
+py::object Scenario::values() const { return is_file_ ? py::none() : value_of(files_->find(file_)->tree); }
 
 std::vector<std::string> Scenario::settings() const {
   std::vector<std::string> settings;
@@ -115,7 +132,11 @@ void bind_problem(py::module_& module) {
       .def_property_readonly("name", [](const Scenario& scenario) { return scenario.problem().name; })
       .def_property_readonly("sha256", [](const Scenario& scenario) { return scenario.problem().sha256; })
       .def_property_readonly("settings", &Scenario::settings)
+      .def_property_readonly("changes", &Scenario::changes)
+      .def_property_readonly("values", &Scenario::values)
       .def_property_readonly("warnings", &Scenario::warnings);
+  module.def(
+      "yaml_text", [](const py::dict& values) { return yaml_text(tree_of(values, {})); }, py::arg("values"));
   module.def(
       "check_file",
       [](const fs::path& file, const Scenario::Changes& changes) {

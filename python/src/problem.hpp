@@ -40,6 +40,10 @@ class Scenario {
   const std::filesystem::path& file() const { return file_; }
   /// A scenario file for `place` that is this problem: changes are in it, other files are named as seen from there.
   std::string text(const std::filesystem::path& place) const;
+  /// Every change, path and value, in their order.
+  std::vector<std::pair<std::string, py::object>> changes() const;
+  /// The dictionary it was made from; None if that was a file.
+  py::object values() const;
   /// "path=value" of every change, in their order, as `--set` takes them.
   std::vector<std::string> settings() const;
 
@@ -48,6 +52,7 @@ class Scenario {
   const Node& tree() const;
 
   std::filesystem::path file_;
+  bool is_file_ = true;
   std::shared_ptr<ScenarioFiles> files_ = std::make_shared<ScenarioFiles>();
   std::vector<Change> changes_;
   std::shared_ptr<const CaptureProblem> problem_;

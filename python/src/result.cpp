@@ -1,7 +1,6 @@
 #include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -58,7 +57,7 @@ std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_pt
   for (const auto& scenario : scenarios) now.push_back(*scenario);
   std::vector<std::shared_ptr<Run>> runs(now.size());
   run_interruptibly([&](const std::stop_token& stop) {
-    for_each(static_cast<std::int64_t>(now.size()), threads, 1, stop, [&](int, std::int64_t i) {
+    for_each(static_cast<std::int64_t>(now.size()), threads, 1, stop, [&](int, std::int64_t i, std::int64_t) {
       const Scenario& scenario = now[static_cast<std::size_t>(i)];
       runs[static_cast<std::size_t>(i)] = simulate(scenario, scenario.shared_problem(), stop);
     });
@@ -67,27 +66,6 @@ std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_pt
 }
 
 // ---- Folders and reports ----
-
-// A folder that is gone with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "grapnel-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr)
-      throw CannotWrite("cannot make a folder in " + fs::temp_directory_path().string());
-    path_ = name;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 // The files of `grapnel run`, without its report. @throws CannotWrite naming each that is not there
 void write_files(const Run& run, const fs::path& folder) {
@@ -121,7 +99,7 @@ void save(const Run& run, const fs::path& folder, std::optional<bool> report) {
 
 void report(const Run& run, const fs::path& file) {
   run_interruptibly([&](const std::stop_token&) {
-    const TemporaryFolder folder;
+    const ScratchFolder folder;
     write_files(run, folder.path());
     write_page(folder.path(), file);
   });
@@ -173,6 +151,8 @@ void bind_ledger(py::module_& module) {
       .def_readonly("note", &LedgerEntry::note, "What is compared, over which phases.")
       .def_readonly("applies", &LedgerEntry::applies, "False: there is nothing of the kind in this run.")
       .def_readonly("not_checked", &LedgerEntry::not_checked, "Why nobody looked; '' where it was checked.")
+      .def_readonly("advice", &LedgerEntry::advice,
+                    "Of a conservation check that fails: what mends it, or why nothing does; else ''.")
       .def_property_readonly("passed", &LedgerEntry::pass, "Whether the value keeps its bound.")
       .def_property_readonly(
           "kind",
@@ -223,9 +203,14 @@ void bind_result(py::module_& module) {
       .def_property_readonly("phases", [](const Run& run) { return run.result.series.phases; })
       .def_property_readonly("names", &series_names)
       .def("series", &series_view, py::arg("name"))
-      .def("unit", [](const Run& run, const std::string& name) { return series_named(run, name).unit; })
-      .def("description", [](const Run& run, const std::string& name) { return series_named(run, name).description; })
-      .def("components", [](const Run& run, const std::string& name) { return series_named(run, name).components; })
+      .def(
+          "unit", [](const Run& run, const std::string& name) { return series_named(run, name).unit; }, py::arg("name"))
+      .def(
+          "description", [](const Run& run, const std::string& name) { return series_named(run, name).description; },
+          py::arg("name"))
+      .def(
+          "components", [](const Run& run, const std::string& name) { return series_named(run, name).components; },
+          py::arg("name"))
       .def("save", &save, py::arg("folder"), py::arg("report"))
       .def("report", &report, py::arg("file"));
   module.def("simulate_many", &simulate_many, py::arg("problems"), py::arg("threads"));

@@ -90,46 +90,18 @@ void put(double*& out, const Eigen::MatrixXd& matrix) {
     for (Eigen::Index c = 0; c < matrix.cols(); ++c) *out++ = matrix(r, c);
 }
 
-Vector3d vector_of(const py::handle& value, const std::string& name) {
-  const Rows rows(value, name, 3, "a vector");
-  if (rows.is_batch()) throw py::value_error(name + " has shape " + rows.shape() + ", expected is (3,)");
-  return {rows.row(0)[0], rows.row(0)[1], rows.row(0)[2]};
-}
-
-// Places every case's kinematics, and calls one(scratch, out) with its part of the array.
-template <class One>
-py::array_t<double> by_kinematics(const Robot& robot, const Rows& q, const Rows* v, std::vector<py::ssize_t> shape,
-                                  One one) {
-  const Cases cases = v ? cases_of({&q, v}) : cases_of({&q});
-  py::ssize_t size = 1;
-  for (const py::ssize_t n : shape) size *= n;
-  py::array_t<double> array = results(cases, std::move(shape));
-  double* const data = array.mutable_data();
-  for_cases(robot, cases, [&](Scratch& scratch, std::int64_t i) {
-    robot.put_coordinates(q, i, scratch.state.q);
-    if (v) {
-      std::copy_n(v->row(i), v->width(), scratch.state.v.begin());
-    } else {
-      std::fill(scratch.state.v.begin(), scratch.state.v.end(), 0.0);
-    }
-    forward_kinematics(robot.model(), scratch.state, scratch.kinematics);
-    double* out = data + i * size;
-    one(scratch, out);
-  });
-  return array;
-}
-
 }  // namespace
 
 // ---- Robot ----
 
 Robot::Robot(const fs::path& file)
-    : problem_(problem_of_file(file)), system_(system_of(*problem_, false, file.string())) {}
+    : problem_(problem_of_file(file)), system_(system_of(*problem_, false, file.string())), states_(system_.model) {}
 
 Robot::Robot(const Scenario& scenario, bool targets)
     : problem_(scenario.shared_problem()),
       has_problem_(true),
-      system_(system_of(*problem_, targets, scenario.file().string())) {}
+      system_(system_of(*problem_, targets, scenario.file().string())),
+      states_(system_.model) {}
 
 Robot::Place Robot::place(const std::string& name) const {
   for (const Frame& frame : model().frames())
@@ -150,8 +122,10 @@ int Robot::body(const std::string& name) const {
 }
 
 Rows Robot::coordinates(const py::handle& q) const {
-  return Rows(q, "q", model().coordinates(),
-              "per free body position and quaternion_wxyz, per joint its angle or travel (see Robot.q_names)");
+  Rows rows(q, "q", model().coordinates(),
+            "per free body position and quaternion_wxyz, per joint its angle or travel (see Robot.q_names)");
+  check_quaternions(rows);
+  return rows;
 }
 Rows Robot::velocities(const py::handle& v, const char* name) const {
   return Rows(v, name, model().velocities(),
@@ -168,14 +142,14 @@ Rows Robot::forces(const py::object& tau) const {
                   std::to_string(model().velocities()));
 }
 
-void Robot::spread(const Rows& forces, std::int64_t i, std::vector<double>& generalized) const {
+void Robot::spread(const Rows& forces, std::int64_t i, double* generalized) const {
   const double* row = forces.row(i);
-  generalized.assign(static_cast<std::size_t>(model().velocities()), 0.0);
   if (forces.width() == model().velocities()) {
-    std::copy_n(row, forces.width(), generalized.begin());
+    std::copy_n(row, forces.width(), generalized);
     return;
   }
-  for (const int body : model().joints()) generalized[static_cast<std::size_t>(model().bodies()[body].v)] = *row++;
+  std::fill_n(generalized, model().velocities(), 0.0);
+  for (const int body : model().joints()) generalized[model().bodies()[body].v] = *row++;
 }
 
 void Robot::check_quaternions(const Rows& q) const {
@@ -192,34 +166,160 @@ void Robot::check_quaternions(const Rows& q) const {
   }
 }
 
-void Robot::put_coordinates(const Rows& q, std::int64_t i, std::vector<double>& to) const {
-  std::copy_n(q.row(i), q.width(), to.begin());
+void Robot::put_coordinates(const Rows& q, std::int64_t i, double* to) const {
+  std::copy_n(q.row(i), q.width(), to);
   for (const int at : model().quaternions()) {
-    double* x = to.data() + at;
+    double* x = to + at;
     const double size = std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + x[3] * x[3]);
     if (std::abs(size - 1) <= 1e-12) continue;  // unit but for rounding: the bits stay
     for (int k = 0; k < 4; ++k) x[k] /= size;
   }
 }
 
-void for_cases(const Robot& robot, const Cases& cases, const std::function<void(Scratch&, std::int64_t)>& one) {
-  constexpr py::ssize_t kWorthThreads = 64;
-  constexpr std::int64_t kGrain = 16;
+// ---- Cases ----
+
+void for_blocks(const Robot& robot, const Cases& cases,
+                const std::function<void(Scratch&, std::int64_t, std::int64_t)>& block) {
+  constexpr std::int64_t kWorthThreads = 64;
+  // Whole packs; the more at once, the less it costs that lanes make the model theirs first.
+  constexpr std::int64_t kLeast = 16, kMost = 256, kPacks = 8;
   if (cases.count < kWorthThreads) {
-    const py::gil_scoped_release release;
+    const Unlocked unlocked;
     Scratch scratch(robot.model());
-    for (std::int64_t i = 0; i < cases.count; ++i) one(scratch, i);
+    if (cases.count > 0) block(scratch, 0, cases.count);
     return;
   }
-  std::vector<std::unique_ptr<Scratch>> scratch(static_cast<std::size_t>(worker_count(0)));
+  const int workers = worker_count(0);
+  const std::int64_t at_once = std::clamp(cases.count / (4 * workers) / kPacks * kPacks, kLeast, kMost);
+  std::vector<std::unique_ptr<Scratch>> scratch(static_cast<std::size_t>(workers));
   run_interruptibly([&](const std::stop_token& stop) {
-    for_each(cases.count, 0, kGrain, stop, [&](int worker, std::int64_t i) {
+    for_each(cases.count, workers, at_once, stop, [&](int worker, std::int64_t begin, std::int64_t end) {
       auto& mine = scratch[static_cast<std::size_t>(worker)];
       if (!mine) mine = std::make_unique<Scratch>(robot.model());
-      one(*mine, i);
+      block(*mine, begin, end);
     });
   });
 }
+
+void for_cases(const Robot& robot, const Cases& cases, const std::function<void(Scratch&, std::int64_t)>& one) {
+  for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
+    for (std::int64_t i = begin; i < end; ++i) one(scratch, i);
+  });
+}
+
+namespace {
+
+std::size_t product(const std::vector<py::ssize_t>& shape) {
+  std::size_t size = 1;
+  for (const py::ssize_t n : shape) size *= static_cast<std::size_t>(n);
+  return size;
+}
+
+// An argument's rows from case `begin` on, as lanes read them; absent: zeros.
+lanes::StateRows rows_from(const Rows* rows, std::int64_t begin) {
+  if (rows == nullptr) return {};
+  return {rows->row(begin), rows->is_batch() ? rows->width() : 0};
+}
+
+// States of the cases from `begin` to `end`; nothing is wanted of them yet.
+lanes::StateCases state_cases(const Robot& robot, const Rows& q, const Rows* v, std::int64_t begin, std::int64_t end,
+                              Scratch& scratch) {
+  const std::size_t width = static_cast<std::size_t>(robot.model().coordinates());
+  scratch.block_q.resize(width * static_cast<std::size_t>(end - begin));
+  for (std::int64_t i = begin; i < end; ++i)
+    robot.put_coordinates(q, i, scratch.block_q.data() + width * static_cast<std::size_t>(i - begin));
+  lanes::StateCases cases;
+  cases.count = end - begin;
+  cases.q = {scratch.block_q.data(), static_cast<std::int64_t>(width)};
+  cases.v = rows_from(v, begin);
+  return cases;
+}
+
+// What lanes compute as it is wanted: ask(cases, scratch, begin, end, out) says what goes to `out`. `third`: a further
+// argument with rows.
+template <class Ask>
+py::array_t<double> by_lanes(const Robot& robot, const Rows& q, const Rows* v, const Rows* third,
+                             std::vector<py::ssize_t> shape, const Vector3d& gravity, Ask ask) {
+  const Rows nothing("nothing", 0);
+  const Cases cases = cases_of({&q, v ? v : &nothing, third ? third : &nothing});
+  const std::size_t size = product(shape);
+  py::array_t<double> array = results(cases, std::move(shape));
+  double* const data = array.mutable_data();
+  for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
+    lanes::StateCases of = state_cases(robot, q, v, begin, end, scratch);
+    for (int k = 0; k < 3; ++k) of.gravity[k] = gravity[k];
+    ask(of, scratch, begin, end, data + static_cast<std::size_t>(begin) * size);
+    robot.states().run(of);
+  });
+  return array;
+}
+
+// Kinematics, and where `masses` says so the mass matrix, of the block's cases.
+void compute_block(const Robot& robot, lanes::StateCases& of, bool masses, Scratch& scratch) {
+  const std::size_t count = static_cast<std::size_t>(of.count);
+  const std::size_t n = static_cast<std::size_t>(robot.model().velocities());
+  scratch.block_motion.resize(count * scratch.kinematics.links.size() * lanes::kMotionNumbers);
+  of.motion = scratch.block_motion.data();
+  if (masses) {
+    scratch.block_masses.resize(count * n * n);
+    of.mass_matrix = scratch.block_masses.data();
+  }
+  robot.states().run(of);
+}
+
+Vector3d next_vector(const double*& in) {
+  const Vector3d v{in[0], in[1], in[2]};
+  in += 3;
+  return v;
+}
+
+// The k-th of the block becomes the case that is looked at.
+void take_case(const Robot& robot, const lanes::StateCases& of, std::int64_t k, Scratch& scratch) {
+  const Model& model = robot.model();
+  std::copy_n(of.q.data + k * of.q.stride, scratch.state.q.size(), scratch.state.q.begin());
+  if (of.v.data) {
+    std::copy_n(of.v.data + k * of.v.stride, scratch.state.v.size(), scratch.state.v.begin());
+  } else {
+    std::fill(scratch.state.v.begin(), scratch.state.v.end(), 0.0);
+  }
+  const double* in = of.motion + static_cast<std::size_t>(k) * scratch.kinematics.links.size() * lanes::kMotionNumbers;
+  for (LinkMotion<double>& link : scratch.kinematics.links) {
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < 3; ++c) link.X_WL.R(r, c) = *in++;
+    link.X_WL.p = next_vector(in);
+    link.V_WL.angular = next_vector(in);
+    link.V_WL.linear = next_vector(in);
+  }
+  place_bodies(model, scratch.kinematics);
+  if (!of.mass_matrix) return;
+  const Eigen::Index n = model.velocities();
+  scratch.mass_matrix = Eigen::Map<const Eigen::MatrixXd>(of.mass_matrix + k * n * n, n, n);  // symmetric
+}
+
+// Calls one(scratch, i, out) for every case with its part of the results: state and kinematics are there, and where
+// `masses` says so the mass matrix. `others`: further arguments with rows.
+template <class One>
+py::array_t<double> by_kinematics(const Robot& robot, const Rows& q, const Rows* v, std::vector<py::ssize_t> shape,
+                                  One one, bool masses = false, std::vector<const Rows*> others = {}) {
+  others.push_back(&q);
+  if (v) others.push_back(v);
+  const Cases cases = cases_of(others);
+  const std::size_t size = product(shape);
+  py::array_t<double> array = results(cases, std::move(shape));
+  double* const data = array.mutable_data();
+  for_blocks(robot, cases, [&](Scratch& scratch, std::int64_t begin, std::int64_t end) {
+    lanes::StateCases of = state_cases(robot, q, v, begin, end, scratch);
+    compute_block(robot, of, masses, scratch);
+    for (std::int64_t i = begin; i < end; ++i) {
+      take_case(robot, of, i - begin, scratch);
+      double* out = data + static_cast<std::size_t>(i) * size;
+      one(scratch, i, out);
+    }
+  });
+  return array;
+}
+
+}  // namespace
 
 // ---- Kinematics ----
 
@@ -228,8 +328,7 @@ namespace {
 py::array_t<double> frame_poses(const Robot& robot, const std::string& frame, const py::object& q_given) {
   const Robot::Place at = robot.place(frame);
   const Rows q = robot.coordinates(q_given);
-  robot.check_quaternions(q);
-  return by_kinematics(robot, q, nullptr, {4, 4}, [&](Scratch& scratch, double* out) {
+  return by_kinematics(robot, q, nullptr, {4, 4}, [&](Scratch& scratch, std::int64_t, double* out) {
     const Posed X = scratch.kinematics.X_WB[static_cast<std::size_t>(at.body)] * at.X_BE;
     for (int r = 0; r < 3; ++r) {
       for (int c = 0; c < 3; ++c) *out++ = X.R(r, c);
@@ -243,8 +342,7 @@ py::array_t<double> frame_twists(const Robot& robot, const std::string& frame, c
                                  const py::object& v_given) {
   const Robot::Place at = robot.place(frame);
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given);
-  robot.check_quaternions(q);
-  return by_kinematics(robot, q, &v, {6}, [&](Scratch& scratch, double* out) {
+  return by_kinematics(robot, q, &v, {6}, [&](Scratch& scratch, std::int64_t, double* out) {
     const std::size_t body = static_cast<std::size_t>(at.body);
     put(out, shift(scratch.kinematics.V_WB[body], scratch.kinematics.X_WB[body].R * at.X_BE.p));
   });
@@ -253,9 +351,8 @@ py::array_t<double> frame_twists(const Robot& robot, const std::string& frame, c
 py::array_t<double> jacobians(const Robot& robot, const std::string& frame, const py::object& q_given) {
   const Robot::Place at = robot.place(frame);
   const Rows q = robot.coordinates(q_given);
-  robot.check_quaternions(q);
   const int n = robot.model().velocities();
-  return by_kinematics(robot, q, nullptr, {6, n}, [&](Scratch& scratch, double* out) {
+  return by_kinematics(robot, q, nullptr, {6, n}, [&](Scratch& scratch, std::int64_t, double* out) {
     const Posed& X_WB = scratch.kinematics.X_WB[static_cast<std::size_t>(at.body)];
     Eigen::MatrixXd J(6, n);
     point_jacobian(robot.model(), scratch.kinematics, at.body, X_WB.p + X_WB.R * at.X_BE.p, J);
@@ -273,30 +370,41 @@ int base_velocity_count(const Robot& robot) { return robot.model().has_free_root
 py::array_t<double> generalized_jacobians(const Robot& robot, const std::string& frame, const py::object& q_given) {
   const Robot::Place at = robot.place(frame);
   const Rows q = robot.coordinates(q_given);
-  robot.check_quaternions(q);
   if (robot.model().bodies()[static_cast<std::size_t>(at.body)].root != robot.root())
     throw py::value_error(in_quotes(frame) + " is not on the robot; its generalized Jacobian is that of a frame on it");
-  return by_kinematics(robot, q, nullptr, {6, joint_velocity_count(robot)}, [&](Scratch& scratch, double* out) {
+  const auto one = [&](Scratch& scratch, std::int64_t, double* out) {
     const Posed& X_WB = scratch.kinematics.X_WB[static_cast<std::size_t>(at.body)];
-    put(out, generalized_jacobian(robot.model(), scratch.state, robot.root(), at.body, X_WB.p + X_WB.R * at.X_BE.p));
-  });
+    put(out, generalized_jacobian(robot.model(), scratch.kinematics,
+                                  mass_blocks(robot.model(), scratch.mass_matrix, robot.root()), robot.root(), at.body,
+                                  X_WB.p + X_WB.R * at.X_BE.p));
+  };
+  return by_kinematics(robot, q, nullptr, {6, joint_velocity_count(robot)}, one, true);
 }
 
-template <class Function>
-py::array_t<double> matrices(const Robot& robot, const py::object& q_given, int rows, int columns, Function function) {
+py::array_t<double> mass_matrices(const Robot& robot, const py::object& q_given) {
   const Rows q = robot.coordinates(q_given);
-  robot.check_quaternions(q);
-  return by_kinematics(robot, q, nullptr, {rows, columns},
-                       [&](Scratch& scratch, double* out) { put(out, function(robot.model(), scratch)); });
+  const int n = robot.model().velocities();
+  return by_lanes(
+      robot, q, nullptr, nullptr, {n, n}, Vector3d::zero(),
+      [](lanes::StateCases& of, Scratch&, std::int64_t, std::int64_t, double* out) { of.mass_matrix = out; });
+}
+
+// A matrix that follows from the blocks of the mass matrix.
+template <class Function>
+py::array_t<double> of_blocks(const Robot& robot, const py::object& q_given, int rows, int columns, Function function) {
+  const Rows q = robot.coordinates(q_given);
+  const auto one = [&](Scratch& scratch, std::int64_t, double* out) {
+    put(out, Eigen::MatrixXd(function(mass_blocks(robot.model(), scratch.mass_matrix, robot.root()))));
+  };
+  return by_kinematics(robot, q, nullptr, {rows, columns}, one, true);
 }
 
 py::array_t<double> momenta(const Robot& robot, const py::object& q_given, const py::object& v_given,
                             const py::object& about) {
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given);
-  robot.check_quaternions(q);
   const bool at_com = about.is_none();
   const Vector3d point = at_com ? Vector3d::zero() : vector_of(about, "about");
-  return by_kinematics(robot, q, &v, {6}, [&](Scratch& scratch, double* out) {
+  return by_kinematics(robot, q, &v, {6}, [&](Scratch& scratch, std::int64_t, double* out) {
     put(out, momentum_about(robot.model(), scratch.kinematics,
                             at_com ? center_of_mass(robot.model(), scratch.kinematics) : point));
   });
@@ -305,7 +413,6 @@ py::array_t<double> momenta(const Robot& robot, const py::object& q_given, const
 py::array_t<double> base_twists(const Robot& robot, const py::object& q_given, const py::object& rates_given,
                                 const py::object& momentum_given) {
   const Rows q = robot.coordinates(q_given);
-  robot.check_quaternions(q);
   const std::vector<int> joints = joint_velocities(robot.model(), robot.root());
   const Rows rates(rates_given, "joint_rates", static_cast<py::ssize_t>(joints.size()),
                    "a rate per joint of the robot");
@@ -313,74 +420,47 @@ py::array_t<double> base_twists(const Robot& robot, const py::object& q_given, c
                             ? Rows("momentum", 6)
                             : Rows(momentum_given, "momentum", 6, "[angular about the centre of mass; linear] in W");
   if (base_velocity_count(robot) == 0) throw py::value_error("the base is fixed to the world: its twist is zero");
-  const Cases cases = cases_of({&q, &rates, &momentum});
-  py::array_t<double> array = results(cases, {6});
-  double* const data = array.mutable_data();
-  for_cases(robot, cases, [&](Scratch& scratch, std::int64_t i) {
-    robot.put_coordinates(q, i, scratch.state.q);
-    std::fill(scratch.state.v.begin(), scratch.state.v.end(), 0.0);
+  const auto one = [&](Scratch& scratch, std::int64_t i, double* out) {
     for (std::size_t j = 0; j < joints.size(); ++j)
       scratch.state.v[static_cast<std::size_t>(joints[j])] = rates.row(i)[j];
     const double* h = momentum.row(i);
-    double* out = data + 6 * i;
-    put(out, base_twist_from_momentum(robot.model(), scratch.state, robot.root(),
+    put(out, base_twist_from_momentum(robot.model(), scratch.state, scratch.kinematics,
+                                      mass_blocks(robot.model(), scratch.mass_matrix, robot.root()), robot.root(),
                                       Momentumd{{h[0], h[1], h[2]}, {h[3], h[4], h[5]}}));
-  });
-  return array;
+  };
+  return by_kinematics(robot, q, nullptr, {6}, one, true, {&rates, &momentum});
 }
 
 // ---- Dynamics ----
 
 py::array_t<double> biases(const Robot& robot, const py::object& q_given, const py::object& v_given,
-                           const py::object& gravity_given) {
+                           const py::object& gravity) {
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given);
-  robot.check_quaternions(q);
-  const Vector3d gravity = vector_of(gravity_given, "gravity");
-  return by_kinematics(robot, q, &v, {robot.model().velocities()}, [&](Scratch& scratch, double* out) {
-    bias(robot.model(), scratch.state, gravity, scratch.workspace, scratch.rates);
-    std::copy(scratch.rates.begin(), scratch.rates.end(), out);
-  });
+  return by_lanes(robot, q, &v, nullptr, {robot.model().velocities()}, vector_of(gravity, "gravity"),
+                  [](lanes::StateCases& of, Scratch&, std::int64_t, std::int64_t, double* out) { of.forces = out; });
 }
 
 py::array_t<double> forward(const Robot& robot, const py::object& q_given, const py::object& v_given,
-                            const py::object& tau_given, const py::object& gravity_given) {
+                            const py::object& tau_given, const py::object& gravity) {
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), tau = robot.forces(tau_given);
-  robot.check_quaternions(q);
-  const Vector3d gravity = vector_of(gravity_given, "gravity");
-  const Cases cases = cases_of({&q, &v, &tau});
-  const py::ssize_t n = robot.model().velocities();
-  py::array_t<double> array = results(cases, {n});
-  double* const data = array.mutable_data();
-  for_cases(robot, cases, [&](Scratch& scratch, std::int64_t i) {
-    robot.put_coordinates(q, i, scratch.state.q);
-    std::copy_n(v.row(i), n, scratch.state.v.begin());
-    robot.spread(tau, i, scratch.forces.generalized);
-    scratch.forces.gravity = gravity;
-    forward_dynamics(robot.model(), scratch.state, scratch.forces, scratch.workspace, scratch.rates);
-    std::copy(scratch.rates.begin(), scratch.rates.end(), data + n * i);
-  });
-  return array;
+  const int n = robot.model().velocities();
+  const auto ask = [&](lanes::StateCases& of, Scratch& scratch, std::int64_t begin, std::int64_t end, double* out) {
+    scratch.block_forces.resize(static_cast<std::size_t>((end - begin) * n));
+    for (std::int64_t i = begin; i < end; ++i) robot.spread(tau, i, scratch.block_forces.data() + (i - begin) * n);
+    of.force = {scratch.block_forces.data(), n};
+    of.accelerations = out;
+  };
+  return by_lanes(robot, q, &v, &tau, {n}, vector_of(gravity, "gravity"), ask);
 }
 
 py::array_t<double> inverse(const Robot& robot, const py::object& q_given, const py::object& v_given,
-                            const py::object& vdot_given, const py::object& gravity_given) {
+                            const py::object& vdot_given, const py::object& gravity) {
   const Rows q = robot.coordinates(q_given), v = robot.velocities(v_given), vdot = robot.velocities(vdot_given, "vdot");
-  robot.check_quaternions(q);
-  const Vector3d gravity = vector_of(gravity_given, "gravity");
-  const Cases cases = cases_of({&q, &v, &vdot});
-  const py::ssize_t n = robot.model().velocities();
-  py::array_t<double> array = results(cases, {n});
-  double* const data = array.mutable_data();
-  for_cases(robot, cases, [&](Scratch& scratch, std::int64_t i) {
-    robot.put_coordinates(q, i, scratch.state.q);
-    std::copy_n(v.row(i), n, scratch.state.v.begin());
-    scratch.generalized.assign(vdot.row(i), vdot.row(i) + n);
-    scratch.forces.gravity = gravity;
-    inverse_dynamics(robot.model(), scratch.state, scratch.generalized, scratch.forces, scratch.workspace,
-                     scratch.rates);
-    std::copy(scratch.rates.begin(), scratch.rates.end(), data + n * i);
-  });
-  return array;
+  const auto ask = [&](lanes::StateCases& of, Scratch&, std::int64_t begin, std::int64_t, double* out) {
+    of.acceleration = rows_from(&vdot, begin);
+    of.forces = out;
+  };
+  return by_lanes(robot, q, &v, &vdot, {robot.model().velocities()}, vector_of(gravity, "gravity"), ask);
 }
 
 // ---- States ----
@@ -500,51 +580,42 @@ void bind_robot(py::module_& module) {
       .def("frame_twist", &frame_twists, py::arg("frame"), py::arg("q"), py::arg("v"))
       .def("jacobian", &jacobians, py::arg("frame"), py::arg("q"))
       .def("generalized_jacobian", &generalized_jacobians, py::arg("frame"), py::arg("q"))
-      .def(
-          "mass_matrix",
-          [](const Robot& r, const py::object& q) {
-            const int n = r.model().velocities();
-            return matrices(r, q, n, n, [](const Model& m, Scratch& s) { return mass_matrix(m, s.state); });
-          },
-          py::arg("q"))
+      .def("mass_matrix", &mass_matrices, py::arg("q"))
       .def(
           "base_inertia",
           [](const Robot& r, const py::object& q) {
             const int b = base_velocity_count(r);
-            return matrices(r, q, b, b,
-                            [&](const Model& m, Scratch& s) { return mass_blocks(m, s.state, r.root()).I_b; });
+            return of_blocks(r, q, b, b, [](const MassBlocks& blocks) { return blocks.I_b; });
           },
           py::arg("q"))
       .def(
           "coupling_inertia",
           [](const Robot& r, const py::object& q) {
-            return matrices(r, q, base_velocity_count(r), joint_velocity_count(r),
-                            [&](const Model& m, Scratch& s) { return mass_blocks(m, s.state, r.root()).I_bm; });
+            return of_blocks(r, q, base_velocity_count(r), joint_velocity_count(r),
+                             [](const MassBlocks& blocks) { return blocks.I_bm; });
           },
           py::arg("q"))
       .def(
           "generalized_inertia",
           [](const Robot& r, const py::object& q) {
             const int n = joint_velocity_count(r);
-            return matrices(r, q, n, n,
-                            [&](const Model& m, Scratch& s) { return generalized_inertia(m, s.state, r.root()); });
+            return of_blocks(r, q, n, n, [](const MassBlocks& blocks) { return generalized_inertia(blocks); });
           },
           py::arg("q"))
       .def(
           "center_of_mass",
           [](const Robot& r, const py::object& q_given) {
             const Rows q = r.coordinates(q_given);
-            r.check_quaternions(q);
-            return by_kinematics(r, q, nullptr, {3},
-                                 [&](Scratch& s, double* out) { put(out, center_of_mass(r.model(), s.kinematics)); });
+            return by_kinematics(r, q, nullptr, {3}, [&](Scratch& s, std::int64_t, double* out) {
+              put(out, center_of_mass(r.model(), s.kinematics));
+            });
           },
           py::arg("q"))
       .def(
           "kinetic_energy",
           [](const Robot& r, const py::object& q_given, const py::object& v_given) {
             const Rows q = r.coordinates(q_given), v = r.velocities(v_given);
-            r.check_quaternions(q);
-            return by_kinematics(r, q, &v, {}, [&](Scratch& s, double* out) {
+            return by_kinematics(r, q, &v, {}, [&](Scratch& s, std::int64_t, double* out) {
               *out = kinetic_energy(r.model(), s.kinematics, s.state);
             });
           },

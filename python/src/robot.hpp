@@ -3,12 +3,14 @@
 /// @file
 /// A robot's model in Python's hands, alone or with the free targets of a problem.
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <memory>
 #include <string>
 
 #include "arrays.hpp"
 #include "grapnel/dynamics/forward_dynamics.hpp"
+#include "grapnel/lanes/states.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "problem.hpp"
 
@@ -38,21 +40,26 @@ class Robot {
   /// Index of a body. @throws py::value_error
   int body(const std::string& name) const;
 
-  /// One argument that is a row of coordinates (of velocities), for all robots alike.
+  /// One argument that is a row of coordinates (of velocities), for all robots alike. @throws py::value_error, also for
+  /// quaternions that are not of unit norm
   Rows coordinates(const py::handle& q) const;
   Rows velocities(const py::handle& v, const char* name = "v") const;
   /// Joint efforts, or generalized forces on all velocities; none: zero.
   Rows forces(const py::object& tau) const;
   /// Puts forces() of case i on all velocities.
-  void spread(const Rows& forces, std::int64_t i, std::vector<double>& generalized) const;
-  /// Copies case i's coordinates, its quaternions brought to unit norm. @throws py::value_error if one's norm is not 1
+  void spread(const Rows& forces, std::int64_t i, double* generalized) const;
+  /// @throws py::value_error naming a quaternion whose norm is not 1
   void check_quaternions(const Rows& q) const;
-  void put_coordinates(const Rows& q, std::int64_t i, std::vector<double>& to) const;
+  /// Copies case i's coordinates, its quaternions rid of what rounding has done to their norms.
+  void put_coordinates(const Rows& q, std::int64_t i, double* to) const;
+  /// Kinematics and dynamics in lanes.
+  const lanes::States& states() const { return states_; }
 
  private:
   std::shared_ptr<const CaptureProblem> problem_;
   bool has_problem_ = false;
   CaptureSystem system_;
+  lanes::States states_;
 };
 
 /// What the cases of one worker need.
@@ -60,12 +67,22 @@ struct Scratch {
   State state;
   Workspace workspace;
   Kinematics kinematics;
+  Eigen::MatrixXd mass_matrix;
   std::vector<double> generalized, rates;
-  Forces forces;
-  explicit Scratch(const Model& model) : state(zero_state(model)), workspace(model), kinematics(model) {}
+  // Of a block of cases, which lanes work on together: coordinates, forces, motion of links, mass matrices.
+  std::vector<double> block_q, block_forces, block_motion, block_masses;
+  explicit Scratch(const Model& model)
+      : state(zero_state(model)),
+        workspace(model),
+        kinematics(model),
+        generalized(static_cast<std::size_t>(model.velocities())) {}
 };
 
-/// Calls one(scratch, i) for every case, on all processors where there are many, without the interpreter's lock.
+/// Calls block(scratch, begin, end) for all cases, some packs of lanes at a time, on all processors where there are
+/// many, without the interpreter's lock.
+void for_blocks(const Robot& robot, const Cases& cases,
+                const std::function<void(Scratch&, std::int64_t begin, std::int64_t end)>& block);
+/// Calls one(scratch, i) for every case likewise.
 void for_cases(const Robot& robot, const Cases& cases, const std::function<void(Scratch&, std::int64_t)>& one);
 
 void bind_constraints(py::class_<Robot, std::shared_ptr<Robot>>& robot, py::module_& module);

@@ -11,7 +11,6 @@ from conftest import SOURCE
 import grapnel
 
 
-
 @pytest.fixture
 def campaign_file(tmp_path):
     text = (SOURCE / "studies/thesis-monte-carlo.yaml").read_text(encoding="utf-8")
@@ -43,7 +42,10 @@ def test_a_campaign_is_the_programs(campaign_file, program, tmp_path):
 
 def test_tables(campaign_file, tmp_path):
     pandas = pytest.importorskip("pandas")
-    folder = quietly(grapnel.campaign, campaign_file, out=tmp_path / "out", report=False)
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        folder = grapnel.campaign(campaign_file, out=tmp_path / "out", report=False)
+    assert said and all(one.filename == __file__ for one in said)  # they point to who called
     table = grapnel.read_table(folder)
     assert isinstance(table, pandas.DataFrame) and len(table) == 60 and list(table.index) == list(range(60))
     assert set(table["status"]) <= {"ok", "failed"} and table["success"].dtype == bool
@@ -121,3 +123,41 @@ def test_reports_of_folders(tmp_path):
 def test_wrong_threads(campaign_file, threads):
     with pytest.raises((ValueError, TypeError)):
         grapnel.campaign(campaign_file, threads=threads)
+
+
+def test_campaigns_and_studies_are_made_in_python(thesis, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    thesis.post_impact.duration = 1
+    what = {"name": "masses", "scenario": thesis, "simulate": "impact", "cases": 12, "seed": np.int64(3),
+            "uncertain": [{"path": "targets.target-1.mass", "as": "factor", "uniform": {"from": 0.8, "to": 1.2}}]}
+    folder = quietly(grapnel.campaign, what, out=tmp_path / "made", report=False)
+    table = grapnel.read_table(folder)
+    assert isinstance(table, pandas.DataFrame) and len(table) == 12 and (table["status"] == "ok").all()
+    assert what["scenario"] is thesis  # it has not been changed
+    # What stands in the folder is a campaign of the program's, and goes on.
+    assert grapnel.load(folder / "scenario.yaml")["post_impact.duration"] == 1
+    quietly(grapnel.campaign, what, out=folder, report=False, extend=3)
+    assert len(grapnel.read_table(folder)) == 15
+    study = {"name": "a grid", "scenario": SOURCE / "scenarios/thesis/open-loop-at-contact.yaml", "simulate": "impact",
+             "axes": [{"quantity": "relative_speed", "values": np.array([0.05, 0.1])}]}
+    columns, units = grapnel.read_columns(quietly(grapnel.sweep, study, out=tmp_path / "grid", report=False))
+    assert list(columns["relative_speed"]) == [0.05, 0.1] and units["relative_speed"] == "m/s"
+    with pytest.raises(ValueError, match="out is missing"):
+        grapnel.sweep(study)
+    with pytest.raises(grapnel.InputError, match="did you mean 'cases'"):
+        grapnel.campaign({**what, "case": 3}, out=tmp_path / "misspelt")
+
+
+@pytest.mark.parametrize("call, error, message", [
+    (lambda c, t: grapnel.campaign(c, out=t, extend=-1), ValueError, "extend is -1"),
+    (lambda c, t: grapnel.campaign(c, out=t, extend=1.5), TypeError, "extend is 1.5"),
+    (lambda c, t: grapnel.campaign(None, out=t), TypeError, "expected is a path"),
+    (lambda c, t: grapnel.campaign(c, out=3), TypeError, "expected is a path"),
+    (lambda c, t: grapnel.figure(t, None, t / "x.svg"), TypeError, "a figure's name"),
+    (lambda c, t: grapnel.figure(t, "joints", t / "x.svg", width=float("nan")), ValueError, "width is nan"),
+    (lambda c, t: grapnel.read_table(t), FileNotFoundError, "is no folder of a campaign"),
+    (lambda c, t: grapnel.read_columns(None), TypeError, "expected is a path"),
+])
+def test_wrong_arguments_are_named(campaign_file, tmp_path, call, error, message):
+    with pytest.raises(error, match=message):
+        call(campaign_file, tmp_path)

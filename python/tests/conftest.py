@@ -13,6 +13,15 @@ PROGRAM = os.environ.get("GRAPNEL_PROGRAM", "")
 THESIS = SOURCE / "scenarios" / "thesis" / "open-loop-case-1.yaml"
 SPATIAL = SOURCE / "robots" / "seven-joint-dual-arm.yaml"
 
+HERE = pathlib.Path(__file__).parent
+
+
+def environment(folder):
+    """The environment of a process that finds the packages of a folder beside this file before all others."""
+    path = os.pathsep.join(part for part in (str(HERE / folder), os.environ.get("PYTHONPATH", "")) if part)
+    return {**os.environ, "PYTHONPATH": path}
+
+
 # The thesis's first case as a dictionary, shorter afterwards.
 VALUES = {
     "schema": "grapnel-scenario/1",

@@ -1,8 +1,11 @@
 """Environments: shapes, rewards, ends, that one and many are the same."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
-from conftest import THESIS
+from conftest import HERE, THESIS, environment
 
 import grapnel
 from grapnel.env import CaptureEnv, VectorCaptureEnv
@@ -94,9 +97,52 @@ def test_perturbed_starts_are_repeatable(problem):
     assert np.array_equal(a, b) and not np.array_equal(a[0], a[1])
 
 
+@pytest.mark.parametrize("folder", ["with_gymnasium", "without"])
+def test_with_gymnasium_and_without(folder):
+    """Everything else of this file once more, and what gymnasium's own checks look for."""
+    settings = environment(folder)
+    done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", HERE / "env_test.py", "-k",
+                           "not with_gymnasium_and_without"], capture_output=True, text=True, env=settings, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    code = f"""
+import numpy
+import grapnel
+from grapnel.env import Box, CaptureEnv, VectorCaptureEnv
+
+problem = grapnel.load({str(THESIS)!r})
+env = CaptureEnv(problem, effort_scale=5.0)
+assert {folder == "without"} == isinstance(env.action_space, Box)
+if {folder == "with_gymnasium"}:
+    import gymnasium
+    assert isinstance(env, gymnasium.Env) and env.unwrapped is env and env.spec is None and env.render_mode is None
+    for space in (env.action_space, env.observation_space, VectorCaptureEnv(problem, 2, effort_scale=5.0).action_space):
+        assert type(space) is gymnasium.spaces.Box and space.dtype == numpy.float64
+    with env as inside:
+        inside.reset(seed=3)
+        assert env._np_random_seed == 3  # what check_env looks for
+        env.reset(seed=3, options={{}})
+observation, info = env.reset(seed=1)
+env.action_space.seed(1)
+assert env.observation_space.contains(observation) and info == {{}}
+observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+assert env.observation_space.contains(observation) and type(reward) is float and type(terminated) is type(truncated) is bool
+print("all of it")
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=settings, check=False)
+    assert done.returncode == 0 and done.stdout == "all of it\n", done.stderr
+
+
+def test_there_is_nothing_to_go_on_from_before_the_first_reset(problem):
+    with pytest.raises(RuntimeError, match="before the first reset"):
+        VectorCaptureEnv(problem, 2, effort_scale=5.0).step(np.zeros((2, 6)))
+
+
 @pytest.mark.parametrize("settings, message", [
+    ({"effort_scale": 5, "duration": float("nan")}, "duration is nan"), ({"effort_scale": 5, "duration": -1}, "duration is -1"),
+    ({"effort_scale": 5, "period": float("inf")}, "both finite"), ({"effort_scale": 5, "position": float("nan")}, "position is nan"),
+    ({"effort_scale": 5, "threads": -3}, "threads is -3"), ({"effort_scale": [1, 2]}, r"effort_scale has shape \(2,\)"),
     ({}, "effort_scale"), ({"effort_scale": -1}, "effort_scale"), ({"effort_scale": 5, "step": 0.2}, "0 < step <= period"),
-    ({"effort_scale": 5, "position": None, "n": 0}, "at least one case")])
+    ({"effort_scale": 5, "position": None, "n": 0}, "n is 0")])
 def test_wrong_settings(problem, settings, message):
     settings = dict(settings)
     with pytest.raises(ValueError, match=message):

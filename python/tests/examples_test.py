@@ -5,31 +5,43 @@ import subprocess
 import sys
 
 import pytest
-from conftest import SOURCE
+from conftest import SOURCE, environment
 
 EXAMPLES = sorted((SOURCE / "examples" / "python").glob("*.py"))
-NEEDS_IMPORT = {"your_urdf.py"}
 FILES = {
     "first_capture.py": ["summary.json", "timeseries.h5"],
     "impulse_against_mass_ratio.py": ["impulse.csv"],
-    "parameter_study.py": ["impulse.svg", "results/table.h5"],
+    "parameter_study.py": ["impulse.svg", "results/table.csv"],
     "your_urdf.py": ["summary.json"],
 }
+PLOTS = [script for script in EXAMPLES if "matplotlib" in script.read_text(encoding="utf-8")]
 
 
-@pytest.mark.parametrize("script", EXAMPLES, ids=lambda script: script.name)
-def test_it_runs(script, tmp_path):
-    if script.name in NEEDS_IMPORT and not (SOURCE / "grapnel" / "import" / "read_urdf.hpp").exists():
-        pytest.skip("URDF files are not read yet")
-    done = subprocess.run([sys.executable, script, tmp_path / "out"], capture_output=True, text=True,
-                          cwd=tmp_path, env=os.environ, timeout=500, check=False)
+def run(script, tmp_path, settings):
+    done = subprocess.run([sys.executable, script, tmp_path / "out"], capture_output=True, text=True, cwd=tmp_path,
+                          env=settings, timeout=500, check=False)
     assert done.returncode == 0, done.stderr + done.stdout
     for file in FILES.get(script.name, []):
         assert (tmp_path / "out" / file).exists(), file
+    return done.stdout
+
+
+@pytest.mark.parametrize("script", EXAMPLES, ids=lambda script: script.name)
+def test_it_runs_with_numpy_alone(script, tmp_path):
+    run(script, tmp_path, environment("without"))
+
+
+@pytest.mark.parametrize("script", PLOTS, ids=lambda script: script.name)
+def test_it_plots(script, tmp_path):
+    pytest.importorskip("matplotlib")
+    said = run(script, tmp_path, {**os.environ, "MPLCONFIGDIR": str(tmp_path)})
+    assert "impulse.svg" in said
+    plot = (tmp_path / "out" / "impulse.svg").read_text(encoding="utf-8")
+    assert "Matplotlib" in plot and plot.count("<path") > 10
 
 
 def test_there_are_examples():
-    assert len(EXAMPLES) >= 6 and set(FILES) <= {script.name for script in EXAMPLES}
+    assert len(EXAMPLES) >= 6 and len(PLOTS) >= 2 and set(FILES) <= {script.name for script in EXAMPLES}
 
 
 def test_the_readme_shows_what_runs(tmp_path):

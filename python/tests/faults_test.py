@@ -151,3 +151,19 @@ def test_a_simulation_that_cannot_go_on_keeps_what_there_is(values):
     assert caught.value.result is result
     with pytest.raises(grapnel.SimulationError):
         grapnel.Scenario(values).simulate(strict=True)
+
+
+def test_one_problem_is_not_several(thesis):
+    with pytest.raises(TypeError, match="one grapnel.Problem"):
+        grapnel.simulate_many(thesis)
+    for threads in (-1, 4097, True):
+        with pytest.raises(ValueError, match="threads is"):
+            grapnel.simulate_many([thesis], threads=threads)
+    assert len(grapnel.simulate_many([thesis], threads=np.int64(1))) == 1 and grapnel.simulate_many([]) == []
+
+
+def test_the_words_on_arguments_of_another_kind_are_ours():
+    for wrong in (None, 3, []):
+        for call in (grapnel.load, grapnel.check, grapnel.Robot):
+            with pytest.raises(TypeError, match="expected is a path"):
+                call(wrong)

@@ -74,3 +74,51 @@ def test_a_signal_ends_it(what):
         child.kill()
         child.wait()
     assert output.split("\n")[:2] == ["interrupted", "goes on"] and child.returncode == 0
+
+
+@pytest.mark.parametrize("what", ["simulate", "rollout", "batch"])
+def test_the_interpreter_may_end_under_a_daemon_thread(what):
+    """As notebooks do: the thread is given up, and the process ends as if it had not been there."""
+    work = "\n".join(line for line in WORK[what].splitlines() if "begun()" not in line)
+    code = f"""
+import numpy, threading, time
+import grapnel
+THESIS, SPATIAL = {str(THESIS)!r}, {str(SPATIAL)!r}
+def work():{work}
+threading.Thread(target=work, daemon=True).start()
+time.sleep(1.0)
+print("ends", flush=True)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=os.environ, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "ends\n", "")
+
+
+def test_a_second_campaign_that_waits_can_be_stopped(tmp_path):
+    code = f"""
+import signal, threading, time, warnings
+import grapnel
+warnings.simplefilter("ignore")
+file = {str(SOURCE / "studies/thesis-uncertain-target.yaml")!r}
+def first():
+    grapnel.campaign(file, out={str(tmp_path / "first")!r}, threads=1)
+threading.Thread(target=first, daemon=True).start()
+time.sleep(0.5)
+print("begun", flush=True)
+try:
+    grapnel.campaign(file, out={str(tmp_path / "second")!r}, threads=1)
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    child = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=os.environ)
+    try:
+        assert child.stdout.readline() == "begun\n"
+        time.sleep(1.0)
+        assert child.poll() is None
+        begin = time.monotonic()
+        child.send_signal(signal.SIGINT)
+        output, _ = child.communicate(timeout=60)
+    finally:
+        child.kill()
+        child.wait()
+    assert output == "interrupted\n" and child.returncode == 0
+    assert not (tmp_path / "second" / "campaign.json").exists() and time.monotonic() - begin < 60

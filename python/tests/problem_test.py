@@ -1,6 +1,9 @@
 """Scenarios: values by path and attribute, from files and dictionaries, as the program reads them."""
 
+import concurrent.futures
+import multiprocessing
 import pathlib
+import pickle
 import subprocess
 
 import numpy as np
@@ -66,8 +69,13 @@ def test_misspelt_values_name_what_was_meant(thesis):
         thesis.targets[0].maas = 3
     with pytest.raises(KeyError, match="no item 'target-9'"):
         thesis["targets.target-9.mass"]
-    with pytest.raises(KeyError):
-        thesis["approach.nothing"]
+    for read in (lambda: thesis["targets[0].mas"], lambda: thesis.targets[0].mas):
+        with pytest.raises((KeyError, AttributeError), match="no 'targets\\[0\\].mas'; did you mean 'mass'"):
+            read()
+    with pytest.raises(AttributeError, match="did you mean 'impact'"):
+        thesis.impct
+    with pytest.raises(KeyError, match="keys there are duration"):
+        thesis["approach.nothing_of_the_kind_there_is"]
     with pytest.raises(AttributeError):
         thesis.approach.nothing
     with pytest.raises(AttributeError):
@@ -137,3 +145,66 @@ def test_files_are_read_once(tmp_path):
     file.write_text("no scenario any more", encoding="utf-8")
     problem.targets[0].mass = 11
     assert problem["targets[0].mass"] == 11
+
+
+def test_numbers_with_units_are_read_in_si(tmp_path, values):
+    values["targets"][0]["mass"] = "12 kg"
+    values["approach"]["duration"] = "0.5 min"
+    values["robot"] = "ets-vii"
+    values["initial"]["joints"] = ["30 deg", 0, 0, 0, 0, "-45 deg"]
+    values["grasps"][0]["end_effector"] = "hand"
+    values["approach"] = {"duration": "0.5 min", "final_joints": [0.1, 0, 0, 0, 0, 0]}
+    problem = grapnel.Scenario(values)
+    assert problem.targets[0].mass == 12 and problem.approach.duration == 30
+    assert problem["initial.joints"] == (pytest.approx(np.pi / 6), 0, 0, 0, 0, pytest.approx(-np.pi / 4))
+    assert problem["robot.links[0].joint.limits.rate"] == pytest.approx(np.radians(5))  # the ready-made robot's file says 5 deg/s
+    problem.targets[0].mass = 2 * problem.targets[0].mass
+    assert problem["targets[0].mass"] == 24
+    with pytest.raises(grapnel.InputError, match="a length"):
+        problem.targets[0].mass = "3 m"
+
+
+def test_what_there_is_can_be_asked(thesis):
+    assert {"name", "robot", "targets", "approach"} <= set(thesis) and "name" in dir(thesis)
+    assert "targets[0].mass" in thesis and "targets[7].mass" not in thesis and 3 not in thesis
+    assert dir(thesis).count("name") == 1
+    assert thesis.targets[np.int64(-1)].name == "target-2"
+    for index in (2, -3):
+        with pytest.raises(IndexError):
+            thesis.targets[index] = {}
+    with pytest.raises(TypeError, match="neither a key nor an index"):
+        thesis.targets[0:1]
+
+
+def test_problems_go_to_other_processes(thesis, values, tmp_path):
+    thesis.targets[0].mass = 12.5
+    thesis["approach.final_joints"] = np.linspace(-1, 1, 6)
+    for problem in (thesis, grapnel.Scenario(values, set={"targets[0].name": "010", "grasps[0].target": "010"})):
+        again = pickle.loads(pickle.dumps(problem))
+        assert again.sha256 == problem.sha256 and type(again) is type(problem) and again.settings == problem.settings
+        assert pickle.loads(pickle.dumps(problem.targets[0])).mass == problem.targets[0].mass
+    with concurrent.futures.ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        there = pool.submit(last_position, thesis).result(timeout=120)
+        refused = pool.submit(set_mass, thesis, -1)
+        with pytest.raises(grapnel.InputError) as caught:
+            refused.result(timeout=120)
+    assert np.array_equal(there, last_position(thesis))
+    assert caught.value.faults[0].file == "targets[0].mass" and len(set(caught.value.faults)) == 1
+
+
+def last_position(problem):
+    return problem.simulate()["base/position"][-1].copy()
+
+
+def set_mass(problem, mass):
+    problem.targets[0].mass = mass
+
+
+def test_a_pickled_problem_whose_files_have_changed_is_refused(tmp_path):
+    text = pathlib.Path(THESIS).read_text(encoding="utf-8").replace("../../robots", str(SOURCE / "robots"))
+    file = tmp_path / "scenario.yaml"
+    file.write_text(text, encoding="utf-8")
+    pickled = pickle.dumps(grapnel.load(file))
+    file.write_text(text.replace("mass: 10", "mass: 11"), encoding="utf-8")
+    with pytest.raises(ValueError, match="is not any more what the pickled problem was read from"):
+        pickle.loads(pickled)

@@ -1,8 +1,10 @@
 """Results: bit for bit the program's, arrays that are views, names and units, the ledger, files."""
 
+import copy
 import filecmp
 import gc
 import json
+import pickle
 import subprocess
 
 import numpy as np
@@ -111,6 +113,7 @@ def test_tables_of_series(thesis):
     result = thesis.simulate()
     frame = result.to_pandas(["base/position", "joints/position"])
     assert isinstance(frame, pandas.DataFrame) and frame.index.name == "time"
+    assert frame[["base/position/x"]].equals(result.to_pandas("base/position")[["base/position/x"]])
     assert np.array_equal(frame["base/position/x"].to_numpy(), result["base/position"][:, 0])
     assert frame.attrs["units"]["base/position/x"] == "m"
 
@@ -126,3 +129,46 @@ def test_reports(thesis, tmp_path):
     assert (tmp_path / "x.html").read_bytes() == (tmp_path / "folder" / "report.html").read_bytes()
     with pytest.raises(OSError):
         result.report(tmp_path / "no folder" / "x.html")
+
+
+def test_results_say_how_they_travel(thesis):
+    result = thesis.simulate()
+    with pytest.raises(TypeError, match="take what is wanted of it"):
+        pickle.dumps(result)
+    assert copy.copy(result) is result and copy.deepcopy(result) is result
+    arrays = pickle.loads(pickle.dumps(dict(result)))
+    assert np.array_equal(arrays["base/position"], result["base/position"])
+    failed = grapnel.SimulationError("it failed", result)
+    assert pickle.loads(pickle.dumps(failed)).args == ("it failed",)
+    refused = pickle.loads(pickle.dumps(grapnel.CommandError("no", 2)))
+    assert (str(refused), refused.code) == ("no", 2)
+
+
+@pytest.mark.parametrize("name, message", [("base/angular_velocty", "did you mean 'base/angular_velocity'"), ("time", "result.time"),
+                                           ("position", "base/position"), ("nothing of it", "there are base/position")])
+def test_misspelt_series_are_answered(thesis, name, message):
+    with pytest.raises(KeyError, match=message):
+        thesis.simulate()[name]
+
+
+def test_misspelt_checks_are_answered(thesis):
+    with pytest.raises(KeyError, match="did you mean 'linear_momentum_drift'"):
+        thesis.simulate().ledger["linear_momentum_drif"]
+
+
+def test_where_nothing_can_be_written(thesis, tmp_path):
+    result = thesis.simulate()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(OSError):
+        result.save(tmp_path / "file" / "folder")
+    for wrong in (None, 3):
+        with pytest.raises(TypeError, match="expected is a path"):
+            result.save(wrong)
+        with pytest.raises(TypeError, match="expected is a path"):
+            result.report(wrong)
+
+
+def test_views_cannot_be_made_writable(thesis):
+    position = thesis.simulate()["base/position"]
+    with pytest.raises(ValueError):
+        position.flags.writeable = True

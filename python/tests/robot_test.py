@@ -1,5 +1,6 @@
 """Functions on robots against independent routes: differences, identities, each other; shapes and messages."""
 
+import pickle
 import threading
 
 import numpy as np
@@ -266,3 +267,72 @@ def test_other_threads_go_on_meanwhile(robot):
     done.set()
     thread.join()
     assert after > before
+
+
+def test_models_and_ready_made_ones_are_robots():
+    arm = grapnel.Robot(SOURCE / "examples/python/arm_on_satellite.urdf")
+    assert {"shoulder", "elbow", "wrist_yaw"} <= set(arm.joints) and arm.mass > 0
+    assert grapnel.Robot("ets-vii").nu == 6
+    with pytest.raises(grapnel.InputError, match="did you mean 'ets-vii'"):
+        grapnel.Robot("ets-vi")
+
+
+@pytest.mark.parametrize("nothing", [None, 3, {}, ["a"]])
+def test_what_is_no_source_of_a_robot(nothing):
+    with pytest.raises(TypeError, match="expected is a path"):
+        grapnel.Robot(nothing)
+
+
+def test_robots_go_to_other_processes(robot, system):
+    q, v = system.initial_state()
+    problem = grapnel.load(THESIS)
+    mine = grapnel.Robot(problem, targets=True)
+    problem.targets[0].mass = 77  # robots never change
+    again = pickle.loads(pickle.dumps(mine))
+    assert again.mass == mine.mass == system.mass and np.array_equal(again.mass_matrix(q), system.mass_matrix(q))
+    loops = pickle.loads(pickle.dumps(robot.loops([robot.frames[:2]], closed_at=robot.zero_state()[0])))
+    assert loops.rows == 6 and np.all(loops.defect(robot.zero_state()[0]) < 1e-14)
+    rollout = grapnel.Rollout(robot, 0.02, 3, "euler", [0, 0, -1], friction=False)
+    x = rollout.state(*robot.zero_state())
+    assert np.array_equal(rollout(x, steps=2), pickle.loads(pickle.dumps(rollout))(x, steps=2))
+
+
+def test_lanes_are_the_same_bits_as_one_by_one_on_every_set(robot):
+    """Rows of a batch beside others, in batches of odd sizes, and what single arguments do."""
+    q, v = states(robot, 67)
+    tau = np.random.default_rng(9).uniform(-1, 1, (67, robot.nv))
+    assert np.array_equal(robot.forward_dynamics(q, v, tau)[3:70], np.concatenate(
+        [robot.forward_dynamics(q[3:], v[3:], tau[3:])]))
+    assert np.array_equal(robot.forward_dynamics(q[0], v[0], tau)[66], robot.forward_dynamics(q[0], v[0], tau[66]))
+    assert np.array_equal(robot.inverse_dynamics(q, v, tau[0])[66], robot.inverse_dynamics(q[66], v[66], tau[0]))
+    assert np.array_equal(robot.bias(q[0], v)[66], robot.bias(q[0], v[66]))
+
+
+def test_quaternions_lose_what_rounding_has_done(robot):
+    q, v = (x[0] for x in states(robot, 1))
+    off = q.copy()
+    off[3:7] *= 1 + 1e-9
+    assert np.allclose(robot.frame_pose(robot.frames[0], off), robot.frame_pose(robot.frames[0], q), atol=1e-14)
+    assert np.allclose(robot.mass_matrix(off), robot.mass_matrix(q), rtol=1e-14)
+
+
+def test_a_slide_on_a_base_that_is_bolted_down(tmp_path):
+    text = (SOURCE / "robots/planar-test-bed.yaml").read_text(encoding="utf-8")
+    changed = text.replace("name: joint-2, type: continuous, axis: [0, 0, 1]", "name: joint-2, type: prismatic, axis: [0, 1, 0]")
+    changed = changed.replace("  name: base\n", "  name: base\n  mode: fixed\n", 1)
+    assert changed.count("prismatic") == text.count("prismatic") + 1 and "mode: fixed" in changed
+    (tmp_path / "robot.yaml").write_text(changed, encoding="utf-8")
+    robot = grapnel.Robot(tmp_path / "robot.yaml")
+    assert (robot.nq, robot.nv, robot.nu) == (2, 2, 2)
+    q, v = states(robot, 6)
+    tau = np.random.default_rng(4).uniform(-1, 1, (6, robot.nv))
+    M, c = robot.mass_matrix(q), robot.bias(q, v)
+    vdot = robot.forward_dynamics(q, v, tau)
+    assert np.allclose(np.einsum("nij,nj->ni", M, vdot) + c, tau, atol=1e-10)
+    assert np.allclose(robot.inverse_dynamics(q, v, vdot), tau, atol=1e-10)
+    assert robot.base_inertia(q).shape == (6, 0, 0) and robot.coupling_inertia(q).shape == (6, 0, 2)
+    assert np.allclose(robot.generalized_inertia(q), M)
+    frame = robot.frames[0]
+    assert np.allclose(robot.generalized_jacobian(frame, q), robot.jacobian(frame, q))
+    with pytest.raises(ValueError, match="fixed to the world"):
+        robot.base_twist(q, v)

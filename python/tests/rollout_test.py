@@ -155,10 +155,18 @@ def test_a_held_base_stays():
 
 
 @pytest.mark.parametrize("call, message", [
-    (lambda r, x, u: grapnel.rollout(r, x[0], u, step=0.1), r"initial_state has shape \(41,\), expected is \(n, 41\)"),
+    (lambda r, x, u: grapnel.rollout(r, x[0, 1:], u, step=0.1), r"initial_state has shape \(2, 40\), expected is \(n, 41\)"),
+    (lambda r, x, u: grapnel.rollout(r, x[:, None], u, step=0.1), r"initial_state has shape \(2, 1, 41\)"),
     (lambda r, x, u: grapnel.rollout(r, x, u[:, 0], step=0.1), r"control has shape \(2, 14\), expected is \(2, steps, 14\)"),
     (lambda r, x, u: grapnel.rollout(r, x, u[:1], step=0.1), r"control has shape \(1, 3, 14\)"),
-    (lambda r, x, u: grapnel.rollout(r, x, step=0.1), "there are 0 steps"),
+    (lambda r, x, u: grapnel.rollout(r, x, step=0.1), "neither control nor steps"),
+    (lambda r, x, u: grapnel.rollout(r, x, u[:, :0], step=0.1), "there are 0 steps"),
+    (lambda r, x, u: grapnel.rollout(r, x, u, step=0.1, steps=4), r"steps is 4, but control has shape \(2, 3, 14\)"),
+    (lambda r, x, u: grapnel.rollout(r, x, step=0.1, steps=-2), "steps is -2"),
+    (lambda r, x, u: grapnel.rollout(r, x, step=0.1, steps=2**70), "steps is"),
+    (lambda r, x, u: grapnel.rollout(r, x, u, step=0.1, threads=2**70), "threads is"),
+    (lambda r, x, u: grapnel.Rollout(r, 0.1).state(x[0, :3], x[0, 21:]), r"q has shape \(3,\)"),
+    (lambda r, x, u: grapnel.Rollout(r, 0.1).split(x[0, :3]), r"state has shape \(3,\)"),
     (lambda r, x, u: grapnel.rollout(r, x, u, step=0), "step must be positive"),
     (lambda r, x, u: grapnel.rollout(r, x, u, step=np.nan), "step must be positive"),
     (lambda r, x, u: grapnel.rollout(r, x, u, step=0.1, substeps=0), "substeps is 0"),
@@ -171,6 +179,28 @@ def test_wrong_arguments_are_named(robot, call, message):
     x = np.tile(np.concatenate(robot.zero_state()), (2, 1))
     with pytest.raises(ValueError, match=message):
         call(robot, x, np.zeros((2, 3, robot.nu)))
+
+
+def test_one_state_and_one_course_of_controls(robot):
+    rollout = grapnel.Rollout(robot, 0.02)
+    x, control = rollout.state(*robot.zero_state()), control_of(robot, 3, 4)
+    many = rollout(x, control)
+    assert many.shape == (3, 4, rollout.nstate)
+    assert np.array_equal(many, rollout(np.tile(x, (3, 1)), control))
+    assert np.array_equal(many[1], rollout(x, control[1]))
+    assert np.array_equal(many[1, -1], rollout(x, control[1], last_only=True))
+    assert rollout(x, steps=5).shape == (5, rollout.nstate)
+    q, v = rollout.split(many)
+    assert np.shares_memory(q, many) and np.array_equal(rollout.state(q, v), many)
+    assert rollout.state(q[0, 0], v[0]).shape == (4, rollout.nstate)
+
+
+@pytest.mark.parametrize("call", [lambda r: grapnel.Rollout(r, 0.1, method=None), lambda r: grapnel.Rollout(r, 0.1, substeps=2.5),
+                                  lambda r: grapnel.Rollout(r, None), lambda r: grapnel.Rollout(r, 0.1)(np.zeros(41), steps=2.7)])
+def test_what_is_of_another_kind_is_refused_in_words(robot, call):
+    with pytest.raises(TypeError) as caught:
+        call(robot)
+    assert "incompatible" not in str(caught.value)  # pybind11's own words help nobody
 
 
 def test_what_overflows_is_not_a_number(robot):

@@ -1,9 +1,7 @@
 #include "campaign/fake_campaign.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -83,16 +81,6 @@ void expect_fake_rows(const fs::path& folder, const Campaign& campaign, std::uin
   const std::vector<CaseRow> rows = rows_in(folder, campaign);
   ASSERT_EQ(rows.size(), total);
   for (std::uint64_t k = 0; k < total; ++k) ASSERT_TRUE(same_row(rows[k], fake_row(k))) << k;
-}
-
-TemporaryFolder::TemporaryFolder() {
-  static std::atomic<int> count{0};
-  path_ = fs::temp_directory_path() / ("grapnel-campaign-" + std::to_string(getpid()) + "-" + std::to_string(count++));
-  fs::create_directories(path_);
-}
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
 }
 
 std::string bytes_of(const fs::path& path) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "grapnel/campaign/shard_store.hpp"
+#include "grapnel/result/atomic_file.hpp"
 
 namespace grapnel::test {
 
@@ -26,18 +27,7 @@ std::vector<CaseRow> rows_in(const std::filesystem::path& folder, const Campaign
 /// That they are those of fake_row(), all `total` of them.
 void expect_fake_rows(const std::filesystem::path& folder, const Campaign& campaign, std::uint64_t total);
 
-/// A folder that is deleted with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
+using TemporaryFolder = ScratchFolder;
 
 std::string bytes_of(const std::filesystem::path& path);
 void write_bytes(const std::filesystem::path& path, const std::string& bytes);

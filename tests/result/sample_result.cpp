@@ -10,7 +10,6 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
-#include <stdexcept>
 
 namespace grapnel::test {
 namespace {
@@ -256,21 +255,9 @@ bool same_numbers(const std::vector<double>& a, const std::vector<double>& b) {
   return true;
 }
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "grapnel-result-XXXXXX").string();
-  if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  path_ = name;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::permissions(path_, std::filesystem::perms::owner_all, ignored);
-  std::filesystem::remove_all(path_, ignored);
-}
-
 int TemporaryFolder::files() const {
   return static_cast<int>(
-      std::distance(std::filesystem::directory_iterator(path_), std::filesystem::directory_iterator()));
+      std::distance(std::filesystem::directory_iterator(path()), std::filesystem::directory_iterator()));
 }
 
 std::string bytes_of(const std::filesystem::path& path) {

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/capture_result.hpp"
 
 namespace grapnel::test {
@@ -26,19 +27,11 @@ TimeSeriesMetadata sample_metadata();
 bool same_numbers(const std::vector<double>& a, const std::vector<double>& b);
 
 /// A folder that disappears with the object.
-class TemporaryFolder {
+class TemporaryFolder : public ScratchFolder {
  public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
-  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(const std::string& name) const { return path() / name; }
   /// How many files it holds, hidden ones too.
   int files() const;
-
- private:
-  std::filesystem::path path_;
 };
 
 std::string bytes_of(const std::filesystem::path& path);

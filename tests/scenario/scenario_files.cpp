@@ -1,7 +1,6 @@
 #include "scenario/scenario_files.hpp"
 
 #include <gtest/gtest.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <fstream>
@@ -59,19 +58,10 @@ std::string small_robot() {
   return robot;
 }
 
-TemporaryFolder::TemporaryFolder() {
-  std::string name = (std::filesystem::temp_directory_path() / "grapnel-scenario-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
-  path_ = name;
-}
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
 std::filesystem::path TemporaryFolder::write(const std::string& name, std::string_view bytes) const {
-  std::ofstream file(path_ / name, std::ios::binary);
+  std::ofstream file(path() / name, std::ios::binary);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  return path_ / name;
+  return path() / name;
 }
 
 std::string edited(std::string text, const std::vector<std::pair<std::string, std::string>>& edits) {

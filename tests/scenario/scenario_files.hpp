@@ -9,23 +9,16 @@
 #include <utility>
 #include <vector>
 
+#include "grapnel/result/atomic_file.hpp"
 #include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::test {
 
 /// A folder that lives as long as the object.
-class TemporaryFolder {
+class TemporaryFolder : public ScratchFolder {
  public:
-  TemporaryFolder();
-  ~TemporaryFolder();
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  const std::filesystem::path& path() const { return path_; }
   /// Writes a file and returns its path.
   std::filesystem::path write(const std::string& name, std::string_view bytes) const;
-
- private:
-  std::filesystem::path path_;
 };
 
 /// A small valid scenario with its robot inline: a two-joint arm that catches one ball.

@@ -1,8 +1,5 @@
 #include "study/study_case.hpp"
 
-#include <unistd.h>
-
-#include <atomic>
 #include <fstream>
 #include <sstream>
 
@@ -10,19 +7,9 @@ namespace grapnel::test {
 
 namespace fs = std::filesystem;
 
-Folder::Folder() {
-  static std::atomic<int> count{0};
-  path_ = fs::temp_directory_path() / ("grapnel-study-" + std::to_string(getpid()) + "-" + std::to_string(count++));
-  fs::create_directories(path_);
-}
-Folder::~Folder() {
-  std::error_code ignored;
-  fs::remove_all(path_, ignored);
-}
-
 fs::path Folder::write(const std::string& name, const std::string& text) const {
-  std::ofstream(path_ / name, std::ios::binary) << text;
-  return path_ / name;
+  std::ofstream(path() / name, std::ios::binary) << text;
+  return path() / name;
 }
 
 std::string read_bytes(const fs::path& path) {

@@ -7,21 +7,14 @@
 #include <string>
 
 #include "grapnel/problem/capture_problem.hpp"
+#include "grapnel/result/atomic_file.hpp"
 
 namespace grapnel::test {
 
 /// A folder that is deleted with the object.
-class Folder {
+class Folder : public ScratchFolder {
  public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
   std::filesystem::path write(const std::string& name, const std::string& text) const;
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
 };
 
 std::string read_bytes(const std::filesystem::path& path);

@@ -1,0 +1,11 @@
+// The states in lanes for avx512. Compiled with flags of its own, see CMakeLists.txt.
+
+#include "grapnel/lanes/lane_states.hpp"
+
+namespace grapnel::lanes {
+
+void run_lane_states_avx512(const StatesTables& tables, const StateCases& cases) {
+  run_lane_states<Pack<Avx512>>(tables, cases);
+}
+
+}  // namespace grapnel::lanes

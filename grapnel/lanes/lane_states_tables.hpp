@@ -1,0 +1,49 @@
+#pragma once
+
+/// @file
+/// What lane translation units see of states.hpp: plain data, no Eigen.
+
+#include <cstdint>
+
+#include "grapnel/model/tree.hpp"
+
+namespace grapnel::lanes {
+
+struct StatesTables {
+  const TreeLink<double>* links;
+  int link_count;
+  int coordinates;
+  int velocities;
+};
+
+/// Rows of numbers, one per case; `stride` numbers lie between the begins of two rows, 0: all have the same one.
+struct StateRows {
+  const double* data = nullptr;  // null: zeros
+  std::int64_t stride = 0;
+};
+
+/// Numbers of LinkMotion in StateCases::motion: X_WL's rotation by rows and position, V_WL [angular; linear].
+constexpr int kMotionNumbers = 18;
+
+/// The states of `count` cases, and what is wanted of them: row-major, case after case; null: not wanted.
+struct StateCases {
+  std::int64_t count = 0;
+  StateRows q;                    // coordinates, quaternions of unit norm; never null
+  StateRows v;                    // velocities
+  StateRows force;                // generalized, of forward dynamics
+  StateRows acceleration;         // of inverse dynamics
+  double gravity[3] = {0, 0, 0};  // uniform, in W [m/s^2]
+
+  double* motion = nullptr;         // links x kMotionNumbers: poses and twists of the tree's links in W
+  double* accelerations = nullptr;  // velocities: forward dynamics
+  double* forces = nullptr;         // velocities: inverse dynamics
+  double* mass_matrix = nullptr;    // velocities x velocities
+};
+
+// Once per instruction set; each is defined where it is compiled for its set.
+void run_lane_states_one_lane(const StatesTables& tables, const StateCases& cases);
+void run_lane_states_sse2(const StatesTables& tables, const StateCases& cases);
+void run_lane_states_avx2(const StatesTables& tables, const StateCases& cases);
+void run_lane_states_avx512(const StatesTables& tables, const StateCases& cases);
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,38 @@
+#include "grapnel/lanes/states.hpp"
+
+namespace grapnel::lanes {
+namespace {
+
+using RunStates = void (*)(const StatesTables&, const StateCases&);
+
+RunStates states_of([[maybe_unused]] InstructionSet set) {
+#ifdef GRAPNEL_LANES_X86
+  switch (set) {
+    case InstructionSet::sse2:
+      return run_lane_states_sse2;
+    case InstructionSet::avx2:
+      return run_lane_states_avx2;
+    case InstructionSet::avx512:
+      return run_lane_states_avx512;
+    default:
+      break;
+  }
+#endif
+  return run_lane_states_one_lane;
+}
+
+}  // namespace
+
+States::States(const Model& model, InstructionSet set)
+    : tables_{model.tree().links.data(), static_cast<int>(model.tree().links.size()), model.coordinates(),
+              model.velocities()},
+      run_(states_of(set)),
+      run_few_(set == InstructionSet::sse2 ? run_ : run_lane_states_one_lane) {}
+
+void States::run(const StateCases& cases) const {
+  // A pack costs no less for lanes that nobody needs, and more memory is set up for it.
+  constexpr std::int64_t kFew = 2;
+  (cases.count <= kFew ? run_few_ : run_)(tables_, cases);
+}
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,3 @@
+"""As if matplotlib were not installed."""
+
+raise ImportError("matplotlib is hidden from this test")
