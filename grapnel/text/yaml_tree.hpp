@@ -28,10 +28,10 @@ struct Node {
   /// Of a number that was written with a unit, which it has no longer: which of the place's units it was, from 1. 0:
   /// none. units.hpp says more.
   std::uint8_t unit = 0;
-  std::string written = {};        // of such a number: the text with the unit
   std::vector<Node> items;         // sequence
   std::vector<NodeEntry> entries;  // mapping, in the order of the file; a duplicate key occurs twice
   std::string comment = {};        // lines to write before it; files that are read leave it empty
+  std::string written = {};        // scalar with `unit`: the text as it was, with the unit
 
   bool is_mapping() const { return kind == Kind::mapping; }
   bool is_sequence() const { return kind == Kind::sequence; }
