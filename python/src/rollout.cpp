@@ -90,10 +90,14 @@ void bind_rollout(py::module_& module) {
           py::arg("friction"), py::arg("hold_base"))
       .def("run", &RolloutOfRobot::run, py::arg("initial_state"), py::arg("control"), py::arg("steps"),
            py::arg("only_last"), py::arg("threads"));
-  module.def("instruction_set", [] {
-    const auto set = lanes::best_instruction_set();
-    return std::string(lanes::name(set.value_or(lanes::InstructionSet::one_lane)));
-  });
+  module.def(
+      "instruction_set",
+      [] {
+        const auto set = lanes::best_instruction_set();
+        return std::string(lanes::name(set.value_or(lanes::InstructionSet::one_lane)));
+      },
+      "The SIMD instruction set of rollouts and of robots' functions: 'avx512' (8 lanes), 'avx2' (4), 'sse2' (2) or "
+      "'one_lane'. GRAPNEL_LANES in the environment names another one.");
 }
 
 }  // namespace grapnel::python

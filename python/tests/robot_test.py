@@ -297,7 +297,25 @@ def test_robots_go_to_other_processes(robot, system):
     assert np.array_equal(rollout(x, steps=2), pickle.loads(pickle.dumps(rollout))(x, steps=2))
 
 
-def test_lanes_are_the_same_bits_as_one_by_one_on_every_set(robot):
+@pytest.mark.parametrize("lanes", ["sse2", "avx2", "off"])
+def test_every_instruction_set_says_the_same(robot, lanes, monkeypatch):
+    q, v = states(robot, 21)
+    monkeypatch.setenv("GRAPNEL_LANES", lanes)
+    try:
+        other = grapnel.Robot(SPATIAL)
+    except RuntimeError:
+        pytest.skip(f"{lanes} does not run here")
+    assert grapnel.instruction_set() == {"off": "one_lane"}.get(lanes, lanes)
+    found, expected = other.forward_dynamics(q, v), robot.forward_dynamics(q, v)
+    assert np.allclose(found, expected, rtol=1e-11) and (lanes == "sse2" or np.array_equal(found, expected))
+    for i in (0, 20):
+        assert np.array_equal(other.forward_dynamics(q[i], v[i]), found[i])
+    monkeypatch.setenv("GRAPNEL_LANES", "avx1024")
+    with pytest.raises(RuntimeError, match="GRAPNEL_LANES is 'avx1024'"):
+        grapnel.Robot(SPATIAL)
+
+
+def test_rows_are_the_bits_of_single_states(robot):
     """Rows of a batch beside others, in batches of odd sizes, and what single arguments do."""
     q, v = states(robot, 67)
     tau = np.random.default_rng(9).uniform(-1, 1, (67, robot.nv))
