@@ -139,7 +139,7 @@ std::optional<SolidMesh> solid_of(const MjcfPart& part, const MjcfGeom& geom, Mj
   if (solid && (solid->is_star || mesh.is_exact || context.compiler.exact_meshes)) return SolidMesh{&mesh, *solid};
   why_not = solid
                 ? "whose hollows count as mass in MuJoCo, unless exactmeshinertia=\"true\" stands in <compiler> (since "
-                  "3.2: inertia=\"exact\" at <mesh>)"
+                  "3.2.5: inertia=\"exact\" at <mesh>)"
                 : "whose triangles do not close a volume";
   return {};
 }

@@ -8,7 +8,6 @@
 
 #include "grapnel/import/source_model.hpp"
 #include "grapnel/import/xml_file.hpp"
-#include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/scenario/mesh_files.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/scenario/sections.hpp"
@@ -490,30 +489,6 @@ std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const fs:
   if (!imported) return nullptr;
   files.keep_imported(import_key(scenario, path), imported);
   return imported;
-}
-
-std::vector<Node*> import_path_nodes(Node& scenario) {
-  std::vector<Node*> paths;
-  const auto add = [&](Node* mapping, const char* key) {
-    Node* node = mapping ? mapping->find(key) : nullptr;
-    if (node && is_text(*node) && !find_ready_made(ReadyMade::Kind::robots, node->text)) paths.push_back(node);
-  };
-  const auto add_settings = [&](Node* settings) {
-    add(settings, "bus");
-    if (Node* packages = settings ? settings->find("packages") : nullptr) {
-      for (NodeEntry& entry : packages->entries) {
-        if (is_text(entry.value)) paths.push_back(&entry.value);
-      }
-    }
-  };
-  add_settings(scenario.find("import"));
-  Node* robot = scenario.find("robot");
-  if (!robot || !is_put_together(*robot)) return paths;
-  add(robot, "bus");
-  if (Node* arms = robot->find("arms")) {
-    for (Node& arm : arms->items) add(&arm, "file"), add_settings(&arm);
-  }
-  return paths;
 }
 
 }  // namespace grapnel

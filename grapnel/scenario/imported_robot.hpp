@@ -50,9 +50,6 @@ std::shared_ptr<const ImportedFile> import_robot(const Node& scenario, const std
 std::shared_ptr<const ImportedFile> imported_robot(const Node& scenario, const std::filesystem::path& path,
                                                    const ScenarioFiles& files);
 
-/// The paths that the import of a scenario's robot names: files of models and buses, folders of packages.
-std::vector<Node*> import_path_nodes(Node& scenario);
-
 /// A model by itself, as `grapnel import` asks for it: `settings` are those of `import`, or nothing; their paths are
 /// relative to the folder of `beside`. Meshes are named relative to that of `place`.
 std::shared_ptr<const ImportedFile> import_model(const std::filesystem::path& model, const Node& settings,

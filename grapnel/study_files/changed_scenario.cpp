@@ -41,6 +41,31 @@ void move_path(const std::filesystem::path& scenario, const std::filesystem::pat
   named->text = std::filesystem::proximate(file, std::filesystem::absolute(place).parent_path()).generic_string();
 }
 
+// The paths that the import of a scenario's robot names: files of models and buses, folders of packages.
+std::vector<Node*> import_path_nodes(Node& scenario) {
+  std::vector<Node*> paths;
+  const auto add = [&](Node* mapping, const char* key) {
+    Node* node = mapping ? mapping->find(key) : nullptr;
+    if (node && is_text(*node) && !find_ready_made(ReadyMade::Kind::robots, node->text)) paths.push_back(node);
+  };
+  const auto add_settings = [&](Node* settings) {
+    add(settings, "bus");
+    if (Node* packages = settings ? settings->find("packages") : nullptr) {
+      for (NodeEntry& entry : packages->entries) {
+        if (is_text(entry.value)) paths.push_back(&entry.value);
+      }
+    }
+  };
+  add_settings(scenario.find("import"));
+  Node* robot = scenario.find("robot");
+  if (!robot || !is_put_together(*robot)) return paths;
+  add(robot, "bus");
+  if (Node* arms = robot->find("arms")) {
+    for (Node& arm : arms->items) add(&arm, "file"), add_settings(&arm);
+  }
+  return paths;
+}
+
 }  // namespace
 
 void include_robot(Node& root, const std::filesystem::path& scenario, const ScenarioFiles& files) {

@@ -256,7 +256,7 @@ TEST(UrdfAssembly, RotorsAsTheyAreOrAsTheJointFeelsThem) {
         "</actuator></transmission></robot>");
   };
   const auto felt = [](const Imported& imported) {
-    const JointDescription& joint = carried_by(robot_of(imported), "j").joint;
+    const JointDescription joint = carried_by(robot_of(imported), "j").joint;
     return joint.rotor_inertia * joint.gear_ratio * joint.gear_ratio;
   };
   const std::string geared = "<mechanicalReduction>-50</mechanicalReduction>";
