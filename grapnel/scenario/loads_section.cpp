@@ -104,8 +104,10 @@ struct Described<OrbitSetup> {
                     "Gravitational parameter, in place of that of body, whose radius is then not read.")
           .above(0)
           .optional(),
-      field<&T::eccentricity>("eccentricity", "", "Of the orbit.").at_least(0).at_most(0.99),
-      field<&T::true_anomaly>("true_anomaly", "rad", "At t = 0, from the orbit's lowest point in the sense of motion."),
+      field<&T::eccentricity>("eccentricity", "", "Of the orbit; absent: 0.").at_least(0).at_most(0.99).optional(),
+      field<&T::true_anomaly>("true_anomaly", "rad",
+                              "At t = 0, from the orbit's lowest point in the sense of motion; absent: 0.")
+          .optional(),
       field<&T::radial>("radial", "", "Unit vector in W: outward, at t = 0; absent: [1, 0, 0].")
           .as("unit vector")
           .optional(),
