@@ -371,5 +371,26 @@ TEST(ExamplesWithASlowJoint, PassItsRateLimit) {
   for (const LimitEvent& e : r.limit_events) EXPECT_EQ(e.joint, "arm-1-joint-1");
 }
 
+// What five minutes in orbit do to a stack that is held together, as the file says: and without them nothing.
+TEST(Orbit, TurnsAStackOfTwoBodies) {
+  const CaptureResult r = simulate_capture(load("orbit-drift"));
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  expect_passes(r);
+  const std::size_t last = r.series.time.size() - 1;
+  const auto turned = [](const CaptureResult& result) {
+    return rotation_angle(transpose(pose_at(result, "base", 0).R) *
+                          pose_at(result, "base", result.series.time.size() - 1).R);
+  };
+  EXPECT_NEAR(norm(vector_at(r, "system/external_angular_impulse", last)), 27.7, 0.1);
+  EXPECT_NEAR(turned(r) * 180 / 3.141592653589793, 4.7, 0.1);
+  // The air brakes: 1.9e-4 N/m^2 on at most 10 m^2 for 300 s.
+  const Vector3d impulse = vector_at(r, "system/external_impulse", last);
+  EXPECT_LT(dot(impulse, Vector3d{0, 1, 0}), -0.1);
+  EXPECT_GT(dot(impulse, Vector3d{0, 1, 0}), -0.57);
+  CaptureProblem alone = load("orbit-drift");
+  alone.orbit.reset(), alone.loads.clear();
+  EXPECT_EQ(turned(simulate_capture(alone)), 0);
+}
+
 }  // namespace examples_test
 }  // namespace grapnel::testing
