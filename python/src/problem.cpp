@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "grapnel/scenario/imported_robot.hpp"
 #include "grapnel/scenario/schema.hpp"
 #include "grapnel/study_files/changed_scenario.hpp"
 #include "grapnel/text/message_text.hpp"
