@@ -170,6 +170,8 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (!setup.loads.empty()) return "there are external loads";
   if (setup.orbit) return "there is an orbit";
   if (setup.attitude) return "a base is under attitude control";
+  if (setup.clock) return "control is sampled";
+  if (setup.controller) return "a controller of its own is asked";
   if (setup.held_root >= 0) return "a base is held";
   if (!setup.drives.empty() && setup.drives.size() != model.joints().size()) return "drives do not match the joints";
   for (const TreeLink<double>& link : model.tree().links) {
