@@ -35,6 +35,8 @@ JointControl control_of(PostImpactSetup::Joints joints);
 /// What a joint that has settled follows.
 JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentControl& control, std::size_t joint);
 
+/// What drives a piece of the run. The clock is a new one, which has seen no time; joints under a controller have none
+/// yet.
 PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                          const std::vector<JointTrajectory>& joints, const SegmentControl& control);
 

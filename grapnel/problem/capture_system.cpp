@@ -202,10 +202,11 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
     check_way(problem, joints, faults);
     if (approach->final_rates) check_size(*approach->final_rates, "approach: final joint rates");
     if (approach->match && problem.grasps.empty()) faults.push_back("approach: matching rates needs grasps");
-    if (approach->tracking.mode != JointControl::prescribed) {
+    if (has_gains(approach->tracking.mode)) {
       check_size(approach->tracking.kp, "approach: kp");
       check_size(approach->tracking.kd, "approach: kd");
-    } else if (approach->profile == JointProfile::quartic && !approach->sampled && approach->pieces.empty() &&
+    } else if (approach->tracking.mode == JointControl::prescribed && approach->profile == JointProfile::quartic &&
+               !approach->sampled && approach->pieces.empty() &&
                std::any_of(problem.joint_rate.begin(), problem.joint_rate.end(), [](double r) { return r != 0; })) {
       faults.push_back(
           "approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");

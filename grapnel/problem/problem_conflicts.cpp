@@ -73,6 +73,7 @@ class Conflicts {
       if (problem_.post_impact->base_control && problem_.robot.base_mode == RobotSetup::Base::fixed)
         refuse_base_control("post_impact.base_control");
     }
+    check_control();
     for (std::size_t i = 0; i < problem_.loads.size(); ++i) check_load(problem_.loads[i], i);
     check_shapes();
     check_lengths();
@@ -178,6 +179,53 @@ class Conflicts {
     check("initial.base", problem_.X_WB.p, problem_.V_WB ? problem_.V_WB->linear : Vector3d::zero());
     for (std::size_t i = 0; i < problem_.targets.size(); ++i)
       check(fmt::format("targets[{}].state", i), problem_.targets[i].X_WT.p, problem_.targets[i].V_WT.linear);
+  }
+
+  // ---- The on-board computer ----
+
+  void check_control() {
+    const bool in_approach = problem_.approach && problem_.approach->tracking.mode == JointControl::controller;
+    const bool afterwards = problem_.post_impact && problem_.post_impact->joints == PostImpactSetup::Joints::controller;
+    const std::string plugin = problem_.control ? problem_.control->plugin : "";
+    const auto needs_plugin = [&](const char* path) {
+      add(path, "{} is controller, which needs the plugin that drives them: control: {{period: ..., plugin: ...}}",
+          path)
+          .relies_on = "control";
+    };
+    if (in_approach && plugin.empty()) needs_plugin("approach.tracking.mode");
+    if (afterwards && plugin.empty()) needs_plugin("post_impact.joints");
+    if (!problem_.control) return;
+    check_timing(problem_.control->timing);
+    if (!plugin.empty() && !in_approach && !afterwards)
+      add("control.plugin",
+          "control.plugin drives nothing: approach.tracking.mode or post_impact.joints must be controller");
+    if (!problem_.control->base_torque) return;
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed)
+      add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
+    const auto both = [&](const char* path) {
+      add_key(path, "{}: control.base_torque leaves the base's torque to the plugin; leave out one of the two", path);
+    };
+    if (in_approach && problem_.approach->base_control) both("approach.base_control");
+    if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+  }
+
+  // Ticks are breaks of the integration, which are listed before it.
+  void check_timing(const ControlTiming& timing) {
+    const auto approach = duration_of(problem_.approach), after = duration_of(problem_.post_impact);
+    if (!approach || !after || !(timing.period > 0) || !(timing.delay >= 0)) return;
+    const double run = *approach + *after, ticks = run / timing.period;
+    constexpr double kMostTicks = 1e7;
+    if (ticks > kMostTicks) {
+      add("control.period", "control.period is {} [s], which makes {:.3g} samples in the run's {} s; at most {:.0f}",
+          timing.period, ticks, run, kMostTicks);
+    } else if (run > 0 && timing.period >= run) {
+      add("control.period",
+          "control.period is {} [s], must be less than {}, the length of the run: sensors would be read once",
+          timing.period, run);
+    }
+    if (run > 0 && timing.delay >= run)
+      add("control.delay", "control.delay is {} [s], must be less than {}, the length of the run: no command would act",
+          timing.delay, run);
   }
 
   void refuse_base_control(const char* path) {

@@ -415,6 +415,14 @@ struct OrbitReport {
   double period = 0;
 };
 
+/// The on-board computer of a run.
+struct ControlReport {
+  double period = 0;
+  double delay = 0;
+  std::string plugin;
+  std::string plugin_sha256;
+};
+
 /// An integration's cost.
 struct PhaseCost {
   std::string phase;
@@ -430,6 +438,7 @@ struct CaptureResult {
   std::string scenario_sha256;  // of the scenario's and all included files' bytes, and of overrides
   std::vector<std::string> warnings;
   std::optional<OrbitReport> orbit;  // with which W falls
+  std::optional<ControlReport> control;
   std::optional<PhaseEnd> approach_start;
   std::optional<PhaseEnd> approach_end;
   std::optional<PlanReport> plan;    // of the approach

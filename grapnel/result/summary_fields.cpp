@@ -408,6 +408,19 @@ const Type& type_of<PhaseCost>() {
 }
 
 template <>
+const Type& type_of<ControlReport>() {
+  using C = ControlReport;
+  static constexpr Field fields[] = {
+      field<&C::period>("period", "s", "between samples"),
+      field<&C::delay>("delay", "s", "from a sample to the command that follows from it"),
+      field<&C::plugin>("plugin", "the controller's library, as the scenario names it; empty without one"),
+      field<&C::plugin_sha256>("plugin_sha256", "of its bytes; empty without one"),
+  };
+  static constexpr Type type = structure<C>("ControlReport", "the on-board computer that samples the control.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<OrbitReport>() {
   using O = OrbitReport;
   static constexpr Field fields[] = {
@@ -544,7 +557,8 @@ const Type& type_of<Summary>() {
   return s.result.warnings;
 }
 > ("warnings", "", "for who reads the result"), derived < [](const S& s) -> auto& { return s.result.orbit; }
-> ("orbit", "", "absent without one"),
+> ("orbit", "", "absent without one"), derived < [](const S& s) -> auto& { return s.result.control; }
+> ("control", "", "absent where control is continuous"),
     derived<[](const S& s) { return Approach{&s.result}; }>("approach", "", "absent without an approach")
         .when<[](const S& s) { return has_approach(s.result); }>(),
     derived<[](const S& s) { return Capture{&s.result}; }>("capture", "",

@@ -152,7 +152,9 @@ struct Described<PostImpactSetup> {
           "joints", "",
           "free: no torques. pd: hold the joint values found at the impact, by the law (4.1). computed_torque: the "
           "same "
-          "by torques that the model of servicer and held targets asks for. braked: locked by a second impulse."),
+          "by torques that the model of servicer and held targets asks for. braked: locked by a second impulse. "
+          "controller: by torques "
+          "that control.plugin says."),
       field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
                     "Proportional gain, for joints pd and computed_torque; ignored otherwise.")
           .at_least(0)

@@ -50,6 +50,10 @@ constexpr const JointControlLaw& law_of(JointControl control) {
   return kJointControls[0];
 }
 constexpr ControlOutput output_of(JointControl control) { return law_of(control).output; }
+/// Whether a law has gains kp and kd.
+constexpr bool has_gains(JointControl control) {
+  return output_of(control) == ControlOutput::effort || output_of(control) == ControlOutput::acceleration;
+}
 /// Whether a law works through efforts that a joint's limit cuts.
 GRAPNEL_INLINE constexpr bool works_by_effort(ControlOutput output) {
   return output == ControlOutput::effort || output == ControlOutput::acceleration || output == ControlOutput::command;

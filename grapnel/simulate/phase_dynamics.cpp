@@ -13,6 +13,9 @@ namespace {
 // Redundant rows that disagree by more than this share of the accelerations at hand contradict each other; rounding
 // leaves some 1e-13.
 constexpr double kContradiction = 1e-6;
+// Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and would
+// not come to numbers that are not finite before the steps between its samples had become countless.
+constexpr double kRunaway = 1e4;
 
 // Offsets in the integrals' part of y.
 constexpr int kMotorWork = 0, kFrictionWork = 1, kExternalWork = 2, kExternalMoment = 3, kExternalForce = 6;
@@ -290,12 +293,32 @@ void PhaseDynamics::begin_control(double t, double end) {
   if (has_controller_) setup_.controller->begin_piece(model_, t);
 }
 
+void PhaseDynamics::refuse_runaway(double t) const {
+  const auto fastest =
+      std::max_element(now_.v.begin(), now_.v.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  if (fastest == now_.v.end() || !(std::abs(*fastest) > kRunaway)) return;
+  const auto v = static_cast<int>(fastest - now_.v.begin());
+  const auto has_it = [&](const Body& b) { return v >= b.v && v < b.v + velocity_count(b.description.joint.type); };
+  const Body& body = *std::find_if(model_.bodies().begin(), model_.bodies().end(), has_it);
+  const JointDescription& joint = body.description.joint;
+  const std::string what = has_one_axis(joint.type)
+                               ? fmt::format("joint \"{}\" has the rate", joint.name)
+                               : fmt::format("body \"{}\" has the velocity", body.description.name);
+  const ControlTiming& timing = setup_.clock->timing();
+  throw ControllerError(
+      fmt::format("sampled control is unstable: at t = {:.9g} s {} {:.3g} (rad/s or m/s), beyond {:g}; samples are "
+                  "taken every {:g} s "
+                  "and act {:g} s later, for which gains are too high",
+                  t, what, *fastest, kRunaway, timing.period, timing.delay));
+}
+
 void PhaseDynamics::tick(double t, std::span<const double> y) {
   if (!setup_.clock || !setup_.clock->tick(t)) return;
   sampling_ = true;
   try {
     load(t, y);
     if (projects()) close_loops(t);
+    refuse_runaway(t);
     accelerate(t);
   } catch (...) {
     sampling_ = false;

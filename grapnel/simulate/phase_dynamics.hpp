@@ -113,7 +113,8 @@ class PhaseDynamics {
   /// A phase from t to `end` begins: tells the controller. @throws std::logic_error if a clock would run backwards.
   void begin_control(double t, double end);
   /// The time is t, in y: at a tick of the clock sensors are read and laws speak, and commands that are due act. Does
-  /// nothing without a clock. @throws ControllerError.
+  /// nothing without a clock. @throws ControllerError, also where the control is unstable: something has come to speeds
+  /// that nothing in space has.
   void tick(double t, std::span<const double> y);
 
   /// dy/dt.
@@ -163,6 +164,7 @@ class PhaseDynamics {
   /// Whether laws say what acts, now; else what the clock holds acts.
   bool laws_speak() const { return !setup_.clock || sampling_; }
   void ask_controller(double t);
+  void refuse_runaway(double t) const;
   void drive_root();
   void load(double t, std::span<const double> y);
   void recover(double t);
