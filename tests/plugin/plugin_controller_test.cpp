@@ -33,7 +33,7 @@ Model two_joints() {
       .add(base)
       .add(upper)
       .add(lower)
-      .add({"tip", "lower", {Rotationd::identity(), {0.8, 0, 0}}})
+      .add(FrameDescription{"tip", "lower", {Rotationd::identity(), {0.8, 0, 0}}})
       .build();
 }
 
@@ -117,7 +117,7 @@ TEST(PluginController, AnswersWhatThePluginAsksOfTheModel) {
   for (const int r : order) off = std::max(off, std::abs(next() - c[r]));
   const Kinematics k = forward_kinematics(model, state);
   const Momentumd h = momentum_about(model, k, center_of_mass(model, k));
-  const Vector3d linear = h.linear + 26 * robot_of().velocity;
+  const Vector3d linear = h.linear + 26.0 * robot_of().velocity;
   for (int i = 0; i < 3; ++i) off = std::max(off, std::abs(next() - h.angular[i]));
   for (int i = 0; i < 3; ++i) off = std::max(off, std::abs(next() - linear[i]));
   const Eigen::MatrixXd J = generalized_jacobian(model, state, 0, model.frame_index("tip"));
