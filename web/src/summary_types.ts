@@ -16,6 +16,8 @@ export interface Summary {
   warnings: string[];
   /** absent without one */
   orbit?: OrbitReport;
+  /** absent where control is continuous */
+  control?: ControlReport;
   /** absent without an approach */
   approach?: Approach;
   /** whether the grasps closed; absent without grasps */
@@ -66,6 +68,18 @@ export interface OrbitReport {
   rate: number;
   /** of the orbit [s] */
   period: number;
+}
+
+// the on-board computer that samples the control.
+export interface ControlReport {
+  /** between samples [s] */
+  period: number;
+  /** from a sample to the command that follows from it [s] */
+  delay: number;
+  /** the controller's library, as the scenario names it; empty without one */
+  plugin: string;
+  /** of its bytes; empty without one */
+  plugin_sha256: string;
 }
 
 // the motion up to the capture.
