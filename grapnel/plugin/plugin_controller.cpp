@@ -298,6 +298,16 @@ void PluginController::update(const ControlInput& input, ControlCommand& command
   const int failed = guarded(*plugin_, "update", input.time,
                              [&] { return plugin_->functions().update(instance_, &in, &access, &out); });
   if (failed != 0) fail("update", input.time);
+  const auto refuse = [&](const std::string& what) {
+    throw ControllerError(fmt::format("at t = {:.9g} s the plugin '{}' says {}, which is no finite number", input.time,
+                                      plugin_->shown(), what));
+  };
+  for (std::size_t j = 0; j < joints_.size(); ++j) {
+    if (!std::isfinite(effort_[j])) refuse(fmt::format("an effort of {} at joint '{}'", effort_[j], robot_.joints[j]));
+  }
+  for (const double torque : out.base_torque) {
+    if (robot_.commands_base && !std::isfinite(torque)) refuse(fmt::format("a torque of {} N m on the base", torque));
+  }
   for (std::size_t j = 0; j < joints_.size(); ++j) command.effort[joints_[j]] = effort_[j];
   command.base_torque = {out.base_torque[0], out.base_torque[1], out.base_torque[2]};
 }
