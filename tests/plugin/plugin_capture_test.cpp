@@ -93,7 +93,10 @@ TEST(PluginCapture, EndsWithWhatThePluginSays) {
   };
   const CaptureResult nan = run("{does: nan}");
   EXPECT_EQ(nan.status, CaptureStatus::failed);
-  EXPECT_NE(nan.failure.find("libtest_plugin.so' says an effort of nan at joint 'arm-2-joint-3', which is no finite number"), std::string::npos) << nan.failure;
+  EXPECT_NE(
+      nan.failure.find("libtest_plugin.so' says an effort of nan at joint 'arm-2-joint-3', which is no finite number"),
+      std::string::npos)
+      << nan.failure;
   EXPECT_TRUE(nan.approach_end.has_value());
   const CaptureResult refused = run("{does: refuses}");
   EXPECT_NE(refused.failure.find("made no controller: not with 6 joints"), std::string::npos) << refused.failure;
