@@ -1,6 +1,6 @@
 // The mass properties of a target that an arm has caught, from noisy rates while the arm moves it; nothing is known of
-// the momentum but what the attitude control has added. Fails where an estimate is off by more than three deviations, or
-// more than a millionth without noise.
+// the momentum but what the attitude control has added. Fails where an estimate is off by more than three deviations,
+// or more than a millionth without noise.
 #include <cmath>
 #include <cstdio>
 #include <iostream>

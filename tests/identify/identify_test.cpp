@@ -128,8 +128,7 @@ TEST(Identification, IsExactOnRandomRobots) {
       worst = std::max(worst, worst_error(found, truth(model, frame)));
     }
   }
-  EXPECT_LT(worst, 1e-8);
-  RecordProperty("worst", std::to_string(worst));
+  EXPECT_LT(worst, 1e-9);  // measured 8e-13
 }
 
 TEST(Identification, OfOneArmIsExactHoweverTheMomentumIsKnownAndTheBaseMeasured) {
