@@ -86,7 +86,7 @@ class Identification {
   }
 
   // The weighted equations of all samples, reduced by Householder reflections, some samples at a time. Smoothed: the
-  // regressor at the rates that the present parameters make most likely, (15.8); else at the measured ones.
+  // regressor at the rates that the present parameters make most likely, (16.8); else at the measured ones.
   Reduced reduce(bool smoothed) const {
     const int m = known_.rows, extra = unknown_momentum_ ? m : 0, columns = extra + kN + 1;
     Reduced reduced;
@@ -100,12 +100,12 @@ class Identification {
     };
     for (const MomentumRows& rows : rows_) {
       const Eigen::MatrixXd A = momentum_matrix(rows, x_);
-      Eigen::MatrixXd S = A * variance_.asDiagonal() * A.transpose();  // (15.7)
+      Eigen::MatrixXd S = A * variance_.asDiagonal() * A.transpose();  // (16.7)
       S.diagonal() += (kMomentumError * row_scale_).array().square().matrix();
       const Cholesky L(S);
       const Eigen::VectorXd r = momentum_ + rows.impulse - A * rows.velocity;
       Eigen::VectorXd velocity = rows.velocity;
-      if (smoothed) velocity += variance_.asDiagonal() * (A.transpose() * cholesky_solution(L, r));  // (15.8)
+      if (smoothed) velocity += variance_.asDiagonal() * (A.transpose() * cholesky_solution(L, r));  // (16.8)
       const Eigen::MatrixXd Y = regressor(rows, rows.J * velocity);
       Eigen::MatrixXd block(m, columns);
       if (extra) block.leftCols(extra) = -Eigen::MatrixXd(row_scale_.asDiagonal());
@@ -165,7 +165,7 @@ class Identification {
     return free > 0 ? std::abs(rest) / std::sqrt(free) : 0;
   }
 
-  // From the reduced parameters of (15.5) to those of the body, (15.6), and their derivatives.
+  // From the reduced parameters of (16.5) to those of the body, (16.6), and their derivatives.
   LinearParameters whole_body(Matrix10& K) const {
     K.setIdentity();
     if (known_.rows == 6) return x_;

@@ -71,7 +71,7 @@ MomentumRows momentum_rows(const IdentificationTask& task, const KnownBodies& kn
   const Eigen::MatrixXd momentum = known_momentum(task, k, reference);
   MomentumRows rows{
       X_WT.R, X_WT.p - reference, momentum.topRows(known.rows), frame_jacobian(task.model, k, task.frame), {}, {}};
-  if (!whole) rows.J.bottomRows(3) -= momentum.bottomRows(3) / known.mass;  // (15.5)
+  if (!whole) rows.J.bottomRows(3) -= momentum.bottomRows(3) / known.mass;  // (16.5)
   for (int j = 0; j < rows.J.cols(); ++j) {
     rows.J.col(j).head<3>() = eigen_vector(transposed_times(X_WT.R, vector_of(rows.J.col(j).head<3>())));
     rows.J.col(j).tail<3>() = eigen_vector(transposed_times(X_WT.R, vector_of(rows.J.col(j).tail<3>())));
@@ -84,7 +84,7 @@ MomentumRows momentum_rows(const IdentificationTask& task, const KnownBodies& kn
   return rows;
 }
 
-// (15.2)
+// (16.2)
 Eigen::MatrixXd regressor(const MomentumRows& rows, const Eigen::VectorXd& twist) {
   const Vector3d w = vector_of(twist.head<3>()), v = vector_of(twist.tail<3>());
   Eigen::MatrixXd Y(rows.known.rows(), kInertialParameters);

@@ -2,7 +2,7 @@
 
 /// @file
 /// The momentum of one sample as a linear function of the held body's parameters and of the velocities: the equations
-/// of docs/theory.md, section 15, before any noise is weighed.
+/// of docs/theory.md, section 16, before any noise is weighed.
 
 #include <Eigen/Core>
 
@@ -11,7 +11,7 @@
 namespace grapnel {
 
 /// Mass, first moment and inertia about the frame's origin, in the frame: in them momentum is linear. With
-/// MeasuredBase::rotation the reduced parameters of (15.5).
+/// MeasuredBase::rotation the reduced parameters of (16.5).
 using LinearParameters = Eigen::Matrix<double, kInertialParameters, 1>;
 
 /// One sample. Rows: [angular; linear] about the reference point, or angular alone.
@@ -35,9 +35,9 @@ KnownBodies known_bodies(const IdentificationTask& task);
 
 MomentumRows momentum_rows(const IdentificationTask& task, const KnownBodies& known, const MotionSample& sample);
 
-/// The regressor Y of (15.2): rows x 10, at a twist of the held frame, in its axes.
+/// The regressor Y of (16.2): rows x 10, at a twist of the held frame, in its axes.
 Eigen::MatrixXd regressor(const MomentumRows& rows, const Eigen::VectorXd& twist);
-/// The momentum of all per velocity, (15.3): rows x velocities.
+/// The momentum of all per velocity, (16.3): rows x velocities.
 Eigen::MatrixXd momentum_matrix(const MomentumRows& rows, const LinearParameters& x);
 
 }  // namespace grapnel

@@ -238,7 +238,7 @@ TEST(Identification, SaysThatRestShowsNothing) {
 }
 
 // Bodies locked together tumble as one. Known momentum shows all of it; unknown momentum leaves the total mass, and
-// the size of the total inertia, open: (15.9).
+// the size of the total inertia, open: (16.9).
 TEST(Identification, OfLockedJointsWithUnknownMomentumGivesRatiosOnly) {
   const Model model = robot();
   Random random(2);
