@@ -22,8 +22,9 @@ const std::filesystem::path kScenarios = std::filesystem::path(GRAPNEL_SOURCE_DI
 
 // Planned, tracked by torques, captured, followed afterwards.
 const std::vector<std::string> kPlanned{
-    "dual-arm-tumbling-targets", "dual-arm-envelope-capture",  "heavy-satellite-flat-spin", "heavy-satellite-detumble",
-    "six-arm-servicer",          "dual-arm-satellite-handles", "triple-arm-satellite",      "second-grip-later"};
+    "dual-arm-tumbling-targets", "dual-arm-envelope-capture", "heavy-satellite-flat-spin",
+    "heavy-satellite-detumble",  "six-arm-servicer",          "dual-arm-satellite-handles",
+    "triple-arm-satellite",      "second-grip-later",         "dual-arm-detumbling"};
 
 CaptureProblem load(const std::string& name, const std::vector<Override>& overrides = {}) {
   return load_scenario(kScenarios / (name + ".yaml"), overrides);
@@ -250,6 +251,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   ASSERT_NE(std::find(kPlanned.begin(), kPlanned.end(), name), kPlanned.end()) << "no test knows what it shows";
   expect_within_limits(p, r);
   if (name == "dual-arm-satellite-handles") expect_closed_loops(r, 12, {1.1, 0.8}, 1);
+  if (name == "dual-arm-detumbling") expect_closed_loops(r, 12, {1.1, 0.8}, 1);
   if (name == "triple-arm-satellite") expect_closed_loops(r, 18, {1.6, 0.7, 0.5}, 2);
   if (name == "second-grip-later") expect_second_grasp_later(r);
 }
