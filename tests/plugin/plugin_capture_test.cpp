@@ -131,8 +131,8 @@ TEST(PluginCapture, HashesThePlugin) {
 // Whatever the law, sampled control that is held keeps the ledger, across grasps, impacts and releases.
 TEST(SampledCapture, KeepsTheLedgerThroughAllPieces) {
   const CaptureResult result = simulate_capture(
-      own({{"control", "{period: 0.013, delay: 0.02}"},
-           {"approach.tracking", "{mode: pd, kp: 4, kd: 5, noise: {position: 1e-4, seed: 3}}"},
+      own({{"control", "{period: 0.004, delay: 0.006}"},
+           {"approach.tracking", "{mode: pd, kp: 40, kd: 20, noise: {position: 1e-4, seed: 3}}"},
            {"post_impact",
             "{duration: 3, joints: computed_torque, kp: 1, kd: 2, release: [{after: 1.23}], base_control: "
             "{kp: 10, kd: 60}}"}},
