@@ -129,6 +129,26 @@ TEST(Detumbling, ScalesTheTorqueToTheJointsEfforts) {
   EXPECT_GT(norm(target_of(model, o.end_state).L), 0.1 * norm(first.L) * (1 + 1e-6));  // it is later
 }
 
+// At the ticks of a clock, held between them: as far from the exact motion as the period is long.
+TEST(Detumbling, SampledComesToTheContinuousOneWithThePeriod) {
+  const Model model = arm_with_target({.joints = 7});
+  const State start = moving_state(model, 0.03);
+  const Target first = target_of(model, start);
+  const double t_f = norm(first.L) / kTorque;
+  double error[2] = {};
+  for (int i = 0; i < 2; ++i) {
+    PhaseSetup setup = with_law(model, detumbling(model));
+    setup.clock = std::make_shared<ControlClock>(ControlTiming{i == 0 ? 0.04 : 0.02, 0}, model.joints().size());
+    PhaseDynamics dynamics(model, setup);
+    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.5 * t_f, 0, {});
+    ASSERT_TRUE(o.finished) << o.failure;
+    error[i] = norm(target_of(model, o.end_state).L - 0.5 * first.L) / norm(first.L);
+  }
+  std::printf("  deviation %.3g, %.3g\n", error[0], error[1]);
+  EXPECT_LT(error[0], 0.01);
+  EXPECT_NEAR(error[0] / error[1], 2, 0.1);
+}
+
 // By another route: forward dynamics under random efforts, closed loops as the solver of the phases has them.
 TEST(EffortResponse, IsForwardDynamics) {
   double worst = 0;
