@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
+
 #include "capture/capture_case.hpp"
 #include "capture/loop_case.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"
+#include "grapnel/study/column.hpp"
 
 namespace grapnel::testing {
 namespace law_capture_test {
@@ -64,6 +67,33 @@ TEST(DetumblingCapture, IsTheSameInColumns) {
   EXPECT_EQ(full.detumbling->angular_momentum_after, columns.detumbling->angular_momentum_after);
   EXPECT_EQ(full.detumbling->largest_torque, columns.detumbling->largest_torque);
   EXPECT_EQ(full.post_impact_end->base.angular_velocity[0], columns.post_impact_end->base.angular_velocity[0]);
+}
+
+// Not in lanes, and the columns of studies and campaigns have what the report says.
+TEST(DetumblingCapture, InStudiesAndCampaigns) {
+  CaptureProblem p = one_arm();
+  p.clearance.enabled = false;
+  CaptureSteps steps(p, CaptureDetail::columns);
+  std::vector<std::string> reasons;
+  while (const MotionTask* task = steps.next()) reasons.push_back(task->phase + ": " + task->only_here);
+  EXPECT_THAT(reasons, ::testing::Contains("post_impact: a law moves the joints together"));
+  const CaptureResult r = steps.finish();
+  ASSERT_TRUE(r.detumbling);
+  const StudyCase point{p, {}};
+  const DetumblingReport& d = *r.detumbling;
+  const std::map<std::string, double> expected{{"detumbling/at_rest", d.ended == LawEnd::at_rest},
+                                               {"detumbling/duration", d.end - d.begin},
+                                               {"detumbling/largest_torque", d.largest_torque},
+                                               {"detumbling/least_scale", d.least_scale}};
+  EXPECT_NEAR(d.largest_torque, 0.005, 1e-12);
+  std::size_t found = 0;
+  for (const Column& column : standard_columns(p, true)) {
+    const auto at = expected.find(column.name);
+    if (at == expected.end()) continue;
+    EXPECT_EQ(column.value(point, r), at->second) << column.name;
+    ++found;
+  }
+  EXPECT_EQ(found, expected.size());
 }
 
 TEST(DetumblingCapture, EndsWhereAJointDoesOrTheTargetIsLetGo) {
