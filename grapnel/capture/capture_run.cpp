@@ -67,6 +67,11 @@ PhaseSetup RunJoints::setup(const RunBodies& bodies) {
 std::shared_ptr<Controller> RunJoints::controller(const RunBodies& bodies) {
   if (controller_) return controller_;
   const ControlSetup& control = *problem_.control;
+  if (control.log) {
+    std::vector<std::string> names;
+    for (std::size_t j = 0; j < size(); ++j) names.push_back(joint_body(bodies.system, j).description.joint.name);
+    return controller_ = std::make_shared<ReplayController>(control.log, std::move(names));
+  }
   PluginRobot robot;
   robot.base = bodies.system.model.bodies()[bodies.system.base].description.name;
   for (std::size_t j = 0; j < size(); ++j) robot.joints.push_back(joint_body(bodies.system, j).description.joint.name);

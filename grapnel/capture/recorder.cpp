@@ -77,7 +77,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   add("joints/reaction_moment", "N m", "magnitude of the moment that each joint passes on, at its origin; likewise",
       joints);
   controls_base_ = (problem.approach && problem.approach->base_control) ||
-                   (problem.post_impact && problem.post_impact->base_control);
+                   (problem.post_impact && problem.post_impact->base_control) ||
+                   (problem.control && problem.control->base_torque);
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
   add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
   add("system/linear_momentum", "N s", "total linear momentum in W", xyz);

@@ -12,6 +12,7 @@
 
 #include "grapnel/dynamics/free_floating.hpp"
 #include "grapnel/plugin/plugin_crash.hpp"
+#include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {
 namespace {
@@ -56,18 +57,11 @@ Json body_json(const BodyDescription& body) {
           {"inertia", {I.xx, I.yy, I.zz, I.xy, I.xz, I.yz}}};
 }
 
-int position_of_joint(const Model& model, const std::string& name) {
-  for (std::size_t j = 0; j < model.joints().size(); ++j) {
-    if (model.bodies()[model.joints()[j]].description.joint.name == name) return static_cast<int>(j);
-  }
-  throw ControllerError(fmt::format("the model has no joint '{}' for the plugin to drive", name));
-}
-
 Json robot_json(const PluginRobot& robot, const Model& model) {
   const int base = model.body_index(robot.base);
   Json joints = Json::array(), bodies = Json::array();
   for (const std::string& name : robot.joints)
-    joints.push_back(joint_json(model.bodies()[model.joints()[position_of_joint(model, name)]]));
+    joints.push_back(joint_json(model.bodies()[model.joints()[joint_named(model, name)]]));
   for (const Body& body : model.bodies()) {
     if (body.root == base) bodies.push_back(body_json(body.description));
   }
@@ -255,7 +249,7 @@ void PluginController::begin_piece(const Model& model, double time) {
     for (int k = 0; k < 6; ++k) velocities_.push_back(first + k);
   }
   for (const std::string& name : robot_.joints) {
-    joints_.push_back(position_of_joint(model, name));
+    joints_.push_back(static_cast<int>(joint_named(model, name)));
     velocities_.push_back(model.bodies()[model.joints()[joints_.back()]].v);
   }
   for (const int v : joint_velocities(model, base_)) {
@@ -304,6 +298,16 @@ void PluginController::update(const ControlInput& input, ControlCommand& command
   const int failed = guarded(*plugin_, "update", input.time,
                              [&] { return plugin_->functions().update(instance_, &in, &access, &out); });
   if (failed != 0) fail("update", input.time);
+  const auto refuse = [&](const std::string& what) {
+    throw ControllerError(fmt::format("at t = {:.9g} s the plugin '{}' says {}, which is no finite number", input.time,
+                                      plugin_->shown(), what));
+  };
+  for (std::size_t j = 0; j < joints_.size(); ++j) {
+    if (!std::isfinite(effort_[j])) refuse(fmt::format("an effort of {} at joint '{}'", effort_[j], robot_.joints[j]));
+  }
+  for (const double torque : out.base_torque) {
+    if (robot_.commands_base && !std::isfinite(torque)) refuse(fmt::format("a torque of {} N m on the base", torque));
+  }
   for (std::size_t j = 0; j < joints_.size(); ++j) command.effort[joints_[j]] = effort_[j];
   command.base_torque = {out.base_torque[0], out.base_torque[1], out.base_torque[2]};
 }

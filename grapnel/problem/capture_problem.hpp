@@ -26,6 +26,7 @@
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/orbit.hpp"
+#include "grapnel/simulate/replay_controller.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
@@ -151,7 +152,11 @@ struct ControlSetup {
   std::string file;               // where it is, for the system's loader
   std::string sha256;             // of that file; empty: of a problem that a program made
   std::string parameters = "{}";  // JSON, an object that the plugin understands
-  bool base_torque = false;       // it says the torque on a free base too, where it drives the joints
+  /// In place of a plugin, a log of joint efforts that is replayed; null: none. Its rows are at multiples of the
+  /// period.
+  std::shared_ptr<const EffortLog> log = {};
+  bool base_torque = false;  // plugin or log says the torque on a free base too, where it drives the joints
+  bool has_controller() const { return log || !plugin.empty(); }
 };
 
 /// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
@@ -303,7 +308,7 @@ struct PostImpactSetup {
   double duration = 0;  // [s]
   /// free: no torques. pd, computed_torque (JointControl): the joints are held where they were at the impact, rates
   /// zero, or go where `move` says; the model that computes torques has the targets that are held. braked: locked.
-  /// controller: by the plugin of ControlSetup, which is asked to hold them there, or to follow `move`.
+  /// controller: by the plugin or the log of ControlSetup; a plugin is asked to hold them there, or to follow `move`.
   /// detumble, keep_base_attitude: as the setups below say, by pd before a target is held and where the law has ended.
   enum class Joints { free, pd, computed_torque, braked, controller, detumble, keep_base_attitude };
   Joints joints = Joints::free;

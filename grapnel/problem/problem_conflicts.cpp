@@ -186,19 +186,22 @@ class Conflicts {
   void check_control() {
     const bool in_approach = problem_.approach && problem_.approach->tracking.mode == JointControl::controller;
     const bool afterwards = problem_.post_impact && problem_.post_impact->joints == PostImpactSetup::Joints::controller;
-    const std::string plugin = problem_.control ? problem_.control->plugin : "";
+    const bool is_there = problem_.control && problem_.control->has_controller();
     const auto needs_plugin = [&](const char* path) {
-      add(path, "{} is controller, which needs the plugin that drives them: control: {{period: ..., plugin: ...}}",
+      add(path,
+          "{} is controller, which needs the plugin or the log that drives them: control: {{period: ..., plugin: ...}}",
           path)
           .relies_on = "control";
     };
-    if (in_approach && plugin.empty()) needs_plugin("approach.tracking.mode");
-    if (afterwards && plugin.empty()) needs_plugin("post_impact.joints");
+    if (in_approach && !is_there) needs_plugin("approach.tracking.mode");
+    if (afterwards && !is_there) needs_plugin("post_impact.joints");
     if (!problem_.control) return;
     check_timing(problem_.control->timing);
-    if (!plugin.empty() && !in_approach && !afterwards)
-      add("control.plugin",
-          "control.plugin drives nothing: approach.tracking.mode or post_impact.joints must be controller");
+    if (problem_.control->log) check_rows(*problem_.control);
+    if (is_there && !in_approach && !afterwards) {
+      const char* const path = problem_.control->log ? "control.torques" : "control.plugin";
+      add(path, "{} drives nothing: approach.tracking.mode or post_impact.joints must be controller", path);
+    }
     if (!problem_.control->base_torque) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
@@ -207,6 +210,19 @@ class Conflicts {
     };
     if (in_approach && problem_.approach->base_control) both("approach.base_control");
     if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+  }
+
+  // A row between two samples would never be read, or late.
+  void check_rows(const ControlSetup& control) {
+    const double period = control.timing.period;
+    if (!(period > 0)) return;
+    for (const double t : control.log->times) {
+      if (std::abs(t / period - std::round(t / period)) <= 1e-6) continue;
+      add("control.torques", "control.torques has a row at {} [s], which is no multiple of control.period, {}", t,
+          period)
+          .relies_on = "control.period";
+      return;
+    }
   }
 
   // Ticks are breaks of the integration, which are listed before it.

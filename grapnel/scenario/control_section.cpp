@@ -23,10 +23,16 @@ struct Described<ControlSetup> {
                             "What the plugin is given when it is made: a mapping that it understands.")
           .as("parameters")
           .optional(),
+      key<std::string>(
+          "torques", "",
+          "In place of a plugin, the path of a CSV file with joint efforts over time, relative to this file: a "
+          "header line time,<joint>,... and a line of numbers per row, each held until the next.")
+          .optional(),
       field<&T::base_torque>("base_torque", "",
                              "Whether the plugin says a torque on the base too, wherever it drives the joints."),
   });
   static constexpr auto rules = std::to_array<Rule>({
+      not_both("plugin, torques"),
       needs("parameters", "plugin"),
       needs("base_torque", "plugin"),
   });
@@ -38,5 +44,14 @@ struct Described<ControlSetup> {
 };
 
 const Type& control_description() { return type_of<std::optional<ControlSetup>>(); }
+
+void finish_control(const TrajectoryFile* torques, Reading& reading) {
+  if (!torques || !reading.problem.control) return;
+  auto log = read_efforts(*torques, reading.robot, reading.faults);
+  if (!log) return;
+  ControlSetup& control = *reading.problem.control;
+  control.base_torque = !log->base_torque.empty();
+  control.log = std::make_shared<const EffortLog>(*std::move(log));
+}
 
 }  // namespace grapnel

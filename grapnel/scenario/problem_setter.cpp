@@ -362,6 +362,10 @@ class Bytes {
     put(both.second);
   }
   void put(const std::shared_ptr<const TriangleMesh>& mesh) { put(reinterpret_cast<std::uintptr_t>(mesh.get())); }
+  void put(const std::shared_ptr<const EffortLog>& log) {
+    put(log != nullptr);
+    if (log) put(*log);
+  }
   void put(const std::shared_ptr<const SourceTexts>&) {}  // says where a problem came from, not what it is
   void put(const Vector3d& v) {
     for (int i = 0; i < 3; ++i) put(v[i]);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string_view>
 #include <utility>
@@ -14,6 +15,7 @@ namespace grapnel {
 namespace {
 
 constexpr std::string_view kRateSuffix = ".rate";
+constexpr std::array<std::string_view, 3> kTorqueColumns = {"base.x", "base.y", "base.z"};
 
 struct CsvCell {
   std::string_view text;  // without blanks around it
@@ -42,7 +44,7 @@ bool may_be_time(std::string_view text) {
 
 // What a column of numbers is.
 struct CsvColumn {
-  enum class Kind { unknown, time, position, rate };
+  enum class Kind { unknown, time, position, rate, effort, base };
   Kind kind = Kind::unknown;
   std::size_t joint = 0;
   std::string name;
@@ -54,8 +56,20 @@ struct CsvColumn {
 
 class TrajectoryReader {
  public:
-  TrajectoryReader(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults)
-      : file_(file), robot_(robot), faults_(faults) {}
+  /// What the columns of joints are.
+  enum class Contents { motion, efforts };
+  TrajectoryReader(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults,
+                   Contents contents = Contents::motion)
+      : file_(file), robot_(robot), faults_(faults), contents_(contents) {}
+
+  std::optional<EffortLog> read_efforts() {
+    auto motion = read();
+    if (!motion) return {};
+    EffortLog log{std::move(motion->times), std::move(motion->positions), {}};
+    for (std::size_t i = 0; i < base_[0].size(); ++i)
+      log.base_torque.push_back({base_[0][i], base_[1][i], base_[2][i]});
+    return log;
+  }
 
   std::optional<SampledMotion> read() {
     motion_.positions.resize(robot_.joints.size());
@@ -163,12 +177,17 @@ class TrajectoryReader {
       return it != robot_.joint_index.end();
     };
     const std::string_view name = column.name;
-    const bool is_rate = name.ends_with(kRateSuffix);
+    const bool is_motion = contents_ == Contents::motion;
+    const bool is_rate = is_motion && name.ends_with(kRateSuffix);
+    const auto axis = static_cast<std::size_t>(std::find(kTorqueColumns.begin(), kTorqueColumns.end(), name) -
+                                               kTorqueColumns.begin());
     const std::string_view stem = is_rate ? name.substr(0, name.size() - kRateSuffix.size()) : name;
     if (known(name)) {
-      column.kind = CsvColumn::Kind::position;
+      column.kind = is_motion ? CsvColumn::Kind::position : CsvColumn::Kind::effort;
     } else if (is_rate && known(stem)) {
       column.kind = CsvColumn::Kind::rate;
+    } else if (!is_motion && axis < kTorqueColumns.size()) {
+      column.kind = CsvColumn::Kind::base, column.joint = axis;
     } else if (robot_.fixed_joints.contains(name) || robot_.fixed_joints.contains(stem)) {
       faults_.add(mark, fmt::format("joint {} is fixed and has no column", in_quotes(stem)));
     } else if (robot_.count_known()) {
@@ -182,6 +201,10 @@ class TrajectoryReader {
 
   // Every joint has a column; of the rates all or none.
   void check_columns(const Mark& mark, const std::set<std::string_view>& met) {
+    const auto is_there = [&](std::string_view name) { return met.contains(name); };
+    if (contents_ == Contents::efforts && std::any_of(kTorqueColumns.begin(), kTorqueColumns.end(), is_there) &&
+        !std::all_of(kTorqueColumns.begin(), kTorqueColumns.end(), is_there))
+      faults_.add(mark, "the header has some of base.x, base.y and base.z, must have all or none");
     if (!robot_.count_known()) return;
     std::vector<std::string> joints, rates;
     for (const JointDescription& joint : robot_.joints) {
@@ -234,6 +257,10 @@ class TrajectoryReader {
         return " [rad or m]";
       case CsvColumn::Kind::rate:
         return " [rad/s or m/s]";
+      case CsvColumn::Kind::effort:
+        return " [N m or N]";
+      case CsvColumn::Kind::base:
+        return " [N m]";
       case CsvColumn::Kind::unknown:
         break;
     }
@@ -252,9 +279,12 @@ class TrajectoryReader {
       motion_.times.push_back(value);
       return;
     }
+    if (column.kind == CsvColumn::Kind::base) return base_.at(column.joint).push_back(value);
     const bool rate = column.kind == CsvColumn::Kind::rate;
     const JointLimits& limits = robot_.joints[column.joint].limits;
-    const bool within = rate ? std::abs(value) <= limits.rate : value >= limits.lower && value <= limits.upper;
+    const bool within = column.kind == CsvColumn::Kind::effort ? std::abs(value) <= limits.effort
+                        : rate                                 ? std::abs(value) <= limits.rate
+                                                               : value >= limits.lower && value <= limits.upper;
     if (!within && column.beyond++ == 0) {
       column.first_beyond = mark_at(field.begin);
       column.value_beyond = value;
@@ -270,8 +300,9 @@ class TrajectoryReader {
     for (const CsvColumn& column : columns_) {
       if (column.beyond == 0) continue;
       const JointLimits& limits = robot_.joints[column.joint].limits;
-      const std::string bounds = column.kind == CsvColumn::Kind::rate
-                                     ? fmt::format("rate limit {}", limits.rate)
+      const std::string bounds = column.kind == CsvColumn::Kind::rate ? fmt::format("rate limit {}", limits.rate)
+                                 : column.kind == CsvColumn::Kind::effort
+                                     ? fmt::format("effort limit {}", limits.effort)
                                      : fmt::format("limits {} to {}", limits.lower, limits.upper);
       faults_.add(column.first_beyond,
                   fmt::format("{} is {}, beyond the joint's {}{}", shortened(column.name), column.value_beyond, bounds,
@@ -287,6 +318,7 @@ class TrajectoryReader {
   const TrajectoryFile& file_;
   const ReadRobot& robot_;
   FaultList& faults_;
+  const Contents contents_;
   std::string_view line_;
   int line_number_ = 0;
   std::vector<CsvColumn> columns_;
@@ -298,6 +330,7 @@ class TrajectoryReader {
   };
   CommentedHeader commented_header_;
   SampledMotion motion_;
+  std::array<std::vector<double>, 3> base_;  // of a torque on the base, per row
   const std::size_t before_ = faults_.size();
   Node scratch_{Node::Kind::scalar, {}, {}, true, 0, {}, {}};
 };
@@ -306,6 +339,10 @@ class TrajectoryReader {
 
 std::optional<SampledMotion> read_trajectory(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults) {
   return TrajectoryReader(file, robot, faults).read();
+}
+
+std::optional<EffortLog> read_efforts(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults) {
+  return TrajectoryReader(file, robot, faults, TrajectoryReader::Contents::efforts).read_efforts();
 }
 
 }  // namespace grapnel

@@ -148,15 +148,17 @@ class Loader {
     include_targets(*scenario, targets, faults_);
 
     std::string trajectory_bytes;
-    const auto trajectory = read_trajectory_file(*scenario, trajectory_bytes);
+    const auto trajectory = read_csv_file(part(*scenario, "approach").find("trajectory"), trajectory_bytes);
+    std::string torques_bytes;
+    const auto torques = read_csv_file(part(*scenario, "control").find("torques"), torques_bytes);
     const PluginFile plugin = read_plugin_file(*scenario);
     ReadRobot robot = check_robot(*scenario);
     const auto& schema = scenario_schema_document();
     check_structure(*scenario, schema, "the scenario", faults_);
     fill_defaults(*scenario, schema);
     const Meshes meshes = read_mesh_files(*scenario, path_, files_, bytes_of_meshes_, faults_);
-    CaptureProblem problem =
-        read_scenario(*scenario, std::move(robot), trajectory ? &*trajectory : nullptr, meshes, faults_);
+    CaptureProblem problem = read_scenario(*scenario, std::move(robot), trajectory ? &*trajectory : nullptr,
+                                           torques ? &*torques : nullptr, meshes, faults_);
     if (problem.control) problem.control->file = plugin.file, problem.control->sha256 = plugin.sha256;
     for (const Fault& fault : robot_faults_.all()) faults_.add(fault);
     faults_.throw_if_any();
@@ -172,11 +174,11 @@ class Loader {
     }
     std::string target_bytes;
     for (const std::string& name : targets) target_bytes += find_ready_made(ReadyMade::Kind::targets, name)->text;
-    problem.sha256 = sha256(bytes + robot_bytes + target_bytes + trajectory_bytes + bytes_of_meshes_ + plugin.sha256 +
-                            bytes_of_overrides_);
+    problem.sha256 = sha256(bytes + robot_bytes + target_bytes + trajectory_bytes + bytes_of_meshes_ + torques_bytes +
+                            plugin.sha256 + bytes_of_overrides_);
     if (!imported_) robot_texts_.emplace_back("robot", robot_bytes);
-    problem.source =
-        source_texts(text_at(*scenario, "description"), bytes, robot_texts_, targets, trajectory_bytes, changes);
+    problem.source = source_texts(text_at(*scenario, "description"), bytes, robot_texts_, targets, trajectory_bytes,
+                                  torques_bytes, changes);
     return problem;
   }
 
@@ -186,7 +188,7 @@ class Loader {
   static std::shared_ptr<const SourceTexts> source_texts(std::string description, const std::string& scenario,
                                                          const RobotTexts& robot,
                                                          const std::set<std::string, std::less<>>& targets,
-                                                         const std::string& trajectory,
+                                                         const std::string& trajectory, const std::string& torques,
                                                          std::span<const Change> changes) {
     SourceTexts texts;
     texts.description = std::move(description);
@@ -197,6 +199,7 @@ class Loader {
     for (const std::string& name : targets)
       texts.add("target " + name, std::string(find_ready_made(ReadyMade::Kind::targets, name)->text));
     if (!trajectory.empty()) texts.add("trajectory", trajectory);
+    if (!torques.empty()) texts.add("torques", torques);
     for (const Change& change : changes) texts.settings.push_back(change.path + "=" + change.text);
     return std::make_shared<const SourceTexts>(std::move(texts));
   }
@@ -269,9 +272,8 @@ class Loader {
     return read_robot(tree, prefix, meshes, robot_faults_);
   }
 
-  // The file that approach.trajectory names, if it does and it can be read.
-  std::optional<TrajectoryFile> read_trajectory_file(const Node& scenario, std::string& bytes) {
-    const Node* named = part(scenario, "approach").find("trajectory");
+  // The file of numbers that approach.trajectory or control.torques names, if it does and it can be read.
+  std::optional<TrajectoryFile> read_csv_file(const Node* named, std::string& bytes) {
     if (!named || !is_text(*named) || named->text.empty()) return {};
     const std::filesystem::path path = path_beside(path_, named->text);
     const auto source = std::make_shared<const std::string>(path.string());

@@ -224,9 +224,9 @@ const Named* find_named(const std::vector<Named>& list, const std::string& name)
 
 class ScenarioReader {
  public:
-  ScenarioReader(const Node& root, ReadRobot robot, const TrajectoryFile* trajectory, const Meshes& meshes,
-                 FaultList& faults)
-      : reading_(root, std::move(robot), meshes, faults), trajectory_(trajectory) {}
+  ScenarioReader(const Node& root, ReadRobot robot, const TrajectoryFile* trajectory, const TrajectoryFile* torques,
+                 const Meshes& meshes, FaultList& faults)
+      : reading_(root, std::move(robot), meshes, faults), trajectory_(trajectory), torques_(torques) {}
 
   CaptureProblem read() {
     problem_.V_WB = Twistd::zero();
@@ -240,6 +240,7 @@ class ScenarioReader {
     finish_post_impact(reading_);
     finish_external_wrenches(reading_);
     finish_clearance(reading_);
+    finish_control(torques_, reading_);
     check_conflicts();
     doubt_shared_points(part(root_, "grasps"), problem_, faults_);
     return std::move(problem_);
@@ -261,12 +262,15 @@ class ScenarioReader {
     const Node& approach = part(root_, "approach");
     const bool is_stated = approach.find("trajectory") || approach.find("pieces");  // though it may be faulty
     std::vector<ProblemFault> conflicts = problem_conflicts(problem_);
+    // A file that could not be read has been reported.
+    const bool is_lost = part(root_, "control").find("torques") && !(problem_.control && problem_.control->log);
+    if (is_lost) std::erase_if(conflicts, [](const ProblemFault& f) { return f.relies_on == "control"; });
     if (is_stated) std::erase_if(conflicts, [](const ProblemFault& f) { return f.path == "approach.profile"; });
     if (root_.is_mapping()) add_conflicts(std::move(conflicts), root_, faults_);
   }
 
   Reading reading_;
-  const TrajectoryFile* trajectory_;
+  const TrajectoryFile *trajectory_, *torques_;
   const Node& root_ = reading_.root;
   FaultList& faults_ = reading_.faults;
   CaptureProblem& problem_ = reading_.problem;
@@ -294,9 +298,9 @@ void add_conflicts(std::vector<ProblemFault> conflicts, const Node& root, FaultL
   }
 }
 
-CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory, const Meshes& meshes,
-                             FaultList& faults) {
-  return ScenarioReader(node, std::move(robot), trajectory, meshes, faults).read();
+CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory,
+                             const TrajectoryFile* torques, const Meshes& meshes, FaultList& faults) {
+  return ScenarioReader(node, std::move(robot), trajectory, torques, meshes, faults).read();
 }
 
 }  // namespace grapnel

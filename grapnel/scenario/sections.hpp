@@ -135,12 +135,14 @@ struct TrajectoryFile {
 /// A header line time,JOINT,... and a line of numbers per sample; docs/formats/scenario.md describes it. Empty where
 /// faults leave the motion in doubt.
 std::optional<SampledMotion> read_trajectory(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
+/// The same of joint efforts, with columns base.x, base.y and base.z of a torque on the base, all or none.
+std::optional<EffortLog> read_efforts(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
 
 /// A capture problem from a Node tree. `robot` may lack everything where its file could not be read; names and joints
-/// are then not checked. `trajectory` is the file that approach.trajectory names, null if there is none or it could not
-/// be read. `meshes` are those that targets' geometry names.
-CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory, const Meshes& meshes,
-                             FaultList& faults);
+/// are then not checked. `trajectory` is the file that approach.trajectory names and `torques` that of control.torques,
+/// null if there is none or it could not be read. `meshes` are those that targets' geometry names.
+CaptureProblem read_scenario(const Node& node, ReadRobot robot, const TrajectoryFile* trajectory,
+                             const TrajectoryFile* torques, const Meshes& meshes, FaultList& faults);
 
 /// A scenario of which the values have been read, while its sections look at names and at what belongs together.
 struct Reading {
@@ -168,6 +170,7 @@ void finish_impact(Reading& reading);
 void finish_post_impact(Reading& reading);
 void finish_external_wrenches(Reading& reading);
 void finish_clearance(Reading& reading);
+void finish_control(const TrajectoryFile* torques, Reading& reading);
 
 /// Adds conflicts at their places in the tree, but for those of keys that are not there and those that rest on what is
 /// faulty.

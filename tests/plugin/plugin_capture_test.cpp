@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <stdexcept>
 #include <string>
 #include <thread>
 #include <vector>
@@ -89,7 +93,10 @@ TEST(PluginCapture, EndsWithWhatThePluginSays) {
   };
   const CaptureResult nan = run("{does: nan}");
   EXPECT_EQ(nan.status, CaptureStatus::failed);
-  EXPECT_NE(nan.failure.find("the controller says an effort of nan at joint"), std::string::npos) << nan.failure;
+  EXPECT_NE(
+      nan.failure.find("libtest_plugin.so' says an effort of nan at joint 'arm-2-joint-3', which is no finite number"),
+      std::string::npos)
+      << nan.failure;
   EXPECT_TRUE(nan.approach_end.has_value());
   const CaptureResult refused = run("{does: refuses}");
   EXPECT_NE(refused.failure.find("made no controller: not with 6 joints"), std::string::npos) << refused.failure;
@@ -113,10 +120,84 @@ TEST(PluginCapture, RefusesWhatDoesNotFit) {
   expect({{"control.delay", "30"}}, "control.delay is 30 [s], must be less than 23");
   expect({{"post_impact.joints", "free"}}, "control.plugin drives nothing");
   expect({{"approach.tracking", "{mode: controller}"}, {"control", "{period: 0.01}"}},
-         "needs the plugin that drives them", "");
+         "needs the plugin or the log that drives them", "");
   expect({{"post_impact.base_control", "{kp: 1, kd: 1}"}},
          "control.base_torque leaves the base's torque to the plugin");
   expect({{"control", "{period: 0.01, base_torque: true}"}}, "plugin", "");
+}
+
+// A folder with a CSV file of torques.
+class Torques {
+ public:
+  explicit Torques(const std::string& text) { std::ofstream(file_) << text; }
+  ~Torques() { std::filesystem::remove(file_); }
+  std::vector<Override> overrides(const std::string& more = "") const {
+    return {{"control", "{period: 0.01, torques: " + file_.string() + more + "}"}};
+  }
+
+ private:
+  std::filesystem::path file_ = std::filesystem::temp_directory_path() / "grapnel_torques.csv";
+};
+constexpr const char* kJoints = "arm-1-joint-1,arm-1-joint-2,arm-1-joint-3,arm-2-joint-1,arm-2-joint-2,arm-2-joint-3";
+
+// What a run's joints and base were driven by, written down at its samples and replayed, drives them alike.
+TEST(SampledCapture, ReplaysALogOfTorques) {
+  CaptureProblem problem = own({{"control.delay", "0"}});
+  problem.output_interval = 0.005;  // in the middle between two samples of the controller, too
+  const CaptureResult first = simulate_capture(problem);
+  expect_passes(first);
+  const auto series = [&](const char* path) -> const Series& {
+    for (const Series& one : first.series.series) {
+      if (one.path == path) return one;
+    }
+    throw std::runtime_error(path);
+  };
+  std::string text = std::string("# replayed\ntime,") + kJoints + ",base.x,base.y,base.z\n0,0,0,0,0,0,0,0,0,0\n";
+  const Series &effort = series("joints/effort"), &torque = series("base/control_torque");
+  for (std::size_t i = 0; i < first.series.time.size(); ++i) {
+    const double t = first.series.time[i];
+    const double tick = std::floor(t / 0.01);
+    if (first.series.phases[first.series.phase[i]] != "post_impact" || std::abs(t / 0.01 - tick - 0.5) > 0.1) continue;
+    text += fmt::format("{}", tick / 100);
+    for (std::size_t j = 0; j < 6; ++j) text += fmt::format(",{}", effort.data[6 * i + j]);
+    for (std::size_t k = 0; k < 3; ++k) text += fmt::format(",{}", torque.data[3 * i + k]);
+    text += "\n";
+  }
+  const Torques file(text);
+  const CaptureProblem replay = own(file.overrides(), "");
+  EXPECT_TRUE(replay.control->base_torque);
+  EXPECT_EQ(replay.control->log->times.size(), 301u);
+  const CaptureResult second = simulate_capture(replay);
+  expect_passes(second);
+  ASSERT_TRUE(first.post_impact_end && second.post_impact_end);
+  double off = 0, moved = 0;
+  for (std::size_t j = 0; j < 6; ++j) {
+    off =
+        std::max(off, std::abs(first.post_impact_end->joints.position[j] - second.post_impact_end->joints.position[j]));
+    moved = std::max(moved, std::abs(effort.data[effort.data.size() - 6 + j]));
+  }
+  std::printf("[ measured ] replayed torques against the run they come from: %.3g rad\n", off);
+  EXPECT_LT(off, 1e-10);
+  EXPECT_GT(moved, 1e-6);
+}
+
+TEST(SampledCapture, RefusesLogsThatDoNotFit) {
+  const auto fault = [](const std::string& header, const std::string& rows, const std::string& more = "") {
+    return fault_of(Torques(header + "\n" + rows).overrides(more), "");
+  };
+  const auto expect = [](const std::string& text, const char* part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  const std::string header = std::string("time,") + kJoints, rows = "0,0,0,0,0,0,0\n0.01,1,1,1,1,1,1\n";
+  EXPECT_EQ(fault(header, rows), "");
+  expect(fault(header, "0,0,0,0,0,0,0\n0.015,1,1,1,1,1,1\n"),
+         "control.torques has a row at 0.015 [s], which is no multiple of control.period, 0.01");
+  expect(fault(header + ",base.x,base.y", "0,0,0,0,0,0,0,0,0\n1,0,0,0,0,0,0,0,0\n"), "must have all or none");
+  expect(fault(header + ",elbow", "0,0,0,0,0,0,0,0\n"), "unknown column 'elbow'");
+  expect(fault("time,arm-1-joint-1", "0,0\n1,0\n"), "the header lacks joints: ");
+  expect(fault(header, "0,0,0,0,0,0,x\n"), "arm-2-joint-3 must be a number [N m or N], not the text 'x'");
+  expect(fault(header, rows, ", plugin: here.so"), "plugin");
+  expect(fault_of({{"control", "{period: 0.01, torques: nowhere.csv}"}}, ""), "nowhere.csv");
 }
 
 TEST(PluginCapture, HashesThePlugin) {

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/lanes/lane_phase_setup.hpp"
 #include "grapnel/plugin/plugin_controller.hpp"
 #include "grapnel/simulate/controller.hpp"
 #include "support/random_robot.hpp"
@@ -138,6 +139,16 @@ TEST(PluginController, AnswersWhatThePluginAsksOfTheModel) {
   EXPECT_LT(off, 1e-13);
   EXPECT_GT(norm(h.angular), 0.1);
   std::filesystem::remove(file);
+}
+
+TEST(PluginController, KeepsPhasesOutOfLanes) {
+  const Model model = two_joints();
+  PhaseSetup setup;
+  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
+  setup.controller = make("{}", model);
+  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "a controller of its own is asked");
+  setup.clock = std::make_shared<ControlClock>(ControlTiming{0.01, 0}, 2);
+  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "control is sampled");
 }
 
 TEST(PluginController, SavesAndRestoresWhatItRemembers) {

@@ -1,0 +1,44 @@
+#include "grapnel/simulate/replay_controller.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace grapnel {
+
+std::size_t joint_named(const Model& model, const std::string& name) {
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    if (model.bodies()[model.joints()[j]].description.joint.name == name) return j;
+  }
+  throw ControllerError(fmt::format("the model has no joint '{}' to be driven", name));
+}
+
+ReplayController::ReplayController(std::shared_ptr<const EffortLog> log, std::vector<std::string> joints)
+    : log_(std::move(log)), names_(std::move(joints)) {
+  const std::size_t rows = log_->times.size();
+  const auto has_other_rows = [&](const std::vector<double>& column) { return column.size() != rows; };
+  if (rows == 0 || log_->efforts.size() != names_.size() ||
+      std::any_of(log_->efforts.begin(), log_->efforts.end(), has_other_rows) ||
+      (!log_->base_torque.empty() && log_->base_torque.size() != rows))
+    throw std::invalid_argument("ReplayController: the log needs a column of each joint and a number in every row");
+}
+
+void ReplayController::begin_piece(const Model& model, double) {
+  joints_.clear();
+  for (const std::string& name : names_) joints_.push_back(joint_named(model, name));
+}
+
+void ReplayController::update(const ControlInput& input, ControlCommand& command) {
+  const std::vector<double>& times = log_->times;
+  // Samples and rows are multiples of a period that were rounded in different ways.
+  constexpr double kSame = 1e-6;
+  const double between = times.size() > 1 ? (times.back() - times.front()) / static_cast<double>(times.size() - 1) : 0;
+  const auto next = std::upper_bound(times.begin(), times.end(), input.time + kSame * between);
+  if (next == times.begin()) return;
+  const auto row = static_cast<std::size_t>(next - times.begin() - 1);
+  for (std::size_t j = 0; j < joints_.size(); ++j) command.effort[joints_[j]] = log_->efforts[j][row];
+  if (!log_->base_torque.empty()) command.base_torque = log_->base_torque[row];
+}
+
+}  // namespace grapnel
