@@ -79,6 +79,8 @@ JointControl control_of(PostImpactSetup::Joints joints) {
     case PostImpactSetup::Joints::free:
       return JointControl::free;
     case PostImpactSetup::Joints::pd:
+    case PostImpactSetup::Joints::detumble:
+    case PostImpactSetup::Joints::keep_base_attitude:
       return JointControl::pd;
     case PostImpactSetup::Joints::computed_torque:
       return JointControl::computed_torque;
@@ -126,6 +128,10 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
     drive.trajectory = settled_trajectory(*post, control, j);
     if (!has_gains(drive.control)) continue;
     drive.kp = post->kp[j], drive.kd = post->kd[j];
+  }
+  if (control.law && !control.approaching) {
+    for (int j : control.law->joints) setup.drives[j] = {.control = JointControl::controller};
+    setup.controller = std::make_shared<JointLawController>(*control.law);
   }
   return setup;
 }

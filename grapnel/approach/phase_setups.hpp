@@ -5,6 +5,7 @@
 
 #include <span>
 
+#include "grapnel/control/joint_law.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/simulate/phase_dynamics.hpp"
 
@@ -28,6 +29,7 @@ struct SegmentControl {
   std::vector<double> hold;           // per robot joint: where it is held, or leaves from, once settled [rad or m]
   double post_impact_begin = 0;       // [s]; not read while approaching
   std::optional<Rotationd> attitude;  // R_WD of the base under control; absent: that of the piece's start
+  std::optional<JointLaw> law;        // that works after the approach; its joints are not held
 };
 
 /// What drives joints by post_impact.

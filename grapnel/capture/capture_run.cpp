@@ -56,6 +56,7 @@ void RunJoints::control_attitude(const std::optional<BaseControlSetup>& setup, c
 PhaseSetup RunJoints::setup(const RunBodies& bodies) {
   PhaseSetup setup = segment_setup(problem_, bodies.system, bodies.state, trajectories_, control_);
   setup.clock = clock_;
+  if (setup.controller) return setup;  // a law's
   const auto is_commanded = [](const JointDrive& drive) { return drive.control == JointControl::controller; };
   if (setup.commanded_root >= 0 || std::any_of(setup.drives.begin(), setup.drives.end(), is_commanded))
     setup.controller = controller(bodies);
@@ -145,6 +146,7 @@ CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the
       bodies(problem),
       joints(problem, bodies, frame),
       schedule(problem),
+      law(problem),
       monitor(problem, bodies.free, frame, detail, sink, result) {}
 
 std::string CaptureRun::next_name(const std::string& phase) {

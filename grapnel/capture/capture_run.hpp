@@ -9,6 +9,7 @@
 #include <string>
 
 #include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/capture/law_run.hpp"
 #include "grapnel/capture/run_monitor.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/problem/capture_problem.hpp"
@@ -106,6 +107,8 @@ class RunJoints {
   /// The base's attitude to be kept from now on is what a setting says, or the present one; absent: not controlled.
   void control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies);
 
+  /// The law that works from now on, if any does.
+  void obey(std::optional<JointLaw> law) { control_.law = std::move(law); }
   /// What drives the system from now on. @throws ControllerError if a plugin is needed and cannot be had.
   PhaseSetup setup(const RunBodies& bodies);
   /// The same for the approach followed exactly, without noise.
@@ -162,6 +165,7 @@ struct CaptureRun {
   RunBodies bodies;
   RunJoints joints;
   GraspSchedule schedule;
+  LawRun law;
   RunMonitor monitor;
   bool rebounded = false;  // something has rebounded
 

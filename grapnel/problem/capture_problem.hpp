@@ -290,14 +290,31 @@ struct PostureMove {
   JointProfile profile = JointProfile::quintic;
 };
 
+/// A held target is brought to rest through its grasps (DetumblingLaw).
+struct DetumbleSetup {
+  double torque = 0;   // bound on the torque that it is given, about its centre of mass [N m]
+  std::string target;  // which; empty: the only one that is grasped
+};
+
+/// The joints keep the base's attitude (BaseKeepingLaw).
+struct KeepBaseSetup {
+  double rate = 0.5;              // at which the base comes back to its attitude, critically damped [1/s]
+  std::vector<double> posture;    // per joint: towards which they go as far as the base allows; empty: they do not
+  double posture_rate = 0.05;     // of that motion [1/s]
+  std::optional<Rotationd> R_WD;  // the attitude; absent: the one as post_impact begins
+};
+
 struct PostImpactSetup {
   double duration = 0;  // [s]
   /// free: no torques. pd, computed_torque (JointControl): the joints are held where they were at the impact, rates
   /// zero, or go where `move` says; the model that computes torques has the targets that are held. braked: locked.
   /// controller: by the plugin or the log of ControlSetup; a plugin is asked to hold them there, or to follow `move`.
-  enum class Joints { free, pd, computed_torque, braked, controller };
+  /// detumble, keep_base_attitude: as the setups below say, by pd before a target is held and where the law has ended.
+  enum class Joints { free, pd, computed_torque, braked, controller, detumble, keep_base_attitude };
   Joints joints = Joints::free;
-  std::vector<double> kp, kd;  // for pd and computed_torque, as TrackingSetup's: per joint
+  std::vector<double> kp, kd;                       // where has_gains(), as TrackingSetup's: per joint
+  std::optional<DetumbleSetup> detumble;            // with joints: detumble
+  std::optional<KeepBaseSetup> keep_base_attitude;  // with joints: keep_base_attitude
   std::optional<PostureMove> move;
   std::optional<BaseControlSetup> base_control;
   /// Grasps that are released.
@@ -307,6 +324,16 @@ struct PostImpactSetup {
   };
   std::vector<Release> releases;
 };
+
+/// Whether joints have gains: they follow something, or hold.
+constexpr bool has_gains(PostImpactSetup::Joints joints) {
+  return joints != PostImpactSetup::Joints::free && joints != PostImpactSetup::Joints::braked &&
+         joints != PostImpactSetup::Joints::controller;
+}
+/// Whether a law moves all of them together (grapnel/control/), by efforts, and pd where it is over.
+constexpr bool is_law(PostImpactSetup::Joints joints) {
+  return joints == PostImpactSetup::Joints::detumble || joints == PostImpactSetup::Joints::keep_base_attitude;
+}
 
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).
 struct LoadSetup {

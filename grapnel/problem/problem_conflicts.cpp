@@ -417,24 +417,111 @@ class Conflicts {
                 "post_impact.move: joints that are {} follow nothing; use joints: pd or computed_torque",
                 name_of(post.joints))
             .relies_on = "post_impact.joints";
+      if (is_law(post.joints))
+        add_key("post_impact.move",
+                "post_impact.move: joints that {} go where that takes them; use joints: pd or computed_torque",
+                name_of(post.joints))
+            .relies_on = "post_impact.joints";
       if (post.move->duration > 0 && post.duration > 0 && end > post.duration)
         add("post_impact.move.duration", "post_impact.move ends after {} [s], must end within post_impact's {}", end,
             post.duration);
     }
-    if (post.joints != Joints::computed_torque) return;
+    check_laws(post);
+    if (post.joints == Joints::computed_torque)
+      refuse_loops("computed_torque, but", "joints of a closed loop cannot be accelerated one by one; use pd");
+    if (post.joints == Joints::keep_base_attitude)
+      refuse_loops("keep_base_attitude, but", "this law is not there for closed loops; use detumble or pd");
+  }
+
+  void refuse_loops(std::string_view what, std::string_view why) {
     std::map<std::string_view, std::size_t> holds;  // by target
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
       const GraspSetup& grasp = problem_.grasps[i];
       if (grasp.contact || grasp.target.empty()) continue;
       const auto [first, fresh] = holds.emplace(grasp.target, i);
       if (fresh) continue;
-      add("post_impact.joints",
-          "post_impact.joints is computed_torque, but grasps[{}] and grasps[{}] hold one target, and joints of a "
-          "closed "
-          "loop cannot be accelerated one by one; use pd",
-          first->second, i);
+      add("post_impact.joints", "post_impact.joints is {} grasps[{}] and grasps[{}] hold one target, and {}", what,
+          first->second, i, why);
       return;
     }
+  }
+
+  // Laws that move all joints together.
+  void check_laws(const PostImpactSetup& post) {
+    using Joints = PostImpactSetup::Joints;
+    const auto refuse = [&](const char* key) {
+      add_key(fmt::format("post_impact.{}", key), "post_impact.{} belongs to joints: {}; they are {}", key, key,
+              name_of(post.joints))
+          .relies_on = "post_impact.joints";
+    };
+    if (post.detumble && post.joints != Joints::detumble) refuse("detumble");
+    if (post.keep_base_attitude && post.joints != Joints::keep_base_attitude) refuse("keep_base_attitude");
+    if (post.joints == Joints::detumble && post.detumble) check_detumbling(post.detumble->target);
+    if (post.joints == Joints::detumble && std::any_of(post.kd.begin(), post.kd.end(), [](double d) { return d <= 0; }))
+      add("post_impact.kd", "post_impact.kd must be above 0 with joints: detumble, which share the efforts by it");
+    if (post.joints != Joints::keep_base_attitude) return;
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed)
+      add("post_impact.joints",
+          "post_impact.joints is keep_base_attitude, but the robot's base is fixed and needs none");
+    if (post.base_control)
+      add_key("post_impact.base_control",
+              "post_impact.base_control: the joints keep the base's attitude already; use one of both")
+          .relies_on = "post_impact.joints";
+  }
+
+  // What is brought to rest, and whether those that hold it can.
+  void check_detumbling(const std::string& named) {
+    std::vector<std::string> held;
+    for (const GraspSetup& grasp : problem_.grasps) {
+      const bool fresh = std::find(held.begin(), held.end(), grasp.target) == held.end();
+      if (!grasp.contact && fresh && find_named(problem_.targets, grasp.target)) held.push_back(grasp.target);
+    }
+    if (held.empty()) return;  // there are no grasps, or faulty ones
+    const std::string path = "post_impact.detumble.target";
+    if (named.empty() && held.size() > 1) {
+      add("post_impact.detumble", "post_impact.detumble: the grasps hold {} targets; say which by 'target', {} or {}",
+          held.size(), in_quotes(held[0]), in_quotes(held[1]));
+      return;
+    }
+    if (!named.empty() && std::find(held.begin(), held.end(), named) == held.end()) {
+      add(path, "{} is {}, which no grasp holds{}", path, in_quotes(named), suggestion(named, held, "targets"));
+      return;
+    }
+    const std::string& target = named.empty() ? held[0] : named;
+    bool any_rigid = false;
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      const EndEffectorSetup* hand = end_effector(grasp.end_effector);
+      if (grasp.contact || grasp.target != target || !hand) continue;
+      any_rigid = any_rigid || grasp.model == GraspModel::rigid;
+      const int joints = moving_joints_to(hand->body), turns = 6 - row_count(grasp.model);
+      if (joints + turns >= 6) continue;
+      add("post_impact.joints",
+          "post_impact.joints is detumble, but the arm of grasps[{}] has {} moving joint{}; the six motions of {} take "
+          "6 "
+          "or more",
+          i, joints, joints == 1 ? "" : "s", in_quotes(target));
+    }
+    if (!any_rigid)
+      add("post_impact.joints",
+          "post_impact.joints is detumble, but no grasp of {} is rigid: hinges and points pass on no torque about "
+          "their "
+          "own axes",
+          in_quotes(target));
+  }
+
+  // Between the base and a link.
+  int moving_joints_to(const std::string& link) const {
+    int joints = 0;
+    const BodyDescription* body = nullptr;
+    for (std::string name = link; !name.empty(); name = body->parent) {
+      const auto is_it = [&](const BodyDescription& b) { return b.name == name; };
+      const auto found = std::find_if(problem_.robot.bodies.begin(), problem_.robot.bodies.end(), is_it);
+      if (found == problem_.robot.bodies.end() || found->parent.empty()) break;
+      body = &*found;
+      joints += velocity_count(body->joint.type);
+    }
+    return joints;
   }
 
   void check_releases(const PostImpactSetup& post) {

@@ -31,6 +31,9 @@ struct ControlInput {
   /// Per Model::joints(), what its sensor reads: position and rate with the noise of tracking [rad, rad/s; m, m/s]. The
   /// acceleration is not sensed and zero.
   std::span<const JointPoint> sensed;
+  /// Generalized forces that act beside what it says, per velocity: friction, efforts of joints under other laws, and
+  /// attitude control on its root [N m or N]. Loads, an orbit's field and gravity are not among them.
+  std::span<const double> force;
 };
 
 /// What a controller says.

@@ -254,13 +254,40 @@ void PhaseDynamics::drive_root() {
   if (!laws_speak()) {
     attitude_torque_ = setup_.clock->held().base_torque;
   } else if (setup_.attitude) {
-    const double* q = now_.q.data() + root.q + 3;
-    const double* w = now_.v.data() + root.v;
-    attitude_torque_ = attitude_torque(*setup_.attitude, {q[0], q[1], q[2], q[3]}, {w[0], w[1], w[2]});
+    attitude_torque_ = attitude_torque_now();
   } else {
     attitude_torque_ = commanded_torque_;
   }
   for (int k = 0; k < 3; ++k) force_[root.v + k] = attitude_torque_[k];
+}
+
+Vector3d PhaseDynamics::attitude_torque_now() const {
+  const Body& root = model_.bodies()[setup_.attitude->root];
+  const double* q = now_.q.data() + root.q + 3;
+  const double* w = now_.v.data() + root.v;
+  return attitude_torque(*setup_.attitude, {q[0], q[1], q[2], q[3]}, {w[0], w[1], w[2]});
+}
+
+// Of a joint under a law with gains.
+double PhaseDynamics::said_by_law(std::size_t joint) const {
+  const JointDrive& drive = setup_.drives[joint];
+  const Body& body = model_.bodies()[model_.joints()[joint]];
+  return control_law::command(drive.control, drive.kp, drive.kd, reference_[joint], now_.q[body.q], now_.v[body.v]);
+}
+
+// Friction, efforts of joints under other laws, attitude control. Computed torque waits for what the controller says.
+void PhaseDynamics::gather_beside() {
+  beside_.assign(now_.v.size(), 0.0);
+  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
+    const Body& body = model_.bodies()[model_.joints()[j]];
+    const JointDescription& joint = body.description.joint;
+    beside_[body.v] = friction_force(joint.friction, now_.v[body.v]);
+    if (output_of(setup_.drives[j].control) == ControlOutput::effort)
+      beside_[body.v] += control_law::within_limit(said_by_law(j), joint.limits.effort);
+  }
+  if (!setup_.attitude) return;
+  const Vector3d torque = attitude_torque_now();
+  for (int k = 0; k < 3; ++k) beside_[model_.bodies()[setup_.attitude->root].v + k] = torque[k];
 }
 
 // What the controller says now.
@@ -273,7 +300,8 @@ void PhaseDynamics::ask_controller(double t) {
   }
   std::fill(commanded_effort_.begin(), commanded_effort_.end(), 0.0);
   ControlCommand command{commanded_effort_};
-  setup_.controller->update({t, model_, now_, desired_, sensed_}, command);
+  gather_beside();
+  setup_.controller->update({t, model_, now_, desired_, sensed_, beside_}, command);
   const auto refuse = [&](const std::string& what) {
     throw ControllerError(fmt::format("at t = {:.9g} s the controller says {}, which is no finite number", t, what));
   };
@@ -352,7 +380,7 @@ void PhaseDynamics::actuate() {
       motor_[j] = control_law::within_limit(commanded_effort_[j], limit);
       continue;
     }
-    const double said = control_law::command(drive.control, drive.kp, drive.kd, reference_[j], now_.q[body.q], rate);
+    const double said = said_by_law(j);
     if (output == ControlOutput::effort) {
       motor_[j] = control_law::within_limit(said, limit);
     } else {

@@ -147,6 +147,8 @@ class PhaseDynamics {
   std::span<const double> acceleration() const { return vdot_; }
   std::span<const ExternalWrench> external_wrenches() const { return wrenches_; }
   const Vector3d& gravity() const { return setup_.gravity; }
+  /// What a controller was told last that acts beside it (ControlInput::force).
+  std::span<const double> force_beside() const { return beside_; }
   /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m].
   const Vector3d& control_torque() const { return attitude_torque_; }
 
@@ -163,6 +165,9 @@ class PhaseDynamics {
   int driven_root() const { return setup_.attitude ? setup_.attitude->root : setup_.commanded_root; }
   /// Whether laws say what acts, now; else what the clock holds acts.
   bool laws_speak() const { return !setup_.clock || sampling_; }
+  Vector3d attitude_torque_now() const;
+  double said_by_law(std::size_t joint) const;
+  void gather_beside();
   void ask_controller(double t);
   void refuse_runaway(double t) const;
   void drive_root();
@@ -186,6 +191,7 @@ class PhaseDynamics {
   std::vector<JointPoint> reference_;         // per joint, less what its sensor misreads
   std::vector<JointPoint> desired_, sensed_;  // per joint, for the controller
   std::vector<double> commanded_effort_;      // per joint, by the controller
+  std::vector<double> beside_;                // per velocity: what acts beside the controller
   Vector3d commanded_torque_ = Vector3d::zero();
   std::vector<int> channel_of_;  // per joint, of the clock; -1: none
   bool has_controller_ = false;  // for a joint or a root

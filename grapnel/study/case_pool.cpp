@@ -250,7 +250,7 @@ std::vector<std::string> causes_afterwards(const CaptureProblem& problem) {
   std::vector<std::string> causes;
   const PostImpactSetup& after = *problem.post_impact;
   if (after.joints != PostImpactSetup::Joints::braked) add_friction(problem, causes);
-  if (after.joints == PostImpactSetup::Joints::pd || after.joints == PostImpactSetup::Joints::computed_torque)
+  if (has_gains(after.joints))
     causes.push_back(fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of post_impact)",
                                  largest(after.kp), largest(after.kd)));
   if (after.base_control) causes.push_back("a base under attitude control (smaller gains of post_impact.base_control)");
