@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <string>
 
 #include "bench/capture_workload.hpp"
 #include "bench/dynamics_bench.hpp"
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/scenario/scenario.hpp"
 
 namespace grapnel::bench {
 namespace {
@@ -35,6 +37,56 @@ void capture_alone(benchmark::State& state, CaptureProblem problem) {
   }
 }
 
+// The same capture with drives: their controllers none (joints follow exactly, then nothing drives them), continuous,
+// or sampled at 100 Hz; as a case of a campaign, or with all that a run records.
+CaptureProblem driven(CaptureProblem problem, bool has_controller, bool sampled) {
+  if (has_controller) {
+    const std::size_t joints = problem.joint_position.size();
+    TrackingSetup& tracking = problem.approach->tracking;
+    PostImpactSetup& after = *problem.post_impact;
+    tracking.mode = JointControl::computed_torque, after.joints = PostImpactSetup::Joints::computed_torque;
+    tracking.kp.assign(joints, 4), tracking.kd.assign(joints, 4);
+    after.kp.assign(joints, 4), after.kd.assign(joints, 4);
+  }
+  problem.contact = {};  // what misses by a little holds all the same
+  if (sampled) problem.control.emplace().timing = {0.01, 0.01};
+  return problem;
+}
+
+void controlled(benchmark::State& state, const CaptureProblem& problem, CaptureDetail detail) {
+  long evaluations = 0, steps = 0;
+  for (auto _ : state) {
+    const CaptureResult result = simulate_capture(problem, {}, detail);
+    if (!result.ledger.pass() || !result.post_impact_end)
+      return state.SkipWithError("the ledger's bounds are not held");
+    evaluations = steps = 0;
+    for (const PhaseCost& cost : result.cost) evaluations += cost.rhs_evaluations, steps += cost.steps;
+  }
+  state.counters["rhs"] = static_cast<double>(evaluations);
+  state.counters["steps"] = static_cast<double>(steps);
+}
+
+void register_controlled(const CaptureProblem& problem) {
+  struct Case {
+    const char* name;
+    bool has_controller, sampled;
+  };
+  for (const Case& c :
+       {Case{"none", false, false}, Case{"computed_torque", true, false}, Case{"computed_torque_100hz", true, true}}) {
+    // With the tolerances and the output of a run.
+    const CaptureProblem file = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml");
+    CaptureProblem bare = driven(problem, c.has_controller, c.sampled);
+    bare.integration = file.integration;
+    CaptureProblem run = bare;
+    run.clearance = file.clearance, run.output_interval = file.output_interval;
+    const std::string name = c.name;
+    benchmark::RegisterBenchmark(("capture_controller/case/" + name).c_str(),
+                                 [bare](benchmark::State& state) { controlled(state, bare, CaptureDetail::columns); });
+    benchmark::RegisterBenchmark(("capture_controller/run/" + name).c_str(),
+                                 [run](benchmark::State& state) { controlled(state, run, CaptureDetail::full); });
+  }
+}
+
 }  // namespace
 
 void register_capture() {
@@ -47,6 +99,7 @@ void register_capture() {
     if (e.applies && e.bound > 0) fmt::print(stderr, "  {} {:.2g} (bound {:.0e})\n", e.name, e.value, e.bound);
   }
   benchmark::RegisterBenchmark("capture/thesis1", [workload](benchmark::State& state) { capture(state, *workload); });
+  register_controlled(workload->problem);
   benchmark::RegisterBenchmark("capture_without_motion/thesis1",
                                [workload](benchmark::State& state) { capture_alone(state, workload->problem); });
 }

@@ -1,5 +1,5 @@
 # Modules in dependency order: a module may use only those before it.
-set(GRAPNEL_MODULES text ready_made spatial describe dense model import dynamics clearance integrate constraint impact simulate lanes plan result report
+set(GRAPNEL_MODULES text ready_made spatial describe dense model import dynamics clearance integrate constraint impact simulate plugin control lanes plan result report
     problem approach impact_report capture study campaign scenario study_files)
 
 # Libraries may end in a shared one, such as Python's module. No function of theirs is ever replaced by one of that name from
@@ -61,6 +61,6 @@ function(grapnel_module name)
   grapnel_install_library(${target} ${name})
   if(GRAPNEL_INSTALL)
     install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/grapnel/${name}
-            COMPONENT development FILES_MATCHING PATTERN "*.hpp")
+            COMPONENT development FILES_MATCHING PATTERN "*.hpp" PATTERN "*.h")
   endif()
 endfunction()

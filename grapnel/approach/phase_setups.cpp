@@ -17,6 +17,10 @@ PhaseSetup common_setup(const CaptureProblem& problem, const CaptureSystem& syst
   if (problem.integration.loops == IntegrationSetup::Loops::baumgarte)
     setup.loop_feedback = 1 / problem.integration.baumgarte_time;
   if (control) setup.attitude = attitude_control(*control, system, start);
+  if (problem.control) {
+    setup.clock = std::make_shared<ControlClock>(problem.control->timing, system.robot_joints.size());
+    setup.channels = system.robot_joints;
+  }
   return setup;
 }
 
@@ -30,6 +34,7 @@ JointDrive tracking_drive(const TrackingSetup& tracking, const JointTrajectory& 
   if (tracking.noise) drive.noise = NoiseSignal(*tracking.noise, static_cast<std::uint32_t>(joint));
   if (tracking.mode == JointControl::prescribed) return drive;
   drive.control = tracking.mode;
+  if (!has_gains(tracking.mode)) return drive;
   drive.kp = tracking.kp[joint];
   drive.kd = tracking.kd[joint];
   return drive;
@@ -74,9 +79,13 @@ JointControl control_of(PostImpactSetup::Joints joints) {
     case PostImpactSetup::Joints::free:
       return JointControl::free;
     case PostImpactSetup::Joints::pd:
+    case PostImpactSetup::Joints::detumble:
+    case PostImpactSetup::Joints::keep_base_attitude:
       return JointControl::pd;
     case PostImpactSetup::Joints::computed_torque:
       return JointControl::computed_torque;
+    case PostImpactSetup::Joints::controller:
+      return JointControl::controller;
     case PostImpactSetup::Joints::braked:
       break;
   }
@@ -100,6 +109,9 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
   // A base that is held in the approach is released at the first grasp.
   const bool held = problem.robot.base_mode == RobotSetup::Base::held && control.approaching && system.grasps.empty();
   setup.held_root = held ? system.base : -1;
+  const bool has_controller = control.approaching ? problem.approach->tracking.mode == JointControl::controller
+                                                  : post && post->joints == PostImpactSetup::Joints::controller;
+  if (has_controller && problem.control && problem.control->base_torque && !held) setup.commanded_root = system.base;
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
     JointDrive& drive = setup.drives[system.robot_joints[j]];
     if (control.approaching && !control.settled[j]) {
@@ -114,7 +126,12 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
       continue;
     }
     drive.trajectory = settled_trajectory(*post, control, j);
+    if (!has_gains(drive.control)) continue;
     drive.kp = post->kp[j], drive.kd = post->kd[j];
+  }
+  if (control.law && !control.approaching) {
+    for (int j : control.law->joints) setup.drives[j] = {.control = JointControl::controller};
+    setup.controller = std::make_shared<JointLawController>(*control.law);
   }
   return setup;
 }

@@ -5,6 +5,7 @@
 
 #include <span>
 
+#include "grapnel/control/joint_law.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/simulate/phase_dynamics.hpp"
 
@@ -28,6 +29,7 @@ struct SegmentControl {
   std::vector<double> hold;           // per robot joint: where it is held, or leaves from, once settled [rad or m]
   double post_impact_begin = 0;       // [s]; not read while approaching
   std::optional<Rotationd> attitude;  // R_WD of the base under control; absent: that of the piece's start
+  std::optional<JointLaw> law;        // that works after the approach; its joints are not held
 };
 
 /// What drives joints by post_impact.
@@ -35,6 +37,8 @@ JointControl control_of(PostImpactSetup::Joints joints);
 /// What a joint that has settled follows.
 JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentControl& control, std::size_t joint);
 
+/// What drives a piece of the run. The clock is a new one, which has seen no time; joints under a controller have none
+/// yet.
 PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                          const std::vector<JointTrajectory>& joints, const SegmentControl& control);
 

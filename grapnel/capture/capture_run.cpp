@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "grapnel/plugin/plugin_controller.hpp"
+
 namespace grapnel {
 
 const Body& joint_body(const CaptureSystem& system, std::size_t joint) {
@@ -13,7 +15,10 @@ const Body& joint_body(const CaptureSystem& system, std::size_t joint) {
 
 // --- What joints do ---
 
-RunJoints::RunJoints(const CaptureProblem& problem, const RunBodies& bodies) : problem_(problem) {
+RunJoints::RunJoints(const CaptureProblem& problem, const RunBodies& bodies, const MovingFrame& frame)
+    : problem_(problem), frame_(frame) {
+  if (problem.control)
+    clock_ = std::make_shared<ControlClock>(problem.control->timing, bodies.system.robot_joints.size());
   control_.approaching = problem.approach.has_value();
   control_.settled.assign(bodies.system.robot_joints.size(), false);
   control_.hold.assign(bodies.system.robot_joints.size(), 0);
@@ -48,8 +53,30 @@ void RunJoints::control_attitude(const std::optional<BaseControlSetup>& setup, c
   if (setup) control_.attitude = attitude_control(*setup, bodies.system, bodies.state).R_WD;
 }
 
-PhaseSetup RunJoints::setup(const RunBodies& bodies) const {
-  return segment_setup(problem_, bodies.system, bodies.state, trajectories_, control_);
+PhaseSetup RunJoints::setup(const RunBodies& bodies) {
+  PhaseSetup setup = segment_setup(problem_, bodies.system, bodies.state, trajectories_, control_);
+  setup.clock = clock_;
+  if (setup.controller) return setup;  // a law's
+  const auto is_commanded = [](const JointDrive& drive) { return drive.control == JointControl::controller; };
+  if (setup.commanded_root >= 0 || std::any_of(setup.drives.begin(), setup.drives.end(), is_commanded))
+    setup.controller = controller(bodies);
+  return setup;
+}
+
+// The plugin, which is made once a run.
+std::shared_ptr<Controller> RunJoints::controller(const RunBodies& bodies) {
+  if (controller_) return controller_;
+  const ControlSetup& control = *problem_.control;
+  PluginRobot robot;
+  robot.base = bodies.system.model.bodies()[bodies.system.base].description.name;
+  for (std::size_t j = 0; j < size(); ++j) robot.joints.push_back(joint_body(bodies.system, j).description.joint.name);
+  for (const EndEffectorSetup& effector : problem_.robot.end_effectors) robot.end_effectors.push_back(effector.name);
+  robot.gravity = problem_.gravity;
+  robot.origin = frame_.origin, robot.velocity = frame_.velocity;
+  robot.commands_base = control.base_torque;
+  controller_ = std::make_shared<PluginController>(open_plugin(control.file, control.plugin), control.timing,
+                                                   control.parameters, std::move(robot), bodies.system.model);
+  return controller_;
 }
 
 PhaseSetup RunJoints::exact_approach(const RunBodies& bodies) const {
@@ -112,8 +139,9 @@ CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the
       progress(std::move(the_progress)),
       result(the_result),
       bodies(problem),
-      joints(problem, bodies),
+      joints(problem, bodies, frame),
       schedule(problem),
+      law(problem),
       monitor(problem, bodies.free, frame, detail, sink, result) {}
 
 std::string CaptureRun::next_name(const std::string& phase) {

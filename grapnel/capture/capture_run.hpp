@@ -9,6 +9,7 @@
 #include <string>
 
 #include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/capture/law_run.hpp"
 #include "grapnel/capture/run_monitor.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/problem/capture_problem.hpp"
@@ -87,7 +88,7 @@ struct RunBodies {
 /// What the robot's joints are to do: their plan, and what becomes of it once their arm holds a target.
 class RunJoints {
  public:
-  RunJoints(const CaptureProblem& problem, const RunBodies& bodies);
+  RunJoints(const CaptureProblem& problem, const RunBodies& bodies, const MovingFrame& frame);
 
   /// Before the approach's end.
   bool approaching() const { return control_.approaching; }
@@ -106,8 +107,10 @@ class RunJoints {
   /// The base's attitude to be kept from now on is what a setting says, or the present one; absent: not controlled.
   void control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies);
 
-  /// What drives the system from now on.
-  PhaseSetup setup(const RunBodies& bodies) const;
+  /// The law that works from now on, if any does.
+  void obey(std::optional<JointLaw> law) { control_.law = std::move(law); }
+  /// What drives the system from now on. @throws ControllerError if a plugin is needed and cannot be had.
+  PhaseSetup setup(const RunBodies& bodies);
   /// The same for the approach followed exactly, without noise.
   PhaseSetup exact_approach(const RunBodies& bodies) const;
   /// Whether motors work, or attitude control, in such a motion.
@@ -125,7 +128,12 @@ class RunJoints {
  private:
   void settle(const RunBodies& bodies, std::size_t joint);
 
+  std::shared_ptr<Controller> controller(const RunBodies& bodies);
+
   const CaptureProblem& problem_;
+  const MovingFrame frame_;
+  std::shared_ptr<ControlClock> clock_;        // of the whole run; null: laws speak continuously
+  std::shared_ptr<Controller> controller_;     // likewise, once it is needed
   std::vector<JointTrajectory> trajectories_;  // of the approach, per robot joint
   SegmentControl control_;
 };
@@ -157,6 +165,7 @@ struct CaptureRun {
   RunBodies bodies;
   RunJoints joints;
   GraspSchedule schedule;
+  LawRun law;
   RunMonitor monitor;
   bool rebounded = false;  // something has rebounded
 

@@ -100,6 +100,8 @@ std::string first_not_finite(const CaptureResult& result) {
   finder.look("later_impacts", result.later_impacts);
   finder.look("post_impact.end", result.post_impact_end);
   finder.look("post_impact.grasp_loads", result.grasp_loads);
+  finder.look("post_impact.detumbling", result.detumbling);
+  finder.look("post_impact.base_keeping", result.base_keeping);
   finder.look("ledger.scale", result.ledger.scale);
   return finder.found();
 }

@@ -56,6 +56,7 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
 std::string reason_for_here(const CaptureRun& run, bool stops_on_arrival) {
   if (run.monitor.records()) return "it is recorded";
   if (run.monitor.seeks_loads()) return "loads are looked for";
+  if (run.law.works()) return "a law moves the joints together";
   if (!run.bodies.system.closures.empty()) return "loops are closed";
   return stops_on_arrival ? "grasps close on arrival" : "";
 }
@@ -68,13 +69,32 @@ bool ends_in_envelopes(const CaptureRun& run) {
 
 // --- Preparation ---
 
+namespace {
+
+// What drives the piece that begins; joints whose law is over with what it worked on are held where they are.
+PhaseSetup setup_of_piece(CaptureRun& run) {
+  const RunBodies& bodies = run.bodies;
+  if (run.law.ends_by_release(bodies.system, bodies.state, bodies.time)) run.joints.settle_all(bodies);
+  run.joints.obey(run.law.begin_piece(bodies.system, bodies.state, bodies.time));
+  return run.joints.setup(bodies);
+}
+
+}  // namespace
+
 PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
     : run_(run),
       observed_(true),
-      dynamics_(run.bodies.system.model, run.joints.setup(run.bodies)),
-      stop_(run.schedule.stop_condition(run.bodies.system, ends_in_envelopes(run))) {
+      dynamics_(run.bodies.system.model, setup_of_piece(run)),
+      arrival_(run.schedule.stop_condition(run.bodies.system, ends_in_envelopes(run))),
+      stop_(arrival_) {
   RunBodies& bodies = run.bodies;
   RunMonitor& monitor = run.monitor;
+  if (run.law.works()) {
+    stop_ = [this](double t, const State& state) {
+      const double law = run_.law.margin(state);
+      return arrival_ ? std::min(law, arrival_(t, state)) : law;
+    };
+  }
   const double end = next_event(run, phase);
   const std::string name = run.next_name(phase.name);
   const bool controlled = run.joints.are_controlled();
@@ -122,6 +142,9 @@ bool PhaseSegment::await_resume() {
   if (!outcome.finished) throw RunFailure(fmt::format("{}: {}", task_.phase, outcome.failure));
   run_.bodies.state = outcome.end_state;
   run_.bodies.time = outcome.end_time;
+  const double arrival = outcome.stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
+  if (run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, arrival))
+    run_.joints.settle_all(run_.bodies);
   return !outcome.stopped;
 }
 
@@ -136,6 +159,16 @@ std::function<void(double)> PhaseSegment::each_step() const {
   return [this](double t) { run_.progress(task_.phase, t, task_.end); };
 }
 
+// Who looks into every step.
+StepProbe PhaseSegment::probe() const {
+  StepProbe loads = run_.monitor.load_probe();
+  if (!run_.law.works()) return loads;
+  return [this, loads](const PhaseStep& step) {
+    if (loads) loads(step);
+    run_.law.step(step);
+  };
+}
+
 PhaseOutcome PhaseSegment::integrate_between_looks() {
   StepWatch watch;
   watch.looks = static_cast<int>(kLeastLooks);
@@ -144,7 +177,7 @@ PhaseOutcome PhaseSegment::integrate_between_looks() {
     watch.look = [&](double t, const State& state, const PhaseIntegrals& integrals) {
       run_.monitor.look(t, state, integrals);
     };
-    watch.probe = run_.monitor.load_probe();
+    watch.probe = probe();
   }
   return simulate_phase(dynamics_, task_.start, task_.begin, task_.end, task_.integration, watch, stop_);
 }
@@ -161,7 +194,7 @@ PhaseOutcome PhaseSegment::integrate_with_samples() {
     run_.monitor.sample(sample, look++ % looks == 0 || sample.time == end);
   };
   return simulate_phase(dynamics_, task_.start, task_.begin, end, interval / static_cast<double>(looks),
-                        task_.integration, observe, stop_, run_.monitor.load_probe(), each_step());
+                        task_.integration, observe, stop_, probe(), each_step());
 }
 
 }  // namespace grapnel

@@ -115,11 +115,13 @@ class PhaseSegment : public Resumable<PhaseSegment>::Stop {
   PhaseOutcome integrate_between_looks();
   PhaseOutcome integrate_with_samples();
   std::function<void(double)> each_step() const;
+  StepProbe probe() const;
 
   CaptureRun& run_;
   const bool observed_;
   PhaseDynamics dynamics_;
-  StopCondition stop_;
+  StopCondition arrival_;  // of an end-effector
+  StopCondition stop_;     // that, or the end of the law that moves the joints
   MotionTask task_;
   bool watched_elsewhere_ = false;  // MotionTask::watch has been called
   std::optional<PhaseOutcome> elsewhere_;

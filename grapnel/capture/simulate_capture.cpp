@@ -134,6 +134,7 @@ MotionPhase begin_post_impact(CaptureRun& run) {
   const PostImpactSetup& setup = *run.problem.post_impact;
   run.joints.control_attitude(setup.base_control, run.bodies);
   run.joints.begin_post_impact(run.bodies.time);
+  run.law.begin_post_impact(root_pose(run.bodies.system.model, run.bodies.state, run.bodies.system.base).R);
   return {"post_impact", run.bodies.time, run.bodies.time + setup.duration};
 }
 
@@ -143,6 +144,7 @@ void check_and_report(CaptureRun& run) {
   CaptureResult& result = run.result;
   run.schedule.write(run.monitor.last_look(), run.bodies.system, run.bodies.state, result);
   run.monitor.write();
+  run.law.write(result);
   if (result.status != CaptureStatus::completed) return;
   if (const std::string what = first_not_finite(result); !what.empty()) {
     result.status = CaptureStatus::failed;
@@ -169,6 +171,8 @@ struct CaptureSteps::Work {
     result.scenario_name = problem.name;
     result.scenario_sha256 = problem.sha256;
     result.status = CaptureStatus::failed;  // until it has been completed
+    if (const auto& control = problem.control)
+      result.control = {control->timing.period, control->timing.delay, control->plugin, control->sha256};
     if (problem.orbit) result.orbit = describe_orbit(*problem.orbit);
     if (detail == CaptureDetail::full && part == Part::whole) result.scene = scene_of(problem);
   }

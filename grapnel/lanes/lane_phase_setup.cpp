@@ -155,13 +155,15 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   // A member that is added to these structures does not compile here until it is known what lanes make of it.
-  const auto& [drives, held_root, gravity, loads, orbit, attitude, recover_roots, closures, project_loops,
-               loop_feedback] = setup;
+  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, clock, channels,
+               recover_roots, closures, project_loops, loop_feedback] = setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
   if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
   if (!closures.empty()) return "loops are closed";
+  if (clock) return "control is sampled";
+  if (controller) return "a controller of its own is asked";
   if (held_root >= 0) return "a base is held";
   if (!drives.empty() && drives.size() != model.joints().size()) return "drives do not match the joints";
   for (const TreeLink<double>& link : model.tree().links) {

@@ -20,6 +20,7 @@
 #include "grapnel/model/model.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
+#include "grapnel/simulate/controller.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
@@ -138,6 +139,19 @@ struct BaseControlSetup {
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
   Vector3d limit{AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone};  // [N m]
   std::optional<Rotationd> R_WD;  // desired attitude; absent: the one at the phase's start
+};
+
+/// The on-board computer: laws of joints (pd, computed_torque), attitude control and a controller of the user's own
+/// speak at the ticks of one clock (ControlClock). Joints that follow their motion exactly are not sampled.
+struct ControlSetup {
+  ControlTiming timing;
+  /// A controller of one's own, in a shared library (plugin/controller_plugin.hpp); empty: none. It drives joints where
+  /// TrackingSetup::mode or PostImpactSetup::joints say so.
+  std::string plugin;             // as the scenario names it
+  std::string file;               // where it is, for the system's loader
+  std::string sha256;             // of that file; empty: of a problem that a program made
+  std::string parameters = "{}";  // JSON, an object that the plugin understands
+  bool base_torque = false;       // it says the torque on a free base too, where it drives the joints
 };
 
 /// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
@@ -271,13 +285,31 @@ struct PostureMove {
   JointProfile profile = JointProfile::quintic;
 };
 
+/// A held target is brought to rest through its grasps (DetumblingLaw).
+struct DetumbleSetup {
+  double torque = 0;   // bound on the torque that it is given, about its centre of mass [N m]
+  std::string target;  // which; empty: the only one that is grasped
+};
+
+/// The joints keep the base's attitude (BaseKeepingLaw).
+struct KeepBaseSetup {
+  double rate = 0.5;              // at which the base comes back to its attitude, critically damped [1/s]
+  std::vector<double> posture;    // per joint: towards which they go as far as the base allows; empty: they do not
+  double posture_rate = 0.05;     // of that motion [1/s]
+  std::optional<Rotationd> R_WD;  // the attitude; absent: the one as post_impact begins
+};
+
 struct PostImpactSetup {
   double duration = 0;  // [s]
   /// free: no torques. pd, computed_torque (JointControl): the joints are held where they were at the impact, rates
   /// zero, or go where `move` says; the model that computes torques has the targets that are held. braked: locked.
-  enum class Joints { free, pd, computed_torque, braked };
+  /// controller: by the plugin of ControlSetup, which is asked to hold them there, or to follow `move`.
+  /// detumble, keep_base_attitude: as the setups below say, by pd before a target is held and where the law has ended.
+  enum class Joints { free, pd, computed_torque, braked, controller, detumble, keep_base_attitude };
   Joints joints = Joints::free;
-  std::vector<double> kp, kd;  // for pd and computed_torque, as TrackingSetup's: per joint
+  std::vector<double> kp, kd;                       // where has_gains(), as TrackingSetup's: per joint
+  std::optional<DetumbleSetup> detumble;            // with joints: detumble
+  std::optional<KeepBaseSetup> keep_base_attitude;  // with joints: keep_base_attitude
   std::optional<PostureMove> move;
   std::optional<BaseControlSetup> base_control;
   /// Grasps that are released.
@@ -287,6 +319,16 @@ struct PostImpactSetup {
   };
   std::vector<Release> releases;
 };
+
+/// Whether joints have gains: they follow something, or hold.
+constexpr bool has_gains(PostImpactSetup::Joints joints) {
+  return joints != PostImpactSetup::Joints::free && joints != PostImpactSetup::Joints::braked &&
+         joints != PostImpactSetup::Joints::controller;
+}
+/// Whether a law moves all of them together (grapnel/control/), by efforts, and pd where it is over.
+constexpr bool is_law(PostImpactSetup::Joints joints) {
+  return joints == PostImpactSetup::Joints::detumble || joints == PostImpactSetup::Joints::keep_base_attitude;
+}
 
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).
 struct LoadSetup {
@@ -355,6 +397,7 @@ struct CaptureProblem {
   std::optional<ImpactSetup> impact;
   std::optional<PostImpactSetup> post_impact;
   std::vector<LoadSetup> loads;
+  std::optional<ControlSetup> control;  // absent: laws speak continuously
   ClearanceSetup clearance;
   IntegrationSetup integration;
   double output_interval = 0.05;     // [s]

@@ -202,10 +202,11 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
     check_way(problem, joints, faults);
     if (approach->final_rates) check_size(*approach->final_rates, "approach: final joint rates");
     if (approach->match && problem.grasps.empty()) faults.push_back("approach: matching rates needs grasps");
-    if (approach->tracking.mode != JointControl::prescribed) {
+    if (has_gains(approach->tracking.mode)) {
       check_size(approach->tracking.kp, "approach: kp");
       check_size(approach->tracking.kd, "approach: kd");
-    } else if (approach->profile == JointProfile::quartic && !approach->sampled && approach->pieces.empty() &&
+    } else if (approach->tracking.mode == JointControl::prescribed && approach->profile == JointProfile::quartic &&
+               !approach->sampled && approach->pieces.empty() &&
                std::any_of(problem.joint_rate.begin(), problem.joint_rate.end(), [](double r) { return r != 0; })) {
       faults.push_back(
           "approach: the quartic profile starts from rest; with initial joint rates choose quintic or cycloidal");
@@ -217,7 +218,7 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
     if (!problem.impact) faults.push_back("post_impact needs an impact");
     if (!(post->duration > 0) || !std::isfinite(post->duration))
       faults.push_back("post_impact: duration must be positive");
-    if (post->joints == PostImpactSetup::Joints::pd || post->joints == PostImpactSetup::Joints::computed_torque) {
+    if (has_gains(post->joints)) {
       check_size(post->kp, "post_impact: kp");
       check_size(post->kd, "post_impact: kd");
     }
@@ -225,6 +226,16 @@ void check_phases(const CaptureProblem& problem, std::size_t joints, std::vector
       check_size(post->move->joints, "post_impact.move: joints");
       if (!(post->move->duration > 0) || !std::isfinite(post->move->duration) || !(post->move->after >= 0))
         faults.push_back("post_impact.move: duration must be positive, after not negative");
+    }
+    if (post->joints == PostImpactSetup::Joints::detumble && !post->detumble)
+      faults.push_back("post_impact: joints that detumble need their setup");
+    if (post->detumble && !(post->detumble->torque > 0 && std::isfinite(post->detumble->torque)))
+      faults.push_back("post_impact.detumble: torque must be positive");
+    if (const auto& keep = post->keep_base_attitude) {
+      if (!keep->posture.empty()) check_size(keep->posture, "post_impact.keep_base_attitude: posture");
+      if (!(keep->rate > 0 && std::isfinite(keep->rate)) ||
+          !(keep->posture_rate > 0 && std::isfinite(keep->posture_rate)))
+        faults.push_back("post_impact.keep_base_attitude: rates must be positive");
     }
     double before = 0;
     for (const PostImpactSetup::Release& release : post->releases) {

@@ -46,7 +46,8 @@ struct Described<RestitutionHypothesis>
     : Enumeration<RestitutionHypothesis, "RestitutionHypothesis", "newton", "poisson", "stronge"> {};
 template <>
 struct Described<PostImpactSetup::Joints>
-    : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked"> {};
+    : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked", "controller",
+                  "detumble", "keep_base_attitude"> {};
 template <>
 struct Described<OrbitSetup::Body> : Enumeration<OrbitSetup::Body, "CentralBody", "earth", "moon", "mars"> {};
 template <>

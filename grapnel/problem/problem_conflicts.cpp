@@ -73,6 +73,7 @@ class Conflicts {
       if (problem_.post_impact->base_control && problem_.robot.base_mode == RobotSetup::Base::fixed)
         refuse_base_control("post_impact.base_control");
     }
+    check_control();
     for (std::size_t i = 0; i < problem_.loads.size(); ++i) check_load(problem_.loads[i], i);
     check_shapes();
     check_lengths();
@@ -178,6 +179,53 @@ class Conflicts {
     check("initial.base", problem_.X_WB.p, problem_.V_WB ? problem_.V_WB->linear : Vector3d::zero());
     for (std::size_t i = 0; i < problem_.targets.size(); ++i)
       check(fmt::format("targets[{}].state", i), problem_.targets[i].X_WT.p, problem_.targets[i].V_WT.linear);
+  }
+
+  // ---- The on-board computer ----
+
+  void check_control() {
+    const bool in_approach = problem_.approach && problem_.approach->tracking.mode == JointControl::controller;
+    const bool afterwards = problem_.post_impact && problem_.post_impact->joints == PostImpactSetup::Joints::controller;
+    const std::string plugin = problem_.control ? problem_.control->plugin : "";
+    const auto needs_plugin = [&](const char* path) {
+      add(path, "{} is controller, which needs the plugin that drives them: control: {{period: ..., plugin: ...}}",
+          path)
+          .relies_on = "control";
+    };
+    if (in_approach && plugin.empty()) needs_plugin("approach.tracking.mode");
+    if (afterwards && plugin.empty()) needs_plugin("post_impact.joints");
+    if (!problem_.control) return;
+    check_timing(problem_.control->timing);
+    if (!plugin.empty() && !in_approach && !afterwards)
+      add("control.plugin",
+          "control.plugin drives nothing: approach.tracking.mode or post_impact.joints must be controller");
+    if (!problem_.control->base_torque) return;
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed)
+      add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
+    const auto both = [&](const char* path) {
+      add_key(path, "{}: control.base_torque leaves the base's torque to the plugin; leave out one of the two", path);
+    };
+    if (in_approach && problem_.approach->base_control) both("approach.base_control");
+    if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+  }
+
+  // Ticks are breaks of the integration, which are listed before it.
+  void check_timing(const ControlTiming& timing) {
+    const auto approach = duration_of(problem_.approach), after = duration_of(problem_.post_impact);
+    if (!approach || !after || !(timing.period > 0) || !(timing.delay >= 0)) return;
+    const double run = *approach + *after, ticks = run / timing.period;
+    constexpr double kMostTicks = 1e7;
+    if (ticks > kMostTicks) {
+      add("control.period", "control.period is {} [s], which makes {:.3g} samples in the run's {} s; at most {:.0f}",
+          timing.period, ticks, run, kMostTicks);
+    } else if (run > 0 && timing.period >= run) {
+      add("control.period",
+          "control.period is {} [s], must be less than {}, the length of the run: sensors would be read once",
+          timing.period, run);
+    }
+    if (run > 0 && timing.delay >= run)
+      add("control.delay", "control.delay is {} [s], must be less than {}, the length of the run: no command would act",
+          timing.delay, run);
   }
 
   void refuse_base_control(const char* path) {
@@ -353,24 +401,111 @@ class Conflicts {
                 "post_impact.move: joints that are {} follow nothing; use joints: pd or computed_torque",
                 name_of(post.joints))
             .relies_on = "post_impact.joints";
+      if (is_law(post.joints))
+        add_key("post_impact.move",
+                "post_impact.move: joints that {} go where that takes them; use joints: pd or computed_torque",
+                name_of(post.joints))
+            .relies_on = "post_impact.joints";
       if (post.move->duration > 0 && post.duration > 0 && end > post.duration)
         add("post_impact.move.duration", "post_impact.move ends after {} [s], must end within post_impact's {}", end,
             post.duration);
     }
-    if (post.joints != Joints::computed_torque) return;
+    check_laws(post);
+    if (post.joints == Joints::computed_torque)
+      refuse_loops("computed_torque, but", "joints of a closed loop cannot be accelerated one by one; use pd");
+    if (post.joints == Joints::keep_base_attitude)
+      refuse_loops("keep_base_attitude, but", "this law is not there for closed loops; use detumble or pd");
+  }
+
+  void refuse_loops(std::string_view what, std::string_view why) {
     std::map<std::string_view, std::size_t> holds;  // by target
     for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
       const GraspSetup& grasp = problem_.grasps[i];
       if (grasp.contact || grasp.target.empty()) continue;
       const auto [first, fresh] = holds.emplace(grasp.target, i);
       if (fresh) continue;
-      add("post_impact.joints",
-          "post_impact.joints is computed_torque, but grasps[{}] and grasps[{}] hold one target, and joints of a "
-          "closed "
-          "loop cannot be accelerated one by one; use pd",
-          first->second, i);
+      add("post_impact.joints", "post_impact.joints is {} grasps[{}] and grasps[{}] hold one target, and {}", what,
+          first->second, i, why);
       return;
     }
+  }
+
+  // Laws that move all joints together.
+  void check_laws(const PostImpactSetup& post) {
+    using Joints = PostImpactSetup::Joints;
+    const auto refuse = [&](const char* key) {
+      add_key(fmt::format("post_impact.{}", key), "post_impact.{} belongs to joints: {}; they are {}", key, key,
+              name_of(post.joints))
+          .relies_on = "post_impact.joints";
+    };
+    if (post.detumble && post.joints != Joints::detumble) refuse("detumble");
+    if (post.keep_base_attitude && post.joints != Joints::keep_base_attitude) refuse("keep_base_attitude");
+    if (post.joints == Joints::detumble && post.detumble) check_detumbling(post.detumble->target);
+    if (post.joints == Joints::detumble && std::any_of(post.kd.begin(), post.kd.end(), [](double d) { return d <= 0; }))
+      add("post_impact.kd", "post_impact.kd must be above 0 with joints: detumble, which share the efforts by it");
+    if (post.joints != Joints::keep_base_attitude) return;
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed)
+      add("post_impact.joints",
+          "post_impact.joints is keep_base_attitude, but the robot's base is fixed and needs none");
+    if (post.base_control)
+      add_key("post_impact.base_control",
+              "post_impact.base_control: the joints keep the base's attitude already; use one of both")
+          .relies_on = "post_impact.joints";
+  }
+
+  // What is brought to rest, and whether those that hold it can.
+  void check_detumbling(const std::string& named) {
+    std::vector<std::string> held;
+    for (const GraspSetup& grasp : problem_.grasps) {
+      const bool fresh = std::find(held.begin(), held.end(), grasp.target) == held.end();
+      if (!grasp.contact && fresh && find_named(problem_.targets, grasp.target)) held.push_back(grasp.target);
+    }
+    if (held.empty()) return;  // there are no grasps, or faulty ones
+    const std::string path = "post_impact.detumble.target";
+    if (named.empty() && held.size() > 1) {
+      add("post_impact.detumble", "post_impact.detumble: the grasps hold {} targets; say which by 'target', {} or {}",
+          held.size(), in_quotes(held[0]), in_quotes(held[1]));
+      return;
+    }
+    if (!named.empty() && std::find(held.begin(), held.end(), named) == held.end()) {
+      add(path, "{} is {}, which no grasp holds{}", path, in_quotes(named), suggestion(named, held, "targets"));
+      return;
+    }
+    const std::string& target = named.empty() ? held[0] : named;
+    bool any_rigid = false;
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      const EndEffectorSetup* hand = end_effector(grasp.end_effector);
+      if (grasp.contact || grasp.target != target || !hand) continue;
+      any_rigid = any_rigid || grasp.model == GraspModel::rigid;
+      const int joints = moving_joints_to(hand->body), turns = 6 - row_count(grasp.model);
+      if (joints + turns >= 6) continue;
+      add("post_impact.joints",
+          "post_impact.joints is detumble, but the arm of grasps[{}] has {} moving joint{}; the six motions of {} take "
+          "6 "
+          "or more",
+          i, joints, joints == 1 ? "" : "s", in_quotes(target));
+    }
+    if (!any_rigid)
+      add("post_impact.joints",
+          "post_impact.joints is detumble, but no grasp of {} is rigid: hinges and points pass on no torque about "
+          "their "
+          "own axes",
+          in_quotes(target));
+  }
+
+  // Between the base and a link.
+  int moving_joints_to(const std::string& link) const {
+    int joints = 0;
+    const BodyDescription* body = nullptr;
+    for (std::string name = link; !name.empty(); name = body->parent) {
+      const auto is_it = [&](const BodyDescription& b) { return b.name == name; };
+      const auto found = std::find_if(problem_.robot.bodies.begin(), problem_.robot.bodies.end(), is_it);
+      if (found == problem_.robot.bodies.end() || found->parent.empty()) break;
+      body = &*found;
+      joints += velocity_count(body->joint.type);
+    }
+    return joints;
   }
 
   void check_releases(const PostImpactSetup& post) {

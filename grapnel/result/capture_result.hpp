@@ -400,6 +400,54 @@ struct Violation {
   double time = 0;
 };
 
+/// How a law that moves all joints together came to its end.
+enum class LawEnd {
+  running,      // it had not when the run ended
+  at_rest,      // what it was to bring to rest was
+  rank_lost,    // near a configuration in which the joints cannot do what it asks for
+  joint_limit,  // a joint reached the end of its range
+  released      // what it works on was let go
+};
+
+/// Of a target that is brought to rest through its grasps.
+struct DetumblingReport {
+  std::string target;
+  double begin = 0;
+  double end = 0;
+  LawEnd ended = LawEnd::running;
+  std::string joint;  // whose range ended it
+  double torque_bound = 0;
+  double largest_torque = 0;
+  double angular_momentum_before = 0;
+  double angular_momentum_after = 0;
+  double speed_before = 0;
+  double speed_after = 0;
+  double expected_duration = 0;
+  double least_scale = 1;
+  double least_scale_time = 0;
+  bool within_limits = true;
+  double least_condition = 1;
+  double least_condition_time = 0;
+};
+
+/// Of a base whose attitude the joints keep.
+struct BaseKeepingReport {
+  double begin = 0;
+  double end = 0;
+  LawEnd ended = LawEnd::running;
+  std::string joint;  // whose range ended it
+  double largest_angle = 0;
+  double largest_angle_time = 0;
+  double angle_after = 0;
+  double angular_velocity_after = 0;
+  int rank = 0;
+  double least_share = 1;
+  double least_share_time = 0;
+  bool within_limits = true;
+  double least_condition = 1;
+  double least_condition_time = 0;
+};
+
 /// Grasps that are released.
 struct ReleaseReport {
   double time = 0;
@@ -413,6 +461,14 @@ struct OrbitReport {
   double radius = 0;
   double rate = 0;
   double period = 0;
+};
+
+/// The on-board computer of a run.
+struct ControlReport {
+  double period = 0;
+  double delay = 0;
+  std::string plugin;
+  std::string plugin_sha256;
 };
 
 /// An integration's cost.
@@ -430,6 +486,7 @@ struct CaptureResult {
   std::string scenario_sha256;  // of the scenario's and all included files' bytes, and of overrides
   std::vector<std::string> warnings;
   std::optional<OrbitReport> orbit;  // with which W falls
+  std::optional<ControlReport> control;
   std::optional<PhaseEnd> approach_start;
   std::optional<PhaseEnd> approach_end;
   std::optional<PlanReport> plan;    // of the approach
@@ -453,7 +510,9 @@ struct CaptureResult {
   std::vector<GraspLoad> grasp_loads;  // per phase and grasp
   std::vector<PeakLoad> peak_loads;    // over all phases: per load and phase
   std::optional<PhaseEnd> post_impact_end;
-  std::vector<MinimumClearance> clearance;  // per phase in which bodies with shapes were watched
+  std::optional<DetumblingReport> detumbling;     // in it
+  std::optional<BaseKeepingReport> base_keeping;  // in it
+  std::vector<MinimumClearance> clearance;        // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>
       clearance_unwatched;  // end-effector and target of each grasp; ignored pairs

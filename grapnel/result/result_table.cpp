@@ -395,6 +395,49 @@ std::string post_impact_table(const CaptureResult& result) {
          base.text();
 }
 
+// "at rest at t = 75.2 s" and the like.
+std::string law_end(LawEnd ended, double time, const std::string& joint) {
+  const std::string at = fmt::format(" at t = {} s", short_number(time));
+  switch (ended) {
+    case LawEnd::running:
+      return "going on" + at + ", the run's end";
+    case LawEnd::at_rest:
+      return "at rest" + at;
+    case LawEnd::rank_lost:
+      return "ended" + at + ": the joints come near a configuration in which they cannot do it";
+    case LawEnd::joint_limit:
+      return "ended" + at + ": " + joint + " reaches the end of its range";
+    case LawEnd::released:
+      break;
+  }
+  return "ended" + at + ": it is released";
+}
+
+std::string law_tables(const CaptureResult& result) {
+  std::string out;
+  if (const auto& d = result.detumbling) {
+    out += "\n" + paragraph("detumbling of " + d->target + ": " + law_end(d->ended, d->end, d->joint), "");
+    TextTable table(2);
+    table.row({"angular momentum before, after", "N m s", small(d->angular_momentum_before),
+               small(d->angular_momentum_after)});
+    table.row({"largest torque, its bound", "N m", short_number(d->largest_torque), short_number(d->torque_bound)});
+    table.row(
+        {"duration, with enough effort", "s", short_number(d->end - d->begin), short_number(d->expected_duration)});
+    if (d->least_scale < 1)
+      table.row({"least part of the torque, at", "1, s", small(d->least_scale), short_number(d->least_scale_time)});
+    out += table.text();
+    if (!d->within_limits) out += paragraph("efforts were cut: the target did not move as asked for", "  ");
+  }
+  if (const auto& b = result.base_keeping) {
+    out += "\n" + paragraph("base attitude kept by the joints: " + law_end(b->ended, b->end, b->joint), "");
+    TextTable table(2);
+    table.row({"largest deviation, at the end", "rad", small(b->largest_angle), small(b->angle_after)});
+    out += table.text();
+    if (!b->within_limits) out += paragraph("efforts were cut: the base was not kept", "  ");
+  }
+  return out;
+}
+
 std::string clearance_table(const CaptureResult& result) {
   if (result.clearance.empty()) return "";
   TextTable table;
@@ -430,8 +473,8 @@ std::string ledger_table(const Ledger& ledger) {
 
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
-         release_lines(result) + post_impact_table(result) + loop_tables(result) + load_table(result) +
-         clearance_table(result) + ledger_table(result.ledger);
+         release_lines(result) + post_impact_table(result) + law_tables(result) + loop_tables(result) +
+         load_table(result) + clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

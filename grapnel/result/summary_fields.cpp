@@ -408,6 +408,102 @@ const Type& type_of<PhaseCost>() {
 }
 
 template <>
+const Type& type_of<LawEnd>() {
+  static constexpr Choice choices[] = {
+      choice(LawEnd::running, "running"), choice(LawEnd::at_rest, "at_rest"), choice(LawEnd::rank_lost, "rank_lost"),
+      choice(LawEnd::joint_limit, "joint_limit"), choice(LawEnd::released, "released")};
+  static constexpr Type type = enumeration<LawEnd>("LawEnd", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<DetumblingReport>() {
+  using D = DetumblingReport;
+  static constexpr Field fields[] = {
+      field<&D::target>("target", "that is brought to rest"),
+      field<&D::begin>("begin", "s", "when the law begins"),
+      field<&D::end>("end", "s", "when it ends; from then on the joints hold"),
+      field<&D::ended>("ended",
+                       "`at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a "
+                       "configuration in which they cannot move the target in all directions. `joint_limit`: a joint "
+                       "reached the end of its range. `released`: the target was let go. `running`: the run ended "
+                       "before"),
+      field<&D::joint>("joint", "whose range ended it; empty otherwise"),
+      field<&D::torque_bound>("torque_bound", "N m", "on the torque about the target's centre of mass"),
+      field<&D::largest_torque>("largest_torque", "N m",
+                                "of the grasps about the target's centre of mass, by the target's motion: at the ends "
+                                "and in the middle of every step"),
+      field<&D::angular_momentum_before>("angular_momentum_before", "N m s",
+                                         "of the target about its centre of mass, at the begin"),
+      field<&D::angular_momentum_after>("angular_momentum_after", "N m s", "at the end"),
+      field<&D::speed_before>("speed_before", "m/s",
+                              "of the target's centre of mass, relative to that of servicer and held targets"),
+      field<&D::speed_after>("speed_after", "m/s", "at the end"),
+      field<&D::expected_duration>("expected_duration", "s",
+                                   "angular_momentum_before over torque_bound: what it takes where efforts suffice"),
+      field<&D::least_scale>("least_scale", "1",
+                             "least part of the torque bound that the joints' effort limits let pass; 1: they always "
+                             "sufficed"),
+      field<&D::least_scale_time>("least_scale_time", "s", "when that was"),
+      field<&D::within_limits>(
+          "within_limits",
+          "whether a smaller torque kept all efforts within their limits; if not, efforts were cut "
+          "and the target did not move as asked for"),
+      field<&D::least_condition>("least_condition", "1",
+                                 "of the target's accelerations by the efforts: least singular value over the largest, "
+                                 "its least"),
+      field<&D::least_condition_time>("least_condition_time", "s", "when that was"),
+  };
+  static constexpr Type type = structure<D>("DetumblingReport", "a held target that the arms bring to rest.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<BaseKeepingReport>() {
+  using B = BaseKeepingReport;
+  static constexpr Field fields[] = {
+      field<&B::begin>("begin", "s", "when the law begins"),
+      field<&B::end>("end", "s", "when it ends; from then on the joints hold"),
+      field<&B::ended>("ended",
+                       "`rank_lost`: the joints came near a configuration in which they cannot turn the base about all "
+                       "the axes that they could. `joint_limit`: a joint reached the end of its range. `running`: the "
+                       "run ended before"),
+      field<&B::joint>("joint", "whose range ended it; empty otherwise"),
+      field<&B::largest_angle>("largest_angle", "rad", "largest turn of the base away from its attitude"),
+      field<&B::largest_angle_time>("largest_angle_time", "s", "when that was"),
+      field<&B::angle_after>("angle_after", "rad", "at the end"),
+      field<&B::angular_velocity_after>("angular_velocity_after", "rad/s", "of the base, at the end"),
+      field<&B::rank>("rank", "1", "axes about which the joints could turn the base, at the begin"),
+      field<&B::least_share>("least_share", "1",
+                             "least part of the motion that does not turn the base that the joints' effort limits "
+                             "let pass"),
+      field<&B::least_share_time>("least_share_time", "s", "when that was"),
+      field<&B::within_limits>("within_limits",
+                               "whether what keeps the base stayed within the joints' effort limits; if not, efforts "
+                               "were cut and the base was not kept"),
+      field<&B::least_condition>("least_condition", "1",
+                                 "of the base's turning by the joint rates: the singular value of that rank over the "
+                                 "largest, its least"),
+      field<&B::least_condition_time>("least_condition_time", "s", "when that was"),
+  };
+  static constexpr Type type = structure<B>("BaseKeepingReport", "a base whose attitude the joints keep.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<ControlReport>() {
+  using C = ControlReport;
+  static constexpr Field fields[] = {
+      field<&C::period>("period", "s", "between samples"),
+      field<&C::delay>("delay", "s", "from a sample to the command that follows from it"),
+      field<&C::plugin>("plugin", "the controller's library, as the scenario names it; empty without one"),
+      field<&C::plugin_sha256>("plugin_sha256", "of its bytes; empty without one"),
+  };
+  static constexpr Type type = structure<C>("ControlReport", "the on-board computer that samples the control.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<OrbitReport>() {
   using O = OrbitReport;
   static constexpr Field fields[] = {
@@ -524,6 +620,11 @@ const Type& type_of<PostImpact>() {
 }
 > ("grasp_loads", "", "per phase and grasp; absent where nothing was held")
         .when<[](const P& p) { return !p.result->grasp_loads.empty(); }>(),
+    derived < [](const P& p) -> auto& {
+  return p.result->detumbling;
+}
+> ("detumbling", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->base_keeping; }
+> ("base_keeping", "", "absent without it"),
 }
 ;
 static constexpr Type type = structure<P>("PostImpact", "the motion after the impact.", fields);
@@ -544,7 +645,8 @@ const Type& type_of<Summary>() {
   return s.result.warnings;
 }
 > ("warnings", "", "for who reads the result"), derived < [](const S& s) -> auto& { return s.result.orbit; }
-> ("orbit", "", "absent without one"),
+> ("orbit", "", "absent without one"), derived < [](const S& s) -> auto& { return s.result.control; }
+> ("control", "", "absent where control is continuous"),
     derived<[](const S& s) { return Approach{&s.result}; }>("approach", "", "absent without an approach")
         .when<[](const S& s) { return has_approach(s.result); }>(),
     derived<[](const S& s) { return Capture{&s.result}; }>("capture", "",

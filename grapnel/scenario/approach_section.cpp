@@ -68,21 +68,23 @@ template <>
 struct Described<TrackingSetup> {
   using T = TrackingSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::mode>("mode", "",
-                      "ideal: the joints follow the profile exactly. pd: joint torques by the law (4.1). "
-                      "computed_torque: torques that the model asks for, the errors decaying with the gains."),
+      field<&T::mode>(
+          "mode", "",
+          "ideal: the joints follow the profile exactly. pd: joint torques by the law (4.1). "
+          "computed_torque: torques that the model asks for, the errors decaying with the gains. controller: "
+          "torques that control.plugin says."),
       field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
                     "Proportional gain, for modes pd and computed_torque; ignored otherwise.")
           .at_least(0)
           .as("gains of tracking")
           .optional()
-          .when<[](const T& t) { return t.mode != JointControl::prescribed; }>(),
+          .when<[](const T& t) { return has_gains(t.mode); }>(),
       field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
                     "Derivative gain, for modes pd and computed_torque; ignored otherwise.")
           .at_least(0)
           .as("gains of tracking")
           .optional()
-          .when<[](const T& t) { return t.mode != JointControl::prescribed; }>(),
+          .when<[](const T& t) { return has_gains(t.mode); }>(),
       field<&T::noise>("noise", "", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({when("mode", "pd, computed_torque").require("kp, kd")});

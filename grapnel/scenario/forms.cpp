@@ -295,6 +295,58 @@ Json robot_schema_of(const Field& field, const TypeReference& reference) {
 
 Json by_name_schema(Json value) { return {{"type", "object"}, {"additionalProperties", std::move(value)}}; }
 
+// A mapping of anything, kept as JSON: parameters of a plugin, which alone knows what they mean.
+Json json_value(const Node& node) {
+  switch (node.kind) {
+    case Node::Kind::null:
+      return nullptr;
+    case Node::Kind::mapping: {
+      Json object = Json::object();
+      for (const NodeEntry& entry : node.entries) object[entry.key] = json_value(entry.value);
+      return object;
+    }
+    case Node::Kind::sequence: {
+      Json list = Json::array();
+      for (const Node& one : node.items) list.push_back(json_value(one));
+      return list;
+    }
+    case Node::Kind::scalar:
+      break;
+  }
+  if (const auto flag = boolean_of(node)) return *flag;
+  if (const auto number = number_of(node)) {
+    const bool is_whole = std::abs(*number) < 1e15 && std::trunc(*number) == *number;
+    return is_whole ? Json(static_cast<std::int64_t>(*number)) : Json(*number);
+  }
+  return node.text;
+}
+
+void read_parameters(const ValueToRead& at) {
+  if (at.node.is_mapping()) at.into<std::string>() = json_value(at.node).dump();
+}
+
+Node node_of(const Json& value) {
+  if (value.is_object()) {
+    Node mapping = mapping_node();
+    for (const auto& [key, one] : value.items()) put(mapping, key, node_of(one));
+    return mapping;
+  }
+  if (value.is_array()) {
+    Node list = sequence_node();
+    for (const Json& one : value) list.items.push_back(node_of(one));
+    return list;
+  }
+  if (value.is_number()) return number_node(value.get<double>());
+  if (value.is_string()) return text_node(value.get<std::string>());
+  Node other;
+  if (value.is_boolean()) other.kind = Node::Kind::scalar, other.text = value.get<bool>() ? "true" : "false";
+  return other;
+}
+
+Node parameters_node(const Type&, const void* value) {
+  return node_of(Json::parse(*static_cast<const std::string*>(value)));
+}
+
 const Form kForms[] = {
     {.name = "any text",
      .schema =
@@ -306,6 +358,13 @@ const Form kForms[] = {
          [](const Field&, const TypeReference&) {
            return Json{{"type", "object"}, {"additionalProperties", Json::object()}};
          }},
+    {.name = "parameters",
+     .schema =
+         [](const Field&, const TypeReference&) {
+           return Json{{"type", "object"}, {"additionalProperties", Json::object()}};
+         },
+     .read = read_parameters,
+     .write = parameters_node},
     {.name = "anything",
      .schema =
          [](const Field&, const TypeReference&) {

@@ -141,35 +141,70 @@ struct Described<PostureMove> {
 };
 
 template <>
+struct Described<DetumbleSetup> {
+  using T = DetumbleSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::torque>("torque", "N m", "Largest torque that the target is given, about its centre of mass.")
+          .above(0)
+          .required(),
+      field<&T::target>("target", "", "Which; absent: the only one that is grasped.").optional(),
+  });
+  static constexpr Type type =
+      structure<T>("detumble", "The held target is brought to rest in the least time that the torque allows.", fields);
+};
+
+template <>
+struct Described<KeepBaseSetup> {
+  using T = KeepBaseSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::rate>("rate", "1/s", "At which the base comes back to its attitude, critically damped.").above(0),
+      field<&T::posture>("posture", "rad or m",
+                         "Towards which every moving joint goes as far as that does not turn the base; absent: the "
+                         "joints come to rest as far as the momentum allows.")
+          .as("joint values")
+          .optional(),
+      field<&T::posture_rate>("posture_rate", "1/s", "Of that motion, critically damped.").above(0),
+  });
+  static constexpr Type type = structure<T>(
+      "keep_base_attitude", "The joints keep the attitude that the base has as post_impact begins.", fields);
+};
+
+template <>
 struct Described<PostImpactSetup> {
   using T = PostImpactSetup;
-  static constexpr auto has_gains = [](const T& t) {
-    return t.joints == T::Joints::pd || t.joints == T::Joints::computed_torque;
-  };
+  static constexpr auto with_gains = [](const T& t) { return has_gains(t.joints); };
   static constexpr auto fields = std::to_array<Field>({
       field<&T::duration>("duration", "s", "").above(0).required(),
       field<&T::joints>(
           "joints", "",
           "free: no torques. pd: hold the joint values found at the impact, by the law (4.1). computed_torque: the "
           "same "
-          "by torques that the model of servicer and held targets asks for. braked: locked by a second impulse."),
-      field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
-                    "Proportional gain, for joints pd and computed_torque; ignored otherwise.")
+          "by torques that the model of servicer and held targets asks for. braked: locked by a second impulse. "
+          "controller: by torques that control.plugin says. detumble: bring a held target to rest. keep_base_attitude: "
+          "the arms keep the base's attitude."),
+      field<&T::kp>(
+          "kp", "N m/rad or N/m; for computed_torque 1/s^2",
+          "Proportional gain, for joints that none of free, braked and controller are; ignored otherwise. With "
+          "detumble and keep_base_attitude: of pd, which holds the joints where these are over.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
-          .when<has_gains>(),
+          .when<with_gains>(),
       field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
-                    "Derivative gain, for joints pd and computed_torque; ignored otherwise.")
+                    "Derivative gain, likewise. With detumble it also says how the joints share the efforts.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
-          .when<has_gains>(),
+          .when<with_gains>(),
       field<&T::move>("move", "", "").optional(),
+      field<&T::detumble>("detumble", "", "").optional(),
+      field<&T::keep_base_attitude>("keep_base_attitude", "", "").optional(),
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
       field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
   });
-  static constexpr auto rules = std::to_array<Rule>({when("joints", "pd, computed_torque").require("kp, kd")});
+  static constexpr auto rules =
+      std::to_array<Rule>({when("joints", "pd, computed_torque, detumble, keep_base_attitude").require("kp, kd"),
+                           when("joints", "detumble").require("detumble")});
   static constexpr Type type = structure<T>("post_impact", "The motion of the joined system.", fields, rules);
 };
 

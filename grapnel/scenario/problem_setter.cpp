@@ -97,6 +97,8 @@ class Finder {
     bool kept = are_within(problem.joint_position, false) && are_within(problem.joint_rate, true);
     if (problem.post_impact && problem.post_impact->move)
       kept = kept && are_within(problem.post_impact->move->joints, false);
+    if (problem.post_impact && problem.post_impact->keep_base_attitude)
+      kept = kept && are_within(problem.post_impact->keep_base_attitude->posture, false);
     if (!problem.approach) return kept;
     const ApproachSetup& approach = *problem.approach;
     kept = kept && are_within(approach.final_position, false) &&

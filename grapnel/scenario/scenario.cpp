@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "grapnel/plugin/plugin_controller.hpp"
 #include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/result/file_seal.hpp"
 #include "grapnel/scenario/imported_robot.hpp"
@@ -148,6 +149,7 @@ class Loader {
 
     std::string trajectory_bytes;
     const auto trajectory = read_trajectory_file(*scenario, trajectory_bytes);
+    const PluginFile plugin = read_plugin_file(*scenario);
     ReadRobot robot = check_robot(*scenario);
     const auto& schema = scenario_schema_document();
     check_structure(*scenario, schema, "the scenario", faults_);
@@ -155,6 +157,7 @@ class Loader {
     const Meshes meshes = read_mesh_files(*scenario, path_, files_, bytes_of_meshes_, faults_);
     CaptureProblem problem =
         read_scenario(*scenario, std::move(robot), trajectory ? &*trajectory : nullptr, meshes, faults_);
+    if (problem.control) problem.control->file = plugin.file, problem.control->sha256 = plugin.sha256;
     for (const Fault& fault : robot_faults_.all()) faults_.add(fault);
     faults_.throw_if_any();
     if (warnings) {
@@ -169,8 +172,8 @@ class Loader {
     }
     std::string target_bytes;
     for (const std::string& name : targets) target_bytes += find_ready_made(ReadyMade::Kind::targets, name)->text;
-    problem.sha256 =
-        sha256(bytes + robot_bytes + target_bytes + trajectory_bytes + bytes_of_meshes_ + bytes_of_overrides_);
+    problem.sha256 = sha256(bytes + robot_bytes + target_bytes + trajectory_bytes + bytes_of_meshes_ + plugin.sha256 +
+                            bytes_of_overrides_);
     if (!imported_) robot_texts_.emplace_back("robot", robot_bytes);
     problem.source =
         source_texts(text_at(*scenario, "description"), bytes, robot_texts_, targets, trajectory_bytes, changes);
@@ -283,6 +286,30 @@ class Loader {
     if (!text) return {};
     files_.keep(path, {bytes, *text, {}});
     return TrajectoryFile{source, std::move(*text)};
+  }
+
+  // The library that control.plugin names, and its digest, which stands for its bytes.
+  struct PluginFile {
+    std::string file, sha256;
+  };
+  PluginFile read_plugin_file(const Node& scenario) {
+    const Node* named = part(scenario, "control").find("plugin");
+    if (!named || !is_text(*named) || named->text.empty()) return {};
+    std::error_code error;
+    const std::filesystem::path beside = path_beside(path_, named->text);
+    const std::filesystem::path path = std::filesystem::absolute(beside, error);
+    auto kept = files_.find(path);
+    if (!kept) {
+      const auto bytes = read_file(beside, named->mark, faults_, kLargestPlugin, named->text);
+      if (!bytes) return {};
+      files_.keep(path, {sha256(*bytes), {}, {}});
+      kept = files_.find(path);
+    }
+    if (const std::string fault = plugin_fault(path.string(), named->text); !fault.empty()) {
+      faults_.add(named->mark, fault);
+      return {};
+    }
+    return {path.string(), kept->bytes};
   }
 
   static ReadRobot unknown_robot() {

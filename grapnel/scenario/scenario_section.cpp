@@ -152,6 +152,7 @@ struct Described<CaptureProblem> {
       field<&T::loads>(&external_wrenches_description, "external_wrenches",
                        "Wrenches on bodies as given functions of time, in all phases.")
           .items(0, 1000),
+      field<&T::control>(&control_description, "control", "").optional(),
       field<&T::clearance>(&clearance_description, "clearance", ""),
       field<&T::integration>("integration", "", ""),
       group<T, OutputKeys>("output", ""),

@@ -21,11 +21,13 @@ namespace grapnel {
 /// accelerations theta_dd_d + kd (rate_d - rate_m) + kp (theta_d - theta_m). The controller knows the model, its true
 /// state and what acts on it, except friction, which disturbs it.
 /// prescribed: theta = theta_d - n exactly, whatever torque that takes.
-enum class JointControl : std::uint8_t { free, pd, computed_torque, prescribed };
+/// controller: tau is what PhaseSetup::controller says (controller.hpp).
+enum class JointControl : std::uint8_t { free, pd, computed_torque, prescribed, controller };
 
 /// What a law says: nothing; an effort, which is cut at the joint's limit; the acceleration that efforts of the model
-/// are to give, which are cut likewise; or the motion itself.
-enum class ControlOutput : std::uint8_t { none, effort, acceleration, motion };
+/// are to give, which are cut likewise; the motion itself; or an effort that a controller says of all its joints at
+/// once, which is cut likewise.
+enum class ControlOutput : std::uint8_t { none, effort, acceleration, motion, command };
 
 struct JointControlLaw {
   JointControl control;
@@ -38,6 +40,7 @@ inline constexpr JointControlLaw kJointControls[] = {
     {JointControl::prescribed, ControlOutput::motion, true, "ideal"},
     {JointControl::pd, ControlOutput::effort, false, "pd"},
     {JointControl::computed_torque, ControlOutput::acceleration, true, "computed_torque"},
+    {JointControl::controller, ControlOutput::command, true, "controller"},
 };
 
 constexpr const JointControlLaw& law_of(JointControl control) {
@@ -47,9 +50,13 @@ constexpr const JointControlLaw& law_of(JointControl control) {
   return kJointControls[0];
 }
 constexpr ControlOutput output_of(JointControl control) { return law_of(control).output; }
+/// Whether a law has gains kp and kd.
+constexpr bool has_gains(JointControl control) {
+  return output_of(control) == ControlOutput::effort || output_of(control) == ControlOutput::acceleration;
+}
 /// Whether a law works through efforts that a joint's limit cuts.
 GRAPNEL_INLINE constexpr bool works_by_effort(ControlOutput output) {
-  return output == ControlOutput::effort || output == ControlOutput::acceleration;
+  return output == ControlOutput::effort || output == ControlOutput::acceleration || output == ControlOutput::command;
 }
 
 namespace control_law {

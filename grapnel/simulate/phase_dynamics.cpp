@@ -13,6 +13,9 @@ namespace {
 // Redundant rows that disagree by more than this share of the accelerations at hand contradict each other; rounding
 // leaves some 1e-13.
 constexpr double kContradiction = 1e-6;
+// Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and would
+// not come to numbers that are not finite before the steps between its samples had become countless.
+constexpr double kRunaway = 1e4;
 
 using namespace phase_integral;
 
@@ -45,6 +48,7 @@ std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1) 
     if (drive.control != JointControl::free) add(break_times(drive.trajectory));
   }
   for (const ExternalLoad& load : setup.loads) add(break_times(load));
+  if (setup.clock && t1 > t0) add(setup.clock->break_times(t0, t1));
   std::sort(times.begin(), times.end());
   const auto near = [&](double a, double b) { return b - a <= resolution; };
   times.erase(std::unique(times.begin(), times.end(), near), times.end());
@@ -58,6 +62,10 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       workspace_(model),
       now_(zero_state(model)),
       reference_(model.joints().size()),
+      desired_(model.joints().size()),
+      sensed_(model.joints().size()),
+      commanded_effort_(model.joints().size()),
+      channel_of_(model.joints().size(), -1),
       motor_(model.joints().size()),
       friction_(model.joints().size()),
       force_(model.velocities()),
@@ -102,6 +110,7 @@ void PhaseDynamics::check_and_classify() {
   if (setup_.attitude && (!is_free_root(setup_.attitude->root) || setup_.attitude->root == setup_.held_root)) {
     throw std::invalid_argument("PhaseDynamics: only a free root that is not held can be under attitude control");
   }
+  check_control();
   for (const ExternalLoad& load : setup_.loads) {
     validate(load);
     if (load.body < 0 || load.body >= static_cast<int>(bodies.size())) {
@@ -121,10 +130,34 @@ void PhaseDynamics::check_and_classify() {
     trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
-                  setup_.orbit.has_value() || setup_.attitude.has_value();
+                  setup_.orbit.has_value() || driven_root() >= 0;
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
+}
+
+// What says efforts and the torque on a root, and when.
+void PhaseDynamics::check_control() {
+  has_controller_ = setup_.commanded_root >= 0;
+  for (const JointDrive& drive : setup_.drives)
+    has_controller_ = has_controller_ || output_of(drive.control) == ControlOutput::command;
+  if (has_controller_ && !setup_.controller)
+    throw std::invalid_argument("PhaseDynamics: joints or a root are to have a controller, and there is none");
+  if (setup_.commanded_root >= 0) {
+    const Body& root = model_.bodies().at(setup_.commanded_root);
+    const bool is_free_root = root.parent < 0 && root.description.joint.type == JointType::free;
+    if (!is_free_root || setup_.commanded_root == setup_.held_root || setup_.attitude)
+      throw std::invalid_argument(
+          "PhaseDynamics: a controller's torque can act only on a free root that is not held, without attitude "
+          "control");
+  }
+  if (!setup_.clock) return;
+  if (setup_.channels.empty()) {
+    for (std::size_t j = 0; j < channel_of_.size(); ++j) setup_.channels.push_back(static_cast<int>(j));
+  }
+  if (setup_.channels.size() != setup_.clock->channels())
+    throw std::invalid_argument("PhaseDynamics: the clock has another number of channels");
+  for (std::size_t c = 0; c < setup_.channels.size(); ++c) channel_of_.at(setup_.channels[c]) = static_cast<int>(c);
 }
 
 Manifold PhaseDynamics::manifold() const {
@@ -152,8 +185,12 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
     const JointDrive& drive = setup_.drives[j];
     if (drive.control == JointControl::free) continue;
     const ControlOutput output = output_of(drive.control);
+    if (output != ControlOutput::motion && !laws_speak()) continue;
     JointPoint& reference = reference_[j];
-    reference = control_law::reference(output, evaluate(drive.trajectory, t, inside_.value_or(t)), drive.noise.at(t));
+    const JointPoint noise = drive.noise.at(t);
+    desired_[j] = evaluate(drive.trajectory, t, inside_.value_or(t));
+    reference = control_law::reference(output, desired_[j], noise);
+    sensed_[j] = {noise.position, noise.rate, 0};
     if (output != ControlOutput::motion) continue;
     const Body& body = model_.bodies()[model_.joints()[j]];
     now_.q[body.q] = reference.position;
@@ -214,12 +251,120 @@ void PhaseDynamics::act_from_outside(double t) {
   for (std::size_t i = 0; i < setup_.loads.size(); ++i) wrenches_[i] = wrench_of(setup_.loads[i], t, at);
   if (setup_.orbit) act_on_orbit(at);
   if (!wrenches_.empty()) gather_external(model_, wrenches_, workspace_);
-  if (!setup_.attitude) return;
+  if (driven_root() >= 0) drive_root();
+}
+
+// The torque of attitude control or of the controller, or what the clock holds of it.
+void PhaseDynamics::drive_root() {
+  const Body& root = model_.bodies()[driven_root()];
+  if (!laws_speak()) {
+    attitude_torque_ = setup_.clock->held().base_torque;
+  } else if (setup_.attitude) {
+    attitude_torque_ = attitude_torque_now();
+  } else {
+    attitude_torque_ = commanded_torque_;
+  }
+  for (int k = 0; k < 3; ++k) force_[root.v + k] = attitude_torque_[k];
+}
+
+Vector3d PhaseDynamics::attitude_torque_now() const {
   const Body& root = model_.bodies()[setup_.attitude->root];
   const double* q = now_.q.data() + root.q + 3;
   const double* w = now_.v.data() + root.v;
-  attitude_torque_ = attitude_torque(*setup_.attitude, {q[0], q[1], q[2], q[3]}, {w[0], w[1], w[2]});
-  for (int k = 0; k < 3; ++k) force_[root.v + k] = attitude_torque_[k];
+  return attitude_torque(*setup_.attitude, {q[0], q[1], q[2], q[3]}, {w[0], w[1], w[2]});
+}
+
+// Of a joint under a law with gains.
+double PhaseDynamics::said_by_law(std::size_t joint) const {
+  const JointDrive& drive = setup_.drives[joint];
+  const Body& body = model_.bodies()[model_.joints()[joint]];
+  return control_law::command(drive.control, drive.kp, drive.kd, reference_[joint], now_.q[body.q], now_.v[body.v]);
+}
+
+// Friction, efforts of joints under other laws, attitude control. Computed torque waits for what the controller says.
+void PhaseDynamics::gather_beside() {
+  beside_.assign(now_.v.size(), 0.0);
+  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
+    const Body& body = model_.bodies()[model_.joints()[j]];
+    const JointDescription& joint = body.description.joint;
+    beside_[body.v] = friction_force(joint.friction, now_.v[body.v]);
+    if (output_of(setup_.drives[j].control) == ControlOutput::effort)
+      beside_[body.v] += control_law::within_limit(said_by_law(j), joint.limits.effort);
+  }
+  if (!setup_.attitude) return;
+  const Vector3d torque = attitude_torque_now();
+  for (int k = 0; k < 3; ++k) beside_[model_.bodies()[setup_.attitude->root].v + k] = torque[k];
+}
+
+// What the controller says now.
+void PhaseDynamics::ask_controller(double t) {
+  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
+    const Body& body = model_.bodies()[model_.joints()[j]];
+    if (setup_.drives[j].control == JointControl::free) sensed_[j] = {};
+    sensed_[j].position += now_.q[body.q];
+    sensed_[j].rate += now_.v[body.v];
+  }
+  std::fill(commanded_effort_.begin(), commanded_effort_.end(), 0.0);
+  ControlCommand command{commanded_effort_};
+  gather_beside();
+  setup_.controller->update({t, model_, now_, desired_, sensed_, beside_}, command);
+  const auto refuse = [&](const std::string& what) {
+    throw ControllerError(fmt::format("at t = {:.9g} s the controller says {}, which is no finite number", t, what));
+  };
+  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
+    if (output_of(setup_.drives[j].control) != ControlOutput::command || std::isfinite(commanded_effort_[j])) continue;
+    refuse(fmt::format("an effort of {} at joint \"{}\"", commanded_effort_[j],
+                       model_.bodies()[model_.joints()[j]].description.joint.name));
+  }
+  commanded_torque_ = command.base_torque;
+  const Vector3d& torque = commanded_torque_;
+  if (setup_.commanded_root >= 0 && !std::isfinite(torque[0] + torque[1] + torque[2]))
+    refuse(fmt::format("a torque of ({}, {}, {}) N m on the base", torque[0], torque[1], torque[2]));
+}
+
+void PhaseDynamics::begin_control(double t, double end) {
+  if (setup_.clock && end < t) throw std::logic_error("PhaseDynamics: sampled control does not run backwards");
+  if (has_controller_) setup_.controller->begin_piece(model_, t);
+}
+
+void PhaseDynamics::refuse_runaway(double t) const {
+  const auto fastest =
+      std::max_element(now_.v.begin(), now_.v.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  if (fastest == now_.v.end() || !(std::abs(*fastest) > kRunaway)) return;
+  const auto v = static_cast<int>(fastest - now_.v.begin());
+  const auto has_it = [&](const Body& b) { return v >= b.v && v < b.v + velocity_count(b.description.joint.type); };
+  const Body& body = *std::find_if(model_.bodies().begin(), model_.bodies().end(), has_it);
+  const JointDescription& joint = body.description.joint;
+  const std::string what = has_one_axis(joint.type)
+                               ? fmt::format("joint \"{}\" has the rate", joint.name)
+                               : fmt::format("body \"{}\" has the velocity", body.description.name);
+  const ControlTiming& timing = setup_.clock->timing();
+  throw ControllerError(
+      fmt::format("sampled control is unstable: at t = {:.9g} s {} {:.3g} (rad/s or m/s), beyond {:g}; samples are "
+                  "taken every {:g} s "
+                  "and act {:g} s later, for which gains are too high",
+                  t, what, *fastest, kRunaway, timing.period, timing.delay));
+}
+
+void PhaseDynamics::tick(double t, std::span<const double> y) {
+  if (!setup_.clock || !setup_.clock->tick(t)) return;
+  sampling_ = true;
+  try {
+    load(t, y);
+    if (projects()) close_loops(t);
+    refuse_runaway(t);
+    accelerate(t);
+  } catch (...) {
+    sampling_ = false;
+    throw;
+  }
+  sampling_ = false;
+  ControlClock::Command said{std::vector<double>(setup_.channels.size()), attitude_torque_};
+  for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
+    const auto j = static_cast<std::size_t>(setup_.channels[c]);
+    if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = motor_[j];
+  }
+  setup_.clock->command(std::move(said), t);
 }
 
 // Friction, and what the control laws say: efforts, or accelerations.
@@ -232,9 +377,18 @@ void PhaseDynamics::actuate() {
     motor_[j] = 0;
     const ControlOutput output = output_of(drive.control);
     if (!works_by_effort(output)) continue;
-    const double said = control_law::command(drive.control, drive.kp, drive.kd, reference_[j], now_.q[body.q], rate);
+    const double limit = body.description.joint.limits.effort;
+    if (!laws_speak()) {
+      if (channel_of_[j] >= 0) motor_[j] = setup_.clock->held().effort[channel_of_[j]];
+      continue;
+    }
+    if (output == ControlOutput::command) {
+      motor_[j] = control_law::within_limit(commanded_effort_[j], limit);
+      continue;
+    }
+    const double said = said_by_law(j);
     if (output == ControlOutput::effort) {
-      motor_[j] = control_law::within_limit(said, body.description.joint.limits.effort);
+      motor_[j] = control_law::within_limit(said, limit);
     } else {
       acceleration_[body.v] = said;
     }
@@ -256,11 +410,12 @@ void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
 
 // Accelerations, and the motor and friction efforts of all joints.
 void PhaseDynamics::accelerate(double t) {
+  if (has_controller_ && laws_speak()) ask_controller(t);
   if (has_external_) act_from_outside(t);
   actuate();
   const auto velocity_of = [&](std::size_t j) { return model_.bodies()[model_.joints()[j]].v; };
   bool as_commanded = false;
-  if (any_computed_) {
+  if (any_computed_ && laws_speak()) {
     // What the controller takes the robot for: one without friction that moves as commanded. The kernel finds the
     // torques, and where nothing disturbs it or cuts them the accelerations as well.
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j];
@@ -322,8 +477,7 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
   }
   for (const ExternalWrench& e : wrenches_)
     add(e.body, e.F_W.linear, e.p_WP, e.F_W.angular, dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p)));
-  if (setup_.attitude) {
-    const int root = setup_.attitude->root;
+  if (const int root = driven_root(); root >= 0) {
     const Vector3d torque = k.X_WB[root].R * attitude_torque_;
     add(root, Vector3d::zero(), k.X_WB[root].p, torque, dot(torque, k.V_WB[root].angular));
   }

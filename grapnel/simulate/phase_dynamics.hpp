@@ -10,6 +10,7 @@
 /// prescribed; a root may be held by an ideal wrench or be under attitude control; loads may act on any body; closures
 /// keep loops of the tree closed. Thread safety: one thread at a time (it owns a workspace).
 
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "grapnel/dynamics/root_velocity.hpp"
 #include "grapnel/integrate/manifold.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
+#include "grapnel/simulate/controller.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
@@ -44,6 +46,13 @@ struct PhaseSetup {
   std::vector<ExternalLoad> loads;
   std::optional<ReferenceOrbit> orbit = {};  // whose field acts on every body; absent: none
   std::optional<AttitudeControl> attitude;
+  /// Says the efforts of joints under JointControl::controller, and the torque on commanded_root.
+  std::shared_ptr<Controller> controller = {};
+  int commanded_root = -1;  // body index of a free root, not under attitude control; -1: none
+  /// Samples all laws, attitude control's too; null: they act continuously. Controller and clock have a state that
+  /// lasts beyond a phase: two phases that run at the same time must not share them.
+  std::shared_ptr<ControlClock> clock = {};
+  std::vector<int> channels = {};  // of the clock: positions in Model::joints(); empty: all, in their order
   /// Take the velocities of free roots from the momentum that initial() saw (2.3), and their positions from the uniform
   /// motion of the centre of mass, where no gravity, ground or holding wrench changes them; else they are integrated.
   bool recover_roots = true;
@@ -56,8 +65,9 @@ struct PhaseSetup {
 /// if there are more.
 PhaseIntegrals phase_integrals(std::span<const double> numbers);
 
-/// Times strictly between t0 and t1 at which a phase's dy/dt may jump or bend: ends of trajectories' pieces and breaks
-/// of loads, in the order from t0 to t1. Those that rounding alone separates count once.
+/// Times strictly between t0 and t1 at which a phase's dy/dt may jump or bend: ends of trajectories' pieces, breaks of
+/// loads, the clock's ticks and the times at which its commands begin to act, in the order from t0 to t1. Those that
+/// rounding alone separates count once.
 std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1);
 
 /// Sizes of a momentum's two parts.
@@ -69,7 +79,8 @@ struct MomentumDefect {
 class PhaseDynamics {
  public:
   /// @throws std::invalid_argument if drives do not match the model's joints, held_root is no free root, the root under
-  /// attitude control is none or is held, a trajectory or a load is invalid (see validate) or on no body, an orbit is
+  /// attitude control or a controller's torque is none, is held or is under both, joints have a controller that is not
+  /// there, the clock has other channels, a trajectory or a load is invalid (see validate) or on no body, an orbit is
   /// faulty (see fault_of), or a load is in the axes of one that is not there.
   PhaseDynamics(const Model& model, PhaseSetup setup);
 
@@ -90,6 +101,12 @@ class PhaseDynamics {
   void enter_interval(double begin, double end) { inside_ = 0.5 * (begin + end); }
   /// From now on the later side speaks at a break.
   void leave_interval() { inside_.reset(); }
+  /// A phase from t to `end` begins: tells the controller. @throws std::logic_error if a clock would run backwards.
+  void begin_control(double t, double end);
+  /// The time is t, in y: at a tick of the clock sensors are read and laws speak, and commands that are due act. Does
+  /// nothing without a clock. @throws ControllerError, also where the control is unstable: something has come to speeds
+  /// that nothing in space has.
+  void tick(double t, std::span<const double> y);
 
   /// dy/dt.
   void operator()(double t, std::span<const double> y, std::span<double> dydt);
@@ -121,7 +138,9 @@ class PhaseDynamics {
   std::span<const double> acceleration() const { return vdot_; }
   std::span<const ExternalWrench> external_wrenches() const { return wrenches_; }
   const Vector3d& gravity() const { return setup_.gravity; }
-  /// The torque of attitude control, on the root's body, in its axes; zero without any [N m].
+  /// What a controller was told last that acts beside it (ControlInput::force).
+  std::span<const double> force_beside() const { return beside_; }
+  /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m].
   const Vector3d& control_torque() const { return attitude_torque_; }
 
  private:
@@ -131,6 +150,17 @@ class PhaseDynamics {
   }
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void check_and_classify();
+  void check_control();
+  /// The root under attitude control or a controller's torque; -1: none.
+  int driven_root() const { return setup_.attitude ? setup_.attitude->root : setup_.commanded_root; }
+  /// Whether laws say what acts, now; else what the clock holds acts.
+  bool laws_speak() const { return !setup_.clock || sampling_; }
+  Vector3d attitude_torque_now() const;
+  double said_by_law(std::size_t joint) const;
+  void gather_beside();
+  void ask_controller(double t);
+  void refuse_runaway(double t) const;
+  void drive_root();
   void load(double t, std::span<const double> y);
   void recover(double t);
   ProjectionResult close_loops(double t);
@@ -146,9 +176,16 @@ class PhaseDynamics {
   const Model& model_;
   PhaseSetup setup_;
   Workspace workspace_;
-  State now_;                          // state at the evaluation
-  std::optional<double> inside_;       // a time of the smooth interval
-  std::vector<JointPoint> reference_;  // per joint, less what its sensor misreads
+  State now_;                                 // state at the evaluation
+  std::optional<double> inside_;              // a time of the smooth interval
+  std::vector<JointPoint> reference_;         // per joint, less what its sensor misreads
+  std::vector<JointPoint> desired_, sensed_;  // per joint, for the controller
+  std::vector<double> commanded_effort_;      // per joint, by the controller
+  std::vector<double> beside_;                // per velocity: what acts beside the controller
+  Vector3d commanded_torque_ = Vector3d::zero();
+  std::vector<int> channel_of_;  // per joint, of the clock; -1: none
+  bool has_controller_ = false;  // for a joint or a root
+  bool sampling_ = false;        // at a tick of the clock
   std::vector<double> motor_, friction_;
   std::vector<double> force_;  // generalized forces given
   std::vector<std::uint8_t> prescribed_;

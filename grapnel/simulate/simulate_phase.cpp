@@ -68,9 +68,23 @@ class PhaseRun {
     close_loops(t0, y0, 0);
     std::vector<double> ends = dynamics_.breaks(t0, t1);
     ends.push_back(t1);
+    dynamics_.begin_control(t0, t1);
+    try {
+      cross(t0, y0, ends);
+      if (!stop_time_ && usable()) output(t1, stepper_.state());
+    } catch (const ControllerError& error) {
+      broken_off_ = error.what();
+    }
+    if (stepper_.status() == StepStatus::not_started) stop_time_ = t0, y_ = y0;  // a controller broke it off
+    return outcome();
+  }
+
+ private:
+  void cross(double t0, std::span<const double> y0, const std::vector<double>& ends) {
     double begin = t0;
     for (double end : ends) {
       dynamics_.enter_interval(begin, end);
+      dynamics_.tick(begin, begin == t0 ? y0 : stepper_.state());
       if (begin == t0) {
         stepper_.start(dynamics_, t0, y0, end);
         if (const LoopSolver* solver = dynamics_.loops()) loops_.rows = solver->rows(), loops_.rank = solver->rank();
@@ -83,13 +97,10 @@ class PhaseRun {
       if (stop_time_ || !usable()) break;
       begin = end;
     }
-    if (!stop_time_ && usable()) output(t1, stepper_.state());
-    return outcome();
   }
 
- private:
   bool usable() const {
-    return loop_failure_.empty() &&
+    return broken_off_.empty() &&
            (stepper_.status() == StepStatus::running || stepper_.status() == StepStatus::finished);
   }
 
@@ -107,8 +118,7 @@ class PhaseRun {
     for (std::size_t i = 0; i < y.size(); ++i) correction_[i] = y[i] - correction_[i];
     loops_.correction_total += relative_tolerance_ * norm_(y, correction_);
     if (result.converged) return true;
-    loop_failure_ =
-        dynamics_.loops()->contradiction() > kVelocityContradiction ? contradiction(t) : unclosed(t, result);
+    broken_off_ = dynamics_.loops()->contradiction() > kVelocityContradiction ? contradiction(t) : unclosed(t, result);
     return true;
   }
 
@@ -209,12 +219,12 @@ class PhaseRun {
     const double t = stop_time_.value_or(stepper_.time());
     const std::span<const double> y = stop_time_ ? std::span<const double>(y_) : stepper_.state();
     PhaseOutcome outcome;
-    outcome.stopped = stop_time_.has_value();
-    outcome.finished = loop_failure_.empty() && (outcome.stopped || stepper_.status() == StepStatus::finished);
-    if (!outcome.finished) outcome.failure = loop_failure_.empty() ? stepper_.explanation() : loop_failure_;
+    outcome.stopped = stop_time_.has_value() && broken_off_.empty();
+    outcome.finished = broken_off_.empty() && (outcome.stopped || stepper_.status() == StepStatus::finished);
+    if (!outcome.finished) outcome.failure = broken_off_.empty() ? stepper_.explanation() : broken_off_;
     if (!outcome.finished && !dynamics_.trouble().empty()) {
       outcome.failure += "; " + dynamics_.trouble();
-    } else if (!outcome.finished && loop_failure_.empty() && dynamics_.loops()) {
+    } else if (!outcome.finished && broken_off_.empty() && dynamics_.loops()) {
       outcome.failure += fmt::format(
           "; closed loops there: rank {} of {} rows ({} as the phase began), least pivot {:.2g} (small: near a "
           "singular configuration)",
@@ -244,7 +254,7 @@ class PhaseRun {
   ErrorNorm<double> norm_;
   double relative_tolerance_;
   LoopOutcome loops_;
-  std::string loop_failure_;
+  std::string broken_off_;  // why, where not by the stepper's status
   std::vector<double> correction_;
   std::vector<double> y_;       // at a sample inside a step; at the stop
   std::vector<double> probed_;  // inside a step that is looked into

@@ -222,6 +222,8 @@ void add_general(const CaptureProblem& problem, std::vector<std::string>& causes
   if (problem.integration.method == IntegrationSetup::Method::rk4)
     causes.push_back(fmt::format("fixed steps of {:.3g} s (integration.step, or integration.method: adaptive_8)",
                                  problem.integration.step));
+  if (problem.control)
+    causes.push_back(fmt::format("samples every {:.3g} s (a longer control.period)", problem.control->timing.period));
   if (problem.integration.max_step > 0)
     causes.push_back(fmt::format("steps of at most {:.3g} s (integration.max_step)", problem.integration.max_step));
   causes.push_back(fmt::format("a relative tolerance of {:.3g} (a larger integration.relative_tolerance)",
@@ -231,8 +233,8 @@ void add_general(const CaptureProblem& problem, std::vector<std::string>& causes
 std::vector<std::string> causes_of_approach(const CaptureProblem& problem) {
   std::vector<std::string> causes;
   const TrackingSetup& tracking = problem.approach->tracking;
-  if (tracking.mode != JointControl::prescribed) {
-    add_friction(problem, causes);
+  if (tracking.mode != JointControl::prescribed) add_friction(problem, causes);
+  if (has_gains(tracking.mode)) {
     causes.push_back(
         fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of approach.tracking)",
                     largest(tracking.kp), largest(tracking.kd)));
@@ -248,7 +250,7 @@ std::vector<std::string> causes_afterwards(const CaptureProblem& problem) {
   std::vector<std::string> causes;
   const PostImpactSetup& after = *problem.post_impact;
   if (after.joints != PostImpactSetup::Joints::braked) add_friction(problem, causes);
-  if (after.joints == PostImpactSetup::Joints::pd || after.joints == PostImpactSetup::Joints::computed_torque)
+  if (has_gains(after.joints))
     causes.push_back(fmt::format("controllers with kp up to {:.3g} and kd up to {:.3g} (smaller gains of post_impact)",
                                  largest(after.kp), largest(after.kd)));
   if (after.base_control) causes.push_back("a base under attitude control (smaller gains of post_impact.base_control)");

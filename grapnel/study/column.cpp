@@ -167,12 +167,30 @@ class Builder {
       add(std::string("end/base/angular_velocity/") + kComponents[k], "rad/s", "of the base at the end, in W",
           [end, k](const StudyCase&, const CaptureResult& r) { return end(r, &BodyMotion::angular_velocity, k); });
     }
+    if (problem_.post_impact && problem_.post_impact->detumble) detumbling();
     add("clearance/minimum", "m", "minimum distance of bodies that are watched; negative: depth of overlap",
         [](const StudyCase&, const CaptureResult& r) {
           double least = NAN;
           for (const MinimumClearance& one : r.clearance) least = std::fmin(least, one.distance);
           return least;
         });
+  }
+
+  void detumbling() {
+    const auto report = [](auto value) {
+      return [value](const StudyCase&, const CaptureResult& r) {
+        return r.detumbling ? static_cast<double>(value(*r.detumbling)) : NAN;
+      };
+    };
+    using D = DetumblingReport;
+    add("detumbling/at_rest", "1", "whether the held target came to rest",
+        report([](const D& d) { return d.ended == LawEnd::at_rest; }));
+    add("detumbling/duration", "s", "of the detumbling, whatever ended it",
+        report([](const D& d) { return d.end - d.begin; }));
+    add("detumbling/largest_torque", "N m", "of the grasps about the target's centre of mass",
+        report([](const D& d) { return d.largest_torque; }));
+    add("detumbling/least_scale", "1", "least part of the torque that effort limits let pass",
+        report([](const D& d) { return d.least_scale; }));
   }
 
   std::vector<Column> take() { return std::move(columns_); }

@@ -15,6 +15,7 @@ namespace grapnel {
 inline constexpr std::size_t kLargestFile = 16u << 20;  // [bytes]
 /// Trajectory files likewise.
 inline constexpr std::size_t kLargestTrajectory = 64u << 20;  // [bytes]
+inline constexpr std::size_t kLargestPlugin = 256u << 20;     // [bytes]
 
 /// The bytes of a file; on failure empty, with a fault at `blame` (the place that names the file). `named` is the path
 /// as the input says it, for what may have been meant; it must be a regular file. Empty: a person named it, and it may

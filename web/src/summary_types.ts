@@ -16,6 +16,8 @@ export interface Summary {
   warnings: string[];
   /** absent without one */
   orbit?: OrbitReport;
+  /** absent where control is continuous */
+  control?: ControlReport;
   /** absent without an approach */
   approach?: Approach;
   /** whether the grasps closed; absent without grasps */
@@ -66,6 +68,18 @@ export interface OrbitReport {
   rate: number;
   /** of the orbit [s] */
   period: number;
+}
+
+// the on-board computer that samples the control.
+export interface ControlReport {
+  /** between samples [s] */
+  period: number;
+  /** from a sample to the command that follows from it [s] */
+  delay: number;
+  /** the controller's library, as the scenario names it; empty without one */
+  plugin: string;
+  /** of its bytes; empty without one */
+  plugin_sha256: string;
 }
 
 // the motion up to the capture.
@@ -690,6 +704,10 @@ export interface PostImpact {
   loops?: LoopReport[];
   /** per phase and grasp; absent where nothing was held */
   grasp_loads?: GraspLoad[];
+  /** absent without it */
+  detumbling?: DetumblingReport;
+  /** absent without it */
+  base_keeping?: BaseKeepingReport;
 }
 
 // how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains after projection is in the ledger (`loop_closure_...`).
@@ -734,6 +752,78 @@ export interface GraspLoad {
   moment_time: number;
   /** six, per component, angular x, y, z then linear x, y, z, in W, as the phase began; where a self-stress leaves components open, the least in the metric of the impact is given */
   determined: boolean[];
+}
+
+// a held target that the arms bring to rest.
+export interface DetumblingReport {
+  /** that is brought to rest */
+  target: string;
+  /** when the law begins [s] */
+  begin: number;
+  /** when it ends; from then on the joints hold [s] */
+  end: number;
+  /** `at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before */
+  ended: LawEnd;
+  /** whose range ended it; empty otherwise */
+  joint: string;
+  /** on the torque about the target's centre of mass [N m] */
+  torque_bound: number;
+  /** of the grasps about the target's centre of mass, by the target's motion: at the ends and in the middle of every step [N m] */
+  largest_torque: number;
+  /** of the target about its centre of mass, at the begin [N m s] */
+  angular_momentum_before: number;
+  /** at the end [N m s] */
+  angular_momentum_after: number;
+  /** of the target's centre of mass, relative to that of servicer and held targets [m/s] */
+  speed_before: number;
+  /** at the end [m/s] */
+  speed_after: number;
+  /** angular_momentum_before over torque_bound: what it takes where efforts suffice [s] */
+  expected_duration: number;
+  /** least part of the torque bound that the joints' effort limits let pass; 1: they always sufficed [1] */
+  least_scale: number;
+  /** when that was [s] */
+  least_scale_time: number;
+  /** whether a smaller torque kept all efforts within their limits; if not, efforts were cut and the target did not move as asked for */
+  within_limits: boolean;
+  /** of the target's accelerations by the efforts: least singular value over the largest, its least [1] */
+  least_condition: number;
+  /** when that was [s] */
+  least_condition_time: number;
+}
+
+export type LawEnd = "running" | "at_rest" | "rank_lost" | "joint_limit" | "released";
+
+// a base whose attitude the joints keep.
+export interface BaseKeepingReport {
+  /** when the law begins [s] */
+  begin: number;
+  /** when it ends; from then on the joints hold [s] */
+  end: number;
+  /** `rank_lost`: the joints came near a configuration in which they cannot turn the base about all the axes that they could. `joint_limit`: a joint reached the end of its range. `running`: the run ended before */
+  ended: LawEnd;
+  /** whose range ended it; empty otherwise */
+  joint: string;
+  /** largest turn of the base away from its attitude [rad] */
+  largest_angle: number;
+  /** when that was [s] */
+  largest_angle_time: number;
+  /** at the end [rad] */
+  angle_after: number;
+  /** of the base, at the end [rad/s] */
+  angular_velocity_after: number;
+  /** axes about which the joints could turn the base, at the begin [1] */
+  rank: number;
+  /** least part of the motion that does not turn the base that the joints' effort limits let pass [1] */
+  least_share: number;
+  /** when that was [s] */
+  least_share_time: number;
+  /** whether what keeps the base stayed within the joints' effort limits; if not, efforts were cut and the base was not kept */
+  within_limits: boolean;
+  /** of the base's turning by the joint rates: the singular value of that rank over the largest, its least [1] */
+  least_condition: number;
+  /** when that was [s] */
+  least_condition_time: number;
 }
 
 // the largest of one load in one phase.

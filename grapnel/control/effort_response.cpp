@@ -1,0 +1,116 @@
+#include "grapnel/control/effort_response.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/dynamics/mass_matrix.hpp"
+
+namespace grapnel {
+namespace {
+
+// Eigenvalues of the closures' inertia below this part of the largest belong to redundant rows.
+constexpr double kRedundant = 1e-10;
+
+Vector3d point_acceleration(const BodyAcceleration& body, const Vector3d& w, const Vector3d& arm) {
+  return body.linear + cross(body.angular, arm) + cross(w, cross(w, arm));
+}
+
+Eigen::RowVector3d row(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+
+}  // namespace
+
+EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures)
+    : model_(model),
+      joints_(std::move(joints)),
+      closures_(std::move(closures)),
+      workspace_(model),
+      kinematics_(model),
+      mass_(model.velocities(), model.velocities()),
+      rows_(closure_rows(closures_), model.velocities()),
+      row_terms_(closure_rows(closures_)) {
+  for (int j : joints_) {
+    if (j < 0 || j >= static_cast<int>(model.joints().size()))
+      throw std::invalid_argument("EffortResponse: a joint that the model does not have");
+    velocities_.push_back(model.bodies()[model.joints()[j]].v);
+    coordinates_.push_back(model.bodies()[model.joints()[j]].q);
+    limits_.push_back(model.bodies()[model.joints()[j]].description.joint.limits.effort);
+  }
+}
+
+void EffortResponse::update(const State& state, std::span<const double> force, const Vector3d& gravity) {
+  forward_kinematics(model_, state, kinematics_);
+  velocity_terms_ = body_accelerations(model_, kinematics_, {});
+  mass_matrix(model_, state, workspace_, mass_);
+  bias(model_, state, gravity, workspace_, bias_);
+  // M vdot = force - c + S^T tau (2.7)
+  Eigen::VectorXd right = -as_vector(bias_);
+  if (!force.empty()) right += Eigen::Map<const Eigen::VectorXd>(force.data(), static_cast<Eigen::Index>(force.size()));
+  const Cholesky inertia(mass_);
+  free_ = cholesky_solution(inertia, right);
+  Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(model_.velocities(), static_cast<Eigen::Index>(joints_.size()));
+  for (std::size_t j = 0; j < joints_.size(); ++j) unit(velocities_[j], static_cast<Eigen::Index>(j)) = 1;
+  response_ = cholesky_solution(inertia, unit);
+  if (closures_.empty()) return;
+
+  // With the closures' J vdot + Jdot v = 0: vdot - M^-1 J^T W^+ (J vdot + Jdot v), W = J M^-1 J^T (2.10).
+  close_loops();
+  const Eigen::MatrixXd spread = cholesky_solution(inertia, Eigen::MatrixXd(rows_.transpose()));
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> W(rows_ * spread);
+  Eigen::VectorXd inverse = W.eigenvalues();
+  const double least = kRedundant * inverse.maxCoeff();
+  for (double& value : inverse) value = value > least ? 1 / value : 0;
+  const Eigen::MatrixXd back = spread * W.eigenvectors() * inverse.asDiagonal() * W.eigenvectors().transpose();
+  free_ -= back * (rows_ * free_ + row_terms_);
+  response_ -= back * (rows_ * response_);
+}
+
+// J and Jdot v of all closures, in the frames C.
+void EffortResponse::close_loops() {
+  const int nv = model_.velocities();
+  Eigen::MatrixXd J_a(6, nv), J_b(6, nv);
+  Eigen::Index next = 0;
+  for (const LoopClosure& closure : closures_) {
+    const auto &X_WA = kinematics_.X_WB[closure.body_a], &X_WB = kinematics_.X_WB[closure.body_b];
+    const Posed X_WC = X_WA * closure.X_AC;
+    const Vector3d w_a = kinematics_.V_WB[closure.body_a].angular, w_b = kinematics_.V_WB[closure.body_b].angular;
+    const auto &a = velocity_terms_[closure.body_a], &b = velocity_terms_[closure.body_b];
+    point_jacobian(model_, kinematics_, closure.body_a, X_WC.p, J_a);
+    point_jacobian(model_, kinematics_, closure.body_b, X_WC.p, J_b);
+    J_b -= J_a;
+    Vector3d axes[3];
+    const int turns = forbidden_turns(closure, axes);
+    for (int k = 0; k < turns; ++k) {
+      const Vector3d n = X_WC.R * axes[k];  // turns with body a
+      rows_.row(next) = row(n) * J_b.topRows<3>();
+      row_terms_[next++] = dot(n, b.angular - a.angular) + dot(cross(w_a, n), w_b - w_a);
+    }
+    const Vector3d apart = point_acceleration(b, w_b, X_WC.p - X_WB.p) - point_acceleration(a, w_a, X_WC.p - X_WA.p);
+    for (int k = 0; k < 3; ++k) {
+      const Vector3d n = X_WC.R.column(k);
+      rows_.row(next) = row(n) * J_b.bottomRows<3>();
+      row_terms_[next++] = dot(n, apart);
+    }
+  }
+}
+
+std::optional<double> largest_share(const Eigen::VectorXd& fixed, const Eigen::VectorXd& varied,
+                                    std::span<const double> limits, double most) {
+  double least = 0;
+  for (std::size_t j = 0; j < limits.size(); ++j) {
+    const double f = fixed[static_cast<Eigen::Index>(j)], v = varied[static_cast<Eigen::Index>(j)], limit = limits[j];
+    if (!std::isfinite(limit)) continue;
+    if (v == 0) {
+      if (std::abs(f) > limit) return {};
+      continue;
+    }
+    const double one = (limit - f) / v, other = (-limit - f) / v;
+    most = std::min(most, std::max(one, other));
+    least = std::max(least, std::min(one, other));
+  }
+  if (most < least) return {};
+  return most;
+}
+
+}  // namespace grapnel

@@ -1,0 +1,63 @@
+#pragma once
+
+/// @file
+/// How the accelerations of a free-floating robot answer to the efforts of its joints, closed loops included: what laws
+/// need that command the motion of a body through the arms that move it.
+
+#include <Eigen/Core>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "grapnel/constraint/loop_closure.hpp"
+#include "grapnel/dynamics/forward_dynamics.hpp"
+
+namespace grapnel {
+
+/// vdot = free + response tau (15.1), tau the efforts of the joints that a law drives. Thread safety: one thread at a
+/// time.
+class EffortResponse {
+ public:
+  /// `joints`: positions in Model::joints() of those that are driven, in the order of the efforts. The model must
+  /// outlive this. @throws std::invalid_argument if there is no such joint.
+  EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures);
+
+  /// At a state. `force`: generalized forces that act beside the efforts (per velocity; empty: none).
+  void update(const State& state, std::span<const double> force, const Vector3d& gravity);
+
+  const Model& model() const { return model_; }
+  const std::vector<int>& joints() const { return joints_; }
+  /// Index into State::v of a driven joint's rate.
+  int velocity(std::size_t joint) const { return velocities_[joint]; }
+  int coordinate(std::size_t joint) const { return coordinates_[joint]; }
+  /// Effort limits of the driven joints.
+  const std::vector<double>& limits() const { return limits_; }
+
+  // Of the last update():
+  const Kinematics& kinematics() const { return kinematics_; }
+  const Eigen::VectorXd& free() const { return free_; }          // accelerations without efforts
+  const Eigen::MatrixXd& response() const { return response_; }  // velocities x driven joints
+  /// Accelerations of the bodies that velocities alone make: Jdot v.
+  const std::vector<BodyAcceleration>& velocity_terms() const { return velocity_terms_; }
+
+ private:
+  void close_loops();
+
+  const Model& model_;
+  std::vector<int> joints_, velocities_, coordinates_;
+  std::vector<double> limits_;
+  std::vector<LoopClosure> closures_;
+  Workspace workspace_;
+  Kinematics kinematics_;
+  std::vector<double> bias_;
+  std::vector<BodyAcceleration> velocity_terms_;
+  Eigen::MatrixXd mass_, response_, rows_;
+  Eigen::VectorXd free_, row_terms_;
+};
+
+/// The largest share, up to `most`, at which |fixed + share * varied| stays within the limits (infinite: none); absent
+/// where no share of 0 or more does.
+std::optional<double> largest_share(const Eigen::VectorXd& fixed, const Eigen::VectorXd& varied,
+                                    std::span<const double> limits, double most);
+
+}  // namespace grapnel

@@ -1,0 +1,332 @@
+#include "grapnel/plugin/plugin_controller.hpp"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/plugin/plugin_crash.hpp"
+
+namespace grapnel {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Calls into a plugin. It is C, but a plugin in C++ may forget that.
+template <class Call>
+auto guarded(const ControllerPlugin& plugin, const char* function, double time, const Call& call) {
+  const PluginCall blame(plugin.shown().c_str(), function, time);
+  try {
+    return call();
+  } catch (...) {
+    throw ControllerError(
+        fmt::format("the plugin '{}' threw a C++ exception from {}() at t = {:.9g} s; return an error instead",
+                    plugin.shown(), function, time));
+  }
+}
+
+// --- The robot as JSON ---
+
+Json or_null(double limit) { return std::isfinite(limit) ? Json(limit) : Json(nullptr); }
+
+Json joint_json(const Body& body) {
+  const JointDescription& joint = body.description.joint;
+  return {{"name", joint.name},
+          {"type", traits_of(joint.type).name},
+          {"body", body.description.name},
+          {"parent", body.description.parent},
+          {"lower", or_null(joint.limits.lower)},
+          {"upper", or_null(joint.limits.upper)},
+          {"rate", or_null(joint.limits.rate)},
+          {"effort", or_null(joint.limits.effort)}};
+}
+
+Json body_json(const BodyDescription& body) {
+  const Symmetric3d& I = body.inertia;
+  return {{"name", body.name},
+          {"parent", body.parent},
+          {"mass", body.mass},
+          {"com", {body.com[0], body.com[1], body.com[2]}},
+          {"inertia", {I.xx, I.yy, I.zz, I.xy, I.xz, I.yz}}};
+}
+
+int position_of_joint(const Model& model, const std::string& name) {
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    if (model.bodies()[model.joints()[j]].description.joint.name == name) return static_cast<int>(j);
+  }
+  throw ControllerError(fmt::format("the model has no joint '{}' for the plugin to drive", name));
+}
+
+Json robot_json(const PluginRobot& robot, const Model& model) {
+  const int base = model.body_index(robot.base);
+  Json joints = Json::array(), bodies = Json::array();
+  for (const std::string& name : robot.joints)
+    joints.push_back(joint_json(model.bodies()[model.joints()[position_of_joint(model, name)]]));
+  for (const Body& body : model.bodies()) {
+    if (body.root == base) bodies.push_back(body_json(body.description));
+  }
+  return {{"base", {{"name", robot.base}, {"is_free", model.has_free_root(base)}}},
+          {"joints", joints},
+          {"bodies", bodies},
+          {"end_effectors", robot.end_effectors}};
+}
+
+// --- What a plugin may ask ---
+
+struct Asked {
+  const Model& model;
+  const State& state;
+  const PluginRobot& robot;
+  int base;
+  const std::vector<int>& velocities;
+  int base_velocities;  // 6, or 0 of a base fixed to the world
+};
+const Asked& asked(const void* context) { return *static_cast<const Asked*>(context); }
+
+// No exception may leave these: C is on the other side.
+template <class Answer>
+int answered(const Answer& answer) noexcept {
+  try {
+    answer();
+    return 0;
+  } catch (...) {
+    return 1;
+  }
+}
+
+int count_velocities(const void* context) { return static_cast<int>(asked(context).velocities.size()); }
+
+int give_mass_matrix(const void* context, double* H) {
+  return answered([&] {
+    const Asked& a = asked(context);
+    const Eigen::MatrixXd M = mass_matrix(a.model, a.state);
+    for (const int row : a.velocities) {
+      for (const int column : a.velocities) *H++ = M(row, column);
+    }
+  });
+}
+
+int give_bias(const void* context, double* C) {
+  return answered([&] {
+    const Asked& a = asked(context);
+    Workspace workspace(a.model);
+    std::vector<double> c(static_cast<std::size_t>(a.model.velocities()));
+    bias(a.model, a.state, a.robot.gravity, workspace, c);
+    for (const int v : a.velocities) *C++ = c[v];
+  });
+}
+
+int give_momentum(const void* context, double* p) {
+  return answered([&] {
+    const Asked& a = asked(context);
+    const Kinematics kinematics = forward_kinematics(a.model, a.state);
+    const std::array<int, 1> root = {a.base};
+    const Momentumd h = momentum_about(a.model, kinematics, center_of_mass(a.model, kinematics, root), root);
+    double mass = 0;
+    for (const Body& body : a.model.bodies()) mass += body.root == a.base ? body.description.mass : 0;
+    for (int k = 0; k < 3; ++k) p[k] = h.angular[k], p[3 + k] = h.linear[k] + mass * a.robot.velocity[k];
+  });
+}
+
+int give_jacobian(const void* context, const char* frame, double* J) {
+  return answered([&] {
+    const Asked& a = asked(context);
+    const Eigen::MatrixXd all = generalized_jacobian(a.model, a.state, a.base, a.model.frame_index(frame));
+    const std::vector<int> order = joint_velocities(a.model, a.base);  // of its columns
+    for (Eigen::Index row = 0; row < 6; ++row) {
+      for (auto v = a.velocities.begin() + a.base_velocities; v != a.velocities.end(); ++v)
+        *J++ = all(row, std::find(order.begin(), order.end(), *v) - order.begin());
+    }
+  });
+}
+
+// Whether a plugin's table has a member, and it is set.
+template <class Member>
+bool has(const grapnel_controller_plugin& table, Member grapnel_controller_plugin::*member) {
+  const auto* begin = reinterpret_cast<const unsigned char*>(&table);
+  const auto* at = reinterpret_cast<const unsigned char*>(&(table.*member));
+  return static_cast<std::size_t>(at - begin) + sizeof(Member) <= table.size && table.*member != nullptr;
+}
+
+}  // namespace
+
+// --- Libraries ---
+
+ControllerPlugin::ControllerPlugin(const std::string& file, std::string shown) : shown_(std::move(shown)) {
+  const PluginCall blame(shown_.c_str(), "the code that runs when it is loaded", 0);
+  library_ = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  const auto refuse = [&](const std::string& why) {
+    if (library_ != nullptr) ::dlclose(library_);
+    throw ControllerError(why);
+  };
+  if (library_ == nullptr) {
+    const char* const reason = ::dlerror();
+    refuse(fmt::format("the plugin '{}' cannot be loaded: {}", shown_, reason != nullptr ? reason : "unknown reason"));
+  }
+  void* const symbol = ::dlsym(library_, "grapnel_controller");
+  if (symbol == nullptr)
+    refuse(
+        fmt::format("'{}' is no plugin: it exports no function grapnel_controller(), which grapnel_controller.h "
+                    "declares (in C++ as extern \"C\")",
+                    shown_));
+  functions_ = reinterpret_cast<const grapnel_controller_plugin* (*)()>(symbol)();
+  if (functions_ == nullptr) refuse(fmt::format("the plugin '{}': grapnel_controller() returned null", shown_));
+  constexpr std::size_t kHead = offsetof(grapnel_controller_plugin, version) + sizeof(std::uint32_t);
+  if (functions_->size < kHead || functions_->version != GRAPNEL_CONTROLLER_VERSION)
+    refuse(
+        fmt::format("the plugin '{}' has version {} of the controller interface, expected {}; build it with the "
+                    "grapnel_controller.h of this Grapnel",
+                    shown_, functions_->size < kHead ? 0 : functions_->version, GRAPNEL_CONTROLLER_VERSION));
+  const auto need = [&](bool there, const char* name) {
+    if (!there) refuse(fmt::format("the plugin '{}' has no function {}()", shown_, name));
+  };
+  need(has(*functions_, &grapnel_controller_plugin::create), "create");
+  need(has(*functions_, &grapnel_controller_plugin::update), "update");
+  need(has(*functions_, &grapnel_controller_plugin::destroy), "destroy");
+}
+
+ControllerPlugin::~ControllerPlugin() { ::dlclose(library_); }
+
+std::shared_ptr<const ControllerPlugin> open_plugin(const std::string& file, const std::string& shown) {
+  return std::make_shared<const ControllerPlugin>(file.empty() ? shown : file, shown);
+}
+
+std::string plugin_fault(const std::string& file, const std::string& shown) {
+  try {
+    open_plugin(file, shown);
+    return {};
+  } catch (const ControllerError& error) {
+    return error.what();
+  }
+}
+
+// --- Instances ---
+
+PluginController::PluginController(std::shared_ptr<const ControllerPlugin> plugin, const ControlTiming& timing,
+                                   const std::string& parameters, PluginRobot robot, const Model& model)
+    : plugin_(std::move(plugin)),
+      robot_(std::move(robot)),
+      position_(robot_.joints.size()),
+      rate_(position_),
+      desired_position_(position_),
+      desired_rate_(position_),
+      desired_acceleration_(position_),
+      effort_(position_) {
+  const std::string description = robot_json(robot_, model).dump();
+  const grapnel_controller_setup setup{
+      sizeof(setup), parameters.c_str(), description.c_str(),         static_cast<int>(robot_.joints.size()),
+      timing.period, timing.delay,       robot_.commands_base ? 1 : 0};
+  std::array<char, 1024> error{};
+  const int failed = guarded(*plugin_, "create", 0, [&] {
+    return plugin_->functions().create(&setup, &instance_, error.data(), error.size());
+  });
+  error.back() = 0;
+  if (failed != 0)
+    throw ControllerError(fmt::format("the plugin '{}' made no controller: {}", plugin_->shown(),
+                                      error[0] != 0 ? error.data() : fmt::format("create() returned {}", failed)));
+}
+
+PluginController::~PluginController() {
+  const PluginCall blame(plugin_->shown().c_str(), "destroy", time_);
+  plugin_->functions().destroy(instance_);
+}
+
+void PluginController::fail(const char* what, double time) const {
+  const char* said = nullptr;
+  if (has(plugin_->functions(), &grapnel_controller_plugin::last_error))
+    said = guarded(*plugin_, "last_error", time, [&] { return plugin_->functions().last_error(instance_); });
+  throw ControllerError(fmt::format("at t = {:.9g} s {}() of the plugin '{}' failed: {}", time, what, plugin_->shown(),
+                                    said != nullptr && said[0] != 0 ? said : "it does not say why"));
+}
+
+void PluginController::begin_piece(const Model& model, double time) {
+  time_ = time;
+  base_ = model.body_index(robot_.base);
+  joints_.clear();
+  velocities_.clear();
+  const int first = model.bodies()[base_].v;
+  if (model.has_free_root(base_)) {
+    for (int k = 0; k < 6; ++k) velocities_.push_back(first + k);
+  }
+  for (const std::string& name : robot_.joints) {
+    joints_.push_back(position_of_joint(model, name));
+    velocities_.push_back(model.bodies()[model.joints()[joints_.back()]].v);
+  }
+  for (const int v : joint_velocities(model, base_)) {
+    if (std::find(velocities_.begin(), velocities_.end(), v) == velocities_.end()) velocities_.push_back(v);
+  }
+  if (++piece_ > 0 || !has(plugin_->functions(), &grapnel_controller_plugin::reset)) return;
+  if (guarded(*plugin_, "reset", time, [&] { return plugin_->functions().reset(instance_, time); }) != 0)
+    fail("reset", time);
+}
+
+void PluginController::gather(const ControlInput& input) {
+  for (std::size_t j = 0; j < joints_.size(); ++j) {
+    const JointPoint &sensed = input.sensed[joints_[j]], &desired = input.reference[joints_[j]];
+    position_[j] = sensed.position, rate_[j] = sensed.rate;
+    desired_position_[j] = desired.position, desired_rate_[j] = desired.rate;
+    desired_acceleration_[j] = desired.acceleration;
+  }
+  std::fill(effort_.begin(), effort_.end(), 0.0);
+}
+
+void PluginController::update(const ControlInput& input, ControlCommand& command) {
+  time_ = input.time;
+  gather(input);
+  const Posed X_WB = root_pose(input.model, input.state, base_);
+  const Twistd V_WB = root_twist(input.model, input.state, base_);
+  const Quaterniond q = quaternion_from(X_WB.R);
+  const Vector3d p = X_WB.p + robot_.origin + input.time * robot_.velocity, v = V_WB.linear + robot_.velocity;
+  const Vector3d w = transpose(X_WB.R) * V_WB.angular;
+  const grapnel_controller_input in{sizeof(in),
+                                    input.time,
+                                    piece_,
+                                    static_cast<int>(joints_.size()),
+                                    position_.data(),
+                                    rate_.data(),
+                                    desired_position_.data(),
+                                    desired_rate_.data(),
+                                    desired_acceleration_.data(),
+                                    {p[0], p[1], p[2]},
+                                    {q.w, q.x, q.y, q.z},
+                                    {v[0], v[1], v[2]},
+                                    {w[0], w[1], w[2]}};
+  const Asked context{input.model, input.state, robot_, base_, velocities_, input.model.has_free_root(base_) ? 6 : 0};
+  const grapnel_controller_access access{sizeof(access), &context,      count_velocities, give_mass_matrix,
+                                         give_bias,      give_momentum, give_jacobian};
+  grapnel_controller_output out{sizeof(out), effort_.data(), {0, 0, 0}};
+  const int failed = guarded(*plugin_, "update", input.time,
+                             [&] { return plugin_->functions().update(instance_, &in, &access, &out); });
+  if (failed != 0) fail("update", input.time);
+  for (std::size_t j = 0; j < joints_.size(); ++j) command.effort[joints_[j]] = effort_[j];
+  command.base_torque = {out.base_torque[0], out.base_torque[1], out.base_torque[2]};
+}
+
+std::vector<unsigned char> PluginController::save() {
+  const grapnel_controller_plugin& functions = plugin_->functions();
+  if (!has(functions, &grapnel_controller_plugin::save))
+    throw ControllerError(fmt::format("the plugin '{}' has no function save()", plugin_->shown()));
+  const auto ask = [&](void* bytes, std::size_t count) {
+    return guarded(*plugin_, "save", time_, [&] { return functions.save(instance_, bytes, count); });
+  };
+  std::vector<unsigned char> bytes(ask(nullptr, 0));
+  ask(bytes.data(), bytes.size());
+  return bytes;
+}
+
+void PluginController::restore(const std::vector<unsigned char>& bytes) {
+  const grapnel_controller_plugin& functions = plugin_->functions();
+  if (!has(functions, &grapnel_controller_plugin::restore))
+    throw ControllerError(fmt::format("the plugin '{}' has no function restore()", plugin_->shown()));
+  const int failed =
+      guarded(*plugin_, "restore", time_, [&] { return functions.restore(instance_, bytes.data(), bytes.size()); });
+  if (failed != 0) fail("restore", time_);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,64 @@
+#include "grapnel/simulate/controller.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace grapnel {
+namespace {
+
+// Times that rounding alone separates are one, as PhaseDynamics::breaks has it.
+double resolution_at(double t) { return 64 * std::numeric_limits<double>::epsilon() * std::abs(t); }
+
+}  // namespace
+
+ControlClock::ControlClock(const ControlTiming& timing, std::size_t channels) : timing_(timing) {
+  if (!(timing.period > 0) || !std::isfinite(timing.period))
+    throw std::invalid_argument("ControlClock: the period must be positive and finite");
+  if (!(timing.delay >= 0) || !std::isfinite(timing.delay))
+    throw std::invalid_argument("ControlClock: the delay must be finite and not negative");
+  held_.effort.assign(channels, 0.0);
+}
+
+std::vector<double> ControlClock::break_times(double t0, double t1) const {
+  std::vector<double> times;
+  const auto add = [&](double offset) {
+    const double first = std::max(0.0, std::floor((t0 - offset) / timing_.period));
+    for (auto k = static_cast<std::int64_t>(first);; ++k) {
+      const double t = tick_time(k) + offset;
+      if (t >= t1) break;
+      if (t > t0) times.push_back(t);
+    }
+  };
+  add(0);
+  if (timing_.delay > 0) add(timing_.delay);
+  return times;
+}
+
+void ControlClock::let_act(double t) {
+  while (!pending_.empty() && pending_.front().acts_from <= t + resolution_at(t)) {
+    held_ = std::move(pending_.front().command);
+    pending_.pop_front();
+  }
+}
+
+bool ControlClock::tick(double t) {
+  let_act(t);
+  const double now = t + resolution_at(t);
+  if (tick_time(next_tick_) > now) return false;
+  // The latest tick that has come; it is at hand if it is now.
+  auto k = std::max(next_tick_, static_cast<std::int64_t>(std::floor(t / timing_.period)));
+  while (tick_time(k + 1) <= now) ++k;
+  while (k > next_tick_ && tick_time(k) > now) --k;
+  next_tick_ = k + 1;
+  tick_ = tick_time(k);
+  return tick_ >= t - resolution_at(t);
+}
+
+void ControlClock::command(Command said, double t) {
+  pending_.push_back({tick_ + timing_.delay, std::move(said)});
+  let_act(t);
+}
+
+}  // namespace grapnel

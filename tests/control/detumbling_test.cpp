@@ -1,0 +1,184 @@
+/// Detumbling through the grasp: the exact motion, the bound on the torque, limits of efforts, what is known and what
+/// not.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "control/arm_case.hpp"
+#include "grapnel/dynamics/momentum.hpp"
+
+namespace grapnel::testing {
+namespace detumbling_test {
+
+constexpr double kTorque = 0.4;  // [N m]
+
+JointLaw detumbling(const Model& model) {
+  DetumblingLaw law{model.body_index("target"), kTorque, {}};
+  JointLaw joint_law;
+  joint_law.joints = arm_joints(model);
+  for (std::size_t j = 0; j < joint_law.joints.size(); ++j) law.damping.push_back(20 + 5.0 * static_cast<double>(j));
+  joint_law.law = law;
+  return joint_law;
+}
+
+struct Target {
+  Rotationd R;
+  Vector3d w, L, v;
+};
+Target target_of(const Model& model, const State& state) {
+  const Kinematics k = forward_kinematics(model, state);
+  const int body = model.body_index("target");
+  const TargetMotion3d motion = target_motion(model, k, body);
+  return {k.X_WB[body].R, k.V_WB[body].angular, motion.angular_momentum, motion.velocity};
+}
+
+// Angular velocity of the target if it were free, at the time `t`, from another integration.
+Vector3d free_rate(const Model& model, const Target& start, double t) {
+  BodyDescription alone = model.bodies()[model.body_index("target")].description;
+  alone.parent = "", alone.joint = {}, alone.X_PF = Posed::identity(), alone.com = {0, 0, 0};
+  alone.joint.name = "alone", alone.joint.type = JointType::free;
+  const Model one = ModelBuilder().add(alone).build();
+  State s = zero_state(one);
+  set_root_pose(one, 0, {start.R, {0, 0, 0}}, s);
+  set_root_twist(one, 0, {start.w, {0, 0, 0}}, s);
+  PhaseDynamics dynamics(one, {});
+  IntegrationSetup integration;
+  integration.relative_tolerance = integration.absolute_tolerance = 1e-13;
+  const PhaseOutcome o = simulate_phase(dynamics, s, 0, t, 0, integration);
+  return root_twist(one, o.end_state, 0).angular;
+}
+
+// omega(t) = (1 - t/t_f) omega_free(t - t^2/(2 t_f)), |L| falls linearly, the centre of mass comes to rest with it.
+void expect_exact_motion(const Model& model, const PhaseSetup& setup, const State& start) {
+  const Target first = target_of(model, start);
+  const double t_f = norm(first.L) / kTorque;
+  ASSERT_GT(t_f, 8);
+  PhaseDynamics dynamics(model, setup);
+  IntegrationSetup integration;
+  integration.relative_tolerance = integration.absolute_tolerance = 1e-12;
+  double rate_error = 0, momentum_error = 0, speed_error = 0, turned = 0;
+  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.99 * t_f, 0.11 * t_f, integration, [&](const auto& s) {
+    const Target now = target_of(model, s.state);
+    const double left = 1 - s.time / t_f;
+    const Vector3d expected = left * free_rate(model, first, s.time - s.time * s.time / (2 * t_f));
+    rate_error = std::max(rate_error, norm(now.w - expected));
+    momentum_error = std::max(momentum_error, norm(now.L - left * first.L));
+    speed_error = std::max(speed_error, norm(now.v - left * first.v));
+    turned = std::max(turned, norm(now.w - left * first.w));
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  std::printf("  joints %zu: rate %.2g rad/s, momentum %.2g N m s, speed %.2g m/s\n", model.joints().size(), rate_error,
+              momentum_error, speed_error);
+  EXPECT_LT(rate_error, 1e-10);
+  EXPECT_LT(momentum_error, 1e-9);  // of 4
+  EXPECT_LT(speed_error, 1e-10);
+  EXPECT_GT(turned, 1e-4);  // its axis wanders, as that of a free triaxial body does
+}
+
+TEST(Detumbling, FollowsTheExactMotionWithSixJointsAndWithSeven) {
+  for (int joints : {6, 7}) {
+    SCOPED_TRACE(joints);
+    const Model model = arm_with_target({.joints = joints});
+    const State start = moving_state(model, 0.03);
+    ASSERT_GT(norm(target_of(model, start).v), 1e-3);
+    expect_exact_motion(model, with_law(model, detumbling(model)), start);
+  }
+}
+
+// Friction, attitude control and a wheel that turns by itself are known to it.
+TEST(Detumbling, MakesUpForWhatItKnows) {
+  const Model model = arm_with_target({.joints = 7, .friction = {3, 0, 1e-3}, .wheel = true});
+  State start = moving_state(model, 0.03);
+  start.v[model.bodies()[model.body_index("wheel")].v] = 200;
+  PhaseSetup setup = with_law(model, detumbling(model));
+  setup.attitude = AttitudeControl{model.body_index("base"), Rotationd::identity(), {2, 2, 2}, {40, 40, 40}};
+  setup.drives[0] = {.control = JointControl::pd, .trajectory = JointTrajectory::at_rest(0), .kp = 0, .kd = 1e-3};
+  expect_exact_motion(model, setup, start);
+}
+
+// With drives that are too weak the torque is scaled: no effort beyond its limit, L keeps its direction.
+TEST(Detumbling, ScalesTheTorqueToTheJointsEfforts) {
+  const Model strong = arm_with_target({.joints = 7});
+  const State start = moving_state(strong, 0.03);
+  EffortResponse response(strong, arm_joints(strong), {});
+  const JointLaw law = detumbling(strong);
+  const DetumblingCommand full = detumbling_command(std::get<DetumblingLaw>(law.law), start, {}, {0, 0, 0}, response);
+  EXPECT_EQ(full.scale, 1);
+  const double limit = 0.8 * full.effort.cwiseAbs().maxCoeff();
+  const Model model = arm_with_target({.joints = 7, .effort = limit});
+  const Target first = target_of(model, start);
+  const double t_f = norm(first.L) / kTorque;
+  PhaseDynamics dynamics(model, with_law(model, detumbling(model)));
+  JointLawEvaluation evaluation(model, detumbling(model));
+  double least = 1, largest = 0, direction = 0;
+  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.9 * t_f, 0.05 * t_f, {}, [&](const PhaseSample& s) {
+    const JointLawCommand said = evaluation.at(s.state, {});
+    EXPECT_TRUE(said.within_limits);
+    least = std::min(least, said.scale);
+    for (double effort : s.motor) largest = std::max(largest, std::abs(effort));
+    const Target now = target_of(model, s.state);
+    direction = std::max(direction, norm(cross(now.L, first.L)) / (norm(now.L) * norm(first.L)));
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  std::printf("  least scale %.3g, largest effort %.6g of %.6g, direction %.2g\n", least, largest, limit, direction);
+  EXPECT_LT(least, 0.999);
+  EXPECT_GT(least, 0.01);
+  EXPECT_LE(largest, limit * (1 + 1e-12));
+  EXPECT_LT(direction, 1e-8);
+  EXPECT_GT(norm(target_of(model, o.end_state).L), 0.1 * norm(first.L) * (1 + 1e-6));  // it is later
+}
+
+// At the ticks of a clock, held between them: as far from the exact motion as the period is long.
+TEST(Detumbling, SampledComesToTheContinuousOneWithThePeriod) {
+  const Model model = arm_with_target({.joints = 7});
+  const State start = moving_state(model, 0.03);
+  const Target first = target_of(model, start);
+  const double t_f = norm(first.L) / kTorque;
+  double error[2] = {};
+  for (int i = 0; i < 2; ++i) {
+    PhaseSetup setup = with_law(model, detumbling(model));
+    setup.clock = std::make_shared<ControlClock>(ControlTiming{i == 0 ? 0.04 : 0.02, 0}, model.joints().size());
+    PhaseDynamics dynamics(model, setup);
+    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.5 * t_f, 0, {});
+    ASSERT_TRUE(o.finished) << o.failure;
+    error[i] = norm(target_of(model, o.end_state).L - 0.5 * first.L) / norm(first.L);
+  }
+  std::printf("  deviation %.3g, %.3g\n", error[0], error[1]);
+  EXPECT_LT(error[0], 0.01);
+  EXPECT_NEAR(error[0] / error[1], 2, 0.1);
+}
+
+// By another route: forward dynamics under random efforts, closed loops as the solver of the phases has them.
+TEST(EffortResponse, IsForwardDynamics) {
+  double worst = 0;
+  for (int i = 0; i < 10; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Random random(i);
+    RobotOptions options;
+    options.least_bodies = 3, options.most_bodies = 10;
+    const Model model = random_model(options, random);
+    const State state = random_state(model, random, 0.5);
+    std::vector<int> joints;
+    for (std::size_t j = 0; j < model.joints().size(); ++j) joints.push_back(static_cast<int>(j));
+    EffortResponse response(model, joints, {});
+    Forces forces;
+    forces.gravity = random.vector(2);
+    forces.generalized.assign(model.velocities(), 0.0);
+    response.update(state, {}, forces.gravity);
+    Eigen::VectorXd effort = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(joints.size()));
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      effort[static_cast<Eigen::Index>(j)] = random.uniform(-5, 5);
+      forces.generalized[response.velocity(j)] = effort[static_cast<Eigen::Index>(j)];
+    }
+    const std::vector<double> expected = forward_dynamics(model, state, forces);
+    const Eigen::VectorXd got = response.free() + response.response() * effort;
+    const Eigen::Map<const Eigen::VectorXd> e(expected.data(), got.size());
+    worst = std::max(worst, (got - e).norm() / e.norm());
+  }
+  std::printf("  largest difference %.2g\n", worst);
+  EXPECT_LT(worst, 1e-10);
+}
+
+}  // namespace detumbling_test
+}  // namespace grapnel::testing

@@ -1,0 +1,158 @@
+/// Laws in whole captures: the shipped scenario, what ends a law, what is refused.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/capture_case.hpp"
+#include "capture/loop_case.hpp"
+#include "grapnel/problem/problem_conflicts.hpp"
+
+namespace grapnel::testing {
+namespace law_capture_test {
+
+using Joints = PostImpactSetup::Joints;
+
+// Both arms in a closed loop, friction known to the law: without the approach, from its end.
+CaptureProblem shipped() {
+  CaptureProblem p = scenario("dual-arm-detumbling.yaml");
+  p.output_interval = 0.5;
+  return p;
+}
+
+// A law that is over quickly: one arm, the capture at the start.
+CaptureProblem one_arm() {
+  CaptureProblem p = scenario("seven-joint-dual-capture.yaml");
+  p.approach->duration = 5;
+  p.output_interval = 0.5;
+  PostImpactSetup& post = *p.post_impact;
+  post.duration = 20;
+  post.joints = Joints::detumble;
+  post.kp.assign(14, 300), post.kd.assign(14, 200);
+  post.detumble = DetumbleSetup{0.005, "box-80"};
+  return p;
+}
+
+std::vector<std::string> faults(const CaptureProblem& p) {
+  std::vector<std::string> messages;
+  for (const ProblemFault& fault : problem_conflicts(p)) messages.push_back(fault.message);
+  return messages;
+}
+
+TEST(DetumblingCapture, BothArmsBringTheShippedSatelliteToRest) {
+  const CaptureResult r = simulate_capture(shipped());
+  expect_passes(r);
+  ASSERT_TRUE(r.detumbling);
+  const DetumblingReport& d = *r.detumbling;
+  EXPECT_EQ(d.ended, LawEnd::at_rest);
+  EXPECT_NEAR(d.end - d.begin, d.expected_duration * (1 - 1e-6), 1e-9 * d.expected_duration);  // a millionth is left
+  EXPECT_NEAR(d.largest_torque, d.torque_bound, 1e-11);
+  EXPECT_GT(d.angular_momentum_before, 1);
+  EXPECT_EQ(d.least_scale, 1);
+  EXPECT_GT(d.least_condition, 0.01);
+  // Afterwards the joints hold: nothing moves much against anything.
+  const std::size_t last = r.series.time.size() - 1;
+  EXPECT_LT(norm(vector_at(r, "targets/satellite/angular_velocity", last)), 1e-3);
+}
+
+// Without samples and loads it is the same motion and the same report.
+TEST(DetumblingCapture, IsTheSameInColumns) {
+  const CaptureProblem p = one_arm();
+  const CaptureResult full = simulate_capture(p), columns = simulate_capture(p, {}, CaptureDetail::columns);
+  ASSERT_EQ(full.status, CaptureStatus::completed) << full.failure;
+  ASSERT_TRUE(full.detumbling && columns.detumbling);
+  EXPECT_EQ(full.detumbling->end, columns.detumbling->end);
+  EXPECT_EQ(full.detumbling->angular_momentum_after, columns.detumbling->angular_momentum_after);
+  EXPECT_EQ(full.detumbling->largest_torque, columns.detumbling->largest_torque);
+  EXPECT_EQ(full.post_impact_end->base.angular_velocity[0], columns.post_impact_end->base.angular_velocity[0]);
+}
+
+TEST(DetumblingCapture, EndsWhereAJointDoesOrTheTargetIsLetGo) {
+  CaptureProblem p = one_arm();
+  p.post_impact->releases.push_back({6, {"tip-2"}});
+  CaptureResult r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_EQ(r.detumbling->ended, LawEnd::released);
+  EXPECT_NEAR(r.detumbling->end, 11, 1e-9);
+  const double free_momentum = r.detumbling->angular_momentum_after;
+  EXPECT_GT(free_momentum, 0.05);
+  EXPECT_NEAR(free_momentum, r.detumbling->angular_momentum_before - 0.005 * 6, 1e-9);
+
+  p = one_arm();
+  for (BodyDescription& body : p.robot.bodies) {
+    if (body.joint.name.starts_with("arm-2-joint")) body.joint.limits.lower = -3.2, body.joint.limits.upper = 3.2;
+  }
+  const std::size_t first = first_sample(r, "post_impact");
+  int moving = 0;  // the joint of the arm that moves most, and where it stands after 3 s
+  double most = 0;
+  for (int j = 7; j < 14; ++j) {
+    const double turn = value_at(r, "joints/position", first + 6, j) - value_at(r, "joints/position", first, j);
+    if (std::abs(turn) > std::abs(most)) most = turn, moving = j;
+  }
+  const double stop = value_at(r, "joints/position", first + 6, moving);
+  const std::string name = series(r, "joints/position").components[static_cast<std::size_t>(moving)];
+  for (BodyDescription& body : p.robot.bodies) {
+    if (body.joint.name == name) (most > 0 ? body.joint.limits.upper : body.joint.limits.lower) = stop;
+  }
+  r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_EQ(r.detumbling->ended, LawEnd::joint_limit);
+  EXPECT_EQ(r.detumbling->joint, name);
+  EXPECT_NEAR(r.detumbling->end, 8, 0.02);
+}
+
+TEST(BaseKeepingCapture, TheBaseComesBackAndStays) {
+  CaptureProblem p = one_arm();
+  p.post_impact->joints = Joints::keep_base_attitude;
+  p.post_impact->detumble.reset();
+  p.post_impact->keep_base_attitude = KeepBaseSetup{};
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  ASSERT_TRUE(r.base_keeping);
+  const BaseKeepingReport& b = *r.base_keeping;
+  EXPECT_EQ(b.ended, LawEnd::running);
+  EXPECT_EQ(b.rank, 3);
+  EXPECT_GT(b.largest_angle, 1e-4);  // the impact had turned it
+  EXPECT_LT(b.angle_after, 0.05 * b.largest_angle);
+  EXPECT_LT(b.angular_velocity_after, 1e-4);
+}
+
+TEST(Laws, RefuseWhatTheyCannotDo) {
+  using ::testing::ElementsAre;
+  using ::testing::HasSubstr;
+  EXPECT_THAT(faults(one_arm()), ::testing::IsEmpty());
+  CaptureProblem p = one_arm();
+  p.post_impact->detumble->target = "";
+  EXPECT_THAT(faults(p),
+              ElementsAre(HasSubstr("the grasps hold 2 targets; say which by 'target', 'box-120' or 'box-80'")));
+  p.post_impact->detumble->target = "box-8";
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("'box-8', which no grasp holds; did you mean 'box-80'?")));
+  p = one_arm();
+  p.grasps[1].model = GraspModel::point;
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("no grasp of 'box-80' is rigid")));
+  p = one_arm();
+  p.post_impact->kd[3] = 0;
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("post_impact.kd must be above 0 with joints: detumble")));
+  p = one_arm();
+  for (const char* joint : {"arm-2-joint-6", "arm-2-joint-7"}) {
+    for (BodyDescription& body : p.robot.bodies) {
+      if (body.joint.name == joint) body.joint.type = JointType::fixed;
+    }
+  }
+  EXPECT_THAT(faults(p), ::testing::Contains(HasSubstr(
+                             "the arm of grasps[1] has 5 moving joints; the six motions of 'box-80' take 6 or more")));
+  p = one_arm();
+  p.post_impact->joints = Joints::pd;
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("post_impact.detumble belongs to joints: detumble; they are pd")));
+  p = one_arm();
+  p.post_impact->joints = Joints::keep_base_attitude;
+  p.post_impact->detumble.reset();
+  p.post_impact->base_control = BaseControlSetup{};
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("the joints keep the base's attitude already")));
+  p = shipped();
+  p.post_impact->joints = Joints::keep_base_attitude;
+  p.post_impact->detumble.reset(), p.post_impact->base_control.reset();
+  EXPECT_THAT(faults(p), ElementsAre(HasSubstr("this law is not there for closed loops; use detumble or pd")));
+}
+
+}  // namespace law_capture_test
+}  // namespace grapnel::testing

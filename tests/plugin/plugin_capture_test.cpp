@@ -1,0 +1,145 @@
+/// Captures under sampled control and with plugins, from their scenarios.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/scenario/scenario.hpp"
+
+namespace grapnel::testing {
+namespace plugin_capture_test {
+
+CaptureProblem own(std::vector<Override> overrides, const std::string& plugin = GRAPNEL_OWN_PD) {
+  if (!plugin.empty()) overrides.insert(overrides.begin(), {"control.plugin", plugin});
+  overrides.push_back({"post_impact.duration", "3"});
+  return load_scenario(GRAPNEL_OWN_SCENARIO, overrides);
+}
+
+std::string fault_of(const std::vector<Override>& overrides, const std::string& plugin = GRAPNEL_OWN_PD) {
+  try {
+    own(overrides, plugin);
+    return {};
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+void expect_passes(const CaptureResult& result) {
+  EXPECT_EQ(result.status, CaptureStatus::completed) << result.failure;
+  for (const LedgerEntry& row : result.ledger.entries) {
+    EXPECT_TRUE(row.kind != LedgerEntry::Kind::conservation || row.pass()) << row.name << " " << row.value;
+  }
+}
+
+// pd, damping of the base included, says the same as the example's plugin, sampled and delayed alike.
+TEST(PluginCapture, IsTheLawThatTheExampleCopies) {
+  const CaptureResult plugin = simulate_capture(own({}));
+  expect_passes(plugin);
+  ASSERT_TRUE(plugin.control);
+  EXPECT_EQ(plugin.control->period, 0.01);
+  EXPECT_EQ(plugin.control->delay, 0.01);
+  EXPECT_EQ(plugin.control->plugin, GRAPNEL_OWN_PD);
+  EXPECT_EQ(plugin.control->plugin_sha256.size(), 64u);
+  CaptureProblem law = own({});
+  law.control->plugin.clear(), law.control->base_torque = false;
+  law.post_impact->joints = PostImpactSetup::Joints::pd;
+  law.post_impact->kp.assign(6, 20), law.post_impact->kd.assign(6, 60);
+  law.post_impact->base_control = BaseControlSetup{};
+  law.post_impact->base_control->kd = {100, 100, 100};
+  const CaptureResult built_in = simulate_capture(law);
+  expect_passes(built_in);
+  ASSERT_TRUE(plugin.post_impact_end && built_in.post_impact_end);
+  double off = 0;
+  for (std::size_t j = 0; j < 6; ++j)
+    off = std::max(off,
+                   std::abs(plugin.post_impact_end->joints.position[j] - built_in.post_impact_end->joints.position[j]));
+  std::printf("[ measured ] plugin against the built-in law: %.3g rad\n", off);
+  EXPECT_LT(off, 1e-10);
+}
+
+TEST(PluginCapture, WrapsGeneratedCodePerInstance) {
+  const std::vector<Override> plain = {{"control.base_torque", "false"}, {"control.parameters", "{}"}};
+  const CaptureProblem problem = own(plain, GRAPNEL_GENERATED_PD);
+  const CaptureResult alone = simulate_capture(problem);
+  expect_passes(alone);
+  std::vector<CaptureResult> together(4);
+  std::vector<std::thread> threads;
+  for (CaptureResult& result : together) threads.emplace_back([&] { result = simulate_capture(problem); });
+  for (std::thread& thread : threads) thread.join();
+  for (const CaptureResult& result : together) {
+    ASSERT_TRUE(result.post_impact_end) << result.failure;
+    EXPECT_EQ(result.post_impact_end->joints.position, alone.post_impact_end->joints.position);  // to the last bit
+  }
+  const CaptureResult slower =
+      simulate_capture(own({{"control.base_torque", "false"}, {"control.period", "20 ms"}}, GRAPNEL_GENERATED_PD));
+  EXPECT_NE(slower.failure.find("the model was generated for a period of 0.01 s, control.period is 0.02 s"),
+            std::string::npos)
+      << slower.failure;
+  EXPECT_TRUE(slower.approach_end);  // what came before is kept
+}
+
+TEST(PluginCapture, EndsWithWhatThePluginSays) {
+  const auto run = [](const char* parameters) {
+    return simulate_capture(own({{"control.parameters", parameters}}, GRAPNEL_TEST_PLUGIN));
+  };
+  const CaptureResult nan = run("{does: nan}");
+  EXPECT_EQ(nan.status, CaptureStatus::failed);
+  EXPECT_NE(nan.failure.find("the controller says an effort of nan at joint"), std::string::npos) << nan.failure;
+  EXPECT_TRUE(nan.approach_end.has_value());
+  const CaptureResult refused = run("{does: refuses}");
+  EXPECT_NE(refused.failure.find("made no controller: not with 6 joints"), std::string::npos) << refused.failure;
+  const CaptureResult failing = run("{does: fails}");
+  EXPECT_NE(failing.failure.find("failed: the sun is out"), std::string::npos) << failing.failure;
+}
+
+TEST(PluginCapture, RefusesWhatDoesNotFit) {
+  const auto expect = [](const std::vector<Override>& overrides, const char* text,
+                         const char* plugin = GRAPNEL_OWN_PD) {
+    const std::string fault = fault_of(overrides, plugin);
+    EXPECT_NE(fault.find(text), std::string::npos) << fault;
+  };
+  expect({{"control.plugin", "nowhere.so"}}, "nowhere.so", "");
+  expect({}, "exports no function grapnel_controller()", GRAPNEL_TEST_PLUGIN_WITHOUT_SYMBOL);
+  expect({}, "has version 7 of the controller interface, expected 1", GRAPNEL_TEST_PLUGIN_OF_ANOTHER_VERSION);
+  expect({{"control.period", "0"}}, "control.period");
+  expect({{"control.delay", "-1"}}, "control.delay");
+  expect({{"control.period", "1e-9"}}, "makes 2.3e+10 samples in the run's 23 s; at most 10000000");
+  expect({{"control.period", "30"}}, "control.period is 30 [s], must be less than 23, the length of the run");
+  expect({{"control.delay", "30"}}, "control.delay is 30 [s], must be less than 23");
+  expect({{"post_impact.joints", "free"}}, "control.plugin drives nothing");
+  expect({{"approach.tracking", "{mode: controller}"}, {"control", "{period: 0.01}"}},
+         "needs the plugin that drives them", "");
+  expect({{"post_impact.base_control", "{kp: 1, kd: 1}"}},
+         "control.base_torque leaves the base's torque to the plugin");
+  expect({{"control", "{period: 0.01, base_torque: true}"}}, "plugin", "");
+}
+
+TEST(PluginCapture, HashesThePlugin) {
+  const CaptureProblem a = own({{"control.parameters", "{}"}}),
+                       b = own({{"control.parameters", "{}"}}, GRAPNEL_TEST_PLUGIN);
+  EXPECT_NE(a.control->sha256, b.control->sha256);
+  EXPECT_TRUE(std::filesystem::path(a.control->file).is_absolute());
+  EXPECT_EQ(own({{"control.parameters", "{kp: 3, names: [a, b], on: true, deep: {x: 1.5}}"}}).control->parameters,
+            R"({"kp":3,"names":["a","b"],"on":true,"deep":{"x":1.5}})");
+}
+
+// Whatever the law, sampled control that is held keeps the ledger, across grasps, impacts and releases.
+TEST(SampledCapture, KeepsTheLedgerThroughAllPieces) {
+  const CaptureResult result = simulate_capture(
+      own({{"control", "{period: 0.004, delay: 0.006}"},
+           {"approach.tracking", "{mode: pd, kp: 40, kd: 20, noise: {position: 1e-4, seed: 3}}"},
+           {"post_impact",
+            "{duration: 3, joints: computed_torque, kp: 1, kd: 2, release: [{after: 1.23}], base_control: "
+            "{kp: 10, kd: 60}}"}},
+          ""));
+  expect_passes(result);
+  ASSERT_TRUE(result.post_impact_end);
+}
+
+}  // namespace plugin_capture_test
+}  // namespace grapnel::testing
