@@ -1,4 +1,5 @@
-// Whole captures in lanes, per case: blocks of a campaign over the thesis's open-loop case 1, whose targets differ in
+// Whole captures in lanes, per case: captures on which something acts from outside, beside the same cases one by one,
+// and blocks of a campaign over the thesis's open-loop case 1, whose targets differ in
 // mass and inertia from case to case. The first case of each block is the thesis's own. The ledger's bounds of all
 // cases and the end-state error of the first are checked in every timed run.
 #include <benchmark/benchmark.h>
@@ -6,6 +7,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "bench/capture_workload.hpp"
 #include "bench/dynamics_bench.hpp"
@@ -28,21 +30,33 @@ void vary(std::uint64_t k, CaptureProblem& problem) {
   }
 }
 
-// Columns as a campaign keeps them; the last is how far the end is from where it should be.
-Campaign campaign_of(const CaptureWorkload& workload) {
+// A block over a problem, whose cases are independent of each other's.
+Campaign campaign_of(const CaptureProblem& problem) {
   Campaign campaign;
   campaign.cases = kBlock;
-  campaign.columns = standard_columns(workload.problem, true);
-  campaign.columns.push_back({"end_error", "", "", [&workload](const StudyCase&, const CaptureResult& r) {
-                                return r.post_impact_end ? end_error(workload, end_numbers(*r.post_impact_end)) : NAN;
-                              }});
+  campaign.columns = standard_columns(problem, true);
   campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
-  campaign.problem = [&workload](std::uint64_t k) {
-    StudyCase point{workload.problem, inward_normals(workload.problem)};
+  campaign.problem = [&problem](std::uint64_t k) {
+    StudyCase point{problem, inward_normals(problem)};
     vary(k, point.problem);
     return point;
   };
   return campaign;
+}
+
+// Columns as a campaign keeps them; the last is how far the end is from where it should be.
+Campaign campaign_of(const CaptureWorkload& workload) {
+  Campaign campaign = campaign_of(workload.problem);
+  campaign.columns.push_back({"end_error", "", "", [&workload](const StudyCase&, const CaptureResult& r) {
+                                return r.post_impact_end ? end_error(workload, end_numbers(*r.post_impact_end)) : NAN;
+                              }});
+  return campaign;
+}
+
+std::size_t ledger_column(const Campaign& campaign) {
+  std::size_t pass = 0;
+  while (campaign.columns[pass].name != "ledger/pass") ++pass;
+  return pass;
 }
 
 // What is wrong with the rows of a block; null: nothing.
@@ -51,16 +65,41 @@ const char* fault_of(const Campaign& campaign, const std::vector<CaseRow>& rows,
   for (const CaseRow& row : rows) {
     if (row.status != CaseStatus::ok || row.values[pass] != 1) return "the ledger's bounds are not held";
   }
-  return rows[0].values.back() <= kEndError ? nullptr : "the end state is not reached";
+  return nullptr;
 }
 
 void captures(benchmark::State& state, const CaptureWorkload& workload, lanes::InstructionSet set) {
   const Campaign campaign = campaign_of(workload);
-  std::size_t pass = 0;
-  while (campaign.columns[pass].name != "ledger/pass") ++pass;
+  const std::size_t pass = ledger_column(campaign);
   while (state.KeepRunningBatch(kBlock)) {
     const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, kBlock}, set, {});
     if (const char* fault = fault_of(campaign, rows, pass)) return state.SkipWithError(fault);
+    if (!(rows[0].values.back() <= kEndError)) return state.SkipWithError("the end state is not reached");
+  }
+}
+
+// The same of a problem on which something acts from outside; without a set: one by one.
+void disturbed(benchmark::State& state, const CaptureProblem& problem, std::optional<lanes::InstructionSet> set) {
+  const Campaign campaign = campaign_of(problem);
+  const std::size_t pass = ledger_column(campaign);
+  while (state.KeepRunningBatch(kBlock)) {
+    std::vector<CaseRow> rows;
+    if (set) {
+      rows = run_block_in_lanes(campaign, {0, 0, kBlock}, *set, {});
+    } else {
+      for (std::uint64_t k = 0; k < kBlock; ++k) rows.push_back(run_campaign_case(campaign, k).value());
+    }
+    if (const char* fault = fault_of(campaign, rows, pass)) return state.SkipWithError(fault);
+  }
+}
+
+void register_disturbed(const std::string& scenario, const std::string& name) {
+  const auto problem = std::make_shared<const CaptureProblem>(frozen_scenario(scenario));
+  benchmark::RegisterBenchmark(("disturbed/" + name).c_str(),
+                               [=](benchmark::State& state) { disturbed(state, *problem, std::nullopt); });
+  for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
+    benchmark::RegisterBenchmark(("disturbed@" + std::string(lanes::name(set)) + "/" + name).c_str(),
+                                 [=](benchmark::State& state) { disturbed(state, *problem, set); });
   }
 }
 
@@ -72,6 +111,8 @@ void register_campaign() {
     benchmark::RegisterBenchmark(("capture@" + std::string(lanes::name(set)) + "/thesis1").c_str(),
                                  [=](benchmark::State& state) { captures(state, *workload, set); });
   }
+  register_disturbed("orbit-drift", "orbit");                                // an orbit's field, two streams
+  register_disturbed("thesis/open-loop-case-1-stabilized", "base_control");  // attitude control, computed torque
 }
 
 }  // namespace grapnel::bench

@@ -24,6 +24,14 @@ void freeze_plan(CaptureProblem& problem, const ApproachPlan& plan) {
 
 }  // namespace
 
+CaptureProblem frozen_scenario(const std::string& name) {
+  CaptureProblem problem = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name + ".yaml");
+  problem.clearance.enabled = false;
+  problem.output_interval = 0;
+  if (problem.approach) freeze_plan(problem, plan_approach(problem, plan_targets(problem)));
+  return problem;
+}
+
 CaptureWorkload thesis_capture() {
   CaptureProblem problem = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/thesis/open-loop-case-1.yaml");
   problem.clearance.enabled = false;

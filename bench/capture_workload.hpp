@@ -27,6 +27,9 @@ struct CaptureWorkload {
 /// From scenarios/thesis/open-loop-case-1.yaml: without clearance and output, its final rates as planned once.
 CaptureWorkload thesis_capture();
 
+/// scenarios/NAME.yaml without clearance and output, its plan, if there is one, frozen.
+CaptureProblem frozen_scenario(const std::string& name);
+
 /// The impact's outcome at the approach's end, with the targets welded to the arms that grasp them.
 CapturedSystem weld(const CaptureWorkload& workload, const State& arrived);
 

@@ -157,8 +157,7 @@ PhaseOutcome outcome_of(const lanes::LaneOutcome& lane) {
   if (!outcome.finished) outcome.failure = lanes::explanation(lane);
   outcome.end_time = lane.time;
   outcome.end_state.q = lane.q, outcome.end_state.v = lane.v;
-  outcome.integrals.motor_work = lane.motor_work;
-  outcome.integrals.friction_work = lane.friction_work;
+  outcome.integrals = lane.integrals;
   outcome.rhs_evaluations = static_cast<long>(lane.evaluations);
   outcome.steps = static_cast<long>(lane.steps);
   outcome.rejected = static_cast<long>(lane.rejected);

@@ -152,18 +152,15 @@ constexpr std::uint64_t kGrowth = 4;
 struct Setting {
   std::string_view reason, setting;
 };
-constexpr std::array<Setting, 11> kSettings{{
+constexpr std::array<Setting, 9> kSettings{{
     {"loops are closed", "two or more grasps hold one target; simulate: impact leaves the motion afterwards out"},
     {"grasps close on arrival", "grasps[].closes_on_arrival, or approach.capture_at: envelope"},
-    {"there is gravity", "gravity"},
-    {"there are external loads", "external_wrenches"},
-    {"there is an orbit", "orbit"},
-    {"a base is under attitude control", "post_impact.base_control"},
     {"a law moves the joints together", "post_impact.joints"},
     {"control is sampled", "control"},
     {"a controller of its own is asked", "post_impact.joints"},
     {"the method is not adaptive_8", "integration.method"},
     {"a root is not free", "the robot's base"},
+    {"a base is held", "the robot's base"},
 }};
 
 std::string with_setting(const std::string& reason) {

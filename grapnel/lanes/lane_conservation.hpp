@@ -43,6 +43,13 @@ struct PackTree {
   }
 };
 
+/// What has come into a tree since its case began.
+template <class S>
+struct PackIntegrals {
+  Vector3<S> linear, angular;  // impulse from outside, moments about the centre of mass as it moves
+  S work;                      // of motors, friction and, in the frame of the centre of mass, from outside
+};
+
 /// Largest deviations of one tree since its case began, and what they are relative to.
 template <class S>
 struct PackDeviation {
@@ -61,10 +68,10 @@ struct PackDeviation {
     largest_angular = select(lanes, size.angular, largest_angular);
     largest_energy = select(lanes, size.energy, largest_energy);
   }
-  GRAPNEL_INLINE void look(const PackTree<S>& start, const PackTree<S>& now, const S& work) {
-    linear = max(linear, norm(Vector3<S>(now.linear - start.linear)));
-    angular = max(angular, norm(Vector3<S>(now.angular - start.angular)));
-    energy = max(energy, abs(S((now.size.inner_energy - start.size.inner_energy) - work)));
+  GRAPNEL_INLINE void look(const PackTree<S>& start, const PackTree<S>& now, const PackIntegrals<S>& since) {
+    linear = max(linear, norm(Vector3<S>(now.linear - start.linear - since.linear)));
+    angular = max(angular, norm(Vector3<S>(now.angular - start.angular - since.angular)));
+    energy = max(energy, abs(S((now.size.inner_energy - start.size.inner_energy) - since.work)));
     const GroupScale<S> here = group_scale(now.size);
     scale.linear = max(scale.linear, here.linear);
     scale.angular = max(scale.angular, here.angular);

@@ -2,11 +2,12 @@
 
 /// @file
 /// The right-hand side of one phase in packs: as many cases of one structure at once as a pack has lanes. What
-/// PhaseDynamics is to one case, for phases on which nothing acts from outside; simulate/phase_dynamics.hpp has the
-/// equations. State y = [q; v; motor work; friction work]. Control laws, friction and the kernels are the same text
-/// (simulate/joint_control.hpp, dynamics/*_kernel.hpp); the order in which they are called is written twice, because
-/// PhaseDynamics has loads, attitude control, held roots and loops between them, and lanes leave out for all cases at
-/// once what none of them has.
+/// PhaseDynamics is to one case; simulate/phase_dynamics.hpp has the equations. State y = [q; v; integrals]: the work
+/// of motors and of friction, and all the others where anything acts from outside. Control laws, friction, what acts
+/// from outside and the kernels are the same text (simulate/{joint_control,attitude_control,orbit,external_load,
+/// phase_integrals}.hpp, dynamics/*_kernel.hpp); the order in which they are called is written twice, because
+/// PhaseDynamics has held roots and loops between them, and lanes leave out for all cases at once what none of them
+/// has.
 ///
 /// A Tree<Pack> has one structure for all lanes (parents, kinds of joints, axes, which frames are rotated, which joints
 /// have rotors) and numbers per lane.
@@ -17,6 +18,8 @@
 #include "grapnel/dynamics/articulated_body_kernel.hpp"
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/root_velocity_kernel.hpp"
+#include "grapnel/lanes/lane_free_bodies.hpp"
+#include "grapnel/lanes/lane_outside.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/lanes/pack.hpp"
 
@@ -117,71 +120,6 @@ struct LaneDriveValues {
   S kp, kd, effort, viscous, coulomb, inverse_transition;
 };
 
-/// The numbers of a free body that carries nothing.
-template <class S>
-struct LaneFreeBody {
-  Vector3<S> com;
-  Symmetric3<S> inertia, inverse;  // about the centre of mass
-};
-
-/// Free bodies that carry nothing, such as targets before they are grasped: torque-free rigid bodies need no recursion
-/// and no solution of six equations.
-template <class S>
-class LaneFreeBodies {
- public:
-  explicit LaneFreeBodies(const PhaseTables& tables)
-      : tables_(tables), is_free_(tables.link_count), bodies_(tables.link_count) {
-    for (int i = 0; i < tables.link_count; ++i) is_free_[i] = tables.links[i].joint == JointType::free;
-    for (int i = 0; i < tables.link_count; ++i) {
-      if (tables.links[i].parent >= 0) is_free_[tables.links[i].parent] = 0;
-    }
-  }
-
-  bool holds(int link) const { return is_free_[link] != 0; }
-
-  /// Takes a link's numbers (see lane_phase_tables.hpp) into a lane.
-  void load(int lane, const double* n, int link) {
-    const double m = n[kLinkMass];
-    const double c[3] = {n[kLinkFirstMoment] / m, n[kLinkFirstMoment + 1] / m, n[kLinkFirstMoment + 2] / m};
-    const double* J = n + kLinkRotational;  // about the origin: the parallel-axis term goes
-    const double xx = J[0] - m * (c[1] * c[1] + c[2] * c[2]), yy = J[1] - m * (c[0] * c[0] + c[2] * c[2]),
-                 zz = J[2] - m * (c[0] * c[0] + c[1] * c[1]), xy = J[3] + m * (c[0] * c[1]),
-                 xz = J[4] + m * (c[0] * c[2]), yz = J[5] + m * (c[1] * c[2]);
-    const double a = yy * zz - yz * yz, b = xz * yz - xy * zz, d = xy * yz - xz * yy;
-    const double determinant = xx * a + xy * b + xz * d;
-    LaneFreeBody<S>& body = bodies_[link];
-    for (int k = 0; k < 3; ++k) body.com[k].set(lane, c[k]);
-    set(lane, body.inertia, xx, yy, zz, xy, xz, yz);
-    set(lane, body.inverse, a / determinant, (xx * zz - xz * xz) / determinant, (xx * yy - xy * xy) / determinant,
-        b / determinant, d / determinant, (xy * xz - xx * yz) / determinant);
-  }
-
-  /// Their parts of the accelerations, from the velocities: w' = J^-1 (J w x w), and no acceleration of the centre of
-  /// mass, in components on the body.
-  void accelerate(const S* v, S* vdot) const {
-    for (int i = 0; i < tables_.link_count; ++i) {
-      if (!holds(i)) continue;
-      const LaneFreeBody<S>& body = bodies_[i];
-      const int at = tables_.links[i].v;
-      const Vector3<S> w{v[at], v[at + 1], v[at + 2]}, u{v[at + 3], v[at + 4], v[at + 5]};
-      const Vector3<S> spin = body.inverse * cross(Vector3<S>(body.inertia * w), w);
-      const Vector3<S> u_com = u + cross(w, body.com);
-      const Vector3<S> linear = cross(u_com, w) + cross(body.com, spin);
-      for (int k = 0; k < 3; ++k) vdot[at + k] = spin[k], vdot[at + 3 + k] = linear[k];
-    }
-  }
-
- private:
-  static void set(int lane, Symmetric3<S>& A, double xx, double yy, double zz, double xy, double xz, double yz) {
-    A.xx.set(lane, xx), A.yy.set(lane, yy), A.zz.set(lane, zz);
-    A.xy.set(lane, xy), A.xz.set(lane, xz), A.yz.set(lane, yz);
-  }
-
-  const PhaseTables& tables_;
-  LaneArray<S, std::uint8_t> is_free_;
-  LaneArray<S, LaneFreeBody<S>> bodies_;  // per link
-};
-
 template <class S>
 class LaneDynamics {
  public:
@@ -189,7 +127,7 @@ class LaneDynamics {
 
   explicit LaneDynamics(const PhaseTables& tables);
 
-  int size() const { return tables_.coordinates + tables_.velocities + 2; }
+  int size() const { return tables_.coordinates + tables_.velocities + tables_.integral_count; }
   const PhaseTables& tables() const { return tables_; }
   const Tree<S>& tree() const { return tree_; }
   std::span<const S> coordinates(const S* y) const { return {y, static_cast<std::size_t>(tables_.coordinates)}; }
@@ -235,6 +173,7 @@ class LaneDynamics {
   LaneFreeBodies<S> free_;  // roots that carry nothing,
   Tree<S> jointed_;         // and the others with what they carry
   DynamicsWorkspace<S> jointed_workspace_;
+  LaneOutside<S> outside_;
   LaneArray<S, LaneDriveValues<S>> drives_;  // per link, as what follows
   LaneArray<S, BasicJointPoint<S>> references_;
   LaneArray<S> motor_, friction_;
@@ -253,6 +192,7 @@ template <class S>
 LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     : tables_(tables),
       free_(tables),
+      outside_(tables, free_),
       drives_(tables.link_count),
       references_(tables.link_count),
       motor_(tables.link_count),
@@ -325,6 +265,7 @@ void LaneDynamics<S>::load_case(int lane, const CaseRecord& record) {
     for (int k = 0; k < 6; ++k) values[k]->set(lane, n[kLinkKp + k]);
   }
   noise_.load_case(lane, record.noise);
+  outside_.load_case(lane, record);
 }
 
 template <class S>
@@ -456,6 +397,10 @@ void LaneDynamics<S>::solve(const S* y, const LaneArray<S, std::uint8_t>& prescr
   in.force = {force_.data(), n};
   in.acceleration = {given_.data(), n};
   if (any_driven_) in.prescribed = {prescribed.data(), n};
+  if (outside_.acts()) {
+    in.link_wrench = {outside_.on_jointed(), jointed_.links.size()};
+    in.gravity = outside_.gravity();
+  }
   articulated_body<S>(jointed_, in, jointed_workspace_, std::span<S>(vdot_.data(), n), std::span<S>(solved_.data(), n));
 }
 
@@ -481,6 +426,7 @@ void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
     refer(t);
     impose(y);
   }
+  if (outside_.acts()) outside_.act(tree_, t, pieces_.data(), coordinates(y), velocities(y));
   actuate(y);
   if (any_computed_) command(y);
   for (int i = 0; i < tables_.link_count; ++i) {
@@ -489,6 +435,7 @@ void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
   }
   solve(y, prescribed_);
   free_.accelerate(y + nq, vdot_.data());
+  if (outside_.acts()) outside_.push(free_, vdot_.data());
   coordinate_rates<S>(tree_, coordinates(y), velocities(y), {dydt, static_cast<std::size_t>(nq)});
   for (int i = 0; i < nv; ++i) dydt[nq + i] = vdot_[i];
   S motor_power(0.0), friction_power(0.0);
@@ -499,8 +446,11 @@ void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
     motor_power += motor_effort(i) * rate;
     friction_power += friction_[i] * rate;
   }
-  dydt[nq + nv] = motor_power;
-  dydt[nq + nv + 1] = friction_power;
+  S* rates = dydt + nq + nv;
+  for (int i = 0; i < tables_.integral_count; ++i) rates[i] = S(0.0);
+  rates[phase_integral::kMotorWork] = motor_power;
+  rates[phase_integral::kFrictionWork] = friction_power;
+  if (outside_.acts()) outside_.add_rates(tree_, rates);
 }
 
 }  // namespace grapnel::lanes

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "grapnel/integrate/stepper.hpp"
+#include "grapnel/simulate/phase_dynamics.hpp"
 
 namespace grapnel::lanes {
 namespace {
@@ -14,9 +15,9 @@ constexpr int kWidest = 8;
 // What the stepper asks for and hands back, as the caller's cases and outcomes.
 class Exchange {
  public:
-  Exchange(const LaneStructure& structure, int tree_count, const LaneSource& source, const LaneSink& sink,
+  Exchange(const LaneStructure& structure, const PhaseTables& tables, const LaneSource& source, const LaneSink& sink,
            const LaneWatch& watch)
-      : structure_(structure), tree_count_(tree_count), source_(source), sink_(sink), watch_(watch) {
+      : structure_(structure), tables_(tables), source_(source), sink_(sink), watch_(watch) {
     outcome_.q.resize(static_cast<std::size_t>(structure.coordinates));
     outcome_.v.resize(static_cast<std::size_t>(structure.velocities));
   }
@@ -33,6 +34,7 @@ class Exchange {
     record.v = next.v.data();
     record.intervals = next.motion->intervals.data();
     record.noise = next.noise.data();
+    record.outside = next.outside.data();
     return true;
   }
 
@@ -43,10 +45,12 @@ class Exchange {
     o.time = r.time;
     o.q.assign(r.q, r.q + structure_.coordinates);
     o.v.assign(r.v, r.v + structure_.velocities);
-    o.motor_work = r.motor_work, o.friction_work = r.friction_work;
+    numbers_.assign(r.integrals, r.integrals + tables_.integral_count);
+    if (numbers_.size() < phase_integral::kWholeCount) numbers_.resize(phase_integral::kWholeCount);  // nothing outside
+    o.integrals = phase_integrals(numbers_);
     o.steps = r.steps, o.rejected = r.rejected, o.evaluations = r.evaluations;
     o.quaternion_defect = r.quaternion_defect;
-    o.trees.assign(r.trees, r.trees + tree_count_);
+    o.trees.assign(r.trees, r.trees + tables_.tree_count);
     sink_(cases_[lane], o);
   }
 
@@ -63,8 +67,8 @@ class Exchange {
   void check(const LaneCase& c) const {
     const auto size = [](int n) { return static_cast<std::size_t>(n); };
     if (c.links.size() != structure_.links.size() * size(kLinkNumbers) ||
-        c.noise.size() != size(structure_.noise_numbers) || c.q.size() != size(structure_.coordinates) ||
-        c.v.size() != size(structure_.velocities)) {
+        c.noise.size() != size(structure_.noise_numbers) || c.outside.size() != size(tables_.outside_numbers) ||
+        c.q.size() != size(structure_.coordinates) || c.v.size() != size(structure_.velocities)) {
       throw std::invalid_argument("run_lanes: a case's numbers do not fit the structure");
     }
     const std::size_t block = 1 + size(structure_.piece_numbers);
@@ -77,12 +81,13 @@ class Exchange {
   }
 
   const LaneStructure& structure_;
-  const int tree_count_;
+  const PhaseTables& tables_;
   const LaneSource& source_;
   const LaneSink& sink_;
   const LaneWatch& watch_;
   LaneCase cases_[kWidest];  // per lane
   LaneOutcome outcome_;
+  std::vector<double> numbers_;  // of the integrals
   LaneView view_;
 };
 
@@ -115,11 +120,17 @@ PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
   t.quaternion_count = static_cast<int>(s.quaternions.size());
   t.piece_numbers = s.piece_numbers;
   t.noise_numbers = s.noise_numbers;
-  // PhaseDynamics integrates nine integrals; the seven of what acts from outside are zero here, but they count in the
-  // mean, so that steps are the same.
-  constexpr int kIntegrals = 9;
-  t.dimension = s.coordinates - t.quaternion_count + s.velocities + kIntegrals;
-  t.recovers = s.recover_roots;
+  using namespace phase_integral;
+  t.outside = s.outside;
+  t.loads = s.loads.data();
+  t.outside_numbers = s.outside_numbers();
+  // PhaseDynamics integrates nine integrals of the whole. Where nothing acts from outside seven of them are zero and
+  // not integrated here, but they count in the mean, so that steps are the same.
+  const bool disturbed = s.outside.acts();
+  const int integrals = kWholeCount + (disturbed ? kTreeCount * trees.count : 0);
+  t.integral_count = disturbed ? integrals : kFrictionWork + 1;
+  t.dimension = s.coordinates - t.quaternion_count + s.velocities + integrals;
+  t.recovers = s.recover_roots && !disturbed;
   t.relative_tolerance = s.integration.relative_tolerance;
   t.absolute_tolerance = s.integration.absolute_tolerance;
   t.max_step = s.integration.max_step > 0 ? s.integration.max_step : std::numeric_limits<double>::infinity();
@@ -168,7 +179,7 @@ void run_lanes(const LaneStructure& structure, const LaneSource& source, const L
   }
   const Trees trees(structure.links);
   const PhaseTables tables = tables_of(structure, trees);
-  Exchange exchange(structure, trees.count, source, sink, watch);
+  Exchange exchange(structure, tables, source, sink, watch);
   CaseExchange calls{};
   calls.context = &exchange;
   calls.next = [](void* context, int lane, CaseRecord& record) {

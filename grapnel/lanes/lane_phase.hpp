@@ -2,8 +2,8 @@
 
 /// @file
 /// Many cases of one phase integrated at once, one in every SIMD lane: for campaigns, whose cases have one structure
-/// and differ in their numbers. What simulate_phase() does for one case, where nothing acts from outside and no loop is
-/// closed; lane_phase_setup.hpp makes structures and cases of models and phase setups.
+/// and differ in their numbers. What simulate_phase() does for one case, where no loop is closed and no root is held or
+/// fixed; lane_phase_setup.hpp makes structures and cases of models and phase setups.
 ///
 /// A case's numbers depend on the case alone, bit for bit: not on the cases beside it, their order or number, nor on
 /// the instruction set among those with fused products. Thread safety: run_lanes() is re-entrant; each call has its own
@@ -19,6 +19,7 @@
 #include "grapnel/lanes/dispatch.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
+#include "grapnel/simulate/phase_integrals.hpp"
 
 namespace grapnel::lanes {
 
@@ -28,14 +29,17 @@ struct LaneStructure {
   int coordinates = 0;
   int velocities = 0;
   std::vector<int> quaternions;  // offsets among the coordinates
-  int piece_numbers = 0;         // of all driven links' pieces
+  int piece_numbers = 0;         // of all driven links' pieces and all loads
   int noise_numbers = 0;
+  OutsideTable outside{false, false, false, -1, 0};
+  std::vector<LoadTable> loads;
+  int outside_numbers() const { return outside.acts() ? kLoads + kLoadNumbers * static_cast<int>(loads.size()) : 0; }
   bool recover_roots = true;
   IntegrationSetup integration;  // tolerances, max_step, max_steps; method adaptive_8
   bool operator==(const LaneStructure&) const = default;
 };
 
-/// The driven joints' trajectories between two times, as the stepper reads them; cases may share one.
+/// The driven joints' trajectories and the loads between two times, as the stepper reads them; cases may share one.
 struct LaneMotion {
   double start_time = 0;
   double end_time = 0;
@@ -47,7 +51,8 @@ struct LaneCase {
   std::uint64_t id = 0;       // handed on to the outcome
   std::vector<double> links;  // kLinkNumbers each, in the order of lane_phase_tables.hpp
   std::vector<double> noise;
-  std::vector<double> q, v;  // the start
+  std::vector<double> outside;  // as there
+  std::vector<double> q, v;     // the start
   std::shared_ptr<const LaneMotion> motion;
   /// The longest step, beside the structure's [s].
   double max_step = std::numeric_limits<double>::infinity();
@@ -67,8 +72,7 @@ struct LaneOutcome {
   LaneStatus status = LaneStatus::finished;
   double time = 0;           // reached [s]
   std::vector<double> q, v;  // there
-  double motor_work = 0;     // [J]
-  double friction_work = 0;  // [J]
+  PhaseIntegrals integrals;
   std::int64_t steps = 0, rejected = 0, evaluations = 0;
   double quaternion_defect = 0;       // largest | |q| - 1 | before renormalization
   std::vector<LaneTreeRecord> trees;  // in the order of their roots

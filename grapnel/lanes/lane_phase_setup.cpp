@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
+
+#include "grapnel/lanes/lane_outside_setup.hpp"
 
 namespace grapnel::lanes {
 namespace {
@@ -66,20 +67,9 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
 
 // --- Trajectories ---------------------------------------------------------------------------------------------------
 
-// See PhaseDynamics::breaks.
-std::vector<double> interval_ends(const Model& model, const PhaseSetup& setup, double t0, double t1) {
-  const double resolution = 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
-  std::vector<double> times;
-  for (std::size_t j = 0; j < model.joints().size(); ++j) {
-    const JointDrive& drive = drive_of(setup, j);
-    if (output_of(drive.control) == ControlOutput::none) continue;
-    for (double t : break_times(drive.trajectory)) {
-      if (t > t0 + resolution && t < t1 - resolution) times.push_back(t);
-    }
-  }
-  std::sort(times.begin(), times.end());
-  const auto near = [&](double a, double b) { return b - a <= resolution; };
-  times.erase(std::unique(times.begin(), times.end(), near), times.end());
+// Ends of the smooth intervals from t0 to t1.
+std::vector<double> interval_ends(const PhaseSetup& setup, double t0, double t1) {
+  std::vector<double> times = phase_breaks(setup, t0, t1);
   times.push_back(t1);
   return times;
 }
@@ -164,16 +154,18 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 }  // namespace
 
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
+  // A member that is added to these structures does not compile here until it is known what lanes make of it.
+  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, clock, channels,
+               recover_roots, closures, project_loops, loop_feedback] = setup;
+  if (attitude) {
+    [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
+  }
   if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
-  if (!setup.closures.empty()) return "loops are closed";
-  if (dot(setup.gravity, setup.gravity) > 0) return "there is gravity";
-  if (!setup.loads.empty()) return "there are external loads";
-  if (setup.orbit) return "there is an orbit";
-  if (setup.attitude) return "a base is under attitude control";
-  if (setup.clock) return "control is sampled";
-  if (setup.controller) return "a controller of its own is asked";
-  if (setup.held_root >= 0) return "a base is held";
-  if (!setup.drives.empty() && setup.drives.size() != model.joints().size()) return "drives do not match the joints";
+  if (!closures.empty()) return "loops are closed";
+  if (clock) return "control is sampled";
+  if (controller) return "a controller of its own is asked";
+  if (held_root >= 0) return "a base is held";
+  if (!drives.empty() && drives.size() != model.joints().size()) return "drives do not match the joints";
   for (const TreeLink<double>& link : model.tree().links) {
     if (link.parent < 0 && link.joint != JointType::free) return "a root is not free";
   }
@@ -185,7 +177,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   const std::string obstacle = lane_obstacle(model, setup, integration);
   if (!obstacle.empty()) return obstacle;
   double begin = t0;
-  for (double end : interval_ends(model, setup, t0, t1)) {
+  for (double end : interval_ends(setup, t0, t1)) {
     const double inside = 0.5 * (begin + end);
     for (const JointDrive& drive : setup.drives) {
       const std::vector<JointPiece>& pieces = drive.trajectory.pieces;
@@ -217,21 +209,26 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
     link.tones = s.noise_numbers;
     s.noise_numbers += kNoiseNumbers;
   }
+  describe_outside(s, model, setup);
   return s;
 }
 
 std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, const Model& model,
                                               const PhaseSetup& setup, double t0, double t1) {
   if (!(t1 >= t0)) throw std::invalid_argument("lane_motion: the end lies before the start");
+  if (const std::string difference = outside_difference(structure, model, setup); !difference.empty())
+    throw std::invalid_argument("lane_motion: " + difference);
   auto motion = std::make_shared<LaneMotion>();
   motion->start_time = t0;
   motion->end_time = t1;
   const std::size_t block = 1 + static_cast<std::size_t>(structure.piece_numbers);
   double begin = t0;
-  for (double end : interval_ends(model, setup, t0, t1)) {
+  for (double end : interval_ends(setup, t0, t1)) {
     motion->intervals.resize(motion->intervals.size() + block);
     double* out = motion->intervals.data() + motion->intervals.size() - block;
     *out++ = end;
+    const double inside = 0.5 * (begin + end);
+    write_loads(structure, model, setup, inside, out);
     for (std::size_t j = 0; j < model.joints().size(); ++j) {
       const JointDrive& drive = drive_of(setup, j);
       if (output_of(drive.control) == ControlOutput::none) continue;
@@ -240,7 +237,7 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
       if (table.piece < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
         throw std::invalid_argument("lane_motion: a joint is driven otherwise than the structure has it");
       }
-      write_trajectory(drive.trajectory, 0.5 * (begin + end), table, out + table.piece);
+      write_trajectory(drive.trajectory, inside, table, out + table.piece);
     }
     begin = end;
   }
@@ -253,6 +250,8 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
   bool same = own.size() == structure.links.size() && structure.coordinates == model.coordinates();
   for (std::size_t n = 0; same && n < own.size(); ++n) same = matches(own[n], structure.links[n]);
   if (!same) throw std::invalid_argument("lane_case: the model or what drives it has another structure");
+  if (const std::string difference = outside_difference(structure, model, setup); !difference.empty())
+    throw std::invalid_argument("lane_case: " + difference);
   const auto numbers_of = [&](int link) { return result.links.data() + static_cast<long>(link) * kLinkNumbers; };
   result.links.assign(own.size() * kLinkNumbers, 0.0);
   for (std::size_t n = 0; n < own.size(); ++n) write_link(model.tree().links[n], numbers_of(static_cast<int>(n)));
@@ -275,6 +274,7 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
       noise[2 + 2 * k] = tones[static_cast<std::size_t>(k)].phase;
     }
   }
+  result.outside = outside_numbers(structure, model, setup);
   result.q = state.q;
   result.v = state.v;
   result.motion = std::move(motion);

@@ -14,8 +14,8 @@
 
 namespace grapnel::lanes {
 
-/// Why run_lanes() cannot integrate such a phase; empty if it can. It knows no forces from outside (gravity, loads,
-/// an orbit's field, attitude control, fixed or held roots), no closed loops and no method but adaptive_8.
+/// Why run_lanes() cannot integrate such a phase; empty if it can. It knows gravity, loads, an orbit's field and
+/// attitude control, but no fixed or held roots, no closed loops and no method but adaptive_8.
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
 /// The same for the phase from t0 to t1, in which a prescribed joint must not stand still with a rate, as it would
 /// beyond the end of a trajectory that does not end at rest: roots' motion is integrated within steps, and follows from
@@ -24,13 +24,15 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
                           double t1);
 
 /// The structure of a phase. Cases made for it may differ from this one in all numbers, but for joints whose axes would
-/// turn from one coordinate axis to another.
+/// turn from one coordinate axis to another; a structure for elliptic orbits serves circular ones.
+/// @throws std::invalid_argument if a load is invalid;
 /// @throws std::invalid_argument with lane_obstacle() if there is one.
 LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
 
-/// The driven joints' trajectories from t0 to t1 >= t0, broken where any is not smooth.
-/// @throws std::invalid_argument if t1 < t0, a piece has more coefficients than the structure provides for, or a
-/// prescribed joint would stand still with a rate (see lane_obstacle).
+/// The driven joints' trajectories and the loads from t0 to t1 >= t0, broken where any is not smooth.
+/// @throws std::invalid_argument if t1 < t0, what acts from outside has another structure, a piece has more
+/// coefficients than the structure provides for, or a prescribed joint would stand still with a rate (see
+/// lane_obstacle).
 std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, const Model& model,
                                               const PhaseSetup& setup, double t0, double t1);
 

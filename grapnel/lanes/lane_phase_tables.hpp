@@ -9,6 +9,7 @@
 
 #include "grapnel/dynamics/momentum.hpp"
 #include "grapnel/model/tree.hpp"
+#include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 
 namespace grapnel::lanes {
@@ -49,6 +50,42 @@ inline constexpr int kPieceMiddle = 0, kPieceInverseHalf = 1, kPieceRate = 2, kP
 inline constexpr int kTones = 24;
 inline constexpr int kNoiseNumbers = 1 + 2 * kTones;
 
+/// A load from outside, as all cases have it.
+struct LoadTable {
+  /// How it varies within an interval: not, as a sine (half sines too), or along a line of a table.
+  enum class Kind : std::uint8_t { constant, sine, line };
+  int link;
+  Kind kind;
+  LoadFrame frame;
+  bool has_stream;
+  bool both_sides;  // of the stream's plate
+  int piece;        // where its part of an interval's block begins
+  bool operator==(const LoadTable&) const = default;
+};
+/// That part. constant: 1 where it acts, else 0. sine: the same, then start, angular frequency and phase. line: the
+/// time at which it begins, the wrench then and its rate (6 each, moment before force).
+inline constexpr int kLoadActs = 0, kLoadStart = 1, kLoadFrequency = 2, kLoadPhase = 3, kLoadLineStart = 0,
+                     kLoadLineWrench = 1, kLoadLineRate = 7;
+inline constexpr int kLoadPieceNumbers[] = {1, 4, 13};  // by kind
+
+/// What acts from outside, as all cases have it.
+struct OutsideTable {
+  bool has_gravity;
+  bool has_orbit;
+  bool is_circular;   // the orbit, in all cases
+  int attitude_link;  // free root under attitude control; -1: none
+  int load_count;
+  bool operator==(const OutsideTable&) const = default;
+  constexpr bool acts() const { return has_gravity || has_orbit || attitude_link >= 0 || load_count > 0; }
+};
+/// A case's numbers of what acts from outside: gravity; the orbit's constants in the order of OrbitConstants; attitude
+/// control's q_WD, kp, kd, limit; then of every load its point of attack in the link's frame, the amplitude (in the
+/// link's axes where it turns with the body), the stream's direction, normal (in the link's axes), pressure times area,
+/// share mirrored, share scattered. What a structure does not have is zero.
+inline constexpr int kGravity = 0, kOrbit = 3, kOrbitNumbers = 20, kAttitude = kOrbit + kOrbitNumbers,
+                     kLoads = kAttitude + 13, kLoadPoint = 0, kLoadAmplitude = 3, kLoadDirection = 9, kLoadNormal = 12,
+                     kLoadReach = 15, kLoadSpecular = 16, kLoadDiffuse = 17, kLoadNumbers = 18;
+
 /// What all cases of a run share.
 struct PhaseTables {
   const LinkTable* links;
@@ -62,8 +99,12 @@ struct PhaseTables {
   int quaternion_count;
   int piece_numbers;  // of an interval's block, without the end time
   int noise_numbers;
-  int dimension;  // of the error norm
-  bool recovers;  // roots from conserved momenta
+  OutsideTable outside;
+  const LoadTable* loads;
+  int outside_numbers;  // of a case; none where nothing acts
+  int integral_count;   // among the numbers that are integrated: works of motors and friction, or all of phase_integral
+  int dimension;        // of the error norm
+  bool recovers;        // roots from conserved momenta
   double relative_tolerance;
   double absolute_tolerance;
   double max_step;
@@ -80,6 +121,7 @@ struct CaseRecord {
   const double* v;          // velocities
   const double* intervals;  // blocks of 1 + piece_numbers
   const double* noise;
+  const double* outside;  // PhaseTables::outside_numbers
 };
 
 enum class LaneStatus : std::uint8_t { finished, step_too_small, too_many_steps, non_finite };
@@ -95,9 +137,9 @@ struct LaneTree {
 /// One tree over a phase: largest over the start and all accepted steps.
 struct LaneTreeRecord {
   LaneTree start, end;
-  double linear_deviation;   // |p - p(start)| [N s]
+  double linear_deviation;   // |p - p(start) - impulse from outside| [N s]
   double angular_deviation;  // the same of the angular momentum about the tree's centre of mass [N m s]
-  double energy_deviation;   // |U - U(start) - work of motors and friction|, U the inner energy [J]
+  double energy_deviation;   // |U - U(start) - work of motors, friction and from outside|, U the inner energy [J]
   double linear_scale, angular_scale, energy_scale;        // group_scale()
   double largest_linear, largest_angular, largest_energy;  // of GroupSize: without floors
 };
@@ -116,8 +158,7 @@ struct CaseResult {
   double time;      // reached
   const double* q;  // there
   const double* v;
-  double motor_work;     // [J]
-  double friction_work;  // [J]
+  const double* integrals;  // PhaseTables::integral_count, in the order of phase_integral
   std::int64_t steps;
   std::int64_t rejected;
   std::int64_t evaluations;

@@ -136,6 +136,7 @@ class LaneStepper {
   void judge(unsigned accepted, unsigned good, const S& error, const S& defect);
   S enter_intervals(unsigned accepted);
   void check_conservation();
+  PackIntegrals<S> since_start(int tree) const;
   void show(unsigned lanes, const S* y);
 
   const PhaseTables& tables_;
@@ -143,14 +144,15 @@ class LaneStepper {
   LaneDynamics<S> dynamics_;
   LaneConservation<S> conservation_;
   int size_;
+  int integrals_;  // where they begin in y
   LaneErrorNorm<S> norm_;
   LaneState<S> lanes_[kWidth];
   LaneArray<S> y_, trial_, end_, stages_, error3_, error5_;
-  LaneArray<S, double> result_q_, result_v_, result_motor_;
+  LaneArray<S, double> result_q_, result_v_, result_motor_, result_integrals_;
   // A case that could be evaluated, for lanes without one: numbers that are not finite would be slow.
   bool has_model_ = false;
   double model_time_ = 0;
-  LaneArray<S, double> model_links_, model_noise_, model_block_, model_y_;
+  LaneArray<S, double> model_links_, model_noise_, model_outside_, model_block_, model_y_;
   LaneArray<S, PackTree<S>> start_trees_, now_trees_, fresh_trees_;  // per tree
   LaneArray<S, PackDeviation<S>> deviations_;
   LaneArray<S, LaneTreeRecord> result_trees_;
@@ -170,6 +172,7 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
       dynamics_(tables),
       conservation_(tables),
       size_(dynamics_.size()),
+      integrals_(tables.coordinates + tables.velocities),
       norm_(tables, size_),
       y_(size_),
       trial_(size_),
@@ -180,8 +183,10 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
       result_q_(tables.coordinates),
       result_v_(tables.velocities),
       result_motor_(tables.link_count),
+      result_integrals_(tables.integral_count),
       model_links_(tables.link_count * kLinkNumbers),
       model_noise_(tables.noise_numbers),
+      model_outside_(tables.outside_numbers),
       model_block_(1 + tables.piece_numbers),
       model_y_(size_),
       start_trees_(tables.tree_count),
@@ -221,8 +226,7 @@ bool LaneStepper<S>::take(int l) {
   dynamics_.load_interval(l, lane.block);
   for (int i = 0; i < tables_.coordinates; ++i) y_[i].set(l, lane.record.q[i]);
   for (int i = 0; i < tables_.velocities; ++i) y_[tables_.coordinates + i].set(l, lane.record.v[i]);
-  y_[size_ - 2].set(l, 0.0);
-  y_[size_ - 1].set(l, 0.0);
+  for (int i = integrals_; i < size_; ++i) y_[i].set(l, 0.0);
   return true;
 }
 
@@ -231,6 +235,7 @@ void LaneStepper<S>::keep_as_model(int l) {
   const CaseRecord& record = lanes_[l].record;
   for (int i = 0; i < model_links_.size(); ++i) model_links_[i] = record.links[i];
   for (int i = 0; i < model_noise_.size(); ++i) model_noise_[i] = record.noise[i];
+  for (int i = 0; i < model_outside_.size(); ++i) model_outside_[i] = record.outside[i];
   for (int i = 0; i < model_block_.size(); ++i) model_block_[i] = record.intervals[i];
   for (int i = 0; i < size_; ++i) model_y_[i] = y_[i].get(l);
   model_time_ = record.start_time;
@@ -245,6 +250,7 @@ void LaneStepper<S>::rest(int l) {
   CaseRecord record{};
   record.links = model_links_.data();
   record.noise = model_noise_.data();
+  record.outside = model_outside_.data();
   dynamics_.load_case(l, record);
   dynamics_.load_interval(l, model_block_.data());
   for (int i = 0; i < size_; ++i) {
@@ -339,8 +345,8 @@ void LaneStepper<S>::finish(int l, LaneStatus status) {
   result.time = lane.time;
   result.q = result_q_.data();
   result.v = result_v_.data();
-  result.motor_work = y_[size_ - 2].get(l);
-  result.friction_work = y_[size_ - 1].get(l);
+  for (int i = 0; i < tables_.integral_count; ++i) result_integrals_[i] = y_[integrals_ + i].get(l);
+  result.integrals = result_integrals_.data();
   result.steps = lane.accepted;
   result.rejected = lane.rejections;
   result.evaluations = lane.evaluations;
@@ -494,13 +500,25 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
   }
 }
 
+// What has come into a tree, of the states at hand.
+template <class S>
+PackIntegrals<S> LaneStepper<S>::since_start(int tree) const {
+  using namespace phase_integral;
+  PackIntegrals<S> since{Vector3<S>::zero(), Vector3<S>::zero(), S(0.0)};
+  const S* whole = y_.data() + integrals_;
+  if (tree == tables_.driven_tree) since.work = whole[kMotorWork] + whole[kFrictionWork];
+  if (!tables_.outside.acts()) return since;
+  const S* own = whole + kWholeCount + kTreeCount * tree;
+  for (int k = 0; k < 3; ++k) since.linear[k] = own[kTreeForce + k], since.angular[k] = own[kTreeMoment + k];
+  since.work += own[kTreeWork];
+  return since;
+}
+
 // Momentum and energy of the states at hand. A lane that has not moved finds what it found before.
 template <class S>
 void LaneStepper<S>::check_conservation() {
   conservation_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()), now_trees_.data());
-  const S work = y_[size_ - 2] + y_[size_ - 1], none(0.0);
-  for (int i = 0; i < tables_.tree_count; ++i)
-    deviations_[i].look(start_trees_[i], now_trees_[i], i == tables_.driven_tree ? work : none);
+  for (int i = 0; i < tables_.tree_count; ++i) deviations_[i].look(start_trees_[i], now_trees_[i], since_start(i));
 }
 
 }  // namespace grapnel::lanes

@@ -358,6 +358,30 @@ GRAPNEL_INLINE S tanh(const S& x) {
   return select(x < S(0.0), -magnitude, magnitude);
 }
 
+/// The angle of the shorter rotation over s, with w's sign: 2 atan2(s, |w|) / s for s >= 0, the norm of a quaternion's
+/// vector part, and its scalar part w, not both zero. The arc tangent of a quotient within tan(pi/8) by a polynomial
+/// (interpolated at Chebyshev's points, relative error 7e-18), of others from pi/4 or pi/2 on; small turns need no
+/// division by s. Relative error below 1e-15 (measured).
+template <class S>
+GRAPNEL_INLINE S turn_per_sine(const S& s, const S& w) {
+  constexpr double kTangent = 0.41421356237309503, kQuarterPi = 0.78539816339744831;
+  constexpr double kArcTangent[] = {-0.3333333333333333,  0.1999999999999552,   -0.14285714284666542,
+                                    0.11111111015256361,  -0.09090904578123903, 0.07692183190826087,
+                                    -0.06664511447381948, 0.0585814891280221,   -0.0508544973794026,
+                                    0.03923165829558719,  -0.01917688711906226};
+  const S size = abs(w);
+  const auto small = s <= S(S(kTangent) * size), large = size < S(S(kTangent) * s);
+  const S quotient = select(small, s, select(large, -size, s - size)) / select(small, size, select(large, s, s + size));
+  const S square = quotient * quotient;
+  S p(kArcTangent[10]);
+  for (int k = 10; k-- > 0;) p = square * p + S(kArcTangent[k]);
+  p = square * p + S(1.0);  // atan(x) / x
+  const S angle = quotient * p + select(large, S(2 * kQuarterPi), S(kQuarterPi));
+  const S half = select(small, p / size, angle / s);
+  const S turn = half + half;
+  return select(w < S(0.0), -turn, turn);
+}
+
 /// A fixed number of values in aligned memory. Lane code has no standard containers of doubles: what a translation unit
 /// for one instruction set instantiates of them could be linked into portable code. The tag S, a pack, keeps the names
 /// apart.

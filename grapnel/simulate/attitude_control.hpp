@@ -5,6 +5,7 @@
 
 #include <limits>
 
+#include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/spatial/pose.hpp"
 
 namespace grapnel {
@@ -23,5 +24,30 @@ struct AttitudeControl {
 
 /// tau_B [N m] for the attitude q_WB (its norm does not matter) and the angular velocity w_B [rad/s].
 Vector3d attitude_torque(const AttitudeControl& control, const Quaterniond& q_WB, const Vector3d& w_B);
+
+namespace control_law {
+
+/// The law's numbers.
+template <class S>
+struct AttitudeLaw {
+  Quaternion<S> q_WD;
+  Vector3<S> kp, kd, limit;
+};
+
+/// The law as one text for a capture on its own (double) and for many in SIMD lanes (packs). `turn_per_sine(s, w)`
+/// gives the shorter rotation's angle over s, for the norm s of a quaternion's vector part and its scalar part w, with
+/// w's sign: 2 atan2(s, |w|) / s.
+template <class S, class TurnPerSine>
+GRAPNEL_INLINE Vector3<S> attitude_torque(const AttitudeLaw<S>& law, const Quaternion<S>& q_WB, const Vector3<S>& w_B,
+                                          TurnPerSine&& turn_per_sine) {
+  const Quaternion<S> q = Quaternion<S>{law.q_WD.w, -law.q_WD.x, -law.q_WD.y, -law.q_WD.z} * q_WB;
+  const Vector3<S> v{q.x, q.y, q.z};
+  const Vector3<S> phi = turn_per_sine(norm(v), q.w) * v;
+  Vector3<S> torque;
+  for (int k = 0; k < 3; ++k) torque[k] = within_limit(S(-S(law.kp[k] * phi[k] + law.kd[k] * w_B[k])), law.limit[k]);
+  return torque;
+}
+
+}  // namespace control_law
 
 }  // namespace grapnel

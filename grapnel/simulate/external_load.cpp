@@ -83,8 +83,7 @@ Vector3d stream_force(const Stream& stream, const Vector3d& direction, const Vec
   Vector3d n = normal;
   if (stream.both_sides && facing < 0) facing = -facing, n = -normal;
   if (!(facing > 0)) return Vector3d::zero();
-  const double along_normal = 2 * (stream.specular * facing + stream.diffuse / 3);
-  return (stream.pressure * stream.area * facing) * ((1 - stream.specular) * direction - along_normal * n);
+  return force_on_facing_side(stream.pressure * stream.area, stream.specular, stream.diffuse, facing, direction, n);
 }
 
 std::vector<double> break_times(const ExternalLoad& load) {

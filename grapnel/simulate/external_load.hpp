@@ -43,6 +43,14 @@ struct Stream {
 };
 /// Its force on the plate [N]; `direction` and `normal` in one frame, which is that of the force.
 Vector3d stream_force(const Stream& stream, const Vector3d& direction, const Vector3d& normal);
+/// The same (14.7) on the side that faces it, with the unit vector `n` out of that side and the cosine `facing` of the
+/// angle of incidence; `reach`: pressure times area [N]. S: double, or packs of SIMD lanes.
+template <class S>
+GRAPNEL_INLINE Vector3<S> force_on_facing_side(const S& reach, const S& specular, const S& diffuse, const S& facing,
+                                               const Vector3<S>& direction, const Vector3<S>& n) {
+  const S along_normal = S(2.0) * S(specular * facing + diffuse / S(3.0));
+  return S(reach * facing) * (S(S(1.0) - specular) * direction - along_normal * n);
+}
 
 /// See the file comment.
 struct ExternalLoad {

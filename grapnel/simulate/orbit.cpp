@@ -29,35 +29,29 @@ double mean_motion(const ReferenceOrbit& orbit) {
   return std::sqrt(orbit.mu / a) / a;
 }
 
-OrbitPoint orbit_point(const ReferenceOrbit& orbit, double t) {
+OrbitConstants<double> orbit_constants(const ReferenceOrbit& orbit) {
   const double e = orbit.eccentricity, root = std::sqrt(1 - e * e);
   const double cos_0 = std::cos(orbit.true_anomaly), sin_0 = std::sin(orbit.true_anomaly);
   const double E_0 = std::atan2(root * sin_0, e + cos_0), M_0 = E_0 - e * std::sin(E_0);
-  const double E = eccentric_anomaly(std::remainder(M_0 + mean_motion(orbit) * t, 2 * std::numbers::pi), e);
-  // True anomaly, and how far it is from the one at t = 0.
-  const double shrink = 1 - e * std::cos(E);
-  const double cos_now = (std::cos(E) - e) / shrink, sin_now = root * std::sin(E) / shrink;
-  const double c = cos_now * cos_0 + sin_now * sin_0, s = sin_now * cos_0 - cos_now * sin_0;
-  OrbitPoint at;
-  at.radius = orbit.semi_major_axis * shrink;
-  at.gradient = orbit.mu / (at.radius * at.radius * at.radius);
-  at.rate = mean_motion(orbit) * root / (shrink * shrink);
-  const Vector3d radial = c * orbit.radial + s * orbit.along_track;
-  const Vector3d along_track = c * orbit.along_track - s * orbit.radial;
-  const Vector3d cross_track = cross(orbit.radial, orbit.along_track);
-  for (int i = 0; i < 3; ++i) at.R_WO(i, 0) = radial[i], at.R_WO(i, 1) = along_track[i], at.R_WO(i, 2) = cross_track[i];
-  at.position = orbit.position + t * orbit.velocity;
-  return at;
+  return {orbit.mu,
+          orbit.semi_major_axis,
+          e,
+          root,
+          mean_motion(orbit),
+          M_0,
+          cos_0,
+          sin_0,
+          orbit.radial,
+          orbit.along_track,
+          orbit.position,
+          orbit.velocity};
 }
 
-Vector3d tidal_acceleration(const OrbitPoint& at, const Vector3d& p_W) {
-  const Vector3d r = p_W - at.position, up = at.radial();
-  return at.gradient * (3 * dot(up, r) * up - r);
-}
-
-Vector3d gravity_gradient_torque(const OrbitPoint& at, const Rotationd& R_WB, const Symmetric3d& I_B) {
-  const Vector3d up = transposed_times(R_WB, at.radial());
-  return R_WB * ((3 * at.gradient) * cross(up, I_B * up));
+OrbitPoint orbit_point(const ReferenceOrbit& orbit, double t) {
+  const OrbitConstants<double> constants = orbit_constants(orbit);
+  const double M = std::remainder(constants.mean_anomaly + constants.mean_motion * t, 2 * std::numbers::pi);
+  const double E = eccentric_anomaly(M, orbit.eccentricity);
+  return orbit_point(constants, t, SineCosine<double>{std::sin(E), std::cos(E)});
 }
 
 OrbitalMotion orbital_motion(const ReferenceOrbit& orbit, const OrbitPoint& at, const Vector3d& p_W,

@@ -17,10 +17,7 @@ constexpr double kContradiction = 1e-6;
 // not come to numbers that are not finite before the steps between its samples had become countless.
 constexpr double kRunaway = 1e4;
 
-// Offsets in the integrals' part of y.
-constexpr int kMotorWork = 0, kFrictionWork = 1, kExternalWork = 2, kExternalMoment = 3, kExternalForce = 6;
-// Of each tree, after those of the whole.
-constexpr int kTreeWork = 0, kTreeMoment = 1, kTreeForce = 4;
+using namespace phase_integral;
 
 double friction_force(const JointFriction& f, double rate) {
   return control_law::friction(true, f.viscous, f.coulomb != 0, f.coulomb, rate,
@@ -28,6 +25,36 @@ double friction_force(const JointFriction& f, double rate) {
 }
 
 }  // namespace
+
+PhaseIntegrals phase_integrals(std::span<const double> s) {
+  const auto vector = [&](std::size_t at) { return Vector3d{s[at], s[at + 1], s[at + 2]}; };
+  PhaseIntegrals integrals{
+      s[kMotorWork], s[kFrictionWork], s[kExternalWork], {vector(kExternalMoment), vector(kExternalForce)}};
+  for (std::size_t at = kWholeCount; at < s.size(); at += kTreeCount)
+    integrals.trees.push_back({{vector(at + kTreeMoment), vector(at + kTreeForce)}, s[at + kTreeWork]});
+  return integrals;
+}
+
+std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1) {
+  const double resolution = 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
+  const double first = std::min(t0, t1) + resolution, last = std::max(t0, t1) - resolution;
+  std::vector<double> times;
+  const auto add = [&](const std::vector<double>& more) {
+    for (double t : more) {
+      if (t > first && t < last) times.push_back(t);
+    }
+  };
+  for (const JointDrive& drive : setup.drives) {
+    if (drive.control != JointControl::free) add(break_times(drive.trajectory));
+  }
+  for (const ExternalLoad& load : setup.loads) add(break_times(load));
+  if (setup.clock && t1 > t0) add(setup.clock->break_times(t0, t1));
+  std::sort(times.begin(), times.end());
+  const auto near = [&](double a, double b) { return b - a <= resolution; };
+  times.erase(std::unique(times.begin(), times.end(), near), times.end());
+  if (t1 < t0) std::reverse(times.begin(), times.end());
+  return times;
+}
 
 PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
     : model_(model),
@@ -147,27 +174,6 @@ std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   std::copy(state.q.begin(), state.q.end(), y.begin());
   std::copy(state.v.begin(), state.v.end(), y.begin() + model_.coordinates());
   return y;
-}
-
-std::vector<double> PhaseDynamics::breaks(double t0, double t1) const {
-  const double resolution = 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
-  const double first = std::min(t0, t1) + resolution, last = std::max(t0, t1) - resolution;
-  std::vector<double> times;
-  const auto add = [&](const std::vector<double>& more) {
-    for (double t : more) {
-      if (t > first && t < last) times.push_back(t);
-    }
-  };
-  for (const JointDrive& drive : setup_.drives) {
-    if (drive.control != JointControl::free) add(break_times(drive.trajectory));
-  }
-  for (const ExternalLoad& load : setup_.loads) add(break_times(load));
-  if (setup_.clock && t1 > t0) add(setup_.clock->break_times(t0, t1));
-  std::sort(times.begin(), times.end());
-  const auto near = [&](double a, double b) { return b - a <= resolution; };
-  times.erase(std::unique(times.begin(), times.end(), near), times.end());
-  if (t1 < t0) std::reverse(times.begin(), times.end());
-  return times;
 }
 
 // Takes the state out of y and overwrites prescribed joints by their references.
@@ -437,11 +443,11 @@ void PhaseDynamics::accelerate(double t) {
 // Centres of mass of the trees, and their velocities.
 void PhaseDynamics::measure_trees() {
   const Kinematics& k = workspace_.kinematics;
-  for (TreeMotion& tree : trees_) tree.com = tree.velocity = Vector3d::zero();
+  for (TreeMotion<double>& tree : trees_) tree.com = tree.velocity = Vector3d::zero();
   for (std::size_t i = 0; i < tree_of_.size(); ++i) {
     const BodyDescription& d = model_.bodies()[i].description;
     const Vector3d arm = k.X_WB[i].R * d.com;
-    TreeMotion& tree = trees_[tree_of_[i]];
+    TreeMotion<double>& tree = trees_[tree_of_[i]];
     tree.com += (d.mass / tree.mass) * (k.X_WB[i].p + arm);
     tree.velocity += (d.mass / tree.mass) * shift(k.V_WB[i], arm).linear;
   }
@@ -454,28 +460,11 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
   const Kinematics& k = workspace_.kinematics;
   const auto add = [&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment,
                        double power) {
-    const TreeMotion& tree = trees_[tree_of_[body]];
-    const std::span<double> own = integrals.subspan(kIntegrals + kTreeIntegrals * tree_of_[body], kTreeIntegrals);
-    const Vector3d about_origin = moment + cross(p_W, force), about_com = moment + cross(p_W - tree.com, force);
-    for (int i = 0; i < 3; ++i) {
-      integrals[kExternalMoment + i] += about_origin[i];
-      integrals[kExternalForce + i] += force[i];
-      own[kTreeMoment + i] += about_com[i];
-      own[kTreeForce + i] += force[i];
-    }
-    integrals[kExternalWork] += power;
-    own[kTreeWork] += power - dot(force, tree.velocity);
+    const std::size_t t = tree_of_[body];
+    add_wrench(integrals.data(), static_cast<int>(t), trees_[t], force, p_W, moment, power);
   };
-  for (std::size_t t = 0; t < trees_.size(); ++t) {  // at the centre of mass, relative to which it does nothing
-    const TreeMotion& tree = trees_[t];
-    const Vector3d weight = tree.mass * setup_.gravity, moment = cross(tree.com, weight);
-    for (int i = 0; i < 3; ++i) {
-      integrals[kExternalMoment + i] += moment[i];
-      integrals[kExternalForce + i] += weight[i];
-      integrals[kIntegrals + kTreeIntegrals * t + kTreeForce + i] += weight[i];
-    }
-    integrals[kExternalWork] += dot(weight, tree.velocity);
-  }
+  for (std::size_t t = 0; t < trees_.size(); ++t)
+    add_weight(integrals.data(), static_cast<int>(t), trees_[t], setup_.gravity);
   for (std::size_t i = 0; i < model_.bodies().size(); ++i) {
     const Body& body = model_.bodies()[i];
     const bool held = static_cast<int>(i) == setup_.held_root;
@@ -576,13 +565,7 @@ MomentumDefect PhaseDynamics::momentum_mended(std::span<const double> y) {
 }
 
 PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
-  const std::span<const double> s = y.subspan(model_.coordinates() + model_.velocities(), integral_count());
-  const auto vector = [&](std::size_t at) { return Vector3d{s[at], s[at + 1], s[at + 2]}; };
-  PhaseIntegrals integrals{
-      s[kMotorWork], s[kFrictionWork], s[kExternalWork], {vector(kExternalMoment), vector(kExternalForce)}};
-  for (std::size_t at = kIntegrals; at < s.size(); at += kTreeIntegrals)
-    integrals.trees.push_back({{vector(at + kTreeMoment), vector(at + kTreeForce)}, s[at + kTreeWork]});
-  return integrals;
+  return phase_integrals(y.subspan(model_.coordinates() + model_.velocities(), integral_count()));
 }
 
 void PhaseDynamics::efforts(double t, std::span<const double> y, std::span<double> motor, std::span<double> friction) {

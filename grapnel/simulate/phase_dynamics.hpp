@@ -25,6 +25,7 @@
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/orbit.hpp"
+#include "grapnel/simulate/phase_integrals.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
@@ -60,22 +61,14 @@ struct PhaseSetup {
   double loop_feedback = 0;           // Baumgarte's rate [1/s]; 0: none
 };
 
-/// What has come into one tree of the model from outside.
-struct TreeIntegrals {
-  /// Moments are about the tree's centre of mass as it moves, so that a uniform motion of everything changes nothing.
-  Momentumd impulse = Momentumd::zero();
-  double work = 0;  // in the frame of the centre of mass: of what changes the motion relative to it [J]
-};
+/// The integrals as they stand among the numbers that are integrated (phase_integral): of the whole, and of each tree
+/// if there are more.
+PhaseIntegrals phase_integrals(std::span<const double> numbers);
 
-/// Integrals since the phase's start.
-struct PhaseIntegrals {
-  double motor_work = 0;     // [J]; of drives, prescribed joints included
-  double friction_work = 0;  // [J]; negative
-  double external_work = 0;  // [J]; of gravity, loads, attitude control and the wrench that holds a root
-  /// Of the same and of the ground; about the world's origin, in W.
-  Momentumd external_impulse = Momentumd::zero();
-  std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty where nothing acts from outside
-};
+/// Times strictly between t0 and t1 at which a phase's dy/dt may jump or bend: ends of trajectories' pieces, breaks of
+/// loads, the clock's ticks and the times at which its commands begin to act, in the order from t0 to t1. Those that
+/// rounding alone separates count once.
+std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1);
 
 /// Sizes of a momentum's two parts.
 struct MomentumDefect {
@@ -101,10 +94,8 @@ class PhaseDynamics {
   /// y for a state at time t, with zero integrals; remembers its momenta.
   std::vector<double> initial(const State& state, double t);
 
-  /// Times strictly between t0 and t1 at which dy/dt may jump or bend: ends of trajectories' pieces, breaks of loads,
-  /// the clock's ticks and the times at which its commands begin to act, in the order from t0 to t1. Those that
-  /// rounding alone separates count once.
-  std::vector<double> breaks(double t0, double t1) const;
+  /// See phase_breaks().
+  std::vector<double> breaks(double t0, double t1) const { return phase_breaks(setup_, t0, t1); }
   /// From now on trajectories and loads are the smooth ones that hold between the neighbouring breaks `begin` and `end`
   /// (in any order), also at these times themselves: what is evaluated at an end is the limit from inside.
   void enter_interval(double begin, double end) { inside_ = 0.5 * (begin + end); }
@@ -153,10 +144,9 @@ class PhaseDynamics {
   const Vector3d& control_torque() const { return attitude_torque_; }
 
  private:
-  static constexpr int kIntegrals = 9;      // of the whole
-  static constexpr int kTreeIntegrals = 7;  // of each tree, where anything acts from outside: work, moment, force
   int integral_count() const {
-    return kIntegrals + (has_external_ ? kTreeIntegrals * static_cast<int>(trees_.size()) : 0);
+    using namespace phase_integral;
+    return kWholeCount + (has_external_ ? kTreeCount * static_cast<int>(trees_.size()) : 0);
   }
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void check_and_classify();
@@ -208,14 +198,9 @@ class PhaseDynamics {
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
   std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended
   bool any_computed_ = false;
-  /// A tree of the model, as its bodies now are.
-  struct TreeMotion {
-    double mass = 0;
-    Vector3d com, velocity;  // of the centre of mass
-  };
-  std::vector<TreeMotion> trees_;     // in the order of the roots
-  std::vector<std::size_t> tree_of_;  // per body
-  std::optional<LoopSolver> solver_;  // with closures
+  std::vector<phase_integral::TreeMotion<double>> trees_;  // as bodies now are, in the order of the roots
+  std::vector<std::size_t> tree_of_;                       // per body
+  std::optional<LoopSolver> solver_;                       // with closures
   struct Trouble {
     double time;
     double contradiction;

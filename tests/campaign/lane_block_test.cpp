@@ -8,6 +8,7 @@
 
 #include "capture/capture_case.hpp"
 #include "grapnel/campaign/run_campaign.hpp"
+#include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/quantity.hpp"
 
 namespace grapnel::testing {
@@ -101,6 +102,43 @@ TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
         std::string(lanes::name(set)).c_str(), of_motion, of_watches);
     EXPECT_LT(of_motion, 1e-6);
     EXPECT_LT(of_watches, 1e-3);
+  }
+}
+
+// Loads, the field of an orbit and attitude control of the base, as shipped scenarios have them: all of the motion is
+// in lanes, with conservation checks of its own, and ends as alone.
+TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
+  for (const std::string name : {"orbit-drift", "thesis/open-loop-case-1-stabilized"}) {
+    SCOPED_TRACE(name);
+    CaptureProblem base = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name + ".yaml");
+    base.clearance.enabled = false;
+    base.output_interval = 0;
+    Campaign campaign;
+    campaign.cases = 9;
+    campaign.columns = standard_columns(base, true);
+    campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
+    campaign.problem = [base](std::uint64_t k) {
+      StudyCase point{base, inward_normals(base)};
+      point.problem.targets[0].mass *= 1 + 0.02 * static_cast<double>(k);
+      return point;
+    };
+    for (const std::string& line : slow_settings(campaign, 0))
+      EXPECT_EQ(line.find("case by case"), std::string::npos) << line;
+    const std::vector<CaseRow> alone = one_by_one(campaign);
+    const std::size_t pass = column(campaign, "ledger/pass");
+    for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
+      const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+      ASSERT_EQ(rows.size(), alone.size());
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        ASSERT_EQ(rows[k].status, CaseStatus::ok) << rows[k].reason;
+        EXPECT_EQ(rows[k].values[pass], 1);
+        EXPECT_EQ(alone[k].values[pass], 1);
+      }
+      const double off = difference(campaign, rows, alone, 0, campaign.columns.size());
+      std::printf("[ measured ] %s, %s: largest difference from cases alone, of a column's largest value: %.2g\n",
+                  name.c_str(), std::string(lanes::name(set)).c_str(), off);
+      EXPECT_LT(off, 1e-6);
+    }
   }
 }
 
@@ -201,12 +239,13 @@ TEST(SlowSettings, NameWhatTakesTime) {
       << watched;
   EXPECT_EQ(watched.find("case by case"), std::string::npos) << "all of it is in lanes\n" << watched;
   base.clearance.enabled = false;
-  base.gravity = {0, 0, -1e-3};
-  const std::string heavy = text(CampaignPlan::nominal);
-  EXPECT_NE(heavy.find("approach is integrated case by case instead of several at once: there is gravity (gravity)\n"),
+  base.robot.base_mode = RobotSetup::Base::held;
+  const std::string held = text(CampaignPlan::nominal);
+  EXPECT_NE(held.find("approach is integrated case by case instead of several at once: a base is held (the robot's "
+                      "base)\n"),
             std::string::npos)
-      << heavy;
-  EXPECT_EQ(heavy.find("distances"), std::string::npos) << heavy;
+      << held;
+  EXPECT_EQ(held.find("distances"), std::string::npos) << held;
 }
 
 }  // namespace lane_block_test

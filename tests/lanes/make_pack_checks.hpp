@@ -66,8 +66,14 @@ int masks() {
 }
 
 template <class Arch>
+void turns(const double* s, const double* w, double* out, int count) {
+  using P = Pack<Arch>;
+  for (int i = 0; i < count; i += P::kWidth) turn_per_sine(P::load(s + i), P::load(w + i)).store(out + i);
+}
+
+template <class Arch>
 constexpr PackChecks make_pack_checks() {
-  return {Arch::kWidth, arithmetic<Arch>, masks<Arch>};
+  return {Arch::kWidth, arithmetic<Arch>, masks<Arch>, turns<Arch>};
 }
 
 }  // namespace grapnel::lanes::testing

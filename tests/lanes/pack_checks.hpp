@@ -47,6 +47,8 @@ struct PackChecks {
   void (*arithmetic)(const double* a, const double* b, const double* c, double* out, int count);
   /// Masks to bits and back, lanes read and written one by one: the number of the first thing found wrong, 0 for none.
   int (*masks)();
+  /// Of `count` pairs, a multiple of width.
+  void (*turns)(const double* s, const double* w, double* out, int count);
 };
 
 extern const PackChecks pack_checks_one_lane;

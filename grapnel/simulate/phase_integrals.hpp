@@ -1,0 +1,80 @@
+#pragma once
+
+/// @file
+/// What has been put into a system since a phase began: the work of motors, of friction and of what acts from outside,
+/// and the impulse from outside; of the whole and of each tree. The integrals as they are handed out, their places
+/// among the numbers that are integrated, and their rates: the latter as one text for a capture on its own (double) and
+/// for many in SIMD lanes (packs, grapnel/lanes/).
+
+#include <vector>
+
+#include "grapnel/spatial/spatial_vector.hpp"
+
+namespace grapnel {
+
+/// What has come into one tree of the model from outside.
+struct TreeIntegrals {
+  /// Moments are about the tree's centre of mass as it moves, so that a uniform motion of everything changes nothing.
+  Momentumd impulse = Momentumd::zero();
+  double work = 0;  // in the frame of the centre of mass: of what changes the motion relative to it [J]
+};
+
+/// Integrals since the phase's start.
+struct PhaseIntegrals {
+  double motor_work = 0;     // [J]; of drives, prescribed joints included
+  double friction_work = 0;  // [J]; negative
+  double external_work = 0;  // [J]; of gravity, loads, attitude control and the wrench that holds a root
+  /// Of the same and of the ground; about the world's origin, in W.
+  Momentumd external_impulse = Momentumd::zero();
+  std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty where nothing acts from outside
+};
+
+namespace phase_integral {
+
+// Places of the integrals of the whole: work [J], moment about the world's origin [N m s], force [N s].
+inline constexpr int kMotorWork = 0, kFrictionWork = 1, kExternalWork = 2, kExternalMoment = 3, kExternalForce = 6;
+inline constexpr int kWholeCount = 9;
+// After them, tree by tree where anything acts from outside: work in the frame of the tree's centre of mass [J], moment
+// about that [N m s], force [N s].
+inline constexpr int kTreeWork = 0, kTreeMoment = 1, kTreeForce = 4;
+inline constexpr int kTreeCount = 7;
+
+/// A tree of the model at an instant.
+template <class S>
+struct TreeMotion {
+  S mass = S(0.0);                           // [kg]
+  Vector3<S> com = Vector3<S>::zero();       // of mass, in W [m]
+  Vector3<S> velocity = Vector3<S>::zero();  // of the centre of mass, in W [m/s]
+};
+
+/// Adds to the integrals' rates those of a wrench on a body of tree number `t`: a force at the point p_W, a moment, and
+/// their power [W], all in W. `rates`: of the whole and of all trees.
+template <class S>
+GRAPNEL_INLINE void add_wrench(S* rates, int t, const TreeMotion<S>& tree, const Vector3<S>& force,
+                               const Vector3<S>& p_W, const Vector3<S>& moment, const S& power) {
+  S* own = rates + kWholeCount + kTreeCount * t;
+  const Vector3<S> about_origin = moment + cross(p_W, force), about_com = moment + cross(p_W - tree.com, force);
+  for (int i = 0; i < 3; ++i) {
+    rates[kExternalMoment + i] += about_origin[i];
+    rates[kExternalForce + i] += force[i];
+    own[kTreeMoment + i] += about_com[i];
+    own[kTreeForce + i] += force[i];
+  }
+  rates[kExternalWork] += power;
+  own[kTreeWork] += S(power - dot(force, tree.velocity));
+}
+
+/// The same of uniform gravity [m/s^2] on tree number `t`: at its centre of mass, relative to which it does nothing.
+template <class S>
+GRAPNEL_INLINE void add_weight(S* rates, int t, const TreeMotion<S>& tree, const Vector3<S>& gravity) {
+  const Vector3<S> weight = tree.mass * gravity, moment = cross(tree.com, weight);
+  for (int i = 0; i < 3; ++i) {
+    rates[kExternalMoment + i] += moment[i];
+    rates[kExternalForce + i] += weight[i];
+    rates[kWholeCount + kTreeCount * t + kTreeForce + i] += weight[i];
+  }
+  rates[kExternalWork] += dot(weight, tree.velocity);
+}
+
+}  // namespace phase_integral
+}  // namespace grapnel
