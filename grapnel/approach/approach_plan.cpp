@@ -37,7 +37,9 @@ class Planner {
         detail_(detail),
         plan_(plan),
         servicer_(make_servicer(problem)),
-        start_state_(initial_servicer_state(problem, servicer_)),
+        flown_(make_servicer_with_wheels(problem)),
+        flown_start_(initial_servicer_state(problem, flown_)),
+        start_state_(without_wheels(flown_, flown_start_, servicer_)),
         base_(servicer_.model, problem.robot.base_mode == RobotSetup::Base::free),
         motion_(free_motion(servicer_.model, start_state_, 0, problem.gravity)),
         watch_(most_evaluations(), look_of(progress, most_evaluations())) {
@@ -295,13 +297,14 @@ class Planner {
 
   // Loads on the servicer, an orbit's field or attitude control: the momentum is then no constant of the motion.
   bool disturbed() const {
-    return approach_.base_control.has_value() || problem_.orbit.has_value() ||
+    return approach_.base_control.has_value() || problem_.orbit.has_value() || !flown_.wheels.empty() ||
            !loads_on(servicer_.model, problem_.loads).empty();
   }
 
   // Of them, those that there are.
   std::string disturbances() const {
-    return std::string(problem_.orbit ? "the orbit's field, " : "") + "the loads or the base's attitude control";
+    return std::string(problem_.orbit ? "the orbit's field, " : "") +
+           (flown_.wheels.empty() ? "" : "the reaction wheels, ") + "the loads or the base's attitude control";
   }
 
   // Loads on a target that is to be grasped.
@@ -320,14 +323,14 @@ class Planner {
       joints[j].pieces.push_back(
           {reach.start.begin, reach.start.end, segment.path(static_cast<int>(j), position[j], rate[j])});
     }
-    PhaseDynamics dynamics(servicer_.model, approach_setup(problem_, servicer_, start_state_, joints, true));
+    PhaseDynamics dynamics(flown_.model, approach_setup(problem_, flown_, flown_start_, joints, true));
     StepWatch watch;
     watch.each_step = each_step();
     const PhaseOutcome outcome =
-        simulate_phase(dynamics, start_state_, 0, reach.start.end, problem_.integration, watch);
+        simulate_phase(dynamics, flown_start_, 0, reach.start.end, problem_.integration, watch);
     if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
     plan_.report.rhs_evaluations += outcome.rhs_evaluations;
-    return outcome.end_state;
+    return without_wheels(flown_, outcome.end_state, servicer_);
   }
 
   // A disturbed motion's end, against the goals and the demand.
@@ -533,8 +536,10 @@ class Planner {
   const TargetPlan& targets_;
   const CaptureDetail detail_;
   ApproachPlan& plan_;
-  CaptureSystem servicer_;
-  State start_state_;
+  CaptureSystem servicer_;  // for what plans by momentum: its wheels are parts of the base
+  CaptureSystem flown_;     // with wheels that turn
+  State flown_start_;
+  State start_state_;  // of servicer_
   FloatingBase base_;
   FreeMotion motion_;
   mutable WorkWatch watch_;

@@ -64,6 +64,23 @@ AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSys
   return control;
 }
 
+namespace {
+
+// The wheels that give the torque on the base, if wheels do.
+void use_wheels(const CaptureProblem& problem, const CaptureSystem& system,
+                const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
+  const bool commanded = setup.commanded_root >= 0;
+  if (!control && !commanded) return;
+  if (control && control->actuators == BaseControlSetup::Actuators::outside) return;
+  for (std::size_t w = 0; w < system.wheels.size(); ++w) {
+    const WheelSetup& wheel = problem.robot.wheels[w];
+    const int velocity = system.model.bodies()[system.model.joints()[system.wheels[w]]].v;
+    setup.wheels.push_back({system.wheels[w], velocity, wheel.axis, wheel.torque, wheel.rate});
+  }
+}
+
+}  // namespace
+
 PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                           const std::vector<JointTrajectory>& joints, bool ideal) {
   PhaseSetup setup = common_setup(problem, system, problem.approach->base_control, start);
@@ -71,6 +88,7 @@ PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& sy
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
     setup.drives[system.robot_joints[j]] = tracking_drive(problem.approach->tracking, joints[j], j, ideal);
   }
+  use_wheels(problem, system, problem.approach->base_control, setup);
   return setup;
 }
 
@@ -112,6 +130,7 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
   const bool has_controller = control.approaching ? problem.approach->tracking.mode == JointControl::controller
                                                   : post && post->joints == PostImpactSetup::Joints::controller;
   if (has_controller && problem.control && problem.control->base_torque && !held) setup.commanded_root = system.base;
+  use_wheels(problem, system, base, setup);
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
     JointDrive& drive = setup.drives[system.robot_joints[j]];
     if (control.approaching && !control.settled[j]) {

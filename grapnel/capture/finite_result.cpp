@@ -102,6 +102,7 @@ std::string first_not_finite(const CaptureResult& result) {
   finder.look("post_impact.grasp_loads", result.grasp_loads);
   finder.look("post_impact.detumbling", result.detumbling);
   finder.look("post_impact.base_keeping", result.base_keeping);
+  for (const WheelReport& wheel : result.wheels) finder.look("wheels.rate_after", wheel.rate_after);
   finder.look("ledger.scale", result.ledger.scale);
   return finder.found();
 }

@@ -80,6 +80,13 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
                    (problem.post_impact && problem.post_impact->base_control) ||
                    (problem.control && problem.control->base_torque);
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
+  if (!system.wheels.empty()) {
+    std::vector<std::string> wheels;
+    for (const WheelSetup& wheel : problem.robot.wheels) wheels.push_back(wheel.name);
+    add("wheels/rate", "rad/s", "rates of the reaction wheels relative to the base", wheels);
+    add("wheels/momentum", "N m s", "their moments of inertia times these rates", wheels);
+    add("wheels/torque", "N m", "of their motors, on the wheels", wheels);
+  }
   add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
   add("system/linear_momentum", "N s", "total linear momentum in W", xyz);
   add("system/angular_momentum", "N m s", "total angular momentum about the system's centre of mass, in W", xyz);
@@ -167,6 +174,7 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
   const Model& model = system.model;
   std::vector<int> robot = carried_bodies(system), target(1);
   robot.push_back(system.base);
+  for (int j : system.wheels) robot.push_back(model.joints()[j]);
   const auto put_group = [&](const std::vector<int>& bodies) {
     const Momentumd h = group_momentum(model, k, bodies, com);
     put(h.linear);
@@ -177,6 +185,19 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
     target[0] = model.frames()[f].body;
     put_group(target);
   }
+}
+
+void Recorder::put_wheels(const CaptureSystem& system, const PhaseSample& s) {
+  const auto put_all = [&](auto value) {
+    for (std::size_t w = 0; w < system.wheels.size(); ++w) series_.series[next_].data.push_back(value(w));
+    ++next_;
+  };
+  const auto rate = [&](std::size_t w) {
+    return s.state.v[system.model.bodies()[system.model.joints()[system.wheels[w]]].v];
+  };
+  put_all(rate);
+  put_all([&](std::size_t w) { return problem_.robot.wheels[w].inertia * rate(w); });
+  put_all([&](std::size_t w) { return s.motor[system.wheels[w]]; });
 }
 
 void Recorder::put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps) {
@@ -296,6 +317,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   put_joints([&](int j) { return reaction(j, &Wrenchd::linear); });
   put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
+  if (!system.wheels.empty()) put_wheels(system, s);
   put_conserved(system, in_world, quantities, s);
   if (problem_.orbit) put_orbit(system, k, s.time);
   if (watches_clearance_) put(clearance);

@@ -46,6 +46,7 @@ class Recorder {
   void put_conserved(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
                      const PhaseSample& sample);
   Vector3d late_impulse(const ConservedQuantities& quantities, const PhaseSample& sample) const;
+  void put_wheels(const CaptureSystem& system, const PhaseSample& s);
   void put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
   void put(double value);

@@ -15,7 +15,8 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
       result_(result),
       conservation_(problem, free),
       watches_(problem),
-      loads_(problem) {
+      loads_(problem),
+      wheels_(problem) {
   if (detail != CaptureDetail::full) return;
   recorder_.emplace(problem, free, frame, result.series);
   recorder_->stream_to(sink);
@@ -49,6 +50,7 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   // Efforts have been looked at in every step where loads are.
   const auto efforts = seeks_loads() ? std::span<const double>() : sample.motor;
   const double clearance = watches_.sample(sample.time, sample.state, efforts);
+  wheels_.look(*system_, sample.state, sample.motor);
   if (!keep) return;
   last_look_ = sample.time;
   if (recorder_)
@@ -65,6 +67,7 @@ std::vector<Wrenchd> RunMonitor::joint_reactions(const PhaseSample& sample, std:
 void RunMonitor::look(double time, const State& state, const PhaseIntegrals& integrals) {
   forward_kinematics(system_->model, state, kinematics_);
   conservation_.sample(conserved_quantities(system_->model, kinematics_, state), integrals);
+  wheels_.look(*system_, state, {});
   last_look_ = time;
 }
 
@@ -103,6 +106,7 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, double
   const Kinematics kinematics = forward_kinematics(system.model, state);
   const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
   conservation_.instant(quantities);
+  wheels_.look(system, state, {});
   last_look_ = time;
   if (!recorder_) return;
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
@@ -183,6 +187,7 @@ void RunMonitor::write() {
   if (result_.impact) scale_published(result_.ledger.scale, *result_.impact);
   loops_.write(result_);
   loads_.write(result_);
+  wheels_.write(result_);
   watches_.add(loads_.take_events());
   watches_.write(result_);
   if (!result_.ledger.pass()) advise(problem_, conservation_.cause(), result_.ledger);

@@ -8,6 +8,7 @@
 #include "grapnel/capture/load_monitor.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
+#include "grapnel/capture/wheel_monitor.hpp"
 #include "grapnel/impact_report/compliant_run.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
@@ -96,6 +97,7 @@ class RunMonitor {
   SafetyMonitor watches_;
   LoopMonitor loops_;
   LoadMonitor loads_;
+  WheelMonitor wheels_;
   ImpactMonitor impact_checks_;
   double last_look_ = 0;
   // The phase under way:

@@ -61,6 +61,18 @@ struct EndEffectorSetup : FrameDescription {
   LoadRating rating = {};                        // of the gripper; at the contact point
 };
 
+/// A reaction wheel: a balanced rotor that a motor turns against the base, about an axis fixed in it. The base's mass,
+/// centre of mass and inertia are those of the base with all wheels at rest in it. Of a balanced rotor nothing but its
+/// moment of inertia about its axis matters beside: neither where it is nor what else it weighs.
+struct WheelSetup {
+  std::string name;
+  Vector3d axis{0, 0, 1};                                   // unit, in the base's frame
+  double inertia = 0;                                       // about the axis [kg m^2]
+  double torque = std::numeric_limits<double>::infinity();  // largest of the motor [N m]
+  double rate = std::numeric_limits<double>::infinity();    // largest relative to the base [rad/s]
+  JointFriction friction = {};                              // of its bearing
+};
+
 /// A servicer: its bodies (the base first in meaning: the one root), end-effector frames, and shapes for drawing.
 struct RobotSetup {
   std::string name;
@@ -71,6 +83,7 @@ struct RobotSetup {
   Base base_mode = Base::free;
   std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
   std::vector<EndEffectorSetup> end_effectors;
+  std::vector<WheelSetup> wheels;                           // of the base
   std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
   std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
 };
@@ -136,6 +149,10 @@ struct TrackingSetup {
 
 /// A torque that controls the base's attitude (AttitudeControl).
 struct BaseControlSetup {
+  /// What gives it. outside: something that takes its momentum out of the system, as ideal thrusters would. wheels: the
+  /// base's reaction wheels. Absent: the wheels, where there are any.
+  enum class Actuators { outside, wheels };
+  std::optional<Actuators> actuators;
   Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
   Vector3d limit{AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone};  // [N m]
@@ -396,6 +413,7 @@ struct CaptureProblem {
   std::optional<Momentumd> momentum;
   std::vector<double> joint_position;  // per joint
   std::vector<double> joint_rate;      // per joint; empty: zero
+  std::vector<double> wheel_rate;      // per wheel, relative to the base [rad/s]; empty: zero
 
   std::optional<ApproachSetup> approach;
   ContactSetup contact;

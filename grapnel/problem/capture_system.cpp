@@ -295,10 +295,63 @@ void check_initial(const CaptureProblem& problem, std::vector<std::string>& faul
   }
 }
 
-ModelBuilder servicer_builder(const CaptureProblem& problem) {
+void check_wheels(const CaptureProblem& problem, std::vector<std::string>& faults) {
+  if (!problem.wheel_rate.empty() &&
+      (problem.wheel_rate.size() != problem.robot.wheels.size() || !finite(problem.wheel_rate)))
+    faults.push_back(
+        fmt::format("wheels: {} initial rates for {} wheels", problem.wheel_rate.size(), problem.robot.wheels.size()));
+  for (const std::optional<BaseControlSetup>& control :
+       {problem.approach ? problem.approach->base_control : std::nullopt,
+        problem.post_impact ? problem.post_impact->base_control : std::nullopt}) {
+    if (control && control->actuators == BaseControlSetup::Actuators::wheels && problem.robot.wheels.empty())
+      faults.push_back("base control: there are no wheels");
+  }
+}
+
+// A rotor that the base can do without: with its moment about the axis, the least transverse one that a body can have,
+// and hardly any mass, which sits at the base's centre of mass. The base keeps the rest, so that both together are what
+// the base was.
+constexpr double kRotorMass = 1e-6;  // of the base's
+
+BodyDescription wheel_body(const WheelSetup& wheel, const BodyDescription& base) {
+  BodyDescription body;
+  body.name = wheel_body_name(wheel.name);
+  body.parent = base.name;
+  body.X_PF = Posed{Rotationd::identity(), base.com};
+  body.joint.name = body.name;
+  body.joint.type = JointType::revolute;
+  body.joint.axis = wheel.axis;
+  body.joint.limits.effort = wheel.torque;
+  body.joint.limits.rate = wheel.rate;
+  body.joint.friction = wheel.friction;
+  body.mass = kRotorMass * base.mass;
+  // J_s a a^T + J_s/2 (1 - a a^T)
+  const Vector3d& a = wheel.axis;
+  const double half = 0.5 * wheel.inertia;
+  body.inertia = Symmetric3d{half + half * a[0] * a[0], half + half * a[1] * a[1], half + half * a[2] * a[2],
+                             half * a[0] * a[1],        half * a[0] * a[2],        half * a[1] * a[2]};
+  return body;
+}
+
+// The base less its wheels.
+void take_wheels_out(const RobotSetup& robot, BodyDescription& base) {
+  const BodyDescription whole = base;
+  for (const WheelSetup& wheel : robot.wheels) {
+    const BodyDescription rotor = wheel_body(wheel, whole);
+    base.mass -= rotor.mass;
+    base.inertia += Symmetric3d{-rotor.inertia.xx, -rotor.inertia.yy, -rotor.inertia.zz,
+                                -rotor.inertia.xy, -rotor.inertia.xz, -rotor.inertia.yz};
+  }
+}
+
+ModelBuilder servicer_builder(const CaptureProblem& problem, bool with_wheels) {
   ModelBuilder builder;
   for (BodyDescription body : problem.robot.bodies) {
     if (body.name == problem.robot.base) {
+      if (with_wheels) {
+        for (const WheelSetup& wheel : problem.robot.wheels) builder.add(wheel_body(wheel, body));
+        take_wheels_out(problem.robot, body);
+      }
       const bool fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
       body.parent.clear();
       body.joint = {};
@@ -328,6 +381,14 @@ CaptureSystem index(const CaptureProblem& problem, Model model, bool with_target
       system.robot_joints.push_back(static_cast<int>(j));
     }
   }
+  for (const WheelSetup& wheel : problem.robot.wheels) {
+    const auto is_it = [&](int body) {
+      return system.model.bodies()[body].description.name == wheel_body_name(wheel.name);
+    };
+    const auto at = std::find_if(system.model.joints().begin(), system.model.joints().end(), is_it);
+    if (at != system.model.joints().end())
+      system.wheels.push_back(static_cast<int>(at - system.model.joints().begin()));
+  }
   return system;
 }
 
@@ -355,12 +416,44 @@ Posed own_frame(const Model& model, int body) {
   return Posed::identity();
 }
 
+std::string wheel_body_name(const std::string& wheel) { return "wheel:" + wheel; }
+
 CaptureSystem make_servicer(const CaptureProblem& problem) {
-  return index(problem, servicer_builder(problem).build(), false);
+  return index(problem, servicer_builder(problem, false).build(), false);
+}
+
+CaptureSystem make_servicer_with_wheels(const CaptureProblem& problem) {
+  return index(problem, servicer_builder(problem, true).build(), false);
+}
+
+State without_wheels(const CaptureSystem& with, const State& state, const CaptureSystem& without) {
+  State result = zero_state(without.model);
+  for (std::size_t j = 0; j < without.robot_joints.size(); ++j) {
+    const Body& to = without.model.bodies()[without.model.joints()[without.robot_joints[j]]];
+    const Body& from = with.model.bodies()[with.model.joints()[with.robot_joints[j]]];
+    result.q[to.q] = state.q[from.q], result.v[to.v] = state.v[from.v];
+  }
+  if (!without.model.has_free_root(without.base)) return result;
+  const Body &to = without.model.bodies()[without.base], &from = with.model.bodies()[with.base];
+  std::copy_n(state.q.begin() + from.q, 7, result.q.begin() + to.q);
+  std::copy_n(state.v.begin() + from.v, 6, result.v.begin() + to.v);
+  return result;
+}
+
+std::string wheel_fault(const RobotSetup& robot) {
+  const auto base = find_named(robot.bodies, robot.base);
+  if (base == robot.bodies.end() || robot.wheels.empty()) return {};
+  BodyDescription rest = *base;
+  take_wheels_out(robot, rest);
+  if (!(rest.mass > 0)) return "the base carries more wheels than it can";
+  const std::string fault = inertia_fault(rest.inertia);
+  if (fault.empty()) return {};
+  return fmt::format("the base's inertia, which includes its wheels, leaves none that a body can have without them: {}",
+                     fault);
 }
 
 CaptureSystem make_capture_system(const CaptureProblem& problem) {
-  ModelBuilder builder = servicer_builder(problem);
+  ModelBuilder builder = servicer_builder(problem, true);
   for (const TargetSetup& t : problem.targets) {
     builder.add(target_body(t));
     builder.add(FrameDescription{target_body_name(t.name), target_body_name(t.name), Posed::identity()});
@@ -371,6 +464,7 @@ CaptureSystem make_capture_system(const CaptureProblem& problem) {
   check_phases(problem, system.robot_joints.size(), faults);
   check_closing(problem, faults);
   check_initial(problem, faults);
+  check_wheels(problem, faults);
   check_surroundings(problem, system.model, faults);
   if (!faults.empty()) throw CaptureProblemError(fmt::format("{}", fmt::join(faults, "\n")));
   return system;
@@ -395,6 +489,8 @@ State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem&
       state.q[body.q] = first.position, state.v[body.v] = first.rate;
     }
   }
+  for (std::size_t w = 0; w < system.wheels.size() && !problem.wheel_rate.empty(); ++w)
+    state.v[system.model.bodies()[system.model.joints()[system.wheels[w]]].v] = problem.wheel_rate[w];
   if (!system.model.has_free_root(system.base)) return state;
   set_root_pose(system.model, system.base, problem.X_WB, state);
   if (problem.momentum) {

@@ -73,11 +73,13 @@ CaptureSystem renumber(const CaptureSystem& from, Model model) {
   to.base = to.model.body_index(body_name(from.base));
   for (int f : from.end_effectors) to.end_effectors.push_back(frame(f));
   for (int f : from.target_frames) to.target_frames.push_back(frame(f));
-  for (int j : from.robot_joints) {
+  const auto joint = [&](int j) {
     const int body = to.model.body_index(body_name(from.model.joints()[j]));
-    const auto at = std::find(to.model.joints().begin(), to.model.joints().end(), body);
-    to.robot_joints.push_back(static_cast<int>(at - to.model.joints().begin()));
-  }
+    return static_cast<int>(std::find(to.model.joints().begin(), to.model.joints().end(), body) -
+                            to.model.joints().begin());
+  };
+  for (int j : from.robot_joints) to.robot_joints.push_back(joint(j));
+  for (int j : from.wheels) to.wheels.push_back(joint(j));
   return to;
 }
 

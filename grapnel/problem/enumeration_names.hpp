@@ -24,6 +24,9 @@ struct Described<GraspSetup::Orientation>
 template <>
 struct Described<RateMatch> : Enumeration<RateMatch, "RateMatch", "velocity", "twist", "velocity_least_rates"> {};
 template <>
+struct Described<BaseControlSetup::Actuators>
+    : Enumeration<BaseControlSetup::Actuators, "Actuators", "outside", "wheels"> {};
+template <>
 struct Described<JointProfile> : Enumeration<JointProfile, "JointProfile", "quartic", "cycloidal", "quintic"> {};
 template <>
 struct Described<PlanSetup::Objective>

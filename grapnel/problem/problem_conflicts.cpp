@@ -8,7 +8,9 @@
 #include <numbers>
 #include <optional>
 
+#include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/simulate/reaction_wheels.hpp"
 #include "grapnel/text/message_text.hpp"
 
 namespace grapnel {
@@ -74,6 +76,7 @@ class Conflicts {
         refuse_base_control("post_impact.base_control");
     }
     check_control();
+    check_wheels();
     for (std::size_t i = 0; i < problem_.loads.size(); ++i) check_load(problem_.loads[i], i);
     check_shapes();
     check_lengths();
@@ -179,6 +182,50 @@ class Conflicts {
     check("initial.base", problem_.X_WB.p, problem_.V_WB ? problem_.V_WB->linear : Vector3d::zero());
     for (std::size_t i = 0; i < problem_.targets.size(); ++i)
       check(fmt::format("targets[{}].state", i), problem_.targets[i].X_WT.p, problem_.targets[i].V_WT.linear);
+  }
+
+  // ---- Reaction wheels ----
+
+  void check_wheels() {
+    const std::vector<WheelSetup>& wheels = problem_.robot.wheels;
+    if (!problem_.wheel_rate.empty() && problem_.wheel_rate.size() != wheels.size())
+      add("initial.wheel_rates", "initial.wheel_rates: {} values, the robot has {} wheels", problem_.wheel_rate.size(),
+          wheels.size());
+    for (std::size_t i = 0; i < std::min(wheels.size(), problem_.wheel_rate.size()); ++i) {
+      if (std::abs(problem_.wheel_rate[i]) > wheels[i].rate)
+        add("initial.wheel_rates", "initial.wheel_rates: {} rad/s of wheel {}, whose largest rate is {} rad/s",
+            problem_.wheel_rate[i], in_quotes(wheels[i].name), wheels[i].rate);
+    }
+    if (problem_.approach) check_wheels_of(problem_.approach->base_control, "approach.base_control");
+    if (problem_.post_impact) check_wheels_of(problem_.post_impact->base_control, "post_impact.base_control");
+  }
+
+  // That they can turn the base as they are asked to.
+  void check_wheels_of(const std::optional<BaseControlSetup>& control, const std::string& path) {
+    if (!control || control->actuators == BaseControlSetup::Actuators::outside) return;
+    const std::vector<WheelSetup>& wheels = problem_.robot.wheels;
+    if (wheels.empty()) {
+      if (control->actuators)
+        add(path + ".actuators", "{}.actuators: wheels, and the robot has none (wheels: [...] in the robot file)",
+            path);
+      return;
+    }
+    std::vector<Vector3d> axes;
+    for (const WheelSetup& wheel : wheels) axes.push_back(wheel.axis);
+    for (int k = 0; k < 3; ++k) {
+      if (control->kp[k] == 0 && control->kd[k] == 0) continue;
+      if (lacking_torque(axes, axis_vector(k)) < 1e-6) continue;
+      add(path,
+          "{}: its gains ask for torque about {}, which the robot's wheels cannot give; give the gains of each axis, "
+          "with 0 for those that are not controlled, or actuators: outside",
+          path, "xyz"[k]);
+    }
+  }
+
+  static Vector3d axis_vector(int k) {
+    Vector3d axis = Vector3d::zero();
+    axis[k] = 1;
+    return axis;
   }
 
   // ---- The on-board computer ----
@@ -723,6 +770,8 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
            fmt::format("{}.joint.limits: lower limit {} is above upper limit {}", shown, limits.lower, limits.upper)});
     }
   }
+  if (const std::string fault = wheel_fault(robot); !fault.empty())
+    found.push_back({"wheels", fmt::format("{}wheels: {}", path.empty() ? "" : path + ".", fault)});
   if (robot.geometry.size() > kMostShapes) {
     found.push_back({"links", fmt::format("the robot's bodies have {} shapes in all, at most {} are allowed",
                                           robot.geometry.size(), kMostShapes)});

@@ -471,6 +471,17 @@ struct ControlReport {
   std::string plugin_sha256;
 };
 
+/// A reaction wheel in a run. Rates are relative to the base.
+struct WheelReport {
+  std::string name;
+  double inertia = 0;  // about its axis
+  double rate_before = 0, rate_after = 0;
+  double largest_rate = 0;                  // at the instants that were looked at
+  double largest_torque = 0;                // likewise
+  double rate_limit = 0, torque_limit = 0;  // infinite: none
+  double momentum_after() const { return inertia * rate_after; }
+};
+
 /// An integration's cost.
 struct PhaseCost {
   std::string phase;
@@ -512,6 +523,7 @@ struct CaptureResult {
   std::optional<PhaseEnd> post_impact_end;
   std::optional<DetumblingReport> detumbling;     // in it
   std::optional<BaseKeepingReport> base_keeping;  // in it
+  std::vector<WheelReport> wheels;                // of the base, in the robot's order
   std::vector<MinimumClearance> clearance;        // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>

@@ -111,6 +111,20 @@ std::string plan_table(const CaptureResult& result) {
   return out + table.text();
 }
 
+std::string wheel_table(const CaptureResult& result) {
+  if (result.wheels.empty()) return "";
+  TextTable table;
+  table.row({"reaction wheel", "rate before", "after", "largest", "limit", "largest torque", "limit", "momentum"});
+  table.row({"", "rad/s", "rad/s", "rad/s", "rad/s", "N m", "N m", "N m s"});
+  const auto limit = [](double x) { return std::isfinite(x) ? short_number(x) : "none"; };
+  for (const WheelReport& w : result.wheels) {
+    table.row({w.name, short_number(w.rate_before), short_number(w.rate_after), short_number(w.largest_rate),
+               limit(w.rate_limit), short_number(w.largest_torque), limit(w.torque_limit),
+               short_number(w.momentum_after())});
+  }
+  return "\nreaction wheels, relative to the base\n" + table.text();
+}
+
 std::string approach_table(const CaptureResult& result) {
   if (!result.approach_end) return "";
   const PhaseEnd& end = *result.approach_end;
@@ -473,8 +487,8 @@ std::string ledger_table(const Ledger& ledger) {
 
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
-         release_lines(result) + post_impact_table(result) + law_tables(result) + loop_tables(result) +
-         load_table(result) + clearance_table(result) + ledger_table(result.ledger);
+         release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) +
+         loop_tables(result) + load_table(result) + clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

@@ -504,6 +504,25 @@ const Type& type_of<ControlReport>() {
 }
 
 template <>
+const Type& type_of<WheelReport>() {
+  using W = WheelReport;
+  static constexpr Field fields[] = {
+      field<&W::name>("name", "of the wheel"),
+      field<&W::inertia>("inertia", "kg m^2", "about its axis"),
+      field<&W::rate_before>("rate_before", "rad/s", "relative to the base, as the run began"),
+      field<&W::rate_after>("rate_after", "rad/s", "as it ended"),
+      derived<[](const W& w) { return w.momentum_after(); }>("momentum_after", "N m s",
+                                                             "inertia times rate relative to the base, as it ended"),
+      field<&W::largest_rate>("largest_rate", "rad/s", "of either sign, at the instants that were looked at"),
+      field<&W::rate_limit>("rate_limit", "rad/s", "null: none").or_null(),
+      field<&W::largest_torque>("largest_torque", "N m", "of its motor, likewise"),
+      field<&W::torque_limit>("torque_limit", "N m", "null: none").or_null(),
+  };
+  static constexpr Type type = structure<W>("WheelReport", "a reaction wheel of the base.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<OrbitReport>() {
   using O = OrbitReport;
   static constexpr Field fields[] = {
@@ -674,6 +693,11 @@ const Type& type_of<Summary>() {
    "the largest loads of every phase; absent if "
    "nothing was loaded")
         .when<[](const S& s) { return !s.result.peak_loads.empty(); }>(),
+    derived < [](const S& s) -> auto& {
+  return s.result.wheels;
+}
+> ("wheels", "", "reaction wheels; absent if there are none")
+        .when<[](const S& s) { return !s.result.wheels.empty(); }>(),
     derived < [](const S& s) -> auto& {
   return *worst_margin(s.result);
 }

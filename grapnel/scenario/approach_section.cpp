@@ -29,6 +29,10 @@ template <>
 struct Described<BaseControlSetup> {
   using T = BaseControlSetup;
   static constexpr auto fields = std::to_array<Field>({
+      field<&T::actuators>("actuators", "",
+                           "What gives the torque. wheels: the robot's reaction wheels; outside: something that takes "
+                           "its momentum out of the system. Absent: the wheels, if the robot has any.")
+          .optional(),
       field<&T::kp>("kp", "N m/rad", "Proportional gain.").at_least(0).as("axis gains").required(),
       field<&T::kd>("kd", "N m s/rad", "Derivative gain.").at_least(0).as("axis gains").required(),
       field<&T::limit>("limit", "N m", "Largest torque about each axis; absent: none.")

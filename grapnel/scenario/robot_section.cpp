@@ -254,6 +254,31 @@ struct Described<EndEffectorSetup> {
 };
 
 template <>
+struct Described<WheelSetup> {
+  using T = WheelSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "").required(),
+      field<&T::axis>("axis", "", "Unit vector in the base's frame.").as("unit vector").required(),
+      field<&T::inertia>("inertia", "kg m^2", "About the axis. The base's own inertia includes it.")
+          .above(0)
+          .required(),
+      field<&T::torque>("torque", "N m", "Largest torque of its motor; absent: none.")
+          .above(0)
+          .as("number or infinity")
+          .optional(),
+      field<&T::rate>("rate", "rad/s", "Largest rate relative to the base, at which its motor keeps it; absent: none.")
+          .above(0)
+          .up_to(1e+09)
+          .as("number or infinity")
+          .optional(),
+      field<&T::friction>("friction", "", "Of its bearing."),
+  });
+  static constexpr Type type = structure<T>(
+      "reaction_wheel",
+      "A balanced rotor that a motor turns against the base. What drives it: base_control of scenarios.", fields);
+};
+
+template <>
 struct Described<BaseKeys> {
   using T = RobotSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -317,6 +342,8 @@ struct Described<RobotSetup> {
       links("links", "", "Links in any order; each hangs on its parent by a joint. Branches are allowed.")
           .items(0, 4000),
       field<&T::end_effectors>("end_effectors", "", "Named frames on links, or on the base, that can grasp."),
+      field<&T::wheels>("wheels", "", "Reaction wheels of the base. Its mass, centre of mass and inertia include them.")
+          .items(0, 100),
   });
   static constexpr Type type =
       structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields);
@@ -430,6 +457,12 @@ void finish_end_effectors(const Node& list, const std::string& path, ReadRobot& 
   }
 }
 
+void finish_wheels(const Node& list, const std::string& path, const ReadRobot& robot, FaultList& faults) {
+  NameTable names("wheel");
+  for (std::size_t i = 0; i < robot.setup.wheels.size() && i < list.items.size(); ++i)
+    names.add_from(list.items[i], item(path, i), faults);
+}
+
 // The joint order is the model's; without a model the file's, for what does not depend on the order.
 void order_joints(ReadRobot& robot, bool faultless, const Mark& mark, FaultList& faults) {
   if (faultless) {
@@ -481,6 +514,7 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
     finish_link(links.items[i], item(below(path, "links"), i), setup.bodies[i + 1], robot, faults);
   check_parents(links, below(path, "links"), robot, faults);
   finish_end_effectors(part(node, "end_effectors"), below(path, "end_effectors"), robot, faults);
+  finish_wheels(part(node, "wheels"), below(path, "wheels"), robot, faults);
   order_joints(robot, sound_structure && faults.empty(), node.mark, faults);
   return robot;
 }

@@ -73,6 +73,9 @@ struct Described<InitialKeys> {
                             "approach.trajectory or approach.pieces, else all at rest.")
           .as("joint values")
           .optional(),
+      field<&T::wheel_rate>("wheel_rates", "rad/s",
+                            "Rates of the robot's wheels relative to the base, in its order; absent: at rest.")
+          .optional(),
   });
   static constexpr Type type = structure<T>(
       "initial", "The state at t = 0. With no approach it is the state at the instant of capture.", fields);

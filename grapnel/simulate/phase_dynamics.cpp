@@ -78,6 +78,7 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       drifted_(momenta_) {
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
   if (!setup_.closures.empty()) solver_.emplace(model_, setup_.closures);
+  wheels_ = WheelArray(setup_.wheels);
   check_and_classify();
 }
 
@@ -111,6 +112,7 @@ void PhaseDynamics::check_and_classify() {
     throw std::invalid_argument("PhaseDynamics: only a free root that is not held can be under attitude control");
   }
   check_control();
+  check_wheels();
   for (const ExternalLoad& load : setup_.loads) {
     validate(load);
     if (load.body < 0 || load.body >= static_cast<int>(bodies.size())) {
@@ -130,7 +132,7 @@ void PhaseDynamics::check_and_classify() {
     trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
-                  setup_.orbit.has_value() || driven_root() >= 0;
+                  setup_.orbit.has_value() || (driven_root() >= 0 && setup_.wheels.empty());
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
@@ -158,6 +160,16 @@ void PhaseDynamics::check_control() {
   if (setup_.channels.size() != setup_.clock->channels())
     throw std::invalid_argument("PhaseDynamics: the clock has another number of channels");
   for (std::size_t c = 0; c < setup_.channels.size(); ++c) channel_of_.at(setup_.channels[c]) = static_cast<int>(c);
+}
+
+// Wheels hang on the root that they turn, by joints that nothing else drives.
+void PhaseDynamics::check_wheels() {
+  for (const ReactionWheel& wheel : setup_.wheels) {
+    const Body& body = model_.bodies().at(model_.joints().at(wheel.joint));
+    if (body.v != wheel.velocity || body.parent != driven_root() ||
+        setup_.drives[wheel.joint].control != JointControl::free)
+      throw std::invalid_argument("PhaseDynamics: a wheel is on no free joint of the root whose torque it gives");
+  }
 }
 
 Manifold PhaseDynamics::manifold() const {
@@ -196,6 +208,9 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
     now_.q[body.q] = reference.position;
     now_.v[body.v] = reference.rate;
     acceleration_[body.v] = reference.acceleration;
+  }
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    if (wheels_.mode(i) == WheelArray::Mode::held) now_.v[wheels_.wheels()[i].velocity] = wheels_.held_rate(i);
   }
   if (setup_.held_root >= 0) {
     for (int k = 0; k < 6; ++k) now_.v[model_.bodies()[setup_.held_root].v + k] = 0;
@@ -251,19 +266,21 @@ void PhaseDynamics::act_from_outside(double t) {
   for (std::size_t i = 0; i < setup_.loads.size(); ++i) wrenches_[i] = wrench_of(setup_.loads[i], t, at);
   if (setup_.orbit) act_on_orbit(at);
   if (!wrenches_.empty()) gather_external(model_, wrenches_, workspace_);
-  if (driven_root() >= 0) drive_root();
 }
 
-// The torque of attitude control or of the controller, or what the clock holds of it.
+// The torque of attitude control or of the controller, or what the clock holds of it: from outside, or by the wheels'
+// motors.
 void PhaseDynamics::drive_root() {
-  const Body& root = model_.bodies()[driven_root()];
   if (!laws_speak()) {
-    attitude_torque_ = setup_.clock->held().base_torque;
+    asked_torque_ = setup_.clock->held().base_torque;
   } else if (setup_.attitude) {
-    attitude_torque_ = attitude_torque_now();
+    asked_torque_ = attitude_torque_now();
   } else {
-    attitude_torque_ = commanded_torque_;
+    asked_torque_ = commanded_torque_;
   }
+  if (!wheels_.empty()) return wheels_.drive(asked_torque_, motor_);
+  attitude_torque_ = asked_torque_;
+  const Body& root = model_.bodies()[driven_root()];
   for (int k = 0; k < 3; ++k) force_[root.v + k] = attitude_torque_[k];
 }
 
@@ -293,6 +310,11 @@ void PhaseDynamics::gather_beside() {
   }
   if (!setup_.attitude) return;
   const Vector3d torque = attitude_torque_now();
+  if (!wheels_.empty()) {
+    wheels_.drive(torque, motor_);
+    for (const ReactionWheel& wheel : wheels_.wheels()) beside_[wheel.velocity] += motor_[wheel.joint];
+    return;
+  }
   for (int k = 0; k < 3; ++k) beside_[model_.bodies()[setup_.attitude->root].v + k] = torque[k];
 }
 
@@ -359,7 +381,7 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     throw;
   }
   sampling_ = false;
-  ControlClock::Command said{std::vector<double>(setup_.channels.size()), attitude_torque_};
+  ControlClock::Command said{std::vector<double>(setup_.channels.size()), asked_torque_};
   for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
     const auto j = static_cast<std::size_t>(setup_.channels[c]);
     if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = motor_[j];
@@ -413,6 +435,7 @@ void PhaseDynamics::accelerate(double t) {
   if (has_controller_ && laws_speak()) ask_controller(t);
   if (has_external_) act_from_outside(t);
   actuate();
+  if (driven_root() >= 0) drive_root();
   const auto velocity_of = [&](std::size_t j) { return model_.bodies()[model_.joints()[j]].v; };
   bool as_commanded = false;
   if (any_computed_ && laws_speak()) {
@@ -437,6 +460,45 @@ void PhaseDynamics::accelerate(double t) {
     if (output_of(setup_.drives[j].control) == ControlOutput::motion) {
       motor_[j] = workspace_.force[velocity_of(j)] - friction_[j];
     }
+  }
+  if (wheels_.empty()) return;
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const ReactionWheel& wheel = wheels_.wheels()[i];
+    if (wheels_.mode(i) == WheelArray::Mode::held)
+      motor_[wheel.joint] = workspace_.force[wheel.velocity] - friction_[wheel.joint];
+  }
+  attitude_torque_ = wheels_.torque_of(motor_);
+}
+
+double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
+  load(t, y);
+  if (wheels_.any_held()) {
+    if (projects()) close_loops(t);
+    accelerate(t);
+  }
+  return wheels_.margin(now_.v, motor_);
+}
+
+// By the rates, then by what holding them takes: a wheel that the law slows down anyway is free.
+void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
+  if (!switches()) return;
+  const int nq = model_.coordinates(), nv = model_.velocities();
+  wheels_.take_modes(y.subspan(nq, nv));
+  do {
+    hold_wheels();
+    if (!wheels_.any_held()) return;
+    load(t, y);
+    if (projects()) close_loops(t);
+    accelerate(t);
+  } while (wheels_.free_those_asked_to_slow_down(motor_));
+}
+
+// Held wheels move as prescribed, at their largest rates.
+void PhaseDynamics::hold_wheels() {
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const int v = wheels_.wheels()[i].velocity;
+    prescribed_[v] = commanded_[v] = wheels_.mode(i) == WheelArray::Mode::held;
+    acceleration_[v] = 0;
   }
 }
 
@@ -477,7 +539,7 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
   }
   for (const ExternalWrench& e : wrenches_)
     add(e.body, e.F_W.linear, e.p_WP, e.F_W.angular, dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p)));
-  if (const int root = driven_root(); root >= 0) {
+  if (const int root = driven_root(); root >= 0 && wheels_.empty()) {
     const Vector3d torque = k.X_WB[root].R * attitude_torque_;
     add(root, Vector3d::zero(), k.X_WB[root].p, torque, dot(torque, k.V_WB[root].angular));
   }

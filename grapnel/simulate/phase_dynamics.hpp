@@ -26,6 +26,7 @@
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/phase_integrals.hpp"
+#include "grapnel/simulate/reaction_wheels.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
@@ -49,6 +50,9 @@ struct PhaseSetup {
   /// Says the efforts of joints under JointControl::controller, and the torque on commanded_root.
   std::shared_ptr<Controller> controller = {};
   int commanded_root = -1;  // body index of a free root, not under attitude control; -1: none
+  /// Through which attitude control's or the controller's torque on its root is given; empty: from outside. Their
+  /// joints are free.
+  std::vector<ReactionWheel> wheels = {};
   /// Samples all laws, attitude control's too; null: they act continuously. Controller and clock have a state that
   /// lasts beyond a phase: two phases that run at the same time must not share them.
   std::shared_ptr<ControlClock> clock = {};
@@ -108,6 +112,13 @@ class PhaseDynamics {
   /// that nothing in space has.
   void tick(double t, std::span<const double> y);
 
+  /// Whether wheels' modes can change: then choose_modes() speaks wherever a smooth piece begins.
+  bool switches() const { return wheels_.has_rate_limits(); }
+  /// Positive while the wheels' modes may stay (WheelArray::margin).
+  double switch_margin(double t, std::span<const double> y);
+  /// The wheels' modes from now on, in y at t; nothing without wheels that have a largest rate.
+  void choose_modes(double t, std::span<const double> y);
+
   /// dy/dt.
   void operator()(double t, std::span<const double> y, std::span<double> dydt);
 
@@ -141,6 +152,7 @@ class PhaseDynamics {
   /// What a controller was told last that acts beside it (ControlInput::force).
   std::span<const double> force_beside() const { return beside_; }
   /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m].
+  /// Through wheels: what their motors give of it.
   const Vector3d& control_torque() const { return attitude_torque_; }
 
  private:
@@ -151,6 +163,7 @@ class PhaseDynamics {
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void check_and_classify();
   void check_control();
+  void check_wheels();
   /// The root under attitude control or a controller's torque; -1: none.
   int driven_root() const { return setup_.attitude ? setup_.attitude->root : setup_.commanded_root; }
   /// Whether laws say what acts, now; else what the clock holds acts.
@@ -161,6 +174,7 @@ class PhaseDynamics {
   void ask_controller(double t);
   void refuse_runaway(double t) const;
   void drive_root();
+  void hold_wheels();
   void load(double t, std::span<const double> y);
   void recover(double t);
   ProjectionResult close_loops(double t);
@@ -192,8 +206,10 @@ class PhaseDynamics {
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
-  std::vector<ExternalWrench> wrenches_;  // of the loads, now; then of an orbit's field, one per body
-  Vector3d attitude_torque_ = Vector3d::zero();
+  std::vector<ExternalWrench> wrenches_;         // of the loads, now; then of an orbit's field, one per body
+  Vector3d asked_torque_ = Vector3d::zero();     // on the driven root, by the laws or what is held of them
+  Vector3d attitude_torque_ = Vector3d::zero();  // on it, as given
+  WheelArray wheels_;
   double momenta_time_ = 0;                    // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
   std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended

@@ -54,6 +54,7 @@ class PhaseRun {
         watch_(watch),
         stop_(stop),
         locator_(stepper.manifold()),
+        switch_locator_(stepper.manifold()),
         norm_(stepper.manifold(), tolerances),
         relative_tolerance_(tolerances.rtol),
         y_(static_cast<std::size_t>(dynamics.size())),
@@ -85,6 +86,7 @@ class PhaseRun {
     for (double end : ends) {
       dynamics_.enter_interval(begin, end);
       dynamics_.tick(begin, begin == t0 ? y0 : stepper_.state());
+      dynamics_.choose_modes(begin, begin == t0 ? y0 : stepper_.state());
       if (begin == t0) {
         stepper_.start(dynamics_, t0, y0, end);
         if (const LoopSolver* solver = dynamics_.loops()) loops_.rows = solver->rows(), loops_.rank = solver->rank();
@@ -168,21 +170,56 @@ class PhaseRun {
     while (stepper_.status() == StepStatus::running) {
       step();
       if (!usable()) return;
-      std::optional<EventLocation> hit;
+      std::optional<EventLocation> hit, switched;
       if (stop_) {
         const auto g = [&](double t, std::span<const double> y) { return margin(t, y); };
         hit = locator_.find(stepper_, dynamics_, g, Crossing::falling);
       }
-      if (!hit) look_up(stepper_.time());
-      const double reached = hit ? hit->time : stepper_.time();
+      if (dynamics_.switches()) {
+        const auto g = [&](double t, std::span<const double> y) { return dynamics_.switch_margin(t, y); };
+        switched = switch_locator_.find(stepper_, dynamics_, g, Crossing::falling);
+      }
+      if (hit && switched) ((hit->time - switched->time) * direction_ <= 0 ? switched : hit).reset();
+      if (!hit && !switched) look_up(stepper_.time());
+      const double reached = hit ? hit->time : switched ? switched->time : stepper_.time();
       if (watch_.probe) look_into(reached);
       while (next_ < outputs_.size() && (reached - outputs_[next_]) * direction_ > 0) {
         stepper_.interpolate(dynamics_, outputs_[next_], std::span<double>(y_));
         output(outputs_[next_], y_);
       }
       if (hit) return end_at(hit->time, locator_.state());
+      if (switched) switch_at(switched->time);
+      if (!usable()) return;
       if (stepper_.status() == StepStatus::running && outputs_[next_] == reached) output(reached, stepper_.state());
     }
+  }
+
+  // Wheels change their modes inside the step just made, which ends there; the motion goes on from a fresh start.
+  void switch_at(double t) {
+    constexpr long kMostSwitches = 100'000;
+    if (++switches_ > kMostSwitches) {
+      broken_off_ = fmt::format(
+          "reaction wheels come to their largest rates and leave them more than {} times until t = "
+          "{:.9g} s",
+          kMostSwitches, t);
+      return;
+    }
+    y_.assign(switch_locator_.state().begin(), switch_locator_.state().end());
+    const double end = stepper_.end_time();
+    dynamics_.choose_modes(t, y_);
+    count_steps();
+    stepper_.start(dynamics_, t, y_, end);
+    fresh_ = true;
+  }
+
+  // What the stepper has done since it was started.
+  void count_steps() {
+    const IntegrationStatistics& now = stepper_.statistics();
+    done_.rhs_evaluations += now.rhs_evaluations;
+    done_.accepted += now.accepted;
+    done_.rejected += now.rejected;
+    done_.sum_of_error_estimates += now.sum_of_error_estimates;
+    done_.largest_quaternion_defect = std::max(done_.largest_quaternion_defect, now.largest_quaternion_defect);
   }
 
   // The step just made, as far as the phase goes.
@@ -218,6 +255,7 @@ class PhaseRun {
   PhaseOutcome outcome() {
     const double t = stop_time_.value_or(stepper_.time());
     const std::span<const double> y = stop_time_ ? std::span<const double>(y_) : stepper_.state();
+    count_steps();
     PhaseOutcome outcome;
     outcome.stopped = stop_time_.has_value() && broken_off_.empty();
     outcome.finished = broken_off_.empty() && (outcome.stopped || stepper_.status() == StepStatus::finished);
@@ -231,16 +269,16 @@ class PhaseRun {
           dynamics_.loops()->rank(), dynamics_.loops()->rows(), loops_.rank, dynamics_.loops()->least_pivot());
     }
     outcome.loops = loops_;
-    outcome.loops.integration_error = relative_tolerance_ * stepper_.statistics().sum_of_error_estimates +
-                                      kRounding * static_cast<double>(stepper_.statistics().accepted + 1);
+    outcome.loops.integration_error =
+        relative_tolerance_ * done_.sum_of_error_estimates + kRounding * static_cast<double>(done_.accepted + 1);
     outcome.end_time = t;
     outcome.end_state = dynamics_.state(t, y);
     outcome.integrals = dynamics_.integrals(y);
     outcome.momentum_mended = dynamics_.momentum_mended(y);
-    outcome.rhs_evaluations = static_cast<long>(stepper_.statistics().rhs_evaluations);
-    outcome.steps = static_cast<long>(stepper_.statistics().accepted);
-    outcome.rejected = static_cast<long>(stepper_.statistics().rejected);
-    outcome.quaternion_defect = stepper_.statistics().largest_quaternion_defect;
+    outcome.rhs_evaluations = static_cast<long>(done_.rhs_evaluations);
+    outcome.steps = static_cast<long>(done_.accepted);
+    outcome.rejected = static_cast<long>(done_.rejected);
+    outcome.quaternion_defect = done_.largest_quaternion_defect;
     dynamics_.leave_interval();
     return outcome;
   }
@@ -250,7 +288,9 @@ class PhaseRun {
   const std::function<void(const PhaseSample&)>& observe_;
   const StepWatch& watch_;
   const StopCondition& stop_;
-  EventLocator<double> locator_;
+  EventLocator<double> locator_, switch_locator_;
+  IntegrationStatistics done_;  // before the stepper's last start
+  long switches_ = 0;
   ErrorNorm<double> norm_;
   double relative_tolerance_;
   LoopOutcome loops_;

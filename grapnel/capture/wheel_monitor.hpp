@@ -1,0 +1,28 @@
+#pragma once
+
+/// @file
+/// What reaction wheels do in a run: rates, momentum, torque. Thread safety: one thread at a time.
+
+#include <span>
+#include <vector>
+
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/result/capture_result.hpp"
+
+namespace grapnel {
+
+class WheelMonitor {
+ public:
+  explicit WheelMonitor(const CaptureProblem& problem);
+
+  /// The system at some time. `motor`: efforts per Model::joints(); empty where nobody worked them out.
+  void look(const CaptureSystem& system, const State& state, std::span<const double> motor);
+  /// Nothing without wheels, or if nothing was looked at.
+  void write(CaptureResult& result) const;
+
+ private:
+  std::vector<WheelReport> reports_;
+  bool any_ = false;
+};
+
+}  // namespace grapnel
