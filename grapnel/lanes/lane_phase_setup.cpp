@@ -155,8 +155,8 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   // A member that is added to these structures does not compile here until it is known what lanes make of it.
-  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, clock,
-               channels, recover_roots, closures, project_loops, loop_feedback] = setup;
+  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, clock, channels,
+               recover_roots, closures, project_loops, loop_feedback] = setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }

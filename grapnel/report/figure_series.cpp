@@ -359,13 +359,34 @@ Drawing clearance(const RunSource& run) {
   return {{panel}, 1};
 }
 
+// The dashed line is the least room that a wheel has.
+Drawing wheels(const RunSource& run) {
+  SeriesPanel momentum, torque;
+  momentum.quantity = "momentum of wheels", momentum.unit = "N m s";
+  torque.quantity = "torque of motors", torque.unit = "N m";
+  const Series &stored = wanted(run, "wheels/momentum"), &motors = wanted(run, "wheels/torque");
+  for (std::size_t w = 0; w < stored.width(); ++w) {
+    momentum.curves.push_back({stored.components[w], component(stored, w), color_of(w)});
+    torque.curves.push_back({motors.components[w], component(motors, w), color_of(w)});
+  }
+  torque.legend = false;
+  if (run.summary && run.summary->contains("wheels")) {
+    for (const auto& wheel : run.summary->at("wheels")) {
+      if (!wheel.at("rate_limit").is_number()) continue;
+      const double room = wheel.at("rate_limit").get<double>() * wheel.at("inertia").get<double>();
+      momentum.bound = std::min(momentum.bound.value_or(room), room);
+    }
+  }
+  return {{momentum, torque}, 1};
+}
+
 struct Kind {
   const char* what;
   const char* about;
   Drawing (*draw)(const RunSource&);
 };
 
-constexpr std::array<Kind, 11> kKinds{{
+constexpr std::array<Kind, 12> kKinds{{
     {"joints", "joint angles and rates", joints},
     {"velocities", "end-effectors' velocities, beside those of their grasp points", velocities},
     {"relative", "end-effectors' velocities minus those of their grasp points", relative},
@@ -380,6 +401,7 @@ constexpr std::array<Kind, 11> kKinds{{
     {"torques", "motor torques and joint friction", torques},
     {"forces", "forces and moments on the grasps", forces},
     {"clearance", "clearance of bodies", clearance},
+    {"wheels", "momentum of reaction wheels against their room, and the torque of their motors", wheels},
 }};
 
 }  // namespace

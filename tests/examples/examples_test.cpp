@@ -208,6 +208,27 @@ void expect_force_profile(const CaptureResult& r) {
   }
 }
 
+// What the target brings ends in the wheels, and the base is back at its attitude.
+void expect_wheels_take_the_momentum(const CaptureProblem& p, const CaptureResult& r) {
+  EXPECT_TRUE(r.captured());
+  EXPECT_TRUE(r.ledger.feasible());
+  ASSERT_EQ(r.wheels.size(), 4u);
+  Vector3d stored = Vector3d::zero();
+  for (std::size_t w = 0; w < 4; ++w) {
+    stored += r.wheels[w].momentum_after() * p.robot.wheels[w].axis;
+    EXPECT_LT(r.wheels[w].largest_rate, r.wheels[w].rate_limit);
+    EXPECT_LE(r.wheels[w].largest_torque, r.wheels[w].torque_limit * (1 + 1e-12));
+  }
+  const BodyMotion& base = r.post_impact_end->base;
+  EXPECT_LT(norm(base.angular_velocity), 1e-6);
+  EXPECT_NEAR(std::abs(base.quaternion_wxyz.w), 1, 1e-9);
+  const Series& total = *find_series(r.series, "system/angular_momentum");
+  const std::size_t last = total.data.size() - 3;
+  const Vector3d L{total.data[last], total.data[last + 1], total.data[last + 2]};
+  std::printf("[ measured ] momentum %.4g N m s, of which the wheels lack %.2g\n", norm(L), norm(L - stored));
+  EXPECT_LT(norm(L - stored), 1e-3 * norm(L));
+}
+
 // ---- Every scenario shipped, run once ----
 
 std::vector<std::string> shipped() {
@@ -250,6 +271,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   expect_passes(r);
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
+  if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);
   ASSERT_NE(std::find(kPlanned.begin(), kPlanned.end(), name), kPlanned.end()) << "no test knows what it shows";
   expect_within_limits(p, r);
   if (name == "dual-arm-satellite-handles") expect_closed_loops(r, 12, {1.1, 0.8}, 1);
