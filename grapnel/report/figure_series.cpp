@@ -359,7 +359,6 @@ Drawing clearance(const RunSource& run) {
   return {{panel}, 1};
 }
 
-// The dashed line is the least room that a wheel has.
 Drawing wheels(const RunSource& run) {
   SeriesPanel momentum, torque;
   momentum.quantity = "momentum of wheels", momentum.unit = "N m s";
@@ -370,13 +369,6 @@ Drawing wheels(const RunSource& run) {
     torque.curves.push_back({motors.components[w], component(motors, w), color_of(w)});
   }
   torque.legend = false;
-  if (run.summary && run.summary->contains("wheels")) {
-    for (const auto& wheel : run.summary->at("wheels")) {
-      if (!wheel.at("rate_limit").is_number()) continue;
-      const double room = wheel.at("rate_limit").get<double>() * wheel.at("inertia").get<double>();
-      momentum.bound = std::min(momentum.bound.value_or(room), room);
-    }
-  }
   return {{momentum, torque}, 1};
 }
 
@@ -401,7 +393,7 @@ constexpr std::array<Kind, 12> kKinds{{
     {"torques", "motor torques and joint friction", torques},
     {"forces", "forces and moments on the grasps", forces},
     {"clearance", "clearance of bodies", clearance},
-    {"wheels", "momentum of reaction wheels against their room, and the torque of their motors", wheels},
+    {"wheels", "momentum of reaction wheels and torque of their motors", wheels},
 }};
 
 }  // namespace

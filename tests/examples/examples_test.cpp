@@ -222,9 +222,11 @@ void expect_wheels_take_the_momentum(const CaptureProblem& p, const CaptureResul
   const BodyMotion& base = r.post_impact_end->base;
   EXPECT_LT(norm(base.angular_velocity), 1e-6);
   EXPECT_NEAR(std::abs(base.quaternion_wxyz.w), 1, 1e-9);
-  const Series& total = *find_series(r.series, "system/angular_momentum");
-  const std::size_t last = total.data.size() - 3;
-  const Vector3d L{total.data[last], total.data[last + 1], total.data[last + 2]};
+  const auto total = std::find_if(r.series.series.begin(), r.series.series.end(),
+                                  [](const Series& s) { return s.path == "system/angular_momentum"; });
+  ASSERT_NE(total, r.series.series.end());
+  const std::size_t last = total->data.size() - 3;
+  const Vector3d L{total->data[last], total->data[last + 1], total->data[last + 2]};
   std::printf("[ measured ] momentum %.4g N m s, of which the wheels lack %.2g\n", norm(L), norm(L - stored));
   EXPECT_LT(norm(L - stored), 1e-3 * norm(L));
 }
