@@ -105,6 +105,9 @@ void mount_robot(Node& bus, Node robot, const Mount& mount, const std::string& j
                                          suggestion(mount.link, body_names(bus), "links")));
     return;
   }
+  if (const Node* wheels = robot.find("wheels"); wheels && !wheels->items.empty())
+    faults.add(wheels->mark,
+               "an arm on a bus has reaction wheels; only the bus's base can: move them into the bus's file");
   const std::string given = text_of(body->find("name"));
   const std::string carrier = given.empty() ? "base" : given, base_name = text_of(base->find("name"));
   std::vector<Node> links = taken_items(robot, "links"), end_effectors = taken_items(robot, "end_effectors");
