@@ -68,7 +68,7 @@ ControlCommand ask(PluginController& controller, const Model& model, const State
   a.reference = {{1, 2, 3}, {4, 5, 6}}, a.sensed = {{0.4, 0.1, 0}, {-0.7, 0.2, 0}};
   a.effort.assign(2, 0);
   ControlCommand command{a.effort};
-  controller.update({t, model, state, a.reference, a.sensed}, command);
+  controller.update({t, model, state, a.reference, a.sensed, {}}, command);
   return command;
 }
 
