@@ -32,6 +32,8 @@ export interface Summary {
   post_impact?: PostImpact;
   /** the largest loads of every phase; absent if nothing was loaded */
   loads?: PeakLoad[];
+  /** reaction wheels; absent if there are none */
+  wheels?: WheelReport[];
   /** the one of `loads` with the least margin over all phases; absent where nothing is rated */
   worst_margin?: PeakLoad;
   /** absent where no two bodies have shapes */
@@ -844,6 +846,28 @@ export interface PeakLoad {
   margin: number | null;
   /** a mean over `impact.duration`, which is an assumption; the peak may be larger */
   assumed_duration: boolean;
+}
+
+// a reaction wheel of the base.
+export interface WheelReport {
+  /** of the wheel */
+  name: string;
+  /** about its axis [kg m^2] */
+  inertia: number;
+  /** relative to the base, as the run began [rad/s] */
+  rate_before: number;
+  /** as it ended [rad/s] */
+  rate_after: number;
+  /** inertia times rate relative to the base, as it ended [N m s] */
+  momentum_after: number;
+  /** of either sign, at the instants that were looked at [rad/s] */
+  largest_rate: number;
+  /** null: none [rad/s] */
+  rate_limit: number | null;
+  /** of its motor, likewise [N m] */
+  largest_torque: number;
+  /** null: none [N m] */
+  torque_limit: number | null;
 }
 
 // distances between bodies with shapes.
