@@ -364,7 +364,7 @@ Drawing wheels(const RunSource& run) {
   momentum.quantity = "momentum of wheels", momentum.unit = "N m s";
   torque.quantity = "torque of motors", torque.unit = "N m";
   const Series &stored = wanted(run, "wheels/momentum"), &motors = wanted(run, "wheels/torque");
-  for (std::size_t w = 0; w < stored.width(); ++w) {
+  for (int w = 0; w < static_cast<int>(stored.width()); ++w) {
     momentum.curves.push_back({stored.components[w], component(stored, w), color_of(w)});
     torque.curves.push_back({motors.components[w], component(motors, w), color_of(w)});
   }

@@ -482,15 +482,15 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
 // By the rates, then by what holding them takes: a wheel that the law slows down anyway is free.
 void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
   if (!switches()) return;
-  const int nq = model_.coordinates(), nv = model_.velocities();
-  wheels_.take_modes(y.subspan(nq, nv));
+  wheels_.take_modes(y.subspan(model_.coordinates(), model_.velocities()));
+  hold_wheels();
+  if (!wheels_.any_held()) return;
   do {
     hold_wheels();
-    if (!wheels_.any_held()) return;
     load(t, y);
     if (projects()) close_loops(t);
     accelerate(t);
-  } while (wheels_.free_those_asked_to_slow_down(motor_));
+  } while (wheels_.settle_one(motor_, vdot_));
 }
 
 // Held wheels move as prescribed, at their largest rates.

@@ -9,8 +9,11 @@
 namespace grapnel {
 namespace {
 
-// Of the largest rate: events are found to about 1e-14 of a step, and what holds a wheel sets its rate exactly.
-constexpr double kAtLimit = 1e-9;
+// Of the largest rate. Events are found to rounding, and what holds a wheel sets its rate exactly; beyond kSlack a
+// wheel that is free has come to its largest rate again.
+constexpr double kAtLimit = 1e-11, kSlack = 1e-12;
+// Of the largest rate [1/s]: less is no driving on.
+constexpr double kDrivingOn = 1e-9;
 // Axes whose part outside the others' plane is less than this count as in it.
 constexpr double kInRange = 1e-9;
 
@@ -50,13 +53,14 @@ WheelArray::WheelArray(std::vector<ReactionWheel> wheels)
     : wheels_(std::move(wheels)),
       modes_(wheels_.size(), Mode::free),
       signs_(wheels_.size(), 1.0),
+      at_limit_(wheels_.size()),
+      settled_(wheels_.size()),
       asked_(wheels_.size()) {
   for (const ReactionWheel& wheel : wheels_) {
     if (!(std::abs(norm(wheel.axis) - 1) < 1e-9) || !(wheel.torque > 0) || !(wheel.rate > 0))
       throw std::invalid_argument("WheelArray: axes are unit vectors, and limits positive");
   }
-  all_ = pseudo_inverse_rows(axes_of(wheels_), std::vector<bool>(wheels_.size(), true));
-  shares_ = all_;
+  share_among_free();
 }
 
 bool WheelArray::any_held() const { return std::find(modes_.begin(), modes_.end(), Mode::held) != modes_.end(); }
@@ -69,39 +73,63 @@ void WheelArray::take_modes(std::span<const double> v) {
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     const double rate = v[wheels_[i].velocity], relative = std::abs(rate) / wheels_[i].rate;
     signs_[i] = sign_of(rate);
-    modes_[i] = relative > 1 + kAtLimit ? Mode::beyond : relative >= 1 - kAtLimit ? Mode::held : Mode::free;
+    at_limit_[i] = relative >= 1 - kAtLimit && relative <= 1 + kAtLimit;
+    settled_[i] = false;
+    modes_[i] = at_limit_[i] ? Mode::held : relative > 1 ? Mode::beyond : Mode::free;
   }
   share_among_free();
 }
 
-bool WheelArray::free_those_asked_to_slow_down(std::span<const double> holding) {
-  bool any = false;
+bool WheelArray::settle_one(std::span<const double> holding, std::span<const double> acceleration) {
+  std::size_t freed = wheels_.size();
+  double least = 0;
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    if (modes_[i] != Mode::held || signs_[i] * (asked_[i] - holding[wheels_[i].joint]) > 0) continue;
-    modes_[i] = Mode::free;
-    any = true;
+    const ReactionWheel& wheel = wheels_[i];
+    if (modes_[i] == Mode::free && at_limit_[i] && signs_[i] * acceleration[wheel.velocity] > kDrivingOn * wheel.rate) {
+      // What others give has changed with its mode: it stays held until modes are chosen again.
+      modes_[i] = Mode::held, settled_[i] = true;
+      share_among_free();
+      return true;
+    }
+    const double beyond_holding = signs_[i] * (asked_[i] - holding[wheel.joint]);
+    if (modes_[i] == Mode::held && !settled_[i] && beyond_holding <= least) freed = i, least = beyond_holding;
   }
-  if (any) share_among_free();
-  return any;
+  if (freed == wheels_.size()) return false;
+  modes_[freed] = Mode::free;
+  share_among_free();
+  return true;
 }
 
 void WheelArray::share_among_free() {
-  std::vector<bool> free(wheels_.size());
-  for (std::size_t i = 0; i < wheels_.size(); ++i) free[i] = modes_[i] == Mode::free;
-  shares_ = pseudo_inverse_rows(axes_of(wheels_), free);
+  const std::vector<Vector3d> axes = axes_of(wheels_);
+  std::vector<bool> shares(wheels_.size());
+  for (std::size_t i = 0; i < wheels_.size(); ++i) shares[i] = modes_[i] == Mode::free;
+  shares_ = pseudo_inverse_rows(axes, shares);
+  with_it_.assign(wheels_.size(), {});
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    if (shares[i]) continue;
+    shares[i] = true;
+    with_it_[i] = pseudo_inverse_rows(axes, shares);
+    shares[i] = false;
+  }
+}
+
+// With which no motor exceeds its torque.
+double WheelArray::factor(const std::vector<Vector3d>& rows, const Vector3d& torque) const {
+  double factor = 1;
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    const double u = std::abs(dot(rows[i], torque));
+    if (u > wheels_[i].torque) factor = std::min(factor, wheels_[i].torque / u);
+  }
+  return factor;
 }
 
 void WheelArray::drive(const Vector3d& torque, std::span<double> effort) {
-  const auto share = [&](const std::vector<Vector3d>& rows, std::size_t i) { return -dot(rows[i], torque); };
-  double factor = 1, factor_of_all = 1;
-  const auto cut = [](double u, double limit) { return std::abs(u) > limit ? limit / std::abs(u) : 1.0; };
+  const double common = factor(shares_, torque);
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    factor = std::min(factor, cut(share(shares_, i), wheels_[i].torque));
-    factor_of_all = std::min(factor_of_all, cut(share(all_, i), wheels_[i].torque));
-  }
-  for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    asked_[i] = factor_of_all * share(all_, i);
-    if (modes_[i] == Mode::free) effort[wheels_[i].joint] = factor * share(shares_, i);
+    const std::vector<Vector3d>& rows = modes_[i] == Mode::free ? shares_ : with_it_[i];
+    asked_[i] = -(modes_[i] == Mode::free ? common : factor(rows, torque)) * dot(rows[i], torque);
+    if (modes_[i] == Mode::free) effort[wheels_[i].joint] = asked_[i];
     if (modes_[i] == Mode::beyond) effort[wheels_[i].joint] = signs_[i] * std::min(0.0, signs_[i] * asked_[i]);
   }
 }
@@ -117,7 +145,7 @@ double WheelArray::margin(std::span<const double> v, std::span<const double> hol
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     const ReactionWheel& wheel = wheels_[i];
     if (!std::isfinite(wheel.rate)) continue;
-    const double left = 1 - std::abs(v[wheel.velocity]) / wheel.rate;
+    const double left = 1 + kSlack - std::abs(v[wheel.velocity]) / wheel.rate;
     const double scale = std::isfinite(wheel.torque) ? wheel.torque : 1;
     switch (modes_[i]) {
       case Mode::free:

@@ -28,9 +28,10 @@ struct ReactionWheel {
 /// the least in the sum of squares; what lies outside the range of A is not given.
 ///
 /// A wheel that has reached its largest rate, and whose motor is asked to drive it on, is held at that rate by its
-/// motor (mode held); the others then share the torque among themselves. It is free again once (1), with all wheels,
-/// asks for less than holding it takes. A wheel that an impact has brought beyond its largest rate (mode beyond) is
-/// driven by its motor only where that brakes it. Modes change at events: margin() falls to zero where one has to.
+/// motor (mode held); the others then share the torque among themselves. It is free again once (1), with it among those
+/// that share, asks for less than holding it takes. A wheel that an impact has brought beyond its largest rate (mode
+/// beyond) is driven by its motor only where that brakes it. Modes change at events: margin() falls to zero where one
+/// has to.
 class WheelArray {
  public:
   enum class Mode { free, held, beyond };
@@ -50,9 +51,10 @@ class WheelArray {
 
   /// Modes by the rates alone: wheels at their largest rates are held for now. `v`: the velocities of the whole model.
   void take_modes(std::span<const double> v);
-  /// Frees held wheels whose motors are asked for less than what holds them, `holding` per Model::joints() [N m].
-  /// Whether there are any.
-  bool free_those_asked_to_slow_down(std::span<const double> holding);
+  /// After take_modes() and an evaluation with these modes: frees one wheel that is held and asked for less than what
+  /// holds it, `holding` per Model::joints() [N m], or holds one that is free and driven on, by `acceleration` of the
+  /// whole model [rad/s^2]. Whether it did: then another evaluation is due.
+  bool settle_one(std::span<const double> holding, std::span<const double> acceleration);
 
   /// (1): what the motors are told for a torque on the carrying body [N m]; those of held wheels are left as they are.
   /// `effort` per Model::joints().
@@ -66,13 +68,17 @@ class WheelArray {
 
  private:
   void share_among_free();
+  double factor(const std::vector<Vector3d>& rows, const Vector3d& torque) const;
 
   std::vector<ReactionWheel> wheels_;
   std::vector<Mode> modes_;
   std::vector<double> signs_;     // of the rate, of wheels that are not free
-  std::vector<Vector3d> all_;     // rows of A^+ with all wheels
+  std::vector<bool> at_limit_;    // at the last take_modes(),
+  std::vector<bool> settled_;     // and since then held for good
   std::vector<Vector3d> shares_;  // rows of A^+ with the free ones; zero for the others
-  std::vector<double> asked_;     // by (1) with all wheels, at the last drive() [N m]
+  /// Per wheel that is not free, the same with it among them.
+  std::vector<std::vector<Vector3d>> with_it_;
+  std::vector<double> asked_;  // by (1) if it were free, at the last drive() [N m]
 };
 
 /// Whether wheels with these axes can give a torque about an axis, both in the carrying body's frame: how much of the

@@ -130,8 +130,8 @@ TEST(ReactionWheels, LeaveTheSpinThatTheyHaveNoRoomFor) {
     EXPECT_LT(norm(totals(g.model, s.state).momentum.angular - Vector3d{0, 0, J * w0}), 1e-12 * J * w0);
   });
   ASSERT_TRUE(o.finished) << o.failure;
-  EXPECT_NEAR(largest, most, 1e-12 * most);
-  EXPECT_NEAR(o.end_state.v[g.wheels[0].velocity], most, 1e-12 * most);
+  EXPECT_NEAR(largest, most, 1e-11 * most);
+  EXPECT_NEAR(o.end_state.v[g.wheels[0].velocity], most, 1e-11 * most);
   EXPECT_NEAR(rate_of(g, o.end_state)[2], (J * w0 - J_s * most) / J, 1e-14);
   EXPECT_NEAR(dynamics.control_torque()[2], 0, 1e-13);
 
@@ -155,8 +155,8 @@ TEST(ReactionWheels, AreLetGoWhereTheLawTurnsRound) {
   const State start = spinning(g, {0, 0, 0.25});
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, 60, 0.05, {}, [&](const PhaseSample& s) {
     const double rate = std::abs(s.state.v[g.wheels[0].velocity]);
-    EXPECT_LT(rate, 10 * (1 + 1e-12));
-    (rate > 10 * (1 - 1e-12) ? at_limit : below) += 1;
+    EXPECT_LT(rate, 10 * (1 + 1e-11));
+    (rate > 10 * (1 - 1e-11) ? at_limit : below) += 1;
     off = std::max(off, norm(totals(g.model, s.state).momentum.angular - totals(g.model, start).momentum.angular));
   });
   ASSERT_TRUE(o.finished) << o.failure;
@@ -209,7 +209,7 @@ TEST(ReactionWheels, CoupleByTheirMomentum) {
 // Four wheels bring a tumbling body to rest at its attitude; one that reaches its largest rate leaves the torque to the
 // other three, which give all of it.
 TEST(ReactionWheels, ShareTheTorqueOfOneThatIsAtItsLargestRate) {
-  const Gyrostat g = gyrostat({3, 4, 5, 0.2, -0.1, 0.3}, pyramid(), 0.05, 0.5, 8);
+  const Gyrostat g = gyrostat({3, 4, 5, 0.2, -0.1, 0.3}, pyramid(), 0.05, 0.5, 9.5);
   PhaseSetup setup;
   setup.attitude = {g.model.body_index("base"), rotation_about({0, 0.6, 0.8}, 0.4), {1, 1, 1}, {3, 3, 3}};
   setup.wheels = g.wheels;
@@ -222,9 +222,9 @@ TEST(ReactionWheels, ShareTheTorqueOfOneThatIsAtItsLargestRate) {
     const Vector3d asked = attitude_torque(*setup.attitude, q, rate_of(g, s.state));
     bool held = false, cut = false;
     for (const ReactionWheel& wheel : g.wheels) {
-      held = held || std::abs(s.state.v[wheel.velocity]) > 8 * (1 - 1e-12);
+      held = held || std::abs(s.state.v[wheel.velocity]) > 9.5 * (1 - 1e-11);
       cut = cut || std::abs(s.motor[wheel.joint]) > 0.5 * (1 - 1e-9);
-      EXPECT_LT(std::abs(s.state.v[wheel.velocity]), 8 * (1 + 1e-12));
+      EXPECT_LT(std::abs(s.state.v[wheel.velocity]), 9.5 * (1 + 1e-11));
     }
     at_limit += held;
     // What holds the wheel at its rate is small beside, and the law knows nothing of it.
@@ -238,6 +238,44 @@ TEST(ReactionWheels, ShareTheTorqueOfOneThatIsAtItsLargestRate) {
   EXPECT_LT(given, 2e-2);
   EXPECT_LT(off, 1e-12);
   EXPECT_LT(norm(rate_of(g, o.end_state)), 1e-6);
+}
+
+// Whatever the wheels, rates stay within their largest ones, and momentum and energy are kept, with many changes of mode.
+TEST(ReactionWheels, KeepWithinTheirRatesWhateverTheyAre) {
+  Random random(7301);
+  double off = 0, lost = 0;
+  int held = 0;
+  for (int trial = 0; trial < 60; ++trial) {
+    std::vector<Vector3d> axes;
+    const int count = 1 + trial % 5;
+    for (int i = 0; i < count; ++i) axes.push_back(random.direction());
+    Gyrostat g = gyrostat({3, 4, 5, 0.2, -0.1, 0.3}, axes, 0.05, random.uniform(0.02, 0.5), kNone, trial % 2 * 1e-4);
+    State start = spinning(g, 0.3 * random.direction());
+    for (ReactionWheel& wheel : g.wheels) {
+      wheel.rate = random.uniform(3, 15);
+      start.v[wheel.velocity] = wheel.rate * random.uniform(-1, 1);
+      if (trial % 7 == 0) start.v[wheel.velocity] = wheel.rate;
+    }
+    PhaseSetup setup;
+    setup.attitude = {g.model.body_index("base"), random.rotation(), {1, 1, 1}, {2, 2, 2}};
+    setup.wheels = g.wheels;
+    PhaseDynamics dynamics(g.model, setup);
+    const Totals before = totals(g.model, start);
+    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 30, 0.1, {}, [&](const PhaseSample& s) {
+      for (const ReactionWheel& wheel : g.wheels) {
+        EXPECT_LT(std::abs(s.state.v[wheel.velocity]), wheel.rate * (1 + 1e-10)) << trial << " at " << s.time;
+        held += std::abs(s.state.v[wheel.velocity]) > wheel.rate * (1 - 1e-11);
+      }
+      const Totals now = totals(g.model, s.state);
+      off = std::max(off, norm(now.momentum.angular - before.momentum.angular));
+      lost = std::max(lost, std::abs(now.energy - before.energy - s.integrals.motor_work - s.integrals.friction_work));
+    });
+    EXPECT_TRUE(o.finished) << trial << ": " << o.failure;
+  }
+  std::printf("[ measured ] %d times at the largest rate, momentum %.3g N m s, energy %.3g J\n", held, off, lost);
+  EXPECT_GT(held, 1000);
+  EXPECT_LT(off, 1e-12);
+  EXPECT_LT(lost, 1e-9);
 }
 
 // Motors that are asked for more than they have keep the direction of the torque.
