@@ -50,9 +50,13 @@ int main(int argc, char** argv) {
   try {
     grapnel::CaptureProblem problem = grapnel::load_scenario(argv[1]);
     // The arm moves after the capture: without it, and with unknown momentum, only ratios would show.
+    if (!problem.post_impact || problem.targets.empty() || problem.joint_position.size() != 7) {
+      std::cerr << "a scenario of one seven-joint arm with post_impact is needed\n";
+      return 2;
+    }
     grapnel::PostImpactSetup& after = *problem.post_impact;
     after.joints = grapnel::PostImpactSetup::Joints::computed_torque;
-    after.kp.assign(after.kp.size(), 0.09), after.kd.assign(after.kd.size(), 0.6);
+    after.kp.assign(7, 0.09), after.kd.assign(7, 0.6);
     after.duration = 120;
     after.move.emplace();
     after.move->duration = 100;

@@ -69,18 +69,18 @@ std::shared_ptr<Controller> RunJoints::controller(const RunBodies& bodies) {
   const ControlSetup& control = *problem_.control;
   if (control.log) {
     std::vector<std::string> names;
-    for (std::size_t j = 0; j < size(); ++j) names.push_back(joint_body(bodies.system, j).description.joint.name);
-    return controller_ = std::make_shared<ReplayController>(control.log, std::move(names));
+    for (std::size_t j = 0; j < size(); ++j) names.push_back(joint_body(bodies.free, j).description.joint.name);
+    return controller_ = std::make_shared<ReplayController>(control.log, std::move(names), control.timing.period);
   }
   PluginRobot robot;
-  robot.base = bodies.system.model.bodies()[bodies.system.base].description.name;
-  for (std::size_t j = 0; j < size(); ++j) robot.joints.push_back(joint_body(bodies.system, j).description.joint.name);
+  robot.base = bodies.free.model.bodies()[bodies.free.base].description.name;
+  for (std::size_t j = 0; j < size(); ++j) robot.joints.push_back(joint_body(bodies.free, j).description.joint.name);
   for (const EndEffectorSetup& effector : problem_.robot.end_effectors) robot.end_effectors.push_back(effector.name);
   robot.gravity = problem_.gravity;
   robot.origin = frame_.origin, robot.velocity = frame_.velocity;
   robot.commands_base = control.base_torque;
   controller_ = std::make_shared<PluginController>(open_plugin(control.file, control.plugin), control.timing,
-                                                   control.parameters, std::move(robot), bodies.system.model);
+                                                   control.parameters, std::move(robot), bodies.free.model);
   return controller_;
 }
 

@@ -24,7 +24,7 @@ void lower(double& least, double& when, double value, double time) {
 // How far a joint is from the nearer end of its range, relative to it; an end that is not there is far away.
 double room(const JointLimits& limits, double position) {
   const double range = limits.upper - limits.lower;
-  return std::min(position - limits.lower, limits.upper - position) / (std::isfinite(range) ? range : 1.0);
+  return std::min(position - limits.lower, limits.upper - position) / (std::isfinite(range) && range > 0 ? range : 1.0);
 }
 
 }  // namespace
@@ -47,10 +47,10 @@ bool LawRun::is_held(const CaptureSystem& system) const {
                      [&](const HeldGrasp& g) { return problem_.grasps[g.grasp].target == target_; });
 }
 
-bool LawRun::ends_by_release(const CaptureSystem& system, const State& state, double time) {
+bool LawRun::ends_by_release(const CaptureSystem& system, double time) {
   if (!detumbling_ || over_ || is_held(system)) return false;
-  system_ = &system;
-  describe(state, time);
+  // How it moved is known from the end of the piece before: now it hangs on nothing.
+  detumbling_->end = time;
   end(LawEnd::released, "");
   return true;
 }
@@ -80,7 +80,10 @@ JointLaw LawRun::make_law(const CaptureSystem& system) const {
     return law;
   }
   law.closures = system.closures;
-  DetumblingLaw detumbling{-1, post.detumble->torque, {}};
+  DetumblingLaw detumbling;
+  detumbling.torque = post.detumble->torque;
+  // Held for a period, a command must not take more than is there.
+  if (problem_.control) detumbling.shortest = 2 * (problem_.control->timing.period + problem_.control->timing.delay);
   std::vector<bool> carries(model.bodies().size(), false);
   for (const HeldGrasp& grasp : system.grasps) {
     if (problem_.grasps[grasp.grasp].target != target_) continue;
@@ -104,6 +107,7 @@ void LawRun::report_begin(const State& state, double time) {
     report.target = target_, report.begin = time, report.torque_bound = detumbling->torque;
     report.angular_momentum_before = norm(motion.angular_momentum), report.speed_before = norm(motion.velocity);
     report.expected_duration = detumbling_time(motion.angular_momentum, detumbling->torque);
+    describe(state, time);  // until more is known
     return;
   }
   EffortResponse response(system_->model, law_->joints, {});
@@ -112,6 +116,7 @@ void LawRun::report_begin(const State& state, double time) {
   BaseKeepingReport& report = base_keeping_.emplace();
   report.begin = time;
   for (int i = 0; i < 3; ++i) report.rank += first.singular_values[i] > kNoTurning * first.singular_values[0];
+  describe(state, time);
 }
 
 LawRun::Margin LawRun::least_margin(const State& state) {
@@ -123,7 +128,8 @@ LawRun::Margin LawRun::least_margin(const State& state) {
     forward_kinematics(system_->model, state, kinematics_);
     const double L = norm(target_motion(system_->model, kinematics_, detumbling->target).angular_momentum);
     const double before = detumbling_->angular_momentum_before;
-    consider(before > 0 ? L / before - kAtRest : 0, LawEnd::at_rest, "");
+    const double left = std::max(kAtRest * before, detumbling->torque * detumbling->shortest);
+    consider(before > 0 ? (L - left) / before : 0, LawEnd::at_rest, "");
   }
   for (int j : law_->joints) {
     const Body& body = system_->model.bodies()[system_->model.joints()[j]];

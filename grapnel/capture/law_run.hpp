@@ -23,7 +23,7 @@ class LawRun {
   /// The motion after the impact begins with the base in this attitude: from now on the law may work.
   void begin_post_impact(const Rotationd& R_WB);
   /// A piece of motion begins in which what the law works on is held no more, so that it is over.
-  bool ends_by_release(const CaptureSystem& system, const State& state, double time);
+  bool ends_by_release(const CaptureSystem& system, double time);
   /// A piece of motion begins: the law, if it works in it. `system` lives until the piece ends.
   std::optional<JointLaw> begin_piece(const CaptureSystem& system, const State& state, double time);
   /// Whether it works in the piece at hand.

@@ -74,7 +74,7 @@ namespace {
 // What drives the piece that begins; joints whose law is over with what it worked on are held where they are.
 PhaseSetup setup_of_piece(CaptureRun& run) {
   const RunBodies& bodies = run.bodies;
-  if (run.law.ends_by_release(bodies.system, bodies.state, bodies.time)) run.joints.settle_all(bodies);
+  if (run.law.ends_by_release(bodies.system, bodies.time)) run.joints.settle_all(bodies);
   run.joints.obey(run.law.begin_piece(bodies.system, bodies.state, bodies.time));
   return run.joints.setup(bodies);
 }

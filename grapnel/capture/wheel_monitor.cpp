@@ -20,7 +20,8 @@ void WheelMonitor::look(const CaptureSystem& system, const State& state, std::sp
     report.rate_after = state.v[system.model.bodies()[system.model.joints()[joint]].v];
     if (!any_) report.rate_before = report.rate_after;
     report.largest_rate = std::max(report.largest_rate, std::abs(report.rate_after));
-    if (!motor.empty()) report.largest_torque = std::max(report.largest_torque, std::abs(motor[joint]));
+    if (motor.empty()) continue;
+    if (!(std::abs(motor[joint]) <= report.largest_torque)) report.largest_torque = std::abs(motor[joint]);
   }
   any_ = true;
 }

@@ -89,15 +89,17 @@ DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& stat
   Eigen::VectorXd damping(n);
   for (Eigen::Index j = 0; j < n; ++j) damping[j] = -root[j] * state.v[response.velocity(static_cast<std::size_t>(j))];
   damping -= svd.matrixV() * (svd.matrixV().transpose() * damping);
-  const Eigen::VectorXd fixed = root.cwiseProduct(shared(kept - a) + damping);
+  const Eigen::VectorXd fixed = root.cwiseProduct(shared(kept - a)), still = root.cwiseProduct(damping);
   const Eigen::VectorXd slope = root.cwiseProduct(shared(falling));
 
-  const double wanted = norm(L) > 0 ? law.torque / norm(L) : 0;  // (15.3)
+  const double wanted = norm(L) > 0 ? law.torque / std::max(norm(L), law.torque * law.shortest) : 0;  // (15.3)
   const std::optional<double> rate = largest_share(fixed, slope, response.limits(), wanted);
   command.within_limits = rate.has_value();
   command.rate = rate.value_or(0);
   command.scale = wanted > 0 ? command.rate / wanted : 0;
   command.effort = fixed + command.rate * slope;
+  // Damping gets what the limits leave.
+  if (rate) command.effort += largest_share(command.effort, still, response.limits(), 1).value_or(0) * still;
   for (Eigen::Index j = 0; j < n; ++j) {  // rounding, where it is within them
     const double limit = response.limits()[static_cast<std::size_t>(j)];
     command.effort[j] = std::clamp(command.effort[j], -limit, limit);

@@ -16,6 +16,9 @@ struct DetumblingLaw {
   int target = -1;              // body of the model that is brought to rest
   double torque = 0;            // tau_m: the bound on the torque about the target's centre of mass [N m]
   std::vector<double> damping;  // per driven joint, above 0 [N m s/rad or N s/m]: shares the efforts, stills the rest
+  /// Momentum is taken as if it were gone after this time at the earliest [s], so that a target that hardly turns, or
+  /// that is sampled, is not jerked about: k <= 1/shortest.
+  double shortest = 1e-5;
 };
 
 /// How the target moves.

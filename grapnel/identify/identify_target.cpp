@@ -234,7 +234,8 @@ class Identification {
       known[i] = found.rank == kN || effect.row(i).norm() <= kUnseen * size[i] + kUnseenDeviations * deviation;
       if (!known[i]) continue;
       found.value[i] = y[i];
-      if (has_noise_) found.deviation[i] = deviation;
+      // What is unseen may be about the servicer's own size.
+      if (has_noise_) found.deviation[i] = std::hypot(deviation, found.rank == kN ? 0.0 : effect.row(i).norm());
     }
     const auto group = [&](int first, int count, bool alone) {
       if (std::all_of(known + first, known + first + count, [](bool k) { return k; })) return Identified::determined;
@@ -307,6 +308,13 @@ void check(const IdentificationTask& task) {
   if (!task.model.has_free_root(held)) refuse("the robot stands on the ground, which takes up any momentum");
   for (double deviation : {task.noise.angular_velocity, task.noise.velocity, task.noise.joint_rate})
     if (!(deviation >= 0) || !std::isfinite(deviation)) refuse("noise must be finite and not negative");
+  const auto finite = [](const std::vector<double>& values) {
+    return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
+  };
+  for (const MotionSample& sample : task.samples)
+    if (!finite(sample.state.q) || !finite(sample.state.v) ||
+        !std::isfinite(norm(sample.impulse.angular) + norm(sample.impulse.linear)))
+      refuse("a sample has a number that is not finite (what is not measured is zero)");
   for (const MotionSample& sample : task.samples)
     if (task.base == MeasuredBase::rotation && norm(sample.impulse.linear) > 0)
       refuse("a force acts: the base's velocity must be measured");

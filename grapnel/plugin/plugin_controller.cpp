@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfenv>
 #include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
@@ -19,10 +20,21 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// Rounding and flags are the caller's: a library may change them when it is loaded or called, and the bits of
+// everything that this thread computes afterwards.
+struct KeepsFloatingPoint {
+  std::fenv_t environment;
+  KeepsFloatingPoint() { std::fegetenv(&environment); }
+  KeepsFloatingPoint(const KeepsFloatingPoint&) = delete;
+  KeepsFloatingPoint& operator=(const KeepsFloatingPoint&) = delete;
+  ~KeepsFloatingPoint() { std::fesetenv(&environment); }
+};
+
 // Calls into a plugin. It is C, but a plugin in C++ may forget that.
 template <class Call>
 auto guarded(const ControllerPlugin& plugin, const char* function, double time, const Call& call) {
   const PluginCall blame(plugin.shown().c_str(), function, time);
+  const KeepsFloatingPoint kept;
   try {
     return call();
   } catch (...) {
@@ -154,6 +166,7 @@ bool has(const grapnel_controller_plugin& table, Member grapnel_controller_plugi
 
 ControllerPlugin::ControllerPlugin(const std::string& file, std::string shown) : shown_(std::move(shown)) {
   const PluginCall blame(shown_.c_str(), "the code that runs when it is loaded", 0);
+  const KeepsFloatingPoint kept;
   library_ = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   const auto refuse = [&](const std::string& why) {
     if (library_ != nullptr) ::dlclose(library_);
@@ -169,7 +182,11 @@ ControllerPlugin::ControllerPlugin(const std::string& file, std::string shown) :
         fmt::format("'{}' is no plugin: it exports no function grapnel_controller(), which grapnel_controller.h "
                     "declares (in C++ as extern \"C\")",
                     shown_));
-  functions_ = reinterpret_cast<const grapnel_controller_plugin* (*)()>(symbol)();
+  try {
+    functions_ = reinterpret_cast<const grapnel_controller_plugin* (*)()>(symbol)();
+  } catch (...) {
+    refuse(fmt::format("the plugin '{}' threw a C++ exception from grapnel_controller()", shown_));
+  }
   if (functions_ == nullptr) refuse(fmt::format("the plugin '{}': grapnel_controller() returned null", shown_));
   constexpr std::size_t kHead = offsetof(grapnel_controller_plugin, version) + sizeof(std::uint32_t);
   if (functions_->size < kHead || functions_->version != GRAPNEL_CONTROLLER_VERSION)

@@ -163,7 +163,7 @@ struct BaseControlSetup {
 /// speak at the ticks of one clock (ControlClock). Joints that follow their motion exactly are not sampled.
 struct ControlSetup {
   ControlTiming timing;
-  /// A controller of one's own, in a shared library (plugin/controller_plugin.hpp); empty: none. It drives joints where
+  /// A controller of one's own, in a shared library (plugin/plugin_controller.hpp); empty: none. It drives joints where
   /// TrackingSetup::mode or PostImpactSetup::joints say so.
   std::string plugin;             // as the scenario names it
   std::string file;               // where it is, for the system's loader

@@ -252,6 +252,13 @@ class Conflicts {
     if (!problem_.control->base_torque) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
+    std::vector<Vector3d> axes;
+    for (const WheelSetup& wheel : problem_.robot.wheels) axes.push_back(wheel.axis);
+    for (int k = 0; k < 3 && !axes.empty(); ++k) {
+      if (lacking_torque(axes, axis_vector(k)) >= 1e-6)
+        add("control.base_torque", "control.base_torque: the robot's wheels, which give it, can give none about {}",
+            "xyz"[k]);
+    }
     const auto both = [&](const char* path) {
       add_key(path, "{}: control.base_torque leaves the base's torque to the plugin; leave out one of the two", path);
     };

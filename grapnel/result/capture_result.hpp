@@ -476,9 +476,9 @@ struct WheelReport {
   std::string name;
   double inertia = 0;  // about its axis
   double rate_before = 0, rate_after = 0;
-  double largest_rate = 0;                  // at the instants that were looked at
-  double largest_torque = 0;                // likewise
-  double rate_limit = 0, torque_limit = 0;  // infinite: none
+  double largest_rate = 0;                                           // at the instants that were looked at
+  double largest_torque = std::numeric_limits<double>::quiet_NaN();  // likewise; unknown where nobody looked
+  double rate_limit = 0, torque_limit = 0;                           // infinite: none
   double momentum_after() const { return inertia * rate_after; }
 };
 

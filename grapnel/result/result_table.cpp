@@ -119,8 +119,8 @@ std::string wheel_table(const CaptureResult& result) {
   const auto limit = [](double x) { return std::isfinite(x) ? short_number(x) : "none"; };
   for (const WheelReport& w : result.wheels) {
     table.row({w.name, short_number(w.rate_before), short_number(w.rate_after), short_number(w.largest_rate),
-               limit(w.rate_limit), short_number(w.largest_torque), limit(w.torque_limit),
-               short_number(w.momentum_after())});
+               limit(w.rate_limit), std::isnan(w.largest_torque) ? "-" : short_number(w.largest_torque),
+               limit(w.torque_limit), short_number(w.momentum_after())});
   }
   return "\nreaction wheels, relative to the base\n" + table.text();
 }

@@ -515,7 +515,7 @@ const Type& type_of<WheelReport>() {
                                                              "inertia times rate relative to the base, as it ended"),
       field<&W::largest_rate>("largest_rate", "rad/s", "of either sign, at the instants that were looked at"),
       field<&W::rate_limit>("rate_limit", "rad/s", "null: none").or_null(),
-      field<&W::largest_torque>("largest_torque", "N m", "of its motor, likewise"),
+      field<&W::largest_torque>("largest_torque", "N m", "of its motor, likewise; null: nobody looked").or_null(),
       field<&W::torque_limit>("torque_limit", "N m", "null: none").or_null(),
   };
   static constexpr Type type = structure<W>("WheelReport", "a reaction wheel of the base.", fields);

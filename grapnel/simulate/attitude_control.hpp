@@ -11,8 +11,8 @@
 namespace grapnel {
 
 /// tau_B = -(kp o phi + kd o w_B), each axis cut at its limit; phi is the rotation vector of R_DB = R_WD^T R_WB in B
-/// (angle at most pi), w_B the base's angular velocity in B, both by axis. Reaction wheels and thrusters are not
-/// modelled: the torque comes from outside and enters the conservation checks as such.
+/// (angle at most pi), w_B the base's angular velocity in B, both by axis. It is given from outside, and
+/// enters the conservation checks as such, or by PhaseSetup::wheels.
 struct AttitudeControl {
   int root = -1;                           // body index of the free root
   Rotationd R_WD = Rotationd::identity();  // desired attitude

@@ -8,7 +8,7 @@
 namespace grapnel {
 namespace {
 
-// Times that rounding alone separates are one, as PhaseDynamics::breaks has it.
+// Times that rounding alone separates are one.
 double resolution_at(double t) { return 64 * std::numeric_limits<double>::epsilon() * std::abs(t); }
 
 }  // namespace
@@ -22,6 +22,9 @@ ControlClock::ControlClock(const ControlTiming& timing, std::size_t channels) : 
 }
 
 std::vector<double> ControlClock::break_times(double t0, double t1) const {
+  constexpr double kMost = 1e8;  // more ticks than can be run
+  if (!((t1 - t0) / timing_.period < kMost))
+    throw std::invalid_argument("ControlClock: more ticks in a phase than can be counted; the period is too short");
   std::vector<double> times;
   const auto add = [&](double offset) {
     const double first = std::max(0.0, std::floor((t0 - offset) / timing_.period));
@@ -36,16 +39,16 @@ std::vector<double> ControlClock::break_times(double t0, double t1) const {
   return times;
 }
 
-void ControlClock::let_act(double t) {
-  while (!pending_.empty() && pending_.front().acts_from <= t + resolution_at(t)) {
+void ControlClock::let_act(double until) {
+  while (!pending_.empty() && pending_.front().acts_from <= until) {
     held_ = std::move(pending_.front().command);
     pending_.pop_front();
   }
 }
 
-bool ControlClock::tick(double t) {
-  let_act(t);
-  const double now = t + resolution_at(t);
+bool ControlClock::tick(double t, double same) {
+  const double within = std::max(same, resolution_at(t)), now = t + within;
+  let_act(now);
   if (tick_time(next_tick_) > now) return false;
   // The latest tick that has come; it is at hand if it is now.
   auto k = std::max(next_tick_, static_cast<std::int64_t>(std::floor(t / timing_.period)));
@@ -53,12 +56,12 @@ bool ControlClock::tick(double t) {
   while (k > next_tick_ && tick_time(k) > now) --k;
   next_tick_ = k + 1;
   tick_ = tick_time(k);
-  return tick_ >= t - resolution_at(t);
+  return tick_ >= t - within;
 }
 
-void ControlClock::command(Command said, double t) {
+void ControlClock::command(Command said, double t, double same) {
   pending_.push_back({tick_ + timing_.delay, std::move(said)});
-  let_act(t);
+  let_act(t + std::max(same, resolution_at(t)));
 }
 
 }  // namespace grapnel

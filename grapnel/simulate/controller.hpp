@@ -98,10 +98,11 @@ class ControlClock {
   /// Ticks, and times at which commands begin to act, strictly between t0 and t1 > t0; not in order.
   std::vector<double> break_times(double t0, double t1) const;
   /// The time is t now: commands that are due act. Whether sensors are to be read, which is then said by command().
-  /// Ticks that no piece of the run has seen, as during an impact in time, are left out.
-  bool tick(double t);
+  /// Ticks that no piece of the run has seen, as during an impact in time, are left out. Times that differ by up to
+  /// `same` [s] are one, as phase_breaks() has it.
+  bool tick(double t, double same = 0);
   /// What the laws say at the tick at hand.
-  void command(Command said, double t);
+  void command(Command said, double t, double same = 0);
   /// What acts.
   const Command& held() const { return held_; }
 
@@ -111,7 +112,7 @@ class ControlClock {
     Command command;
   };
   double tick_time(std::int64_t k) const { return static_cast<double>(k) * timing_.period; }
-  void let_act(double t);
+  void let_act(double until);
 
   ControlTiming timing_;
   std::int64_t next_tick_ = 0;

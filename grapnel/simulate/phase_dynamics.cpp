@@ -16,6 +16,8 @@ constexpr double kContradiction = 1e-6;
 // Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and would
 // not come to numbers that are not finite before the steps between its samples had become countless.
 constexpr double kRunaway = 1e4;
+// A wheel at its largest rate that is driven on by less, relative to that rate, is driven on by rounding [1/s].
+constexpr double kDrivenOn = 1e-9;
 
 using namespace phase_integral;
 
@@ -35,8 +37,17 @@ PhaseIntegrals phase_integrals(std::span<const double> s) {
   return integrals;
 }
 
+namespace {
+
+// Times between t0 and t1 that are nearer count as one [s].
+double break_resolution(double t0, double t1) {
+  return 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
+}
+
+}  // namespace
+
 std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1) {
-  const double resolution = 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
+  const double resolution = break_resolution(t0, t1);
   const double first = std::min(t0, t1) + resolution, last = std::max(t0, t1) - resolution;
   std::vector<double> times;
   const auto add = [&](const std::vector<double>& more) {
@@ -312,7 +323,11 @@ void PhaseDynamics::gather_beside() {
   const Vector3d torque = attitude_torque_now();
   if (!wheels_.empty()) {
     wheels_.drive(torque, motor_);
-    for (const ReactionWheel& wheel : wheels_.wheels()) beside_[wheel.velocity] += motor_[wheel.joint];
+    // What holds a wheel at its rate follows from the motion, and no law knows it.
+    for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+      const ReactionWheel& wheel = wheels_.wheels()[i];
+      if (wheels_.mode(i) != WheelArray::Mode::held) beside_[wheel.velocity] += motor_[wheel.joint];
+    }
     return;
   }
   for (int k = 0; k < 3; ++k) beside_[model_.bodies()[setup_.attitude->root].v + k] = torque[k];
@@ -346,14 +361,18 @@ void PhaseDynamics::ask_controller(double t) {
 
 void PhaseDynamics::begin_control(double t, double end) {
   if (setup_.clock && end < t) throw std::logic_error("PhaseDynamics: sampled control does not run backwards");
+  same_time_ = break_resolution(t, end);
   if (has_controller_) setup_.controller->begin_piece(model_, t);
 }
 
 void PhaseDynamics::refuse_runaway(double t) const {
+  // Wheels may be fast for good.
+  std::vector<double> speeds = now_.v;
+  for (const ReactionWheel& wheel : setup_.wheels) speeds[wheel.velocity] = 0;
   const auto fastest =
-      std::max_element(now_.v.begin(), now_.v.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-  if (fastest == now_.v.end() || !(std::abs(*fastest) > kRunaway)) return;
-  const auto v = static_cast<int>(fastest - now_.v.begin());
+      std::max_element(speeds.begin(), speeds.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
+  if (fastest == speeds.end() || !(std::abs(*fastest) > kRunaway)) return;
+  const auto v = static_cast<int>(fastest - speeds.begin());
   const auto has_it = [&](const Body& b) { return v >= b.v && v < b.v + velocity_count(b.description.joint.type); };
   const Body& body = *std::find_if(model_.bodies().begin(), model_.bodies().end(), has_it);
   const JointDescription& joint = body.description.joint;
@@ -369,7 +388,7 @@ void PhaseDynamics::refuse_runaway(double t) const {
 }
 
 void PhaseDynamics::tick(double t, std::span<const double> y) {
-  if (!setup_.clock || !setup_.clock->tick(t)) return;
+  if (!setup_.clock || !setup_.clock->tick(t, same_time_)) return;
   sampling_ = true;
   try {
     load(t, y);
@@ -386,7 +405,7 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     const auto j = static_cast<std::size_t>(setup_.channels[c]);
     if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = motor_[j];
   }
-  setup_.clock->command(std::move(said), t);
+  setup_.clock->command(std::move(said), t, same_time_);
 }
 
 // Friction, and what the control laws say: efforts, or accelerations.
@@ -470,27 +489,66 @@ void PhaseDynamics::accelerate(double t) {
   attitude_torque_ = wheels_.torque_of(motor_);
 }
 
-double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
+// The evaluation of a state in which a wheel that is held would be free.
+double PhaseDynamics::driving_on(std::size_t wheel, double t, std::span<const double> y) {
+  wheels_.try_free(wheel);
+  hold_wheels();
   load(t, y);
-  if (wheels_.any_held()) {
-    if (projects()) close_loops(t);
-    accelerate(t);
-  }
-  return wheels_.margin(now_.v, motor_);
+  now_.v[wheels_.wheels()[wheel].velocity] = wheels_.held_rate(wheel);
+  recover(t);
+  if (projects()) close_loops(t);
+  accelerate(t);
+  wheels_.try_free({});
+  hold_wheels();
+  return wheels_.driving_on(wheel, vdot_);
 }
 
-// By the rates, then by what holding them takes: a wheel that the law slows down anyway is free.
+double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
+  load(t, y);
+  double least = 1;
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    if (std::isfinite(wheels_.wheels()[i].rate) && wheels_.mode(i) != WheelArray::Mode::held)
+      least = std::min(least, wheels_.margin(i, now_.v));
+  }
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    if (wheels_.mode(i) == WheelArray::Mode::held && !stays_held_[i]) least = std::min(least, driving_on(i, t, y));
+  }
+  return least;
+}
+
+// By the rates, then by what the wheels at their largest rates would do if they were free. Each is freed at most once,
+// and held again if another one's being free drives it on: then it stays held until modes are chosen again, as one that
+// rounding leaves in doubt does.
 void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
   if (!switches()) return;
+  const std::size_t count = wheels_.wheels().size();
   wheels_.take_modes(y.subspan(model_.coordinates(), model_.velocities()));
+  stays_held_.assign(count, 0);
   hold_wheels();
   if (!wheels_.any_held()) return;
-  do {
+  std::vector<std::uint8_t> freed(count, 0);
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t i = 0; i < count && !changed; ++i) {
+      if (wheels_.mode(i) != WheelArray::Mode::held || freed[i] || driving_on(i, t, y) > 0) continue;
+      wheels_.set_mode(i, WheelArray::Mode::free);
+      freed[i] = 1, changed = true;
+    }
     hold_wheels();
+    if (changed) continue;
     load(t, y);
     if (projects()) close_loops(t);
     accelerate(t);
-  } while (wheels_.settle_one(motor_, vdot_));
+    for (std::size_t i = 0; i < count && !changed; ++i) {
+      if (!freed[i] || wheels_.mode(i) == WheelArray::Mode::held || !(wheels_.driving_on(i, vdot_) > kDrivenOn))
+        continue;
+      wheels_.set_mode(i, WheelArray::Mode::held);
+      changed = true;
+    }
+    hold_wheels();
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    stays_held_[i] = wheels_.mode(i) == WheelArray::Mode::held && !(driving_on(i, t, y) > 0);
 }
 
 // Held wheels move as prescribed, at their largest rates.

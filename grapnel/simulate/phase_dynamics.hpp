@@ -114,7 +114,7 @@ class PhaseDynamics {
 
   /// Whether wheels' modes can change: then choose_modes() speaks wherever a smooth piece begins.
   bool switches() const { return wheels_.has_rate_limits(); }
-  /// Positive while the wheels' modes may stay (WheelArray::margin).
+  /// Positive while the wheels' modes may stay: distances from largest rates, and how fast held wheels would go on.
   double switch_margin(double t, std::span<const double> y);
   /// The wheels' modes from now on, in y at t; nothing without wheels that have a largest rate.
   void choose_modes(double t, std::span<const double> y);
@@ -175,6 +175,7 @@ class PhaseDynamics {
   void refuse_runaway(double t) const;
   void drive_root();
   void hold_wheels();
+  double driving_on(std::size_t wheel, double t, std::span<const double> y);
   void load(double t, std::span<const double> y);
   void recover(double t);
   ProjectionResult close_loops(double t);
@@ -200,6 +201,7 @@ class PhaseDynamics {
   std::vector<int> channel_of_;  // per joint, of the clock; -1: none
   bool has_controller_ = false;  // for a joint or a root
   bool sampling_ = false;        // at a tick of the clock
+  double same_time_ = 0;         // times nearer than this are one [s]
   std::vector<double> motor_, friction_;
   std::vector<double> force_;  // generalized forces given
   std::vector<std::uint8_t> prescribed_;
@@ -210,6 +212,7 @@ class PhaseDynamics {
   Vector3d asked_torque_ = Vector3d::zero();     // on the driven root, by the laws or what is held of them
   Vector3d attitude_torque_ = Vector3d::zero();  // on it, as given
   WheelArray wheels_;
+  std::vector<std::uint8_t> stays_held_;       // per wheel: until modes are chosen again
   double momenta_time_ = 0;                    // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
   std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended

@@ -12,8 +12,6 @@ namespace {
 // Of the largest rate. Events are found to rounding, and what holds a wheel sets its rate exactly; beyond kSlack a
 // wheel that is free has come to its largest rate again.
 constexpr double kAtLimit = 1e-11, kSlack = 1e-12;
-// Of the largest rate [1/s]: less is no driving on.
-constexpr double kDrivingOn = 1e-9;
 // Axes whose part outside the others' plane is less than this count as in it.
 constexpr double kInRange = 1e-9;
 
@@ -50,12 +48,7 @@ double sign_of(double x) { return x < 0 ? -1 : 1; }
 }  // namespace
 
 WheelArray::WheelArray(std::vector<ReactionWheel> wheels)
-    : wheels_(std::move(wheels)),
-      modes_(wheels_.size(), Mode::free),
-      signs_(wheels_.size(), 1.0),
-      at_limit_(wheels_.size()),
-      settled_(wheels_.size()),
-      asked_(wheels_.size()) {
+    : wheels_(std::move(wheels)), modes_(wheels_.size(), Mode::free), signs_(wheels_.size(), 1.0) {
   for (const ReactionWheel& wheel : wheels_) {
     if (!(std::abs(norm(wheel.axis) - 1) < 1e-9) || !(wheel.torque > 0) || !(wheel.rate > 0))
       throw std::invalid_argument("WheelArray: axes are unit vectors, and limits positive");
@@ -73,31 +66,14 @@ void WheelArray::take_modes(std::span<const double> v) {
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
     const double rate = v[wheels_[i].velocity], relative = std::abs(rate) / wheels_[i].rate;
     signs_[i] = sign_of(rate);
-    at_limit_[i] = relative >= 1 - kAtLimit && relative <= 1 + kAtLimit;
-    settled_[i] = false;
-    modes_[i] = at_limit_[i] ? Mode::held : relative > 1 ? Mode::beyond : Mode::free;
+    modes_[i] = relative > 1 + kAtLimit ? Mode::beyond : relative >= 1 - kAtLimit ? Mode::held : Mode::free;
   }
   share_among_free();
 }
 
-bool WheelArray::settle_one(std::span<const double> holding, std::span<const double> acceleration) {
-  std::size_t freed = wheels_.size();
-  double least = 0;
-  for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    const ReactionWheel& wheel = wheels_[i];
-    if (modes_[i] == Mode::free && at_limit_[i] && signs_[i] * acceleration[wheel.velocity] > kDrivingOn * wheel.rate) {
-      // What others give has changed with its mode: it stays held until modes are chosen again.
-      modes_[i] = Mode::held, settled_[i] = true;
-      share_among_free();
-      return true;
-    }
-    const double beyond_holding = signs_[i] * (asked_[i] - holding[wheel.joint]);
-    if (modes_[i] == Mode::held && !settled_[i] && beyond_holding <= least) freed = i, least = beyond_holding;
-  }
-  if (freed == wheels_.size()) return false;
-  modes_[freed] = Mode::free;
+void WheelArray::set_mode(std::size_t wheel, Mode mode) {
+  modes_[wheel] = mode;
   share_among_free();
-  return true;
 }
 
 void WheelArray::share_among_free() {
@@ -125,12 +101,19 @@ double WheelArray::factor(const std::vector<Vector3d>& rows, const Vector3d& tor
 }
 
 void WheelArray::drive(const Vector3d& torque, std::span<double> effort) {
-  const double common = factor(shares_, torque);
+  // What wheels beyond their rates give by braking the others need not.
+  Vector3d rest = torque;
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    const std::vector<Vector3d>& rows = modes_[i] == Mode::free ? shares_ : with_it_[i];
-    asked_[i] = -(modes_[i] == Mode::free ? common : factor(rows, torque)) * dot(rows[i], torque);
-    if (modes_[i] == Mode::free) effort[wheels_[i].joint] = asked_[i];
-    if (modes_[i] == Mode::beyond) effort[wheels_[i].joint] = signs_[i] * std::min(0.0, signs_[i] * asked_[i]);
+    if (mode(i) != Mode::beyond) continue;
+    const double asked = -factor(with_it_[i], torque) * dot(with_it_[i][i], torque);
+    const double u = signs_[i] * std::min(0.0, signs_[i] * asked);
+    effort[wheels_[i].joint] = u;
+    rest += u * wheels_[i].axis;
+  }
+  const std::vector<Vector3d>& rows = tried_ ? with_it_[*tried_] : shares_;
+  const double common = factor(rows, rest);
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    if (mode(i) == Mode::free) effort[wheels_[i].joint] = -common * dot(rows[i], rest);
   }
 }
 
@@ -140,26 +123,13 @@ Vector3d WheelArray::torque_of(std::span<const double> effort) const {
   return torque;
 }
 
-double WheelArray::margin(std::span<const double> v, std::span<const double> holding) const {
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    const ReactionWheel& wheel = wheels_[i];
-    if (!std::isfinite(wheel.rate)) continue;
-    const double left = 1 + kSlack - std::abs(v[wheel.velocity]) / wheel.rate;
-    const double scale = std::isfinite(wheel.torque) ? wheel.torque : 1;
-    switch (modes_[i]) {
-      case Mode::free:
-        least = std::min(least, left);
-        break;
-      case Mode::beyond:
-        least = std::min(least, -left);
-        break;
-      case Mode::held:
-        least = std::min(least, signs_[i] * (asked_[i] - holding[wheel.joint]) / scale);
-        break;
-    }
-  }
-  return std::isfinite(least) ? least : 1;
+double WheelArray::margin(std::size_t wheel, std::span<const double> v) const {
+  const double left = 1 + kSlack - std::abs(v[wheels_[wheel].velocity]) / wheels_[wheel].rate;
+  return modes_[wheel] == Mode::beyond ? -left : left;
+}
+
+double WheelArray::driving_on(std::size_t wheel, std::span<const double> acceleration) const {
+  return signs_[wheel] * acceleration[wheels_[wheel].velocity] / wheels_[wheel].rate;
 }
 
 double lacking_torque(std::span<const Vector3d> wheel_axes, const Vector3d& axis) {

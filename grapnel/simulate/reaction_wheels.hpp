@@ -6,6 +6,7 @@
 /// their momentum, energy and gyroscopic coupling are the model's. Thread safety: one thread at a time.
 
 #include <limits>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,11 +28,10 @@ struct ReactionWheel {
 ///     u = -A^+ tau, times the largest factor up to 1 with which no motor exceeds its torque,           (1)
 /// the least in the sum of squares; what lies outside the range of A is not given.
 ///
-/// A wheel that has reached its largest rate, and whose motor is asked to drive it on, is held at that rate by its
-/// motor (mode held); the others then share the torque among themselves. It is free again once (1), with it among those
-/// that share, asks for less than holding it takes. A wheel that an impact has brought beyond its largest rate (mode
-/// beyond) is driven by its motor only where that brakes it. Modes change at events: margin() falls to zero where one
-/// has to.
+/// A wheel that has reached its largest rate, and would be driven beyond, is held at that rate by its motor (mode
+/// held); the others then share the torque among themselves. It is free again once it would be slowed down if it shared
+/// as well. A wheel that an impact has brought beyond its largest rate (mode beyond) is driven by its motor only where
+/// that brakes it, and the others give the rest. Modes change at events, where a margin falls to zero.
 class WheelArray {
  public:
   enum class Mode { free, held, beyond };
@@ -42,7 +42,8 @@ class WheelArray {
 
   bool empty() const { return wheels_.empty(); }
   const std::vector<ReactionWheel>& wheels() const { return wheels_; }
-  Mode mode(std::size_t wheel) const { return modes_[wheel]; }
+  /// Free also while it is tried.
+  Mode mode(std::size_t wheel) const { return tried_ == wheel ? Mode::free : modes_[wheel]; }
   bool any_held() const;
   /// Whether modes can change at all.
   bool has_rate_limits() const;
@@ -51,10 +52,9 @@ class WheelArray {
 
   /// Modes by the rates alone: wheels at their largest rates are held for now. `v`: the velocities of the whole model.
   void take_modes(std::span<const double> v);
-  /// After take_modes() and an evaluation with these modes: frees one wheel that is held and asked for less than what
-  /// holds it, `holding` per Model::joints() [N m], or holds one that is free and driven on, by `acceleration` of the
-  /// whole model [rad/s^2]. Whether it did: then another evaluation is due.
-  bool settle_one(std::span<const double> holding, std::span<const double> acceleration);
+  void set_mode(std::size_t wheel, Mode mode);
+  /// A held wheel is free until another is tried or none, to see what it would do.
+  void try_free(std::optional<std::size_t> wheel) { tried_ = wheel; }
 
   /// (1): what the motors are told for a torque on the carrying body [N m]; those of held wheels are left as they are.
   /// `effort` per Model::joints().
@@ -62,9 +62,11 @@ class WheelArray {
   /// The torque on the carrying body that motors' efforts give.
   Vector3d torque_of(std::span<const double> effort) const;
 
-  /// Positive while all modes may stay as they are: relative distances from the largest rates, and for held wheels what
-  /// is asked beyond what holds them, `holding` per Model::joints(), over the motor's torque.
-  double margin(std::span<const double> v, std::span<const double> holding) const;
+  /// Of a wheel that is not held: positive while its mode may stay, its relative distance from its largest rate.
+  double margin(std::size_t wheel, std::span<const double> v) const;
+  /// How fast a wheel is driven on, in the sense in which it was turning at take_modes(), by the accelerations of the
+  /// whole model, over its largest rate [1/s].
+  double driving_on(std::size_t wheel, std::span<const double> acceleration) const;
 
  private:
   void share_among_free();
@@ -73,12 +75,10 @@ class WheelArray {
   std::vector<ReactionWheel> wheels_;
   std::vector<Mode> modes_;
   std::vector<double> signs_;     // of the rate, of wheels that are not free
-  std::vector<bool> at_limit_;    // at the last take_modes(),
-  std::vector<bool> settled_;     // and since then held for good
   std::vector<Vector3d> shares_;  // rows of A^+ with the free ones; zero for the others
   /// Per wheel that is not free, the same with it among them.
   std::vector<std::vector<Vector3d>> with_it_;
-  std::vector<double> asked_;  // by (1) if it were free, at the last drive() [N m]
+  std::optional<std::size_t> tried_;
 };
 
 /// Whether wheels with these axes can give a torque about an axis, both in the carrying body's frame: how much of the

@@ -14,8 +14,8 @@ std::size_t joint_named(const Model& model, const std::string& name) {
   throw ControllerError(fmt::format("the model has no joint '{}' to be driven", name));
 }
 
-ReplayController::ReplayController(std::shared_ptr<const EffortLog> log, std::vector<std::string> joints)
-    : log_(std::move(log)), names_(std::move(joints)) {
+ReplayController::ReplayController(std::shared_ptr<const EffortLog> log, std::vector<std::string> joints, double period)
+    : log_(std::move(log)), names_(std::move(joints)), same_(1e-6 * period) {
   const std::size_t rows = log_->times.size();
   const auto has_other_rows = [&](const std::vector<double>& column) { return column.size() != rows; };
   if (rows == 0 || log_->efforts.size() != names_.size() ||
@@ -32,9 +32,7 @@ void ReplayController::begin_piece(const Model& model, double) {
 void ReplayController::update(const ControlInput& input, ControlCommand& command) {
   const std::vector<double>& times = log_->times;
   // Samples and rows are multiples of a period that were rounded in different ways.
-  constexpr double kSame = 1e-6;
-  const double between = times.size() > 1 ? (times.back() - times.front()) / static_cast<double>(times.size() - 1) : 0;
-  const auto next = std::upper_bound(times.begin(), times.end(), input.time + kSame * between);
+  const auto next = std::upper_bound(times.begin(), times.end(), input.time + same_);
   if (next == times.begin()) return;
   const auto row = static_cast<std::size_t>(next - times.begin() - 1);
   for (std::size_t j = 0; j < joints_.size(); ++j) command.effort[joints_[j]] = log_->efforts[j][row];

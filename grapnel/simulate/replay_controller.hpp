@@ -18,13 +18,13 @@ struct EffortLog {
   std::vector<Vector3d> base_torque;         // per time, on the base in its axes [N m]; empty: none is said
 };
 
-/// Says the last row whose time has come, within a millionth of the time between rows; the last one to the end.
+/// Says the last row whose time has come, within a millionth of a period; the last one to the end.
 /// Thread safety: as Controller.
 class ReplayController final : public Controller {
  public:
-  /// `joints`: names of the log's joints, in its order. @throws std::invalid_argument if the log is empty, or has other
-  /// joints or other numbers of rows.
-  ReplayController(std::shared_ptr<const EffortLog> log, std::vector<std::string> joints);
+  /// `joints`: names of the log's joints, in its order; `period`: between samples [s]. @throws std::invalid_argument if
+  /// the log is empty, or has other joints or other numbers of rows.
+  ReplayController(std::shared_ptr<const EffortLog> log, std::vector<std::string> joints, double period);
   /// @throws ControllerError if the model lacks a joint.
   void begin_piece(const Model& model, double time) override;
   void update(const ControlInput& input, ControlCommand& command) override;
@@ -32,6 +32,7 @@ class ReplayController final : public Controller {
  private:
   std::shared_ptr<const EffortLog> log_;
   std::vector<std::string> names_;
+  double same_;                      // times nearer than this are one [s]
   std::vector<std::size_t> joints_;  // positions in Model::joints()
 };
 

@@ -69,8 +69,8 @@ class PhaseRun {
     close_loops(t0, y0, 0);
     std::vector<double> ends = dynamics_.breaks(t0, t1);
     ends.push_back(t1);
-    dynamics_.begin_control(t0, t1);
     try {
+      dynamics_.begin_control(t0, t1);
       cross(t0, y0, ends);
       if (!stop_time_ && usable()) output(t1, stepper_.state());
     } catch (const ControllerError& error) {

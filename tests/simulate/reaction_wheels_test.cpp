@@ -240,7 +240,8 @@ TEST(ReactionWheels, ShareTheTorqueOfOneThatIsAtItsLargestRate) {
   EXPECT_LT(norm(rate_of(g, o.end_state)), 1e-6);
 }
 
-// Whatever the wheels, rates stay within their largest ones, and momentum and energy are kept, with many changes of mode.
+// Whatever the wheels, rates stay within their largest ones, and momentum and energy are kept, with many changes of
+// mode.
 TEST(ReactionWheels, KeepWithinTheirRatesWhateverTheyAre) {
   Random random(7301);
   double off = 0, lost = 0;
