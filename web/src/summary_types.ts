@@ -864,8 +864,8 @@ export interface WheelReport {
   largest_rate: number;
   /** null: none [rad/s] */
   rate_limit: number | null;
-  /** of its motor, likewise [N m] */
-  largest_torque: number;
+  /** of its motor, likewise; null: nobody looked [N m] */
+  largest_torque: number | null;
   /** null: none [N m] */
   torque_limit: number | null;
 }
