@@ -441,9 +441,10 @@ State without_wheels(const CaptureSystem& with, const State& state, const Captur
 }
 
 std::string wheel_fault(const RobotSetup& robot) {
+  if (robot.bodies.empty() || robot.wheels.empty()) return {};
+  // While a file is being read the base, which comes first, has no name yet.
   const auto base = find_named(robot.bodies, robot.base);
-  if (base == robot.bodies.end() || robot.wheels.empty()) return {};
-  BodyDescription rest = *base;
+  BodyDescription rest = base == robot.bodies.end() ? robot.bodies.front() : *base;
   take_wheels_out(robot, rest);
   if (!(rest.mass > 0)) return "the base carries more wheels than it can";
   const std::string fault = inertia_fault(rest.inertia);

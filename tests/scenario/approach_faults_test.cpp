@@ -231,6 +231,28 @@ const std::vector<FaultCase> kCases{
      {"scenario.yaml:34:3: error: approach.base_control: the robot's base is fixed, so its attitude needs no control",
       "scenario.yaml:36:29: error: post_impact.base_control: the robot's base is fixed, so its attitude needs no "
       "control"}},
+    {"wheels_that_are_not_there",
+     {with_approach("base_control: {kp: 1, kd: 1, actuators: wheels}")},
+     {"scenario.yaml:34:43: error: approach.base_control.actuators: wheels, and the robot has none (wheels: [...] in "
+      "the robot file)"}},
+    {"wheels_that_cannot_turn_the_base",
+     {{"base: {mass: 100,", "wheels: [{name: a, axis: [0, 0, 1], inertia: 0.1}]\n  base: {mass: 100,"},
+      with_approach("base_control: {kp: 0, kd: [0, 1, 1]}")},
+     {"scenario.yaml:35:17: error: approach.base_control: its gains ask for torque about y, which the robot's wheels "
+      "cannot give; give the gains of each axis, with 0 for those that are not controlled, or actuators: outside"}},
+    {"wheels_of_no_use",
+     {{"base: {mass: 100,",
+       "wheels: [{name: a, axis: [0, 0, 2], inertia: 0}, {name: a, axis: [0, 0, 1], inertia: 1, rate: 0}]\n  base: "
+       "{mass: 100,"}},
+     {"scenario.yaml:4:28: error: robot.wheels[0].axis has length 2, must be a unit vector; normalised it is [0, 0, 1]",
+      "scenario.yaml:4:48: error: robot.wheels[0].inertia is 0, must be greater than 0 [kg m^2]",
+      "scenario.yaml:4:59: error: duplicate name 'a' in robot.wheels[1]: wheel names must differ; first given in line "
+      "4",
+      "scenario.yaml:4:97: error: robot.wheels[1].rate is 0, must be greater than 0 [rad/s]"}},
+    {"wheels_heavier_than_the_base",
+     {{"base: {mass: 100,", "wheels: [{name: a, axis: [0, 0, 1], inertia: 1e3}]\n  base: {mass: 100,"}},
+     {"scenario.yaml:4:11: error: robot.wheels: the base's inertia, which includes its wheels, leaves none that a body "
+      "can have without them: inertia is not positive definite (principal moments -990, -490, -490)"}},
     {"base_control_without_gains",
      {with_post_impact("base_control: {kp: 1}")},
      {"scenario.yaml:35:43: error: missing key 'kd' in post_impact.base_control"}},
