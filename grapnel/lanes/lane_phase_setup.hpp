@@ -24,7 +24,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
                           double t1);
 
 /// The structure of a phase. Cases made for it may differ from this one in all numbers, but for joints whose axes would
-/// turn from one coordinate axis to another; a structure for elliptic orbits serves circular ones.
+/// turn from one coordinate axis to another; a structure for elliptic orbits serves circular ones, up to rounding.
 /// @throws std::invalid_argument if a load is invalid;
 /// @throws std::invalid_argument with lane_obstacle() if there is one.
 LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
