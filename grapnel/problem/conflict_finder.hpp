@@ -1,0 +1,73 @@
+#pragma once
+
+/// @file
+/// Private to this module: what the files that find a problem's conflicts share. Each of them looks at one part of the
+/// problem and adds what it finds to one list.
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "grapnel/problem/problem_conflicts.hpp"
+
+namespace grapnel {
+
+/// The orbit's own, and those with what the linear field near it demands.
+void find_orbit_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
+/// Those of the wrenches from outside.
+void find_load_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
+/// Those of the laws that drive joints and base, of the on-board computer and of the actuators.
+void find_control_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
+
+template <class Named>
+const Named* find_named(const std::vector<Named>& list, const std::string& name) {
+  const auto found = std::find_if(list.begin(), list.end(), [&](const Named& one) { return one.name == name; });
+  return found == list.end() ? nullptr : &*found;
+}
+
+inline bool is_zero(const Vector3d& v) { return v[0] == 0 && v[1] == 0 && v[2] == 0; }
+
+/// Looks at a problem and adds the conflicts that it finds to a list; both outlive it.
+class ConflictFinder {
+ public:
+  ConflictFinder(const CaptureProblem& problem, std::vector<ProblemFault>& found) : problem_(problem), found_(found) {}
+
+ protected:
+  template <class... Arguments>
+  ProblemFault& add(std::string path, fmt::format_string<Arguments...> form, Arguments&&... arguments) {
+    return found_.emplace_back(ProblemFault{std::move(path), fmt::format(form, std::forward<Arguments>(arguments)...)});
+  }
+  // That a key is there.
+  template <class... Arguments>
+  ProblemFault& add_key(std::string path, fmt::format_string<Arguments...> form, Arguments&&... arguments) {
+    ProblemFault& fault = add(std::move(path), form, std::forward<Arguments>(arguments)...);
+    fault.of_key = true;
+    return fault;
+  }
+
+  const EndEffectorSetup* end_effector(const std::string& name) const {
+    return find_named(problem_.robot.end_effectors, name);
+  }
+  const GraspPoint* grasp_point(const GraspSetup& grasp) const {
+    const TargetSetup* target = find_named(problem_.targets, grasp.target);
+    return target ? find_named(target->grasp_points, grasp.grasp_point) : nullptr;
+  }
+
+  // A phase's duration; 0 without the phase. Empty where it is in doubt.
+  template <class Phase>
+  static std::optional<double> duration_of(const std::optional<Phase>& phase) {
+    if (!phase) return 0.0;
+    if (!(phase->duration > 0) || !std::isfinite(phase->duration)) return {};
+    return phase->duration;
+  }
+
+  const CaptureProblem& problem_;
+  std::vector<ProblemFault>& found_;
+};
+
+}  // namespace grapnel

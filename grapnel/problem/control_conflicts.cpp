@@ -1,0 +1,280 @@
+// The conflicts of what drives the robot: laws of joints and base, the on-board computer, reaction wheels.
+#include <map>
+
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/problem/conflict_finder.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/simulate/reaction_wheels.hpp"
+#include "grapnel/text/message_text.hpp"
+
+namespace grapnel {
+namespace {
+
+class ControlConflicts : ConflictFinder {
+ public:
+  using ConflictFinder::ConflictFinder;
+
+  void find() {
+    check_base_controls();
+    if (problem_.post_impact) check_joints_afterwards(*problem_.post_impact);
+    check_control();
+    check_wheels();
+  }
+
+ private:
+  // ---- Attitude control ----
+
+  void check_base_controls() {
+    const RobotSetup::Base mode = problem_.robot.base_mode;
+    if (problem_.approach && problem_.approach->base_control && mode != RobotSetup::Base::free)
+      refuse_base_control("approach.base_control");
+    // A held base is released at the impact.
+    if (problem_.post_impact && problem_.post_impact->base_control && mode == RobotSetup::Base::fixed)
+      refuse_base_control("post_impact.base_control");
+  }
+
+  void refuse_base_control(const char* path) {
+    add_key(path, "{}: the robot's base is {}, so its attitude needs no control", path,
+            name_of(problem_.robot.base_mode));
+  }
+
+  // ---- Reaction wheels ----
+
+  void check_wheels() {
+    const std::vector<WheelSetup>& wheels = problem_.robot.wheels;
+    if (!problem_.wheel_rate.empty() && problem_.wheel_rate.size() != wheels.size())
+      add("initial.wheel_rates", "initial.wheel_rates: {} values, the robot has {} wheels", problem_.wheel_rate.size(),
+          wheels.size());
+    for (std::size_t i = 0; i < std::min(wheels.size(), problem_.wheel_rate.size()); ++i) {
+      if (std::abs(problem_.wheel_rate[i]) > wheels[i].rate)
+        add("initial.wheel_rates", "initial.wheel_rates: {} rad/s of wheel {}, whose largest rate is {} rad/s",
+            problem_.wheel_rate[i], in_quotes(wheels[i].name), wheels[i].rate);
+    }
+    if (problem_.approach) check_wheels_of(problem_.approach->base_control, "approach.base_control");
+    if (problem_.post_impact) check_wheels_of(problem_.post_impact->base_control, "post_impact.base_control");
+  }
+
+  // That they can turn the base as they are asked to.
+  void check_wheels_of(const std::optional<BaseControlSetup>& control, const std::string& path) {
+    if (!control || control->actuators == BaseControlSetup::Actuators::outside) return;
+    const std::vector<WheelSetup>& wheels = problem_.robot.wheels;
+    if (wheels.empty()) {
+      if (control->actuators)
+        add(path + ".actuators", "{}.actuators: wheels, and the robot has none (wheels: [...] in the robot file)",
+            path);
+      return;
+    }
+    std::vector<Vector3d> axes;
+    for (const WheelSetup& wheel : wheels) axes.push_back(wheel.axis);
+    for (int k = 0; k < 3; ++k) {
+      if (control->kp[k] == 0 && control->kd[k] == 0) continue;
+      if (lacking_torque(axes, axis_vector(k)) < 1e-6) continue;
+      add(path,
+          "{}: its gains ask for torque about {}, which the robot's wheels cannot give; give the gains of each axis, "
+          "with 0 for those that are not controlled, or actuators: outside",
+          path, "xyz"[k]);
+    }
+  }
+
+  static Vector3d axis_vector(int k) {
+    Vector3d axis = Vector3d::zero();
+    axis[k] = 1;
+    return axis;
+  }
+
+  // ---- The on-board computer ----
+
+  void check_control() {
+    const bool in_approach = problem_.approach && problem_.approach->tracking.mode == JointControl::controller;
+    const bool afterwards = problem_.post_impact && problem_.post_impact->joints == PostImpactSetup::Joints::controller;
+    const bool is_there = problem_.control && problem_.control->has_controller();
+    const auto needs_plugin = [&](const char* path) {
+      add(path,
+          "{} is controller, which needs the plugin or the log that drives them: control: {{period: ..., plugin: ...}}",
+          path)
+          .relies_on = "control";
+    };
+    if (in_approach && !is_there) needs_plugin("approach.tracking.mode");
+    if (afterwards && !is_there) needs_plugin("post_impact.joints");
+    if (!problem_.control) return;
+    check_timing(problem_.control->timing);
+    if (problem_.control->log) check_rows(*problem_.control);
+    if (is_there && !in_approach && !afterwards) {
+      const char* const path = problem_.control->log ? "control.torques" : "control.plugin";
+      add(path, "{} drives nothing: approach.tracking.mode or post_impact.joints must be controller", path);
+    }
+    if (!problem_.control->base_torque) return;
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed)
+      add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
+    std::vector<Vector3d> axes;
+    for (const WheelSetup& wheel : problem_.robot.wheels) axes.push_back(wheel.axis);
+    for (int k = 0; k < 3 && !axes.empty(); ++k) {
+      if (lacking_torque(axes, axis_vector(k)) >= 1e-6)
+        add("control.base_torque", "control.base_torque: the robot's wheels, which give it, can give none about {}",
+            "xyz"[k]);
+    }
+    const auto both = [&](const char* path) {
+      add_key(path, "{}: control.base_torque leaves the base's torque to the plugin; leave out one of the two", path);
+    };
+    if (in_approach && problem_.approach->base_control) both("approach.base_control");
+    if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+  }
+
+  // A row between two samples would never be read, or late.
+  void check_rows(const ControlSetup& control) {
+    const double period = control.timing.period;
+    if (!(period > 0)) return;
+    for (const double t : control.log->times) {
+      if (std::abs(t / period - std::round(t / period)) <= 1e-6) continue;
+      add("control.torques", "control.torques has a row at {} [s], which is no multiple of control.period, {}", t,
+          period)
+          .relies_on = "control.period";
+      return;
+    }
+  }
+
+  // Ticks are breaks of the integration, which are listed before it.
+  void check_timing(const ControlTiming& timing) {
+    const auto approach = duration_of(problem_.approach), after = duration_of(problem_.post_impact);
+    if (!approach || !after || !(timing.period > 0) || !(timing.delay >= 0)) return;
+    const double run = *approach + *after, ticks = run / timing.period;
+    constexpr double kMostTicks = 1e7;
+    if (ticks > kMostTicks) {
+      add("control.period", "control.period is {} [s], which makes {:.3g} samples in the run's {} s; at most {:.0f}",
+          timing.period, ticks, run, kMostTicks);
+    } else if (run > 0 && timing.period >= run) {
+      add("control.period",
+          "control.period is {} [s], must be less than {}, the length of the run: sensors would be read once",
+          timing.period, run);
+    }
+    if (run > 0 && timing.delay >= run)
+      add("control.delay", "control.delay is {} [s], must be less than {}, the length of the run: no command would act",
+          timing.delay, run);
+  }
+
+  // ---- Joints after the impact ----
+
+  void check_joints_afterwards(const PostImpactSetup& post) {
+    using Joints = PostImpactSetup::Joints;
+    if (post.move) {
+      const double end = post.move->after + post.move->duration;
+      if (post.joints == Joints::free || post.joints == Joints::braked)
+        add_key("post_impact.move",
+                "post_impact.move: joints that are {} follow nothing; use joints: pd or computed_torque",
+                name_of(post.joints))
+            .relies_on = "post_impact.joints";
+      if (is_law(post.joints))
+        add_key("post_impact.move",
+                "post_impact.move: joints that {} go where that takes them; use joints: pd or computed_torque",
+                name_of(post.joints))
+            .relies_on = "post_impact.joints";
+      if (post.move->duration > 0 && post.duration > 0 && end > post.duration)
+        add("post_impact.move.duration", "post_impact.move ends after {} [s], must end within post_impact's {}", end,
+            post.duration);
+    }
+    check_laws(post);
+    if (post.joints == Joints::computed_torque)
+      refuse_loops("computed_torque, but", "joints of a closed loop cannot be accelerated one by one; use pd");
+    if (post.joints == Joints::keep_base_attitude)
+      refuse_loops("keep_base_attitude, but", "this law is not there for closed loops; use detumble or pd");
+  }
+
+  void refuse_loops(std::string_view what, std::string_view why) {
+    std::map<std::string_view, std::size_t> holds;  // by target
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      if (grasp.contact || grasp.target.empty()) continue;
+      const auto [first, fresh] = holds.emplace(grasp.target, i);
+      if (fresh) continue;
+      add("post_impact.joints", "post_impact.joints is {} grasps[{}] and grasps[{}] hold one target, and {}", what,
+          first->second, i, why);
+      return;
+    }
+  }
+
+  // Laws that move all joints together.
+  void check_laws(const PostImpactSetup& post) {
+    using Joints = PostImpactSetup::Joints;
+    const auto refuse = [&](const char* key) {
+      add_key(fmt::format("post_impact.{}", key), "post_impact.{} belongs to joints: {}; they are {}", key, key,
+              name_of(post.joints))
+          .relies_on = "post_impact.joints";
+    };
+    if (post.detumble && post.joints != Joints::detumble) refuse("detumble");
+    if (post.keep_base_attitude && post.joints != Joints::keep_base_attitude) refuse("keep_base_attitude");
+    if (post.joints == Joints::detumble && post.detumble) check_detumbling(post.detumble->target);
+    if (post.joints == Joints::detumble && std::any_of(post.kd.begin(), post.kd.end(), [](double d) { return d <= 0; }))
+      add("post_impact.kd", "post_impact.kd must be above 0 with joints: detumble, which share the efforts by it");
+    if (post.joints != Joints::keep_base_attitude) return;
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed)
+      add("post_impact.joints",
+          "post_impact.joints is keep_base_attitude, but the robot's base is fixed and needs none");
+    if (post.base_control)
+      add_key("post_impact.base_control",
+              "post_impact.base_control: the joints keep the base's attitude already; use one of both")
+          .relies_on = "post_impact.joints";
+  }
+
+  // What is brought to rest, and whether those that hold it can.
+  void check_detumbling(const std::string& named) {
+    std::vector<std::string> held;
+    for (const GraspSetup& grasp : problem_.grasps) {
+      const bool fresh = std::find(held.begin(), held.end(), grasp.target) == held.end();
+      if (!grasp.contact && fresh && find_named(problem_.targets, grasp.target)) held.push_back(grasp.target);
+    }
+    if (held.empty()) return;  // there are no grasps, or faulty ones
+    const std::string path = "post_impact.detumble.target";
+    if (named.empty() && held.size() > 1) {
+      add("post_impact.detumble", "post_impact.detumble: the grasps hold {} targets; say which by 'target', {} or {}",
+          held.size(), in_quotes(held[0]), in_quotes(held[1]));
+      return;
+    }
+    if (!named.empty() && std::find(held.begin(), held.end(), named) == held.end()) {
+      add(path, "{} is {}, which no grasp holds{}", path, in_quotes(named), suggestion(named, held, "targets"));
+      return;
+    }
+    const std::string& target = named.empty() ? held[0] : named;
+    bool any_rigid = false;
+    for (std::size_t i = 0; i < problem_.grasps.size(); ++i) {
+      const GraspSetup& grasp = problem_.grasps[i];
+      const EndEffectorSetup* hand = end_effector(grasp.end_effector);
+      if (grasp.contact || grasp.target != target || !hand) continue;
+      any_rigid = any_rigid || grasp.model == GraspModel::rigid;
+      const int joints = moving_joints_to(hand->body), turns = 6 - row_count(grasp.model);
+      if (joints + turns >= 6) continue;
+      add("post_impact.joints",
+          "post_impact.joints is detumble, but the arm of grasps[{}] has {} moving joint{}; the six motions of {} take "
+          "6 "
+          "or more",
+          i, joints, joints == 1 ? "" : "s", in_quotes(target));
+    }
+    if (!any_rigid)
+      add("post_impact.joints",
+          "post_impact.joints is detumble, but no grasp of {} is rigid: hinges and points pass on no torque about "
+          "their "
+          "own axes",
+          in_quotes(target));
+  }
+
+  // Between the base and a link.
+  int moving_joints_to(const std::string& link) const {
+    int joints = 0;
+    const BodyDescription* body = nullptr;
+    for (std::string name = link; !name.empty(); name = body->parent) {
+      const auto is_it = [&](const BodyDescription& b) { return b.name == name; };
+      const auto found = std::find_if(problem_.robot.bodies.begin(), problem_.robot.bodies.end(), is_it);
+      if (found == problem_.robot.bodies.end() || found->parent.empty()) break;
+      body = &*found;
+      joints += velocity_count(body->joint.type);
+    }
+    return joints;
+  }
+};
+
+}  // namespace
+
+void find_control_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found) {
+  ControlConflicts(problem, found).find();
+}
+
+}  // namespace grapnel

@@ -1,0 +1,222 @@
+// The fields of summary.json that say what drove the robot and what that asked of it: loads of grasps, joints and
+// loops, control laws, reaction wheels.
+#include "grapnel/result/load_table.hpp"
+#include "grapnel/result/result_documents.hpp"
+
+namespace grapnel {
+
+// ---- Loads ----
+
+template <>
+const Type& type_of<LoopReport>() {
+  using L = LoopReport;
+  static constexpr Field fields[] = {
+      field<&L::phase>("phase", "with closed loops"),
+      field<&L::closures>("closures", "`end-effector - target`: the grasps that close loops of the tree"),
+      field<&L::rows>("rows", "1", "of all closures"),
+      field<&L::rank>("rank", "1",
+                      "as the phase began; smaller than `rows`: some say the same, and internal loads are not all "
+                      "determined"),
+      field<&L::unprojected_position>("unprojected_position", "m",
+                                      "largest defect that one step left before projection"),
+      field<&L::unprojected_angle>("unprojected_angle", "rad", "likewise"),
+      field<&L::unprojected_velocity>("unprojected_velocity", "m/s", "the same of its rate"),
+      field<&L::unprojected_angular_velocity>("unprojected_angular_velocity", "rad/s", "likewise"),
+      field<&L::correction_total>("correction_total", "1",
+                                  "sum of all corrections, in the norm that judges steps, times the tolerance"),
+      field<&L::integration_error>("integration_error", "1",
+                                   "sum of the steps' error estimates in the same measure: larger, or projection would "
+                                   "hide faults"),
+  };
+  static constexpr Type type = structure<L>(
+      "LoopReport",
+      "how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains "
+      "after projection is in the ledger (`loop_closure_...`).",
+      fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GraspLoad>() {
+  using G = GraspLoad;
+  static constexpr Field fields[] = {
+      field<&G::phase>("phase", "in which the grasp held"),
+      field<&G::end_effector>("end_effector", "of the grasp"),
+      field<&G::target>("target", "of the grasp"),
+      field<&G::largest_force>("largest_force", "N", "on the robot, at the grasp"),
+      field<&G::force_time>("force_time", "s", "when that was"),
+      field<&G::largest_moment>("largest_moment", "N m", "about the grasp"),
+      field<&G::moment_time>("moment_time", "s", "when that was"),
+      field<&G::determined>(
+          "determined",
+          "six, per component, angular x, y, z then linear x, y, z, in W, as the phase began; where a "
+          "self-stress leaves components open, the least in the metric of the impact is given"),
+  };
+  static constexpr Type type = structure<G>("GraspLoad",
+                                            "the load on one grasp while it holds, in one phase. Its course is in the "
+                                            "time series `grasps/END_EFFECTOR/force` "
+                                            "and `moment`.",
+                                            fields);
+  return type;
+}
+
+template <>
+const Type& type_of<PeakLoad>() {
+  using L = PeakLoad;
+  static constexpr Field fields[] = {
+      field<&L::of>("of", "joint, end-effector, or `base control`"),
+      field<&L::quantity>(
+          "quantity",
+          "in motion: `force` and `moment`, the magnitudes of what a joint passes on at its origin, or a grasp at the "
+          "grasp; `driving`, the effort of a joint's drive or brake along its axis; of base control `driving/x`, "
+          "`driving/y`, `driving/z`, the torque about the base's axes. In impacts: `impulse`, `angular_impulse`, "
+          "`driving_impulse`, and `force`, `moment`, `driving`: the peaks of an impact in time, else means over "
+          "`impact.duration`"),
+      field<&L::phase>("phase", "impacts are phases too: `contact`, `contact_2`, and brakes: `brake`"),
+      field<&L::peak>("peak", "N, N m, N s or N m s", "largest magnitude"),
+      field<&L::time>("time", "s", "when that is"),
+      derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.rating) : std::nullopt; }>(
+          "rating", "as `peak`",
+          "of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`, of "
+          "base control its `limit`")
+          .or_null(),
+      derived<[](const L& l) { return std::isfinite(l.rating) ? std::optional(l.margin()) : std::nullopt; }>(
+          "margin", "1", "1 - peak over rating; negative: exceeded; 0: a drive ran at its limit; null: no rating")
+          .or_null(),
+      field<&L::assumed_duration>("assumed_duration",
+                                  "a mean over `impact.duration`, which is an assumption; the peak may be larger"),
+  };
+  static constexpr Type type = structure<L>("PeakLoad", "the largest of one load in one phase.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<ReleaseReport>() {
+  using R = ReleaseReport;
+  static constexpr Field fields[] = {
+      field<&R::time>("time", "s", "when they were released"),
+      field<&R::end_effectors>("end_effectors", "that released their targets"),
+      field<&R::targets>("targets", "that each of them held"),
+  };
+  static constexpr Type type = structure<R>("ReleaseReport", "grasps that are released together.", fields);
+  return type;
+}
+
+// ---- Laws and actuators ----
+
+template <>
+const Type& type_of<LawEnd>() {
+  static constexpr Choice choices[] = {
+      choice(LawEnd::running, "running"), choice(LawEnd::at_rest, "at_rest"), choice(LawEnd::rank_lost, "rank_lost"),
+      choice(LawEnd::joint_limit, "joint_limit"), choice(LawEnd::released, "released")};
+  static constexpr Type type = enumeration<LawEnd>("LawEnd", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<DetumblingReport>() {
+  using D = DetumblingReport;
+  static constexpr Field fields[] = {
+      field<&D::target>("target", "that is brought to rest"),
+      field<&D::begin>("begin", "s", "when the law begins"),
+      field<&D::end>("end", "s", "when it ends; from then on the joints hold"),
+      field<&D::ended>("ended",
+                       "`at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a "
+                       "configuration in which they cannot move the target in all directions. `joint_limit`: a joint "
+                       "reached the end of its range. `released`: the target was let go. `running`: the run ended "
+                       "before"),
+      field<&D::joint>("joint", "whose range ended it; empty otherwise"),
+      field<&D::torque_bound>("torque_bound", "N m", "on the torque about the target's centre of mass"),
+      field<&D::largest_torque>("largest_torque", "N m",
+                                "of the grasps about the target's centre of mass, by the target's motion: at the ends "
+                                "and in the middle of every step"),
+      field<&D::angular_momentum_before>("angular_momentum_before", "N m s",
+                                         "of the target about its centre of mass, at the begin"),
+      field<&D::angular_momentum_after>("angular_momentum_after", "N m s", "at the end"),
+      field<&D::speed_before>("speed_before", "m/s",
+                              "of the target's centre of mass, relative to that of servicer and held targets"),
+      field<&D::speed_after>("speed_after", "m/s", "at the end"),
+      field<&D::expected_duration>("expected_duration", "s",
+                                   "angular_momentum_before over torque_bound: what it takes where efforts suffice"),
+      field<&D::least_scale>("least_scale", "1",
+                             "least part of the torque bound that the joints' effort limits let pass; 1: they always "
+                             "sufficed"),
+      field<&D::least_scale_time>("least_scale_time", "s", "when that was"),
+      field<&D::within_limits>(
+          "within_limits",
+          "whether a smaller torque kept all efforts within their limits; if not, efforts were cut "
+          "and the target did not move as asked for"),
+      field<&D::least_condition>("least_condition", "1",
+                                 "of the target's accelerations by the efforts: least singular value over the largest, "
+                                 "its least"),
+      field<&D::least_condition_time>("least_condition_time", "s", "when that was"),
+  };
+  static constexpr Type type = structure<D>("DetumblingReport", "a held target that the arms bring to rest.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<BaseKeepingReport>() {
+  using B = BaseKeepingReport;
+  static constexpr Field fields[] = {
+      field<&B::begin>("begin", "s", "when the law begins"),
+      field<&B::end>("end", "s", "when it ends; from then on the joints hold"),
+      field<&B::ended>("ended",
+                       "`rank_lost`: the joints came near a configuration in which they cannot turn the base about all "
+                       "the axes that they could. `joint_limit`: a joint reached the end of its range. `running`: the "
+                       "run ended before"),
+      field<&B::joint>("joint", "whose range ended it; empty otherwise"),
+      field<&B::largest_angle>("largest_angle", "rad", "largest turn of the base away from its attitude"),
+      field<&B::largest_angle_time>("largest_angle_time", "s", "when that was"),
+      field<&B::angle_after>("angle_after", "rad", "at the end"),
+      field<&B::angular_velocity_after>("angular_velocity_after", "rad/s", "of the base, at the end"),
+      field<&B::rank>("rank", "1", "axes about which the joints could turn the base, at the begin"),
+      field<&B::least_share>("least_share", "1",
+                             "least part of the motion that does not turn the base that the joints' effort limits "
+                             "let pass"),
+      field<&B::least_share_time>("least_share_time", "s", "when that was"),
+      field<&B::within_limits>("within_limits",
+                               "whether what keeps the base stayed within the joints' effort limits; if not, efforts "
+                               "were cut and the base was not kept"),
+      field<&B::least_condition>("least_condition", "1",
+                                 "of the base's turning by the joint rates: the singular value of that rank over the "
+                                 "largest, its least"),
+      field<&B::least_condition_time>("least_condition_time", "s", "when that was"),
+  };
+  static constexpr Type type = structure<B>("BaseKeepingReport", "a base whose attitude the joints keep.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<ControlReport>() {
+  using C = ControlReport;
+  static constexpr Field fields[] = {
+      field<&C::period>("period", "s", "between samples"),
+      field<&C::delay>("delay", "s", "from a sample to the command that follows from it"),
+      field<&C::plugin>("plugin", "the controller's library, as the scenario names it; empty without one"),
+      field<&C::plugin_sha256>("plugin_sha256", "of its bytes; empty without one"),
+  };
+  static constexpr Type type = structure<C>("ControlReport", "the on-board computer that samples the control.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<WheelReport>() {
+  using W = WheelReport;
+  static constexpr Field fields[] = {
+      field<&W::name>("name", "of the wheel"),
+      field<&W::inertia>("inertia", "kg m^2", "about its axis"),
+      field<&W::rate_before>("rate_before", "rad/s", "relative to the base, as the run began"),
+      field<&W::rate_after>("rate_after", "rad/s", "as it ended"),
+      derived<[](const W& w) { return w.momentum_after(); }>("momentum_after", "N m s",
+                                                             "inertia times rate relative to the base, as it ended"),
+      field<&W::largest_rate>("largest_rate", "rad/s", "of either sign, at the instants that were looked at"),
+      field<&W::rate_limit>("rate_limit", "rad/s", "null: none").or_null(),
+      field<&W::largest_torque>("largest_torque", "N m", "of its motor, likewise; null: nobody looked").or_null(),
+      field<&W::torque_limit>("torque_limit", "N m", "null: none").or_null(),
+  };
+  static constexpr Type type = structure<W>("WheelReport", "a reaction wheel of the base.", fields);
+  return type;
+}
+
+}  // namespace grapnel
