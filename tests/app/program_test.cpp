@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "program_run.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace program_test {
@@ -88,6 +89,7 @@ bool says_the_same(const std::string& shown, const std::string& printed) {
 // Every ```console block of the README is a command, `$ build/release/bin/grapnel run ...`, and lines that it prints; a
 // line "..." stands for lines that are left out.
 TEST_F(Program, PrintsWhatTheReadmeShows) {
+  SKIP_UNDER_SANITIZERS();
   std::istringstream readme(read_text(GRAPNEL_SOURCE_DIR "/README.md"));
   const std::string prompt = "$ build/release/bin/grapnel run scenarios/";
   int shown = 0;
@@ -285,6 +287,7 @@ TEST_F(Program, FullStandardOutputIsNoSuccess) {
 }
 
 TEST_F(Program, ThePlanThatCannotBeSaysWhatStopsIt) {
+  SKIP_UNDER_SANITIZERS();
   const std::string first = scenario("first-plan.yaml");
   ASSERT_EQ(run("run " + first + " --quiet -o p --set post_impact.duration=0.1").code, 0);
   EXPECT_TRUE(fs::exists(folder_ / "p" / "timeseries.h5"));
@@ -358,6 +361,7 @@ TEST_F(Program, WarningsAreKeptWithTheRunAndSaidOnce) {
 }
 
 TEST_F(Program, APlanThatFailsIsSaidOnceWithWhatWouldHelp) {
+  SKIP_UNDER_SANITIZERS();
   const Outcome o = run(first_plan(" --set targets[0].state.position=[9,0,0]"));
   EXPECT_EQ(o.code, 1);
   EXPECT_EQ(occurrences(o.out + o.err, "comes no closer"), 1u) << o.out << o.err;
@@ -367,6 +371,7 @@ TEST_F(Program, APlanThatFailsIsSaidOnceWithWhatWouldHelp) {
 }
 
 TEST_F(Program, APlanThatFailsNamesItsSuspects) {
+  SKIP_UNDER_SANITIZERS();
   const Outcome o = run(first_plan(" --set targets[0].grasp_points[0].position=[0,9,0]"));
   EXPECT_EQ(o.code, 1);
   EXPECT_THAT(o.err, HasSubstr(". Look first at this: targets[0].grasp_points[0].position is 9 m from the target's "

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "program_run.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace sweep_test {
@@ -88,6 +89,7 @@ TEST_F(Sweep, TheSameBytesForAnyNumberOfThreads) {
 }
 
 TEST_F(Sweep, PointsThatCannotBeReachedAreMarkedAndTheProgramEndsWith3) {
+  SKIP_UNDER_SANITIZERS();
   angles("0, 90");
   const Outcome o = run("sweep study.yaml -o r");
   EXPECT_EQ(o.code, 3);

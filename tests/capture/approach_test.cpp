@@ -7,6 +7,7 @@
 
 #include "capture/capture_case.hpp"
 #include "grapnel/approach/target_motion.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -81,6 +82,7 @@ TEST(Matching, SaysWhatNoRatesCanGive) {
 
 // A slow final spin on a long segment makes joints swing by many turns: a strange motion, but one that there is.
 TEST(Planning, LongSegmentsArriveAndSayThatJointsSwing) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
   p.approach->duration = 1000;
   p.approach->match = RateMatch::twist;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "capture/loop_case.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -58,6 +59,7 @@ TEST(RelativeVelocity, IsThatOfTheArrival) {
 }
 
 TEST(RelativeVelocity, InThreeDimensions) {
+  SKIP_UNDER_SANITIZERS();
   Worst worst("relative velocity");
   for (int i = 0; i < 3; ++i) {
     CaptureProblem p = scenario("dual-arm-tumbling-targets.yaml");

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "capture/impact_case.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -43,6 +44,7 @@ double largest_force(const CaptureResult& r, const std::string& hand) {
 }
 
 TEST(CompliantGrasps, AreRecordedInTimeAndHoldAfterwards) {
+  SKIP_UNDER_SANITIZERS();
   Worst integral("integral of the force"), peak("peak");
   for (int i = 0; i < 3; ++i) {
     SCOPED_TRACE(seed_note(i));
@@ -206,6 +208,7 @@ TEST(CompliantImpact, WithBrakedJointsConvergesToThePlasticOneWithThem) {
 
 // One arm holds its target when the other meets its own.
 TEST(CompliantImpact, WhileAnotherArmHoldsATarget) {
+  SKIP_UNDER_SANITIZERS();
   for (bool contact : {false, true}) {
     CaptureProblem p = contact ? soft_rebound(3) : yielding_case(1e7, 3);
     p.impact->grasp = yielding_case(1e7, 3).impact->grasp;

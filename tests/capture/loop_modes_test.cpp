@@ -7,6 +7,7 @@
 #include "capture/loop_case.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace loop_modes_test {
@@ -77,6 +78,7 @@ TEST(BrakedLoops, MoveAsOneRigidBody) {
 // Light wrists locked to a heavy target: what rounding leaves between them, times its mass, stays rounding (it was a
 // momentum of 6e-11 of the scale while brakes were rows beside those of the grasps).
 TEST(BrakedLoops, KeepTheMomentumOfHeavyTargets) {
+  SKIP_UNDER_SANITIZERS();
   for (const double factor : {1e2, 1e3, 1e4}) {
     CaptureProblem p = scenario("dual-arm-satellite-handles.yaml");
     TargetSetup& target = p.targets[0];
@@ -285,6 +287,7 @@ TEST(LoopsUnderControl, TheBaseComesBackToItsAttitude) {
 
 // Motors with gains keep the loop near its shape; the dynamics of the closed loop says how they do.
 TEST(LoopsUnderControl, MotorsBringJointsToRest) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = random_loops({{0, 0}, {}, 7, 0.1, 120}, 93);
   p.post_impact->joints = Joints::pd;
   p.post_impact->kp.assign(14, 300);

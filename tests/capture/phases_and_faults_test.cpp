@@ -8,6 +8,7 @@
 
 #include "capture/capture_case.hpp"
 #include "grapnel/problem/capture_system.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace phases_and_faults_test {
@@ -132,6 +133,7 @@ TEST(Failure, AfterTheImpactKeepsApproachAndImpact) {
 }
 
 TEST(Failure, OfPlanningIsSaid) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = thesis_case();
   p.approach->final_position.clear();
   p.approach->plan.emplace();

@@ -7,6 +7,7 @@
 #include "grapnel/dynamics/momentum.hpp"
 #include "oracle/linkage_case.hpp"
 #include "support/eigen_values.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -219,6 +220,7 @@ TEST(LinkageMotion, FiveBarMovesAsLagrangesEquationsSay) {
 
 // Two ways to integrate the same loops: tree coordinates with projection, every body on its own without.
 TEST(LoopMotion, IsThatOfMaximalCoordinates) {
+  SKIP_UNDER_SANITIZERS();
   constexpr double kTime = 0.25;
   Worst place("places"), turn("orientations"), defect("defect of a step before its projection");
   int compared = 0;

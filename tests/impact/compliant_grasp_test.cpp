@@ -4,6 +4,7 @@
 #include "impact/compliant_case.hpp"
 #include "impact/impact_case.hpp"
 #include "impact/thesis_robot.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -116,7 +117,7 @@ TEST(CompliantGrasps, BecomePlasticOnASharedTarget) {
 TEST(CompliantGrasps, KeepMomentumAndEnergyWhateverTheRobot) {
   Worst energy("energy residual"), momentum("momentum error"), impulse("impulse against the integral of samples");
   int free_roots = 0;
-  for (int i = 0; i < 24; ++i) {
+  for (int i = 0; i < test::repetitions(24); ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c = random_impact(i);
     const CompliantOutcome o =

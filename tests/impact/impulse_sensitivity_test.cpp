@@ -15,6 +15,7 @@
 
 #include "impact/impact_case.hpp"
 #include "impact/thesis_robot.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -404,7 +405,7 @@ TEST(ImpulseSensitivity, RedundantBrakes) {
 TEST(ImpulseSensitivity, RandomRobots) {
   Worst worst("random branched robots, grasps anywhere");
   int rows = 0, undefined = 0;
-  for (int i = 0; i < 24; ++i) {
+  for (int i = 0; i < test::repetitions(24); ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c = random_impact(i);
     if (i % 4 == 1) continue;  // spherical joints: the changed configuration below knows angles only

@@ -9,6 +9,7 @@
 #include "grapnel/plan/reach.hpp"
 #include "grapnel/plan/shooting.hpp"
 #include "plan/plan_case.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -134,6 +135,7 @@ TEST(ThesisPlan, StaysWithinLimits) {
 }
 
 TEST(ThesisPlan, SaysThatTheArmIsTooShort) {
+  SKIP_UNDER_SANITIZERS();
   const Servicer s = thesis_servicer();
   FloatingBase base(s.model, true);
   ReachProblem p = thesis_problem(s, RateDemand::twist);

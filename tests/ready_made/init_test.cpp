@@ -6,6 +6,7 @@
 
 #include "app/program_run.hpp"
 #include "grapnel/ready_made/ready_made.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace init_test {
@@ -17,6 +18,7 @@ using testing::HasSubstr;
 class Init : public test::ProgramRun {};
 
 TEST_F(Init, WritesScenariosThatRun) {
+  SKIP_UNDER_SANITIZERS();
   for (const std::string name : {"single-arm", "dual-arm", "closed-loop"}) {
     const Outcome written = run("init " + name);
     ASSERT_EQ(written.code, 0) << written.err;

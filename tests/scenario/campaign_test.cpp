@@ -12,6 +12,7 @@
 #include "grapnel/study/case_pool.hpp"
 #include "grapnel/text/faults.hpp"
 #include "scenario/scenario_files.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace campaign_test {
@@ -148,6 +149,7 @@ TEST(Campaign, AFrozenPlanFliesTheSame) {
 
 // One that goes straight in becomes pieces.
 TEST(Campaign, AFrozenWayStraightInFliesTheSame) {
+  SKIP_UNDER_SANITIZERS();
   for (const std::string profile : {"quartic", "quintic", "cycloidal"}) {
     const double difference = difference_of_plans(
         head("scenarios/heavy-satellite-detumble.yaml") + "simulate: impact\nset: {approach.profile: " + profile +
@@ -419,6 +421,7 @@ TEST(Campaign, APlanThatIsTooFastIsFlownAsPlanned) {
 
 // A search that finds nothing is as long as one that does: it is made once.
 TEST(Campaign, APointThatCannotBePlannedIsKnownAfterwards) {
+  SKIP_UNDER_SANITIZERS();
   const test::TemporaryFolder folder;
   const Campaign campaign =
       load(folder, head() + "design: [{path: \"targets.target-1.state.position[0]\", values: [-0.9, 40]}]\n" +

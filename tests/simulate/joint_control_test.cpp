@@ -6,6 +6,7 @@
 
 #include "simulate/phase_case.hpp"
 #include "simulate/small_models.hpp"
+#include "support/sanitizers.hpp"
 #include "support/worst.hpp"
 
 namespace grapnel::testing {
@@ -90,6 +91,7 @@ TEST(PrescribedJoints, FollowTheirPathExactly) {
 
 // A stiffer PD follows closer; in the limit base and joints move as with prescribed joints.
 TEST(PD, TendsToIdealTracking) {
+  SKIP_UNDER_SANITIZERS();
   Random random(5);
   RobotOptions options;
   options.least_bodies = 7, options.most_bodies = 7;
