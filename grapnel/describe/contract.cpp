@@ -156,6 +156,17 @@ std::string interface_of(const Type& type) {
   return text + "}\n";
 }
 
+// The same for a page that shows a structure whatever its fields are: key, unit and text of each.
+std::string notes_of(const Type& type) {
+  std::string text = "export const k" + std::string(type.name) + ": FieldNote[] = [\n";
+  for (const Field& field : type.fields) {
+    if (field.key_of_item) continue;
+    const Json note = {field.key, field.unit, field.text};
+    text += "  " + note.dump() + ",\n";
+  }
+  return text + "];\n";
+}
+
 std::string union_of(const Type& type) {
   std::string names;
   for (const Choice& choice : type.choices) names += (names.empty() ? "\"" : " | \"") + std::string(choice.name) + "\"";
@@ -243,9 +254,10 @@ std::string json_schema(const Type& document, std::string_view title) {
 }
 
 std::string typescript_types(const Type& document, std::string_view origin) {
-  std::string text = "// " + std::string(origin) + "\n";
+  std::string text =
+      "// " + std::string(origin) + "\n\nexport type FieldNote = readonly [key: string, unit: string, text: string];\n";
   for (const Type* part : parts_of(document))
-    text += "\n" + (part->kind == Kind::choice ? union_of(*part) : interface_of(*part));
+    text += "\n" + (part->kind == Kind::choice ? union_of(*part) : interface_of(*part) + notes_of(*part));
   return text;
 }
 

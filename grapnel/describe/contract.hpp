@@ -19,7 +19,8 @@ std::vector<const Type*> parts_of(const Type& type);
 /// JSON Schema (draft 7). No keys but the described ones; all of them but those that may be absent.
 std::string json_schema(const Type& document, std::string_view title);
 
-/// An interface per structure and a union per enumeration. `origin`: the comment at the top, without slashes.
+/// An interface and a list of its fields' keys, units and texts per structure, a union per enumeration. `origin`: the
+/// comment at the top, without slashes.
 std::string typescript_types(const Type& document, std::string_view origin);
 
 /// The table of a structure's fields in Markdown, below a line with its name and what it is.

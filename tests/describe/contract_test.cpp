@@ -118,6 +118,8 @@ TEST(Schema, TakesWhatIsWrittenAndNothingElse) {
 TEST(Typescript, HasTheSameKeys) {
   EXPECT_EQ(typescript_types(type_of<Book>(), "made of Book"), R"(// made of Book
 
+export type FieldNote = readonly [key: string, unit: string, text: string];
+
 // of rows.
 export interface Book {
   /** of the reader. */
@@ -143,12 +145,27 @@ export interface Book {
   /** each row */
   [NAME: string]: Row | Mood | number | number | null | [number, number, number] | null | [number, number, number][] | [string, string] | boolean | (number | string)[];
 }
+export const kBook: FieldNote[] = [
+  ["mood","","of the reader."],
+  ["absent","s","left out"],
+  ["unknown","s","not known"],
+  ["way","1","unit, or null"],
+  ["none","kg","a|b"],
+  ["axes","1","unit"],
+  ["pair","","of names"],
+  ["hidden","","unless wanted"],
+  ["many","","whether there are several"],
+  ["marks","","pages/*/marks"],
+];
 
 // one of many.
 export interface Row {
   /** how far [m] */
   value: number;
 }
+export const kRow: FieldNote[] = [
+  ["value","m","how far"],
+];
 
 export type Mood = "calm" | "lively";
 )");

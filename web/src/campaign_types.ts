@@ -1,5 +1,7 @@
 // Made by scripts/tables from the descriptions of results in grapnel/: change those.
 
+export type FieldNote = readonly [key: string, unit: string, text: string];
+
 // what the cases of a campaign say.
 export interface CampaignReport {
   /** the format of this file */
@@ -41,6 +43,27 @@ export interface CampaignReport {
   /** the campaign file */
   text: string;
 }
+export const kCampaignReport: FieldNote[] = [
+  ["schema","","the format of this file"],
+  ["version","","of Grapnel"],
+  ["campaign","","what it is"],
+  ["rows","1","cases on disk; all that follows is about them"],
+  ["counts","","how they ended"],
+  ["success","","of all rows"],
+  ["warnings","","what the rates do not say: criteria that never fail, never hold or were not checked, successes that are assumed. The terminal has them too"],
+  ["criteria","","in the order of the file"],
+  ["inputs","","what was drawn"],
+  ["columns","","what was kept"],
+  ["sensitivity","","what matters for what"],
+  ["worst","","the first list is by `keep.series.worst.by`, if given; then by the numbers that criteria limit"],
+  ["failures","","why cases are no success, the most frequent reason first, every case counted once; at most 50"],
+  ["failures_left_out","1","cases with other reasons"],
+  ["grasps","","where the columns `grasps/*/captured` are kept"],
+  ["reasons","","the part of `failures` that are not ok; at most 50"],
+  ["reasons_left_out","1","cases with other reasons"],
+  ["success_map","","absent without a design"],
+  ["text","","the campaign file"],
+];
 
 export type CampaignReportFormat = "grapnel-campaign-report/1";
 
@@ -67,6 +90,18 @@ export interface CampaignSettings {
   /** cases of all points of a design [1] */
   total: number;
 }
+export const kCampaignSettings: FieldNote[] = [
+  ["name","","of the campaign"],
+  ["description","","of it, for the reader"],
+  ["file","","the campaign file's name, without folders"],
+  ["sha256","","of its bytes and of what it names"],
+  ["seed","","as text: up to 64 bits"],
+  ["sampling","","as in the file"],
+  ["simulate","","as in the file"],
+  ["plan","","as in the file"],
+  ["cases","1","those of extensions included; with a design per point of it"],
+  ["total","1","cases of all points of a design"],
+];
 
 export type Sampling = "random" | "latin_hypercube" | "sobol";
 
@@ -85,6 +120,12 @@ export interface CaseCounts {
   /** cases that are ok and meet all criteria [1] */
   success: number;
 }
+export const kCaseCounts: FieldNote[] = [
+  ["ok","1","cases that came to their end"],
+  ["failed","1","cases in which something went wrong"],
+  ["unreachable","1","cases for which no configuration was found"],
+  ["success","1","cases that are ok and meet all criteria"],
+];
 
 // the probability of success, with Wilson's score interval (1927).
 export interface SuccessRate {
@@ -99,6 +140,13 @@ export interface SuccessRate {
   /** successes in which a grasp was taken to hold because its end-effector has no envelope: nobody judged it [1] */
   assumed: number;
 }
+export const kSuccessRate: FieldNote[] = [
+  ["estimate","1","successes over all rows; null: no rows"],
+  ["lower","1","end of its interval"],
+  ["upper","1","likewise"],
+  ["confidence","1","of this interval and of every other one here"],
+  ["assumed","1","successes in which a grasp was taken to hold because its end-effector has no envelope: nobody judged it"],
+];
 
 // how often a criterion was met, in the order of the file.
 export interface CriterionResult {
@@ -123,6 +171,18 @@ export interface CriterionResult {
   /** what it asks of single numbers, where it can be said so */
   limits: CriterionLimit[];
 }
+export const kCriterionResult: FieldNote[] = [
+  ["name","","as in the file, else its text"],
+  ["text","","the expression"],
+  ["met","1","rows that are ok and meet it"],
+  ["estimate","1","these over all rows; null: no rows"],
+  ["lower","1","end of its interval"],
+  ["upper","1","likewise"],
+  ["only_this","1","rows that are ok and in which no other criterion fails; others may not have been checked, such as an impulse where nothing was caught"],
+  ["not_checked","1","rows that are ok in which a number that decides does not exist"],
+  ["reads","","names of columns and inputs"],
+  ["limits","","what it asks of single numbers, where it can be said so"],
+];
 
 // what a criterion asks of a single number.
 export interface CriterionLimit {
@@ -135,6 +195,12 @@ export interface CriterionLimit {
   /** true: of the number's magnitude */
   magnitude: boolean;
 }
+export const kCriterionLimit: FieldNote[] = [
+  ["name","","of a column or an input"],
+  ["at_most","as the number","what it must not exceed"],
+  ["at_least","as the number","what it must reach; a limit has one of the two"],
+  ["magnitude","","true: of the number's magnitude"],
+];
 
 // the numbers of an input or a column.
 export interface Distribution {
@@ -165,6 +231,21 @@ export interface Distribution {
   /** of inputs only: success by the input's value */
   success_by?: SuccessBy;
 }
+export const kDistribution: FieldNote[] = [
+  ["name","","of the column or the input"],
+  ["unit","","of its numbers"],
+  ["description","","what it is"],
+  ["count","1","finite numbers"],
+  ["missing","1","others"],
+  ["mean","as the number","null: no numbers"],
+  ["mean_error","as the number","standard error of the mean"],
+  ["standard_deviation","as the number","with n − 1; null: too few"],
+  ["least","as the number","of all"],
+  ["largest","as the number","of all"],
+  ["quantiles","","at the probabilities of the file"],
+  ["histogram","","of the finite numbers"],
+  ["success_by","","of inputs only: success by the input's value"],
+];
 
 // a number that is not exceeded with a probability.
 export interface Quantile {
@@ -177,6 +258,12 @@ export interface Quantile {
   /** likewise [as the number] */
   upper: number | null;
 }
+export const kQuantile: FieldNote[] = [
+  ["probability","1","as asked for"],
+  ["value","as the number","interpolated between order statistics: Hyndman and Fan 1996, type 7; null: no numbers"],
+  ["lower","as the number","order statistic; between the two is the quantile, with the confidence at least, whatever the distribution; null: the sample is too small"],
+  ["upper","as the number","likewise"],
+];
 
 // how numbers are distributed.
 export interface Histogram {
@@ -193,6 +280,14 @@ export interface Histogram {
   /** numbers beyond the last bin [1] */
   above: number;
 }
+export const kHistogram: FieldNote[] = [
+  ["begin","as the number","of the first bin"],
+  ["end","as the number","of the last bin, which includes it"],
+  ["counts","1","of bins of equal width. Whole numbers in a small range have a bin each, around them; numbers that are all the same one bin of width 0"],
+  ["successes","1","how many of each bin's cases are a success"],
+  ["below","1","numbers before the first bin, where a few far from all others would leave the rest in one"],
+  ["above","1","numbers beyond the last bin"],
+];
 
 // up to 20 groups of rows, of as equal a size as possible, by the value of an input.
 export interface SuccessBy {
@@ -205,6 +300,12 @@ export interface SuccessBy {
   /** those that are a success [1] */
   successes: number[];
 }
+export const kSuccessBy: FieldNote[] = [
+  ["from","as the number","least value of each group"],
+  ["to","as the number","largest value of each"],
+  ["trials","1","rows of each"],
+  ["successes","1","those that are a success"],
+];
 
 // what matters for what, from the rows themselves.
 export interface SensitivityOfAll {
@@ -219,6 +320,13 @@ export interface SensitivityOfAll {
   /** columns whose numbers differ by rounding alone, no measures either: by less than 1e-9 of the largest among them and the other components of their vector, or all below 1e-9 of the largest number of their unit */
   rounding: string[];
 }
+export const kSensitivityOfAll: FieldNote[] = [
+  ["inputs","","their names"],
+  ["groups","","of inputs, and the axes of a design"],
+  ["measures","","first `success`; then each criterion, where there are several; then the numbers that criteria read, what is used of each tolerance, and the other columns in their order, at most 64 besides criteria. What is the same in all rows is no measure"],
+  ["left_out","1","columns beyond these"],
+  ["rounding","","columns whose numbers differ by rounding alone, no measures either: by less than 1e-9 of the largest among them and the other components of their vector, or all below 1e-9 of the largest number of their unit"],
+];
 
 // inputs that belong together: the components of a vector, position and orientation of a pose, all that is drawn of a grasp point.
 export interface InputGroup {
@@ -229,6 +337,11 @@ export interface InputGroup {
   /** names of those that are in it */
   inputs: string[];
 }
+export const kInputGroup: FieldNote[] = [
+  ["name","","of the group"],
+  ["design","","true: an axis of the design, without inputs"],
+  ["inputs","","names of those that are in it"],
+];
 
 // a number that is compared with every input.
 export interface Measure {
@@ -251,6 +364,17 @@ export interface Measure {
   /** 1 less the groups' sum: the share of the variance that goes with no group alone, but with several acting together, with what is not drawn, or with what the fit misses [1] */
   unexplained: number | null;
 }
+export const kMeasure: FieldNote[] = [
+  ["name","","of the number"],
+  ["unit","","of it"],
+  ["of","","what it is."],
+  ["count","1","rows where it exists"],
+  ["first_order","1","per input: Sobol's index Var(E[y|x]) / Var(y), the part of the variance that would go away if the input were known; by chance it may be slightly negative"],
+  ["error","1","its standard error"],
+  ["rank_correlation","1","Spearman's, per input"],
+  ["groups","","the same of groups of inputs"],
+  ["unexplained","1","1 less the groups' sum: the share of the variance that goes with no group alone, but with several acting together, with what is not drawn, or with what the fit misses"],
+];
 
 export type MeasureOf = "success" | "criterion" | "column";
 
@@ -263,6 +387,11 @@ export interface GroupIndices {
   /** null of groups of several inputs [1] */
   rank_correlation: (number | null)[];
 }
+export const kGroupIndices: FieldNote[] = [
+  ["first_order","1","per group; of several inputs the variance of a quadratic function of them, fitted by least squares to 20 000 rows at most, less what chance adds to it (adjusted R²), or the largest index of one of them if that is more: a lower bound, exact for what is quadratic; null where rows are fewer than ten and twice the terms"],
+  ["error","1","its standard error"],
+  ["rank_correlation","1","null of groups of several inputs"],
+];
 
 // up to 10 cases, or `keep.series.worst.count`, with the worst numbers of a column.
 export interface WorstCases {
@@ -277,6 +406,13 @@ export interface WorstCases {
   /** the worst first, of equal ones the first case */
   cases: WorstCase[];
 }
+export const kWorstCases: FieldNote[] = [
+  ["by","","name of a column"],
+  ["unit","","of its numbers"],
+  ["direction","","`largest`, `least`"],
+  ["magnitude","","true: by the number's magnitude"],
+  ["cases","","the worst first, of equal ones the first case"],
+];
 
 // one of the worst.
 export interface WorstCase {
@@ -291,6 +427,13 @@ export interface WorstCase {
   /** the command that runs this case with its full report, in the folder of the campaign file */
   replay: string;
 }
+export const kWorstCase: FieldNote[] = [
+  ["index","1","k"],
+  ["value","as the number","of this case"],
+  ["success","","of this case"],
+  ["inputs","as drawn","in the order of `inputs`"],
+  ["replay","","the command that runs this case with its full report, in the folder of the campaign file"],
+];
 
 // why cases are no success.
 export interface Reason {
@@ -303,6 +446,12 @@ export interface Reason {
   /** the first three */
   examples: ReasonExample[];
 }
+export const kReason: FieldNote[] = [
+  ["status","","of these cases"],
+  ["reason","","of cases that are not ok theirs, with numbers replaced by `…` so that cases of one kind come together; failed conservation checks are one kind. Of cases that are ok which criteria they do not meet, and where one asks whether grasps close, which grasps miss and by which tolerance: `not met: captured (tip-1 misses by position); not checked: soft`"],
+  ["count","1","cases"],
+  ["examples","","the first three"],
+];
 
 export type CaseStatus = "ok" | "failed" | "unreachable";
 
@@ -315,6 +464,11 @@ export interface ReasonExample {
   /** as of the worst cases */
   replay: string;
 }
+export const kReasonExample: FieldNote[] = [
+  ["index","1","k"],
+  ["reason","","of this case"],
+  ["replay","","as of the worst cases"],
+];
 
 // what became of one grasp.
 export interface GraspCount {
@@ -327,6 +481,12 @@ export interface GraspCount {
   /** of its envelope; none: nobody judged it */
   tolerances: ToleranceCount[];
 }
+export const kGraspCount: FieldNote[] = [
+  ["end_effector","","of the grasp"],
+  ["captured","1","rows that are ok in which it closed"],
+  ["missed","1","rows that are ok in which it did not"],
+  ["tolerances","","of its envelope; none: nobody judged it"],
+];
 
 // how often a grasp's tolerance was exceeded.
 export interface ToleranceCount {
@@ -337,6 +497,11 @@ export interface ToleranceCount {
   /** in so many rows the grasp missed, and this tolerance by the largest factor [1] */
   limiting: number;
 }
+export const kToleranceCount: FieldNote[] = [
+  ["name","","`position`, `angle`, `velocity`, `angular_velocity`"],
+  ["exceeded","1","in so many rows"],
+  ["limiting","1","in so many rows the grasp missed, and this tolerance by the largest factor"],
+];
 
 // success at the points of the design: lists, the first axis varying slowest. The same uncertain numbers are drawn at every point, so that points differ by the design alone.
 export interface SuccessMap {
@@ -363,6 +528,19 @@ export interface SuccessMap {
   /** at three levels; the number in the report's headline */
   above: PointsAbove[];
 }
+export const kSuccessMap: FieldNote[] = [
+  ["axes","","of the design"],
+  ["confidence","1","of the intervals"],
+  ["trials","1","rows"],
+  ["ok","1","rows that are ok"],
+  ["successes","1","rows that are a success"],
+  ["estimate","1","successes over rows; null: no rows"],
+  ["lower","1","end of its interval"],
+  ["upper","1","likewise"],
+  ["unmet","","per criterion"],
+  ["deciding","","the criterion that most of the point's cases fail, `not ok` if more have no result, null if all are a success"],
+  ["above","","at three levels; the number in the report's headline"],
+];
 
 // an axis of the design.
 export interface SuccessMapAxis {
@@ -377,6 +555,13 @@ export interface SuccessMapAxis {
   /** or labels [as stated] */
   values: (number | string)[];
 }
+export const kSuccessMapAxis: FieldNote[] = [
+  ["name","","of the axis"],
+  ["unit","","of its numbers"],
+  ["description","","what it changes"],
+  ["is_numeric","","whether its values are numbers"],
+  ["values","as stated","or labels"],
+];
 
 // where a criterion fails.
 export interface UnmetCriterion {
@@ -385,6 +570,10 @@ export interface UnmetCriterion {
   /** per point, cases that fail it; where one fails, those that could not be checked do not count [1] */
   counts: number[];
 }
+export const kUnmetCriterion: FieldNote[] = [
+  ["criterion","","its name"],
+  ["counts","1","per point, cases that fail it; where one fails, those that could not be checked do not count"],
+];
 
 // how many points of the design are good enough.
 export interface PointsAbove {
@@ -393,3 +582,7 @@ export interface PointsAbove {
   /** that have it at least, by the lower end of the interval [1] */
   points: number;
 }
+export const kPointsAbove: FieldNote[] = [
+  ["level","1","of probability"],
+  ["points","1","that have it at least, by the lower end of the interval"],
+];

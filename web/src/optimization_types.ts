@@ -1,5 +1,7 @@
 // Made by scripts/tables from the descriptions of results in grapnel/: change those.
 
+export type FieldNote = readonly [key: string, unit: string, text: string];
+
 // before, the scenario as it is, and after, the best that was found.
 export interface OptimizationReport {
   /** the format of this file */
@@ -39,6 +41,26 @@ export interface OptimizationReport {
   /** the optimization file */
   text: string;
 }
+export const kOptimizationReport: FieldNote[] = [
+  ["schema","","the format of this file"],
+  ["version","","of Grapnel"],
+  ["optimization","","what it is"],
+  ["evaluations","1","points that were tried"],
+  ["ok","1","points that came to their end"],
+  ["failed","1","points in which something went wrong"],
+  ["unreachable","1","points for which no configuration was found"],
+  ["beyond_limits","1","points that are ok, and keep not all limits"],
+  ["best","1","the best point, as `point` in evaluations.csv; null: none keeps all limits"],
+  ["why","","why no point keeps all limits; absent with a best"],
+  ["before_acceptable","","whether the scenario as it is keeps all limits"],
+  ["before_reason","","why it came to no result; absent if it did"],
+  ["feasibility","","before and after"],
+  ["variables","","in the order of the file"],
+  ["objective","","what was minimized or maximized"],
+  ["limits","","in the order of the file"],
+  ["columns","","everything that was kept"],
+  ["text","","the optimization file"],
+];
 
 export type OptimizationResultFormat = "grapnel-optimization-result/1";
 
@@ -51,6 +73,11 @@ export interface OptimizationSettings {
   /** as in the file */
   simulate: StudyMode;
 }
+export const kOptimizationSettings: FieldNote[] = [
+  ["name","","of the optimization"],
+  ["sha256","","of the file's bytes and of the scenario with what it includes"],
+  ["simulate","","as in the file"],
+];
 
 export type StudyMode = "impact" | "run";
 
@@ -61,6 +88,10 @@ export interface FeasibilityChange {
   /** of the best; absent without one */
   after?: Verdict;
 }
+export const kFeasibilityChange: FieldNote[] = [
+  ["before","","of the scenario as it is"],
+  ["after","","of the best; absent without one"],
+];
 
 export type Verdict = "yes" | "no" | "not checked";
 
@@ -77,6 +108,13 @@ export interface Variable {
   /** of the best point; absent without one [as the variable] */
   best?: number;
 }
+export const kVariable: FieldNote[] = [
+  ["name","","of the variable"],
+  ["unit","","of its numbers; empty: unknown"],
+  ["from","as the variable","least value"],
+  ["to","as the variable","largest value"],
+  ["best","as the variable","of the best point; absent without one"],
+];
 
 // a number before and after.
 export interface Change {
@@ -89,3 +127,9 @@ export interface Change {
   /** of the best; null: it has no such number; absent without a best [as `unit`] */
   after?: number | null;
 }
+export const kChange: FieldNote[] = [
+  ["name","","of the objective, the limit or the column"],
+  ["unit","","of its numbers; empty: they are added up from several"],
+  ["before","as `unit`","of the scenario as it is; null: it has no such number"],
+  ["after","as `unit`","of the best; null: it has no such number; absent without a best"],
+];

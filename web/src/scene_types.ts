@@ -1,5 +1,7 @@
 // Made by scripts/tables from the descriptions of results in grapnel/: change those.
 
+export type FieldNote = readonly [key: string, unit: string, text: string];
+
 // which bodies there are, how they hang together and what they look like.
 export interface Scene {
   /** the format of this file */
@@ -23,6 +25,18 @@ export interface Scene {
   /** results of earlier versions lack it */
   limits: SceneLimits;
 }
+export const kScene: FieldNote[] = [
+  ["schema","","the format of this file"],
+  ["version","","of Grapnel"],
+  ["scenario","","what was simulated"],
+  ["planar","","true if nothing ever moves but along the plane z = 0: all joints turn about z or slide along the plane; it holds the centre of mass of every body (with what is fixed to it) and is a principal plane of it; end-effectors and grasp points lie in it; initial velocities, momentum, gravity, orbit and loads keep to it (all to 1e-9)"],
+  ["bodies","","base first, then links (parents before children), then targets"],
+  ["end_effectors","","of the robot"],
+  ["grasp_points","","of all targets"],
+  ["grasps","","of the scenario"],
+  ["meshes","","that shapes refer to"],
+  ["limits","","results of earlier versions lack it"],
+];
 
 export type SceneFormat = "grapnel-scene/2";
 
@@ -33,6 +47,10 @@ export interface SceneScenario {
   /** as in summary.json */
   sha256: string;
 }
+export const kSceneScenario: FieldNote[] = [
+  ["name","","the scenario's name"],
+  ["sha256","","as in summary.json"],
+];
 
 // a rigid body.
 export interface SceneBody {
@@ -55,6 +73,17 @@ export interface SceneBody {
   /** its shapes */
   geometry: SceneShape[];
 }
+export const kSceneBody: FieldNote[] = [
+  ["name","","unique among base and links, and among targets; a target may be called like a link"],
+  ["kind","","`base`, `link`, `target`"],
+  ["parent","","of links: base or an earlier link; else null"],
+  ["joint","","of links; else null"],
+  ["series","","its motion in the time series: SERIES/position and SERIES/quaternion_wxyz are the pose of its frame in W. `base`, `links/NAME`, `targets/NAME`"],
+  ["mass","kg","of the body"],
+  ["com","m","centre of mass in its frame"],
+  ["inertia","kg m^2","xx, yy, zz, xy, xz, yz about the centre of mass, its axes"],
+  ["geometry","","its shapes"],
+];
 
 // how a link hangs on its parent.
 export interface SceneJoint {
@@ -69,6 +98,13 @@ export interface SceneJoint {
   /** likewise [1] */
   quaternion_wxyz: [number, number, number, number];
 }
+export const kSceneJoint: FieldNote[] = [
+  ["name","","of the joint"],
+  ["type","","`revolute`, `continuous`, `prismatic`, `fixed`"],
+  ["axis","1","unit, in the joint's frame"],
+  ["position","m","of the joint's frame in the parent's at joint value 0"],
+  ["quaternion_wxyz","1","likewise"],
+];
 
 // a shape on a body.
 export interface SceneShape {
@@ -83,6 +119,13 @@ export interface SceneShape {
   /** of shape `mesh`: index into `meshes` [1] */
   mesh?: number;
 }
+export const kSceneShape: FieldNote[] = [
+  ["shape","","`box`, `cylinder`, `capsule`, `sphere`, `mesh`"],
+  ["size","m","by shape, see below; of a mesh what vertices are multiplied with"],
+  ["position","m","of the shape's frame in the body's"],
+  ["quaternion_wxyz","1","of the shape's frame in the body's"],
+  ["mesh","1","of shape `mesh`: index into `meshes`"],
+];
 
 // an end-effector on a body of the robot.
 export interface SceneEndEffector {
@@ -95,6 +138,12 @@ export interface SceneEndEffector {
   /** in that body's frame [1] */
   quaternion_wxyz: [number, number, number, number];
 }
+export const kSceneEndEffector: FieldNote[] = [
+  ["name","","of the end-effector"],
+  ["body","","of the robot"],
+  ["position","m","in that body's frame"],
+  ["quaternion_wxyz","1","in that body's frame"],
+];
 
 // where a target may be grasped.
 export interface SceneGraspPoint {
@@ -107,6 +156,12 @@ export interface SceneGraspPoint {
   /** unit, in the target's frame; null: none is given [1] */
   approach_direction: [number, number, number] | null;
 }
+export const kSceneGraspPoint: FieldNote[] = [
+  ["target","","that it is on"],
+  ["name","","of the grasp point"],
+  ["position","m","in the target's frame"],
+  ["approach_direction","1","unit, in the target's frame; null: none is given"],
+];
 
 // what is to meet.
 export interface SceneGrasp {
@@ -119,6 +174,12 @@ export interface SceneGrasp {
   /** `rigid`, `hinge`, `point`, or `contact` for what is only touched */
   model: string;
 }
+export const kSceneGrasp: FieldNote[] = [
+  ["end_effector","","that grasps"],
+  ["target","","that is grasped"],
+  ["grasp_point","","of the target"],
+  ["model","","`rigid`, `hinge`, `point`, or `contact` for what is only touched"],
+];
 
 // a triangle mesh in its own frame.
 export interface SceneMesh {
@@ -129,6 +190,11 @@ export interface SceneMesh {
   /** three vertex numbers in turn, from 0 [1] */
   triangles: number[];
 }
+export const kSceneMesh: FieldNote[] = [
+  ["name","","of the file"],
+  ["vertices","1","x, y, z in turn, in the file's unit: the size of a shape makes them metres"],
+  ["triangles","1","three vertex numbers in turn, from 0"],
+];
 
 // lines in plots.
 export interface SceneLimits {
@@ -137,6 +203,10 @@ export interface SceneLimits {
   /** the distance that bodies are to keep; null: it is not watched [m] */
   clearance: number | null;
 }
+export const kSceneLimits: FieldNote[] = [
+  ["grasps","","of end-effectors with an envelope"],
+  ["clearance","m","the distance that bodies are to keep; null: it is not watched"],
+];
 
 // what a grasp can close on.
 export interface SceneGraspLimits {
@@ -147,3 +217,8 @@ export interface SceneGraspLimits {
   /** largest relative speed; null: any [m/s] */
   velocity: number | null;
 }
+export const kSceneGraspLimits: FieldNote[] = [
+  ["end_effector","","that has an envelope"],
+  ["position","m","largest distance from the grasp point; null: any"],
+  ["velocity","m/s","largest relative speed; null: any"],
+];

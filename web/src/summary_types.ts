@@ -1,5 +1,7 @@
 // Made by scripts/tables from the descriptions of results in grapnel/: change those.
 
+export type FieldNote = readonly [key: string, unit: string, text: string];
+
 // what happened in one capture, in SI units and radians.
 export interface Summary {
   /** the format of this file */
@@ -47,6 +49,30 @@ export interface Summary {
   /** per phase */
   cost: PhaseCost[];
 }
+export const kSummary: FieldNote[] = [
+  ["schema","","the format of this file"],
+  ["version","","of Grapnel"],
+  ["scenario","","what was simulated"],
+  ["status","","how the run ended"],
+  ["failure","","body, time and condition, if it failed; else empty"],
+  ["warnings","","for who reads the result"],
+  ["orbit","","absent without one"],
+  ["control","","absent where control is continuous"],
+  ["approach","","absent without an approach"],
+  ["capture","","whether the grasps closed; absent without grasps"],
+  ["impact","","the first; absent without an impact"],
+  ["later_impacts","","of grasps that closed later, in the order of time; absent if there are none"],
+  ["releases","","grasps that are released, in the order of time; absent if there are none"],
+  ["post_impact","","absent without such motion"],
+  ["loads","","the largest loads of every phase; absent if nothing was loaded"],
+  ["wheels","","reaction wheels; absent if there are none"],
+  ["worst_margin","","the one of `loads` with the least margin over all phases; absent where nothing is rated"],
+  ["clearance","","absent where no two bodies have shapes"],
+  ["limits","","of joints and drives"],
+  ["feasibility","","whether a robot could do this"],
+  ["ledger","","whether physics was kept"],
+  ["cost","","per phase"],
+];
 
 export type SummaryFormat = "grapnel-summary/2";
 
@@ -57,6 +83,10 @@ export interface ScenarioNamed {
   /** of the bytes of the scenario, all files it includes, and overrides */
   sha256: string;
 }
+export const kScenarioNamed: FieldNote[] = [
+  ["name","","the scenario's name"],
+  ["sha256","","of the bytes of the scenario, all files it includes, and overrides"],
+];
 
 export type CaptureStatus = "not_run" | "completed" | "failed";
 
@@ -71,6 +101,12 @@ export interface OrbitReport {
   /** of the orbit [s] */
   period: number;
 }
+export const kOrbitReport: FieldNote[] = [
+  ["body","","the central one; `own` with a gravitational parameter of the scenario's"],
+  ["radius","m","from its centre to the reference point, W's origin, at t = 0"],
+  ["rate","rad/s","at which radial and along-track turn in W, at t = 0"],
+  ["period","s","of the orbit"],
+];
 
 // the on-board computer that samples the control.
 export interface ControlReport {
@@ -83,6 +119,12 @@ export interface ControlReport {
   /** of its bytes; empty without one */
   plugin_sha256: string;
 }
+export const kControlReport: FieldNote[] = [
+  ["period","s","between samples"],
+  ["delay","s","from a sample to the command that follows from it"],
+  ["plugin","","the controller's library, as the scenario names it; empty without one"],
+  ["plugin_sha256","","of its bytes; empty without one"],
+];
 
 // the motion up to the capture.
 export interface Approach {
@@ -95,6 +137,12 @@ export interface Approach {
   /** of the joints' motion */
   plan?: PlanReport;
 }
+export const kApproach: FieldNote[] = [
+  ["start","","at the phase's first instant"],
+  ["end","","at its last instant"],
+  ["planned_final_rates","rad/s or m/s","joint rates the approach aimed at, in the order of `joints.names`; absent without a plan"],
+  ["plan","","of the joints' motion"],
+];
 
 // the system's state where a phase begins or ends.
 export interface PhaseEnd {
@@ -109,6 +157,13 @@ export interface PhaseEnd {
   /** the free bodies that may be grasped */
   targets: BodyMotion[];
 }
+export const kPhaseEnd: FieldNote[] = [
+  ["time","s","of this state"],
+  ["base","","of the robot"],
+  ["joints","","of the robot"],
+  ["end_effectors","","of the robot"],
+  ["targets","","the free bodies that may be grasped"],
+];
 
 // motion of a free body's frame at one instant.
 export interface BodyMotion {
@@ -123,6 +178,13 @@ export interface BodyMotion {
   /** of the origin of the body's frame, in W [m/s] */
   velocity: [number, number, number];
 }
+export const kBodyMotion: FieldNote[] = [
+  ["name","","of the body"],
+  ["position","m","of the origin of the body's frame, in W"],
+  ["quaternion_wxyz","1","turns the body's axes into W's"],
+  ["angular_velocity","rad/s","in W"],
+  ["velocity","m/s","of the origin of the body's frame, in W"],
+];
 
 // the robot's joints at one instant.
 export interface JointMotion {
@@ -133,6 +195,11 @@ export interface JointMotion {
   /** likewise [rad/s or m/s] */
   velocity: number[];
 }
+export const kJointMotion: FieldNote[] = [
+  ["names","","of the joints"],
+  ["position","rad or m","in the order of `names`; m of prismatic joints"],
+  ["velocity","rad/s or m/s","likewise"],
+];
 
 // an end-effector, and how it stands to the grasp point it is to meet.
 export interface EndEffectorMotion {
@@ -155,6 +222,17 @@ export interface EndEffectorMotion {
   /** end-effector minus target, in W [rad/s] */
   relative_angular_velocity?: [number, number, number];
 }
+export const kEndEffectorMotion: FieldNote[] = [
+  ["name","","of the end-effector"],
+  ["position","m","of the origin of the end-effector's frame, in W"],
+  ["velocity","m/s","of that origin, in W"],
+  ["angular_velocity","rad/s","in W"],
+  ["target","","what it is to grasp; this and what follows are absent if it grasps nothing"],
+  ["grasp_point","","on the target"],
+  ["miss_distance","m","from the end-effector's origin to the grasp point"],
+  ["relative_velocity","m/s","end-effector minus grasp point, in W"],
+  ["relative_angular_velocity","rad/s","end-effector minus target, in W"],
+];
 
 // where the joints were to go, and how that was found.
 export interface PlanReport {
@@ -187,6 +265,22 @@ export interface PlanReport {
   /** the last piece, where the scenario asks for one */
   straight_in?: StraightInReport;
 }
+export const kPlanReport: FieldNote[] = [
+  ["joints","","names"],
+  ["final_position","rad or m","the reference at the capture; of the closest attempt if planning failed"],
+  ["final_rates","rad/s or m/s","likewise"],
+  ["unmet_rate","m/s or rad/s","largest component of the demanded final motion that no joint rates give"],
+  ["rhs_evaluations","1","of the base's motion, while planning"],
+  ["found","","whether there is a solution; this and what follows down to `smallest_singular_value` only where final values were looked for"],
+  ["objective","","what was made least"],
+  ["objective_value","1","how small that became"],
+  ["miss","","per end-effector"],
+  ["starts","1","initial guesses tried"],
+  ["solutions","1","how many of them led to a solution"],
+  ["iterations","1","Newton steps over all of them"],
+  ["smallest_singular_value","m/rad","of the goals' error against final joint values; small: near a singularity"],
+  ["straight_in","","the last piece, where the scenario asks for one"],
+];
 
 // how far an end-effector stays from its goal when the plan is followed exactly; where nothing was found, in the closest attempt.
 export interface PlannedMiss {
@@ -197,6 +291,11 @@ export interface PlannedMiss {
   /** from what the grasp's orientation asks for; null: unknown [rad] */
   angle: number | null;
 }
+export const kPlannedMiss: FieldNote[] = [
+  ["end_effector","","whose miss it is"],
+  ["distance","m","from its goal; null: unknown"],
+  ["angle","rad","from what the grasp's orientation asks for; null: unknown"],
+];
 
 // the last piece of an approach, on a straight line to the grasp point.
 export interface StraightInReport {
@@ -219,6 +318,17 @@ export interface StraightInReport {
   /** of the series that keep the joint motion [rad or m] */
   fit_error: number;
 }
+export const kStraightInReport: FieldNote[] = [
+  ["begin","s","of the piece straight in"],
+  ["stand_off","m","distance from the grasp point at which it begins"],
+  ["final_speed","m/s","at which it meets the grasp point"],
+  ["smallest_singular_value","m/rad","of the generalized Jacobian's rows in use, over the piece"],
+  ["damped","","whether it came so near a singularity that rates were damped"],
+  ["damped_interval","s","when rates were damped"],
+  ["unmet","m/s or rad/s","largest component of the demanded motion that was missed, where it was damped or impossible"],
+  ["unmet_time","s","when that was"],
+  ["fit_error","rad or m","of the series that keep the joint motion"],
+];
 
 // whether the grasps closed.
 export interface Capture {
@@ -231,6 +341,12 @@ export interface Capture {
   /** per grasp of the scenario */
   grasps: GraspOutcome[];
 }
+export const kCapture: FieldNote[] = [
+  ["captured","","of all grasps; `assumed`, if that is so of at least one and all closed."],
+  ["verdict","","the sentence on the terminal, with the gap and by how much targets were moved"],
+  ["time","s","when those were to close that close together"],
+  ["grasps","","per grasp of the scenario"],
+];
 
 export type Captured = "yes" | "assumed" | "no";
 
@@ -265,6 +381,22 @@ export interface GraspOutcome {
   /** when it was released; absent if it was not [s] */
   released?: number;
 }
+export const kGraspOutcome: FieldNote[] = [
+  ["end_effector","","that is to grasp"],
+  ["target","","that is to be grasped"],
+  ["grasp_point","","on the target"],
+  ["captured","","whether this grasp closed."],
+  ["judged","","whether an envelope with a position judged it"],
+  ["reason","","in words: which tolerance of the envelope was kept or missed. A contact is never captured: how fast it parted, or that it was still compressed, by how much and with what energy, when `impact.longest` ended it"],
+  ["limiting","","the key of the envelope (`position`, `angle`, `velocity`, `angular_velocity`) that was missed by the largest factor; empty if none was"],
+  ["distance","m","distance from the grasp point when it was to close"],
+  ["angle","rad","angle from what the grasp's orientation asks for, at that instant"],
+  ["velocity","m/s","relative to the grasp point, at that instant"],
+  ["angular_velocity","rad/s","relative to the target, at that instant"],
+  ["time","s","when this grasp closed, or was to close. The deviations above are those of this instant; of a grasp that never came so far those of the run's end, null after a failure"],
+  ["target_moved","m","by which `contact.gap: translate_target` moved its target so that it closes"],
+  ["released","s","when it was released; absent if it was not"],
+];
 
 // an impact: what changes at once when grasps close and contacts touch.
 export interface ImpactReport {
@@ -337,6 +469,42 @@ export interface ImpactReport {
   /** per grasp whose arm has ratings */
   speed_limits: SpeedLimit[];
 }
+export const kImpactReport: FieldNote[] = [
+  ["law","","as in the scenario. `as_published`: the velocities after it are the thesis's, and momentum is not conserved"],
+  ["time","s","when it begins"],
+  ["duration","s","over which mean forces are taken: `impact.duration` of the scenario, while the impact itself takes no time. Law `compliant`: how long it took"],
+  ["grasps","","grasps that closed, and contacts that touched"],
+  ["rank","1","independent ones among the rows"],
+  ["rows","1","conditions that the grasps pose"],
+  ["null_space","","`rows` - `rank` self-stresses: impulses that change no velocity and may be added to the grasps'"],
+  ["loops","","per further grasp of a target, against its first"],
+  ["body_impulses","","per body"],
+  ["kinetic_energy_before","J","of robot and targets, just before the impact"],
+  ["kinetic_energy_after","J","just after it"],
+  ["base_velocity_change","m/s","of the base's origin, in the impact, in W"],
+  ["base_angular_velocity_change","rad/s","of the base, in the impact, in W"],
+  ["joint_names","","of `joint_velocity_change`"],
+  ["joint_velocity_change","rad/s or m/s","of the joints, in the impact"],
+  ["joints","","what they pass on"],
+  ["base_reaction","","what the arms passed to the base"],
+  ["targets_before","","just before the impact"],
+  ["targets_after","","just after it"],
+  ["as_published","","the thesis's (3.8)-(3.13) for the same capture"],
+  ["as_published_absent","","instead of `as_published`: why it is not defined here"],
+  ["show_as_published","","whether the scenario asks for `as_published` (`output.as_published`, or its own law): only then the terminal, the report and figures show it"],
+  ["brake","","where joints are locked after the grasp"],
+  ["joints_during","","`free`, `braked` or `driven`: what `impact.joints` asked for"],
+  ["held_joints","","that brakes or drives held, or were to hold"],
+  ["unique","","whether simultaneous contacts share the impulse in one way only (if not: `spread` of `ContactRebound`)"],
+  ["energy_created","","true: the result has more energy than there was (Newton's hypothesis with friction); it is not altered, and a warning says so"],
+  ["hypothesis","","of contacts: `stronge`, `poisson` or `newton`; absent where there were none"],
+  ["inconsistent","","law `bilateral_restitution`: the rows in which no motion has the restitution asked for; absent if there are none"],
+  ["compliant","","law `compliant`"],
+  ["measures","","of the configuration; absent with law `compliant`"],
+  ["sensitivities","","with law `plastic`, else empty"],
+  ["margins","","against the robot's ratings; empty where the robot file has none"],
+  ["speed_limits","","per grasp whose arm has ratings"],
+];
 
 // one grasp or contact of the impact. Impulses act **on the robot** at the contact point; the target gets the opposite there.
 export interface GraspImpulse {
@@ -379,6 +547,27 @@ export interface GraspImpulse {
   /** law `compliant` */
   profile?: ForceProfile;
 }
+export const kGraspImpulse: FieldNote[] = [
+  ["end_effector","","of the grasp or contact"],
+  ["target","","of the grasp or contact"],
+  ["grasp_point","","on the target"],
+  ["model","","`rigid` (6 rows), `hinge` (5), `point` (3), `contact` (does not hold)"],
+  ["contact_point","m","common to end-effector and target, in W"],
+  ["gap","m","distance of end-effector and grasp point when they were joined"],
+  ["gap_angle","rad","angle between their frames when they were joined"],
+  ["target_displacement","m","by which `contact.gap: translate_target` moved the target, in W"],
+  ["impulse","N s","on the robot at the contact point, in W"],
+  ["angular_impulse","N m s","on the robot about the contact point, in W"],
+  ["impulse_magnitude","N s","of the impulse"],
+  ["mean_force","N","impulse over impact.duration; law compliant: over profile.duration"],
+  ["determined","","six, per component, angular x, y, z then linear x, y, z, in W: unique, or open to a self-stress of closed loops"],
+  ["relative_velocity_before","m/s","end-effector minus target at the contact point, before, in W"],
+  ["relative_angular_velocity_before","rad/s","end-effector minus target, before, in W"],
+  ["relative_velocity_after","m/s","the same afterwards: zero in what a grasp holds"],
+  ["relative_angular_velocity_after","rad/s","likewise"],
+  ["rebound","","of a contact under `restitution` or `friction`"],
+  ["profile","","law `compliant`"],
+];
 
 // a contact that does not hold: how it rebounded.
 export interface ContactRebound {
@@ -399,6 +588,16 @@ export interface ContactRebound {
   /** of the normal impulse over other orders of simultaneous contacts, relative; null: not known [1] */
   spread: number | null;
 }
+export const kContactRebound: FieldNote[] = [
+  ["normal","1","unit, from the target to the robot, in W"],
+  ["normal_impulse","N s","along the normal"],
+  ["tangential_impulse","N s","of friction, in W"],
+  ["compression","N s","of the normal impulse, while the bodies approach"],
+  ["normal_work","J","done on the bodies by the normal impulse"],
+  ["friction_work","J","done on them by friction"],
+  ["modes","","`separated`, `sticking`, `sliding`, `reversed`: in the order in which they came"],
+  ["spread","1","of the normal impulse over other orders of simultaneous contacts, relative; null: not known"],
+];
 
 // a contact or grasp that was resolved in time.
 export interface ForceProfile {
@@ -419,12 +618,25 @@ export interface ForceProfile {
   /** how often the bodies came together [1] */
   touches: number;
 }
+export const kForceProfile: FieldNote[] = [
+  ["peak_force","N","largest force in the impact"],
+  ["peak_force_time","s","when that is, from the impact's beginning"],
+  ["peak_moment","N m","largest moment in the impact"],
+  ["peak_moment_time","s","when that is, from the impact's beginning"],
+  ["largest_deformation","m","of the contact or the grasp's spring"],
+  ["duration","s","in touch, or until the grasp was at rest"],
+  ["energy_lost","J","by damping and friction"],
+  ["touches","1","how often the bodies came together"],
+];
 
 // impulses at all grasps together, scaled so that the largest component is 1 (N s or N m s).
 export interface ImpulseSet {
   /** in the order of the impact's grasps; in words of `GraspImpulse` */
   grasps: ImpulseAtGrasp[];
 }
+export const kImpulseSet: FieldNote[] = [
+  ["grasps","","in the order of the impact's grasps; in words of `GraspImpulse`"],
+];
 
 // a part of an `ImpulseSet`.
 export interface ImpulseAtGrasp {
@@ -435,6 +647,11 @@ export interface ImpulseAtGrasp {
   /** as in `GraspImpulse` [N m s] */
   angular_impulse: [number, number, number];
 }
+export const kImpulseAtGrasp: FieldNote[] = [
+  ["end_effector","","whose grasp it is"],
+  ["impulse","N s","as in `GraspImpulse`"],
+  ["angular_impulse","N m s","as in `GraspImpulse`"],
+];
 
 // a further grasp of a target against the first: whether both can be where they are meant to be.
 export interface LoopGap {
@@ -451,6 +668,14 @@ export interface LoopGap {
   /** by how much these differ. No motion of the target changes either: so much remains, and is held as found [m] */
   gap: number;
 }
+export const kLoopGap: FieldNote[] = [
+  ["target","","that both hold"],
+  ["end_effectors","","the first grasp's, the further one's"],
+  ["grasp_points","","likewise"],
+  ["end_effector_distance","m","between the end-effectors when they closed"],
+  ["grasp_point_distance","m","between the grasp points that they are to hold"],
+  ["gap","m","by how much these differ. No motion of the target changes either: so much remains, and is held as found"],
+];
 
 // all that a body received, from joints and grasps together: unique, also where the impulses of single grasps are not.
 export interface BodyImpulse {
@@ -461,6 +686,11 @@ export interface BodyImpulse {
   /** about the body's centre of mass, in W [N m s] */
   angular_impulse: [number, number, number];
 }
+export const kBodyImpulse: FieldNote[] = [
+  ["body","","that received it"],
+  ["impulse","N s","in W"],
+  ["angular_impulse","N m s","about the body's centre of mass, in W"],
+];
 
 // what a joint passes on during the impact.
 export interface JointImpulse {
@@ -481,6 +711,16 @@ export interface JointImpulse {
   /** likewise, along the axis [N m or N] */
   peak_driving: number;
 }
+export const kJointImpulse: FieldNote[] = [
+  ["joint","","that passes it on"],
+  ["body","","that the joint carries"],
+  ["impulse","N s","passed on at the joint's origin, from parent to child, in W"],
+  ["angular_impulse","N m s","about the joint's origin, likewise"],
+  ["along_axis","N m s or N s","that the joint passes on along its axis: zero for a free joint without rotor"],
+  ["peak_force","N","law `compliant`: the largest of what it passes on, over the samples; else 0"],
+  ["peak_moment","N m","likewise"],
+  ["peak_driving","N m or N","likewise, along the axis"],
+];
 
 // what the arms passed to the base.
 export interface BaseReaction {
@@ -489,6 +729,10 @@ export interface BaseReaction {
   /** about the base's origin, in W [N m s] */
   angular_impulse: [number, number, number];
 }
+export const kBaseReaction: FieldNote[] = [
+  ["impulse","N s","in W"],
+  ["angular_impulse","N m s","about the base's origin, in W"],
+];
 
 // the thesis's own estimate, (3.8)-(3.13), for the same capture.
 export interface AsPublished {
@@ -505,6 +749,14 @@ export interface AsPublished {
   /** likewise [1] */
   relative_angular_momentum_error: number | null;
 }
+export const kAsPublished: FieldNote[] = [
+  ["grasps","","per grasp"],
+  ["joint_velocity_after","rad/s or m/s","(3.11), in the order of `joint_names` of the impact"],
+  ["linear_momentum_error","N s","total after minus before, its magnitude"],
+  ["angular_momentum_error","N m s","likewise"],
+  ["relative_linear_momentum_error","1","over the ledger's scale; null: nothing moves"],
+  ["relative_angular_momentum_error","1","likewise"],
+];
 
 // one grasp's impulse by the thesis's formulas.
 export interface PublishedImpulse {
@@ -517,6 +769,12 @@ export interface PublishedImpulse {
   /** of the impulse [N s] */
   impulse_magnitude: number;
 }
+export const kPublishedImpulse: FieldNote[] = [
+  ["end_effector","","of the grasp"],
+  ["impulse","N s","as in `GraspImpulse`"],
+  ["angular_impulse","N m s","as in `GraspImpulse`"],
+  ["impulse_magnitude","N s","of the impulse"],
+];
 
 // joints locked at once after the grasp: a second impulse with its own checks. `targets_after` and the impact's own changes are before the brake; the second sample of `contact` in the time series is after it.
 export interface BrakeReport {
@@ -535,6 +793,15 @@ export interface BrakeReport {
   /** by the brake alone, in W [rad/s] */
   base_angular_velocity_change: [number, number, number];
 }
+export const kBrakeReport: FieldNote[] = [
+  ["joints","","that are locked"],
+  ["impulse","N m s or N s","per joint, along or about its axis"],
+  ["kinetic_energy_before","J","of everything, before the brake"],
+  ["kinetic_energy_after","J","after it"],
+  ["grasps","","per grasp that holds"],
+  ["base_velocity_change","m/s","of the base's origin, by the brake alone, in W"],
+  ["base_angular_velocity_change","rad/s","by the brake alone, in W"],
+];
 
 // what a grasp passes on because of the brake, besides the impulse of the impact.
 export interface BrakeGrasp {
@@ -549,6 +816,13 @@ export interface BrakeGrasp {
   /** of the impulse [N s] */
   impulse_magnitude: number;
 }
+export const kBrakeGrasp: FieldNote[] = [
+  ["end_effector","","of the grasp"],
+  ["target","","of the grasp"],
+  ["impulse","N s","on the robot at the contact point, in W"],
+  ["angular_impulse","N m s","about the contact point, in W"],
+  ["impulse_magnitude","N s","of the impulse"],
+];
 
 // a joint that a brake or a drive held during the impact, or was to hold. Law `compliant`: it gives way when the grasps become rigid; `impulse` and `work` are until then.
 export interface HeldJoint {
@@ -565,6 +839,14 @@ export interface HeldJoint {
   /** the grasps did not allow all rates that drives were told, and this one had to give way, as little as possible (docs/theory.md, section 7). A warning says so too */
   gave_way: boolean;
 }
+export const kHeldJoint: FieldNote[] = [
+  ["joint","","that was held, or was to be held"],
+  ["impulse","N m s or N s","on it, along or about its axis"],
+  ["work","J","done by it"],
+  ["told_rate","rad/s or m/s","that it was to hold"],
+  ["rate_after","rad/s or m/s","that it has after the impact"],
+  ["gave_way","","the grasps did not allow all rates that drives were told, and this one had to give way, as little as possible (docs/theory.md, section 7). A warning says so too"],
+];
 
 // an impact that was resolved in time.
 export interface CompliantReport {
@@ -583,6 +865,15 @@ export interface CompliantReport {
   /** of the integration [1] */
   rhs_evaluations: number;
 }
+export const kCompliantReport: FieldNote[] = [
+  ["end","","`separated` (contacts only), `settled` (grasps are at rest), `time_over` (`impact.longest`)"],
+  ["duration","s","of the impact"],
+  ["energy_lost","J","by dampers and friction"],
+  ["elastic_energy_after","J","left in springs at the end; given up when grasps become rigid. With `time_over` the impact was cut off: this energy is missing, and the ledger's `compliant_energy_residual` fails if a contact is still compressed or grasps hold more than a thousandth of the kinetic energy before"],
+  ["residual_impulse","N s","largest impulse that then takes out what relative motion is left"],
+  ["energy_residual","1","of the balance of energy, over the kinetic energy before of the bodies that take part"],
+  ["rhs_evaluations","1","of the integration"],
+];
 
 // what the configuration makes of impulses, at the contact points, everything free but joints that are held. Twists and impulses are [angular; linear] in W; matrices are six rows of six.
 export interface ImpactMeasures {
@@ -605,6 +896,17 @@ export interface ImpactMeasures {
   /** a basis of those that leave its angular velocity alone */
   zero_base_angular_velocity: ImpulseSet[];
 }
+export const kImpactMeasures: FieldNote[] = [
+  ["end_effectors","","per grasp"],
+  ["largest_impulse","1","of all grasps together: impulse that a relative motion brings at worst; 1: as against an immovable robot"],
+  ["smallest_impulse","1","likewise, at best"],
+  ["coupled_index","1","likewise, of the present motion"],
+  ["miss_of_robot_com","m","of the resultant of all impulses, from the robot's centre of mass"],
+  ["miss_of_system_com","m","the same from that of robot and targets"],
+  ["base_response","1/(kg m^2), 1/(kg m), 1/kg","per grasp: change of the base's twist per impulse there; zero in directions that the grasp leaves free"],
+  ["zero_disturbance","","a basis of the impulses that leave the base's twist alone"],
+  ["zero_base_angular_velocity","","a basis of those that leave its angular velocity alone"],
+];
 
 // what an impulse at one grasp does, and what the present motion asks for, at the contact point.
 export interface EndEffectorMeasure {
@@ -633,6 +935,20 @@ export interface EndEffectorMeasure {
   /** the same from that of robot and target [m] */
   miss_of_system_com: number | null;
 }
+export const kEndEffectorMeasure: FieldNote[] = [
+  ["end_effector","","of the grasp or contact"],
+  ["inverse_inertia","1/(kg m^2), 1/(kg m), 1/kg","change of the end-effector's twist per impulse on it: six rows of six"],
+  ["pair_inverse_inertia","1/(kg m^2), 1/(kg m), 1/kg","of its twist relative to the target, impulse on it and opposite on the target"],
+  ["linear_axes","1","of the impulse ellipsoid: unit vectors in W"],
+  ["linear_mass","kg","its semi-axes along them, descending"],
+  ["angular_axes","1","the same of angular impulses"],
+  ["angular_inertia","kg m^2","the same of angular impulses"],
+  ["impulse_index","kg","impulse of a point contact that stops all of the present relative velocity, per speed; 0 where there is none"],
+  ["robot_effective_mass","kg","of a frictionless contact along the present relative velocity: of the end-effector alone; null: nothing yields"],
+  ["pair_effective_mass","kg","the same of end-effector and target"],
+  ["miss_of_robot_com","m","of the line of impulse from the robot's centre of mass; 0 for no impulse, null for a pure couple"],
+  ["miss_of_system_com","m","the same from that of robot and target"],
+];
 
 // derivatives of the impact with respect to something that is uncertain.
 export interface ImpactSensitivity {
@@ -657,6 +973,18 @@ export interface ImpactSensitivity {
   /** in W [rad/s per unit] */
   base_angular_velocity_change?: [number, number, number];
 }
+export const kImpactSensitivity: FieldNote[] = [
+  ["parameter","","such as `target mass`"],
+  ["unit","","of the parameter"],
+  ["end_effector","","whose parameter it is"],
+  ["target","","likewise"],
+  ["undefined","","instead of what follows: why there is none"],
+  ["impulse","N s per unit","per grasp, in W"],
+  ["angular_impulse","N m s per unit","per grasp, in W"],
+  ["impulse_magnitude","N s per unit","per grasp"],
+  ["base_velocity_change","m/s per unit","in W"],
+  ["base_angular_velocity_change","rad/s per unit","in W"],
+];
 
 // a load of the impact for which the robot file has a rating.
 export interface ImpactMargin {
@@ -673,6 +1001,14 @@ export interface ImpactMargin {
   /** the load is a mean over `duration`, which is an assumption; the peak may be larger */
   assumed_duration: boolean;
 }
+export const kImpactMargin: FieldNote[] = [
+  ["of","","joint or end-effector"],
+  ["quantity","","`force`, `moment`, `impulse`, `angular_impulse`, `driving` or `driving_impulse`"],
+  ["load","N, N m, N s or N m s","forces and moments are peaks of an impact resolved in time, else impulses over `duration`"],
+  ["rating","as `load`","of the robot file"],
+  ["margin","1","1 - load over rating; negative: exceeded"],
+  ["assumed_duration","","the load is a mean over `duration`, which is an assumption; the peak may be larger"],
+];
 
 // by how much all relative motion of the impact may grow, scaled alike, until the first rating of an arm (gripper, and joints down to the base) is reached. null: nothing bears a load.
 export interface SpeedLimit {
@@ -687,6 +1023,13 @@ export interface SpeedLimit {
   /** which of its ratings */
   quantity: string;
 }
+export const kSpeedLimit: FieldNote[] = [
+  ["end_effector","","of the arm"],
+  ["factor","1","by which relative velocities may grow until a rating of the arm is reached"],
+  ["largest_speed","m/s","relative speed at which a rating of the arm is reached"],
+  ["of","","joint or end-effector whose rating is reached first"],
+  ["quantity","","which of its ratings"],
+];
 
 // grasps that are released together.
 export interface ReleaseReport {
@@ -697,6 +1040,11 @@ export interface ReleaseReport {
   /** that each of them held */
   targets: string[];
 }
+export const kReleaseReport: FieldNote[] = [
+  ["time","s","when they were released"],
+  ["end_effectors","","that released their targets"],
+  ["targets","","that each of them held"],
+];
 
 // the motion after the impact.
 export interface PostImpact {
@@ -711,6 +1059,13 @@ export interface PostImpact {
   /** absent without it */
   base_keeping?: BaseKeepingReport;
 }
+export const kPostImpact: FieldNote[] = [
+  ["end","","at the end of the motion"],
+  ["loops","","absent where no loop was closed"],
+  ["grasp_loads","","per phase and grasp; absent where nothing was held"],
+  ["detumbling","","absent without it"],
+  ["base_keeping","","absent without it"],
+];
 
 // how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains after projection is in the ledger (`loop_closure_...`).
 export interface LoopReport {
@@ -735,6 +1090,18 @@ export interface LoopReport {
   /** sum of the steps' error estimates in the same measure: larger, or projection would hide faults [1] */
   integration_error: number;
 }
+export const kLoopReport: FieldNote[] = [
+  ["phase","","with closed loops"],
+  ["closures","","`end-effector - target`: the grasps that close loops of the tree"],
+  ["rows","1","of all closures"],
+  ["rank","1","as the phase began; smaller than `rows`: some say the same, and internal loads are not all determined"],
+  ["unprojected_position","m","largest defect that one step left before projection"],
+  ["unprojected_angle","rad","likewise"],
+  ["unprojected_velocity","m/s","the same of its rate"],
+  ["unprojected_angular_velocity","rad/s","likewise"],
+  ["correction_total","1","sum of all corrections, in the norm that judges steps, times the tolerance"],
+  ["integration_error","1","sum of the steps' error estimates in the same measure: larger, or projection would hide faults"],
+];
 
 // the load on one grasp while it holds, in one phase. Its course is in the time series `grasps/END_EFFECTOR/force` and `moment`.
 export interface GraspLoad {
@@ -755,6 +1122,16 @@ export interface GraspLoad {
   /** six, per component, angular x, y, z then linear x, y, z, in W, as the phase began; where a self-stress leaves components open, the least in the metric of the impact is given */
   determined: boolean[];
 }
+export const kGraspLoad: FieldNote[] = [
+  ["phase","","in which the grasp held"],
+  ["end_effector","","of the grasp"],
+  ["target","","of the grasp"],
+  ["largest_force","N","on the robot, at the grasp"],
+  ["force_time","s","when that was"],
+  ["largest_moment","N m","about the grasp"],
+  ["moment_time","s","when that was"],
+  ["determined","","six, per component, angular x, y, z then linear x, y, z, in W, as the phase began; where a self-stress leaves components open, the least in the metric of the impact is given"],
+];
 
 // a held target that the arms bring to rest.
 export interface DetumblingReport {
@@ -793,6 +1170,25 @@ export interface DetumblingReport {
   /** when that was [s] */
   least_condition_time: number;
 }
+export const kDetumblingReport: FieldNote[] = [
+  ["target","","that is brought to rest"],
+  ["begin","s","when the law begins"],
+  ["end","s","when it ends; from then on the joints hold"],
+  ["ended","","`at_rest`: a millionth of the angular momentum is left. `rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: the target was let go. `running`: the run ended before"],
+  ["joint","","whose range ended it; empty otherwise"],
+  ["torque_bound","N m","on the torque about the target's centre of mass"],
+  ["largest_torque","N m","of the grasps about the target's centre of mass, by the target's motion: at the ends and in the middle of every step"],
+  ["angular_momentum_before","N m s","of the target about its centre of mass, at the begin"],
+  ["angular_momentum_after","N m s","at the end"],
+  ["speed_before","m/s","of the target's centre of mass, relative to that of servicer and held targets"],
+  ["speed_after","m/s","at the end"],
+  ["expected_duration","s","angular_momentum_before over torque_bound: what it takes where efforts suffice"],
+  ["least_scale","1","least part of the torque bound that the joints' effort limits let pass; 1: they always sufficed"],
+  ["least_scale_time","s","when that was"],
+  ["within_limits","","whether a smaller torque kept all efforts within their limits; if not, efforts were cut and the target did not move as asked for"],
+  ["least_condition","1","of the target's accelerations by the efforts: least singular value over the largest, its least"],
+  ["least_condition_time","s","when that was"],
+];
 
 export type LawEnd = "running" | "at_rest" | "rank_lost" | "joint_limit" | "released";
 
@@ -827,6 +1223,22 @@ export interface BaseKeepingReport {
   /** when that was [s] */
   least_condition_time: number;
 }
+export const kBaseKeepingReport: FieldNote[] = [
+  ["begin","s","when the law begins"],
+  ["end","s","when it ends; from then on the joints hold"],
+  ["ended","","`rank_lost`: the joints came near a configuration in which they cannot turn the base about all the axes that they could. `joint_limit`: a joint reached the end of its range. `running`: the run ended before"],
+  ["joint","","whose range ended it; empty otherwise"],
+  ["largest_angle","rad","largest turn of the base away from its attitude"],
+  ["largest_angle_time","s","when that was"],
+  ["angle_after","rad","at the end"],
+  ["angular_velocity_after","rad/s","of the base, at the end"],
+  ["rank","1","axes about which the joints could turn the base, at the begin"],
+  ["least_share","1","least part of the motion that does not turn the base that the joints' effort limits let pass"],
+  ["least_share_time","s","when that was"],
+  ["within_limits","","whether what keeps the base stayed within the joints' effort limits; if not, efforts were cut and the base was not kept"],
+  ["least_condition","1","of the base's turning by the joint rates: the singular value of that rank over the largest, its least"],
+  ["least_condition_time","s","when that was"],
+];
 
 // the largest of one load in one phase.
 export interface PeakLoad {
@@ -847,6 +1259,16 @@ export interface PeakLoad {
   /** a mean over `impact.duration`, which is an assumption; the peak may be larger */
   assumed_duration: boolean;
 }
+export const kPeakLoad: FieldNote[] = [
+  ["of","","joint, end-effector, or `base control`"],
+  ["quantity","","in motion: `force` and `moment`, the magnitudes of what a joint passes on at its origin, or a grasp at the grasp; `driving`, the effort of a joint's drive or brake along its axis; of base control `driving/x`, `driving/y`, `driving/z`, the torque about the base's axes. In impacts: `impulse`, `angular_impulse`, `driving_impulse`, and `force`, `moment`, `driving`: the peaks of an impact in time, else means over `impact.duration`"],
+  ["phase","","impacts are phases too: `contact`, `contact_2`, and brakes: `brake`"],
+  ["peak","N, N m, N s or N m s","largest magnitude"],
+  ["time","s","when that is"],
+  ["rating","as `peak`","of the robot file; null: none. Of a drive in motion the smaller of `rating.driving` and `limits.effort`, of base control its `limit`"],
+  ["margin","1","1 - peak over rating; negative: exceeded; 0: a drive ran at its limit; null: no rating"],
+  ["assumed_duration","","a mean over `impact.duration`, which is an assumption; the peak may be larger"],
+];
 
 // a reaction wheel of the base.
 export interface WheelReport {
@@ -869,6 +1291,17 @@ export interface WheelReport {
   /** null: none [N m] */
   torque_limit: number | null;
 }
+export const kWheelReport: FieldNote[] = [
+  ["name","","of the wheel"],
+  ["inertia","kg m^2","about its axis"],
+  ["rate_before","rad/s","relative to the base, as the run began"],
+  ["rate_after","rad/s","as it ended"],
+  ["momentum_after","N m s","inertia times rate relative to the base, as it ended"],
+  ["largest_rate","rad/s","of either sign, at the instants that were looked at"],
+  ["rate_limit","rad/s","null: none"],
+  ["largest_torque","N m","of its motor, likewise; null: nobody looked"],
+  ["torque_limit","N m","null: none"],
+];
 
 // distances between bodies with shapes.
 export interface Clearances {
@@ -881,6 +1314,12 @@ export interface Clearances {
   /** bodies too near */
   events: ClearanceEvent[];
 }
+export const kClearances: FieldNote[] = [
+  ["unwatched","","pairs of bodies that were not watched: the link that grasps and its target (they are to touch, so that an end-effector that goes *through* its own target is not noticed), and pairs ignored by the scenario. Neighbours along the tree are not watched either"],
+  ["minimum","","of all phases"],
+  ["phases","","per phase"],
+  ["events","","bodies too near"],
+];
 
 // the minimum distance of any two bodies that are watched, in one phase.
 export interface MinimumClearance {
@@ -895,6 +1334,13 @@ export interface MinimumClearance {
   /** when that is [s] */
   time: number;
 }
+export const kMinimumClearance: FieldNote[] = [
+  ["phase","","in which bodies with shapes were watched"],
+  ["distance","m","negative: a depth of overlap; null: no pair was watched"],
+  ["bodies","","that come nearest"],
+  ["points","m","of them that are nearest, in W"],
+  ["time","s","when that is"],
+];
 
 // a time during which two bodies were nearer to each other than required.
 export interface ClearanceEvent {
@@ -915,12 +1361,25 @@ export interface ClearanceEvent {
   /** when the two begin to overlap, which may be later than `begin`; absent: they do not [s] */
   overlap_begin?: number;
 }
+export const kClearanceEvent: FieldNote[] = [
+  ["phase","","of this time"],
+  ["bodies","","that were too near"],
+  ["begin","s","of this time; if it was under way when its phase began, that instant"],
+  ["end","s","likewise"],
+  ["required","m","the distance that was asked for"],
+  ["minimum_distance","m","negative: a depth of overlap"],
+  ["minimum_time","s","when that was"],
+  ["overlap_begin","s","when the two begin to overlap, which may be later than `begin`; absent: they do not"],
+];
 
 // limits of joints, drives and base control.
 export interface Limits {
   /** in the order of time */
   events: LimitEvent[];
 }
+export const kLimits: FieldNote[] = [
+  ["events","","in the order of time"],
+];
 
 // a time during which a joint was beyond one of its limits, or a motor at it. Efforts are looked at in every step of the integrator, as loads are.
 export interface LimitEvent {
@@ -941,6 +1400,16 @@ export interface LimitEvent {
   /** when that was [s] */
   worst_time: number;
 }
+export const kLimitEvent: FieldNote[] = [
+  ["kind","","which limit."],
+  ["joint","","or `base control x`, `y`, `z`"],
+  ["phase","","of this time"],
+  ["begin","s","of this time"],
+  ["end","s","likewise"],
+  ["limit","as the joint's","with its sign: a rate of -0.3 against a limit of 0.2 has the limit -0.2"],
+  ["worst_value","as the joint's","rad or m, rad/s or m/s, N m or N"],
+  ["worst_time","s","when that was"],
+];
 
 export type LimitKind = "position" | "rate" | "effort" | "effort_saturated";
 
@@ -961,6 +1430,15 @@ export interface Feasibility {
   /** when bodies begin to overlap: from then on the motion is beyond what the model can say. Absent: they do not, as far as that was checked [s] */
   valid_until?: number;
 }
+export const kFeasibility: FieldNote[] = [
+  ["verdict","","`not checked`: clearance is switched off, bodies lack shapes, nothing moves, or the run failed before its end, and what was looked at was kept. A violation that was found is a `no` whatever else was not looked at. Joints without limits have nothing to check"],
+  ["sentence","","as on the terminal"],
+  ["first","","the first violation in time; absent if there is none"],
+  ["worst","","the worst of all; absent if there is none"],
+  ["by_phase","","the worst of each phase; absent if there is none"],
+  ["not_checked","","what nobody looked at, and why"],
+  ["valid_until","s","when bodies begin to overlap: from then on the motion is beyond what the model can say. Absent: they do not, as far as that was checked"],
+];
 
 export type Verdict = "yes" | "no" | "not checked";
 
@@ -975,6 +1453,12 @@ export interface Violation {
   /** when it begins [s] */
   time: number;
 }
+export const kViolation: FieldNote[] = [
+  ["kind","","`overlap`; `clearance`: nearer than required; `position`, `rate`, `effort` of a joint"],
+  ["what","","in words: which bodies, which joint"],
+  ["phase","","in which it begins"],
+  ["time","s","when it begins"],
+];
 
 // a violation at its worst. Overlaps count more than distances, these more than limits; then depth, lacking distance, relative excess.
 export interface GradedViolation {
@@ -989,6 +1473,13 @@ export interface GradedViolation {
   /** depth of the overlap, the distance, the joint's value [m, or as the joint's] */
   value: number;
 }
+export const kGradedViolation: FieldNote[] = [
+  ["kind","","as in `Violation`"],
+  ["what","","in words, with how far it went"],
+  ["phase","","in which it is"],
+  ["time","s","of the worst instant"],
+  ["value","m, or as the joint's","depth of the overlap, the distance, the joint's value"],
+];
 
 // the proof: every check with its bound.
 export interface Ledger {
@@ -1001,6 +1492,11 @@ export interface Ledger {
   /** each of the checks, under its name */
   [NAME: string]: LedgerEntry | LedgerScale | boolean | Verdict;
 }
+export const kLedger: FieldNote[] = [
+  ["scale","","of the whole system"],
+  ["pass","","whether all rows of conservation pass. Where they do not, this run is no result, although everything computed is kept, and `grapnel run` ends with exit code 1"],
+  ["feasible","","the verdict of `Feasibility`"],
+];
 
 // a quantity that is conserved or balanced, or a demand on the robot.
 export interface LedgerEntry {
@@ -1023,6 +1519,17 @@ export interface LedgerEntry {
   /** of a row of conservation that fails: what mends it, or why nothing does */
   advice?: string;
 }
+export const kLedgerEntry: FieldNote[] = [
+  ["value","see `unit`","the largest deviation found; null: not a number"],
+  ["bound","see `unit`","what it must not exceed"],
+  ["pass","","`value` <= `bound`, or nothing to check; null where nobody looked"],
+  ["unit","","`1`: relative to the scale that `note` names"],
+  ["note","","what is compared, over which phases; of momentum and energy also the group of bodies that is worst, and its scale"],
+  ["applies","","false: there is nothing to check in this run; `value` is then 0"],
+  ["kind","","what a failure means."],
+  ["not_checked","","why nobody looked, or not at all of it, although there is something to look at"],
+  ["advice","","of a row of conservation that fails: what mends it, or why nothing does"],
+];
 
 export type LedgerKind = "conservation" | "feasibility";
 
@@ -1035,6 +1542,11 @@ export interface LedgerScale {
   /** largest kinetic energy [J] */
   energy: number;
 }
+export const kLedgerScale: FieldNote[] = [
+  ["linear_momentum","N s","largest over time of the sum of all |m v|"],
+  ["angular_momentum","N m s","of all (|I w| + |r x m v|), r from the system's centre of mass"],
+  ["energy","J","largest kinetic energy"],
+];
 
 // what an integration cost.
 export interface PhaseCost {
@@ -1047,3 +1559,9 @@ export interface PhaseCost {
   /** steps that were repeated with a smaller size [1] */
   rejected: number;
 }
+export const kPhaseCost: FieldNote[] = [
+  ["phase","","that was integrated"],
+  ["rhs_evaluations","1","of the equations of motion"],
+  ["steps","1","that were taken"],
+  ["rejected","1","steps that were repeated with a smaller size"],
+];

@@ -42,6 +42,7 @@ const kinds = {
   "two targets in space": () => result("targets", ["run", scenario("dual-arm-tumbling-targets.yaml")]),
   "an impact in time": () => result("compliant", ["run", scenario("compliant-grip.yaml")]),
   "a rebound": () => result("rebound", ["run", scenario("contact-rebound.yaml")]),
+  "reaction wheels": () => result("wheels", ["run", scenario("wheels-keep-attitude.yaml")]),
   "an approach alone": () => result("approach", ["run", approachAlone()]),
   "a run that failed": () =>
     result("failed", ["run", scenario("thesis/open-loop-case-1-planned.yaml"), "--set", "targets[0].state.position=[9, 0, 0]"], [1]),
@@ -127,6 +128,31 @@ describe("what is shown is what was computed", () => {
     const text = await page.locator("body").innerText();
     for (const grasp of JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).impact.grasps)
       assert.ok(text.includes(String(Number(grasp.impulse_magnitude.toPrecision(4)))), grasp.impulse_magnitude);
+    await context.close();
+  });
+});
+
+describe("what drove the robot", () => {
+  test("wheels against their capacity, by numbers and over time", async () => {
+    const out = kinds["reaction wheels"]();
+    const { page, context } = await open(browser, reportOf(out));
+    const text = await page.locator("#driven").innerText();
+    const { wheels } = JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8"));
+    assert.equal(wheels.length, 4);
+    for (const wheel of wheels) {
+      assert.ok(text.includes(wheel.name));
+      assert.ok(text.includes(String(Number(((100 * wheel.largest_rate) / wheel.rate_limit).toPrecision(3)))), text);
+      assert.ok(text.includes(String(Number(Math.abs(wheel.momentum_after).toPrecision(4)))), text);
+    }
+    const plots = await page.evaluate(() => window.__grapnel.plots.map((plot) => plot.id));
+    for (const id of ["base-control_torque", "wheels-rate", "wheels-momentum", "wheels-capacity_used", "wheels-torque"])
+      assert.ok(plots.includes(id), `${id} is not among ${plots.join(", ")}`);
+    await context.close();
+  });
+
+  test("a run with ideal joints alone has no such section", async () => {
+    const { page, context } = await open(browser, reportOf(openLoop()));
+    assert.equal(await page.locator("#driven").count(), 0);
     await context.close();
   });
 });

@@ -8,6 +8,7 @@ import { createReplay } from "../replay/replay";
 import { roving } from "../roving";
 import { Run } from "../run";
 import { answers, differingScenarios, keyNumbers } from "./compare";
+import { drivenSection, isDriven } from "./driven";
 import { loadsSection } from "./loads";
 import { afterSection, costSection, feasibilitySection } from "./feasibility";
 import { showsPublished } from "./facts";
@@ -112,6 +113,9 @@ function runSections(run: Run): Section[] {
       : []),
     { id: "impact", title: "Impact", short: "Impact", build: () => impactSection(s) },
     { id: "loads", title: "Loads over all phases", short: "Loads", build: () => loadsSection(s) },
+    ...(isDriven(s)
+      ? [{ id: "driven", title: "Control and actuators", short: "Control", build: () => drivenSection(s) }]
+      : []),
     { id: "after", title: "After the impact", short: "After", build: () => afterSection(s) },
     {
       id: "feasibility",

@@ -3,6 +3,7 @@ import { lineStyle } from "../colors";
 import { NamedRoles, roleStyles } from "../roles";
 import type { Run } from "../run";
 import { label } from "../format";
+import { controlPlots } from "./catalog_control";
 import { armPlots } from "./catalog_joints";
 import { overviewOf } from "./catalog_key";
 import { contactPlots, endEffectorPlots, loopPlots } from "./catalog_grasps";
@@ -30,6 +31,7 @@ const kGroups = [
   "Base",
   "Energy",
   "Torques",
+  "Control",
   "Loops",
   "Clearance",
   "Targets",
@@ -52,6 +54,7 @@ export function plotsOf(run: Run, index: number): Catalog {
     ...basePlots(context),
     ...targetPlots(context),
     ...energyPlots(context),
+    ...controlPlots(context),
     ...loopPlots(context),
     ...clearancePlots(context),
   ];

@@ -1,0 +1,88 @@
+// What drove the robot: the on-board computer, laws of joints, actuators. Each part of the summary that says so is shown
+// by its description, so that what the program learns to report stands here by one line of kParts.
+import { element } from "../dom";
+import { number } from "../format";
+import * as described from "../summary_types"; // by name: what is not made yet (scripts/tables) is no error
+import { bar } from "./margins";
+import { list, num, text, vector, words, type PartlySummary } from "./read";
+import { absent, mark, pairs, table, vectorCell, type Cell, type Column } from "./table";
+
+interface Part {
+  title: string;
+  of: (s: PartlySummary) => unknown; // one structure, or a list of them: a row each
+  notes: described.FieldNote[];
+  sums?: (all: Structure[]) => Cell[]; // what its numbers come to
+}
+type Structure = Record<string, unknown>;
+
+const kParts: Part[] = [
+  { title: "On-board computer", of: (s) => s.control, notes: described.kControlReport },
+  { title: "Detumbling through the grasps", of: (s) => s.post_impact?.detumbling, notes: described.kDetumblingReport },
+  { title: "Joints that keep the base's attitude", of: (s) => s.post_impact?.base_keeping, notes: described.kBaseKeepingReport },
+  { title: "Reaction wheels", of: (s) => s.wheels, notes: described.kWheelReport, sums: wheelsUsed },
+];
+
+export function isDriven(s: PartlySummary): boolean {
+  return kParts.some((part) => structuresOf(part.of(s)).length > 0);
+}
+
+export function drivenSection(s: PartlySummary): HTMLElement[] {
+  const shown = kParts.filter((part) => structuresOf(part.of(s)).length > 0);
+  if (shown.length === 0) return [absent("No law, no actuator and no on-board computer is reported.")];
+  return shown.flatMap((part) => [element("h3", {}, part.title), ...partOf(part, part.of(s))]);
+}
+
+function partOf(part: Part, value: unknown): HTMLElement[] {
+  const all = structuresOf(value);
+  const notes = part.notes.filter(([key]) => all.some((one) => isShown(one[key])));
+  const sums = (part.sums?.(all) ?? []).map((sum) => element("div", {}, sum ?? ""));
+  if (!Array.isArray(value))
+    return [...sums, pairs(notes.map(([key, unit, about]) => [words(key), hinted(cell(all[0][key], unit), about)]))];
+  const columns = notes.map(
+    ([key, unit, about]): Column => ({ head: capital(words(key)), unit: unit === "1" ? "" : unit, title: about, numeric: all.some((one) => num(one[key]) !== null) }),
+  );
+  return [...sums, table(part.title, columns, all.map((one) => notes.map(([key]) => cell(one[key], ""))))];
+}
+
+function structuresOf(value: unknown): Structure[] {
+  const all: unknown[] = Array.isArray(value) ? value : [value];
+  return all.filter((one): one is Structure => typeof one === "object" && one !== null && !Array.isArray(one));
+}
+
+function isShown(value: unknown): boolean {
+  return value !== undefined && value !== null && value !== "";
+}
+
+function cell(value: unknown, unit: string): Cell {
+  if (typeof value === "boolean") return value ? "yes" : "no";
+  if (typeof value === "string") return words(text(value));
+  if (vector(value)) return vectorCell(value);
+  if (Array.isArray(value)) return list(value).map(String).join(", ");
+  const shown = number(num(value));
+  return unit === "" || unit === "1" ? shown : `${shown}\u00a0${unit}`;
+}
+
+function capital(name: string): string {
+  return name.charAt(0).toUpperCase() + name.slice(1);
+}
+
+function hinted(content: Cell, about: string): Cell {
+  return element("span", { title: about }, content ?? "");
+}
+
+// ---- Sums ----
+
+// How much of its capacity each wheel used at most.
+function wheelsUsed(all: Structure[]): Cell[] {
+  const used = all.flatMap((one) => {
+    const largest = num(one.largest_rate), limit = num(one.rate_limit);
+    return largest === null || limit === null || limit === 0 ? [] : [{ name: text(one.name), share: largest / limit }];
+  });
+  if (used.length === 0) return [];
+  const columns: Column[] = [{ head: "Wheel" }, { head: "Largest share of its momentum capacity", unit: "%", numeric: true }, { head: "Used" }];
+  const rows = used.map(({ name, share }): Cell[] => {
+    const percent = number(100 * share, 3);
+    return [name, share >= 1 - 1e-9 ? mark("warn", `${percent}, saturated`) : percent, bar(share)];
+  });
+  return [table("Momentum of wheels against their capacity", columns, rows)];
+}

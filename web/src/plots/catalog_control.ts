@@ -1,0 +1,74 @@
+// Plots of what drives the base: its control torque, and reaction wheels against their limits.
+import { label } from "../format";
+import { list, num } from "../page/read";
+import { column, componentLine, derivedLine, take, vectorLines, type Context } from "./lines";
+import type { Limit, Line, PlotSpec } from "./spec";
+
+export function controlPlots(context: Context): PlotSpec[] {
+  return [...torquePlot(context), ...wheelPlots(context)];
+}
+
+function torquePlot(context: Context): PlotSpec[] {
+  const torque = take(context, "base/control_torque");
+  if (!torque) return [];
+  const rated = list(context.run.summary?.loads).filter((one) => one.of === "base control");
+  const limits = common(rated.map((one) => num(one.rating)), "limit");
+  return [
+    {
+      id: "base-control_torque",
+      group: "Control",
+      title: "Control torque on the base",
+      axis: label("torque", torque.unit),
+      unit: torque.unit,
+      lines: vectorLines(context, torque, true),
+      limits,
+      note: "In the base's axes.",
+    },
+  ];
+}
+
+function wheelPlots(context: Context): PlotSpec[] {
+  const reports = list(context.run.summary?.wheels);
+  const plot = (path: string, title: string, axis: string, limits: Limit[]): PlotSpec[] => {
+    const series = take(context, path);
+    if (!series) return [];
+    const lines = series.components.map((name, k) => componentLine(context, series, k, { label: name, color: `step ${k}` }));
+    return [{ id: path.replace("/", "-"), group: "Control", title, axis: label(axis, series.unit), unit: series.unit, lines, limits }];
+  };
+  return [
+    ...plot("wheels/rate", "Wheel rates", "rate relative to the base", common(reports.map((one) => num(one.rate_limit)), "largest rate")),
+    ...plot("wheels/momentum", "Wheel momentum", "inertia times rate", []),
+    ...capacityPlot(context),
+    ...plot("wheels/torque", "Wheel motors", "torque", common(reports.map((one) => num(one.torque_limit)), "largest torque")),
+  ];
+}
+
+// Wheels may differ: each against its own capacity.
+function capacityPlot(context: Context): PlotSpec[] {
+  const rate = take(context, "wheels/rate");
+  if (!rate) return [];
+  const lines = rate.components.flatMap((name, k): Line[] => {
+    const limit = num(list(context.run.summary?.wheels).find((one) => one.name === name)?.rate_limit);
+    if (limit === null || limit <= 0) return [];
+    const share = () => column(rate.data, rate.width, k).map((value) => (100 * Math.abs(value)) / limit);
+    return [derivedLine(context, `wheels/capacity_used/${name}`, "%", { label: name, color: `step ${k}` }, share)];
+  });
+  return [
+    {
+      id: "wheels-capacity_used",
+      group: "Control",
+      title: "Momentum of wheels against their capacity",
+      axis: label("capacity used", "%"),
+      unit: "%",
+      lines,
+      limits: [{ label: "saturated", value: 100 }],
+    },
+  ];
+}
+
+// A limit that all have alike, on both sides of zero; none where they differ.
+function common(values: (number | null)[], text: string): Limit[] {
+  const first = values[0];
+  if (first === undefined || first === null || values.some((value) => value !== first)) return [];
+  return [{ label: text, value: first }, { label: text, value: -first }];
+}
