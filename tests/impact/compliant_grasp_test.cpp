@@ -117,7 +117,8 @@ TEST(CompliantGrasps, BecomePlasticOnASharedTarget) {
 TEST(CompliantGrasps, KeepMomentumAndEnergyWhateverTheRobot) {
   Worst energy("energy residual"), momentum("momentum error"), impulse("impulse against the integral of samples");
   int free_roots = 0;
-  for (int i = 0; i < test::repetitions(24); ++i) {
+  const int cases = test::repetitions(24);
+  for (int i = 0; i < cases; ++i) {
     SCOPED_TRACE(seed_note(i));
     const ImpactCase c = random_impact(i);
     const CompliantOutcome o =
@@ -143,7 +144,7 @@ TEST(CompliantGrasps, KeepMomentumAndEnergyWhateverTheRobot) {
       EXPECT_GT(h.energy_lost, 0);
     }
   }
-  EXPECT_GT(free_roots, 12);
+  EXPECT_GT(free_roots, cases / 2);  // every fifth robot stands on the ground
 }
 
 TEST(CompliantGrasps, HeldJointsKeepTheirRates) {
