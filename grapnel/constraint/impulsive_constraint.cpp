@@ -2,8 +2,6 @@
 
 #include <stdexcept>
 
-#include "grapnel/dense/decompositions.hpp"
-
 namespace grapnel {
 
 namespace {
@@ -15,11 +13,17 @@ constexpr double kRankTolerance = 1e-6;
 ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J,
                                              const Eigen::VectorXd& v, const Eigen::MatrixXd& D,
                                              const Eigen::VectorXd& after) {
-  if (M.rows() != v.size() || M.cols() != v.size() || J.cols() != v.size() || D.rows() != J.rows() ||
-      D.cols() != J.rows() || (after.size() != 0 && after.size() != J.rows())) {
+  if (M.rows() != M.cols()) throw std::invalid_argument("solve_impulsive_constraint: M is not square");
+  return solve_impulsive_constraint(Cholesky(M), J, v, D, after);
+}
+
+ImpulsiveSolution solve_impulsive_constraint(const Cholesky& mass, const Eigen::MatrixXd& J, const Eigen::VectorXd& v,
+                                             const Eigen::MatrixXd& D, const Eigen::VectorXd& after) {
+  if (mass.rows() != v.size() || J.cols() != v.size() || D.rows() != J.rows() || D.cols() != J.rows() ||
+      (after.size() != 0 && after.size() != J.rows())) {
     throw std::invalid_argument("solve_impulsive_constraint: sizes of M, J, v and D do not fit");
   }
-  const Cholesky mass(M), metric(D);
+  const Cholesky metric(D);
   if (mass.info() != Eigen::Success)
     throw std::invalid_argument("solve_impulsive_constraint: M is not positive definite");
   if (metric.info() != Eigen::Success)

@@ -3,7 +3,7 @@
 /// @file
 /// Impulses that bring velocities onto linear constraints, with redundant rows recognized.
 
-#include <Eigen/Core>
+#include "grapnel/dense/decompositions.hpp"
 
 namespace grapnel {
 
@@ -28,5 +28,8 @@ struct ImpulsiveSolution {
 ImpulsiveSolution solve_impulsive_constraint(const Eigen::MatrixXd& M, const Eigen::MatrixXd& J,
                                              const Eigen::VectorXd& v, const Eigen::MatrixXd& D,
                                              const Eigen::VectorXd& after = {});
+/// The same for M's factor, which those who need it for more than this have already.
+ImpulsiveSolution solve_impulsive_constraint(const Cholesky& M, const Eigen::MatrixXd& J, const Eigen::VectorXd& v,
+                                             const Eigen::MatrixXd& D, const Eigen::VectorXd& after = {});
 
 }  // namespace grapnel

@@ -86,13 +86,13 @@ Felt felt(const Eigen::MatrixXd& M, const Cholesky& mass, const Eigen::MatrixXd&
     Eigen::MatrixXd response = cholesky_solution(mass, J.transpose());
     const Eigen::VectorXd free = response.cwiseProduct(J.transpose()).colwise().sum();
     for (Eigen::Index i = 0; i < response.cols(); ++i) {
-      response.col(i) = solve_bilateral(M, rows, response.col(i), Eigen::VectorXd::Zero(rows.J.rows())).velocity;
+      response.col(i) = solve_bilateral(M, mass, rows, response.col(i), Eigen::VectorXd::Zero(rows.J.rows())).velocity;
     }
     f.W = response.transpose() * M * response;
     for (Eigen::Index i = 0; i < f.W.rows(); ++i) {
       if (f.W(i, i) < kNothingYields * free[i]) f.W.row(i).setZero(), f.W.col(i).setZero();
     }
-    f.velocity = solve_bilateral(M, rows, v, rows.held_after).velocity;
+    f.velocity = solve_bilateral(M, mass, rows, v, rows.held_after).velocity;
   }
   f.u = J * f.velocity;
   return f;
@@ -204,7 +204,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
       Eigen::Map<const Eigen::VectorXd>(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
 
   if (!closed.empty() && !held.empty()) {
-    const Eigen::MatrixXd null = solve_bilateral(M, bilateral, before, bilateral.held_after).null_space;
+    const Eigen::MatrixXd null = solve_bilateral(M, mass, bilateral, before, bilateral.held_after).null_space;
     if (const auto allowed = rates_that_grasps_allow(bilateral, bilateral.held_after, null))
       bilateral.held_after.tail(allowed->size()) = *allowed;
   }
@@ -238,7 +238,7 @@ ContactImpactSolution contact_impact(const Model& model, const State& state, std
   Eigen::MatrixXd all(rows.J.rows() + bilateral.J.rows(), rows.J.cols());
   all << rows.J, bilateral.J;
   static_cast<ImpactChecks&>(solution) =
-      impact_checks(M, taking_part(model, all), before, after, impulse, 0.5 * impulse.dot(before + after));
+      impact_checks(M, mass, taking_part(model, all), before, after, impulse, 0.5 * impulse.dot(before + after));
   fill_contacts(path, rows, contacts, before, after, solution);
   if (solution.status == ContactImpactSolution::Status::solved) vary_order(problem, path, solution);
   return solution;

@@ -32,8 +32,9 @@ Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J) {
   return part;
 }
 
-ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Eigen::VectorXd& part, const Eigen::VectorXd& before,
-                           const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, double work) {
+ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, const Eigen::VectorXd& part,
+                           const Eigen::VectorXd& before, const Eigen::VectorXd& after, const Eigen::VectorXd& impulse,
+                           double work) {
   ImpactChecks checks;
   checks.kinetic_energy_before = kinetic_energy(M, before);
   checks.kinetic_energy_after = kinetic_energy(M, after);
@@ -45,7 +46,7 @@ ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Eigen::VectorXd& part
   // Over everything: a body that takes no part must not change its motion.
   const Eigen::VectorXd residual = M * (after - before) - impulse;
   checks.generalized_momentum_residual =
-      std::sqrt(ratio(std::abs(residual.dot(cholesky_solution(Cholesky(M), residual))), 2 * scale));
+      std::sqrt(ratio(std::abs(residual.dot(cholesky_solution(factor, residual))), 2 * scale));
   return checks;
 }
 
@@ -64,7 +65,8 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
                      const Eigen::VectorXd& u_after, Eigen::VectorXd& impulse) {
   const Eigen::MatrixXd& J = rows.J;
   const Eigen::VectorXd before = as_vector(state.v);
-  const ImpulsiveSolution solved = solve_bilateral(M, rows, before, u_after);
+  const Cholesky factor(M);
+  const ImpulsiveSolution solved = solve_bilateral(M, factor, rows, before, u_after);
   const Eigen::VectorXd& after = solved.velocity;
   const Eigen::VectorXd u = J * before;
   impulse = solved.impulse;
@@ -77,7 +79,8 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
   // dT = P^T (u- + u+) / 2, which is -u-^T W^+ u- / 2 where u+ is zero: P is in the row space up to self-stress, which
   // does no work on u- or u+.
   const double work = 0.5 * impulse.dot(u + u_after);
-  static_cast<ImpactChecks&>(result) = impact_checks(M, rows.part, before, after, J.transpose() * impulse, work);
+  static_cast<ImpactChecks&>(result) =
+      impact_checks(M, factor, rows.part, before, after, J.transpose() * impulse, work);
   if (J.rows() == 0) return result;
   const double speed = std::max(u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(rows.part).lpNorm<Eigen::Infinity>());
   if (speed > 0) result.constraint_residual = (J * after - u_after).lpNorm<Eigen::Infinity>() / speed;
@@ -89,6 +92,7 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
 // direction a.
 std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_rows,
                                         const Eigen::MatrixXd& D) {
+  if (null_rows.cols() == 0) return std::vector<bool>(6, true);
   const Eigen::MatrixXd stress = directions.transpose() * null_rows;  // 6 x (rows - rank)
   const Eigen::MatrixXd largest = directions.transpose() * cholesky_solution(Cholesky(D), directions);
   std::vector<bool> determined(6, true);
@@ -132,10 +136,10 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
   return rows;
 }
 
-ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const BilateralRows& rows, const Eigen::VectorXd& v,
-                                  const Eigen::VectorXd& u_after) {
+ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const Cholesky& factor, const BilateralRows& rows,
+                                  const Eigen::VectorXd& v, const Eigen::VectorXd& u_after) {
   const std::vector<int>& held = rows.held;
-  if (held.empty()) return solve_impulsive_constraint(M, rows.J, v, rows.D, u_after);
+  if (held.empty()) return solve_impulsive_constraint(factor, rows.J, v, rows.D, u_after);
   std::vector<int> free;
   for (int i = 0; i < static_cast<int>(v.size()); ++i) {
     if (std::find(held.begin(), held.end(), i) == held.end()) free.push_back(i);

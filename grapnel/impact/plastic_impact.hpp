@@ -32,9 +32,10 @@ struct ImpactChecks {
 Eigen::VectorXd taking_part(const Model& model, const Eigen::MatrixXd& J);
 
 /// Checks of the impact that makes `after` of the velocities `before`, under the generalized impulse `impulse` (J^T P).
-/// `work` [J]: what the impulses do, P^T (u- + u+) / 2. `part` is taking_part() of all rows.
-ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Eigen::VectorXd& part, const Eigen::VectorXd& before,
-                           const Eigen::VectorXd& after, const Eigen::VectorXd& impulse, double work);
+/// `factor` is M's. `work` [J]: what the impulses do, P^T (u- + u+) / 2. `part` is taking_part() of all rows.
+ImpactChecks impact_checks(const Eigen::MatrixXd& M, const Cholesky& factor, const Eigen::VectorXd& part,
+                           const Eigen::VectorXd& before, const Eigen::VectorXd& after, const Eigen::VectorXd& impulse,
+                           double work);
 
 /// A velocity (index into State::v) that a drive or a brake makes what it is to be, whatever impulse that takes (a rate
 /// that is kept, or zero). If the grasps do not allow all of them drives give way, least of all (yielding_drives.hpp).
@@ -86,10 +87,10 @@ BilateralRows bilateral_rows(const Model& model, const Kinematics& kinematics, c
 
 /// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow. Held velocities are eliminated, so that they
 /// are exact and the least singular value of what is left is that of the grasps: (7.21) of docs/theory.md. As of
-/// solve_impulsive_constraint() otherwise.
+/// solve_impulsive_constraint() otherwise. `factor` is M's.
 /// @throws std::invalid_argument if M is not positive definite.
-ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const BilateralRows& rows, const Eigen::VectorXd& v,
-                                  const Eigen::VectorXd& u_after);
+ImpulsiveSolution solve_bilateral(const Eigen::MatrixXd& M, const Cholesky& factor, const BilateralRows& rows,
+                                  const Eigen::VectorXd& v, const Eigen::VectorXd& u_after);
 
 /// M (v+ - v-) = J^T P, J v+ = `u_after` as far as redundant rows allow (docs/theory.md, equations (7.5)-(7.7)), with
 /// its checks; drives whose rates the grasps do not allow give way, (7.20). `rows` are those of `grasps` and `held`.

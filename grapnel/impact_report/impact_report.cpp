@@ -150,7 +150,7 @@ ImpactSolution published_solution(const CaptureSystem& system, const Contact& co
   s.constraint_residual =
       left.lpNorm<Eigen::Infinity>() /
       std::max({u.lpNorm<Eigen::Infinity>(), before.cwiseProduct(part).lpNorm<Eigen::Infinity>(), 1e-300});
-  static_cast<ImpactChecks&>(s) = impact_checks(M, part, before, after, J.transpose() * P, 0.5 * P.dot(u));
+  static_cast<ImpactChecks&>(s) = impact_checks(M, Cholesky(M), part, before, after, J.transpose() * P, 0.5 * P.dot(u));
   return s;
 }
 

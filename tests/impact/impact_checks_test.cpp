@@ -33,28 +33,28 @@ TEST(ImpactChecks, AreThoseOfTheBodiesThatTakePart) {
   const Eigen::MatrixXd M = mass.asDiagonal();
   const Eigen::Vector3d P{-4, 4, 0};
   const double work = 0.5 * P.dot(before + right);
-  const ImpactChecks good = impact_checks(M, part, before, right, P, work);
+  const ImpactChecks good = impact_checks(M, Cholesky(M), part, before, right, P, work);
   EXPECT_EQ(good.energy_identity_residual, 0);
   EXPECT_EQ(good.generalized_momentum_residual, 0);
   EXPECT_DOUBLE_EQ(good.kinetic_energy_before, 10 + 24.5e12);
 
   const Eigen::Vector3d wrong{1, 1.1, 7};  // 0.2 N s too much, 0.21 J too much of 10 J
-  const ImpactChecks bad = impact_checks(M, part, before, wrong, P, work);
+  const ImpactChecks bad = impact_checks(M, Cholesky(M), part, before, wrong, P, work);
   EXPECT_NEAR(bad.energy_identity_residual, 0.021, 1e-15);
   EXPECT_NEAR(bad.generalized_momentum_residual, std::sqrt(0.2 * 0.2 / 2 / 20), 1e-15);
 
   // A bystander that changes its motion is an error of this impact.
   const Eigen::Vector3d moved{1, 1, 7.001};
-  EXPECT_GT(impact_checks(M, part, before, moved, P, work).generalized_momentum_residual, 1);
+  EXPECT_GT(impact_checks(M, Cholesky(M), part, before, moved, P, work).generalized_momentum_residual, 1);
 }
 
 TEST(ImpactChecks, NothingIsNoErrorAndSomethingFromNothingIs) {
   const Eigen::MatrixXd M = Eigen::Vector2d{1, 1}.asDiagonal();
   const Eigen::Vector2d rest{0, 0}, none{0, 0}, part{1, 1}, moves{0, 1};
-  EXPECT_EQ(impact_checks(M, part, rest, rest, none, 0).energy_identity_residual, 0);
-  EXPECT_EQ(impact_checks(M, part, rest, rest, none, 0).generalized_momentum_residual, 0);
-  EXPECT_NEAR(impact_checks(M, part, rest, moves, none, 0).generalized_momentum_residual, 1, 1e-15);
-  EXPECT_TRUE(std::isinf(impact_checks(M, rest, rest, moves, none, 0).generalized_momentum_residual));
+  EXPECT_EQ(impact_checks(M, Cholesky(M), part, rest, rest, none, 0).energy_identity_residual, 0);
+  EXPECT_EQ(impact_checks(M, Cholesky(M), part, rest, rest, none, 0).generalized_momentum_residual, 0);
+  EXPECT_NEAR(impact_checks(M, Cholesky(M), part, rest, moves, none, 0).generalized_momentum_residual, 1, 1e-15);
+  EXPECT_TRUE(std::isinf(impact_checks(M, Cholesky(M), rest, rest, moves, none, 0).generalized_momentum_residual));
 }
 
 }  // namespace impact_checks_test
