@@ -43,7 +43,7 @@ pd = OwnPd()
 result = problem.simulate(controller=pd)
 
 print(*result.verdict, sep="\n")
-rate = result["joints/rate"]
+rate = result["joints/velocity"]
 print(f"largest joint rate: {numpy.abs(rate).max():.3g} rad/s, at the end {numpy.abs(rate[-1]).max():.3g} rad/s")
 print(f"energy of the joints' motion at most {pd.largest:.3g} J; ledger passed: {result.ledger.passed}")
 if len(sys.argv) > 1:

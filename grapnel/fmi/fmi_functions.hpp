@@ -46,9 +46,9 @@ using DoStep2 = int (*)(Instance, double time, double step, Boolean2 no_return_t
 // ---- 3.0 ----
 
 using LogMessage3 = void (*)(void* environment, int status, const char* category, const char* message);
-using Instantiate3 = Instance (*)(const char* name, const char* token, const char* resources, bool visible, bool logging,
-                                  bool event_mode, bool early_return, const Reference* required, std::size_t count,
-                                  void* environment, LogMessage3, void* intermediate_update);
+using Instantiate3 = Instance (*)(const char* name, const char* token, const char* resources, bool visible,
+                                  bool logging, bool event_mode, bool early_return, const Reference* required,
+                                  std::size_t count, void* environment, LogMessage3, void* intermediate_update);
 using EnterInitialization3 = int (*)(Instance, bool has_tolerance, double tolerance, double start, bool has_stop,
                                      double stop);
 using GetFloat3 = int (*)(Instance, const Reference*, std::size_t count, double* values, std::size_t value_count);

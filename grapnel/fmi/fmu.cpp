@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <fstream>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -53,7 +54,8 @@ void unpack_entry(zip_t* archive, zip_uint64_t i, const fs::path& folder, std::u
   }
   fs::create_directories(place.parent_path());
   zip_file_t* const entry = zip_fopen_index(archive, i, 0);
-  if (!entry) throw FmuError(fmt::format("{} of its archive cannot be read: {}", in_quotes(name), zip_strerror(archive)));
+  if (!entry)
+    throw FmuError(fmt::format("{} of its archive cannot be read: {}", in_quotes(name), zip_strerror(archive)));
   std::ofstream out(place, std::ios::binary);
   std::vector<char> buffer(1 << 16);
   zip_int64_t count = 0;
@@ -106,11 +108,21 @@ struct Fmu::Turn {
   std::thread::id by;
 };
 
-Fmu::Fmu(const fs::path& file, const std::string& shown)
-    : named_(fmt::format("the FMU '{}'", shown)), turn_(std::make_unique<Turn>()) {
+// A scenario may be read many times, and the process is one: FMUs with one token are one.
+std::shared_ptr<Fmu::Turn> Fmu::turn_of(const ModelDescription& model) {
+  static std::mutex mutex;
+  static std::map<std::string, std::shared_ptr<Turn>> turns;
+  const std::lock_guard lock(mutex);
+  std::shared_ptr<Turn>& turn = turns[model.identifier + " " + model.token];
+  if (!turn) turn = std::make_shared<Turn>();
+  return turn;
+}
+
+Fmu::Fmu(const fs::path& file, const std::string& shown) : named_(fmt::format("the FMU '{}'", shown)) {
   try {
     unpack(file, folder_.path());
     model_ = read_model_description(bytes_of(folder_.path() / "modelDescription.xml"));
+    turn_ = turn_of(model_);
     const fs::path binary = binary_of(folder_.path(), model_);
     const PluginCall blame(named_.c_str(), "the code that runs when it is loaded", 0);
     const KeepsFloatingPoint kept;
@@ -123,14 +135,14 @@ Fmu::Fmu(const fs::path& file, const std::string& shown)
     for (const char* name : {"GetVersion", "FreeInstance", "EnterInitializationMode", "ExitInitializationMode",
                              "Terminate", "DoStep", "SetBoolean", "SetString"})
       symbol(name);
-    for (const char* name : model_.version == 2
-                                ? std::array{"Instantiate", "SetupExperiment", "GetReal", "SetReal", "SetInteger"}
-                                : std::array{"InstantiateCoSimulation", "Reset", "GetFloat64", "SetFloat64", "SetInt32"})
+    for (const char* name :
+         model_.version == 2 ? std::array{"Instantiate", "SetupExperiment", "GetReal", "SetReal", "SetInteger"}
+                             : std::array{"InstantiateCoSimulation", "Reset", "GetFloat64", "SetFloat64", "SetInt32"})
       symbol(name);
     const std::string version = function<GetVersion>("GetVersion")();
     if (!version.starts_with(model_.version == 2 ? "2.0" : "3.0"))
-      throw FmuError(fmt::format("its binary follows FMI {}, its modelDescription.xml {}.0", in_quotes(version),
-                                 model_.version));
+      throw FmuError(
+          fmt::format("its binary follows FMI {}, its modelDescription.xml {}.0", in_quotes(version), model_.version));
   } catch (const FmuError& error) {
     if (library_) ::dlclose(library_);
     throw FmuError(fmt::format("{}: {}", named_, error.what()));
@@ -188,8 +200,7 @@ void zip_folder(const fs::path& folder, const fs::path& archive) {
     // The same files make the same archive.
     zip_file_set_mtime(zip, static_cast<zip_uint64_t>(index), 0, 0);
   }
-  if (zip_close(zip) != 0)
-    throw FmuError(fmt::format("{} cannot be written: {}", archive.string(), zip_strerror(zip)));
+  if (zip_close(zip) != 0) throw FmuError(fmt::format("{} cannot be written: {}", archive.string(), zip_strerror(zip)));
   static_cast<void>(discards.release());
 }
 

@@ -15,8 +15,8 @@ namespace grapnel::fmi {
 /// Thread safety: any number of threads.
 class Fmu {
  public:
-  /// Unpacks into a folder among the system's temporary ones, which is gone with the object. `shown`: what messages call
-  /// the file. @throws FmuError with a sentence that names it.
+  /// Unpacks into a folder among the system's temporary ones, which is gone with the object. `shown`: what messages
+  /// call the file. @throws FmuError with a sentence that names it.
   Fmu(const std::filesystem::path& file, const std::string& shown);
   ~Fmu();
   Fmu(const Fmu&) = delete;
@@ -32,20 +32,21 @@ class Fmu {
     return reinterpret_cast<Function>(symbol(name));
   }
 
-  /// Waits where the FMU may be instantiated once per process and another thread has an instance; that of release() ends
-  /// the wait. @throws FmuError where this thread has it, which would wait for itself.
+  /// Waits where the FMU may be instantiated once per process and another thread has an instance; that of release()
+  /// ends the wait. @throws FmuError where this thread has it, which would wait for itself.
   void acquire() const;
   void release() const;
 
  private:
   struct Turn;  // who has the only instance
+  static std::shared_ptr<Turn> turn_of(const ModelDescription& model);
   void* symbol(const char* name) const;
 
   std::string named_;
   ScratchFolder folder_;
   ModelDescription model_;
   void* library_ = nullptr;
-  std::unique_ptr<Turn> turn_;
+  std::shared_ptr<Turn> turn_;
 };
 
 /// Writes a ZIP archive with the files of a folder, by their names in it. @throws FmuError.

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -79,8 +80,9 @@ const Variable& named(const Fmu& fmu, const std::string& name, const char* key, 
     if (variable.name == name) return variable;
     if (variable.causality == causality) others.push_back(variable.name);
   }
-  throw FmuMisfit(key, name, fmt::format("{} has no variable {}{}", fmu.named(), in_quotes(name),
-                                         suggestion(name, others, causality + "s")));
+  throw FmuMisfit(
+      key, name,
+      fmt::format("{} has no variable {}{}", fmu.named(), in_quotes(name), suggestion(name, others, causality + "s")));
 }
 
 void check_kind(const Fmu& fmu, const Variable& variable, const char* key, const std::string& causality) {
@@ -115,8 +117,9 @@ Connections connect(const Fmu& fmu, const char* key, const std::string& causalit
     const std::string wanted = signal.is_string() ? signal.get<std::string>() : signal.dump();
     const auto found = signals.find(wanted);
     if (found == signals.end())
-      throw FmuMisfit(key, name, fmt::format("control.{}: {} is no signal{}", key, in_quotes(wanted),
-                                             suggestion(wanted, names_of(signals), "signals")));
+      throw FmuMisfit(key, name,
+                      fmt::format("control.{}: {} is no signal{}", key, in_quotes(wanted),
+                                  suggestion(wanted, names_of(signals), "signals")));
     add(variable, found->second);
   }
   for (const Variable& variable : fmu.model().variables) {
@@ -175,7 +178,8 @@ void check_parameter(const Fmu& fmu, const Variable& variable, const Json& value
 }
 
 void set_parameters(const Fmu& fmu, const std::string& parameters, FmuInstance* instance) {
-  for (const auto& [name, value] : Json::parse(parameters).items()) {
+  const Json values = Json::parse(parameters);
+  for (const auto& [name, value] : values.items()) {
     const Variable& variable = named(fmu, name, "parameters", "parameter");
     check_parameter(fmu, variable, value);
     if (!instance) continue;
@@ -192,9 +196,10 @@ void check_period(const Fmu& fmu, double period) {
   if (!step || !(*step > 0)) return;
   const double count = period / *step;
   if (std::abs(count - std::round(count)) > 1e-6 || count < 0.5)
-    throw FmuMisfit("period", "", fmt::format("{} computes in steps of {} s (fixedInternalStepSize), of which "
-                                              "control.period, {} s, is no multiple",
-                                              fmu.named(), *step, period));
+    throw FmuMisfit("period", "",
+                    fmt::format("{} computes in steps of {} s (fixedInternalStepSize), of which "
+                                "control.period, {} s, is no multiple",
+                                fmu.named(), *step, period));
 }
 
 // ---- A controller by the C interface ----
@@ -285,9 +290,15 @@ int update(void* instance, const grapnel_controller_input* input, const grapnel_
 void destroy(void* instance) { delete static_cast<FmuState*>(instance); }
 const char* last_error(void* instance) { return at(instance).error.c_str(); }
 
-constexpr grapnel_controller_plugin kFunctions = {
-    sizeof(grapnel_controller_plugin), GRAPNEL_CONTROLLER_VERSION, create, nullptr, update, nullptr, nullptr, destroy,
-    last_error};
+constexpr grapnel_controller_plugin kFunctions = {sizeof(grapnel_controller_plugin),
+                                                  GRAPNEL_CONTROLLER_VERSION,
+                                                  create,
+                                                  nullptr,
+                                                  update,
+                                                  nullptr,
+                                                  nullptr,
+                                                  destroy,
+                                                  last_error};
 
 }  // namespace
 

@@ -25,16 +25,16 @@ struct FmuMisfit : FmuError {
 
 /// Makes controllers of an FMU. Signals, i from 1 on in the order of the robot's joints: of inputs time, position[i],
 /// rate[i], desired_position[i], desired_rate[i], desired_acceleration[i], base_position[1..3],
-/// base_quaternion_wxyz[1..4], base_velocity[1..3], base_angular_velocity[1..3]; of outputs effort[i], base_torque[1..3];
-/// units and frames as in grapnel_controller.h. In place of position[i] it may be JOINT.position.
+/// base_quaternion_wxyz[1..4], base_velocity[1..3], base_angular_velocity[1..3]; of outputs effort[i],
+/// base_torque[1..3]; units and frames as in grapnel_controller.h. In place of position[i] it may be JOINT.position.
 class FmuControllers final : public ControllerSource {
  public:
-  /// `inputs`, `outputs`: JSON, objects {variable: signal}; variables that they do not name are the signals that they are
-  /// called like. @throws FmuError.
+  /// `inputs`, `outputs`: JSON, objects {variable: signal}; variables that they do not name are the signals that they
+  /// are called like. @throws FmuError.
   FmuControllers(const std::string& file, const std::string& shown, std::string inputs, std::string outputs);
 
-  /// That every input of the FMU is a signal, every joint's effort (and the base's torque) an output, and that parameters
-  /// and period fit. @throws FmuMisfit.
+  /// That every input of the FMU is a signal, every joint's effort (and the base's torque) an output, and that
+  /// parameters and period fit. @throws FmuMisfit.
   void check(const std::vector<std::string>& joints, const std::string& parameters, bool commands_base,
              double period) const;
   std::shared_ptr<Controller> make(const ControlTiming& timing, const std::string& parameters, ControlledRobot robot,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cctype>
 #include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
@@ -23,7 +24,8 @@ const char* name_of_status(int status) {
 std::string file_uri(const std::string& path) {
   std::string uri = "file://";
   for (const char c : path) {
-    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || std::string_view("/-._~").find(c) != std::string_view::npos;
+    const bool is_plain =
+        std::isalnum(static_cast<unsigned char>(c)) != 0 || std::string_view("/-._~").find(c) != std::string_view::npos;
     uri += is_plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
   }
   return uri;
@@ -68,15 +70,14 @@ FmuInstance::FmuInstance(std::shared_ptr<const Fmu> fmu)
   try {
     instance_ = guarded(fmu_->named(), is_2_ ? "fmi2Instantiate" : "fmi3InstantiateCoSimulation", 0, [&]() -> Instance {
       if (is_2_)
-        return fmu_->function<Instantiate2>("Instantiate")(model.identifier.c_str(), kCoSimulation2, model.token.c_str(),
-                                                           file_uri(fmu_->resources().string()).c_str(), &callbacks_, 0,
-                                                           0);
+        return fmu_->function<Instantiate2>("Instantiate")(
+            model.identifier.c_str(), kCoSimulation2, model.token.c_str(), file_uri(fmu_->resources().string()).c_str(),
+            &callbacks_, 0, 0);
       return fmu_->function<Instantiate3>("InstantiateCoSimulation")(
-          model.identifier.c_str(), model.token.c_str(), (fmu_->resources().string() + "/").c_str(), false, false, false,
-          false, nullptr, 0, this, &FmuInstance::log_3, nullptr);
+          model.identifier.c_str(), model.token.c_str(), (fmu_->resources().string() + "/").c_str(), false, false,
+          false, false, nullptr, 0, this, &FmuInstance::log_3, nullptr);
     });
-    if (!instance_)
-      throw FmuError(fmt::format("it made no instance{}{}", said_.empty() ? "" : ": ", said_));
+    if (!instance_) throw FmuError(fmt::format("it made no instance{}{}", said_.empty() ? "" : ": ", said_));
   } catch (...) {
     fmu_->release();
     throw;
@@ -168,7 +169,8 @@ void FmuInstance::step(double time, double length) {
     return fmu_->function<DoStep3>("DoStep")(instance_, time, length, true, &event, &ends, &early, &reached);
   });
   if (ends) throw FmuError("fmi3DoStep() asks to end the simulation");
-  if (early) throw FmuError(fmt::format("fmi3DoStep() returned early, at {:.9g} s, which was not allowed to it", reached));
+  if (early)
+    throw FmuError(fmt::format("fmi3DoStep() returned early, at {:.9g} s, which was not allowed to it", reached));
 }
 
 }  // namespace grapnel::fmi

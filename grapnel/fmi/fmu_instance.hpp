@@ -39,7 +39,8 @@ class FmuInstance {
   template <class Call>
   void call(const char* name, const Call& function);
   void log(int status, const std::string& text);
-  static void log_2(void* environment, const char* instance, int status, const char* category, const char* message, ...);
+  static void log_2(void* environment, const char* instance, int status, const char* category, const char* message,
+                    ...);
   static void log_3(void* environment, int status, const char* category, const char* message);
 
   std::shared_ptr<const Fmu> fmu_;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
 #include <pugixml.hpp>
 #include <set>
 
@@ -39,14 +41,14 @@ ModelDescription read_model_description(std::string_view xml) {
   pugi::xml_document document;
   const pugi::xml_parse_result parsed = document.load_buffer(xml.data(), xml.size());
   if (!parsed)
-    throw FmuError(fmt::format("modelDescription.xml cannot be read: {} (byte {})", parsed.description(), parsed.offset));
+    throw FmuError(
+        fmt::format("modelDescription.xml cannot be read: {} (byte {})", parsed.description(), parsed.offset));
   const pugi::xml_node root = document.child("fmiModelDescription");
   if (!root) throw FmuError("modelDescription.xml has no element fmiModelDescription");
   const std::string version = root.attribute("fmiVersion").value();
   ModelDescription model;
   model.version = version == "2.0" ? 2 : version == "3.0" || version.starts_with("3.0.") ? 3 : 0;
-  if (model.version == 0)
-    throw FmuError(fmt::format("it follows FMI {}, expected is 2.0 or 3.0", in_quotes(version)));
+  if (model.version == 0) throw FmuError(fmt::format("it follows FMI {}, expected is 2.0 or 3.0", in_quotes(version)));
   model.name = root.attribute("modelName").value();
   model.token = root.attribute(model.version == 2 ? "guid" : "instantiationToken").value();
   const pugi::xml_node how = root.child("CoSimulation");
@@ -57,8 +59,8 @@ ModelDescription read_model_description(std::string_view xml) {
   // It becomes a file's name.
   const auto is_plain = [](char c) { return c == '_' || std::isalnum(static_cast<unsigned char>(c)) != 0; };
   if (model.identifier.empty() || !std::all_of(model.identifier.begin(), model.identifier.end(), is_plain))
-    throw FmuError(fmt::format("its modelIdentifier is {}, expected is the name of a C function",
-                               in_quotes(model.identifier)));
+    throw FmuError(
+        fmt::format("its modelIdentifier is {}, expected is the name of a C function", in_quotes(model.identifier)));
   model.once_per_process = how.attribute("canBeInstantiatedOnlyOncePerProcess").as_bool();
   if (const pugi::xml_attribute step = how.attribute("fixedInternalStepSize")) model.fixed_step = step.as_double();
   std::set<std::string> names;

@@ -302,8 +302,8 @@ void PluginController::update(const ControlInput& input, ControlCommand& command
                              [&] { return plugin_->functions().update(instance_, &in, &access, &out); });
   if (failed != 0) fail("update", input.time);
   const auto refuse = [&](const std::string& what) {
-    throw ControllerError(fmt::format("at t = {:.9g} s {} says {}, which is no finite number", input.time,
-                                      plugin_->named(), what));
+    throw ControllerError(
+        fmt::format("at t = {:.9g} s {} says {}, which is no finite number", input.time, plugin_->named(), what));
   };
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     if (!std::isfinite(effort_[j])) refuse(fmt::format("an effort of {} at joint '{}'", effort_[j], robot_.joints[j]));
@@ -331,8 +331,8 @@ void PluginController::restore(const std::vector<unsigned char>& bytes) {
   const grapnel_controller_plugin& functions = plugin_->functions();
   if (!has(functions, &grapnel_controller_plugin::restore))
     throw ControllerError(fmt::format("{} has no function restore()", plugin_->named()));
-  const int failed =
-      guarded(plugin_->named(), "restore", time_, [&] { return functions.restore(instance_, bytes.data(), bytes.size()); });
+  const int failed = guarded(plugin_->named(), "restore", time_,
+                             [&] { return functions.restore(instance_, bytes.data(), bytes.size()); });
   if (failed != 0) fail("restore", time_);
 }
 

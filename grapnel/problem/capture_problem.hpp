@@ -21,12 +21,12 @@
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/controller.hpp"
+#include "grapnel/simulate/controller_source.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/orbit.hpp"
-#include "grapnel/simulate/controller_source.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 

@@ -328,7 +328,8 @@ class Loader {
       if (velocity_count(body.joint.type) == 1) joints.push_back(body.joint.name);
     }
     try {
-      const auto source = std::make_shared<const fmi::FmuControllers>(control.file, control.fmu, control.inputs, control.outputs);
+      const auto source =
+          std::make_shared<const fmi::FmuControllers>(control.file, control.fmu, control.inputs, control.outputs);
       source->check(joints, control.parameters, control.base_torque, control.timing.period);
       control.source = source;
     } catch (const fmi::FmuMisfit& misfit) {

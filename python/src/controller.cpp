@@ -111,8 +111,8 @@ std::map<unsigned long, int>& threads_inside() {
   return threads;
 }
 
-// Python's lock on a thread of ours. Where the interpreter has ended there is none any more: the thread stays here until
-// the process is gone, as in Unlocked.
+// Python's lock on a thread of ours. Where the interpreter has ended there is none any more: the thread stays here
+// until the process is gone, as in Unlocked.
 class Locked {
  public:
   Locked() noexcept {
@@ -147,8 +147,8 @@ std::string last_line(py::error_already_set& error) {
   py::object trace = error.trace() ? py::reinterpret_borrow<py::object>(error.trace()) : py::none();
   while (!trace.is_none() && !trace.attr("tb_next").is_none()) trace = trace.attr("tb_next");
   if (trace.is_none()) return text;
-  const py::object file = py::module_::import("os.path").attr("basename")(
-      trace.attr("tb_frame").attr("f_code").attr("co_filename"));
+  const py::object file =
+      py::module_::import("os.path").attr("basename")(trace.attr("tb_frame").attr("f_code").attr("co_filename"));
   return text + " (" + std::string(py::str(file)) + ", line " + std::string(py::str(trace.attr("tb_lineno"))) + ")";
 }
 
@@ -227,9 +227,15 @@ void destroy(void* instance) {
 
 const char* last_error(void* instance) { return at(instance).error.c_str(); }
 
-constexpr grapnel_controller_plugin kFunctions = {
-    sizeof(grapnel_controller_plugin), GRAPNEL_CONTROLLER_VERSION, create, reset, update, nullptr, nullptr, destroy,
-    last_error};
+constexpr grapnel_controller_plugin kFunctions = {sizeof(grapnel_controller_plugin),
+                                                  GRAPNEL_CONTROLLER_VERSION,
+                                                  create,
+                                                  reset,
+                                                  update,
+                                                  nullptr,
+                                                  nullptr,
+                                                  destroy,
+                                                  last_error};
 
 class PythonControllers final : public ControllerSource {
  public:

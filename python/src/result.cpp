@@ -94,7 +94,8 @@ std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_pt
   run_interruptibly([&](const std::stop_token& stop) {
     for_each(static_cast<std::int64_t>(now.size()), threads, 1, stop, [&](int, std::int64_t i, std::int64_t) {
       const Scenario& scenario = now[static_cast<std::size_t>(i)];
-      runs[static_cast<std::size_t>(i)] = simulate(scenario, scenario.shared_problem(), &given[static_cast<std::size_t>(i)], stop);
+      runs[static_cast<std::size_t>(i)] =
+          simulate(scenario, scenario.shared_problem(), &given[static_cast<std::size_t>(i)], stop);
     });
   });
   return runs;
