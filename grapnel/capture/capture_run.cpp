@@ -19,6 +19,10 @@ RunJoints::RunJoints(const CaptureProblem& problem, const RunBodies& bodies, con
     : problem_(problem), frame_(frame) {
   if (problem.control)
     clock_ = std::make_shared<ControlClock>(problem.control->timing, bodies.system.robot_joints.size());
+  if (problem.control && problem.control->external && !problem.control->source)
+    throw CaptureProblemError(
+        "control.external: the program that simulates gives the controller, as Problem.simulate(controller=...) of the "
+        "Python module does, and here there is none");
   control_.approaching = problem.approach.has_value();
   control_.settled.assign(bodies.system.robot_joints.size(), false);
   control_.hold.assign(bodies.system.robot_joints.size(), 0);
@@ -72,13 +76,15 @@ std::shared_ptr<Controller> RunJoints::controller(const RunBodies& bodies) {
     for (std::size_t j = 0; j < size(); ++j) names.push_back(joint_body(bodies.free, j).description.joint.name);
     return controller_ = std::make_shared<ReplayController>(control.log, std::move(names), control.timing.period);
   }
-  PluginRobot robot;
+  ControlledRobot robot;
   robot.base = bodies.free.model.bodies()[bodies.free.base].description.name;
   for (std::size_t j = 0; j < size(); ++j) robot.joints.push_back(joint_body(bodies.free, j).description.joint.name);
   for (const EndEffectorSetup& effector : problem_.robot.end_effectors) robot.end_effectors.push_back(effector.name);
   robot.gravity = problem_.gravity;
   robot.origin = frame_.origin, robot.velocity = frame_.velocity;
   robot.commands_base = control.base_torque;
+  if (control.source)
+    return controller_ = control.source->make(control.timing, control.parameters, std::move(robot), bodies.free.model);
   controller_ = std::make_shared<PluginController>(open_plugin(control.file, control.plugin), control.timing,
                                                    control.parameters, std::move(robot), bodies.free.model);
   return controller_;

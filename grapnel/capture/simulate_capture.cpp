@@ -172,7 +172,8 @@ struct CaptureSteps::Work {
     result.scenario_sha256 = problem.sha256;
     result.status = CaptureStatus::failed;  // until it has been completed
     if (const auto& control = problem.control)
-      result.control = {control->timing.period, control->timing.delay, control->plugin, control->sha256};
+      result.control = {control->timing.period, control->timing.delay,
+                        control->plugin.empty() ? control->fmu : control->plugin, control->sha256};
     if (problem.orbit) result.orbit = describe_orbit(*problem.orbit);
     if (detail == CaptureDetail::full && part == Part::whole) result.scene = scene_of(problem);
   }

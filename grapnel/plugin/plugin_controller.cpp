@@ -5,44 +5,19 @@
 
 #include <algorithm>
 #include <array>
-#include <cfenv>
 #include <cmath>
 #include <cstddef>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "grapnel/dynamics/free_floating.hpp"
-#include "grapnel/plugin/plugin_crash.hpp"
+#include "grapnel/plugin/guarded_call.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 
 namespace grapnel {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// Rounding and flags are the caller's: a library may change them when it is loaded or called, and the bits of
-// everything that this thread computes afterwards.
-struct KeepsFloatingPoint {
-  std::fenv_t environment;
-  KeepsFloatingPoint() { std::fegetenv(&environment); }
-  KeepsFloatingPoint(const KeepsFloatingPoint&) = delete;
-  KeepsFloatingPoint& operator=(const KeepsFloatingPoint&) = delete;
-  ~KeepsFloatingPoint() { std::fesetenv(&environment); }
-};
-
-// Calls into a plugin. It is C, but a plugin in C++ may forget that.
-template <class Call>
-auto guarded(const ControllerPlugin& plugin, const char* function, double time, const Call& call) {
-  const PluginCall blame(plugin.shown().c_str(), function, time);
-  const KeepsFloatingPoint kept;
-  try {
-    return call();
-  } catch (...) {
-    throw ControllerError(
-        fmt::format("the plugin '{}' threw a C++ exception from {}() at t = {:.9g} s; return an error instead",
-                    plugin.shown(), function, time));
-  }
-}
 
 // --- The robot as JSON ---
 
@@ -69,7 +44,7 @@ Json body_json(const BodyDescription& body) {
           {"inertia", {I.xx, I.yy, I.zz, I.xy, I.xz, I.yz}}};
 }
 
-Json robot_json(const PluginRobot& robot, const Model& model) {
+Json robot_json(const ControlledRobot& robot, const Model& model) {
   const int base = model.body_index(robot.base);
   Json joints = Json::array(), bodies = Json::array();
   for (const std::string& name : robot.joints)
@@ -88,7 +63,7 @@ Json robot_json(const PluginRobot& robot, const Model& model) {
 struct Asked {
   const Model& model;
   const State& state;
-  const PluginRobot& robot;
+  const ControlledRobot& robot;
   int base;
   const std::vector<int>& velocities;
   int base_velocities;  // 6, or 0 of a base fixed to the world
@@ -164,8 +139,9 @@ bool has(const grapnel_controller_plugin& table, Member grapnel_controller_plugi
 
 // --- Libraries ---
 
-ControllerPlugin::ControllerPlugin(const std::string& file, std::string shown) : shown_(std::move(shown)) {
-  const PluginCall blame(shown_.c_str(), "the code that runs when it is loaded", 0);
+ControllerPlugin::ControllerPlugin(const std::string& file, const std::string& shown)
+    : named_(fmt::format("the plugin '{}'", shown)) {
+  const PluginCall blame(named_.c_str(), "the code that runs when it is loaded", 0);
   const KeepsFloatingPoint kept;
   library_ = ::dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
   const auto refuse = [&](const std::string& why) {
@@ -174,35 +150,45 @@ ControllerPlugin::ControllerPlugin(const std::string& file, std::string shown) :
   };
   if (library_ == nullptr) {
     const char* const reason = ::dlerror();
-    refuse(fmt::format("the plugin '{}' cannot be loaded: {}", shown_, reason != nullptr ? reason : "unknown reason"));
+    refuse(fmt::format("{} cannot be loaded: {}", named_, reason != nullptr ? reason : "unknown reason"));
   }
   void* const symbol = ::dlsym(library_, "grapnel_controller");
   if (symbol == nullptr)
     refuse(
         fmt::format("'{}' is no plugin: it exports no function grapnel_controller(), which grapnel_controller.h "
                     "declares (in C++ as extern \"C\")",
-                    shown_));
+                    shown));
   try {
     functions_ = reinterpret_cast<const grapnel_controller_plugin* (*)()>(symbol)();
   } catch (...) {
-    refuse(fmt::format("the plugin '{}' threw a C++ exception from grapnel_controller()", shown_));
+    refuse(fmt::format("{} threw a C++ exception from grapnel_controller()", named_));
   }
-  if (functions_ == nullptr) refuse(fmt::format("the plugin '{}': grapnel_controller() returned null", shown_));
-  constexpr std::size_t kHead = offsetof(grapnel_controller_plugin, version) + sizeof(std::uint32_t);
-  if (functions_->size < kHead || functions_->version != GRAPNEL_CONTROLLER_VERSION)
-    refuse(
-        fmt::format("the plugin '{}' has version {} of the controller interface, expected {}; build it with the "
-                    "grapnel_controller.h of this Grapnel",
-                    shown_, functions_->size < kHead ? 0 : functions_->version, GRAPNEL_CONTROLLER_VERSION));
-  const auto need = [&](bool there, const char* name) {
-    if (!there) refuse(fmt::format("the plugin '{}' has no function {}()", shown_, name));
-  };
-  need(has(*functions_, &grapnel_controller_plugin::create), "create");
-  need(has(*functions_, &grapnel_controller_plugin::update), "update");
-  need(has(*functions_, &grapnel_controller_plugin::destroy), "destroy");
+  if (functions_ == nullptr) refuse(fmt::format("{}: grapnel_controller() returned null", named_));
+  if (const std::string why = fault(); !why.empty()) refuse(why);
 }
 
-ControllerPlugin::~ControllerPlugin() { ::dlclose(library_); }
+ControllerPlugin::ControllerPlugin(const grapnel_controller_plugin& functions, std::string named)
+    : named_(std::move(named)), functions_(&functions) {
+  if (const std::string why = fault(); !why.empty()) throw ControllerError(why);
+}
+
+std::string ControllerPlugin::fault() const {
+  constexpr std::size_t kHead = offsetof(grapnel_controller_plugin, version) + sizeof(std::uint32_t);
+  if (functions_->size < kHead || functions_->version != GRAPNEL_CONTROLLER_VERSION)
+    return fmt::format(
+        "{} has version {} of the controller interface, expected {}; build it with the grapnel_controller.h of this "
+        "Grapnel",
+        named_, functions_->size < kHead ? 0 : functions_->version, GRAPNEL_CONTROLLER_VERSION);
+  const auto lacks = [&](const char* name) { return fmt::format("{} has no function {}()", named_, name); };
+  if (!has(*functions_, &grapnel_controller_plugin::create)) return lacks("create");
+  if (!has(*functions_, &grapnel_controller_plugin::update)) return lacks("update");
+  if (!has(*functions_, &grapnel_controller_plugin::destroy)) return lacks("destroy");
+  return {};
+}
+
+ControllerPlugin::~ControllerPlugin() {
+  if (library_ != nullptr) ::dlclose(library_);
+}
 
 std::shared_ptr<const ControllerPlugin> open_plugin(const std::string& file, const std::string& shown) {
   return std::make_shared<const ControllerPlugin>(file.empty() ? shown : file, shown);
@@ -220,7 +206,7 @@ std::string plugin_fault(const std::string& file, const std::string& shown) {
 // --- Instances ---
 
 PluginController::PluginController(std::shared_ptr<const ControllerPlugin> plugin, const ControlTiming& timing,
-                                   const std::string& parameters, PluginRobot robot, const Model& model)
+                                   const std::string& parameters, ControlledRobot robot, const Model& model)
     : plugin_(std::move(plugin)),
       robot_(std::move(robot)),
       position_(robot_.joints.size()),
@@ -234,25 +220,25 @@ PluginController::PluginController(std::shared_ptr<const ControllerPlugin> plugi
       sizeof(setup), parameters.c_str(), description.c_str(),         static_cast<int>(robot_.joints.size()),
       timing.period, timing.delay,       robot_.commands_base ? 1 : 0};
   std::array<char, 1024> error{};
-  const int failed = guarded(*plugin_, "create", 0, [&] {
+  const int failed = guarded(plugin_->named(), "create", 0, [&] {
     return plugin_->functions().create(&setup, &instance_, error.data(), error.size());
   });
   error.back() = 0;
   if (failed != 0)
-    throw ControllerError(fmt::format("the plugin '{}' made no controller: {}", plugin_->shown(),
+    throw ControllerError(fmt::format("{} made no controller: {}", plugin_->named(),
                                       error[0] != 0 ? error.data() : fmt::format("create() returned {}", failed)));
 }
 
 PluginController::~PluginController() {
-  const PluginCall blame(plugin_->shown().c_str(), "destroy", time_);
+  const PluginCall blame(plugin_->named().c_str(), "destroy", time_);
   plugin_->functions().destroy(instance_);
 }
 
 void PluginController::fail(const char* what, double time) const {
   const char* said = nullptr;
   if (has(plugin_->functions(), &grapnel_controller_plugin::last_error))
-    said = guarded(*plugin_, "last_error", time, [&] { return plugin_->functions().last_error(instance_); });
-  throw ControllerError(fmt::format("at t = {:.9g} s {}() of the plugin '{}' failed: {}", time, what, plugin_->shown(),
+    said = guarded(plugin_->named(), "last_error", time, [&] { return plugin_->functions().last_error(instance_); });
+  throw ControllerError(fmt::format("at t = {:.9g} s {}() of {} failed: {}", time, what, plugin_->named(),
                                     said != nullptr && said[0] != 0 ? said : "it does not say why"));
 }
 
@@ -273,7 +259,7 @@ void PluginController::begin_piece(const Model& model, double time) {
     if (std::find(velocities_.begin(), velocities_.end(), v) == velocities_.end()) velocities_.push_back(v);
   }
   if (++piece_ > 0 || !has(plugin_->functions(), &grapnel_controller_plugin::reset)) return;
-  if (guarded(*plugin_, "reset", time, [&] { return plugin_->functions().reset(instance_, time); }) != 0)
+  if (guarded(plugin_->named(), "reset", time, [&] { return plugin_->functions().reset(instance_, time); }) != 0)
     fail("reset", time);
 }
 
@@ -312,12 +298,12 @@ void PluginController::update(const ControlInput& input, ControlCommand& command
   const grapnel_controller_access access{sizeof(access), &context,      count_velocities, give_mass_matrix,
                                          give_bias,      give_momentum, give_jacobian};
   grapnel_controller_output out{sizeof(out), effort_.data(), {0, 0, 0}};
-  const int failed = guarded(*plugin_, "update", input.time,
+  const int failed = guarded(plugin_->named(), "update", input.time,
                              [&] { return plugin_->functions().update(instance_, &in, &access, &out); });
   if (failed != 0) fail("update", input.time);
   const auto refuse = [&](const std::string& what) {
-    throw ControllerError(fmt::format("at t = {:.9g} s the plugin '{}' says {}, which is no finite number", input.time,
-                                      plugin_->shown(), what));
+    throw ControllerError(
+        fmt::format("at t = {:.9g} s {} says {}, which is no finite number", input.time, plugin_->named(), what));
   };
   for (std::size_t j = 0; j < joints_.size(); ++j) {
     if (!std::isfinite(effort_[j])) refuse(fmt::format("an effort of {} at joint '{}'", effort_[j], robot_.joints[j]));
@@ -332,9 +318,9 @@ void PluginController::update(const ControlInput& input, ControlCommand& command
 std::vector<unsigned char> PluginController::save() {
   const grapnel_controller_plugin& functions = plugin_->functions();
   if (!has(functions, &grapnel_controller_plugin::save))
-    throw ControllerError(fmt::format("the plugin '{}' has no function save()", plugin_->shown()));
+    throw ControllerError(fmt::format("{} has no function save()", plugin_->named()));
   const auto ask = [&](void* bytes, std::size_t count) {
-    return guarded(*plugin_, "save", time_, [&] { return functions.save(instance_, bytes, count); });
+    return guarded(plugin_->named(), "save", time_, [&] { return functions.save(instance_, bytes, count); });
   };
   std::vector<unsigned char> bytes(ask(nullptr, 0));
   ask(bytes.data(), bytes.size());
@@ -344,9 +330,9 @@ std::vector<unsigned char> PluginController::save() {
 void PluginController::restore(const std::vector<unsigned char>& bytes) {
   const grapnel_controller_plugin& functions = plugin_->functions();
   if (!has(functions, &grapnel_controller_plugin::restore))
-    throw ControllerError(fmt::format("the plugin '{}' has no function restore()", plugin_->shown()));
-  const int failed =
-      guarded(*plugin_, "restore", time_, [&] { return functions.restore(instance_, bytes.data(), bytes.size()); });
+    throw ControllerError(fmt::format("{} has no function restore()", plugin_->named()));
+  const int failed = guarded(plugin_->named(), "restore", time_,
+                             [&] { return functions.restore(instance_, bytes.data(), bytes.size()); });
   if (failed != 0) fail("restore", time_);
 }
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "grapnel/plugin/grapnel_controller.h"
-#include "grapnel/simulate/controller.hpp"
+#include "grapnel/simulate/controller_source.hpp"
 
 namespace grapnel {
 
@@ -19,16 +19,21 @@ namespace grapnel {
 class ControllerPlugin {
  public:
   /// `shown`: what messages call it. @throws ControllerError.
-  ControllerPlugin(const std::string& file, std::string shown);
+  ControllerPlugin(const std::string& file, const std::string& shown);
+  /// Of functions in this process, which must outlive it; `named`: what messages call it, "the plugin 'mine.so'".
+  /// @throws ControllerError.
+  ControllerPlugin(const grapnel_controller_plugin& functions, std::string named);
   ~ControllerPlugin();
   ControllerPlugin(const ControllerPlugin&) = delete;
   ControllerPlugin& operator=(const ControllerPlugin&) = delete;
 
-  const std::string& shown() const { return shown_; }
+  const std::string& named() const { return named_; }
   const grapnel_controller_plugin& functions() const { return *functions_; }
 
  private:
-  std::string shown_;
+  std::string fault() const;  // why its functions are no controller; empty: they are
+
+  std::string named_;
   void* library_ = nullptr;
   const grapnel_controller_plugin* functions_ = nullptr;
 };
@@ -38,25 +43,13 @@ std::shared_ptr<const ControllerPlugin> open_plugin(const std::string& file, con
 /// Why a file is no plugin, in one sentence; empty: it is one. Its own code runs when it is loaded.
 std::string plugin_fault(const std::string& file, const std::string& shown);
 
-/// The robot that a plugin drives, by names in the model.
-struct PluginRobot {
-  std::string base;                        // body
-  std::vector<std::string> joints;         // in the plugin's order
-  std::vector<std::string> end_effectors;  // frames
-  Vector3d gravity = Vector3d::zero();     // [m/s^2]
-  // The frame in which the run computes, see MovingFrame: at t = 0, in W [m]; [m/s].
-  Vector3d origin = Vector3d::zero();
-  Vector3d velocity = Vector3d::zero();
-  bool commands_base = false;
-};
-
 /// An instance of a plugin. A call that fails throws ControllerError with the plugin's name, the time and what the
 /// plugin says; one that crashes ends the process (plugin_crash.hpp).
 class PluginController final : public Controller {
  public:
   /// `parameters`: JSON. `model` has the robot's bodies; later ones may have more. @throws ControllerError.
   PluginController(std::shared_ptr<const ControllerPlugin> plugin, const ControlTiming& timing,
-                   const std::string& parameters, PluginRobot robot, const Model& model);
+                   const std::string& parameters, ControlledRobot robot, const Model& model);
   ~PluginController() override;
 
   void begin_piece(const Model& model, double time) override;
@@ -71,7 +64,7 @@ class PluginController final : public Controller {
   void gather(const ControlInput& input);
 
   std::shared_ptr<const ControllerPlugin> plugin_;
-  PluginRobot robot_;
+  ControlledRobot robot_;
   void* instance_ = nullptr;
   int piece_ = -1;
   double time_ = 0;

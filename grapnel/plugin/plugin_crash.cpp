@@ -70,9 +70,9 @@ void on_crash(int number) {
     return;
   }
   Line line;
-  line.add("grapnel: the plugin '");
+  line.add("grapnel: ");
   line.add(t_call->plugin);
-  line.add("' crashed (");
+  line.add(" crashed (");
   line.add(kWatched[which].name);
   line.add(") in ");
   line.add(t_call->function);

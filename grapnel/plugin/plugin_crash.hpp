@@ -12,7 +12,7 @@ namespace grapnel {
 /// reported.
 class PluginCall {
  public:
-  /// The texts must outlive it.
+  /// `plugin`: what it is called, "the plugin 'mine.so'". The texts must outlive it.
   PluginCall(const char* plugin, const char* function, double time);
   ~PluginCall();
   PluginCall(const PluginCall&) = delete;

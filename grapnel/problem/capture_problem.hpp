@@ -21,6 +21,7 @@
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/controller.hpp"
+#include "grapnel/simulate/controller_source.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
@@ -168,12 +169,19 @@ struct ControlSetup {
   std::string plugin;             // as the scenario names it
   std::string file;               // where it is, for the system's loader
   std::string sha256;             // of that file; empty: of a problem that a program made
-  std::string parameters = "{}";  // JSON, an object that the plugin understands
+  std::string parameters = "{}";  // JSON, an object that the controller understands
+  /// In place of a plugin, an FMU for co-simulation (fmi/fmu_controller.hpp), as the scenario names it; empty: none.
+  std::string fmu;
+  std::string inputs = "{}", outputs = "{}";  // JSON, objects: variables of the FMU, and the signals that they are
+  /// In place of both, a controller of the program that simulates.
+  bool external = false;
+  /// Makes the controller of `fmu` and `external`; null: there is none (yet).
+  std::shared_ptr<const ControllerSource> source = {};
   /// In place of a plugin, a log of joint efforts that is replayed; null: none. Its rows are at multiples of the
   /// period.
   std::shared_ptr<const EffortLog> log = {};
-  bool base_torque = false;  // plugin or log says the torque on a free base too, where it drives the joints
-  bool has_controller() const { return log || !plugin.empty(); }
+  bool base_torque = false;  // controller or log says the torque on a free base too, where it drives the joints
+  bool has_controller() const { return log || external || !plugin.empty() || !fmu.empty(); }
 };
 
 /// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its

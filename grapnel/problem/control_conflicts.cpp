@@ -90,7 +90,8 @@ class ControlConflicts : ConflictFinder {
     const bool is_there = problem_.control && problem_.control->has_controller();
     const auto needs_plugin = [&](const char* path) {
       add(path,
-          "{} is controller, which needs the plugin or the log that drives them: control: {{period: ..., plugin: ...}}",
+          "{} is controller, which needs the plugin, the FMU or the log that drives them: control: {{period: ..., "
+          "plugin: ...}}",
           path)
           .relies_on = "control";
     };
@@ -100,9 +101,13 @@ class ControlConflicts : ConflictFinder {
     check_timing(problem_.control->timing);
     if (problem_.control->log) check_rows(*problem_.control);
     if (is_there && !in_approach && !afterwards) {
-      const char* const path = problem_.control->log ? "control.torques" : "control.plugin";
+      const char* const path = problem_.control->log            ? "control.torques"
+                               : problem_.control->external     ? "control.external"
+                               : !problem_.control->fmu.empty() ? "control.fmu"
+                                                                : "control.plugin";
       add(path, "{} drives nothing: approach.tracking.mode or post_impact.joints must be controller", path);
     }
+    check_external(*problem_.control);
     if (!problem_.control->base_torque) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
@@ -114,10 +119,27 @@ class ControlConflicts : ConflictFinder {
             "xyz"[k]);
     }
     const auto both = [&](const char* path) {
-      add_key(path, "{}: control.base_torque leaves the base's torque to the plugin; leave out one of the two", path);
+      add_key(path, "{}: control.base_torque leaves the base's torque to the controller; leave out one of the two",
+              path);
     };
     if (in_approach && problem_.approach->base_control) both("approach.base_control");
     if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+  }
+
+  void check_external(const ControlSetup& control) {
+    if (control.external && (control.log || !control.plugin.empty() || !control.fmu.empty()))
+      add("control.external", "control.external: the controller comes from a program, so there must be no {}",
+          control.log              ? "torques"
+          : control.plugin.empty() ? "fmu"
+                                   : "plugin")
+          .relies_on = "control";
+    if (control.external || !control.plugin.empty() || !control.fmu.empty()) return;
+    if (control.parameters != "{}")
+      add("control.parameters", "control.parameters are a controller's, which plugin, fmu or external say").relies_on =
+          "control";
+    if (control.base_torque && !control.log)
+      add("control.base_torque", "control.base_torque is a controller's, which plugin, fmu or external say").relies_on =
+          "control";
   }
 
   // A row between two samples would never be read, or late.

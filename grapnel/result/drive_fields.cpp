@@ -193,8 +193,10 @@ const Type& type_of<ControlReport>() {
   static constexpr Field fields[] = {
       field<&C::period>("period", "s", "between samples"),
       field<&C::delay>("delay", "s", "from a sample to the command that follows from it"),
-      field<&C::plugin>("plugin", "the controller's library, as the scenario names it; empty without one"),
-      field<&C::plugin_sha256>("plugin_sha256", "of its bytes; empty without one"),
+      field<&C::plugin>("plugin",
+                        "the controller: a library or an FMU as the scenario names it, or the name of a class in "
+                        "Python; empty without one"),
+      field<&C::plugin_sha256>("plugin_sha256", "of its bytes, of a class in Python of its source; empty without one"),
   };
   static constexpr Type type = structure<C>("ControlReport", "the on-board computer that samples the control.", fields);
   return type;

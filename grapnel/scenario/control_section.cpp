@@ -19,22 +19,39 @@ struct Described<ControlSetup> {
                         "A controller of one's own: the path of a shared library, relative to this file. It drives the "
                         "joints where approach.tracking.mode or post_impact.joints is controller.")
           .optional(),
+      field<&T::fmu>("fmu", "",
+                     "In place of a plugin, the path of an FMU (FMI 2.0 or 3.0, co-simulation), relative to this file.")
+          .optional(),
+      field<&T::external>("external", "",
+                          "In place of both: the program that simulates gives the controller, as "
+                          "Problem.simulate(controller=...) of the Python module does."),
       field<&T::parameters>("parameters", "",
-                            "What the plugin is given when it is made: a mapping that it understands.")
+                            "What the controller is given when it is made: a mapping that it understands; of an FMU "
+                            "parameters by their names.")
+          .as("parameters")
+          .optional(),
+      field<&T::inputs>("inputs", "",
+                        "Of an FMU: what its input variables are, {variable: signal}. Absent: variables that are "
+                        "called like a signal.")
+          .as("parameters")
+          .optional(),
+      field<&T::outputs>("outputs", "", "Of an FMU: the signals that its output variables are, {variable: signal}.")
           .as("parameters")
           .optional(),
       key<std::string>(
           "torques", "",
-          "In place of a plugin, the path of a CSV file with joint efforts over time, relative to this file: a "
+          "In place of a controller, the path of a CSV file with joint efforts over time, relative to this file: a "
           "header line time,<joint>,... and a line of numbers per row, each held until the next.")
           .optional(),
       field<&T::base_torque>("base_torque", "",
-                             "Whether the plugin says a torque on the base too, wherever it drives the joints."),
+                             "Whether the controller says a torque on the base too, wherever it drives the joints."),
   });
   static constexpr auto rules = std::to_array<Rule>({
       not_both("plugin, torques"),
-      needs("parameters", "plugin"),
-      needs("base_torque", "plugin"),
+      not_both("plugin, fmu"),
+      not_both("fmu, torques"),
+      needs("inputs", "fmu"),
+      needs("outputs", "fmu"),
   });
   static constexpr Type type = structure<T>("control",
                                             "The on-board computer: laws of joints and of the base speak at the ticks "

@@ -366,7 +366,8 @@ class Bytes {
     put(log != nullptr);
     if (log) put(*log);
   }
-  void put(const std::shared_ptr<const SourceTexts>&) {}  // says where a problem came from, not what it is
+  void put(const std::shared_ptr<const ControllerSource>&) {}  // the members beside it say which one
+  void put(const std::shared_ptr<const SourceTexts>&) {}       // says where a problem came from, not what it is
   void put(const Vector3d& v) {
     for (int i = 0; i < 3; ++i) put(v[i]);
   }

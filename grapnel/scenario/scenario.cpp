@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "grapnel/fmi/fmu_controller.hpp"
 #include "grapnel/plugin/plugin_controller.hpp"
 #include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/result/file_seal.hpp"
@@ -151,7 +152,7 @@ class Loader {
     const auto trajectory = read_csv_file(part(*scenario, "approach").find("trajectory"), trajectory_bytes);
     std::string torques_bytes;
     const auto torques = read_csv_file(part(*scenario, "control").find("torques"), torques_bytes);
-    const PluginFile plugin = read_plugin_file(*scenario);
+    const PluginFile plugin = read_plugin_file(*scenario, "plugin"), fmu = read_plugin_file(*scenario, "fmu");
     ReadRobot robot = check_robot(*scenario);
     const auto& schema = scenario_schema_document();
     check_structure(*scenario, schema, "the scenario", faults_);
@@ -159,7 +160,10 @@ class Loader {
     const Meshes meshes = read_mesh_files(*scenario, path_, files_, bytes_of_meshes_, faults_);
     CaptureProblem problem = read_scenario(*scenario, std::move(robot), trajectory ? &*trajectory : nullptr,
                                            torques ? &*torques : nullptr, meshes, faults_);
-    if (problem.control) problem.control->file = plugin.file, problem.control->sha256 = plugin.sha256;
+    if (problem.control) {
+      problem.control->file = plugin.file + fmu.file, problem.control->sha256 = plugin.sha256 + fmu.sha256;
+      if (!fmu.file.empty()) open_fmu(*scenario, problem);
+    }
     for (const Fault& fault : robot_faults_.all()) faults_.add(fault);
     faults_.throw_if_any();
     if (warnings) {
@@ -175,7 +179,7 @@ class Loader {
     std::string target_bytes;
     for (const std::string& name : targets) target_bytes += find_ready_made(ReadyMade::Kind::targets, name)->text;
     problem.sha256 = sha256(bytes + robot_bytes + target_bytes + trajectory_bytes + bytes_of_meshes_ + torques_bytes +
-                            plugin.sha256 + bytes_of_overrides_);
+                            plugin.sha256 + fmu.sha256 + bytes_of_overrides_);
     if (!imported_) robot_texts_.emplace_back("robot", robot_bytes);
     problem.source = source_texts(text_at(*scenario, "description"), bytes, robot_texts_, targets, trajectory_bytes,
                                   torques_bytes, changes);
@@ -290,12 +294,12 @@ class Loader {
     return TrajectoryFile{source, std::move(*text)};
   }
 
-  // The library that control.plugin names, and its digest, which stands for its bytes.
+  // The library that control.plugin names, or the FMU, and its digest, which stands for its bytes.
   struct PluginFile {
     std::string file, sha256;
   };
-  PluginFile read_plugin_file(const Node& scenario) {
-    const Node* named = part(scenario, "control").find("plugin");
+  PluginFile read_plugin_file(const Node& scenario, const std::string& key) {
+    const Node* named = part(scenario, "control").find(key);
     if (!named || !is_text(*named) || named->text.empty()) return {};
     std::error_code error;
     const std::filesystem::path beside = path_beside(path_, named->text);
@@ -307,11 +311,34 @@ class Loader {
       files_.keep(path, {sha256(*bytes), {}, {}});
       kept = files_.find(path);
     }
+    if (key == "fmu") return {path.string(), kept->bytes};
     if (const std::string fault = plugin_fault(path.string(), named->text); !fault.empty()) {
       faults_.add(named->mark, fault);
       return {};
     }
     return {path.string(), kept->bytes};
+  }
+
+  // What is wrong with an FMU is a fault where the scenario names it, or where it says what its variables are.
+  void open_fmu(const Node& scenario, CaptureProblem& problem) {
+    ControlSetup& control = *problem.control;
+    const Node& section = part(scenario, "control");
+    std::vector<std::string> joints;
+    for (const BodyDescription& body : problem.robot.bodies) {
+      if (velocity_count(body.joint.type) == 1) joints.push_back(body.joint.name);
+    }
+    try {
+      const auto source =
+          std::make_shared<const fmi::FmuControllers>(control.file, control.fmu, control.inputs, control.outputs);
+      source->check(joints, control.parameters, control.base_torque, control.timing.period);
+      control.source = source;
+    } catch (const fmi::FmuMisfit& misfit) {
+      const Node* place = section.find(misfit.key);
+      const Node* entry = place && !misfit.entry.empty() ? place->find(misfit.entry) : nullptr;
+      faults_.add((entry ? entry : place ? place : section.find("fmu"))->mark, misfit.what());
+    } catch (const fmi::FmuError& error) {
+      faults_.add(section.find("fmu")->mark, error.what());
+    }
   }
 
   static ReadRobot unknown_robot() {

@@ -140,7 +140,7 @@ std::string changed_scenario_text(const std::filesystem::path& scenario, Node tr
   for (Node* mesh : mesh_file_nodes(tree)) move_path(scenario, place, mesh);
   if (Node* approach = tree.find("approach")) move_path(scenario, place, approach->find("trajectory"));
   if (Node* control = tree.find("control")) {
-    for (const char* key : {"plugin", "torques"}) move_path(scenario, place, control->find(key));
+    for (const char* key : {"plugin", "fmu", "torques"}) move_path(scenario, place, control->find(key));
   }
   if (Node* name = tree.find("name")) {
     name->text += suffix;

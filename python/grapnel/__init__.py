@@ -14,13 +14,14 @@ Twists and wrenches are [angular; linear]. Quaternions are (w, x, y, z). docs/py
 from . import env
 from ._grapnel import Check, Fault, InputError, __version__, instruction_set
 from .commands import CommandError, campaign, figure, optimize, report, success_map, sweep
+from .controller import Controller, ControllerAccess, ControllerInput, ControllerOutput, ControllerSetup
 from .result import Ledger, Result, SimulationError
 from .robot import Impact, Loops, Robot, Rollout, rollout
 from .scenario import Problem, Scenario, Values, check, load, simulate_many
 from .tables import read_columns, read_table
 
 __all__ = [
-    "Check", "CommandError", "Fault", "Impact", "InputError", "Ledger", "Loops", "Problem", "Result", "Robot", "Rollout",
+    "Check", "CommandError", "Controller", "ControllerAccess", "ControllerInput", "ControllerOutput", "ControllerSetup", "Fault", "Impact", "InputError", "Ledger", "Loops", "Problem", "Result", "Robot", "Rollout",
     "Scenario", "SimulationError", "Values", "__version__", "campaign", "check", "env", "figure", "instruction_set", "load",
     "optimize", "read_columns", "read_table", "report", "rollout", "simulate_many", "success_map", "sweep",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import operator
 import os
 from collections.abc import Iterable, Iterator, Mapping
@@ -9,6 +10,7 @@ from typing import Any
 
 from . import _grapnel
 from ._arguments import Path, file_path, thread_count
+from .controller import Controller, _given
 from .result import Result
 
 
@@ -226,13 +228,15 @@ class Problem:
 
     # ---- What to do with it ----
 
-    def simulate(self, strict: bool = False) -> Result:
+    def simulate(self, strict: bool = False, controller: Controller | type[Controller] | None = None) -> Result:
         """Simulates the capture: bit for bit what `grapnel run` computes. Ctrl-C ends it.
+
+        `controller`: drives the joints of a scenario with `control.external: true`, see `grapnel.Controller`.
 
         A simulation that cannot go on returns what there is by then: see `Result.status`. With `strict` that, and
         conservation checks that fail, raise `SimulationError`.
         """
-        return simulate_many([self], threads=1, strict=strict)[0]
+        return _simulate([self], 1, strict, [controller])[0]
 
 
 class Scenario(Problem):
@@ -275,10 +279,12 @@ def check(scenario: Path | Mapping[str, Any], set: Mapping[str, Any] | None = No
     return _grapnel.check_file(file_path("scenario", scenario), _changes(set))
 
 
-def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = False) -> list[Result]:
+def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = False,
+                  controller: type[Controller] | None = None) -> list[Result]:
     """Simulates captures, several at a time; results in the order of the problems, the same bits for any number of threads.
 
-    `threads`: 0 for one per processor. Python's other threads go on meanwhile. Ctrl-C ends all of it. `strict` as for
+    `controller`: a class as for `Problem.simulate`; each run makes an object of it. Their updates wait for each other: Python runs
+    one at a time. `threads`: 0 for one per processor. Python's other threads go on meanwhile. Ctrl-C ends all of it. `strict` as for
     `Problem.simulate`. For thousands of cases with drawn values a campaign is quicker, which keeps less of each.
     """
     if isinstance(problems, Problem):
@@ -287,8 +293,14 @@ def simulate_many(problems: Iterable[Problem], threads: int = 0, strict: bool = 
     for problem in problems:
         if not isinstance(problem, Problem):
             raise TypeError(f"{problem!r} is no grapnel.Problem")
-    results = [Result(run)
-               for run in _grapnel.simulate_many([problem._core for problem in problems], thread_count(threads))]
+    if controller is not None and not inspect.isclass(controller):
+        raise TypeError("controller is one object for several runs; expected is its class, of which each run makes an object")
+    return _simulate(problems, threads, strict, [controller] * len(problems))
+
+
+def _simulate(problems: list[Problem], threads: int, strict: bool, controllers: list[Any]) -> list[Result]:
+    results = [Result(run) for run in _grapnel.simulate_many([problem._core for problem in problems], thread_count(threads),
+                                                             [_given(controller) for controller in controllers])]
     if strict:
         for result in results:
             result.raise_if_failed()

@@ -14,6 +14,7 @@
 #include <system_error>
 #include <thread>
 
+#include "controller.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/text/message_text.hpp"
 #include "grapnel/text/parse_yaml.hpp"
@@ -40,6 +41,12 @@ bool Unlocked::signals_raise(const std::function<void()>& abandon) {
   const bool raised = PyErr_CheckSignals() != 0;
   state_ = PyEval_SaveThread();
   return raised;
+}
+
+void Unlocked::with_lock(void (*act)()) {
+  lock({});
+  act();
+  state_ = PyEval_SaveThread();
 }
 
 void run_interruptibly(const std::function<void(const std::stop_token&)>& work) {
@@ -71,6 +78,8 @@ void run_interruptibly(const std::function<void(const std::stop_token&)>& work) 
           thread.join();
         });
         if (interrupted) thread.request_stop();
+      } else {
+        unlocked.with_lock(&interrupt_controllers);
       }
       lock.lock();
     }

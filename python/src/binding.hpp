@@ -32,6 +32,8 @@ class Unlocked {
   /// Takes the lock for a moment to look for signals: whether one of Python's handlers has raised. `abandon` is called
   /// where the interpreter has ended, and this function then never returns.
   bool signals_raise(const std::function<void()>& abandon);
+  /// Takes the lock for a moment.
+  void with_lock(void (*act)());
 
  private:
   void lock(const std::function<void()>& abandon) noexcept;

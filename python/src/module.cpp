@@ -1,5 +1,6 @@
 // Python's module _grapnel: what the package grapnel is made of.
 #include "binding.hpp"
+#include "controller.hpp"
 
 PYBIND11_MODULE(_grapnel, module) {
   using namespace grapnel::python;
@@ -7,6 +8,7 @@ PYBIND11_MODULE(_grapnel, module) {
   module.attr("__version__") = GRAPNEL_VERSION;
   bind_faults(module);
   bind_problem(module);
+  bind_controllers(module);
   bind_result(module);
   bind_robot(module);
   bind_commands(module);

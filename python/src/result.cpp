@@ -5,8 +5,11 @@
 #include <filesystem>
 #include <fstream>
 #include <mutex>
+#include <optional>
+#include <tuple>
 
 #include "binding.hpp"
+#include "controller.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/report/report_html.hpp"
 #include "grapnel/result/atomic_file.hpp"
@@ -30,9 +33,33 @@ struct Run {
   CaptureResult result;  // warnings of the input first, as in summary.json
 };
 
+// A controller of Python's, and how results name it; without a source: none.
+struct GivenController {
+  std::shared_ptr<const ControllerSource> source;
+  std::string name, sha256;
+};
+using Given = std::tuple<py::object, std::string, std::string>;  // the object or class, its name, the digest
+
+// For each scenario; the lock is held. @throws py::value_error where a scenario asks for none.
+std::vector<GivenController> given_controllers(const std::vector<Scenario>& scenarios,
+                                               const std::vector<Given>& given) {
+  std::vector<GivenController> controllers(scenarios.size());
+  for (std::size_t i = 0; i < given.size(); ++i) {
+    const auto& [object, name, sha256] = given[i];
+    if (object.is_none()) continue;
+    const std::optional<ControlSetup>& control = scenarios[i].problem().control;
+    if (!control || !control->external)
+      throw py::value_error("the scenario '" + scenarios[i].problem().name +
+                            "' asks for no controller of Python's; expected are control.external: true, and controller "
+                            "in approach.tracking.mode or post_impact.joints");
+    controllers[i] = {python_controllers(object, name), name, sha256};
+  }
+  return controllers;
+}
+
 // What `grapnel run` computes.
 std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<const CaptureProblem>& problem,
-                              const std::stop_token& stop) {
+                              const GivenController* given, const std::stop_token& stop) {
   std::vector<std::string> warnings;
   for (const Fault& warning : scenario.warnings()) warnings.push_back(warning.message);
   const auto follow = [&](const std::string&, double, double) {
@@ -40,8 +67,14 @@ std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<co
   };
   auto run = std::make_shared<Run>();
   run->problem = problem;
+  std::optional<CaptureProblem> controlled;
+  if (given && given->source) {
+    controlled = *problem;
+    controlled->control->source = given->source;
+    controlled->control->plugin = given->name, controlled->control->sha256 = given->sha256;
+  }
   try {
-    run->result = app::simulate_run(*problem, warnings, follow);
+    run->result = app::simulate_run(controlled ? *controlled : *problem, warnings, follow);
   } catch (const CaptureProblemError& error) {
     throw input_error(scenario.file().string(), error.what());
   } catch (const ModelError& error) {
@@ -51,15 +84,18 @@ std::shared_ptr<Run> simulate(const Scenario& scenario, const std::shared_ptr<co
   return run;
 }
 
-std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_ptr<Scenario>>& scenarios, int threads) {
+std::vector<std::shared_ptr<Run>> simulate_many(const std::vector<std::shared_ptr<Scenario>>& scenarios, int threads,
+                                                const std::vector<Given>& controllers) {
   // A scenario may be changed by others while its problem is being simulated: what is simulated is what it is now.
   std::vector<Scenario> now;
   for (const auto& scenario : scenarios) now.push_back(*scenario);
+  const std::vector<GivenController> given = given_controllers(now, controllers);
   std::vector<std::shared_ptr<Run>> runs(now.size());
   run_interruptibly([&](const std::stop_token& stop) {
     for_each(static_cast<std::int64_t>(now.size()), threads, 1, stop, [&](int, std::int64_t i, std::int64_t) {
       const Scenario& scenario = now[static_cast<std::size_t>(i)];
-      runs[static_cast<std::size_t>(i)] = simulate(scenario, scenario.shared_problem(), stop);
+      runs[static_cast<std::size_t>(i)] =
+          simulate(scenario, scenario.shared_problem(), &given[static_cast<std::size_t>(i)], stop);
     });
   });
   return runs;
@@ -213,7 +249,7 @@ void bind_result(py::module_& module) {
           py::arg("name"))
       .def("save", &save, py::arg("folder"), py::arg("report"))
       .def("report", &report, py::arg("file"));
-  module.def("simulate_many", &simulate_many, py::arg("problems"), py::arg("threads"));
+  module.def("simulate_many", &simulate_many, py::arg("problems"), py::arg("threads"), py::arg("controllers"));
   module.def("has_reports", [] { return app::why_no_reports().empty(); });
 }
 

@@ -11,6 +11,7 @@ EXAMPLES = sorted((SOURCE / "examples" / "python").glob("*.py"))
 FILES = {
     "first_capture.py": ["summary.json", "timeseries.h5"],
     "impulse_against_mass_ratio.py": ["impulse.csv"],
+    "own_controller.py": ["summary.json", "timeseries.h5"],
     "parameter_study.py": ["impulse.svg", "results/table.csv"],
     "your_urdf.py": ["summary.json"],
 }

@@ -280,6 +280,25 @@ std::vector<std::string> shipped() {
 class Shipped : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Examples, Shipped, ::testing::ValuesIn(shipped()), name_of_test);
 
+// The logged torques of a controller take the joints' and the base's motion away.
+void expect_torques_brake(const CaptureResult& r) {
+  ASSERT_TRUE(r.impact && r.post_impact_end);
+  double before = 0, after = 0;
+  for (const Series& series : r.series.series) {
+    if (series.path != "joints/velocity") continue;
+    for (std::size_t i = 0; i < r.series.time.size(); ++i) {
+      if (r.series.phases[r.series.phase[i]] != "post_impact") continue;
+      for (std::size_t j = 0; j < 6; ++j) before = std::max(before, std::abs(series.data[6 * i + j]));
+    }
+  }
+  for (const double rate : r.post_impact_end->joints.velocity) after = std::max(after, std::abs(rate));
+  std::printf("[ measured ] joint rates %.3g to %.3g rad/s, the base's %.3g rad/s\n", before, after,
+              norm(r.post_impact_end->base.angular_velocity));
+  EXPECT_GT(before, 0.2);                                           // measured 0.219
+  EXPECT_LT(after, 0.04);                                           // measured 0.0359
+  EXPECT_LT(norm(r.post_impact_end->base.angular_velocity), 5e-4);  // measured 3.2e-4
+}
+
 // What the report draws is what was simulated, and the summary keeps the published schema.
 TEST_P(Shipped, RunsAsItsFileSays) {
   const std::string name = GetParam();
@@ -291,7 +310,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   const SceneDeviation d = scene_deviation(r);
   EXPECT_LT(d.end_effectors, 1e-12);
   EXPECT_LT(d.joints, 1e-12);
-  EXPECT_EQ(r.scene.planar, name.starts_with("thesis/") || name == "first-plan");
+  EXPECT_EQ(r.scene.planar, name.starts_with("thesis/") || name == "first-plan" || name == "own-controller");
   if (r.scene.planar) {
     EXPECT_LT(d.out_of_plane, 1e-12);
   } else {
@@ -310,6 +329,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);
   if (name == "bias-momentum") return expect_bias_is_reversed(p, r);
   if (name == "orbit-detumble") return expect_detumbling_in_orbit(r);
+  if (name == "own-controller") return expect_torques_brake(r);
   ASSERT_NE(std::find(kPlanned.begin(), kPlanned.end(), name), kPlanned.end()) << "no test knows what it shows";
   expect_within_limits(p, r);
   if (name == "dual-arm-satellite-handles") expect_closed_loops(r, 12, {1.1, 0.8}, 1);

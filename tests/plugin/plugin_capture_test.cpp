@@ -120,9 +120,9 @@ TEST(PluginCapture, RefusesWhatDoesNotFit) {
   expect({{"control.delay", "30"}}, "control.delay is 30 [s], must be less than 23");
   expect({{"post_impact.joints", "free"}}, "control.plugin drives nothing");
   expect({{"approach.tracking", "{mode: controller}"}, {"control", "{period: 0.01}"}},
-         "needs the plugin or the log that drives them", "");
+         "needs the plugin, the FMU or the log that drives them", "");
   expect({{"post_impact.base_control", "{kp: 1, kd: 1}"}},
-         "control.base_torque leaves the base's torque to the plugin");
+         "control.base_torque leaves the base's torque to the controller");
   expect({{"control", "{period: 0.01, base_torque: true}"}}, "plugin", "");
 }
 

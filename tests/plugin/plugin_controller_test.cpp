@@ -39,8 +39,8 @@ Model two_joints() {
 }
 
 // In the other order than the model's.
-PluginRobot robot_of() {
-  PluginRobot robot;
+ControlledRobot robot_of() {
+  ControlledRobot robot;
   robot.base = "base", robot.joints = {"elbow", "shoulder"}, robot.end_effectors = {"tip"};
   robot.origin = {1, 2, 3}, robot.velocity = {0.5, 0, -0.25};
   return robot;

@@ -114,16 +114,16 @@ export interface ControlReport {
   period: number;
   /** from a sample to the command that follows from it [s] */
   delay: number;
-  /** the controller's library, as the scenario names it; empty without one */
+  /** the controller: a library or an FMU as the scenario names it, or the name of a class in Python; empty without one */
   plugin: string;
-  /** of its bytes; empty without one */
+  /** of its bytes, of a class in Python of its source; empty without one */
   plugin_sha256: string;
 }
 export const kControlReport: FieldNote[] = [
   ["period","s","between samples"],
   ["delay","s","from a sample to the command that follows from it"],
-  ["plugin","","the controller's library, as the scenario names it; empty without one"],
-  ["plugin_sha256","","of its bytes; empty without one"],
+  ["plugin","","the controller: a library or an FMU as the scenario names it, or the name of a class in Python; empty without one"],
+  ["plugin_sha256","","of its bytes, of a class in Python of its source; empty without one"],
 ];
 
 // the motion up to the capture.

@@ -1,0 +1,151 @@
+/// FMUs as controllers of captures, from their scenarios.
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/fmi/fmu.hpp"
+#include "grapnel/scenario/scenario.hpp"
+
+namespace grapnel::testing {
+namespace fmu_controller_test {
+
+constexpr const char* kInputs =
+    "{'goal[1]': 'desired_position[1]', 'goal[2]': arm-1-joint-2.desired_position, 'goal[3]': 'desired_position[3]', "
+    "'goal[4]': 'desired_position[4]', 'goal[5]': 'desired_position[5]', 'goal[6]': arm-2-joint-3.desired_position}";
+constexpr const char* kGains = "kp: 20, kd: 60, base_kd: 100";
+
+std::string fmu_file(const std::string& name) { return GRAPNEL_TEST_FMUS "/" + name + ".fmu"; }
+
+CaptureProblem with(const std::string& control) {
+  return load_scenario(GRAPNEL_OWN_SCENARIO,
+                       std::vector<Override>{{"control", "{period: 0.01, base_torque: true, " + control + "}"},
+                                             {"post_impact.duration", "3"}});
+}
+CaptureProblem with_fmu(const std::string& name, const std::string& parameters = kGains,
+                        const std::string& inputs = kInputs) {
+  return with("fmu: " + fmu_file(name) + ", inputs: " + inputs + ", parameters: {" + parameters + "}");
+}
+
+std::string fault_of(const std::string& name, const std::string& parameters = kGains,
+                     const std::string& inputs = kInputs) {
+  try {
+    with_fmu(name, parameters, inputs);
+    return {};
+  } catch (const InputError& error) {
+    return error.what();
+  }
+}
+
+void expect_has(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << text;
+}
+
+double apart(const CaptureResult& a, const CaptureResult& b) {
+  double most = 0;
+  for (std::size_t j = 0; j < 6; ++j) {
+    most = std::max({most, std::abs(a.post_impact_end->joints.position[j] - b.post_impact_end->joints.position[j]),
+                     std::abs(a.post_impact_end->joints.velocity[j] - b.post_impact_end->joints.velocity[j])});
+  }
+  return most;
+}
+
+// Its outputs follow what it saw one sample earlier: they are those of the same law in C with a delay of a sample, but
+// for the rounding of the times at which they act.
+TEST(FmuController, IsTheSameLawOneSampleLater) {
+  const CaptureResult in_c =
+      simulate_capture(with(std::string("delay: 0.01, plugin: ") + GRAPNEL_OWN_PD + ", parameters: {" + kGains + "}"));
+  ASSERT_TRUE(in_c.post_impact_end) << in_c.failure;
+  const CaptureResult at_once =
+      simulate_capture(with(std::string("plugin: ") + GRAPNEL_OWN_PD + ", parameters: {" + kGains + "}"));
+  std::vector<CaptureResult> results;
+  for (const char* name : {"fmu_2", "fmu_3"}) {
+    const CaptureResult result = results.emplace_back(simulate_capture(with_fmu(name)));
+    ASSERT_TRUE(result.post_impact_end) << name << ": " << result.failure;
+    EXPECT_TRUE(result.ledger.pass());
+    EXPECT_EQ(result.control->plugin, fmu_file(name));
+    EXPECT_EQ(result.control->plugin_sha256.size(), 64u);
+    std::printf("[ measured ] %s against the law in C, a sample late: %.3g; at once: %.3g\n", name, apart(result, in_c),
+                apart(result, at_once));
+    EXPECT_LT(apart(result, in_c), 1e-10);
+    EXPECT_GT(apart(result, at_once), 1e-7);
+  }
+  EXPECT_EQ(apart(results[0], results[1]), 0);  // both versions, to the last bit
+}
+
+TEST(FmuController, EndsWithWhatTheFmuSays) {
+  const auto failure = [](const char* name, const std::string& parameters) {
+    const CaptureResult result = simulate_capture(with_fmu(name, parameters));
+    EXPECT_TRUE(result.approach_end);  // what came before is kept
+    return result.failure;
+  };
+  for (const std::string version : {"2", "3"}) {
+    const std::string name = "fmu_" + version;
+    expect_has(failure(name.c_str(), "does: fails"), "at t = 20.01 s update() of the FMU '" + fmu_file(name) +
+                                                         "' failed: fmi" + version +
+                                                         "DoStep() returned error: the sun is out");
+    expect_has(failure(name.c_str(), "does: discards"), "DoStep() returned discard");
+    expect_has(failure(name.c_str(), "does: refuses, on: true, count: 7"), "refused, as it was asked to");
+    expect_has(failure(name.c_str(), "does: nan"),
+               "says an effort of nan at joint 'arm-2-joint-1', which is no finite number");
+  }
+}
+
+TEST(FmuControllerDeathTest, ACrashIsBlamedOnIt) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  const CaptureProblem problem = with_fmu("fmu_3", "does: crashes");
+  EXPECT_EXIT(simulate_capture(problem), ::testing::ExitedWithCode(1),
+              "grapnel: the FMU '.*fmu_3.fmu' crashed \\(segmentation fault\\) in fmi3DoStep\\(\\) at t = 20.000000 s");
+}
+
+TEST(FmuController, RefusesWhatDoesNotFit) {
+  EXPECT_EQ(fault_of("fmu_2"), "");
+  expect_has(fault_of("nowhere"), "nowhere.fmu");
+  expect_has(fault_of("fmu_of_version_1"), "it follows FMI '1.0', expected is 2.0 or 3.0");
+  expect_has(fault_of("fmu_of_another_binary"), "its binary follows FMI '1.0', its modelDescription.xml 2.0");
+  expect_has(fault_of("fmu_without_step"), "its binary has no function fmi2DoStep()");
+  expect_has(fault_of("fmu_for_windows"),
+             "it has no binary for this system, binaries/linux64/test_fmu.so; it has: win64");
+  expect_has(fault_of("fmu_with_tool"), "it needs the tool that made it");
+  expect_has(fault_of("fmu_of_steps"), "computes in steps of 0.004 s (fixedInternalStepSize), of which control.period");
+  // Variables, with the place of their entry.
+  expect_has(fault_of("fmu_2", kGains, "{'goal[7]': 'position[1]'}"), "has no variable 'goal[7]'; did you mean 'goal[");
+  expect_has(fault_of("fmu_2", kGains, "{'goal[1]': 'positoin[1]'}"),
+             "control.inputs: 'positoin[1]' is no signal; did you mean 'position[1]'?");
+  expect_has(fault_of("fmu_2", kGains, "{'effort[1]': 'position[1]'}"), "is of causality output, expected is input");
+  expect_has(fault_of("fmu_2", kGains, "{}"), "nothing says what its input 'goal[1]' is");
+  expect_has(fault_of("fmu_2", "ki: 3"), "has no variable 'ki'");
+  expect_has(fault_of("fmu_2", "inside: 3"), "is of causality local, expected is parameter");
+  expect_has(fault_of("fmu_2", "kp: true"), "is a Real, which true is not");
+  expect_has(fault_of("fmu_3", "count: 1.5"), "is a Int32, which 1.5 is not");
+  // Files that are no FMU.
+  const std::filesystem::path file = std::filesystem::temp_directory_path() / "grapnel_no.fmu";
+  std::ofstream(file) << "not a ZIP archive";
+  EXPECT_THROW(fmi::Fmu(file, "no.fmu"), fmi::FmuError);
+  std::filesystem::remove(file);
+}
+
+// canBeInstantiatedOnlyOncePerProcess: runs wait for each other, and their results are those of one alone.
+TEST(FmuController, OneThatMayBeThereOnceIsThereOnce) {
+  const CaptureProblem problem = with_fmu("fmu_once");
+  const CaptureResult alone = simulate_capture(problem);
+  ASSERT_TRUE(alone.post_impact_end) << alone.failure;
+  std::vector<CaptureResult> together(3);
+  std::vector<std::thread> threads;
+  for (CaptureResult& result : together) threads.emplace_back([&] { result = simulate_capture(problem); });
+  for (std::thread& thread : threads) thread.join();
+  for (const CaptureResult& result : together) {
+    ASSERT_TRUE(result.post_impact_end) << result.failure;
+    EXPECT_EQ(result.post_impact_end->joints.position, alone.post_impact_end->joints.position);
+  }
+}
+
+}  // namespace fmu_controller_test
+}  // namespace grapnel::testing
