@@ -317,5 +317,98 @@ TEST(JointModes, WorkUnderSampledControl) {
   EXPECT_LT(std::abs(o.end_state.q[0] - 0.1), 0.1);
 }
 
+// A four-bar with a crank that sticks, on the ground and under gravity: it comes to rest with its loop closed.
+TEST(JointModes, StickInAClosedLoop) {
+  const auto link = [](const char* name, const char* parent, double at, double length) {
+    BodyDescription b;
+    b.name = b.joint.name = name, b.parent = parent;
+    b.X_PF.p = {at, 0, 0};
+    b.joint.type = JointType::revolute;
+    b.mass = 3 * length, b.com = {length / 2, 0, 0};
+    b.inertia = Symmetric3d::diagonal(0.01, 0.1, 0.1);
+    return b;
+  };
+  BodyDescription ground;
+  ground.name = ground.joint.name = "ground", ground.joint.type = JointType::fixed;
+  ground.mass = 1, ground.inertia = Symmetric3d::diagonal(1, 1, 1);
+  BodyDescription left = link("left", "ground", 0, 1), right = link("right", "ground", 2, 1);
+  left.joint.friction = sticking(4, 6), right.joint.limits = stopped(-9, 0.9, 0.5, 1e-3);
+  const Model model = ModelBuilder().add(ground).add(left).add(link("bar", "left", 1, 2)).add(right).build();
+  PhaseSetup setup;
+  LoopClosure pin;
+  pin.name = "pin", pin.model = GraspModel::hinge;
+  pin.body_a = model.body_index("right"), pin.X_AC = {Rotationd::identity(), {1, 0, 0}};
+  pin.body_b = model.body_index("bar"), pin.X_BD = {Rotationd::identity(), {2, 0, 0}};
+  setup.closures = {pin};
+  setup.gravity = {4, 0, 0};
+  State state = zero_state(model);  // a parallelogram, upright
+  const auto at = [&](const char* name) { return model.bodies()[model.body_index(name)].q; };
+  const auto v_at = [&](const char* name) { return model.bodies()[model.body_index(name)].v; };
+  state.q[at("left")] = state.q[at("right")] = 1.5, state.q[at("bar")] = -1.5;
+  const auto run = [&](double rate) {
+    State s = state;
+    s.v[v_at("left")] = s.v[v_at("right")] = rate, s.v[v_at("bar")] = -rate;
+    PhaseDynamics dynamics(model, setup);
+    const auto energy = [&](const State& x) {
+      const Kinematics k = forward_kinematics(model, x);
+      return kinetic_energy(model, k, x) - model.mass() * dot(setup.gravity, center_of_mass(model, k));
+    };
+    PhaseOutcome o = simulate_phase(dynamics, s, 0, 4, 0.125, {}, [&](const PhaseSample& x) {
+      EXPECT_NEAR(energy(x.state) - energy(s), x.integrals.friction_work, 1e-9);  // measured 1e-11
+      EXPECT_NEAR(x.state.q[at("left")], x.state.q[at("right")], 1e-12);
+    });
+    EXPECT_TRUE(o.finished) << o.failure;
+    for (double w : o.end_state.v) EXPECT_NEAR(w, 0, 1e-12);
+    return o;
+  };
+  // Coupler and cranks weigh 3 * 0.5 * 2 + 6 * 1 = 9 kg m; at 1.5 rad that is 9 * 4 * sin(1.5) N m, which friction cannot hold:
+  // it falls onto the stop of the other crank.
+  const PhaseOutcome falls = run(-1);
+  EXPECT_NEAR(falls.end_state.q[at("right")], 0.9, 1.5);
+  setup.gravity = {0.4, 0, 0};  // a tenth of it is held
+  const PhaseOutcome stays = run(-1);
+  EXPECT_GT(stays.end_state.q[at("left")], 0.95);
+  EXPECT_LT(stays.end_state.q[at("left")], 1.49);
+}
+
+// On a torque-speed line a wheel comes up as 1 - exp(-t / T), T = J w0 / tau; the winding's heat is the integral of the
+// current's square. A controller's clock changes neither.
+TEST(JointMotors, ComeUpOnTheirTorqueSpeedLine) {
+  constexpr double most = 2, w0 = 5, k = 0.1, R = 0.4, T = kWheelInertia * w0 / most;
+  BodyDescription ground, wheel;
+  const Model plain = flywheel({}, most);
+  for (const Body& b : plain.bodies()) (b.parent < 0 ? ground : wheel) = b.description;
+  wheel.joint.motor = JointMotor{w0, {}, k, R};
+  const Model model = ModelBuilder().add(ground).add(wheel).build();
+  for (bool sampled : {false, true}) {
+    PhaseSetup setup = pulled(model, [](double, std::size_t) { return 100.0; });
+    if (sampled) setup.clock = std::make_shared<ControlClock>(ControlTiming{0.5, 0}, 1);
+    PhaseDynamics dynamics(model, setup);
+    const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 10, 0, {});
+    ASSERT_TRUE(o.finished) << o.failure;
+    EXPECT_NEAR(o.end_state.v[0], w0 * (1 - std::exp(-10 / T)), 1e-9);
+    const double stall = most / (3 * k);  // [A]; the gear ratio is 3
+    EXPECT_NEAR(o.integrals.joints[0].copper_loss, R * stall * stall * T / 2 * (1 - std::exp(-20 / T)), 1e-7);
+    EXPECT_NEAR(o.integrals.joints[0].motor_work, 0.5 * kWheelInertia * o.end_state.v[0] * o.end_state.v[0], 1e-9);
+  }
+}
+
+// Ripple does the work tau (theta + A / k (1 - cos k theta)).
+TEST(JointMotors, RippleWithTheirAngle) {
+  BodyDescription ground, wheel;
+  const Model plain = flywheel({});
+  for (const Body& b : plain.bodies()) (b.parent < 0 ? ground : wheel) = b.description;
+  wheel.joint.motor = JointMotor{};
+  wheel.joint.motor->ripple = TorqueRipple{0.3, 2, 0};
+  const Model model = ModelBuilder().add(ground).add(wheel).build();
+  constexpr double tau = 1.5, k = 2 * 3;
+  PhaseDynamics dynamics(model, pulled(model, [](double, std::size_t) { return tau; }));
+  const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 5, 0, {});
+  ASSERT_TRUE(o.finished) << o.failure;
+  const double theta = o.end_state.q[0], work = tau * (theta + 0.3 / k * (1 - std::cos(k * theta)));
+  EXPECT_GT(theta, 3);
+  EXPECT_NEAR(0.5 * kWheelInertia * o.end_state.v[0] * o.end_state.v[0], work, 1e-9);
+}
+
 }  // namespace joint_modes_test
 }  // namespace grapnel::testing
