@@ -86,8 +86,8 @@ double kinetic_energy(const Model& model, const Kinematics& kinematics, const St
   for (int carried : model.rotors()) {
     const Body& body = model.bodies()[carried];
     if (!counts(model, roots, carried)) continue;
-    twice += 2 * state.v[body.v] *
-             dot(rotor_momentum(model, kinematics, carried), kinematics.V_WB[body.parent].angular);
+    twice +=
+        2 * state.v[body.v] * dot(rotor_momentum(model, kinematics, carried), kinematics.V_WB[body.parent].angular);
   }
   return twice / 2;
 }

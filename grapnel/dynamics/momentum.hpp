@@ -40,7 +40,8 @@ Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const
                          std::span<const int> roots = {});
 
 /// Kinetic energy [J], rotors included: sum of V . I V / 2 over bodies plus reflected inertia times rate squared / 2,
-/// and of rotors whose axis is given spin times the carrier's angular velocity about it (18.7), of the trees rooted at `roots` (empty: of everything).
+/// and of rotors whose axis is given spin times the carrier's angular velocity about it (18.7), of the trees rooted at
+/// `roots` (empty: of everything).
 double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state,
                       std::span<const int> roots = {});
 

@@ -490,8 +490,7 @@ GRAPNEL_INLINE void accelerate(Joint joint, const TreeLink<S>& link, const Dynam
   if (rigid) {
     vdot[link.v] = in.acceleration[link.v];
     force[link.v] = link.sign * along(joint, w.I * w.A + w.p) + link.armature * vdot[link.v];
-    if (link.has_rotor)
-      force[link.v] += link.sign * dot(rotor_in_link(joint, link, w), w.A.angular - w.bias.angular);
+    if (link.has_rotor) force[link.v] += link.sign * dot(rotor_in_link(joint, link, w), w.A.angular - w.bias.angular);
   } else {
     const S rate = w.g - dot(w.G.angular, w.A.angular) - dot(w.G.linear, w.A.linear);
     along(joint, w.A) += rate;

@@ -13,15 +13,15 @@
 
 namespace grapnel {
 
-/// What a joint meets at the ends of its range: a stop that throws it back with `restitution` times the rate at which it
-/// came. Below the rate `rest_rate` it comes to rest there.
+/// What a joint meets at the ends of its range: a stop that throws it back with `restitution` times the rate at which
+/// it came. Below the rate `rest_rate` it comes to rest there.
 struct JointStop {
   double restitution = 0;   // from 0 to 1
   double rest_rate = 1e-4;  // [rad/s or m/s]
 };
 
-/// Position limits [rad or m], rate limit [rad/s or m/s], effort limit [N m or N]; infinite where none is given. Without
-/// a stop nothing keeps the joint within its range.
+/// Position limits [rad or m], rate limit [rad/s or m/s], effort limit [N m or N]; infinite where none is given.
+/// Without a stop nothing keeps the joint within its range.
 struct JointLimits {
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
@@ -81,9 +81,7 @@ struct JointDescription {
   /// What the rotor adds to the joint's diagonal of the mass matrix [kg m^2 or kg].
   double reflected_inertia() const { return gear_ratio * gear_ratio * rotor_inertia; }
   /// The rotor's spin momentum per joint rate, in the joint's frame [kg m^2, or kg m]; zero without an axis.
-  Vector3d rotor_momentum() const {
-    return rotor_axis ? gear_ratio * rotor_inertia * *rotor_axis : Vector3d::zero();
-  }
+  Vector3d rotor_momentum() const { return rotor_axis ? gear_ratio * rotor_inertia * *rotor_axis : Vector3d::zero(); }
 };
 
 /// A rigid body and the joint that carries it. Its frame sits at the joint: X_PB(q) = X_PF * joint motion(q).

@@ -95,8 +95,8 @@ void check_joint(const BodyDescription& body, std::vector<std::string>& faults) 
   if (!(j.rotor_inertia >= 0) || !std::isfinite(j.gear_ratio))
     fault("rotor inertia must not be negative, gear ratio finite");
   if (j.rotor_axis && !(std::abs(norm(*j.rotor_axis) - 1) < 1e-9)) fault("the rotor's axis must be a unit vector");
-  if (const auto& stop = j.limits.stop; stop && (!(stop->restitution >= 0 && stop->restitution <= 1) ||
-                                                 !(stop->rest_rate >= 0)))
+  if (const auto& stop = j.limits.stop;
+      stop && (!(stop->restitution >= 0 && stop->restitution <= 1) || !(stop->rest_rate >= 0)))
     fault("a stop's restitution must be from 0 to 1, its rest rate not negative");
   if (const auto& m = j.motor; m && (!(m->no_load_rate > 0) || !(m->torque_constant >= 0) || !(m->resistance >= 0)))
     fault("a motor's no-load rate must be positive, torque constant and resistance not negative");

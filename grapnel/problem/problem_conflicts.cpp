@@ -392,9 +392,8 @@ void find_drive_conflicts(const JointDescription& joint, const std::string& here
   const JointFriction& friction = joint.friction;
   const JointLimits& limits = joint.limits;
   if (friction.static_effort && *friction.static_effort < friction.coulomb) {
-    found.push_back({here + ".friction.static",
-                     fmt::format("{}.friction.static: {} is less than coulomb, {}", shown, *friction.static_effort,
-                                 friction.coulomb)});
+    found.push_back({here + ".friction.static", fmt::format("{}.friction.static: {} is less than coulomb, {}", shown,
+                                                            *friction.static_effort, friction.coulomb)});
   }
   if (limits.stop && !std::isfinite(limits.lower) && !std::isfinite(limits.upper)) {
     found.push_back({here + ".limits.stop",

@@ -486,10 +486,10 @@ struct WheelReport {
 struct StopImpact {
   double time = 0;
   std::string joint;
-  bool upper = false;                    // which end
+  bool upper = false;  // which end
   double rate_before = 0, rate_after = 0;
-  double impulse = 0;                    // of the stop on the joint, along its axis
-  double energy_lost = 0;                // by the whole system
+  double impulse = 0;      // of the stop on the joint, along its axis
+  double energy_lost = 0;  // by the whole system
 };
 
 /// What a joint with sticking friction, stops or a motor whose electricity is known did in one phase.
@@ -499,12 +499,12 @@ struct JointReport {
   std::string phase;
   std::string joint;
   Mode mode = Mode::moving;
-  int sticks = 0;      // times that it came to rest
-  int breakaways = 0;  // times that it left it
+  int sticks = 0;            // times that it came to rest
+  int breakaways = 0;        // times that it left it
   double friction_heat = 0;  // that friction made
   int stop_impacts = 0;
   double stop_energy_lost = 0;
-  double motor_work = 0;  // mechanical, at the joint
+  double motor_work = 0;              // mechanical, at the joint
   std::optional<double> copper_loss;  // in the winding; absent: not known
   /// What the motor took, less what it gave back.
   std::optional<double> electrical_energy() const {

@@ -254,10 +254,9 @@ const Type& type_of<JointReport>() {
           "copper_loss + motor_work: what the motor took, less what it gave back while it braked; null likewise")
           .or_null(),
   };
-  static constexpr Type type =
-      structure<J>("JointReport",
-                   "what a joint with sticking friction, stops, or a motor whose electricity is known did in one phase.",
-                   fields);
+  static constexpr Type type = structure<J>(
+      "JointReport",
+      "what a joint with sticking friction, stops, or a motor whose electricity is known did in one phase.", fields);
   return type;
 }
 

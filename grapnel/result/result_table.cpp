@@ -502,8 +502,9 @@ std::string ledger_table(const Ledger& ledger) {
 
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
-         release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) + joint_mode_table(result) +
-         loop_tables(result) + load_table(result) + clearance_table(result) + ledger_table(result.ledger);
+         release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) +
+         joint_mode_table(result) + loop_tables(result) + load_table(result) + clearance_table(result) +
+         ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

@@ -139,9 +139,10 @@ template <>
 struct Described<JointFriction> {
   using T = JointFriction;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::model>("model", "",
-                       "smooth: Coulomb's part turns round within the transition rate, and the joint creeps where a real "
-                       "one sticks. sticking: it has its full size while the joint moves, and at rest holds the joint."),
+      field<&T::model>(
+          "model", "",
+          "smooth: Coulomb's part turns round within the transition rate, and the joint creeps where a real "
+          "one sticks. sticking: it has its full size while the joint moves, and at rest holds the joint."),
       field<&T::viscous>("viscous", "N m s/rad or N s/m", "").at_least(0),
       field<&T::coulomb>("coulomb", "N m or N", "").at_least(0),
       field<&T::static_effort>("static", "N m or N",
@@ -171,7 +172,8 @@ struct Described<TorqueRipple> {
   });
   static constexpr Type type = structure<T>(
       "torque_ripple",
-      "The motor's effort is what it is told times 1 + amplitude sin(per_turn gear_ratio joint value + phase).", fields);
+      "The motor's effort is what it is told times 1 + amplitude sin(per_turn gear_ratio joint value + phase).",
+      fields);
 };
 
 template <>
@@ -186,9 +188,10 @@ struct Described<JointMotor> {
           .as("number or infinity")
           .optional(),
       field<&T::ripple>("ripple", "", "").optional(),
-      field<&T::torque_constant>("torque_constant", "",
-                                 "Of the motor, before its gear, in N m/A: current is effort over gear_ratio times this; absent: "
-                                 "no electrical energy is worked out.")
+      field<&T::torque_constant>(
+          "torque_constant", "",
+          "Of the motor, before its gear, in N m/A: current is effort over gear_ratio times this; absent: "
+          "no electrical energy is worked out.")
           .above(0)
           .optional(),
       field<&T::resistance>("resistance", "", "Of its winding, in Ohm.").at_least(0),

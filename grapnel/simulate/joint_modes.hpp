@@ -32,7 +32,7 @@ class JointModes {
     double lower, upper;                 // where stops are; infinite: none
     double restitution, rest_rate;
     Mode mode = Mode::moving;
-    double sense = 0;  // of its motion, +1 or -1, against which Coulomb's friction acts
+    double sense = 0;     // of its motion, +1 or -1, against which Coulomb's friction acts
     End end = End::none;  // at which stop it is
     double slack = 0;     // of the holding effort [N m or N]
     bool stays = false;   // held until modes are chosen again, whatever the margin

@@ -373,8 +373,7 @@ void PhaseDynamics::ask_controller(double t) {
 
 void PhaseDynamics::begin_control(double t, double end) {
   if (setup_.clock && end < t) throw std::logic_error("PhaseDynamics: sampled control does not run backwards");
-  if (!modes_.empty() && end < t)
-    throw std::logic_error("PhaseDynamics: friction and stops do not run backwards");
+  if (!modes_.empty() && end < t) throw std::logic_error("PhaseDynamics: friction and stops do not run backwards");
   same_time_ = break_resolution(t, end);
   if (has_controller_) setup_.controller->begin_piece(model_, t);
 }

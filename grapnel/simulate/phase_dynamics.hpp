@@ -229,9 +229,9 @@ class PhaseDynamics {
   Vector3d attitude_torque_ = Vector3d::zero();  // on it, as given
   WheelArray wheels_;
   JointModes modes_;
-  std::vector<std::size_t> measured_;  // joints with integrals of their own
-  std::vector<double> told_;           // per joint: its motor's effort without ripple
-  std::vector<double> at_rest_;        // zero velocities
+  std::vector<std::size_t> measured_;          // joints with integrals of their own
+  std::vector<double> told_;                   // per joint: its motor's effort without ripple
+  std::vector<double> at_rest_;                // zero velocities
   std::vector<std::uint8_t> stays_held_;       // per wheel: until modes are chosen again
   double momenta_time_ = 0;                    // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began

@@ -34,7 +34,7 @@ struct PhaseIntegrals {
   double external_work = 0;  // [J]; of gravity, loads, attitude control and the wrench that holds a root
   /// Of the same and of the ground; about the world's origin, in W.
   Momentumd external_impulse = Momentumd::zero();
-  std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty where nothing acts from outside
+  std::vector<TreeIntegrals> trees = {};    // in the order of the roots; empty where nothing acts from outside
   std::vector<JointIntegrals> joints = {};  // with sticking friction, stops or a motor (JointDescription)
 };
 

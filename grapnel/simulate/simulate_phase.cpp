@@ -201,7 +201,8 @@ class PhaseRun {
     constexpr long kMostSwitches = 100'000;
     if (++switches_ > kMostSwitches) {
       broken_off_ = fmt::format(
-          "reaction wheels or joints (at largest rates, stops, or where friction holds) change their modes more than {} "
+          "reaction wheels or joints (at largest rates, stops, or where friction holds) change their modes more than "
+          "{} "
           "times until t = {:.9g} s",
           kMostSwitches, t);
       return;

@@ -76,7 +76,8 @@ Twice twice(int index) {
   t.G = Eigen::MatrixXd::Zero(t.bodies.velocities(), t.geared.velocities());
   for (const Body& b : t.geared.bodies()) {
     const Body& same = t.bodies.bodies()[t.bodies.body_index(b.description.name)];
-    for (int k = 0; k < coordinate_count(b.description.joint.type); ++k) t.long_state.q[same.q + k] = t.state.q[b.q + k];
+    for (int k = 0; k < coordinate_count(b.description.joint.type); ++k)
+      t.long_state.q[same.q + k] = t.state.q[b.q + k];
     for (int k = 0; k < velocity_count(b.description.joint.type); ++k) t.G(same.v + k, b.v + k) = 1;
   }
   for (std::size_t r = 0; r < rotors.size(); ++r) {
@@ -113,8 +114,8 @@ TEST(Rotors, AreBodiesGearedToTheirJoints) {
     forces.gravity = random.vector(5);
     const Eigen::VectorXd long_vdot = t.G * eigen(vdot);
     const Eigen::VectorXd tau =
-        t.G.transpose() *
-        eigen(inverse_dynamics(t.bodies, t.long_state, std::vector<double>(long_vdot.begin(), long_vdot.end()), forces));
+        t.G.transpose() * eigen(inverse_dynamics(t.bodies, t.long_state,
+                                                 std::vector<double>(long_vdot.begin(), long_vdot.end()), forces));
     inverse = std::max(inverse, relative(eigen(inverse_dynamics(t.geared, t.state, vdot, forces)), tau));
 
     // The articulated recursion goes back.
@@ -148,7 +149,8 @@ TEST(Rotors, AreBodiesGearedToTheirJoints) {
   EXPECT_LT(momentum, 1e-12);
   EXPECT_LT(energy, 1e-12);
   EXPECT_LT(recovered, 1e-12);
-  std::printf("mass %g inverse %g forward %g momentum %g energy %g recovered %g\n", mass, inverse, forward, momentum, energy, recovered);
+  std::printf("mass %g inverse %g forward %g momentum %g energy %g recovered %g\n", mass, inverse, forward, momentum,
+              energy, recovered);
 }
 
 // Joints whose accelerations are given: the forces that they take.
@@ -160,7 +162,8 @@ TEST(Rotors, ReactWhereJointsMoveAsPrescribed) {
     Random random(2000 + i);
     std::vector<std::uint8_t> prescribed(t.geared.velocities(), 0);
     for (int b : t.geared.joints()) prescribed[t.geared.bodies()[b].v] = random.chance(0.5);
-    const std::vector<double> given = random.values(t.geared.velocities(), 2), force = random.values(t.geared.velocities(), 3);
+    const std::vector<double> given = random.values(t.geared.velocities(), 2),
+                              force = random.values(t.geared.velocities(), 3);
     Workspace workspace(t.geared);
     DynamicsInput<double> in;
     in.q = t.state.q, in.v = t.state.v, in.force = force, in.prescribed = prescribed, in.acceleration = given;
@@ -168,7 +171,8 @@ TEST(Rotors, ReactWhereJointsMoveAsPrescribed) {
     articulated_body<double>(t.geared.tree(), in, workspace.kernel, vdot, taken);
     const Eigen::VectorXd tau = eigen(inverse_dynamics(t.geared, t.state, vdot));
     worst = std::max(worst, relative(eigen(taken), tau));
-    for (std::size_t v = 0; v < vdot.size(); ++v) EXPECT_EQ(prescribed[v] ? given[v] : force[v], prescribed[v] ? vdot[v] : taken[v]);
+    for (std::size_t v = 0; v < vdot.size(); ++v)
+      EXPECT_EQ(prescribed[v] ? given[v] : force[v], prescribed[v] ? vdot[v] : taken[v]);
   }
   EXPECT_LT(worst, 1e-11);
   std::printf("prescribed %g\n", worst);
