@@ -398,7 +398,7 @@ Vector3d velocity(const GroupQuantities& group) { return (1 / group.size.mass) *
 // A body at its centre of mass.
 struct BodyQuantities {
   BodyMomentum momentum;
-  double twice_spin_energy = 0;  // w . I w, and its rotor's
+  double twice_spin_energy = 0;  // w . I w, its joint's rotor's, and what the spin of rotors that it carries adds
 };
 
 BodyQuantities body_quantities(const Model& model, const Kinematics& k, const State& state, std::size_t i) {
@@ -413,6 +413,13 @@ BodyQuantities body_quantities(const Model& model, const Kinematics& k, const St
   if (has_one_axis(d.joint.type)) {
     const double rate = state.v[body.v];
     b.twice_spin_energy += d.joint.reflected_inertia() * rate * rate;
+  }
+  for (int carried : model.rotors()) {
+    const Body& child = model.bodies()[carried];
+    if (child.parent != static_cast<int>(i)) continue;
+    const Vector3d spin = state.v[child.v] * rotor_momentum(model, k, carried);
+    b.momentum.h.angular += spin;
+    b.twice_spin_energy += 2 * dot(spin, V_WC.angular);
   }
   return b;
 }

@@ -103,6 +103,8 @@ std::string first_not_finite(const CaptureResult& result) {
   finder.look("post_impact.detumbling", result.detumbling);
   finder.look("post_impact.base_keeping", result.base_keeping);
   for (const WheelReport& wheel : result.wheels) finder.look("wheels.rate_after", wheel.rate_after);
+  finder.look("joints", result.joints);
+  finder.look("stop_impacts", result.stop_impacts);
   finder.look("ledger.scale", result.ledger.scale);
   return finder.found();
 }

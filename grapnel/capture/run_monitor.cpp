@@ -31,6 +31,7 @@ void RunMonitor::begin_phase(Phase phase) {
   conservation_.begin_phase(phase.controlled, phase.dynamics.is_disturbed() || !phase.dynamics.setup().recover_roots);
   watches_.begin_phase(name_, phase.system, phase.efforts_are_cut);
   loops_.begin_phase(name_, problem_, phase.system);
+  joints_.begin_phase(name_, phase.dynamics);
   if (seeks_loads()) loads_.begin_phase(name_, phase.system, phase.dynamics);
   kinematics_ = Kinematics(phase.system.model);
   motor_.assign(phase.system.model.joints().size(), 0.0);
@@ -83,6 +84,7 @@ void RunMonitor::end_phase(const PhaseOutcome& outcome) {
   if (recorder_) recorder_->end_phase(outcome.integrals);
   conservation_.end_phase(outcome.integrals);
   watches_.end_phase();
+  joints_.end_phase(outcome);
   if (!seeks_loads()) return;
   loads_.end_phase();
   watches_.add(loads_.take_events());
@@ -188,6 +190,7 @@ void RunMonitor::write() {
   loops_.write(result_);
   loads_.write(result_);
   wheels_.write(result_);
+  joints_.write(result_);
   watches_.add(loads_.take_events());
   watches_.write(result_);
   if (!result_.ledger.pass()) advise(problem_, conservation_.cause(), result_.ledger);

@@ -5,6 +5,7 @@
 /// of impacts, clearance and joint limits, and the loads. One object, told of every phase, sample and impact once.
 
 #include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/capture/joint_monitor.hpp"
 #include "grapnel/capture/load_monitor.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
@@ -98,6 +99,7 @@ class RunMonitor {
   LoopMonitor loops_;
   LoadMonitor loads_;
   WheelMonitor wheels_;
+  JointMonitor joints_;
   ImpactMonitor impact_checks_;
   double last_look_ = 0;
   // The phase under way:

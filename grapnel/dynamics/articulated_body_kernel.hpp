@@ -60,6 +60,7 @@ void outward_velocities(const Tree<S>& tree, const DynamicsInput<S>& in, std::ve
     w.carries = false;
     w.p = cross_force(w.V, link.inertia * w.V);
     if (!in.link_wrench.empty()) w.p -= in.link_wrench[n];
+    if (link.has_rotor) scratch[link.parent].p.angular += gyroscopic_moment(link, in.v, scratch[link.parent].V.angular);
   }
 }
 

@@ -76,6 +76,7 @@ void composite_body(const Tree<S>& tree, std::span<const S> q, DynamicsWorkspace
             visit_joint(carrier, [&](auto step) {
               if constexpr (!kIsRoot<decltype(step)>) h = force_to_parent(step, carrier, scratch[m], h);
             });
+            if (link.has_rotor && m == static_cast<int>(n)) h.angular += link.rotor;
             project(tree.links[carrier.parent], h, link.v + k, sign, size, mass_matrix);
           }
         }

@@ -17,13 +17,31 @@ RigidBodyInertiad world_inertia(const Model& model, const Kinematics& kinematics
   return R_only * RigidBodyInertiad::about_com(d.mass, d.com, d.inertia);
 }
 
+double joint_rate(const Model& model, const Kinematics& kinematics, int body) {
+  const Body& b = model.bodies()[body];
+  const Posed &X_WP = kinematics.X_WB[b.parent], &X_WB = kinematics.X_WB[body];
+  const Vector3d axis_W = X_WP.R * (b.description.X_PF.R * b.description.joint.axis);
+  const Twistd relative = kinematics.V_WB[body] - shift(kinematics.V_WB[b.parent], X_WB.p - X_WP.p);
+  return dot(axis_W, turns_about_axis(b.description.joint.type) ? relative.angular : relative.linear);
+}
+
+Vector3d rotor_momentum(const Model& model, const Kinematics& kinematics, int body) {
+  const Body& b = model.bodies()[body];
+  return kinematics.X_WB[b.parent].R * (b.description.X_PF.R * b.description.joint.rotor_momentum());
+}
+
 BodyMomentum body_momentum(const Model& model, const Kinematics& kinematics, int body) {
   const BodyDescription& d = model.bodies()[body].description;
   const Posed& X_WB = kinematics.X_WB[body];
   const Vector3d c = X_WB.R * d.com;
   const Twistd V_WC = shift(kinematics.V_WB[body], c);
   const Vector3d w_B = transposed_times(X_WB.R, V_WC.angular);
-  return {{X_WB.R * (d.inertia * w_B), d.mass * V_WC.linear}, X_WB.p + c};
+  BodyMomentum m{{X_WB.R * (d.inertia * w_B), d.mass * V_WC.linear}, X_WB.p + c};
+  for (int carried : model.rotors()) {
+    if (model.bodies()[carried].parent != body) continue;
+    m.h.angular += joint_rate(model, kinematics, carried) * rotor_momentum(model, kinematics, carried);
+  }
+  return m;
 }
 
 Vector3d center_of_mass(const Model& model, const Kinematics& kinematics, std::span<const int> roots) {
@@ -64,6 +82,12 @@ double kinetic_energy(const Model& model, const Kinematics& kinematics, const St
       const double rate = state.v[body.v];
       twice += d.joint.reflected_inertia() * rate * rate;
     }
+  }
+  for (int carried : model.rotors()) {
+    const Body& body = model.bodies()[carried];
+    if (!counts(model, roots, carried)) continue;
+    twice +=
+        2 * state.v[body.v] * dot(rotor_momentum(model, kinematics, carried), kinematics.V_WB[body.parent].angular);
   }
   return twice / 2;
 }

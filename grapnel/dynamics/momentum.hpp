@@ -16,7 +16,15 @@ namespace grapnel {
 /// Inertia of one body about the world's axes at its frame's origin.
 RigidBodyInertiad world_inertia(const Model& model, const Kinematics& kinematics, int body);
 
-/// Momentum of one body about its own centre of mass, in W, and where that centre is.
+/// Rate of a body's joint with one degree of freedom, from the twists of body and parent [rad/s or m/s].
+double joint_rate(const Model& model, const Kinematics& kinematics, int body);
+
+/// Spin momentum, per joint rate, of the rotor of a body's joint, in W [kg m^2 or kg m]; the body's parent carries the
+/// rotor (Model::rotors()).
+Vector3d rotor_momentum(const Model& model, const Kinematics& kinematics, int body);
+
+/// Momentum of one body about its own centre of mass, the spin of the rotors that it carries included, in W, and where
+/// that centre is.
 struct BodyMomentum {
   Momentumd h;    // [angular about the body's centre of mass; linear] in W
   Vector3d p_WC;  // centre of mass in W
@@ -27,12 +35,13 @@ BodyMomentum body_momentum(const Model& model, const Kinematics& kinematics, int
 Vector3d center_of_mass(const Model& model, const Kinematics& kinematics, std::span<const int> roots = {});
 
 /// Total momentum [l; p] about a point of W, in W (2.2), of the trees rooted at `roots` (empty: of everything). Rotors
-/// count through the mass matrix's diagonal only (their spin is not in l), as everywhere in Grapnel.
+/// whose axis is given count with their spin, (18.6); the others count through the mass matrix's diagonal only.
 Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const Vector3d& p_W,
                          std::span<const int> roots = {});
 
 /// Kinetic energy [J], rotors included: sum of V . I V / 2 over bodies plus reflected inertia times rate squared / 2,
-/// of the trees rooted at `roots` (empty: of everything).
+/// and of rotors whose axis is given spin times the carrier's angular velocity about it (18.7), of the trees rooted at
+/// `roots` (empty: of everything).
 double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state,
                       std::span<const int> roots = {});
 

@@ -44,6 +44,10 @@ void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorks
     }
     w.p = link.inertia * w.A + cross_force(w.V, link.inertia * w.V);
     if (!in.link_wrench.empty()) w.p -= in.link_wrench[n];
+    if (!link.has_rotor) continue;
+    Vector3<S>& moment = scratch[link.parent].p.angular;
+    moment += gyroscopic_moment(link, in.v, scratch[link.parent].V.angular);
+    if (moving) moment += S(link.sign * in.acceleration[link.v]) * link.rotor;
   }
   // Inward: what each joint carries, and its component along the joint.
   for (std::size_t n = count; n-- > 0;) {
@@ -55,6 +59,7 @@ void newton_euler(const Tree<S>& tree, const DynamicsInput<S>& in, DynamicsWorks
       if constexpr (!kIsRoot<Joint>) {
         if constexpr (OneAxis<Joint>) {
           if (moving) force[link.v] += link.armature * in.acceleration[link.v];
+          if (link.has_rotor) force[link.v] += link.sign * dot(link.rotor, scratch[link.parent].A.angular);
         }
         scratch[link.parent].p += force_to_parent(joint, link, w, w.p);
       }

@@ -202,6 +202,19 @@ GRAPNEL_INLINE SpatialAcceleration<S> joint_bias(Spherical, const TreeLink<S>& l
   return {cross(V.angular, w), cross(V.linear, w)};
 }
 
+// --- Rotors whose spin counts: (18.7) to (18.11) of docs/theory.md. --------------------------------------------------
+
+/// The rotor's spin momentum per rate of the joint, in the link's frame; it acts on the parent.
+template <OneAxis Joint, class S>
+GRAPNEL_INLINE Vector3<S> rotor_in_link(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w) {
+  return to_link(joint, link, w, link.rotor);
+}
+/// The moment that a turning parent needs to turn the rotor's spin with it, on the parent.
+template <class S>
+GRAPNEL_INLINE Vector3<S> gyroscopic_moment(const TreeLink<S>& link, std::span<const S> v, const Vector3<S>& w_parent) {
+  return cross(w_parent, S(link.sign * v[link.v]) * link.rotor);
+}
+
 // --- S^T F: the generalized force a wrench exerts at the joint. -----------------------------------------------------
 
 /// All components of S^T F: put(velocity, value).
@@ -371,6 +384,15 @@ GRAPNEL_INLINE void eliminate_revolute(const Column<S>& column, const LinkScratc
   t.p += column.u * w.G;
 }
 
+// What a rotor adds to the column, (18.9): its spin couples the joint with the parent's angular acceleration.
+template <OneAxis Joint, class S>
+GRAPNEL_INLINE void couple_rotor(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, Column<S>& column) {
+  if (!link.has_rotor) return;
+  const Vector3<S> r = rotor_in_link(joint, link, w);
+  column.U.angular += r;
+  column.u += dot(r, w.bias.angular);
+}
+
 // From the link's frame at its joint to the parent's, then to the parent's origin.
 template <class S>
 GRAPNEL_INLINE void shift_to_parent(const TreeLink<S>& link, const Vector3<S>& p_PL, ArticulatedInertia<S>& I) {
@@ -388,8 +410,9 @@ GRAPNEL_INLINE S joint_inertia(Joint, const TreeLink<S>& link, const LinkScratch
 template <int K, class S>
 GRAPNEL_INLINE void send(Revolute<K> joint, const TreeLink<S>& link, std::span<const S> force, LinkScratch<S>& w,
                          const TreeLink<S>& carrier, LinkScratch<S>& parent) {
-  const Column<S> column{{{w.I.J(0, K), w.I.J(1, K), w.I.J(2, K)}, {w.I.H[K][0], w.I.H[K][1], w.I.H[K][2]}},
-                         link.sign * force[link.v] - w.p.angular[K]};
+  Column<S> column{{{w.I.J(0, K), w.I.J(1, K), w.I.J(2, K)}, {w.I.H[K][0], w.I.H[K][1], w.I.H[K][2]}},
+                   link.sign * force[link.v] - w.p.angular[K]};
+  couple_rotor(joint, link, w, column);
   store_gain(column, joint_inertia(joint, link, w), w);
   Transmitted<S> t{loaded(w.I), loaded(w.p)};
   if (!link.has_armature) {
@@ -411,8 +434,9 @@ GRAPNEL_INLINE void send(Revolute<K> joint, const TreeLink<S>& link, std::span<c
 template <int K, class S>
 GRAPNEL_INLINE void send(Prismatic<K> joint, const TreeLink<S>& link, std::span<const S> force, LinkScratch<S>& w,
                          const TreeLink<S>& carrier, LinkScratch<S>& parent) {
-  const Column<S> column{{{w.I.H[0][K], w.I.H[1][K], w.I.H[2][K]}, {w.I.M(0, K), w.I.M(1, K), w.I.M(2, K)}},
-                         link.sign * force[link.v] - w.p.linear[K]};
+  Column<S> column{{{w.I.H[0][K], w.I.H[1][K], w.I.H[2][K]}, {w.I.M(0, K), w.I.M(1, K), w.I.M(2, K)}},
+                   link.sign * force[link.v] - w.p.linear[K]};
+  couple_rotor(joint, link, w, column);
   store_gain(column, joint_inertia(joint, link, w), w);
   Transmitted<S> t{loaded(w.I), loaded(w.p)};
   eliminate(column, w, t);
@@ -454,6 +478,9 @@ GRAPNEL_INLINE void send_rigid(Joint joint, const TreeLink<S>& link, std::span<c
   rotate_inertia(joint, w, I);
   shift_to_parent(link, w.p_PL, I);
   receive(carrier, I, force_to_parent(joint, link, w, p), parent);
+  if constexpr (OneAxis<Joint>) {
+    if (link.has_rotor) parent.p.angular += S(link.sign * acceleration[link.v]) * link.rotor;
+  }
 }
 
 // The third sweep's step: the acceleration that the joint adds to w.A, where its parent's has arrived.
@@ -463,6 +490,7 @@ GRAPNEL_INLINE void accelerate(Joint joint, const TreeLink<S>& link, const Dynam
   if (rigid) {
     vdot[link.v] = in.acceleration[link.v];
     force[link.v] = link.sign * along(joint, w.I * w.A + w.p) + link.armature * vdot[link.v];
+    if (link.has_rotor) force[link.v] += link.sign * dot(rotor_in_link(joint, link, w), w.A.angular - w.bias.angular);
   } else {
     const S rate = w.g - dot(w.G.angular, w.A.angular) - dot(w.G.linear, w.A.linear);
     along(joint, w.A) += rate;

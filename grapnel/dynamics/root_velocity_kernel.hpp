@@ -43,6 +43,7 @@ void sum_momenta(const Tree<S>& tree, std::span<const S> q, std::span<const S> v
       if constexpr (!kIsRoot<decltype(joint)>) {
         scratch[link.parent].composite += inertia_to_parent(joint, link, w, w.composite);
         scratch[link.parent].momentum += force_to_parent(joint, link, w, w.momentum);
+        if (link.has_rotor) scratch[link.parent].momentum.angular += S(link.sign * v[link.v]) * link.rotor;
       }
     });
   }

@@ -34,6 +34,12 @@ std::vector<Wrenchd> joint_wrenches(const Model& model, const Kinematics& k, std
   std::vector<Wrenchd> needed;
   for (std::size_t i = 0; i < model.bodies().size(); ++i)
     needed.push_back(inertial_wrench(model.bodies()[i], k.X_WB[i], k.V_WB[i], A[i]));
+  for (int carried : model.rotors()) {  // rate of their spin, in the link that carries them
+    const Body& body = model.bodies()[carried];
+    const Vector3d h = rotor_momentum(model, k, carried);
+    needed[body.parent].angular +=
+        vdot[body.v] * h + cross(k.V_WB[body.parent].angular, joint_rate(model, k, carried) * h);
+  }
   for (const ExternalWrench& e : external) needed[e.body] -= shift(e.F_W, k.X_WB[e.body].p - e.p_WP);
   // From the tips in: a joint passes on what its body and all beyond it need.
   for (std::size_t i = model.bodies().size(); i-- > 0;) {

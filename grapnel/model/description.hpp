@@ -5,6 +5,7 @@
 /// an immutable Model. Public, kept stable.
 
 #include <limits>
+#include <optional>
 #include <string>
 
 #include "grapnel/model/joint_type.hpp"
@@ -12,20 +13,54 @@
 
 namespace grapnel {
 
+/// What a joint meets at the ends of its range: a stop that throws it back with `restitution` times the rate at which
+/// it came. Below the rate `rest_rate` it comes to rest there.
+struct JointStop {
+  double restitution = 0;   // from 0 to 1
+  double rest_rate = 1e-4;  // [rad/s or m/s]
+};
+
 /// Position limits [rad or m], rate limit [rad/s or m/s], effort limit [N m or N]; infinite where none is given.
+/// Without a stop nothing keeps the joint within its range.
 struct JointLimits {
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   double rate = std::numeric_limits<double>::infinity();
   double effort = std::numeric_limits<double>::infinity();
+  std::optional<JointStop> stop = {};
 };
 
 /// Friction torque -(viscous rate + coulomb tanh(rate / transition_rate)). The smooth transition stands for the jump of
-/// dry friction, so a joint creeps where a real one sticks; the rate at which it does is the user's to choose.
+/// dry friction, so a joint creeps where a real one sticks; the rate at which it does is the user's to choose. With the
+/// model `sticking` it is -(viscous rate + coulomb sign(rate)) while the joint moves, and at rest whatever holds the
+/// joint, up to breakaway(): docs/theory.md, (18.1).
 struct JointFriction {
+  enum class Model { smooth, sticking };
   double viscous = 0;             // [N m s/rad or N s/m]
   double coulomb = 0;             // [N m or N]
-  double transition_rate = 1e-3;  // [rad/s or m/s]
+  double transition_rate = 1e-3;  // of the model smooth [rad/s or m/s]
+  Model model = Model::smooth;
+  std::optional<double> static_effort = {};  // of the model sticking, at least coulomb [N m or N]; absent: coulomb
+
+  /// The largest effort with which a sticking joint holds itself.
+  double breakaway() const { return static_effort.value_or(coulomb); }
+};
+
+/// A motor's effort that swings with its angle: times 1 + amplitude sin(per_turn gear_ratio q + phase).
+struct TorqueRipple {
+  double amplitude = 0;  // from 0 to 1
+  double per_turn = 1;   // periods in a turn of the motor
+  double phase = 0;      // [rad]
+};
+
+/// What a motor can do, and what it takes, as seen at its joint.
+struct JointMotor {
+  /// Rate at which no effort is left in the sense of motion: the largest effort falls on a line from limits.effort at
+  /// rest to nothing there [rad/s or m/s].
+  double no_load_rate = std::numeric_limits<double>::infinity();
+  std::optional<TorqueRipple> ripple = {};
+  double torque_constant = 0;  // of the motor, effort over gear_ratio and current [N m/A]; 0: not known
+  double resistance = 0;       // of its winding [Ohm]
 };
 
 /// A joint between a body and its parent.
@@ -37,9 +72,16 @@ struct JointDescription {
   JointFriction friction;
   double rotor_inertia = 0;  // of the motor about its own axis [kg m^2]
   double gear_ratio = 1;     // motor turns per joint turn [1, or rad/m for a prismatic joint]
+  /// The rotor's axis, unit, in the joint's frame, which is the parent's but for its mount: about it the rotor, which
+  /// the parent carries, turns gear_ratio times as fast as the joint. Absent: the rotor adds to the joint's inertia
+  /// alone. Present: its spin counts in the momentum, (18.6) of docs/theory.md.
+  std::optional<Vector3d> rotor_axis = {};
+  std::optional<JointMotor> motor = {};
 
   /// What the rotor adds to the joint's diagonal of the mass matrix [kg m^2 or kg].
   double reflected_inertia() const { return gear_ratio * gear_ratio * rotor_inertia; }
+  /// The rotor's spin momentum per joint rate, in the joint's frame [kg m^2, or kg m]; zero without an axis.
+  Vector3d rotor_momentum() const { return rotor_axis ? gear_ratio * rotor_inertia * *rotor_axis : Vector3d::zero(); }
 };
 
 /// A rigid body and the joint that carries it. Its frame sits at the joint: X_PB(q) = X_PF * joint motion(q).

@@ -90,8 +90,16 @@ void check_joint(const BodyDescription& body, std::vector<std::string>& faults) 
   if (!(j.limits.effort > 0)) fault(fmt::format("effort limit {} must be positive", j.limits.effort));
   if (!(j.friction.viscous >= 0) || !(j.friction.coulomb >= 0)) fault("friction must not be negative");
   if (!(j.friction.transition_rate > 0)) fault("friction transition rate must be positive");
+  if (j.friction.model == JointFriction::Model::sticking && !(j.friction.breakaway() >= j.friction.coulomb))
+    fault("static friction must not be less than Coulomb's");
   if (!(j.rotor_inertia >= 0) || !std::isfinite(j.gear_ratio))
     fault("rotor inertia must not be negative, gear ratio finite");
+  if (j.rotor_axis && !(std::abs(norm(*j.rotor_axis) - 1) < 1e-9)) fault("the rotor's axis must be a unit vector");
+  if (const auto& stop = j.limits.stop;
+      stop && (!(stop->restitution >= 0 && stop->restitution <= 1) || !(stop->rest_rate >= 0)))
+    fault("a stop's restitution must be from 0 to 1, its rest rate not negative");
+  if (const auto& m = j.motor; m && (!(m->no_load_rate > 0) || !(m->torque_constant >= 0) || !(m->resistance >= 0)))
+    fault("a motor's no-load rate must be positive, torque constant and resistance not negative");
 }
 
 void check_body(const BodyDescription& body, std::vector<std::string>& faults) {
@@ -221,6 +229,7 @@ Model ModelBuilder::build() const {
       // Within the tolerance of the check, but kernels and Jacobians must see the same direction.
       Vector3d& axis = sorted.back().joint.axis;
       if (has_one_axis(sorted.back().joint.type)) axis *= 1 / norm(axis);
+      if (auto& rotor_axis = sorted.back().joint.rotor_axis) *rotor_axis *= 1 / norm(*rotor_axis);
       placed[i] = progress = true;
     }
   }
@@ -239,6 +248,8 @@ Model ModelBuilder::build() const {
     q.push_back(next_q), v.push_back(next_v);
     if (const int at = traits_of(type).quaternion; at >= 0) model.quaternions_.push_back(next_q + at);
     if (has_one_axis(type)) model.joints_.push_back(static_cast<int>(i));
+    if (const Vector3d h = b.joint.rotor_momentum(); has_one_axis(type) && dot(h, h) > 0)
+      model.rotors_.push_back(static_cast<int>(i));
     next_q += coordinate_count(type), next_v += velocity_count(type);
   }
   std::vector<BodyPlacement> placements;

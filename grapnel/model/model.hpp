@@ -55,6 +55,8 @@ class Model {
   const Tree<double>& tree() const { return tree_; }
   /// Bodies with a one-degree-of-freedom joint, in the order of their velocities.
   const std::vector<int>& joints() const { return joints_; }
+  /// Bodies with a joint whose rotor's spin counts (JointDescription::rotor_axis); the parent carries it.
+  const std::vector<int>& rotors() const { return rotors_; }
   /// Offsets in State::q of every unit quaternion.
   const std::vector<int>& quaternions() const { return quaternions_; }
   /// Total mass [kg].
@@ -71,6 +73,7 @@ class Model {
   std::vector<Body> bodies_;
   std::vector<Frame> frames_;
   std::vector<int> joints_;
+  std::vector<int> rotors_;
   std::vector<int> quaternions_;
   Tree<double> tree_;
 };

@@ -87,6 +87,8 @@ Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::ve
     tree.links.push_back({carrier.link, moves_as, alignment.axis.axis, alignment.rotated, q[i], v[i],
                           alignment.axis.sign, Posed{alignment.R_PL, X_LF.p}, X_LB * inertia,
                           body.joint.reflected_inertia(), body.joint.reflected_inertia() != 0});
+    const Vector3d rotor = alignment.axis.sign * (X_LF.R * body.joint.rotor_momentum());
+    if (has_one_axis(type)) tree.links.back().rotor = rotor, tree.links.back().has_rotor = dot(rotor, rotor) > 0;
     placements.push_back({link, X_LB});
   }
   return tree;

@@ -29,6 +29,10 @@ struct TreeLink {
   RigidBodyInertia<S> inertia;  // of all bodies merged into the link, about its origin, in its frame
   S armature;                   // reflected rotor inertia
   bool has_armature;            // it is not zero
+  /// Spin momentum of the rotor that the parent carries, per rate along the coordinate axis, in the parent link's
+  /// frame.
+  Vector3<S> rotor = Vector3<S>::zero();
+  bool has_rotor = false;  // it is not zero
 };
 
 template <class S = double>
@@ -52,12 +56,15 @@ Tree<double> make_tree(const std::vector<BodyDescription>& bodies, const std::ve
 /// The same link with another scalar.
 template <class S>
 TreeLink<S> convert_link(const TreeLink<double>& l) {
-  TreeLink<S> t{l.parent, l.joint, l.axis, l.rotated, l.q, l.v, l.sign, {}, {}, S(l.armature), l.has_armature};
+  TreeLink<S> t{l.parent, l.joint, l.axis,        l.rotated,      l.q, l.v,  l.sign,
+                {},       {},      S(l.armature), l.has_armature, {},  false};
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) t.X_PF.R.m[i][j] = S(l.X_PF.R.m[i][j]);
     t.X_PF.p[i] = S(l.X_PF.p[i]);
     t.inertia.first_moment[i] = S(l.inertia.first_moment[i]);
+    t.rotor[i] = S(l.rotor[i]);
   }
+  t.has_rotor = l.has_rotor;
   t.inertia.mass = S(l.inertia.mass);
   const Symmetric3<double>& J = l.inertia.rotational;
   t.inertia.rotational = {S(J.xx), S(J.yy), S(J.zz), S(J.xy), S(J.xz), S(J.yz)};

@@ -384,21 +384,56 @@ std::vector<ProblemFault> problem_conflicts(const CaptureProblem& problem) {
   return found;
 }
 
+namespace {
+
+// What a joint's friction, stops and motor demand of each other. `here`: its place; `shown`: the same for messages.
+void find_drive_conflicts(const JointDescription& joint, const std::string& here, const std::string& shown,
+                          std::vector<ProblemFault>& found) {
+  const JointFriction& friction = joint.friction;
+  const JointLimits& limits = joint.limits;
+  if (friction.static_effort && *friction.static_effort < friction.coulomb) {
+    found.push_back({here + ".friction.static", fmt::format("{}.friction.static: {} is less than coulomb, {}", shown,
+                                                            *friction.static_effort, friction.coulomb)});
+  }
+  if (limits.stop && !std::isfinite(limits.lower) && !std::isfinite(limits.upper)) {
+    found.push_back({here + ".limits.stop",
+                     fmt::format("{}.limits.stop: there is neither a lower nor an upper limit to stop at", shown)});
+  }
+  if (!joint.motor) return;
+  if (std::isfinite(joint.motor->no_load_rate) && !std::isfinite(limits.effort)) {
+    found.push_back({here + ".motor.no_load_rate",
+                     fmt::format("{}.motor.no_load_rate: needs limits.effort, the effort at rest", shown)});
+  }
+  if (joint.motor->torque_constant > 0 && joint.gear_ratio == 0) {
+    found.push_back({here + ".motor.torque_constant",
+                     fmt::format("{}.motor.torque_constant: a gear_ratio of 0 passes no effort on", shown)});
+  }
+}
+
+}  // namespace
+
 std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::string& path) {
   std::vector<ProblemFault> found;
   for (std::size_t i = 0; i < robot.bodies.size(); ++i) {
     const BodyDescription& body = robot.bodies[i];
     const JointLimits& limits = body.joint.limits;
     const bool is_lost = loses_inertia(body), is_in_order = limits.lower <= limits.upper;
-    if (!is_lost && is_in_order) continue;
     const std::string here = i == 0 ? "base" : fmt::format("links[{}]", i - 1);
     const std::string shown = path.empty() ? here : path + "." + here;
+    find_drive_conflicts(body.joint, here + ".joint", shown + ".joint", found);
+    if (!is_lost && is_in_order) continue;
     if (is_lost) found.push_back({here + ".com", lost_inertia_text(body, shown)});
     if (!is_in_order) {
       found.push_back(
           {here + ".joint.limits.lower",
            fmt::format("{}.joint.limits: lower limit {} is above upper limit {}", shown, limits.lower, limits.upper)});
     }
+  }
+  for (std::size_t w = 0; w < robot.wheels.size(); ++w) {
+    if (robot.wheels[w].friction.model == JointFriction::Model::smooth) continue;
+    const std::string here = fmt::format("wheels[{}].friction.model", w);
+    found.push_back({here, fmt::format("{}{}: the bearing of a reaction wheel has friction of the model smooth",
+                                       path.empty() ? "" : path + ".", here)});
   }
   if (const std::string fault = wheel_fault(robot); !fault.empty())
     found.push_back({"wheels", fmt::format("{}wheels: {}", path.empty() ? "" : path + ".", fault)});

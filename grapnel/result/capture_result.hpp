@@ -482,6 +482,36 @@ struct WheelReport {
   double momentum_after() const { return inertia * rate_after; }
 };
 
+/// A joint that has met a stop at the end of its range.
+struct StopImpact {
+  double time = 0;
+  std::string joint;
+  bool upper = false;  // which end
+  double rate_before = 0, rate_after = 0;
+  double impulse = 0;      // of the stop on the joint, along its axis
+  double energy_lost = 0;  // by the whole system
+};
+
+/// What a joint with sticking friction, stops or a motor whose electricity is known did in one phase.
+struct JointReport {
+  /// At the phase's end. prescribed: it moves as prescribed, and neither sticks nor meets its stops.
+  enum class Mode { moving, stuck, at_lower_stop, at_upper_stop, prescribed };
+  std::string phase;
+  std::string joint;
+  Mode mode = Mode::moving;
+  int sticks = 0;            // times that it came to rest
+  int breakaways = 0;        // times that it left it
+  double friction_heat = 0;  // that friction made
+  int stop_impacts = 0;
+  double stop_energy_lost = 0;
+  double motor_work = 0;              // mechanical, at the joint
+  std::optional<double> copper_loss;  // in the winding; absent: not known
+  /// What the motor took, less what it gave back.
+  std::optional<double> electrical_energy() const {
+    return copper_loss ? std::optional(*copper_loss + motor_work) : std::nullopt;
+  }
+};
+
 /// An integration's cost.
 struct PhaseCost {
   std::string phase;
@@ -524,6 +554,9 @@ struct CaptureResult {
   std::optional<DetumblingReport> detumbling;     // in it
   std::optional<BaseKeepingReport> base_keeping;  // in it
   std::vector<WheelReport> wheels;                // of the base, in the robot's order
+  std::vector<JointReport> joints;                // per phase in motion, of joints of which there is something to say
+  std::vector<StopImpact> stop_impacts;           // the first ones
+  long stop_impact_count = 0;                     // all
   std::vector<MinimumClearance> clearance;        // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>

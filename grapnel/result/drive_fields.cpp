@@ -221,4 +221,61 @@ const Type& type_of<WheelReport>() {
   return type;
 }
 
+template <>
+const Type& type_of<JointReport::Mode>() {
+  using M = JointReport::Mode;
+  static constexpr Choice choices[] = {choice(M::moving, "moving"), choice(M::stuck, "stuck"),
+                                       choice(M::at_lower_stop, "at_lower_stop"),
+                                       choice(M::at_upper_stop, "at_upper_stop"), choice(M::prescribed, "prescribed")};
+  static constexpr Type type = enumeration<M>("JointMode", choices);
+  return type;
+}
+
+template <>
+const Type& type_of<JointReport>() {
+  using J = JointReport;
+  static constexpr Field fields[] = {
+      field<&J::phase>("phase", "in motion"),
+      field<&J::joint>("joint", "of the robot"),
+      field<&J::mode>("mode",
+                      "at the phase's end. `moving`: it is free to. `stuck`: friction holds it. `at_lower_stop`, "
+                      "`at_upper_stop`: it rests there. `prescribed`: it moves as prescribed, and neither sticks nor "
+                      "meets its stops"),
+      field<&J::sticks>("sticks", "1", "times that it came to rest"),
+      field<&J::breakaways>("breakaways", "1", "times that it left it"),
+      field<&J::friction_heat>("friction_heat", "J", "that its friction made, stops apart"),
+      field<&J::stop_impacts>("stop_impacts", "1", "times that it met a stop"),
+      field<&J::stop_energy_lost>("stop_energy_lost", "J", "in these impacts, by the whole system"),
+      field<&J::motor_work>("motor_work", "J", "mechanical work of its motor on the joint"),
+      field<&J::copper_loss>("copper_loss", "J",
+                             "current squared times resistance, over time; null: its motor's torque constant is not "
+                             "known")
+          .or_null(),
+      derived<[](const J& j) { return j.electrical_energy(); }>(
+          "electrical_energy", "J",
+          "copper_loss + motor_work: what the motor took, less what it gave back while it braked; null likewise")
+          .or_null(),
+  };
+  static constexpr Type type = structure<J>(
+      "JointReport",
+      "what a joint with sticking friction, stops, or a motor whose electricity is known did in one phase.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<StopImpact>() {
+  using S = StopImpact;
+  static constexpr Field fields[] = {
+      field<&S::time>("time", "s", "when it happened"),
+      field<&S::joint>("joint", "of the robot"),
+      field<&S::upper>("upper", "whether it was the upper end of its range"),
+      field<&S::rate_before>("rate_before", "rad/s or m/s", "of the joint"),
+      field<&S::rate_after>("rate_after", "rad/s or m/s", "of the joint"),
+      field<&S::impulse>("impulse", "N m s or N s", "of the stop on the joint, along its axis"),
+      field<&S::energy_lost>("energy_lost", "J", "by the whole system"),
+  };
+  static constexpr Type type = structure<S>("StopImpact", "a joint that met a stop at the end of its range.", fields);
+  return type;
+}
+
 }  // namespace grapnel

@@ -78,6 +78,10 @@ const Type& type_of<GraspLoad>();
 template <>
 const Type& type_of<DetumblingReport>();
 template <>
+const Type& type_of<JointReport>();
+template <>
+const Type& type_of<StopImpact>();
+template <>
 const Type& type_of<BaseKeepingReport>();
 template <>
 const Type& type_of<LedgerScale>();

@@ -125,6 +125,21 @@ std::string wheel_table(const CaptureResult& result) {
   return "\nreaction wheels, relative to the base\n" + table.text();
 }
 
+std::string joint_mode_table(const CaptureResult& result) {
+  if (result.joints.empty()) return "";
+  TextTable table;
+  table.row({"joint", "phase", "at its end", "sticks", "breaks away", "friction heat", "met stops", "lost there",
+             "motor work", "electrical"});
+  table.row({"", "", "", "", "", "J", "", "J", "J", "J"});
+  for (const JointReport& j : result.joints) {
+    const auto electrical = j.electrical_energy();
+    table.row({j.joint, j.phase, name_of(j.mode), std::to_string(j.sticks), std::to_string(j.breakaways),
+               short_number(j.friction_heat), std::to_string(j.stop_impacts), short_number(j.stop_energy_lost),
+               short_number(j.motor_work), electrical ? short_number(*electrical) : "-"});
+  }
+  return "\njoints with friction that sticks, stops or known motors\n" + table.text();
+}
+
 std::string approach_table(const CaptureResult& result) {
   if (!result.approach_end) return "";
   const PhaseEnd& end = *result.approach_end;
@@ -488,7 +503,8 @@ std::string ledger_table(const Ledger& ledger) {
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
          release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) +
-         loop_tables(result) + load_table(result) + clearance_table(result) + ledger_table(result.ledger);
+         joint_mode_table(result) + loop_tables(result) + load_table(result) + clearance_table(result) +
+         ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

@@ -487,6 +487,18 @@ const Type& type_of<Summary>() {
 > ("wheels", "", "reaction wheels; absent if there are none")
         .when<[](const S& s) { return !s.result.wheels.empty(); }>(),
     derived < [](const S& s) -> auto& {
+  return s.result.joints;
+}
+> ("joints", "", "per phase, of joints with sticking friction, stops or known motors; absent if there are none")
+        .when<[](const S& s) { return !s.result.joints.empty(); }>(),
+    derived < [](const S& s) -> auto& {
+  return s.result.stop_impacts;
+}
+> ("stop_impacts", "", "joints that met their stops, the first hundred; absent if none did")
+        .when<[](const S& s) { return !s.result.stop_impacts.empty(); }>(),
+    derived<[](const S& s) { return s.result.stop_impact_count; }>("stop_impact_count", "1", "all of them")
+        .when<[](const S& s) { return !s.result.stop_impacts.empty(); }>(),
+    derived < [](const S& s) -> auto& {
   return *worst_margin(s.result);
 }
 > ("worst_margin", "", "the one of `loads` with the least margin over all phases; absent where nothing is rated")

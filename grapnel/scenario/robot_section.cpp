@@ -98,6 +98,21 @@ struct Described<OriginKeys> {
 };
 
 template <>
+struct Described<JointStop> {
+  using T = JointStop;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::restitution>("restitution", "", "Rate after over rate before, at a stop.")
+          .at_least(0)
+          .at_most(1)
+          .required(),
+      field<&T::rest_rate>("rest_rate", "rad/s or m/s", "Slower than this, a joint that meets its stop rests there.")
+          .at_least(0),
+  });
+  static constexpr Type type = structure<T>(
+      "joint_stop", "Stops at the joint's limits. Without them limits are watched and keep no joint.", fields);
+};
+
+template <>
 struct Described<JointLimits> {
   using T = JointLimits;
   static constexpr auto fields = std::to_array<Field>({
@@ -112,20 +127,78 @@ struct Described<JointLimits> {
           .above(0)
           .as("number or infinity")
           .optional(),
+      field<&T::stop>("stop", "", "").optional(),
   });
   static constexpr Type type = structure<T>("joint_limits", "", fields);
 };
 
 template <>
+struct Described<JointFriction::Model> : Enumeration<JointFriction::Model, "FrictionModel", "smooth", "sticking"> {};
+
+template <>
 struct Described<JointFriction> {
   using T = JointFriction;
   static constexpr auto fields = std::to_array<Field>({
+      field<&T::model>(
+          "model", "",
+          "smooth: Coulomb's part turns round within the transition rate, and the joint creeps where a real "
+          "one sticks. sticking: it has its full size while the joint moves, and at rest holds the joint."),
       field<&T::viscous>("viscous", "N m s/rad or N s/m", "").at_least(0),
       field<&T::coulomb>("coulomb", "N m or N", "").at_least(0),
-      field<&T::transition_rate>("transition_rate", "rad/s or m/s", "").above(0),
+      field<&T::static_effort>("static", "N m or N",
+                               "Of the model sticking: beyond this a joint at rest breaks away; absent: coulomb.")
+          .at_least(0)
+          .optional(),
+      field<&T::transition_rate>("transition_rate", "rad/s or m/s", "Of the model smooth.").above(0),
   });
+  static constexpr auto rules = std::to_array<Rule>({
+      needs("static", "model"),
+      when("model", "smooth").forbid("static"),
+  });
+  static constexpr Type type = structure<T>(
+      "joint_friction",
+      "smooth: torque -(viscous rate + coulomb tanh(rate / transition_rate)). sticking: -(viscous rate + coulomb "
+      "sign(rate)), and at rest what holds the joint.",
+      fields, rules);
+};
+
+template <>
+struct Described<TorqueRipple> {
+  using T = TorqueRipple;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::amplitude>("amplitude", "", "Relative to the effort.").at_least(0).at_most(1).required(),
+      field<&T::per_turn>("per_turn", "", "Periods in a turn of the motor.").above(0).required(),
+      field<&T::phase>("phase", "rad", "At the joint's zero."),
+  });
+  static constexpr Type type = structure<T>(
+      "torque_ripple",
+      "The motor's effort is what it is told times 1 + amplitude sin(per_turn gear_ratio joint value + phase).",
+      fields);
+};
+
+template <>
+struct Described<JointMotor> {
+  using T = JointMotor;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::no_load_rate>("no_load_rate", "rad/s or m/s",
+                              "Of the joint: the largest effort in the sense of motion falls on a line from "
+                              "limits.effort at rest to nothing at this rate; absent: it does not fall.")
+          .above(0)
+          .up_to(1e+09)
+          .as("number or infinity")
+          .optional(),
+      field<&T::ripple>("ripple", "", "").optional(),
+      field<&T::torque_constant>(
+          "torque_constant", "",
+          "Of the motor, before its gear, in N m/A: current is effort over gear_ratio times this; absent: "
+          "no electrical energy is worked out.")
+          .above(0)
+          .optional(),
+      field<&T::resistance>("resistance", "", "Of its winding, in Ohm.").at_least(0),
+  });
+  static constexpr auto rules = std::to_array<Rule>({needs("resistance", "torque_constant")});
   static constexpr Type type =
-      structure<T>("joint_friction", "Torque -(viscous rate + coulomb tanh(rate / transition_rate)).", fields);
+      structure<T>("joint_motor", "What the motor of the joint can do, and what it takes.", fields, rules);
 };
 
 template <>
@@ -203,12 +276,22 @@ struct Described<JointKeys> {
           .at_least(0),
       found<[](T& t) -> double& { return t.joint.gear_ratio; }>("gear_ratio", "1, or rad/m for a prismatic joint",
                                                                 "Motor turns per joint turn."),
+      found<[](T& t) -> std::optional<Vector3d>& { return t.joint.rotor_axis; }>(
+          "rotor_axis", "",
+          "Unit vector in the joint's frame: about it the rotor turns in the link that carries it, so that its spin is "
+          "momentum and turns that link. That link's mass and inertia include the rotor. Absent: the rotor adds to the "
+          "joint's inertia alone.")
+          .as("unit vector")
+          .optional(),
+      found<[](T& t) -> std::optional<JointMotor>& { return t.joint.motor; }>("motor", "", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       when("type", "revolute, continuous, prismatic").require("axis"),
-      when("type", "continuous").forbid("limits.lower, limits.upper"),
+      when("type", "continuous").forbid("limits.lower, limits.upper, limits.stop"),
       when("type", "fixed")
-          .forbid("axis, limits, friction, rotor_inertia, gear_ratio, rating.driving, rating.driving_impulse"),
+          .forbid("axis, limits, friction, rotor_inertia, gear_ratio, rotor_axis, motor, rating.driving, "
+                  "rating.driving_impulse"),
+      needs("rotor_axis", "rotor_inertia"),
   });
   static constexpr Type type = structure<T>("joint", "", fields, rules);
 };

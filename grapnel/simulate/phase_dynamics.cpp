@@ -7,6 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "grapnel/simulate/joint_motor.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -113,7 +115,12 @@ void PhaseDynamics::check_and_classify() {
     commanded_[body.v] = is_prescribed || is_computed;
     any_computed_ = any_computed_ || is_computed;
     has_friction_ = has_friction_ || (!is_prescribed && (friction.viscous > 0 || friction.coulomb > 0));
+    const JointDescription& joint = body.description.joint;
+    if (joint.motor || joint.limits.stop || friction.model == JointFriction::Model::sticking) measured_.push_back(j);
   }
+  modes_ = JointModes(model_, prescribed_);
+  told_.assign(motor_.size(), 0.0);
+  at_rest_.assign(now_.v.size(), 0.0);
   if (setup_.held_root >= 0) {
     if (!is_free_root(setup_.held_root)) throw std::invalid_argument("PhaseDynamics: only a free root can be held");
     const int v = bodies[setup_.held_root].v;
@@ -193,6 +200,8 @@ Manifold PhaseDynamics::manifold() const {
 std::vector<double> PhaseDynamics::initial(const State& state, double t) {
   momenta_time_ = t;
   root_momenta<double>(model_.tree(), state.q, state.v, workspace_.kernel, momenta_);
+  modes_.begin(state.q, state.v);
+  hold_joints();
   std::vector<double> y(size(), 0.0);
   std::copy(state.q.begin(), state.q.end(), y.begin());
   std::copy(state.v.begin(), state.v.end(), y.begin() + model_.coordinates());
@@ -222,6 +231,9 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
   }
   for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
     if (wheels_.mode(i) == WheelArray::Mode::held) now_.v[wheels_.wheels()[i].velocity] = wheels_.held_rate(i);
+  }
+  for (const JointModes::Joint& joint : modes_.joints()) {
+    if (joint.mode == JointModes::Mode::held) now_.v[joint.v] = 0;
   }
   if (setup_.held_root >= 0) {
     for (int k = 0; k < 6; ++k) now_.v[model_.bodies()[setup_.held_root].v + k] = 0;
@@ -315,9 +327,9 @@ void PhaseDynamics::gather_beside() {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const Body& body = model_.bodies()[model_.joints()[j]];
     const JointDescription& joint = body.description.joint;
-    beside_[body.v] = friction_force(joint.friction, now_.v[body.v]);
+    beside_[body.v] = friction_of(j);
     if (output_of(setup_.drives[j].control) == ControlOutput::effort)
-      beside_[body.v] += control_law::within_limit(said_by_law(j), joint.limits.effort);
+      beside_[body.v] += joint_motor::within_line(joint, said_by_law(j), now_.v[body.v]);
   }
   if (!setup_.attitude) return;
   const Vector3d torque = attitude_torque_now();
@@ -361,6 +373,7 @@ void PhaseDynamics::ask_controller(double t) {
 
 void PhaseDynamics::begin_control(double t, double end) {
   if (setup_.clock && end < t) throw std::logic_error("PhaseDynamics: sampled control does not run backwards");
+  if (!modes_.empty() && end < t) throw std::logic_error("PhaseDynamics: friction and stops do not run backwards");
   same_time_ = break_resolution(t, end);
   if (has_controller_) setup_.controller->begin_piece(model_, t);
 }
@@ -403,7 +416,7 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
   ControlClock::Command said{std::vector<double>(setup_.channels.size()), asked_torque_};
   for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
     const auto j = static_cast<std::size_t>(setup_.channels[c]);
-    if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = motor_[j];
+    if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = told_[j];
   }
   setup_.clock->command(std::move(said), t, same_time_);
 }
@@ -413,27 +426,40 @@ void PhaseDynamics::actuate() {
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const JointDrive& drive = setup_.drives[j];
     const Body& body = model_.bodies()[model_.joints()[j]];
-    const double rate = now_.v[body.v];
-    friction_[j] = friction_force(body.description.joint.friction, rate);
-    motor_[j] = 0;
+    friction_[j] = friction_of(j);
+    motor_[j] = told_[j] = 0;
     const ControlOutput output = output_of(drive.control);
     if (!works_by_effort(output)) continue;
-    const double limit = body.description.joint.limits.effort;
     if (!laws_speak()) {
-      if (channel_of_[j] >= 0) motor_[j] = setup_.clock->held().effort[channel_of_[j]];
+      if (channel_of_[j] >= 0) motor_[j] = output_of_motor(j, setup_.clock->held().effort[channel_of_[j]]);
       continue;
     }
     if (output == ControlOutput::command) {
-      motor_[j] = control_law::within_limit(commanded_effort_[j], limit);
+      motor_[j] = output_of_motor(j, commanded_effort_[j]);
       continue;
     }
     const double said = said_by_law(j);
     if (output == ControlOutput::effort) {
-      motor_[j] = control_law::within_limit(said, limit);
+      motor_[j] = output_of_motor(j, said);
     } else {
       acceleration_[body.v] = said;
     }
   }
+}
+
+// Of a joint as it now moves. What holds one at rest follows from the motion: no friction says it.
+double PhaseDynamics::friction_of(std::size_t joint) const {
+  const Body& body = model_.bodies()[model_.joints()[joint]];
+  const JointModes::Joint* modes = modes_.of(joint);
+  if (!modes || !modes->sticks) return friction_force(body.description.joint.friction, now_.v[body.v]);
+  return modes->mode == JointModes::Mode::held ? 0 : JointModes::sliding_friction(*modes, now_.v[body.v]);
+}
+
+// The effort that a motor gives when it is told one.
+double PhaseDynamics::output_of_motor(std::size_t joint, double told) {
+  const Body& body = model_.bodies()[model_.joints()[joint]];
+  told_[joint] = joint_motor::within_line(body.description.joint, told, now_.v[body.v]);
+  return joint_motor::with_ripple(body.description.joint, told_[joint], now_.q[body.q]);
 }
 
 // Accelerations under force_, and the forces that the prescribed ones take.
@@ -462,23 +488,26 @@ void PhaseDynamics::accelerate(double t) {
     // torques, and where nothing disturbs it or cuts them the accelerations as well.
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j];
     solve(commanded_);
-    as_commanded = !has_friction_;
+    as_commanded = !has_friction_ && !modes_.any_held();
     for (std::size_t j = 0; j < motor_.size(); ++j) {
       if (output_of(setup_.drives[j].control) != ControlOutput::acceleration) continue;
       const double torque = workspace_.force[velocity_of(j)];
-      const double effort = model_.bodies()[model_.joints()[j]].description.joint.limits.effort;
-      motor_[j] = control_law::within_limit(torque, effort);
+      motor_[j] = output_of_motor(j, torque);
       as_commanded = as_commanded && motor_[j] == torque;
     }
   }
   if (!as_commanded) {
+    hold_joints();  // the laws may have said accelerations of theirs
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j];
     solve(prescribed_);
   }
   for (std::size_t j = 0; j < motor_.size(); ++j) {
     if (output_of(setup_.drives[j].control) == ControlOutput::motion) {
-      motor_[j] = workspace_.force[velocity_of(j)] - friction_[j];
+      motor_[j] = told_[j] = workspace_.force[velocity_of(j)] - friction_[j];
     }
+  }
+  for (const JointModes::Joint& joint : modes_.joints()) {
+    if (joint.mode == JointModes::Mode::held) friction_[joint.joint] = workspace_.force[joint.v] - motor_[joint.joint];
   }
   if (wheels_.empty()) return;
   for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
@@ -505,7 +534,13 @@ double PhaseDynamics::driving_on(std::size_t wheel, double t, std::span<const do
 
 double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   load(t, y);
-  double least = 1;
+  double least = modes_.moving_margin(now_.q, now_.v);
+  if (modes_.any_held()) {
+    if (projects()) close_loops(t);
+    accelerate(t);
+    least = std::min(least, modes_.holding_margin(friction_));
+    load(t, y);
+  }
   for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
     if (std::isfinite(wheels_.wheels()[i].rate) && wheels_.mode(i) != WheelArray::Mode::held)
       least = std::min(least, wheels_.margin(i, now_.v));
@@ -520,7 +555,8 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
 // and held again if another one's being free drives it on: then it stays held until modes are chosen again, as one that
 // rounding leaves in doubt does.
 void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
-  if (!switches()) return;
+  if (!modes_.empty()) choose_joint_modes(t, y);
+  if (!wheels_.has_rate_limits()) return;
   const std::size_t count = wheels_.wheels().size();
   wheels_.take_modes(y.subspan(model_.coordinates(), model_.velocities()));
   stays_held_.assign(count, 0);
@@ -551,12 +587,107 @@ void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
     stays_held_[i] = wheels_.mode(i) == WheelArray::Mode::held && !(driving_on(i, t, y) > 0);
 }
 
+void PhaseDynamics::choose_joint_modes(double t, std::span<const double> y) {
+  const auto respond = [&]() -> JointModes::Response {
+    hold_joints();
+    load(t, y);
+    if (projects()) close_loops(t);
+    accelerate(t);
+    return {vdot_, friction_};
+  };
+  modes_.choose(y.first(model_.coordinates()), y.subspan(model_.coordinates(), model_.velocities()), respond);
+  hold_joints();
+}
+
+// Held joints are at rest as prescribed.
+void PhaseDynamics::hold_joints() {
+  for (const JointModes::Joint& joint : modes_.joints()) {
+    const bool held = joint.mode == JointModes::Mode::held;
+    const bool computed = output_of(setup_.drives[joint.joint].control) == ControlOutput::acceleration;
+    prescribed_[joint.v] = held;
+    commanded_[joint.v] = held || computed;
+    if (held) acceleration_[joint.v] = 0;
+  }
+}
+
+void PhaseDynamics::meet_stops(double t, std::span<double> y) {
+  if (modes_.empty()) return;
+  const std::size_t nq = now_.q.size(), nv = now_.v.size();
+  const std::span<double> v = y.subspan(nq, nv);
+  if (const auto changes = modes_.overshoots(v); !changes.empty()) {
+    load(t, y);
+    respond_to(changes, true);
+    book_impulses(y);
+    for (std::size_t i = 0; i < nv; ++i) v[i] += vdot_[i];
+    for (const JointModes::RateChange& r : changes) v[r.v] = 0;
+  }
+  load(t, y);
+  const auto respond = [&](std::span<const JointModes::RateChange> changes) { return respond_to(changes, false); };
+  if (modes_.meet_stops(t, y.first(nq), v, respond)) {
+    y[nq + nv + kFrictionWork] -= modes_.last_energy_lost();
+    book_impulses(y);
+  }
+  hold_joints();
+}
+
+// Of the last response: the work of joints that keep their rates, and what the ground gave.
+void PhaseDynamics::book_impulses(std::span<double> y) {
+  const std::span<double> integrals = y.subspan(now_.q.size() + now_.v.size(), integral_count());
+  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
+    const int v = model_.bodies()[model_.joints()[j]].v;
+    if (output_of(setup_.drives[j].control) == ControlOutput::motion)
+      integrals[kMotorWork] += workspace_.force[v] * now_.v[v];
+  }
+  if (!has_external_) return;
+  forward_kinematics(model_, now_, workspace_.kinematics);
+  measure_trees();
+  add_ground([&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment) {
+    const std::size_t tree = tree_of_[body];
+    add_wrench(integrals.data(), static_cast<int>(tree), trees_[tree], force, p_W, moment, 0.0);
+  });
+}
+
+// The system at rest answers to changes of some rates as to accelerations: M change = J^T P and the stops' impulses,
+// (18.3). `friction_holds`: joints that are held stay so; not in impacts, which friction cannot answer.
+JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes::RateChange> changes,
+                                                      bool friction_holds) {
+  for (const JointModes::Joint& joint : modes_.joints())
+    prescribed_[joint.v] = friction_holds && joint.mode == JointModes::Mode::held;
+  std::fill(acceleration_.begin(), acceleration_.end(), 0.0);
+  for (const JointModes::RateChange& r : changes) prescribed_[r.v] = 1, acceleration_[r.v] = r.change;
+  std::fill(force_.begin(), force_.end(), 0.0);
+  DynamicsInput<double> in;
+  in.q = now_.q, in.v = at_rest_, in.force = force_, in.prescribed = prescribed_, in.acceleration = acceleration_;
+  if (solver_) {
+    solver_->accelerations(in, 0, workspace_, vdot_, workspace_.force);
+  } else {
+    articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
+  }
+  return {vdot_, workspace_.force};
+}
+
 // Held wheels move as prescribed, at their largest rates.
 void PhaseDynamics::hold_wheels() {
   for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
     const int v = wheels_.wheels()[i].velocity;
     prescribed_[v] = commanded_[v] = wheels_.mode(i) == WheelArray::Mode::held;
     acceleration_[v] = 0;
+  }
+}
+
+// What the ground gives a fixed root, and what holds a root: add(body, force, point, moment).
+template <class Add>
+void PhaseDynamics::add_ground(Add&& add) const {
+  const Kinematics& k = workspace_.kinematics;
+  for (std::size_t i = 0; i < model_.bodies().size(); ++i) {
+    const Body& body = model_.bodies()[i];
+    const bool held = static_cast<int>(i) == setup_.held_root;
+    const bool grounded = body.parent < 0 && body.description.joint.type == JointType::fixed;
+    if (!held && !grounded) continue;
+    // The root's articulated equation gives the wrench that keeps it where it is; gravity is in A, hence not in it.
+    const LinkScratch<double>& root = workspace_.kernel.links[body.placement.link];
+    const Wrenchd F = k.links[body.placement.link].X_WL.R * (root.I * root.A + root.p);
+    add(i, F.linear, k.X_WB[i].p, F.angular);
   }
 }
 
@@ -577,6 +708,10 @@ void PhaseDynamics::measure_trees() {
 // root, and of the wrench that holds a root; of the whole and of each tree.
 void PhaseDynamics::add_external(std::span<double> integrals) {
   measure_trees();
+  const auto on_ground = [&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment) {
+    const std::size_t t = tree_of_[body];
+    add_wrench(integrals.data(), static_cast<int>(t), trees_[t], force, p_W, moment, 0.0);
+  };
   const Kinematics& k = workspace_.kinematics;
   const auto add = [&](std::size_t body, const Vector3d& force, const Vector3d& p_W, const Vector3d& moment,
                        double power) {
@@ -585,16 +720,7 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
   };
   for (std::size_t t = 0; t < trees_.size(); ++t)
     add_weight(integrals.data(), static_cast<int>(t), trees_[t], setup_.gravity);
-  for (std::size_t i = 0; i < model_.bodies().size(); ++i) {
-    const Body& body = model_.bodies()[i];
-    const bool held = static_cast<int>(i) == setup_.held_root;
-    const bool grounded = body.parent < 0 && body.description.joint.type == JointType::fixed;
-    if (!held && !grounded) continue;
-    // The root's articulated equation gives the wrench that keeps it where it is; gravity is in A, hence not in it.
-    const LinkScratch<double>& root = workspace_.kernel.links[body.placement.link];
-    const Wrenchd F = k.links[body.placement.link].X_WL.R * (root.I * root.A + root.p);
-    add(i, F.linear, k.X_WB[i].p, F.angular, 0);
-  }
+  add_ground(on_ground);
   for (const ExternalWrench& e : wrenches_)
     add(e.body, e.F_W.linear, e.p_WP, e.F_W.angular, dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p)));
   if (const int root = driven_root(); root >= 0 && wheels_.empty()) {
@@ -627,6 +753,19 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
     integrals[kFrictionWork] += friction_[j] * rate;
   }
   if (has_external_) add_external(integrals);
+  add_joint_integrals(integrals);
+}
+
+void PhaseDynamics::add_joint_integrals(std::span<double> integrals) {
+  double* at = integrals.data() + integrals.size() - joint_integral_count();
+  for (std::size_t j : measured_) {
+    const Body& body = model_.bodies()[model_.joints()[j]];
+    const double rate = now_.v[body.v];
+    at[kJointMotor] = motor_[j] * rate;
+    at[kJointFriction] = friction_[j] * rate;
+    at[kJointCopper] = joint_motor::copper_power(body.description.joint, told_[j]);
+    at += kJointCount;
+  }
 }
 
 const State& PhaseDynamics::unprojected_state(double t, std::span<const double> y) {
@@ -685,7 +824,15 @@ MomentumDefect PhaseDynamics::momentum_mended(std::span<const double> y) {
 }
 
 PhaseIntegrals PhaseDynamics::integrals(std::span<const double> y) const {
-  return phase_integrals(y.subspan(model_.coordinates() + model_.velocities(), integral_count()));
+  const std::span<const double> numbers = y.subspan(model_.coordinates() + model_.velocities(), integral_count());
+  const std::size_t common = numbers.size() - joint_integral_count();
+  PhaseIntegrals integrals = phase_integrals(numbers.first(common));
+  const double* at = numbers.data() + common;
+  for (std::size_t j : measured_) {
+    integrals.joints.push_back({j, at[kJointMotor], at[kJointFriction], at[kJointCopper]});
+    at += kJointCount;
+  }
+  return integrals;
 }
 
 void PhaseDynamics::efforts(double t, std::span<const double> y, std::span<double> motor, std::span<double> friction) {

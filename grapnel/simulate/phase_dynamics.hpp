@@ -23,6 +23,7 @@
 #include "grapnel/simulate/controller.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/joint_control.hpp"
+#include "grapnel/simulate/joint_modes.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/phase_integrals.hpp"
@@ -112,11 +113,16 @@ class PhaseDynamics {
   /// that nothing in space has.
   void tick(double t, std::span<const double> y);
 
-  /// Whether wheels' modes can change: then choose_modes() speaks wherever a smooth piece begins.
-  bool switches() const { return wheels_.has_rate_limits(); }
-  /// Positive while the wheels' modes may stay: distances from largest rates, and how fast held wheels would go on.
+  /// Joints that have run into their stops are thrown back, in y at t, which changes. Where nothing can stop, nothing.
+  void meet_stops(double t, std::span<double> y);
+  /// Joints that stick and joints that meet stops.
+  const JointModes& joint_modes() const { return modes_; }
+  /// Whether modes of wheels or joints can change: then choose_modes() speaks wherever a smooth piece begins.
+  bool switches() const { return wheels_.has_rate_limits() || !modes_.empty(); }
+  /// Positive while the modes may stay: of wheels distances from largest rates, and how fast held wheels would go on;
+  /// of joints JointModes' margins.
   double switch_margin(double t, std::span<const double> y);
-  /// The wheels' modes from now on, in y at t; nothing without wheels that have a largest rate.
+  /// The modes of joints and wheels from now on, in y at t; nothing where none can change.
   void choose_modes(double t, std::span<const double> y);
 
   /// dy/dt.
@@ -158,8 +164,9 @@ class PhaseDynamics {
  private:
   int integral_count() const {
     using namespace phase_integral;
-    return kWholeCount + (has_external_ ? kTreeCount * static_cast<int>(trees_.size()) : 0);
+    return kWholeCount + (has_external_ ? kTreeCount * static_cast<int>(trees_.size()) : 0) + joint_integral_count();
   }
+  int joint_integral_count() const { return phase_integral::kJointCount * static_cast<int>(measured_.size()); }
   bool recovers() const { return setup_.recover_roots && !has_external_ && !momenta_.empty(); }
   void check_and_classify();
   void check_control();
@@ -175,6 +182,15 @@ class PhaseDynamics {
   void refuse_runaway(double t) const;
   void drive_root();
   void hold_wheels();
+  void hold_joints();
+  void choose_joint_modes(double t, std::span<const double> y);
+  JointModes::ImpulseResponse respond_to(std::span<const JointModes::RateChange> changes, bool friction_holds);
+  void book_impulses(std::span<double> y);
+  double friction_of(std::size_t joint) const;
+  double output_of_motor(std::size_t joint, double told);
+  template <class Add>
+  void add_ground(Add&& add) const;
+  void add_joint_integrals(std::span<double> integrals);
   double driving_on(std::size_t wheel, double t, std::span<const double> y);
   void load(double t, std::span<const double> y);
   void recover(double t);
@@ -212,6 +228,10 @@ class PhaseDynamics {
   Vector3d asked_torque_ = Vector3d::zero();     // on the driven root, by the laws or what is held of them
   Vector3d attitude_torque_ = Vector3d::zero();  // on it, as given
   WheelArray wheels_;
+  JointModes modes_;
+  std::vector<std::size_t> measured_;          // joints with integrals of their own
+  std::vector<double> told_;                   // per joint: its motor's effort without ripple
+  std::vector<double> at_rest_;                // zero velocities
   std::vector<std::uint8_t> stays_held_;       // per wheel: until modes are chosen again
   double momenta_time_ = 0;                    // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began

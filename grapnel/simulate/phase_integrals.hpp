@@ -19,14 +19,23 @@ struct TreeIntegrals {
   double work = 0;  // in the frame of the centre of mass: of what changes the motion relative to it [J]
 };
 
+/// What went through one joint.
+struct JointIntegrals {
+  std::size_t joint = 0;     // position in Model::joints()
+  double motor_work = 0;     // [J]; mechanical
+  double friction_work = 0;  // [J]; negative; without stops
+  double copper_loss = 0;    // [J]; zero where its motor's torque constant is not known
+};
+
 /// Integrals since the phase's start.
 struct PhaseIntegrals {
   double motor_work = 0;     // [J]; of drives, prescribed joints included
-  double friction_work = 0;  // [J]; negative
+  double friction_work = 0;  // [J]; negative; of friction, and of stops that joints have met
   double external_work = 0;  // [J]; of gravity, loads, attitude control and the wrench that holds a root
   /// Of the same and of the ground; about the world's origin, in W.
   Momentumd external_impulse = Momentumd::zero();
-  std::vector<TreeIntegrals> trees = {};  // in the order of the roots; empty where nothing acts from outside
+  std::vector<TreeIntegrals> trees = {};    // in the order of the roots; empty where nothing acts from outside
+  std::vector<JointIntegrals> joints = {};  // with sticking friction, stops or a motor (JointDescription)
 };
 
 namespace phase_integral {
@@ -38,6 +47,9 @@ inline constexpr int kWholeCount = 9;
 // about that [N m s], force [N s].
 inline constexpr int kTreeWork = 0, kTreeMoment = 1, kTreeForce = 4;
 inline constexpr int kTreeCount = 7;
+// After them, of joints with sticking friction, stops or a motor: work of motor and friction, copper loss [J].
+inline constexpr int kJointMotor = 0, kJointFriction = 1, kJointCopper = 2;
+inline constexpr int kJointCount = 3;
 
 /// A tree of the model at an instant.
 template <class S>

@@ -71,6 +71,7 @@ class PhaseRun {
     ends.push_back(t1);
     try {
       dynamics_.begin_control(t0, t1);
+      dynamics_.meet_stops(t0, y0);
       cross(t0, y0, ends);
       if (!stop_time_ && usable()) output(t1, stepper_.state());
     } catch (const ControllerError& error) {
@@ -194,17 +195,20 @@ class PhaseRun {
     }
   }
 
-  // Wheels change their modes inside the step just made, which ends there; the motion goes on from a fresh start.
+  // Wheels or joints change their modes inside the step just made, which ends there; the motion goes on from a fresh
+  // start.
   void switch_at(double t) {
     constexpr long kMostSwitches = 100'000;
     if (++switches_ > kMostSwitches) {
       broken_off_ = fmt::format(
-          "reaction wheels come to their largest rates and leave them more than {} times until t = "
-          "{:.9g} s",
+          "reaction wheels or joints (at largest rates, stops, or where friction holds) change their modes more than "
+          "{} "
+          "times until t = {:.9g} s",
           kMostSwitches, t);
       return;
     }
     y_.assign(switch_locator_.state().begin(), switch_locator_.state().end());
+    dynamics_.meet_stops(t, y_);
     const double end = stepper_.end_time();
     dynamics_.choose_modes(t, y_);
     count_steps();

@@ -231,6 +231,29 @@ void expect_wheels_take_the_momentum(const CaptureProblem& p, const CaptureResul
   EXPECT_LT(norm(L - stored), 1e-3 * norm(L));
 }
 
+// Joints stick, and one meets its stop; what friction and stops take is accounted for.
+void expect_real_joints(const CaptureResult& r) {
+  EXPECT_TRUE(r.captured());
+  ASSERT_FALSE(r.joints.empty());
+  double heat = 0, lost = 0;
+  int sticks = 0;
+  for (const JointReport& j : r.joints) {
+    if (j.phase != "post_impact") continue;
+    heat += j.friction_heat, lost += j.stop_energy_lost, sticks += j.sticks;
+    EXPECT_GE(j.friction_heat, 0);
+    EXPECT_NE(j.mode, JointReport::Mode::moving) << j.joint;
+    ASSERT_TRUE(j.copper_loss);
+    EXPECT_GT(*j.copper_loss, 0);
+  }
+  std::printf("[ measured ] friction heat %.4g J, lost at stops %.4g J, sticks %d, impacts %ld\n", heat, lost, sticks,
+              r.stop_impact_count);
+  EXPECT_GT(heat, 1e-3);
+  EXPECT_GE(sticks, 6);
+  ASSERT_FALSE(r.stop_impacts.empty());
+  EXPECT_EQ(r.stop_impacts[0].joint, "wrist-pitch");
+  EXPECT_GT(lost, 0);
+}
+
 // What the wheels hold at the end is what they held before the contact and the target's own angular momentum.
 void expect_bias_is_reversed(const CaptureProblem& p, const CaptureResult& r) {
   expect_wheels_take_the_momentum(p, r);
@@ -327,6 +350,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);
+  if (name == "real-joints") return expect_real_joints(r);
   if (name == "bias-momentum") return expect_bias_is_reversed(p, r);
   if (name == "orbit-detumble") return expect_detumbling_in_orbit(r);
   if (name == "own-controller") return expect_torques_brake(r);

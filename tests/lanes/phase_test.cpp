@@ -105,6 +105,25 @@ TEST(LanePhase, RejectsWhatDoesNotFit) {
   held.held_root = phases[0].model.body_index("b0");
   EXPECT_EQ(lane_obstacle(phases[0].model, held, tight()), "a base is held");
   EXPECT_THROW(lane_structure(phases[0].model, held, tight()), std::invalid_argument);
+  const auto obstacle_of = [&](const std::function<void(JointDescription&)>& change) {
+    ModelBuilder builder;
+    bool done = false;
+    for (const Body& b : phases[0].model.bodies()) {
+      BodyDescription d = b.description;
+      if (!done && b.parent >= 0 && has_one_axis(d.joint.type)) change(d.joint), done = true;
+      builder.add(d);
+    }
+    return lane_obstacle(builder.build(), phases[0].setup, tight());
+  };
+  EXPECT_EQ(obstacle_of([](JointDescription&) {}), "");
+  EXPECT_EQ(obstacle_of([](JointDescription& j) { j.friction.model = JointFriction::Model::sticking; }),
+            "joints stick");
+  EXPECT_EQ(obstacle_of([](JointDescription& j) { j.limits.stop = JointStop{}; }), "joints have stops");
+  EXPECT_EQ(obstacle_of([](JointDescription& j) { j.motor = JointMotor{}; }), "joints have motors");
+  EXPECT_EQ(obstacle_of([](JointDescription& j) {
+              j.rotor_inertia = 1, j.rotor_axis = Vector3d{0, 0, 1};
+            }),
+            "rotors store momentum");
   const Phase other = random_phases(12, 1, {})[0];
   LaneCase c;
   EXPECT_THROW(lane_case(structure, other.model, other.setup, other.start, nullptr, c), std::invalid_argument);

@@ -1,0 +1,54 @@
+#include "grapnel/capture/joint_monitor.hpp"
+
+#include <algorithm>
+
+namespace grapnel {
+namespace {
+
+constexpr std::size_t kKept = 100;  // impacts at stops
+
+JointReport::Mode mode_of(const PhaseDynamics& dynamics, std::size_t joint) {
+  using Mode = JointReport::Mode;
+  if (output_of(dynamics.setup().drives[joint].control) == ControlOutput::motion) return Mode::prescribed;
+  const JointModes::Joint* modes = dynamics.joint_modes().of(joint);
+  if (!modes || modes->mode == JointModes::Mode::moving) return Mode::moving;
+  if (modes->end == JointModes::End::none) return Mode::stuck;
+  return modes->end == JointModes::End::lower ? Mode::at_lower_stop : Mode::at_upper_stop;
+}
+
+}  // namespace
+
+void JointMonitor::begin_phase(const std::string& name, const PhaseDynamics& dynamics) {
+  name_ = name, dynamics_ = &dynamics;
+}
+
+void JointMonitor::end_phase(const PhaseOutcome& outcome) {
+  const Model& model = dynamics_->model();
+  const auto description = [&](std::size_t joint) -> const JointDescription& {
+    return model.bodies()[model.joints()[joint]].description.joint;
+  };
+  for (const JointIntegrals& integrals : outcome.integrals.joints) {
+    const JointDescription& joint = description(integrals.joint);
+    JointReport& report = reports_.emplace_back();
+    report.phase = name_, report.joint = joint.name;
+    report.mode = mode_of(*dynamics_, integrals.joint);
+    report.friction_heat = -integrals.friction_work, report.motor_work = integrals.motor_work;
+    if (joint.motor && joint.motor->torque_constant > 0) report.copper_loss = integrals.copper_loss;
+    const JointModes::Joint* modes = dynamics_->joint_modes().of(integrals.joint);
+    if (!modes) continue;
+    report.sticks = modes->sticks_count, report.breakaways = modes->breakaways;
+    report.stop_impacts = modes->stop_impacts, report.stop_energy_lost = modes->stop_energy_lost;
+  }
+  stop_impact_count_ += dynamics_->joint_modes().stop_impact_count();
+  for (const JointModes::StopImpact& impact : dynamics_->joint_modes().stop_impacts()) {
+    if (stop_impacts_.size() == kKept) break;
+    stop_impacts_.push_back({impact.time, description(impact.joint).name, impact.end == JointModes::End::upper,
+                             impact.rate_before, impact.rate_after, impact.impulse, impact.energy_lost});
+  }
+}
+
+void JointMonitor::write(CaptureResult& result) const {
+  result.joints = reports_, result.stop_impacts = stop_impacts_, result.stop_impact_count = stop_impact_count_;
+}
+
+}  // namespace grapnel

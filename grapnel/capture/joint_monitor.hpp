@@ -1,0 +1,30 @@
+#pragma once
+
+/// @file
+/// What joints with sticking friction, stops or known motors do in a run. Thread safety: one thread at a time.
+
+#include <string>
+#include <vector>
+
+#include "grapnel/result/capture_result.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+
+class JointMonitor {
+ public:
+  /// The dynamics must live until the phase ends.
+  void begin_phase(const std::string& name, const PhaseDynamics& dynamics);
+  /// Of a phase that has finished.
+  void end_phase(const PhaseOutcome& outcome);
+  void write(CaptureResult& result) const;
+
+ private:
+  std::string name_;
+  const PhaseDynamics* dynamics_ = nullptr;
+  std::vector<JointReport> reports_;
+  std::vector<StopImpact> stop_impacts_;
+  long stop_impact_count_ = 0;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,127 @@
+#pragma once
+
+/// @file
+/// Joints that stick, and joints that meet stops: the modes in which their motion is smooth, how they are chosen where
+/// one ends, and the impacts at stops. docs/theory.md, section 18. Thread safety: one thread at a time.
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "grapnel/model/model.hpp"
+
+namespace grapnel {
+
+/// A joint between two events either moves, and its friction has one sense, or is held: at rest, by friction up to its
+/// breakaway effort, at a stop also by the stop, which only pushes. Modes change at events, where a margin falls to
+/// zero: a rate that turns round, a stop that is met, an effort that no longer holds.
+///
+/// Joints that move as prescribed have no modes.
+class JointModes {
+ public:
+  enum class Mode { moving, held };
+  enum class End : std::int8_t { lower = -1, none = 0, upper = 1 };
+
+  struct Joint {
+    std::size_t joint;  // position in Model::joints()
+    int q, v;           // its places in State
+    bool sticks;
+    double viscous, coulomb, breakaway;  // zero where it does not stick
+    double lower, upper;                 // where stops are; infinite: none
+    double restitution, rest_rate;
+    Mode mode = Mode::moving;
+    double sense = 0;     // of its motion, +1 or -1, against which Coulomb's friction acts
+    End end = End::none;  // at which stop it is
+    double slack = 0;     // of the holding effort [N m or N]
+    bool stays = false;   // held until modes are chosen again, whatever the margin
+    // Since begin():
+    int sticks_count = 0, breakaways = 0, stop_impacts = 0;
+    double stop_energy_lost = 0;  // [J]
+  };
+
+  /// An impact at a stop. `joint` as Joint::joint.
+  struct StopImpact {
+    double time;
+    std::size_t joint;
+    End end;
+    double rate_before, rate_after;
+    double impulse;      // of the stop on the joint [N m s or N s]
+    double energy_lost;  // [J]
+  };
+
+  JointModes() = default;
+  /// `prescribed`: per velocity of the model, those that move as prescribed.
+  JointModes(const Model& model, std::span<const std::uint8_t> prescribed);
+
+  bool empty() const { return joints_.empty(); }
+  const std::vector<Joint>& joints() const { return joints_; }
+  /// Of one of the model's joints; null: it has no modes.
+  const Joint* of(std::size_t joint) const { return at_[joint] < 0 ? nullptr : &joints_[at_[joint]]; }
+  bool any_held() const;
+  /// The first ones since begin(), and how many there were.
+  const std::vector<StopImpact>& stop_impacts() const { return stop_impacts_; }
+  long stop_impact_count() const { return stop_impact_count_; }
+
+  /// A phase begins with this state: forgets what was, and takes modes by rates alone. A joint that is beyond its stop
+  /// is stopped where it is.
+  void begin(std::span<const double> q, std::span<const double> v);
+
+  /// Friction of a joint that moves [N m or N].
+  static double sliding_friction(const Joint& joint, double rate) {
+    return -(joint.viscous * rate + joint.coulomb * joint.sense);
+  }
+
+  /// What a choice of modes means: accelerations per velocity, and per joint of the model the effort that holds it, of
+  /// friction and stop together, where it is held.
+  struct Response {
+    std::span<const double> acceleration, holding;
+  };
+  /// Chooses the modes for the motion that goes on from a state. Joints at rest are held for now; of those that cannot
+  /// be held the one that exceeds its limits most is freed, in the sense in which it is pulled, until all that are held
+  /// can be. One that was freed and would not go that way, since another one moves too, is held again and stays so
+  /// until modes are chosen again. `respond` works out what the present modes lead to.
+  void choose(std::span<const double> q, std::span<const double> v, const std::function<Response()>& respond);
+
+  /// Positive while the modes of joints that move may stay.
+  double moving_margin(std::span<const double> q, std::span<const double> v) const;
+  /// The same of those that are held; `holding` per joint of the model.
+  double holding_margin(std::span<const double> holding) const;
+
+  /// A change of rate that stops give: a velocity's place in State::v, and the change [rad/s or m/s].
+  struct RateChange {
+    int v;
+    double change;
+  };
+  /// Of joints that stick and whose rates have just turned round: what is left of their rates, which events find to
+  /// the resolution of time, taken away.
+  std::vector<RateChange> overshoots(std::span<const double> v) const;
+
+  /// What given changes of some velocities do to the whole system: changes of all velocities, and the impulses that
+  /// those take, per velocity.
+  struct ImpulseResponse {
+    std::span<const double> change, impulse;
+  };
+  /// Joints that are at a stop and move on into it meet it: their rates become -restitution times what they were, or
+  /// zero where they are slower than the rest rate; of several at one instant the least restitution holds for all.
+  /// Joints that rest on a stop are kept by it where that takes a push. Stuck joints slide: no friction is felt in an
+  /// impact. Changes q (to the very end of the range) and v. Whether anything was met.
+  bool meet_stops(double time, std::span<double> q, std::span<double> v,
+                  const std::function<ImpulseResponse(std::span<const RateChange>)>& respond);
+  /// By the whole system in the last impact, all stops together [J].
+  double last_energy_lost() const { return last_energy_lost_; }
+
+ private:
+  double excess(const Joint& joint, double holding) const;
+  void take_modes(std::span<const double> q, std::span<const double> v);
+
+  std::vector<Joint> joints_;
+  std::vector<int> at_;  // per joint of the model: place in joints_, or -1
+  std::vector<StopImpact> stop_impacts_;
+  long stop_impact_count_ = 0;
+  double last_energy_lost_ = 0;
+  bool chosen_ = false;  // since begin()
+};
+
+}  // namespace grapnel
