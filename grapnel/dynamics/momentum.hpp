@@ -35,12 +35,12 @@ BodyMomentum body_momentum(const Model& model, const Kinematics& kinematics, int
 Vector3d center_of_mass(const Model& model, const Kinematics& kinematics, std::span<const int> roots = {});
 
 /// Total momentum [l; p] about a point of W, in W (2.2), of the trees rooted at `roots` (empty: of everything). Rotors
-/// whose axis is given count with their spin, (18.6); the others count through the mass matrix's diagonal only.
+/// whose axis is given count with their spin, (19.6); the others count through the mass matrix's diagonal only.
 Momentumd momentum_about(const Model& model, const Kinematics& kinematics, const Vector3d& p_W,
                          std::span<const int> roots = {});
 
 /// Kinetic energy [J], rotors included: sum of V . I V / 2 over bodies plus reflected inertia times rate squared / 2,
-/// and of rotors whose axis is given spin times the carrier's angular velocity about it (18.7), of the trees rooted at
+/// and of rotors whose axis is given spin times the carrier's angular velocity about it (19.7), of the trees rooted at
 /// `roots` (empty: of everything).
 double kinetic_energy(const Model& model, const Kinematics& kinematics, const State& state,
                       std::span<const int> roots = {});

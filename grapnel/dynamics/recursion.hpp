@@ -202,7 +202,7 @@ GRAPNEL_INLINE SpatialAcceleration<S> joint_bias(Spherical, const TreeLink<S>& l
   return {cross(V.angular, w), cross(V.linear, w)};
 }
 
-// --- Rotors whose spin counts: (18.7) to (18.11) of docs/theory.md. --------------------------------------------------
+// --- Rotors whose spin counts: (19.7) to (19.11) of docs/theory.md. --------------------------------------------------
 
 /// The rotor's spin momentum per rate of the joint, in the link's frame; it acts on the parent.
 template <OneAxis Joint, class S>
@@ -384,7 +384,7 @@ GRAPNEL_INLINE void eliminate_revolute(const Column<S>& column, const LinkScratc
   t.p += column.u * w.G;
 }
 
-// What a rotor adds to the column, (18.9): its spin couples the joint with the parent's angular acceleration.
+// What a rotor adds to the column, (19.9): its spin couples the joint with the parent's angular acceleration.
 template <OneAxis Joint, class S>
 GRAPNEL_INLINE void couple_rotor(Joint joint, const TreeLink<S>& link, const LinkScratch<S>& w, Column<S>& column) {
   if (!link.has_rotor) return;

@@ -208,7 +208,7 @@ bool JointModes::meet_stops(double time, std::span<double> q, std::span<double> 
     const double before = v[j.v];
     const bool meets = into_stop(j, before) > kAtRest;
     const double rebound = meets ? -e * before : 0.0, impulse = response.impulse[j.v];
-    const double lost = -0.5 * impulse * (before + rebound);  // (18.4)
+    const double lost = -0.5 * impulse * (before + rebound);  // (19.4)
     last_energy_lost_ += lost;
     q[j.q] = j.end == End::lower ? j.lower : j.upper;
     if (!meets) continue;

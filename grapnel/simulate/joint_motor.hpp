@@ -2,7 +2,7 @@
 
 /// @file
 /// What a joint's motor makes of what it is told: the largest effort at a rate, torque ripple, current. docs/theory.md,
-/// (18.12) to (18.14).
+/// (19.12) to (19.14).
 
 #include <algorithm>
 #include <cmath>

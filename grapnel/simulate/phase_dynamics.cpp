@@ -648,7 +648,7 @@ void PhaseDynamics::book_impulses(std::span<double> y) {
 }
 
 // The system at rest answers to changes of some rates as to accelerations: M change = J^T P and the stops' impulses,
-// (18.3). `friction_holds`: joints that are held stay so; not in impacts, which friction cannot answer.
+// (19.3). `friction_holds`: joints that are held stay so; not in impacts, which friction cannot answer.
 JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes::RateChange> changes,
                                                       bool friction_holds) {
   for (const JointModes::Joint& joint : modes_.joints())
