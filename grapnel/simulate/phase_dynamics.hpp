@@ -20,6 +20,7 @@
 #include "grapnel/dynamics/root_velocity.hpp"
 #include "grapnel/integrate/manifold.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
+#include "grapnel/simulate/base_actuation.hpp"
 #include "grapnel/simulate/controller.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/joint_control.hpp"
@@ -113,7 +114,7 @@ class PhaseDynamics {
   void tick(double t, std::span<const double> y);
 
   /// Whether wheels' modes can change: then choose_modes() speaks wherever a smooth piece begins.
-  bool switches() const { return wheels_.has_rate_limits(); }
+  bool switches() const { return base_.switches(); }
   /// Positive while the wheels' modes may stay: distances from largest rates, and how fast held wheels would go on.
   double switch_margin(double t, std::span<const double> y);
   /// The wheels' modes from now on, in y at t; nothing without wheels that have a largest rate.
@@ -153,7 +154,7 @@ class PhaseDynamics {
   std::span<const double> force_beside() const { return beside_; }
   /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m].
   /// Through wheels: what their motors give of it.
-  const Vector3d& control_torque() const { return attitude_torque_; }
+  const Vector3d& control_torque() const { return base_.given(); }
 
  private:
   int integral_count() const {
@@ -164,18 +165,14 @@ class PhaseDynamics {
   void check_and_classify();
   void check_control();
   void check_wheels();
-  /// The root under attitude control or a controller's torque; -1: none.
-  int driven_root() const { return setup_.attitude ? setup_.attitude->root : setup_.commanded_root; }
   /// Whether laws say what acts, now; else what the clock holds acts.
   bool laws_speak() const { return !setup_.clock || sampling_; }
-  Vector3d attitude_torque_now() const;
   double said_by_law(std::size_t joint) const;
   void gather_beside();
   void ask_controller(double t);
   void refuse_runaway(double t) const;
   void drive_root();
-  void hold_wheels();
-  double driving_on(std::size_t wheel, double t, std::span<const double> y);
+  std::span<const double> accelerations_in(double t, std::span<const double> y);
   void load(double t, std::span<const double> y);
   void recover(double t);
   ProjectionResult close_loops(double t);
@@ -208,11 +205,8 @@ class PhaseDynamics {
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
-  std::vector<ExternalWrench> wrenches_;         // of the loads, now; then of an orbit's field, one per body
-  Vector3d asked_torque_ = Vector3d::zero();     // on the driven root, by the laws or what is held of them
-  Vector3d attitude_torque_ = Vector3d::zero();  // on it, as given
-  WheelArray wheels_;
-  std::vector<std::uint8_t> stays_held_;       // per wheel: until modes are chosen again
+  std::vector<ExternalWrench> wrenches_;  // of the loads, now; then of an orbit's field, one per body
+  BaseActuation base_;
   double momenta_time_ = 0;                    // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
   std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended
