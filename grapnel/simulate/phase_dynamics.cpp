@@ -7,6 +7,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "grapnel/simulate/arm_reaction.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -87,7 +89,9 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       drifted_(momenta_) {
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
   if (!setup_.closures.empty()) solver_.emplace(model_, setup_.closures);
-  base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels);
+  base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.actuators,
+                        setup_.clock);
+  wrenches_.resize(wrenches_.size() + base_.thruster_count());
   check_and_classify();
 }
 
@@ -141,7 +145,7 @@ void PhaseDynamics::check_and_classify() {
     trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
-                  setup_.orbit.has_value() || base_.acts_from_outside();
+                  setup_.orbit.has_value() || base_.acts_from_outside() || base_.has_thrusters();
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
@@ -272,6 +276,10 @@ void PhaseDynamics::act_from_outside(double t) {
   const OrbitPoint at = setup_.orbit ? orbit_point(*setup_.orbit, t) : OrbitPoint{};
   for (std::size_t i = 0; i < setup_.loads.size(); ++i) wrenches_[i] = wrench_of(setup_.loads[i], t, at);
   if (setup_.orbit) act_on_orbit(at);
+  if (base_.has_thrusters()) {
+    const std::size_t first = wrenches_.size() - base_.thruster_count();
+    base_.push(t, workspace_.kinematics.X_WB[base_.root()], std::span(wrenches_).subspan(first));
+  }
   if (!wrenches_.empty()) gather_external(model_, wrenches_, workspace_);
 }
 
@@ -281,9 +289,24 @@ void PhaseDynamics::drive_root() {
   if (!laws_speak()) {
     torque = setup_.clock->held().base_torque;
   } else if (setup_.attitude) {
-    torque = base_.attitude_torque_in(now_);
+    torque = base_.attitude_torque_in(now_, base_.feeds_forward() ? arms_ahead() : Vector3d::zero());
   }
-  base_.drive(torque, motor_, force_);
+  base_.drive(torque, now_.v, motor_, force_);
+}
+
+// What the joints' motion takes from the base, as far as laws know it: joints that follow something accelerate as that.
+Vector3d PhaseDynamics::arms_ahead() {
+  known_acceleration_.assign(now_.v.size(), 0.0);
+  is_idle_.assign(now_.v.size(), 0);
+  for (const ReactionWheel& wheel : setup_.wheels) is_idle_[wheel.velocity] = 1;
+  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
+    const int v = model_.bodies()[model_.joints()[j]].v;
+    const ControlOutput output = output_of(setup_.drives[j].control);
+    const bool is_commanded = output == ControlOutput::motion || output == ControlOutput::acceleration;
+    if (setup_.drives[j].control != JointControl::free)
+      known_acceleration_[v] = is_commanded ? acceleration_[v] : desired_[j].acceleration;
+  }
+  return arm_reaction(model_, now_, base_.root(), known_acceleration_, is_idle_);
 }
 
 // Of a joint under a law with gains.
@@ -334,7 +357,9 @@ void PhaseDynamics::ask_controller(double t) {
 
 void PhaseDynamics::begin_control(double t, double end) {
   if (setup_.clock && end < t) throw std::logic_error("PhaseDynamics: sampled control does not run backwards");
+  if (base_.has_thrusters() && end < t) throw std::logic_error("PhaseDynamics: thrusters do not run backwards");
   same_time_ = break_resolution(t, end);
+  base_.begin(t, same_time_);
   if (has_controller_) setup_.controller->begin_piece(model_, t);
 }
 
@@ -475,7 +500,7 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
 
 void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
   if (!switches()) return;
-  base_.choose_modes(y.subspan(model_.coordinates(), model_.velocities()), [&] { return accelerations_in(t, y); });
+  base_.choose_modes(t, y.subspan(model_.coordinates(), model_.velocities()), [&] { return accelerations_in(t, y); });
 }
 
 // Centres of mass of the trees, and their velocities.

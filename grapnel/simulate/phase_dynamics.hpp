@@ -54,6 +54,8 @@ struct PhaseSetup {
   /// Through which attitude control's or the controller's torque on its root is given; empty: from outside. Their
   /// joints are free.
   std::vector<ReactionWheel> wheels = {};
+  /// Thrusters, and how wheels and thrusters work together.
+  BaseActuators actuators = {};
   /// Samples all laws, attitude control's too; null: they act continuously. Controller and clock have a state that
   /// lasts beyond a phase: two phases that run at the same time must not share them.
   std::shared_ptr<ControlClock> clock = {};
@@ -108,16 +110,21 @@ class PhaseDynamics {
   void leave_interval() { inside_.reset(); }
   /// A phase from t to `end` begins: tells the controller. @throws std::logic_error if a clock would run backwards.
   void begin_control(double t, double end);
+  /// It has ended at t.
+  void end_control(double t) { base_.reach(t); }
+  /// The first time after t, and before `end`, at which an actuator switches by the time alone; else `end`.
+  double next_edge(double t, double end) const { return base_.next_edge(t, end); }
   /// The time is t, in y: at a tick of the clock sensors are read and laws speak, and commands that are due act. Does
   /// nothing without a clock. @throws ControllerError, also where the control is unstable: something has come to speeds
   /// that nothing in space has.
   void tick(double t, std::span<const double> y);
 
-  /// Whether wheels' modes can change: then choose_modes() speaks wherever a smooth piece begins.
+  /// Whether modes of the base's actuators can change: then choose_modes() speaks wherever a smooth piece begins.
   bool switches() const { return base_.switches(); }
-  /// Positive while the wheels' modes may stay: distances from largest rates, and how fast held wheels would go on.
+  /// Positive while the modes may stay: distances from largest rates, how fast held wheels would go on, distances of
+  /// thrusters from their levels.
   double switch_margin(double t, std::span<const double> y);
-  /// The wheels' modes from now on, in y at t; nothing without wheels that have a largest rate.
+  /// The modes from now on, in y at t; nothing without actuators that switch.
   void choose_modes(double t, std::span<const double> y);
 
   /// dy/dt.
@@ -153,8 +160,10 @@ class PhaseDynamics {
   /// What a controller was told last that acts beside it (ControlInput::force).
   std::span<const double> force_beside() const { return beside_; }
   /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m].
-  /// Through wheels: what their motors give of it.
+  /// Through wheels: what their motors give of it; by thrusters: theirs, about the base's centre of mass.
   const Vector3d& control_torque() const { return base_.given(); }
+  /// What drives the base, as of the last evaluation.
+  const BaseActuation& base() const { return base_; }
 
  private:
   int integral_count() const {
@@ -172,6 +181,7 @@ class PhaseDynamics {
   void ask_controller(double t);
   void refuse_runaway(double t) const;
   void drive_root();
+  Vector3d arms_ahead();
   std::span<const double> accelerations_in(double t, std::span<const double> y);
   void load(double t, std::span<const double> y);
   void recover(double t);
@@ -205,8 +215,11 @@ class PhaseDynamics {
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
-  std::vector<ExternalWrench> wrenches_;  // of the loads, now; then of an orbit's field, one per body
+  /// Of the loads, now; then of an orbit's field, one per body; then of the thrusters.
+  std::vector<ExternalWrench> wrenches_;
   BaseActuation base_;
+  std::vector<double> known_acceleration_;  // scratch of arms_ahead()
+  std::vector<std::uint8_t> is_idle_;
   double momenta_time_ = 0;                    // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
   std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended
