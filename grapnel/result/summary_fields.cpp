@@ -487,8 +487,9 @@ const Type& type_of<Summary>() {
 > ("wheels", "", "reaction wheels; absent if there are none")
         .when<[](const S& s) { return !s.result.wheels.empty(); }>(),
     derived < [](const S& s) -> auto& {
-  return *worst_margin(s.result);
+  return s.result.thrusters;
 }
+> ("thrusters", "", "absent if there are none"), derived < [](const S& s) -> auto& { return *worst_margin(s.result); }
 > ("worst_margin", "", "the one of `loads` with the least margin over all phases; absent where nothing is rated")
         .when<[](const S& s) { return worst_margin(s.result) != nullptr; }>(),
     derived<[](const S& s) { return Clearances{&s.result}; }>("clearance", "", "absent where no two bodies have shapes")
