@@ -36,6 +36,8 @@ export interface Summary {
   loads?: PeakLoad[];
   /** reaction wheels; absent if there are none */
   wheels?: WheelReport[];
+  /** absent if there are none */
+  thrusters?: ThrustersReport;
   /** the one of `loads` with the least margin over all phases; absent where nothing is rated */
   worst_margin?: PeakLoad;
   /** absent where no two bodies have shapes */
@@ -66,6 +68,7 @@ export const kSummary: FieldNote[] = [
   ["post_impact","","absent without such motion"],
   ["loads","","the largest loads of every phase; absent if nothing was loaded"],
   ["wheels","","reaction wheels; absent if there are none"],
+  ["thrusters","","absent if there are none"],
   ["worst_margin","","the one of `loads` with the least margin over all phases; absent where nothing is rated"],
   ["clearance","","absent where no two bodies have shapes"],
   ["limits","","of joints and drives"],
@@ -1301,6 +1304,90 @@ export const kWheelReport: FieldNote[] = [
   ["rate_limit","rad/s","null: none"],
   ["largest_torque","N m","of its motor, likewise; null: nobody looked"],
   ["torque_limit","N m","null: none"],
+];
+
+// the thrusters of the base. The robot's mass stays what it is.
+export interface ThrustersReport {
+  /** in the robot's order */
+  each: ThrusterReport[];
+  /** used by all [kg] */
+  propellant: number;
+  /** of the robot file; null: nobody says [kg] */
+  at_hand: number | null;
+  /** used beyond what is at hand; 0: none [kg] */
+  excess: number;
+  /** absent without it */
+  dumping?: DumpingReport;
+  /** plumes that met something */
+  hazards: PlumeHazard[];
+}
+export const kThrustersReport: FieldNote[] = [
+  ["each","","in the robot's order"],
+  ["propellant","kg","used by all"],
+  ["at_hand","kg","of the robot file; null: nobody says"],
+  ["excess","kg","used beyond what is at hand; 0: none"],
+  ["dumping","","absent without it"],
+  ["hazards","","plumes that met something"],
+];
+
+// a thruster of the base.
+export interface ThrusterReport {
+  /** of the thruster */
+  name: string;
+  /** how often its valve opened [1] */
+  firings: number;
+  /** how long it was open [s] */
+  on_time: number;
+  /** of its force, ramps included [N s] */
+  impulse: number;
+  /** impulse over specific impulse and 9.80665 m/s^2 [kg] */
+  propellant: number;
+}
+export const kThrusterReport: FieldNote[] = [
+  ["name","","of the thruster"],
+  ["firings","1","how often its valve opened"],
+  ["on_time","s","how long it was open"],
+  ["impulse","N s","of its force, ramps included"],
+  ["propellant","kg","impulse over specific impulse and 9.80665 m/s^2"],
+];
+
+// thrusters take out the wheels' momentum.
+export interface DumpingReport {
+  /** how often it began [1] */
+  begun: number;
+  /** when it did first; 0 if never [s] */
+  first_begin: number;
+  /** how long it went on in all [s] */
+  duration: number;
+  /** whether it went on as the run ended */
+  active: boolean;
+  /** largest size of the wheels' momentum at the instants at which pulses may begin [N m s] */
+  largest_momentum: number;
+}
+export const kDumpingReport: FieldNote[] = [
+  ["begun","1","how often it began"],
+  ["first_begin","s","when it did first; 0 if never"],
+  ["duration","s","how long it went on in all"],
+  ["active","","whether it went on as the run ended"],
+  ["largest_momentum","N m s","largest size of the wheels' momentum at the instants at which pulses may begin"],
+];
+
+// a body in the plume of a thruster that fires.
+export interface PlumeHazard {
+  /** that fires */
+  thruster: string;
+  /** a link or a target, as the clearance names it */
+  body: string;
+  /** when it was first so [s] */
+  first_time: number;
+  /** of firing with one of the body's points in the cone: corners, middles of edges and faces of boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each integration step counts as its middle is [s] */
+  duration: number;
+}
+export const kPlumeHazard: FieldNote[] = [
+  ["thruster","","that fires"],
+  ["body","","a link or a target, as the clearance names it"],
+  ["first_time","s","when it was first so"],
+  ["duration","s","of firing with one of the body's points in the cone: corners, middles of edges and faces of boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each integration step counts as its middle is"],
 ];
 
 // distances between bodies with shapes.
