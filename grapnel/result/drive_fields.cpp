@@ -242,7 +242,8 @@ const Type& type_of<PlumeHazard>() {
       field<&P::first_time>("first_time", "s", "when it was first so"),
       field<&P::duration>("duration", "s",
                           "of firing with one of the body's points in the cone: corners, middles of edges and faces of "
-                          "boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each integration step counts as its middle is"),
+                          "boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each "
+                          "integration step counts as its middle is"),
   };
   static constexpr Type type = structure<P>("PlumeHazard", "a body in the plume of a thruster that fires.", fields);
   return type;

@@ -282,10 +282,7 @@ template <>
 struct Described<PlumeSetup> {
   using T = PlumeSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::half_angle>("half_angle", "rad", "Of the cone, at most 1.5 rad.")
-          .above(0)
-          .at_most(1.5)
-          .required(),
+      field<&T::half_angle>("half_angle", "rad", "Of the cone, at most 1.5 rad.").above(0).at_most(1.5).required(),
       field<&T::range>("range", "m", "How far it reaches.").above(0).required(),
   });
   static constexpr Type type = structure<T>(

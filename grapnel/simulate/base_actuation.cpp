@@ -197,7 +197,8 @@ void BaseActuation::choose_thrusters(double t, std::span<const double> v, const 
     const bool dumps = bank.dumps(size, *actuators_.dumping);
     torque = dumps && size > 0 ? (-std::min(actuators_.dumping->torque, size / period) / size) * h : Vector3d::zero();
   }
-  if (actuators_.modulation.kind == ThrusterModulation::Kind::schmitt) return bank.trigger(torque, actuators_.modulation);
+  if (actuators_.modulation.kind == ThrusterModulation::Kind::schmitt)
+    return bank.trigger(torque, actuators_.modulation);
   bank.mean_torque = bank.pulse(period * torque, period, actuators_.modulation);
 }
 

@@ -2,8 +2,8 @@
 
 /// @file
 /// What drives the base: the torque that laws ask for on a free root, and how it is given, from outside, by reaction
-/// wheels or by thrusters; and thrusters that take the wheels' momentum out. PhaseDynamics asks it what it adds to efforts, forces and prescribed rates, and when its modes change.
-/// Thread safety: one thread at a time.
+/// wheels or by thrusters; and thrusters that take the wheels' momentum out. PhaseDynamics asks it what it adds to
+/// efforts, forces and prescribed rates, and when its modes change. Thread safety: one thread at a time.
 
 #include <cstdint>
 #include <functional>
@@ -24,14 +24,14 @@ namespace grapnel {
 
 /// What gives the torque on the base beside its wheels (PhaseSetup::wheels), and how.
 struct BaseActuators {
-  /// Give the torque of attitude control, or take the wheels' momentum out (dumping); null: none. They belong to a run, as
-  /// its clock does.
+  /// Give the torque of attitude control, or take the wheels' momentum out (dumping); null: none. They belong to a run,
+  /// as its clock does.
   std::shared_ptr<ThrusterBank> thrusters = {};
   ThrusterModulation modulation = {};
   /// By pulse widths, which need a clock. The wheels counter what the pulses give on the average.
   std::optional<MomentumDumping> dumping = {};
-  /// Attitude control adds the torque that the joints' motion takes (arm_reaction), as far as the joints follow something
-  /// and within the law's limit.
+  /// Attitude control adds the torque that the joints' motion takes (arm_reaction), as far as the joints follow
+  /// something and within the law's limit.
   bool feedforward = false;
   /// At which the wheels' rates go to `wheel_speeds` as far as that gives no torque on the base, (18.7) [1/s]; 0: not.
   double wheel_speed_rate = 0;
@@ -61,8 +61,8 @@ class BaseActuation {
   bool has_thrusters() const { return actuators_.thrusters != nullptr; }
   std::size_t thruster_count() const { return has_thrusters() ? actuators_.thrusters->size() : 0; }
   bool feeds_forward() const { return actuators_.feedforward; }
-  /// What attitude control asks for in a state; zero without it [N m], in the root's axes. `ahead`: what is fed forward,
-  /// within the law's limit.
+  /// What attitude control asks for in a state; zero without it [N m], in the root's axes. `ahead`: what is fed
+  /// forward, within the law's limit.
   Vector3d attitude_torque_in(const State& state, const Vector3d& ahead = Vector3d::zero()) const;
 
   // --- In an evaluation, in this order ---

@@ -89,8 +89,7 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       drifted_(momenta_) {
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
   if (!setup_.closures.empty()) solver_.emplace(model_, setup_.closures);
-  base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.actuators,
-                        setup_.clock);
+  base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.actuators, setup_.clock);
   wrenches_.resize(wrenches_.size() + base_.thruster_count());
   check_and_classify();
 }

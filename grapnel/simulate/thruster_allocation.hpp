@@ -30,9 +30,9 @@ Vector3d thrust_direction(const Thruster& thruster);
 /// Propellant at full force, F / (I_sp g_0) [kg/s].
 double mass_flow(const Thruster& thruster);
 
-/// min c x under A x = b, x >= 0, by the simplex method in two phases, with Bland's rule, so that it ends; rows of A that
-/// say the same are left out. Of equally cheap solutions it is always the same one. Empty: no x keeps the equations
-/// (beyond 1e-9 of b). [Bland 1977]
+/// min c x under A x = b, x >= 0, by the simplex method in two phases, with Bland's rule, so that it ends; rows of A
+/// that say the same are left out. Of equally cheap solutions it is always the same one. Empty: no x keeps the
+/// equations (beyond 1e-9 of b). [Bland 1977]
 /// @throws std::invalid_argument if sizes do not fit or a cost is negative.
 std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, const Eigen::VectorXd& c);
 

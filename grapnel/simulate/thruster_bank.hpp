@@ -32,8 +32,8 @@ struct MomentumDumping {
 
 class ThrusterBank {
  public:
-  /// @throws std::invalid_argument if a direction is no unit vector, a force or specific impulse not positive, or a time
-  /// negative.
+  /// @throws std::invalid_argument if a direction is no unit vector, a force or specific impulse not positive, or a
+  /// time negative.
   ThrusterBank(std::vector<Thruster> thrusters, const Vector3d& about);
 
   std::size_t size() const { return thrusters_.size(); }
@@ -52,8 +52,8 @@ class ThrusterBank {
   /// The first time after t, and before `end`, at which a valve is to close, has been open for its least time, or a
   /// force has risen or fallen; else `end`.
   double next_edge(double t, double end, double same) const;
-  /// Now, at the time of advance(). `for_`: until it closes by itself; infinite: until it is told. One that is open stays
-  /// open.
+  /// Now, at the time of advance(). `for_`: until it closes by itself; infinite: until it is told. One that is open
+  /// stays open.
   void open(std::size_t thruster, double for_ = std::numeric_limits<double>::infinity());
   void close(std::size_t thruster);
   bool is_open(std::size_t thruster) const { return valves_[thruster].open; }
@@ -63,8 +63,8 @@ class ThrusterBank {
   /// Force at a time from advance() to the next edge, over that at full [1].
   double level(std::size_t thruster, double t) const;
 
-  /// By ThrusterModulation: pulse widths for the torque impulse of a period [N m s], beginning now. What they give of it
-  /// on the average, as the controller knows it [N m].
+  /// By ThrusterModulation: pulse widths for the torque impulse of a period [N m s], beginning now. What they give of
+  /// it on the average, as the controller knows it [N m].
   Vector3d pulse(const Vector3d& torque_impulse, double period, const ThrusterModulation& modulation);
   /// On or off for a torque [N m], now.
   void trigger(const Vector3d& torque, const ThrusterModulation& modulation);
@@ -104,11 +104,11 @@ class ThrusterBank {
  private:
   struct Valve {
     bool open = false;
-    double since = 0;   // of the last edge [s]
-    double level = 0;   // then
-    double opened = 0;  // [s]
+    double since = 0;                                         // of the last edge [s]
+    double level = 0;                                         // then
+    double opened = 0;                                        // [s]
     double closes = std::numeric_limits<double>::infinity();  // [s]
-    bool pulsed = false;  // in the last period: hysteresis of pulses
+    bool pulsed = false;                                      // in the last period: hysteresis of pulses
     Use use;
   };
   double until_steady(const Valve& valve, const Thruster& thruster) const;

@@ -195,9 +195,8 @@ class Builder {
   }
 
   void thrusters() {
-    add("thrusters/propellant", "kg", "propellant used", [](const StudyCase&, const CaptureResult& r) {
-      return r.thrusters ? r.thrusters->propellant : NAN;
-    });
+    add("thrusters/propellant", "kg", "propellant used",
+        [](const StudyCase&, const CaptureResult& r) { return r.thrusters ? r.thrusters->propellant : NAN; });
     add("thrusters/plume", "s", "of firing with a body in the plume, of all thrusters and bodies",
         [](const StudyCase&, const CaptureResult& r) {
           double time = 0;

@@ -257,8 +257,8 @@ TEST(Thrusters, DumpTheWheelsMomentumWhileTheBaseStays) {
   });
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_LT(norm(momentum_of(w, o.end_state)), 0.5);
-  // Pulses stand at the beginning of a period: rates are sampled when they are lowest, by half a pulse, 1.25e-3 rad/s, and
-  // the attitude makes up for it by k_d/k_p times that.
+  // Pulses stand at the beginning of a period: rates are sampled when they are lowest, by half a pulse, 1.25e-3 rad/s,
+  // and the attitude makes up for it by k_d/k_p times that.
   EXPECT_LT(angle, 3.2e-3);  // measured 2.91e-3
   EXPECT_EQ(w.bank->dumped().begun, 1);
   EXPECT_FALSE(w.bank->dumped().active);
