@@ -108,7 +108,7 @@ const std::vector<FaultCase> kCases{
 };
 
 INSTANTIATE_TEST_SUITE_P(All, ThrusterFault, testing::ValuesIn(kCases),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace thruster_faults_test
 }  // namespace grapnel::test
