@@ -67,9 +67,6 @@ void WheelArray::take_modes(std::span<const double> v) {
     const double rate = v[wheels_[i].velocity], relative = std::abs(rate) / wheels_[i].rate;
     signs_[i] = sign_of(rate);
     modes_[i] = relative > 1 + kAtLimit ? Mode::beyond : relative >= 1 - kAtLimit ? Mode::held : Mode::free;
-    // Held at the rate that it has: where momentum is integrated, and not recovered, a jump to the largest would be
-    // seen.
-    if (modes_[i] == Mode::held) signs_[i] = rate / wheels_[i].rate;
   }
   share_among_free();
 }
