@@ -17,6 +17,7 @@ PhaseSetup common_setup(const CaptureProblem& problem, const CaptureSystem& syst
   if (problem.integration.loops == IntegrationSetup::Loops::baumgarte)
     setup.loop_feedback = 1 / problem.integration.baumgarte_time;
   if (control) setup.attitude = attitude_control(*control, system, start);
+  setup.actuators.feedforward = control && control->feedforward;
   if (problem.control) {
     setup.clock = std::make_shared<ControlClock>(problem.control->timing, system.robot_joints.size());
     setup.channels = system.robot_joints;
@@ -71,12 +72,25 @@ void use_wheels(const CaptureProblem& problem, const CaptureSystem& system,
                 const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
   const bool commanded = setup.commanded_root >= 0;
   if (!control && !commanded) return;
-  if (control && control->actuators == BaseControlSetup::Actuators::outside) return;
+  if (control && (control->actuators == BaseControlSetup::Actuators::outside ||
+                  control->actuators == BaseControlSetup::Actuators::thrusters))
+    return;
   for (std::size_t w = 0; w < system.wheels.size(); ++w) {
     const WheelSetup& wheel = problem.robot.wheels[w];
     const int velocity = system.model.bodies()[system.model.joints()[system.wheels[w]]].v;
-    setup.wheels.push_back({system.wheels[w], velocity, wheel.axis, wheel.torque, wheel.rate});
+    setup.wheels.push_back({system.wheels[w], velocity, wheel.axis, wheel.torque, wheel.rate, wheel.inertia});
   }
+  if (!control) return;
+  setup.actuators.wheel_speed_rate = control->wheel_speed_rate;
+  setup.actuators.wheel_speeds = control->wheel_speeds;
+}
+
+// The thrusters, if they drive the base or take out the wheels' momentum.
+void use_thrusters(const CaptureProblem& problem, const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
+  if (!control || (control->actuators != BaseControlSetup::Actuators::thrusters && !control->dumping)) return;
+  setup.actuators.thrusters = make_thruster_bank(problem.robot);
+  setup.actuators.modulation = control->modulation.value_or(ThrusterModulation{});
+  setup.actuators.dumping = control->dumping;
 }
 
 }  // namespace
@@ -90,6 +104,15 @@ PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& sy
   }
   use_wheels(problem, system, problem.approach->base_control, setup);
   return setup;
+}
+
+std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot) {
+  if (robot.thrusters.empty()) return {};
+  Vector3d com = Vector3d::zero();
+  for (const BodyDescription& body : robot.bodies) {
+    if (body.name == robot.base) com = body.com;
+  }
+  return std::make_shared<ThrusterBank>(std::vector<Thruster>(robot.thrusters.begin(), robot.thrusters.end()), com);
 }
 
 JointControl control_of(PostImpactSetup::Joints joints) {
@@ -131,6 +154,7 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
                                                   : post && post->joints == PostImpactSetup::Joints::controller;
   if (has_controller && problem.control && problem.control->base_torque && !held) setup.commanded_root = system.base;
   use_wheels(problem, system, base, setup);
+  use_thrusters(problem, base, setup);
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
     JointDrive& drive = setup.drives[system.robot_joints[j]];
     if (control.approaching && !control.settled[j]) {

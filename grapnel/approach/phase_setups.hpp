@@ -18,7 +18,7 @@ std::vector<ExternalLoad> loads_on(const Model& model, std::span<const LoadSetup
 AttitudeControl attitude_control(const BaseControlSetup& setup, const CaptureSystem& system, const State& state);
 
 /// The approach along these trajectories (one per robot joint), tracked as set; `ideal`: followed exactly without
-/// noise, whatever the tracking.
+/// noise, whatever the tracking, and the base's torque from outside where thrusters give it.
 PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                           const std::vector<JointTrajectory>& joints, bool ideal);
 
@@ -32,13 +32,16 @@ struct SegmentControl {
   std::optional<JointLaw> law;        // that works after the approach; its joints are not held
 };
 
+/// The valves of the robot's thrusters, all closed; null without any.
+std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot);
+
 /// What drives joints by post_impact.
 JointControl control_of(PostImpactSetup::Joints joints);
 /// What a joint that has settled follows.
 JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentControl& control, std::size_t joint);
 
-/// What drives a piece of the run. The clock is a new one, which has seen no time; joints under a controller have none
-/// yet.
+/// What drives a piece of the run. Clock and thrusters are new ones, which have seen no time; joints under a controller
+/// have none yet.
 PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                          const std::vector<JointTrajectory>& joints, const SegmentControl& control);
 

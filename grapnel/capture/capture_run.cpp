@@ -23,6 +23,7 @@ RunJoints::RunJoints(const CaptureProblem& problem, const RunBodies& bodies, con
     throw CaptureProblemError(
         "control.external: the program that simulates gives the controller, as Problem.simulate(controller=...) of the "
         "Python module does, and here there is none");
+  thrusters_ = make_thruster_bank(problem.robot);
   control_.approaching = problem.approach.has_value();
   control_.settled.assign(bodies.system.robot_joints.size(), false);
   control_.hold.assign(bodies.system.robot_joints.size(), 0);
@@ -60,6 +61,7 @@ void RunJoints::control_attitude(const std::optional<BaseControlSetup>& setup, c
 PhaseSetup RunJoints::setup(const RunBodies& bodies) {
   PhaseSetup setup = segment_setup(problem_, bodies.system, bodies.state, trajectories_, control_);
   setup.clock = clock_;
+  if (setup.actuators.thrusters) setup.actuators.thrusters = thrusters_;
   if (setup.controller) return setup;  // a law's
   const auto is_commanded = [](const JointDrive& drive) { return drive.control == JointControl::controller; };
   if (setup.commanded_root >= 0 || std::any_of(setup.drives.begin(), setup.drives.end(), is_commanded))

@@ -133,6 +133,7 @@ class RunJoints {
   const CaptureProblem& problem_;
   const MovingFrame frame_;
   std::shared_ptr<ControlClock> clock_;        // of the whole run; null: laws speak continuously
+  std::shared_ptr<ThrusterBank> thrusters_;    // likewise; null: there are none
   std::shared_ptr<Controller> controller_;     // likewise, once it is needed
   std::vector<JointTrajectory> trajectories_;  // of the approach, per robot joint
   SegmentControl control_;

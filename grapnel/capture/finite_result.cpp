@@ -105,6 +105,7 @@ std::string first_not_finite(const CaptureResult& result) {
   for (const WheelReport& wheel : result.wheels) finder.look("wheels.rate_after", wheel.rate_after);
   finder.look("joints", result.joints);
   finder.look("stop_impacts", result.stop_impacts);
+  if (result.thrusters) finder.look("thrusters.propellant", result.thrusters->propellant);
   finder.look("ledger.scale", result.ledger.scale);
   return finder.found();
 }

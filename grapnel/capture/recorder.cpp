@@ -87,6 +87,12 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     add("wheels/momentum", "N m s", "their moments of inertia times these rates", wheels);
     add("wheels/torque", "N m", "of their motors, on the wheels", wheels);
   }
+  if (!problem.robot.thrusters.empty()) {
+    std::vector<std::string> thrusters;
+    for (const ThrusterSetup& thruster : problem.robot.thrusters) thrusters.push_back(thruster.name);
+    add("thrusters/force", "N", "forces of the thrusters", thrusters);
+    add("thrusters/propellant", "kg", "propellant used since the start", {"propellant"});
+  }
   add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
   add("system/linear_momentum", "N s", "total linear momentum in W", xyz);
   add("system/angular_momentum", "N m s", "total angular momentum about the system's centre of mass, in W", xyz);
@@ -200,6 +206,15 @@ void Recorder::put_wheels(const CaptureSystem& system, const PhaseSample& s) {
   put_all([&](std::size_t w) { return s.motor[system.wheels[w]]; });
 }
 
+// Forces, none where no phase has thrusters at work.
+void Recorder::put_thrusters(const PhaseSample& s, double propellant) {
+  const auto thrusts = s.dynamics ? s.dynamics->base().thrusts() : std::span<const double>();
+  for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i)
+    series_.series[next_].data.push_back(thrusts.empty() ? 0.0 : thrusts[i]);
+  ++next_;
+  put(propellant);
+}
+
 void Recorder::put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps) {
   const GraspSample none;
   const auto of = [&](std::size_t i) -> const GraspSample& { return grasps.empty() ? none : grasps[i]; };
@@ -283,7 +298,7 @@ void Recorder::put_conserved(const CaptureSystem& system, const Kinematics& k, c
 
 void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const ConservedQuantities& quantities,
                       const PhaseSample& s, std::span<const GraspSample> grasps, double clearance,
-                      std::span<const Wrenchd> through) {
+                      std::span<const Wrenchd> through, double propellant) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
@@ -318,6 +333,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
   if (!system.wheels.empty()) put_wheels(system, s);
+  if (!problem_.robot.thrusters.empty()) put_thrusters(s, propellant);
   put_conserved(system, in_world, quantities, s);
   if (problem_.orbit) put_orbit(system, k, s.time);
   if (watches_clearance_) put(clearance);

@@ -32,10 +32,10 @@ class Recorder {
   /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
   /// `grasps`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
-  /// `through`: what joints pass on, per body; empty: not known.
+  /// `through`: what joints pass on, per body; empty: not known. `propellant`: used so far [kg].
   void sample(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
               const PhaseSample& sample, std::span<const GraspSample> grasps, double clearance,
-              std::span<const Wrenchd> through = {});
+              std::span<const Wrenchd> through = {}, double propellant = 0);
   /// The work done in the phase that ends is carried into the next.
   void end_phase(const PhaseIntegrals& integrals);
 
@@ -47,6 +47,7 @@ class Recorder {
                      const PhaseSample& sample);
   Vector3d late_impulse(const ConservedQuantities& quantities, const PhaseSample& sample) const;
   void put_wheels(const CaptureSystem& system, const PhaseSample& s);
+  void put_thrusters(const PhaseSample& s, double propellant);
   void put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
   void put(double value);

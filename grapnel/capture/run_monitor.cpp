@@ -16,7 +16,8 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
       conservation_(problem, free),
       watches_(problem),
       loads_(problem),
-      wheels_(problem) {
+      wheels_(problem),
+      thrusters_(problem) {
   if (detail != CaptureDetail::full) return;
   recorder_.emplace(problem, free, frame, result.series);
   recorder_->stream_to(sink);
@@ -33,6 +34,7 @@ void RunMonitor::begin_phase(Phase phase) {
   loops_.begin_phase(name_, problem_, phase.system);
   joints_.begin_phase(name_, phase.dynamics);
   if (seeks_loads()) loads_.begin_phase(name_, phase.system, phase.dynamics);
+  thrusters_.begin_phase(phase.system, phase.dynamics);
   kinematics_ = Kinematics(phase.system.model);
   motor_.assign(phase.system.model.joints().size(), 0.0);
 }
@@ -55,7 +57,8 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   if (!keep) return;
   last_look_ = sample.time;
   if (recorder_)
-    recorder_->sample(*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps));
+    recorder_->sample(*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps),
+                      thrusters_.propellant(sample.time));
 }
 
 // What joints pass on, for the record.
@@ -73,8 +76,11 @@ void RunMonitor::look(double time, const State& state, const PhaseIntegrals& int
 }
 
 StepProbe RunMonitor::load_probe() {
-  if (!seeks_loads()) return {};
-  return [this](const PhaseStep& step) { loads_.step(step); };
+  if (!seeks_loads() && !thrusters_.looks()) return {};
+  return [this](const PhaseStep& step) {
+    if (seeks_loads()) loads_.step(step);
+    if (thrusters_.looks()) thrusters_.step(step);
+  };
 }
 
 void RunMonitor::end_phase(const PhaseOutcome& outcome) {
@@ -114,7 +120,7 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, double
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
   const PhaseIntegrals none;
   recorder_->sample(system, kinematics, quantities, {time, state, none, zeros, zeros}, grasps,
-                    watches_.instant(system, kinematics));
+                    watches_.instant(system, kinematics), {}, thrusters_.propellant(0));
 }
 
 void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) {
@@ -191,6 +197,7 @@ void RunMonitor::write() {
   loads_.write(result_);
   wheels_.write(result_);
   joints_.write(result_);
+  thrusters_.write(result_);
   watches_.add(loads_.take_events());
   watches_.write(result_);
   if (!result_.ledger.pass()) advise(problem_, conservation_.cause(), result_.ledger);

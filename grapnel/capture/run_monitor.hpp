@@ -9,6 +9,7 @@
 #include "grapnel/capture/load_monitor.hpp"
 #include "grapnel/capture/recorder.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
+#include "grapnel/capture/thruster_monitor.hpp"
 #include "grapnel/capture/wheel_monitor.hpp"
 #include "grapnel/impact_report/compliant_run.hpp"
 #include "grapnel/problem/capture_problem.hpp"
@@ -46,7 +47,7 @@ class RunMonitor {
   void sample(const PhaseSample& sample, bool keep);
   /// The ends of some steps, instead of samples.
   void look(double time, const State& state, const PhaseIntegrals& integrals);
-  /// Looks into every step; empty where nobody wants to.
+  /// Looks into every step, for loads and plumes; empty where nobody wants to.
   StepProbe load_probe();
   /// Of a phase that is integrated by somebody else: clearance and joint limits,
   void watch(double time, const State& state, std::span<const double> motor) { watches_.sample(time, state, motor); }
@@ -100,6 +101,7 @@ class RunMonitor {
   LoadMonitor loads_;
   WheelMonitor wheels_;
   JointMonitor joints_;
+  ThrusterMonitor thrusters_;
   ImpactMonitor impact_checks_;
   double last_look_ = 0;
   // The phase under way:

@@ -108,6 +108,9 @@ void mount_robot(Node& bus, Node robot, const Mount& mount, const std::string& j
   if (const Node* wheels = robot.find("wheels"); wheels && !wheels->items.empty())
     faults.add(wheels->mark,
                "an arm on a bus has reaction wheels; only the bus's base can: move them into the bus's file");
+  if (const Node* thrusters = robot.find("thrusters"); thrusters && !thrusters->items.empty())
+    faults.add(thrusters->mark,
+               "an arm on a bus has thrusters; only the bus's base can: move them into the bus's file");
   const std::string given = text_of(body->find("name"));
   const std::string carrier = given.empty() ? "base" : given, base_name = text_of(base->find("name"));
   std::vector<Node> links = taken_items(robot, "links"), end_effectors = taken_items(robot, "end_effectors");

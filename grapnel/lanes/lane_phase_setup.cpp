@@ -155,8 +155,8 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   // A member that is added to these structures does not compile here until it is known what lanes make of it.
-  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, clock, channels,
-               recover_roots, closures, project_loops, loop_feedback] = setup;
+  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, actuators, clock,
+               channels, recover_roots, closures, project_loops, loop_feedback] = setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
@@ -164,6 +164,10 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (!closures.empty()) return "loops are closed";
   if (clock) return "control is sampled";
   if (controller) return "a controller of its own is asked";
+  [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds] =
+      actuators;
+  if (thrusters) return "thrusters push the base";
+  if (feedforward) return "the base's torque follows the arms";
   if (!wheels.empty()) return "reaction wheels give the base's torque";
   if (held_root >= 0) return "a base is held";
   if (!model.rotors().empty()) return "rotors store momentum";

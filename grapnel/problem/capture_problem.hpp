@@ -28,6 +28,7 @@
 #include "grapnel/simulate/joint_trajectory.hpp"
 #include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
+#include "grapnel/simulate/thruster_bank.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
@@ -74,6 +75,18 @@ struct WheelSetup {
   JointFriction friction = {};                              // of its bearing
 };
 
+/// What comes out of a thruster, against its force: a cone from where the force acts.
+struct PlumeSetup {
+  double half_angle = 0;  // [rad]
+  double range = 0;       // beyond which it does no harm [m]
+};
+
+/// A thruster of the base.
+struct ThrusterSetup : Thruster {
+  std::string name;
+  std::optional<PlumeSetup> plume = {};  // absent: nobody watches it
+};
+
 /// A servicer: its bodies (the base first in meaning: the one root), end-effector frames, and shapes for drawing.
 struct RobotSetup {
   std::string name;
@@ -85,6 +98,8 @@ struct RobotSetup {
   std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
   std::vector<EndEffectorSetup> end_effectors;
   std::vector<WheelSetup> wheels;                           // of the base
+  std::vector<ThrusterSetup> thrusters;                     // of the base
+  std::optional<double> propellant;                         // at hand [kg]; absent: nobody says
   std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
   std::vector<std::pair<std::string, LoadRating>> ratings;  // of joints, by name; at the joint's origin
 };
@@ -151,13 +166,18 @@ struct TrackingSetup {
 /// A torque that controls the base's attitude (AttitudeControl).
 struct BaseControlSetup {
   /// What gives it. outside: something that takes its momentum out of the system, as ideal thrusters would. wheels: the
-  /// base's reaction wheels. Absent: the wheels, where there are any.
-  enum class Actuators { outside, wheels };
+  /// base's reaction wheels. thrusters: its thrusters. Absent: the wheels, where there are any, else outside.
+  enum class Actuators { outside, wheels, thrusters };
   std::optional<Actuators> actuators;
   Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
   Vector3d limit{AttitudeControl::kNone, AttitudeControl::kNone, AttitudeControl::kNone};  // [N m]
-  std::optional<Rotationd> R_WD;  // desired attitude; absent: the one at the phase's start
+  std::optional<Rotationd> R_WD;                 // desired attitude; absent: the one at the phase's start
+  bool feedforward = false;                      // of what the joints' motion takes (BaseActuators::feedforward)
+  double wheel_speed_rate = 0;                   // see BaseActuators [1/s]
+  std::vector<double> wheel_speeds;              // likewise [rad/s]
+  std::optional<ThrusterModulation> modulation;  // of thrusters; absent: its defaults
+  std::optional<MomentumDumping> dumping;
 };
 
 /// The on-board computer: laws of joints (pd, computed_torque), attitude control and a controller of the user's own

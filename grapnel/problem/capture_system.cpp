@@ -305,6 +305,13 @@ void check_wheels(const CaptureProblem& problem, std::vector<std::string>& fault
         problem.post_impact ? problem.post_impact->base_control : std::nullopt}) {
     if (control && control->actuators == BaseControlSetup::Actuators::wheels && problem.robot.wheels.empty())
       faults.push_back("base control: there are no wheels");
+    const bool fires = control && (control->actuators == BaseControlSetup::Actuators::thrusters || control->dumping);
+    if (fires && problem.robot.thrusters.empty()) faults.push_back("base control: there are no thrusters");
+    if (fires && !problem.control &&
+        control->modulation.value_or(ThrusterModulation{}).kind == ThrusterModulation::Kind::pulse_width)
+      faults.push_back("base control: thrusters with pulse widths need a control clock");
+    if (control && control->dumping && problem.robot.wheels.empty())
+      faults.push_back("base control: there are no wheels whose momentum could be dumped");
   }
 }
 

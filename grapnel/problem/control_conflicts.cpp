@@ -19,6 +19,8 @@ class ControlConflicts : ConflictFinder {
     if (problem_.post_impact) check_joints_afterwards(*problem_.post_impact);
     check_control();
     check_wheels();
+    if (problem_.approach) check_actuators_of(problem_.approach->base_control, "approach.base_control");
+    if (problem_.post_impact) check_actuators_of(problem_.post_impact->base_control, "post_impact.base_control");
   }
 
  private:
@@ -56,7 +58,7 @@ class ControlConflicts : ConflictFinder {
 
   // That they can turn the base as they are asked to.
   void check_wheels_of(const std::optional<BaseControlSetup>& control, const std::string& path) {
-    if (!control || control->actuators == BaseControlSetup::Actuators::outside) return;
+    if (!control || !uses_wheels(*control, true)) return;
     const std::vector<WheelSetup>& wheels = problem_.robot.wheels;
     if (wheels.empty()) {
       if (control->actuators)
@@ -74,6 +76,123 @@ class ControlConflicts : ConflictFinder {
           "with 0 for those that are not controlled, or actuators: outside",
           path, "xyz"[k]);
     }
+  }
+
+  // ---- Thrusters, and how wheels and thrusters work together ----
+
+  using Actuators = BaseControlSetup::Actuators;
+
+  // `asked`: also where there are none.
+  bool uses_wheels(const BaseControlSetup& control, bool asked = false) const {
+    if (control.actuators == Actuators::outside || control.actuators == Actuators::thrusters) return false;
+    return asked || !problem_.robot.wheels.empty();
+  }
+
+  void check_actuators_of(const std::optional<BaseControlSetup>& control, const std::string& path) {
+    if (!control) return;
+    const bool drives = control->actuators == Actuators::thrusters;
+    if (drives && problem_.robot.thrusters.empty())
+      add(path + ".actuators", "{}.actuators: thrusters, and the robot has none (thrusters: [...] in the robot file)",
+          path);
+    if (control->modulation && !drives && !control->dumping)
+      add_key(path + ".thrusters",
+              "{}.thrusters: no thrusters are used; it belongs to actuators: thrusters, or to dumping", path)
+          .relies_on = path + ".actuators";
+    if (control->dumping) check_dumping(*control, path);
+    if (drives && !problem_.robot.thrusters.empty()) check_turning(*control, path);
+    if (drives || control->dumping) check_modulation(*control, path);
+    check_wheel_speeds(*control, path);
+  }
+
+  // That thrusters can turn the base as they are asked to, one way and the other.
+  void check_turning(const BaseControlSetup& control, const std::string& path) {
+    const ThrusterAllocation allocation = thruster_allocation();
+    for (int k = 0; k < 3; ++k) {
+      if (control.kp[k] == 0 && control.kd[k] == 0) continue;
+      if (allocation.can_give(axis_vector(k)) && allocation.can_give(-axis_vector(k))) continue;
+      add(path,
+          "{}: its gains ask for torque about {}, which the robot's thrusters cannot give both ways; give the gains of "
+          "each axis, with 0 for those that are not controlled, or actuators: outside",
+          path, "xyz"[k]);
+    }
+  }
+
+  void check_dumping(const BaseControlSetup& control, const std::string& path) {
+    const std::string here = path + ".dumping";
+    if (!uses_wheels(control)) {
+      add_key(here, "{}: no wheels give the torque, so they gather no momentum to be dumped", here);
+      return;
+    }
+    if (!(control.dumping->below < control.dumping->above))
+      add(here + ".below", "{}.below is {} [N m s], must be less than above, {}", here, control.dumping->below,
+          control.dumping->above);
+    if (problem_.robot.thrusters.empty()) {
+      add_key(here, "{}: the robot has no thrusters (thrusters: [...] in the robot file)", here);
+      return;
+    }
+    std::vector<Vector3d> axes;
+    for (const WheelSetup& wheel : problem_.robot.wheels) axes.push_back(wheel.axis);
+    const ThrusterAllocation allocation = thruster_allocation();
+    for (int k = 0; k < 3; ++k) {
+      if (lacking_torque(axes, axis_vector(k)) >= 1e-6) continue;
+      if (allocation.can_give(axis_vector(k)) && allocation.can_give(-axis_vector(k))) continue;
+      add_key(here,
+              "{}: wheels gather momentum about {}, about which the robot's thrusters cannot give torque both ways",
+              here, "xyz"[k]);
+    }
+    if (control.modulation && control.modulation->kind != ThrusterModulation::Kind::pulse_width)
+      add(path + ".thrusters.modulation", "{}.thrusters.modulation: dumping needs pulse_width", path);
+  }
+
+  void check_modulation(const BaseControlSetup& control, const std::string& path) {
+    const ThrusterModulation modulation = control.modulation.value_or(ThrusterModulation{});
+    if (!(modulation.level_off < modulation.level_on))
+      add(path + ".thrusters.level_off", "{}.thrusters.level_off is {}, must be less than level_on, {}", path,
+          modulation.level_off, modulation.level_on);
+    if (modulation.kind != ThrusterModulation::Kind::pulse_width) return;
+    if (!problem_.control) {
+      add(path, "{}: thrusters with pulse_width fire in the periods of the control clock: control: {{period: ...}}",
+          path)
+          .relies_on = "control";
+      return;
+    }
+    for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i) {
+      const ThrusterSetup& thruster = problem_.robot.thrusters[i];
+      if (thruster.min_on_time < problem_.control->timing.period) continue;
+      add(path,
+          "{}: thruster {} fires for {} s or more (min_on_time), which must be less than control.period, {} s, for "
+          "pulse_width",
+          path, in_quotes(thruster.name), thruster.min_on_time, problem_.control->timing.period)
+          .relies_on = "control.period";
+    }
+  }
+
+  void check_wheel_speeds(const BaseControlSetup& control, const std::string& path) {
+    if (control.wheel_speed_rate == 0 && control.wheel_speeds.empty()) return;
+    const std::vector<WheelSetup>& wheels = problem_.robot.wheels;
+    const std::string rate = path + ".wheel_speed_rate", speeds = path + ".wheel_speeds";
+    if (!uses_wheels(control)) {
+      add(control.wheel_speeds.empty() ? rate : speeds, "{}: no wheels give the torque",
+          control.wheel_speeds.empty() ? rate : speeds);
+      return;
+    }
+    if (control.wheel_speed_rate == 0) add(speeds, "{}: the wheels do not go there without wheel_speed_rate", speeds);
+    if (!control.wheel_speeds.empty() && control.wheel_speeds.size() != wheels.size()) {
+      add(speeds, "{}: {} values, the robot has {} wheels", speeds, control.wheel_speeds.size(), wheels.size());
+      return;
+    }
+    for (std::size_t i = 0; i < control.wheel_speeds.size(); ++i) {
+      if (std::abs(control.wheel_speeds[i]) > wheels[i].rate)
+        add(speeds, "{}: {} rad/s of wheel {}, whose largest rate is {} rad/s", speeds, control.wheel_speeds[i],
+            in_quotes(wheels[i].name), wheels[i].rate);
+    }
+  }
+
+  ThrusterAllocation thruster_allocation() const {
+    const std::vector<ThrusterSetup>& thrusters = problem_.robot.thrusters;
+    Vector3d com = Vector3d::zero();
+    if (!problem_.robot.bodies.empty()) com = problem_.robot.bodies[0].com;
+    return ThrusterAllocation(std::vector<Thruster>(thrusters.begin(), thrusters.end()), com);
   }
 
   static Vector3d axis_vector(int k) {

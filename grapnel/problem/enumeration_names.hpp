@@ -25,7 +25,10 @@ template <>
 struct Described<RateMatch> : Enumeration<RateMatch, "RateMatch", "velocity", "twist", "velocity_least_rates"> {};
 template <>
 struct Described<BaseControlSetup::Actuators>
-    : Enumeration<BaseControlSetup::Actuators, "Actuators", "outside", "wheels"> {};
+    : Enumeration<BaseControlSetup::Actuators, "Actuators", "outside", "wheels", "thrusters"> {};
+template <>
+struct Described<ThrusterModulation::Kind>
+    : Enumeration<ThrusterModulation::Kind, "Modulation", "pulse_width", "schmitt"> {};
 template <>
 struct Described<JointProfile> : Enumeration<JointProfile, "JointProfile", "quartic", "cycloidal", "quintic"> {};
 template <>

@@ -372,13 +372,25 @@ Drawing wheels(const RunSource& run) {
   return {{momentum, torque}, 1};
 }
 
+Drawing thrusters(const RunSource& run) {
+  SeriesPanel force, used;
+  force.quantity = "force of thrusters", force.unit = "N";
+  used.quantity = "propellant", used.unit = "kg";
+  const Series& forces = wanted(run, "thrusters/force");
+  for (int i = 0; i < static_cast<int>(forces.width()); ++i)
+    force.curves.push_back({forces.components[i], component(forces, i), color_of(i)});
+  used.curves.push_back({"used", component(wanted(run, "thrusters/propellant"), 0), color_of(0)});
+  used.legend = false;
+  return {{force, used}, 1};
+}
+
 struct Kind {
   const char* what;
   const char* about;
   Drawing (*draw)(const RunSource&);
 };
 
-constexpr std::array<Kind, 12> kKinds{{
+constexpr std::array<Kind, 13> kKinds{{
     {"joints", "joint angles and rates", joints},
     {"velocities", "end-effectors' velocities, beside those of their grasp points", velocities},
     {"relative", "end-effectors' velocities minus those of their grasp points", relative},
@@ -394,6 +406,7 @@ constexpr std::array<Kind, 12> kKinds{{
     {"forces", "forces and moments on the grasps", forces},
     {"clearance", "clearance of bodies", clearance},
     {"wheels", "momentum of reaction wheels and torque of their motors", wheels},
+    {"thrusters", "forces of thrusters and propellant used", thrusters},
 }};
 
 }  // namespace

@@ -512,6 +512,38 @@ struct JointReport {
   }
 };
 
+/// A thruster in a run.
+struct ThrusterReport {
+  std::string name;
+  long firings = 0;
+  double on_time = 0;     // of its valve [s]
+  double impulse = 0;     // of its force [N s]
+  double propellant = 0;  // [kg]
+};
+/// A body in the plume of a thruster that fires.
+struct PlumeHazard {
+  std::string thruster, body;
+  double first_time = 0;  // [s]
+  double duration = 0;    // of firing with a point of the body in the plume [s]
+};
+/// Thrusters take the wheels' momentum out.
+struct DumpingReport {
+  long begun = 0;               // how often
+  double first_begin = 0;       // [s]
+  double duration = 0;          // of all [s]
+  bool active = false;          // as the run ended
+  double largest_momentum = 0;  // of the wheels, as pulses began [N m s]
+};
+/// The thrusters of a run.
+struct ThrustersReport {
+  std::vector<ThrusterReport> each;
+  double propellant = 0;                                      // used [kg]
+  double at_hand = std::numeric_limits<double>::quiet_NaN();  // [kg]; unknown: nobody says
+  double excess() const { return propellant > at_hand ? propellant - at_hand : 0; }
+  std::optional<DumpingReport> dumping;
+  std::vector<PlumeHazard> hazards;
+};
+
 /// An integration's cost.
 struct PhaseCost {
   std::string phase;
@@ -557,6 +589,7 @@ struct CaptureResult {
   std::vector<JointReport> joints;                // per phase in motion, of joints of which there is something to say
   std::vector<StopImpact> stop_impacts;           // the first ones
   long stop_impact_count = 0;                     // all
+  std::optional<ThrustersReport> thrusters;       // of the base, where it has any
   std::vector<MinimumClearance> clearance;        // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>

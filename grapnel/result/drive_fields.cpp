@@ -263,6 +263,20 @@ const Type& type_of<JointReport>() {
 }
 
 template <>
+const Type& type_of<ThrusterReport>() {
+  using T = ThrusterReport;
+  static constexpr Field fields[] = {
+      field<&T::name>("name", "of the thruster"),
+      field<&T::firings>("firings", "1", "how often its valve opened"),
+      field<&T::on_time>("on_time", "s", "how long it was open"),
+      field<&T::impulse>("impulse", "N s", "of its force, ramps included"),
+      field<&T::propellant>("propellant", "kg", "impulse over specific impulse and 9.80665 m/s^2"),
+  };
+  static constexpr Type type = structure<T>("ThrusterReport", "a thruster of the base.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<StopImpact>() {
   using S = StopImpact;
   static constexpr Field fields[] = {
@@ -276,6 +290,53 @@ const Type& type_of<StopImpact>() {
   };
   static constexpr Type type = structure<S>("StopImpact", "a joint that met a stop at the end of its range.", fields);
   return type;
+}
+
+template <>
+const Type& type_of<PlumeHazard>() {
+  using P = PlumeHazard;
+  static constexpr Field fields[] = {
+      field<&P::thruster>("thruster", "that fires"),
+      field<&P::body>("body", "a link or a target, as the clearance names it"),
+      field<&P::first_time>("first_time", "s", "when it was first so"),
+      field<&P::duration>("duration", "s",
+                          "of firing with one of the body's points in the cone: corners, middles of edges and faces of "
+                          "boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each "
+                          "integration step counts as its middle is"),
+  };
+  static constexpr Type type = structure<P>("PlumeHazard", "a body in the plume of a thruster that fires.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<DumpingReport>() {
+  using D = DumpingReport;
+  static constexpr Field fields[] = {
+      field<&D::begun>("begun", "1", "how often it began"),
+      field<&D::first_begin>("first_begin", "s", "when it did first; 0 if never"),
+      field<&D::duration>("duration", "s", "how long it went on in all"),
+      field<&D::active>("active", "whether it went on as the run ended"),
+      field<&D::largest_momentum>("largest_momentum", "N m s",
+                                  "largest size of the wheels' momentum at the instants at which pulses may begin"),
+  };
+  static constexpr Type type = structure<D>("DumpingReport", "thrusters take out the wheels' momentum.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<ThrustersReport>() {
+  using T = ThrustersReport;
+  static constexpr Field fields[] = {
+      field<&T::each>("each", "in the robot's order"), field<&T::propellant>("propellant", "kg", "used by all"),
+      field<&T::at_hand>("at_hand", "kg", "of the robot file; null: nobody says").or_null(),
+      derived<[](const T& t) { return t.excess(); }>("excess", "kg", "used beyond what is at hand; 0: none"),
+      derived < [](const T& t) -> auto& {return t.dumping;
+}
+> ("dumping", "", "absent without it"), field<&T::hazards>("hazards", "plumes that met something"),
+};  // namespace grapnel
+static constexpr Type type =
+    structure<T>("ThrustersReport", "the thrusters of the base. The robot's mass stays what it is.", fields);
+return type;
 }
 
 }  // namespace grapnel

@@ -140,6 +140,28 @@ std::string joint_mode_table(const CaptureResult& result) {
   return "\njoints with friction that sticks, stops or known motors\n" + table.text();
 }
 
+std::string thruster_table(const CaptureResult& result) {
+  if (!result.thrusters) return "";
+  const ThrustersReport& all = *result.thrusters;
+  TextTable table;
+  table.row({"thruster", "firings", "time on", "impulse", "propellant"});
+  table.row({"", "", "s", "N s", "kg"});
+  for (const ThrusterReport& t : all.each)
+    table.row({t.name, std::to_string(t.firings), short_number(t.on_time), short_number(t.impulse),
+               short_number(t.propellant)});
+  std::string out = "\nthrusters: " + short_number(all.propellant) + " kg of propellant";
+  if (!std::isnan(all.at_hand)) out += " of " + short_number(all.at_hand) + " kg at hand";
+  if (all.excess() > 0) out += fmt::format(", {} kg MORE THAN THERE IS", short_number(all.excess()));
+  out += "\n" + table.text();
+  if (const auto& d = all.dumping)
+    out += fmt::format("momentum of the wheels dumped {} time{}, for {} s{}\n", d->begun, d->begun == 1 ? "" : "s",
+                       short_number(d->duration), d->active ? ", and not yet done" : "");
+  for (const PlumeHazard& h : all.hazards)
+    out += fmt::format("plume of {} on {}: {} s, first at t = {} s\n", h.thruster, h.body, short_number(h.duration),
+                       short_number(h.first_time));
+  return out;
+}
+
 std::string approach_table(const CaptureResult& result) {
   if (!result.approach_end) return "";
   const PhaseEnd& end = *result.approach_end;
@@ -503,7 +525,8 @@ std::string ledger_table(const Ledger& ledger) {
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
          release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) +
-         joint_mode_table(result) + loop_tables(result) + load_table(result) + clearance_table(result) +
+         thruster_table(result) + joint_mode_table(result) + loop_tables(result) + load_table(result) +
+         clearance_table(result) +
          ledger_table(result.ledger);
 }
 

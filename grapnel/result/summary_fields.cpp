@@ -499,8 +499,9 @@ const Type& type_of<Summary>() {
     derived<[](const S& s) { return s.result.stop_impact_count; }>("stop_impact_count", "1", "all of them")
         .when<[](const S& s) { return !s.result.stop_impacts.empty(); }>(),
     derived < [](const S& s) -> auto& {
-  return *worst_margin(s.result);
+  return s.result.thrusters;
 }
+> ("thrusters", "", "absent if there are none"), derived < [](const S& s) -> auto& { return *worst_margin(s.result); }
 > ("worst_margin", "", "the one of `loads` with the least margin over all phases; absent where nothing is rated")
         .when<[](const S& s) { return worst_margin(s.result) != nullptr; }>(),
     derived<[](const S& s) { return Clearances{&s.result}; }>("clearance", "", "absent where no two bodies have shapes")

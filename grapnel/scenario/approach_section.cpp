@@ -26,12 +26,49 @@ struct Described<JointControl> {
 };
 
 template <>
+struct Described<ThrusterModulation> {
+  using T = ThrusterModulation;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::kind>(
+          "modulation", "",
+          "pulse_width: each fires in every period of the control clock for the time that gives what is asked "
+          "for on the average. schmitt: each is on or off, with hysteresis; without a control clock at any "
+          "time."),
+      field<&T::level_on>("level_on", "1",
+                          "Share of the least time on (pulse_width, where less is asked for) or of the force (schmitt) "
+                          "from which on a thruster is on.")
+          .above(0)
+          .at_most(1),
+      field<&T::level_off>("level_off", "1", "Share down to which it stays on; less than level_on.")
+          .at_least(0)
+          .at_most(1),
+  });
+  static constexpr Type type = structure<T>("thruster_modulation", "How thrusters give what is asked for.", fields);
+};
+
+template <>
+struct Described<MomentumDumping> {
+  using T = MomentumDumping;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::above>("above", "N m s", "Size of the wheels' momentum at which it begins.").above(0).required(),
+      field<&T::below>("below", "N m s", "Size at which it ends; less than above.").at_least(0).required(),
+      field<&T::torque>("torque", "N m", "Of the thrusters, on the average of a period.").above(0).required(),
+  });
+  static constexpr Type type = structure<T>(
+      "momentum_dumping",
+      "Thrusters take out the wheels' momentum, against it, while the wheels counter their torque and slow down.",
+      fields);
+};
+
+template <>
 struct Described<BaseControlSetup> {
   using T = BaseControlSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::actuators>("actuators", "",
-                           "What gives the torque. wheels: the robot's reaction wheels; outside: something that takes "
-                           "its momentum out of the system. Absent: the wheels, if the robot has any.")
+      field<&T::actuators>(
+          "actuators", "",
+          "What gives the torque. wheels: the robot's reaction wheels; thrusters: its thrusters; outside: "
+          "something that takes its momentum out of the system. Absent: the wheels, if the robot has "
+          "any, else outside.")
           .optional(),
       field<&T::kp>("kp", "N m/rad", "Proportional gain.").at_least(0).as("axis gains").required(),
       field<&T::kd>("kd", "N m s/rad", "Derivative gain.").at_least(0).as("axis gains").required(),
@@ -44,6 +81,19 @@ struct Described<BaseControlSetup> {
           .as("quaternion")
           .optional(),
       field<&T::R_WD>("rpy", "rad", "Desired attitude in W, in place of quaternion_wxyz.").as("rpy").optional(),
+      field<&T::feedforward>("feedforward", "",
+                             "Whether the torque that the joints' motion takes is added, as the model knows it, within "
+                             "limit."),
+      field<&T::wheel_speed_rate>(
+          "wheel_speed_rate", "1/s",
+          "At which the wheels' rates go to wheel_speeds, as far as that gives no torque on the "
+          "base; 0: they do not.")
+          .at_least(0),
+      field<&T::wheel_speeds>("wheel_speeds", "rad/s",
+                              "Per wheel; absent: zero, so that the wheels' momenta become least.")
+          .optional(),
+      field<&T::modulation>("thrusters", "", "How thrusters give what is asked for.").optional(),
+      field<&T::dumping>("dumping", "", "Thrusters take out the wheels' momentum; absent: they do not.").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =

@@ -379,6 +379,11 @@ class Bytes {
     put(static_cast<const FrameDescription&>(e));
     put(e.approach_axis), put(e.envelope), put(e.rating);
   }
+  void put(const ThrusterSetup& t) {
+    static_assert(member_count<ThrusterSetup>() == 3, "a member is missing below");
+    put(static_cast<const Thruster&>(t));
+    put(t.name), put(t.plume);
+  }
   template <class Structure>
   requires std::is_aggregate_v<Structure>
   void put(const Structure& structure) {

@@ -362,6 +362,51 @@ struct Described<WheelSetup> {
 };
 
 template <>
+struct Described<PlumeSetup> {
+  using T = PlumeSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::half_angle>("half_angle", "rad", "Of the cone, at most 1.5 rad.").above(0).at_most(1.5).required(),
+      field<&T::range>("range", "m", "How far it reaches.").above(0).required(),
+  });
+  static constexpr Type type = structure<T>(
+      "plume", "Cone of what a thruster throws out, against its direction; what comes into it is reported.", fields);
+};
+
+template <>
+struct Described<ThrusterSetup> {
+  using T = ThrusterSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "").required(),
+      found<[](T& t) -> Vector3d& { return t.position; }>("position", "m", "Where its force acts, in the base's frame.")
+          .required(),
+      found<[](T& t) -> Vector3d& { return t.direction; }>(
+          "direction", "", "Unit vector of its force on the base, in the base's frame; the plume goes the other way.")
+          .as("unit vector")
+          .required(),
+      found<[](T& t) -> double& { return t.force; }>("force", "N", "When it is on.").above(0).required(),
+      found<[](T& t) -> double& { return t.specific_impulse; }>(
+          "specific_impulse", "s",
+          "Of its propellant, of which it uses force / (specific impulse times 9.80665 m/s^2).")
+          .above(0)
+          .required(),
+      found<[](T& t) -> double& { return t.min_on_time; }>("min_on_time", "s", "Least time that its valve is open.")
+          .at_least(0),
+      found<[](T& t) -> double& { return t.rise; }>("rise_time", "s", "In which its force rises, in a straight line.")
+          .at_least(0),
+      found<[](T& t) -> double& { return t.fall; }>("fall_time", "s", "In which it falls.").at_least(0),
+      found<[](T& t) -> Vector3d& { return t.misalignment; }>(
+          "misalignment", "rad",
+          "Rotation vector about the base's axes that turns its direction to where it really points; the controller "
+          "does "
+          "not know of it.")
+          .by_default("[0, 0, 0]"),
+      field<&T::plume>("plume", "", "").optional(),
+  });
+  static constexpr Type type = structure<T>(
+      "thruster", "A thruster of the base, on or off. What opens its valve: base_control of scenarios.", fields);
+};
+
+template <>
 struct Described<BaseKeys> {
   using T = RobotSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -427,6 +472,12 @@ struct Described<RobotSetup> {
       field<&T::end_effectors>("end_effectors", "", "Named frames on links, or on the base, that can grasp."),
       field<&T::wheels>("wheels", "", "Reaction wheels of the base. Its mass, centre of mass and inertia include them.")
           .items(0, 100),
+      field<&T::thrusters>("thrusters", "", "Thrusters of the base.").items(0, 100),
+      field<&T::propellant>("propellant", "kg",
+                            "At hand for the thrusters; what is used beyond it is reported. It is part of the base's "
+                            "mass, which stays.")
+          .above(0)
+          .optional(),
   });
   static constexpr Type type =
       structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields);
@@ -540,10 +591,10 @@ void finish_end_effectors(const Node& list, const std::string& path, ReadRobot& 
   }
 }
 
-void finish_wheels(const Node& list, const std::string& path, const ReadRobot& robot, FaultList& faults) {
-  NameTable names("wheel");
-  for (std::size_t i = 0; i < robot.setup.wheels.size() && i < list.items.size(); ++i)
-    names.add_from(list.items[i], item(path, i), faults);
+void finish_actuators(const Node& list, const std::string& path, const std::string& kind, std::size_t count,
+                      FaultList& faults) {
+  NameTable names(kind);
+  for (std::size_t i = 0; i < count && i < list.items.size(); ++i) names.add_from(list.items[i], item(path, i), faults);
 }
 
 // The joint order is the model's; without a model the file's, for what does not depend on the order.
@@ -597,7 +648,8 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
     finish_link(links.items[i], item(below(path, "links"), i), setup.bodies[i + 1], robot, faults);
   check_parents(links, below(path, "links"), robot, faults);
   finish_end_effectors(part(node, "end_effectors"), below(path, "end_effectors"), robot, faults);
-  finish_wheels(part(node, "wheels"), below(path, "wheels"), robot, faults);
+  finish_actuators(part(node, "wheels"), below(path, "wheels"), "wheel", setup.wheels.size(), faults);
+  finish_actuators(part(node, "thrusters"), below(path, "thrusters"), "thruster", setup.thrusters.size(), faults);
   order_joints(robot, sound_structure && faults.empty(), node.mark, faults);
   return robot;
 }

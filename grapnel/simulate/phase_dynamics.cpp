@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "grapnel/simulate/arm_reaction.hpp"
 #include "grapnel/simulate/joint_motor.hpp"
 
 namespace grapnel {
@@ -18,8 +19,6 @@ constexpr double kContradiction = 1e-6;
 // Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and would
 // not come to numbers that are not finite before the steps between its samples had become countless.
 constexpr double kRunaway = 1e4;
-// A wheel at its largest rate that is driven on by less, relative to that rate, is driven on by rounding [1/s].
-constexpr double kDrivenOn = 1e-9;
 
 using namespace phase_integral;
 
@@ -91,7 +90,8 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       drifted_(momenta_) {
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
   if (!setup_.closures.empty()) solver_.emplace(model_, setup_.closures);
-  wheels_ = WheelArray(setup_.wheels);
+  base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.actuators, setup_.clock);
+  wrenches_.resize(wrenches_.size() + base_.thruster_count());
   check_and_classify();
 }
 
@@ -150,7 +150,7 @@ void PhaseDynamics::check_and_classify() {
     trees_[tree_of_.back()].mass += b.description.mass;
   }
   has_external_ = setup_.held_root >= 0 || dot(setup_.gravity, setup_.gravity) > 0 || !setup_.loads.empty() ||
-                  setup_.orbit.has_value() || (driven_root() >= 0 && setup_.wheels.empty());
+                  setup_.orbit.has_value() || base_.acts_from_outside() || base_.has_thrusters();
   for (const Body& b : bodies) {
     has_external_ = has_external_ || (b.parent < 0 && b.description.joint.type == JointType::fixed);
   }
@@ -184,7 +184,7 @@ void PhaseDynamics::check_control() {
 void PhaseDynamics::check_wheels() {
   for (const ReactionWheel& wheel : setup_.wheels) {
     const Body& body = model_.bodies().at(model_.joints().at(wheel.joint));
-    if (body.v != wheel.velocity || body.parent != driven_root() ||
+    if (body.v != wheel.velocity || body.parent != base_.root() ||
         setup_.drives[wheel.joint].control != JointControl::free)
       throw std::invalid_argument("PhaseDynamics: a wheel is on no free joint of the root whose torque it gives");
   }
@@ -229,9 +229,7 @@ void PhaseDynamics::load(double t, std::span<const double> y) {
     now_.v[body.v] = reference.rate;
     acceleration_[body.v] = reference.acceleration;
   }
-  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
-    if (wheels_.mode(i) == WheelArray::Mode::held) now_.v[wheels_.wheels()[i].velocity] = wheels_.held_rate(i);
-  }
+  base_.prescribe({now_.v, prescribed_, commanded_, acceleration_});
   for (const JointModes::Joint& joint : modes_.joints()) {
     if (joint.mode == JointModes::Mode::held) now_.v[joint.v] = 0;
   }
@@ -288,30 +286,37 @@ void PhaseDynamics::act_from_outside(double t) {
   const OrbitPoint at = setup_.orbit ? orbit_point(*setup_.orbit, t) : OrbitPoint{};
   for (std::size_t i = 0; i < setup_.loads.size(); ++i) wrenches_[i] = wrench_of(setup_.loads[i], t, at);
   if (setup_.orbit) act_on_orbit(at);
+  if (base_.has_thrusters()) {
+    const std::size_t first = wrenches_.size() - base_.thruster_count();
+    base_.push(t, workspace_.kinematics.X_WB[base_.root()], std::span(wrenches_).subspan(first));
+  }
   if (!wrenches_.empty()) gather_external(model_, wrenches_, workspace_);
 }
 
-// The torque of attitude control or of the controller, or what the clock holds of it: from outside, or by the wheels'
-// motors.
+// The torque of attitude control or of the controller, or what the clock holds of it.
 void PhaseDynamics::drive_root() {
+  Vector3d torque = commanded_torque_;
   if (!laws_speak()) {
-    asked_torque_ = setup_.clock->held().base_torque;
+    torque = setup_.clock->held().base_torque;
   } else if (setup_.attitude) {
-    asked_torque_ = attitude_torque_now();
-  } else {
-    asked_torque_ = commanded_torque_;
+    torque = base_.attitude_torque_in(now_, base_.feeds_forward() ? arms_ahead() : Vector3d::zero());
   }
-  if (!wheels_.empty()) return wheels_.drive(asked_torque_, motor_);
-  attitude_torque_ = asked_torque_;
-  const Body& root = model_.bodies()[driven_root()];
-  for (int k = 0; k < 3; ++k) force_[root.v + k] = attitude_torque_[k];
+  base_.drive(torque, now_.v, motor_, force_);
 }
 
-Vector3d PhaseDynamics::attitude_torque_now() const {
-  const Body& root = model_.bodies()[setup_.attitude->root];
-  const double* q = now_.q.data() + root.q + 3;
-  const double* w = now_.v.data() + root.v;
-  return attitude_torque(*setup_.attitude, {q[0], q[1], q[2], q[3]}, {w[0], w[1], w[2]});
+// What the joints' motion takes from the base, as far as laws know it: joints that follow something accelerate as that.
+Vector3d PhaseDynamics::arms_ahead() {
+  known_acceleration_.assign(now_.v.size(), 0.0);
+  is_idle_.assign(now_.v.size(), 0);
+  for (const ReactionWheel& wheel : setup_.wheels) is_idle_[wheel.velocity] = 1;
+  for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
+    const int v = model_.bodies()[model_.joints()[j]].v;
+    const ControlOutput output = output_of(setup_.drives[j].control);
+    const bool is_commanded = output == ControlOutput::motion || output == ControlOutput::acceleration;
+    if (setup_.drives[j].control != JointControl::free)
+      known_acceleration_[v] = is_commanded ? acceleration_[v] : desired_[j].acceleration;
+  }
+  return arm_reaction(model_, now_, base_.root(), known_acceleration_, is_idle_);
 }
 
 // Of a joint under a law with gains.
@@ -331,18 +336,7 @@ void PhaseDynamics::gather_beside() {
     if (output_of(setup_.drives[j].control) == ControlOutput::effort)
       beside_[body.v] += joint_motor::within_line(joint, said_by_law(j), now_.v[body.v]);
   }
-  if (!setup_.attitude) return;
-  const Vector3d torque = attitude_torque_now();
-  if (!wheels_.empty()) {
-    wheels_.drive(torque, motor_);
-    // What holds a wheel at its rate follows from the motion, and no law knows it.
-    for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
-      const ReactionWheel& wheel = wheels_.wheels()[i];
-      if (wheels_.mode(i) != WheelArray::Mode::held) beside_[wheel.velocity] += motor_[wheel.joint];
-    }
-    return;
-  }
-  for (int k = 0; k < 3; ++k) beside_[model_.bodies()[setup_.attitude->root].v + k] = torque[k];
+  base_.add_beside(now_, motor_, beside_);
 }
 
 // What the controller says now.
@@ -374,7 +368,9 @@ void PhaseDynamics::ask_controller(double t) {
 void PhaseDynamics::begin_control(double t, double end) {
   if (setup_.clock && end < t) throw std::logic_error("PhaseDynamics: sampled control does not run backwards");
   if (!modes_.empty() && end < t) throw std::logic_error("PhaseDynamics: friction and stops do not run backwards");
+  if (base_.has_thrusters() && end < t) throw std::logic_error("PhaseDynamics: thrusters do not run backwards");
   same_time_ = break_resolution(t, end);
+  base_.begin(t, same_time_);
   if (has_controller_) setup_.controller->begin_piece(model_, t);
 }
 
@@ -413,7 +409,7 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     throw;
   }
   sampling_ = false;
-  ControlClock::Command said{std::vector<double>(setup_.channels.size()), asked_torque_};
+  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked()};
   for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
     const auto j = static_cast<std::size_t>(setup_.channels[c]);
     if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = told_[j];
@@ -480,7 +476,7 @@ void PhaseDynamics::accelerate(double t) {
   if (has_controller_ && laws_speak()) ask_controller(t);
   if (has_external_) act_from_outside(t);
   actuate();
-  if (driven_root() >= 0) drive_root();
+  if (base_.root() >= 0) drive_root();
   const auto velocity_of = [&](std::size_t j) { return model_.bodies()[model_.joints()[j]].v; };
   bool as_commanded = false;
   if (any_computed_ && laws_speak()) {
@@ -509,82 +505,38 @@ void PhaseDynamics::accelerate(double t) {
   for (const JointModes::Joint& joint : modes_.joints()) {
     if (joint.mode == JointModes::Mode::held) friction_[joint.joint] = workspace_.force[joint.v] - motor_[joint.joint];
   }
-  if (wheels_.empty()) return;
-  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
-    const ReactionWheel& wheel = wheels_.wheels()[i];
-    if (wheels_.mode(i) == WheelArray::Mode::held)
-      motor_[wheel.joint] = workspace_.force[wheel.velocity] - friction_[wheel.joint];
-  }
-  attitude_torque_ = wheels_.torque_of(motor_);
+  base_.conclude(workspace_.force, friction_, motor_);
 }
 
-// The evaluation of a state in which a wheel that is held would be free.
-double PhaseDynamics::driving_on(std::size_t wheel, double t, std::span<const double> y) {
-  wheels_.try_free(wheel);
-  hold_wheels();
+// Accelerations at the state in y, with the base's modes as they are.
+std::span<const double> PhaseDynamics::accelerations_in(double t, std::span<const double> y) {
   load(t, y);
-  now_.v[wheels_.wheels()[wheel].velocity] = wheels_.held_rate(wheel);
-  recover(t);
+  if (const auto tried = base_.tried_rate()) {
+    now_.v[tried->first] = tried->second;
+    recover(t);
+  }
   if (projects()) close_loops(t);
   accelerate(t);
-  wheels_.try_free({});
-  hold_wheels();
-  return wheels_.driving_on(wheel, vdot_);
+  return vdot_;
 }
 
 double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
   load(t, y);
   double least = modes_.moving_margin(now_.q, now_.v);
   if (modes_.any_held()) {
-    if (projects()) close_loops(t);
-    accelerate(t);
+    accelerations_in(t, y);
     least = std::min(least, modes_.holding_margin(friction_));
     load(t, y);
   }
-  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
-    if (std::isfinite(wheels_.wheels()[i].rate) && wheels_.mode(i) != WheelArray::Mode::held)
-      least = std::min(least, wheels_.margin(i, now_.v));
-  }
-  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
-    if (wheels_.mode(i) == WheelArray::Mode::held && !stays_held_[i]) least = std::min(least, driving_on(i, t, y));
-  }
-  return least;
+  if (!base_.switches()) return least;
+  return std::min(
+      least, base_.margin(std::vector<double>(now_.v), [&] { return accelerations_in(t, y); }));
 }
 
-// By the rates, then by what the wheels at their largest rates would do if they were free. Each is freed at most once,
-// and held again if another one's being free drives it on: then it stays held until modes are chosen again, as one that
-// rounding leaves in doubt does.
 void PhaseDynamics::choose_modes(double t, std::span<const double> y) {
   if (!modes_.empty()) choose_joint_modes(t, y);
-  if (!wheels_.has_rate_limits()) return;
-  const std::size_t count = wheels_.wheels().size();
-  wheels_.take_modes(y.subspan(model_.coordinates(), model_.velocities()));
-  stays_held_.assign(count, 0);
-  hold_wheels();
-  if (!wheels_.any_held()) return;
-  std::vector<std::uint8_t> freed(count, 0);
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (std::size_t i = 0; i < count && !changed; ++i) {
-      if (wheels_.mode(i) != WheelArray::Mode::held || freed[i] || driving_on(i, t, y) > 0) continue;
-      wheels_.set_mode(i, WheelArray::Mode::free);
-      freed[i] = 1, changed = true;
-    }
-    hold_wheels();
-    if (changed) continue;
-    load(t, y);
-    if (projects()) close_loops(t);
-    accelerate(t);
-    for (std::size_t i = 0; i < count && !changed; ++i) {
-      if (!freed[i] || wheels_.mode(i) == WheelArray::Mode::held || !(wheels_.driving_on(i, vdot_) > kDrivenOn))
-        continue;
-      wheels_.set_mode(i, WheelArray::Mode::held);
-      changed = true;
-    }
-    hold_wheels();
-  }
-  for (std::size_t i = 0; i < count; ++i)
-    stays_held_[i] = wheels_.mode(i) == WheelArray::Mode::held && !(driving_on(i, t, y) > 0);
+  if (!base_.switches()) return;
+  base_.choose_modes(t, y.subspan(model_.coordinates(), model_.velocities()), [&] { return accelerations_in(t, y); });
 }
 
 void PhaseDynamics::choose_joint_modes(double t, std::span<const double> y) {
@@ -666,15 +618,6 @@ JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes
   return {vdot_, workspace_.force};
 }
 
-// Held wheels move as prescribed, at their largest rates.
-void PhaseDynamics::hold_wheels() {
-  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
-    const int v = wheels_.wheels()[i].velocity;
-    prescribed_[v] = commanded_[v] = wheels_.mode(i) == WheelArray::Mode::held;
-    acceleration_[v] = 0;
-  }
-}
-
 // What the ground gives a fixed root, and what holds a root: add(body, force, point, moment).
 template <class Add>
 void PhaseDynamics::add_ground(Add&& add) const {
@@ -723,8 +666,8 @@ void PhaseDynamics::add_external(std::span<double> integrals) {
   add_ground(on_ground);
   for (const ExternalWrench& e : wrenches_)
     add(e.body, e.F_W.linear, e.p_WP, e.F_W.angular, dot(e.F_W, shift(k.V_WB[e.body], e.p_WP - k.X_WB[e.body].p)));
-  if (const int root = driven_root(); root >= 0 && wheels_.empty()) {
-    const Vector3d torque = k.X_WB[root].R * attitude_torque_;
+  if (const int root = base_.root(); base_.acts_from_outside()) {
+    const Vector3d torque = k.X_WB[root].R * base_.given();
     add(root, Vector3d::zero(), k.X_WB[root].p, torque, dot(torque, k.V_WB[root].angular));
   }
 }

@@ -20,6 +20,7 @@
 #include "grapnel/dynamics/root_velocity.hpp"
 #include "grapnel/integrate/manifold.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
+#include "grapnel/simulate/base_actuation.hpp"
 #include "grapnel/simulate/controller.hpp"
 #include "grapnel/simulate/external_load.hpp"
 #include "grapnel/simulate/joint_control.hpp"
@@ -54,6 +55,8 @@ struct PhaseSetup {
   /// Through which attitude control's or the controller's torque on its root is given; empty: from outside. Their
   /// joints are free.
   std::vector<ReactionWheel> wheels = {};
+  /// Thrusters, and how wheels and thrusters work together.
+  BaseActuators actuators = {};
   /// Samples all laws, attitude control's too; null: they act continuously. Controller and clock have a state that
   /// lasts beyond a phase: two phases that run at the same time must not share them.
   std::shared_ptr<ControlClock> clock = {};
@@ -108,6 +111,10 @@ class PhaseDynamics {
   void leave_interval() { inside_.reset(); }
   /// A phase from t to `end` begins: tells the controller. @throws std::logic_error if a clock would run backwards.
   void begin_control(double t, double end);
+  /// It has ended at t.
+  void end_control(double t) { base_.reach(t); }
+  /// The first time after t, and before `end`, at which an actuator switches by the time alone; else `end`.
+  double next_edge(double t, double end) const { return base_.next_edge(t, end); }
   /// The time is t, in y: at a tick of the clock sensors are read and laws speak, and commands that are due act. Does
   /// nothing without a clock. @throws ControllerError, also where the control is unstable: something has come to speeds
   /// that nothing in space has.
@@ -117,12 +124,13 @@ class PhaseDynamics {
   void meet_stops(double t, std::span<double> y);
   /// Joints that stick and joints that meet stops.
   const JointModes& joint_modes() const { return modes_; }
-  /// Whether modes of wheels or joints can change: then choose_modes() speaks wherever a smooth piece begins.
-  bool switches() const { return wheels_.has_rate_limits() || !modes_.empty(); }
-  /// Positive while the modes may stay: of wheels distances from largest rates, and how fast held wheels would go on;
+  /// Whether modes of the base's actuators or of joints can change: then choose_modes() speaks wherever a smooth piece begins.
+  bool switches() const { return base_.switches() || !modes_.empty(); }
+  /// Positive while the modes may stay: of wheels distances from largest rates, and how fast held wheels would go on, of
+  /// thrusters distances from their levels;
   /// of joints JointModes' margins.
   double switch_margin(double t, std::span<const double> y);
-  /// The modes of joints and wheels from now on, in y at t; nothing where none can change.
+  /// The modes of joints and actuators from now on, in y at t; nothing where none can change.
   void choose_modes(double t, std::span<const double> y);
 
   /// dy/dt.
@@ -158,8 +166,10 @@ class PhaseDynamics {
   /// What a controller was told last that acts beside it (ControlInput::force).
   std::span<const double> force_beside() const { return beside_; }
   /// The torque of attitude control or of the controller, on the root's body, in its axes; zero without any [N m].
-  /// Through wheels: what their motors give of it.
-  const Vector3d& control_torque() const { return attitude_torque_; }
+  /// Through wheels: what their motors give of it; by thrusters: theirs, about the base's centre of mass.
+  const Vector3d& control_torque() const { return base_.given(); }
+  /// What drives the base, as of the last evaluation.
+  const BaseActuation& base() const { return base_; }
 
  private:
   int integral_count() const {
@@ -171,17 +181,13 @@ class PhaseDynamics {
   void check_and_classify();
   void check_control();
   void check_wheels();
-  /// The root under attitude control or a controller's torque; -1: none.
-  int driven_root() const { return setup_.attitude ? setup_.attitude->root : setup_.commanded_root; }
   /// Whether laws say what acts, now; else what the clock holds acts.
   bool laws_speak() const { return !setup_.clock || sampling_; }
-  Vector3d attitude_torque_now() const;
   double said_by_law(std::size_t joint) const;
   void gather_beside();
   void ask_controller(double t);
   void refuse_runaway(double t) const;
   void drive_root();
-  void hold_wheels();
   void hold_joints();
   void choose_joint_modes(double t, std::span<const double> y);
   JointModes::ImpulseResponse respond_to(std::span<const JointModes::RateChange> changes, bool friction_holds);
@@ -191,7 +197,8 @@ class PhaseDynamics {
   template <class Add>
   void add_ground(Add&& add) const;
   void add_joint_integrals(std::span<double> integrals);
-  double driving_on(std::size_t wheel, double t, std::span<const double> y);
+  Vector3d arms_ahead();
+  std::span<const double> accelerations_in(double t, std::span<const double> y);
   void load(double t, std::span<const double> y);
   void recover(double t);
   ProjectionResult close_loops(double t);
@@ -224,15 +231,15 @@ class PhaseDynamics {
   std::vector<std::uint8_t> commanded_;  // prescribed, or by computed torque
   std::vector<double> acceleration_;     // of these
   std::vector<double> vdot_;
-  std::vector<ExternalWrench> wrenches_;         // of the loads, now; then of an orbit's field, one per body
-  Vector3d asked_torque_ = Vector3d::zero();     // on the driven root, by the laws or what is held of them
-  Vector3d attitude_torque_ = Vector3d::zero();  // on it, as given
-  WheelArray wheels_;
+  /// Of the loads, now; then of an orbit's field, one per body; then of the thrusters.
+  std::vector<ExternalWrench> wrenches_;
+  BaseActuation base_;
+  std::vector<double> known_acceleration_;  // scratch of arms_ahead()
+  std::vector<std::uint8_t> is_idle_;
   JointModes modes_;
   std::vector<std::size_t> measured_;          // joints with integrals of their own
   std::vector<double> told_;                   // per joint: its motor's effort without ripple
   std::vector<double> at_rest_;                // zero velocities
-  std::vector<std::uint8_t> stays_held_;       // per wheel: until modes are chosen again
   double momenta_time_ = 0;                    // when the momenta were taken
   std::vector<RootMomentum<double>> momenta_;  // per free root, as the phase began
   std::vector<RootMomentum<double>> drifted_;  // scratch of momentum_mended

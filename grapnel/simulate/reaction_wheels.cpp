@@ -117,6 +117,32 @@ void WheelArray::drive(const Vector3d& torque, std::span<double> effort) {
   }
 }
 
+void WheelArray::add_in_null_space(std::span<const double> torques, std::span<double> effort) const {
+  const std::vector<Vector3d>& rows = tried_ ? with_it_[*tried_] : shares_;
+  Vector3d given = Vector3d::zero();  // A u of the free ones
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    if (mode(i) == Mode::free) given += torques[i] * wheels_[i].axis;
+  }
+  double factor = 1;
+  std::vector<double> part(wheels_.size(), 0.0);
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    if (mode(i) != Mode::free) continue;
+    part[i] = torques[i] - dot(rows[i], given);
+    const double u = effort[wheels_[i].joint], most = wheels_[i].torque;
+    const double room = part[i] > 0 ? most - u : most + u;
+    if (std::abs(part[i]) > room) factor = std::min(factor, std::max(room, 0.0) / std::abs(part[i]));
+  }
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    if (mode(i) == Mode::free) effort[wheels_[i].joint] += factor * part[i];
+  }
+}
+
+Vector3d WheelArray::momentum(std::span<const double> v) const {
+  Vector3d momentum = Vector3d::zero();
+  for (const ReactionWheel& wheel : wheels_) momentum += (wheel.inertia * v[wheel.velocity]) * wheel.axis;
+  return momentum;
+}
+
 Vector3d WheelArray::torque_of(std::span<const double> effort) const {
   Vector3d torque = Vector3d::zero();
   for (const ReactionWheel& wheel : wheels_) torque -= effort[wheel.joint] * wheel.axis;

@@ -21,6 +21,7 @@ struct ReactionWheel {
   Vector3d axis{0, 0, 1};                                   // unit, in the carrying body's frame
   double torque = std::numeric_limits<double>::infinity();  // largest of its motor [N m]
   double rate = std::numeric_limits<double>::infinity();    // largest relative to the carrying body [rad/s]
+  double inertia = 0;                                       // about the axis [kg m^2]; for their momentum alone
 };
 
 /// A torque tau on the carrying body, in its axes, takes motor torques u on the wheels with -A u = tau, where A has the
@@ -59,6 +60,12 @@ class WheelArray {
   /// (1): what the motors are told for a torque on the carrying body [N m]; those of held wheels are left as they are.
   /// `effort` per Model::joints().
   void drive(const Vector3d& torque, std::span<double> effort);
+  /// Adds to the efforts of free wheels the part of these torques (per wheel) that gives none on the carrying body,
+  ///     (1 - A^+ A) u, times the largest factor up to 1 with which no motor exceeds its torque.          (2)
+  void add_in_null_space(std::span<const double> torques, std::span<double> effort) const;
+  /// Momentum of the wheels relative to the carrying body, in its axes: sum of J a rate [N m s]. `v`: velocities of the
+  /// whole model.
+  Vector3d momentum(std::span<const double> v) const;
   /// The torque on the carrying body that motors' efforts give.
   Vector3d torque_of(std::span<const double> effort) const;
 

@@ -84,10 +84,12 @@ class PhaseRun {
  private:
   void cross(double t0, std::span<const double> y0, const std::vector<double>& ends) {
     double begin = t0;
-    for (double end : ends) {
-      dynamics_.enter_interval(begin, end);
+    for (std::size_t next = 0; next < ends.size();) {
+      dynamics_.enter_interval(begin, ends[next]);
       dynamics_.tick(begin, begin == t0 ? y0 : stepper_.state());
       dynamics_.choose_modes(begin, begin == t0 ? y0 : stepper_.state());
+      // Actuators may switch before.
+      const double end = dynamics_.next_edge(begin, ends[next]);
       if (begin == t0) {
         stepper_.start(dynamics_, t0, y0, end);
         if (const LoopSolver* solver = dynamics_.loops()) loops_.rows = solver->rows(), loops_.rank = solver->rank();
@@ -96,9 +98,10 @@ class PhaseRun {
         stepper_.reset_derivative(dynamics_);
       }
       fresh_ = true;
-      cross_interval(begin);
+      cross_interval(begin, ends[next]);
       if (stop_time_ || !usable()) break;
-      begin = end;
+      begin = stepper_.end_time();
+      if (begin == ends[next]) ++next;
     }
   }
 
@@ -163,8 +166,8 @@ class PhaseRun {
   double margin(double t, std::span<const double> y) { return stop_(t, dynamics_.state(t, y)); }
 
   // Steps through the smooth interval that begins at `begin`, with the samples from there on; the one at its end is
-  // left to what follows.
-  void cross_interval(double begin) {
+  // left to what follows. `smooth_end`: where the interval ends but for actuators.
+  void cross_interval(double begin, double smooth_end) {
     if (!usable()) return;
     if (stop_ && margin(begin, stepper_.state()) <= 0) return end_at(begin, stepper_.state());
     if (outputs_[next_] == begin && stepper_.status() == StepStatus::running) output(begin, stepper_.state());
@@ -189,28 +192,27 @@ class PhaseRun {
         output(outputs_[next_], y_);
       }
       if (hit) return end_at(hit->time, locator_.state());
-      if (switched) switch_at(switched->time);
+      if (switched) switch_at(switched->time, smooth_end);
       if (!usable()) return;
       if (stepper_.status() == StepStatus::running && outputs_[next_] == reached) output(reached, stepper_.state());
     }
   }
 
-  // Wheels or joints change their modes inside the step just made, which ends there; the motion goes on from a fresh
+  // Actuators or joints change their modes inside the step just made, which ends there; the motion goes on from a fresh
   // start.
-  void switch_at(double t) {
+  void switch_at(double t, double smooth_end) {
     constexpr long kMostSwitches = 100'000;
     if (++switches_ > kMostSwitches) {
       broken_off_ = fmt::format(
-          "reaction wheels or joints (at largest rates, stops, or where friction holds) change their modes more than "
-          "{} "
-          "times until t = {:.9g} s",
+          "reaction wheels, thrusters or joints (at largest rates, at levels, at stops, or where friction holds) change "
+          "their modes more than {} times until t = {:.9g} s",
           kMostSwitches, t);
       return;
     }
     y_.assign(switch_locator_.state().begin(), switch_locator_.state().end());
     dynamics_.meet_stops(t, y_);
-    const double end = stepper_.end_time();
     dynamics_.choose_modes(t, y_);
+    const double end = dynamics_.next_edge(t, smooth_end);
     count_steps();
     stepper_.start(dynamics_, t, y_, end);
     fresh_ = true;
@@ -260,6 +262,7 @@ class PhaseRun {
     const double t = stop_time_.value_or(stepper_.time());
     const std::span<const double> y = stop_time_ ? std::span<const double>(y_) : stepper_.state();
     count_steps();
+    dynamics_.end_control(t);
     PhaseOutcome outcome;
     outcome.stopped = stop_time_.has_value() && broken_off_.empty();
     outcome.finished = broken_off_.empty() && (outcome.stopped || stepper_.status() == StepStatus::finished);

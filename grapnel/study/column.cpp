@@ -168,6 +168,7 @@ class Builder {
           [end, k](const StudyCase&, const CaptureResult& r) { return end(r, &BodyMotion::angular_velocity, k); });
     }
     if (problem_.post_impact && problem_.post_impact->detumble) detumbling();
+    if (!problem_.robot.thrusters.empty()) thrusters();
     add("clearance/minimum", "m", "minimum distance of bodies that are watched; negative: depth of overlap",
         [](const StudyCase&, const CaptureResult& r) {
           double least = NAN;
@@ -191,6 +192,17 @@ class Builder {
         report([](const D& d) { return d.largest_torque; }));
     add("detumbling/least_scale", "1", "least part of the torque that effort limits let pass",
         report([](const D& d) { return d.least_scale; }));
+  }
+
+  void thrusters() {
+    add("thrusters/propellant", "kg", "propellant used",
+        [](const StudyCase&, const CaptureResult& r) { return r.thrusters ? r.thrusters->propellant : NAN; });
+    add("thrusters/plume", "s", "of firing with a body in the plume, of all thrusters and bodies",
+        [](const StudyCase&, const CaptureResult& r) {
+          double time = 0;
+          for (const PlumeHazard& hazard : r.thrusters.value_or(ThrustersReport{}).hazards) time += hazard.duration;
+          return time;
+        });
   }
 
   std::vector<Column> take() { return std::move(columns_); }

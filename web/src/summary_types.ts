@@ -36,12 +36,8 @@ export interface Summary {
   loads?: PeakLoad[];
   /** reaction wheels; absent if there are none */
   wheels?: WheelReport[];
-  /** per phase, of joints with sticking friction, stops or known motors; absent if there are none */
-  joints?: JointReport[];
-  /** joints that met their stops, the first hundred; absent if none did */
-  stop_impacts?: StopImpact[];
-  /** all of them [1] */
-  stop_impact_count?: number;
+  /** absent if there are none */
+  thrusters?: ThrustersReport;
   /** the one of `loads` with the least margin over all phases; absent where nothing is rated */
   worst_margin?: PeakLoad;
   /** absent where no two bodies have shapes */
@@ -72,9 +68,7 @@ export const kSummary: FieldNote[] = [
   ["post_impact","","absent without such motion"],
   ["loads","","the largest loads of every phase; absent if nothing was loaded"],
   ["wheels","","reaction wheels; absent if there are none"],
-  ["joints","","per phase, of joints with sticking friction, stops or known motors; absent if there are none"],
-  ["stop_impacts","","joints that met their stops, the first hundred; absent if none did"],
-  ["stop_impact_count","1","all of them"],
+  ["thrusters","","absent if there are none"],
   ["worst_margin","","the one of `loads` with the least margin over all phases; absent where nothing is rated"],
   ["clearance","","absent where no two bodies have shapes"],
   ["limits","","of joints and drives"],
@@ -123,16 +117,16 @@ export interface ControlReport {
   period: number;
   /** from a sample to the command that follows from it [s] */
   delay: number;
-  /** the controller: a library or an FMU as the scenario names it, or the name of a class in Python; empty without one */
+  /** the controller's library, as the scenario names it; empty without one */
   plugin: string;
-  /** of its bytes, of a class in Python of its source; empty without one */
+  /** of its bytes; empty without one */
   plugin_sha256: string;
 }
 export const kControlReport: FieldNote[] = [
   ["period","s","between samples"],
   ["delay","s","from a sample to the command that follows from it"],
-  ["plugin","","the controller: a library or an FMU as the scenario names it, or the name of a class in Python; empty without one"],
-  ["plugin_sha256","","of its bytes, of a class in Python of its source; empty without one"],
+  ["plugin","","the controller's library, as the scenario names it; empty without one"],
+  ["plugin_sha256","","of its bytes; empty without one"],
 ];
 
 // the motion up to the capture.
@@ -1312,72 +1306,88 @@ export const kWheelReport: FieldNote[] = [
   ["torque_limit","N m","null: none"],
 ];
 
-// what a joint with sticking friction, stops, or a motor whose electricity is known did in one phase.
-export interface JointReport {
-  /** in motion */
-  phase: string;
-  /** of the robot */
-  joint: string;
-  /** at the phase's end. `moving`: it is free to. `stuck`: friction holds it. `at_lower_stop`, `at_upper_stop`: it rests there. `prescribed`: it moves as prescribed, and neither sticks nor meets its stops */
-  mode: JointMode;
-  /** times that it came to rest [1] */
-  sticks: number;
-  /** times that it left it [1] */
-  breakaways: number;
-  /** that its friction made, stops apart [J] */
-  friction_heat: number;
-  /** times that it met a stop [1] */
-  stop_impacts: number;
-  /** in these impacts, by the whole system [J] */
-  stop_energy_lost: number;
-  /** mechanical work of its motor on the joint [J] */
-  motor_work: number;
-  /** current squared times resistance, over time; null: its motor's torque constant is not known [J] */
-  copper_loss: number | null;
-  /** copper_loss + motor_work: what the motor took, less what it gave back while it braked; null likewise [J] */
-  electrical_energy: number | null;
+// the thrusters of the base. The robot's mass stays what it is.
+export interface ThrustersReport {
+  /** in the robot's order */
+  each: ThrusterReport[];
+  /** used by all [kg] */
+  propellant: number;
+  /** of the robot file; null: nobody says [kg] */
+  at_hand: number | null;
+  /** used beyond what is at hand; 0: none [kg] */
+  excess: number;
+  /** absent without it */
+  dumping?: DumpingReport;
+  /** plumes that met something */
+  hazards: PlumeHazard[];
 }
-export const kJointReport: FieldNote[] = [
-  ["phase","","in motion"],
-  ["joint","","of the robot"],
-  ["mode","","at the phase's end. `moving`: it is free to. `stuck`: friction holds it. `at_lower_stop`, `at_upper_stop`: it rests there. `prescribed`: it moves as prescribed, and neither sticks nor meets its stops"],
-  ["sticks","1","times that it came to rest"],
-  ["breakaways","1","times that it left it"],
-  ["friction_heat","J","that its friction made, stops apart"],
-  ["stop_impacts","1","times that it met a stop"],
-  ["stop_energy_lost","J","in these impacts, by the whole system"],
-  ["motor_work","J","mechanical work of its motor on the joint"],
-  ["copper_loss","J","current squared times resistance, over time; null: its motor's torque constant is not known"],
-  ["electrical_energy","J","copper_loss + motor_work: what the motor took, less what it gave back while it braked; null likewise"],
+export const kThrustersReport: FieldNote[] = [
+  ["each","","in the robot's order"],
+  ["propellant","kg","used by all"],
+  ["at_hand","kg","of the robot file; null: nobody says"],
+  ["excess","kg","used beyond what is at hand; 0: none"],
+  ["dumping","","absent without it"],
+  ["hazards","","plumes that met something"],
 ];
 
-export type JointMode = "moving" | "stuck" | "at_lower_stop" | "at_upper_stop" | "prescribed";
-
-// a joint that met a stop at the end of its range.
-export interface StopImpact {
-  /** when it happened [s] */
-  time: number;
-  /** of the robot */
-  joint: string;
-  /** whether it was the upper end of its range */
-  upper: boolean;
-  /** of the joint [rad/s or m/s] */
-  rate_before: number;
-  /** of the joint [rad/s or m/s] */
-  rate_after: number;
-  /** of the stop on the joint, along its axis [N m s or N s] */
+// a thruster of the base.
+export interface ThrusterReport {
+  /** of the thruster */
+  name: string;
+  /** how often its valve opened [1] */
+  firings: number;
+  /** how long it was open [s] */
+  on_time: number;
+  /** of its force, ramps included [N s] */
   impulse: number;
-  /** by the whole system [J] */
-  energy_lost: number;
+  /** impulse over specific impulse and 9.80665 m/s^2 [kg] */
+  propellant: number;
 }
-export const kStopImpact: FieldNote[] = [
-  ["time","s","when it happened"],
-  ["joint","","of the robot"],
-  ["upper","","whether it was the upper end of its range"],
-  ["rate_before","rad/s or m/s","of the joint"],
-  ["rate_after","rad/s or m/s","of the joint"],
-  ["impulse","N m s or N s","of the stop on the joint, along its axis"],
-  ["energy_lost","J","by the whole system"],
+export const kThrusterReport: FieldNote[] = [
+  ["name","","of the thruster"],
+  ["firings","1","how often its valve opened"],
+  ["on_time","s","how long it was open"],
+  ["impulse","N s","of its force, ramps included"],
+  ["propellant","kg","impulse over specific impulse and 9.80665 m/s^2"],
+];
+
+// thrusters take out the wheels' momentum.
+export interface DumpingReport {
+  /** how often it began [1] */
+  begun: number;
+  /** when it did first; 0 if never [s] */
+  first_begin: number;
+  /** how long it went on in all [s] */
+  duration: number;
+  /** whether it went on as the run ended */
+  active: boolean;
+  /** largest size of the wheels' momentum at the instants at which pulses may begin [N m s] */
+  largest_momentum: number;
+}
+export const kDumpingReport: FieldNote[] = [
+  ["begun","1","how often it began"],
+  ["first_begin","s","when it did first; 0 if never"],
+  ["duration","s","how long it went on in all"],
+  ["active","","whether it went on as the run ended"],
+  ["largest_momentum","N m s","largest size of the wheels' momentum at the instants at which pulses may begin"],
+];
+
+// a body in the plume of a thruster that fires.
+export interface PlumeHazard {
+  /** that fires */
+  thruster: string;
+  /** a link or a target, as the clearance names it */
+  body: string;
+  /** when it was first so [s] */
+  first_time: number;
+  /** of firing with one of the body's points in the cone: corners, middles of edges and faces of boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each integration step counts as its middle is [s] */
+  duration: number;
+}
+export const kPlumeHazard: FieldNote[] = [
+  ["thruster","","that fires"],
+  ["body","","a link or a target, as the clearance names it"],
+  ["first_time","s","when it was first so"],
+  ["duration","s","of firing with one of the body's points in the cone: corners, middles of edges and faces of boxes, ends of cylinders and capsules, centres of all shapes, else its centre of mass; each integration step counts as its middle is"],
 ];
 
 // distances between bodies with shapes.

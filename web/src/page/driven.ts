@@ -20,6 +20,10 @@ const kParts: Part[] = [
   { title: "Detumbling through the grasps", of: (s) => s.post_impact?.detumbling, notes: described.kDetumblingReport },
   { title: "Joints that keep the base's attitude", of: (s) => s.post_impact?.base_keeping, notes: described.kBaseKeepingReport },
   { title: "Reaction wheels", of: (s) => s.wheels, notes: described.kWheelReport, sums: wheelsUsed },
+  { title: "Propellant", of: (s) => s.thrusters, notes: described.kThrustersReport.filter(([key]) => !["each", "dumping", "hazards"].includes(key)) },
+  { title: "Thrusters", of: (s) => s.thrusters?.each, notes: described.kThrusterReport },
+  { title: "Momentum dumping", of: (s) => s.thrusters?.dumping, notes: described.kDumpingReport },
+  { title: "Plumes that met something", of: (s) => s.thrusters?.hazards, notes: described.kPlumeHazard },
 ];
 
 export function isDriven(s: PartlySummary): boolean {

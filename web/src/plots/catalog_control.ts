@@ -1,4 +1,4 @@
-// Plots of what drives the base: its control torque, and reaction wheels against their limits.
+// Plots of what drives the base: its control torque, reaction wheels against their limits, and thrusters.
 import { label } from "../format";
 import { list, num } from "../page/read";
 import { column, componentLine, derivedLine, take, vectorLines, type Context } from "./lines";
@@ -39,6 +39,8 @@ function wheelPlots(context: Context): PlotSpec[] {
     ...plot("wheels/rate", "Wheel rates", "rate relative to the base", common(reports.map((one) => num(one.rate_limit)), "largest rate")),
     ...plot("wheels/momentum", "Wheel momentum", "inertia times rate", []),
     ...capacityPlot(context),
+    ...plot("thrusters/force", "Thrusters", "force", []),
+    ...plot("thrusters/propellant", "Propellant used", "propellant", []),
     ...plot("wheels/torque", "Wheel motors", "torque", common(reports.map((one) => num(one.torque_limit)), "largest torque")),
   ];
 }

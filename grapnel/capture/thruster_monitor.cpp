@@ -1,0 +1,109 @@
+#include "grapnel/capture/thruster_monitor.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace grapnel {
+namespace {
+
+// Corners of a box, middles of its edges and faces, centres of a cylinder's or capsule's ends, and the centre; in the
+// body's frame.
+std::vector<Vector3d> points_of(const Geometry& shape) {
+  std::vector<Vector3d> points{shape.X_BG.p};
+  if (shape.shape == Geometry::Shape::box) {
+    for (int place = 0; place < 27; ++place) {
+      const Vector3d at{place % 3 - 1.0, place / 3 % 3 - 1.0, place / 9 - 1.0};
+      Vector3d half;
+      for (int k = 0; k < 3; ++k) half[k] = 0.5 * at[k] * shape.size[k];
+      points.push_back(shape.X_BG * half);
+    }
+  }
+  if (shape.shape == Geometry::Shape::cylinder || shape.shape == Geometry::Shape::capsule) {
+    for (const double end : {0.5, -0.5}) points.push_back(shape.X_BG * Vector3d{0, 0, end * shape.size[1]});
+  }
+  return points;
+}
+
+}  // namespace
+
+void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynamics& dynamics) {
+  system_ = &system;
+  watched_.clear();
+  const BaseActuators& actuators = dynamics.setup().actuators;
+  if (!actuators.thrusters) return;
+  bank_ = actuators.thrusters;
+  dumps_ = dumps_ || actuators.dumping.has_value();
+  const std::vector<ThrusterSetup>& thrusters = problem_.robot.thrusters;
+  if (std::none_of(thrusters.begin(), thrusters.end(), [](const ThrusterSetup& t) { return t.plume.has_value(); }))
+    return;
+  kinematics_ = Kinematics(system.model);
+  for (std::size_t i = 0; i < system.model.bodies().size(); ++i) {
+    const int body = static_cast<int>(i);
+    const BodyDescription& description = system.model.bodies()[i].description;
+    const bool is_wheel = std::any_of(system.wheels.begin(), system.wheels.end(),
+                                      [&](int j) { return system.model.joints()[j] == body; });
+    if (body == system.base || is_wheel) continue;
+    std::vector<Geometry> shapes = shapes_of(problem_.robot, description.name);
+    for (const TargetSetup& target : problem_.targets) {
+      if (target_body_name(target.name) == description.name) shapes = target.geometry;
+    }
+    const Posed own = own_frame(system.model, body);
+    for (const Geometry& shape : shapes) {
+      for (const Vector3d& p : points_of(shape)) watched_.push_back({body, own * p, description.name});
+    }
+    if (shapes.empty()) watched_.push_back({body, description.com, description.name});
+  }
+}
+
+// A point in the base's frame.
+bool ThrusterMonitor::meets(std::size_t i, const Vector3d& p_base) const {
+  const ThrusterSetup& thruster = problem_.robot.thrusters[i];
+  const Vector3d away = p_base - thruster.position;
+  const double distance = norm(away), along = -dot(away, thrust_direction(thruster));
+  return distance <= thruster.plume->range && along >= distance * std::cos(thruster.plume->half_angle);
+}
+
+void ThrusterMonitor::step(const PhaseStep& step) {
+  const PhaseSample sample = step.at(0.5 * (step.begin + step.end));
+  const std::span<const double> thrusts = sample.dynamics->base().thrusts();
+  if (std::none_of(thrusts.begin(), thrusts.end(), [](double f) { return f > 0; })) return;
+  forward_kinematics(system_->model, sample.state, kinematics_);
+  const Posed X_BW = inverse(kinematics_.X_WB[system_->base]);
+  for (std::size_t i = 0; i < thrusts.size(); ++i) {
+    if (!(thrusts[i] > 0) || !problem_.robot.thrusters[i].plume) continue;
+    int last = -1;  // body that has been counted
+    for (const Point& point : watched_) {
+      if (point.body == last || !meets(i, X_BW * (kinematics_.X_WB[point.body] * point.p_B))) continue;
+      last = point.body;
+      const std::string& thruster = problem_.robot.thrusters[i].name;
+      const auto is_it = [&](const PlumeHazard& h) { return h.thruster == thruster && h.body == point.name; };
+      auto at = std::find_if(hazards_.begin(), hazards_.end(), is_it);
+      if (at == hazards_.end()) at = hazards_.insert(at, {thruster, point.name, step.begin, 0});
+      at->duration += step.end - step.begin;
+    }
+  }
+}
+
+void ThrusterMonitor::write(CaptureResult& result) const {
+  if (problem_.robot.thrusters.empty()) return;
+  ThrustersReport& report = result.thrusters.emplace();
+  for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i) {
+    const ThrusterSetup& thruster = problem_.robot.thrusters[i];
+    ThrusterReport& each = report.each.emplace_back();
+    each.name = thruster.name;
+    if (!bank_) continue;
+    const ThrusterBank::Use use = bank_->use(i);
+    each.firings = use.firings, each.on_time = use.on_time, each.impulse = use.impulse;
+    each.propellant = use.impulse / (thruster.specific_impulse * kStandardGravity);
+    report.propellant += each.propellant;
+  }
+  report.at_hand = problem_.robot.propellant.value_or(std::numeric_limits<double>::quiet_NaN());
+  report.hazards = hazards_;
+  if (!dumps_) return;
+  const ThrusterBank::Dumped& d = bank_->dumped();
+  report.dumping = {d.begun, d.first_begin, d.time + (d.active ? bank_->time() - d.since : 0), d.active,
+                    d.largest_momentum};
+}
+
+}  // namespace grapnel

@@ -1,0 +1,234 @@
+#include "grapnel/simulate/base_actuation.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace grapnel {
+namespace {
+
+// A wheel at its largest rate that is driven on by less, relative to that rate, is driven on by rounding [1/s].
+constexpr double kDrivenOn = 1e-9;
+
+}  // namespace
+
+BaseActuation::BaseActuation(const Model& model, const std::optional<AttitudeControl>& attitude, int commanded_root,
+                             std::vector<ReactionWheel> wheels, BaseActuators actuators,
+                             std::shared_ptr<ControlClock> clock)
+    : attitude_(attitude),
+      root_(attitude ? attitude->root : commanded_root),
+      wheels_(std::move(wheels)),
+      actuators_(std::move(actuators)),
+      clock_(std::move(clock)) {
+  check_actuators();
+  thrusts_.assign(thruster_count(), 0.0);
+  if (root_ < 0) return;
+  q_ = model.bodies().at(root_).q, v_ = model.bodies().at(root_).v;
+}
+
+void BaseActuation::check_actuators() const {
+  const BaseActuators& a = actuators_;
+  if ((a.thrusters || a.feedforward || a.wheel_speed_rate != 0) && !attitude_)
+    throw std::invalid_argument("BaseActuation: thrusters, feedforward and wheel speeds belong to attitude control");
+  if (a.thrusters && a.modulation.kind == ThrusterModulation::Kind::pulse_width && !clock_)
+    throw std::invalid_argument("BaseActuation: pulse widths need a clock");
+  if (a.thrusters && a.dumping.has_value() == wheels_.empty())
+    throw std::invalid_argument("BaseActuation: thrusters drive the base, or take out the momentum of its wheels");
+  if (a.dumping && (!a.thrusters || a.modulation.kind != ThrusterModulation::Kind::pulse_width))
+    throw std::invalid_argument("BaseActuation: dumping needs thrusters and pulse widths");
+  if (!a.wheel_speeds.empty() && a.wheel_speeds.size() != wheels_.wheels().size())
+    throw std::invalid_argument("BaseActuation: one speed per wheel is needed");
+}
+
+Vector3d BaseActuation::attitude_torque_in(const State& state, const Vector3d& ahead) const {
+  if (!attitude_) return Vector3d::zero();
+  const double* q = state.q.data() + q_ + 3;
+  const double* w = state.v.data() + v_;
+  Vector3d torque = attitude_torque(*attitude_, {q[0], q[1], q[2], q[3]}, {w[0], w[1], w[2]});
+  if (!actuators_.feedforward) return torque;
+  for (int k = 0; k < 3; ++k) torque[k] = control_law::within_limit(torque[k] + ahead[k], attitude_->limit[k]);
+  return torque;
+}
+
+void BaseActuation::prescribe(const PrescribedRates& rates) const {
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const int v = wheels_.wheels()[i].velocity;
+    const bool held = wheels_.mode(i) == WheelArray::Mode::held;
+    rates.prescribed[v] = rates.as_commanded[v] = held;
+    rates.acceleration[v] = 0;
+    if (held) rates.rate[v] = wheels_.held_rate(i);
+  }
+}
+
+void BaseActuation::push(double t, const Posed& X_WB, std::span<ExternalWrench> wrenches) {
+  thrust_torque_ = Vector3d::zero();
+  for (std::size_t i = 0; i < thrusts_.size(); ++i) {
+    const Thruster& thruster = actuators_.thrusters->thrusters()[i];
+    thrusts_[i] = thruster.force * actuators_.thrusters->level(i, t);
+    const Vector3d F = thrusts_[i] * thrust_direction(thruster);
+    thrust_torque_ += cross(thruster.position - actuators_.thrusters->about(), F);
+    wrenches[i] = {root_, X_WB * thruster.position, {Vector3d::zero(), X_WB.R * F}};
+  }
+}
+
+// What the wheels give beside what is asked of them, against the thrusters.
+Vector3d BaseActuation::countered() const {
+  return actuators_.dumping ? actuators_.thrusters->mean_torque : Vector3d::zero();
+}
+
+void BaseActuation::drive(const Vector3d& torque, std::span<const double> v, std::span<double> effort,
+                          std::span<double> force) {
+  asked_ = torque;
+  if (!wheels_.empty()) {
+    wheels_.drive(actuators_.dumping ? torque - countered() : torque, effort);
+    if (!(actuators_.wheel_speed_rate > 0)) return;
+    std::vector<double> torques;
+    for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+      const ReactionWheel& wheel = wheels_.wheels()[i];
+      const double wanted = actuators_.wheel_speeds.empty() ? 0 : actuators_.wheel_speeds[i];
+      torques.push_back(actuators_.wheel_speed_rate * wheel.inertia * (wanted - v[wheel.velocity]));
+    }
+    return wheels_.add_in_null_space(torques, effort);
+  }
+  if (has_thrusters()) {
+    given_ = thrust_torque_;
+    return;
+  }
+  given_ = torque;
+  for (int k = 0; k < 3; ++k) force[v_ + k] = given_[k];
+}
+
+void BaseActuation::conclude(std::span<const double> force, std::span<const double> friction,
+                             std::span<double> effort) {
+  if (wheels_.empty()) return;
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const ReactionWheel& wheel = wheels_.wheels()[i];
+    if (wheels_.mode(i) == WheelArray::Mode::held) effort[wheel.joint] = force[wheel.velocity] - friction[wheel.joint];
+  }
+  given_ = wheels_.torque_of(effort);
+}
+
+void BaseActuation::add_beside(const State& state, std::span<double> effort, std::span<double> beside) const {
+  if (!attitude_) return;
+  const Vector3d torque = attitude_torque_in(state);
+  if (wheels_.empty()) {
+    for (int k = 0; k < 3; ++k) beside[v_ + k] = has_thrusters() ? thrust_torque_[k] : torque[k];
+    return;
+  }
+  wheels_.drive(torque, effort);
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const ReactionWheel& wheel = wheels_.wheels()[i];
+    if (wheels_.mode(i) != WheelArray::Mode::held) beside[wheel.velocity] += effort[wheel.joint];
+  }
+}
+
+std::optional<std::pair<int, double>> BaseActuation::tried_rate() const {
+  if (!tried_) return {};
+  return std::pair{wheels_.wheels()[*tried_].velocity, wheels_.held_rate(*tried_)};
+}
+
+// Of a wheel that is held: how it would go on if it were free.
+double BaseActuation::driving_on(std::size_t wheel, const Evaluation& evaluate) {
+  tried_ = wheel;
+  wheels_.try_free(wheel);
+  const std::span<const double> acceleration = evaluate();
+  tried_.reset();
+  wheels_.try_free({});
+  return wheels_.driving_on(wheel, acceleration);
+}
+
+// Thrusters that are on or off by the state alone, at any time.
+bool BaseActuation::triggers_by_state() const {
+  return has_thrusters() && actuators_.modulation.kind == ThrusterModulation::Kind::schmitt && !clock_;
+}
+
+double BaseActuation::margin(std::span<const double> v, const Evaluation& evaluate) {
+  double least = 1;
+  if (triggers_by_state()) {
+    evaluate();
+    least = actuators_.thrusters->trigger_margin(asked_, actuators_.modulation);
+  }
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    if (std::isfinite(wheels_.wheels()[i].rate) && wheels_.mode(i) != WheelArray::Mode::held)
+      least = std::min(least, wheels_.margin(i, v));
+  }
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    if (wheels_.mode(i) == WheelArray::Mode::held && !stays_held_[i]) least = std::min(least, driving_on(i, evaluate));
+  }
+  return least;
+}
+
+void BaseActuation::begin(double t, double same) {
+  same_time_ = same;
+  if (has_thrusters()) actuators_.thrusters->begin(t, same);
+}
+
+void BaseActuation::reach(double t) {
+  if (has_thrusters()) actuators_.thrusters->advance(t, same_time_);
+}
+
+double BaseActuation::next_edge(double t, double end) const {
+  return has_thrusters() ? actuators_.thrusters->next_edge(t, end, same_time_) : end;
+}
+
+void BaseActuation::choose_modes(double t, std::span<const double> v, const Evaluation& evaluate) {
+  reach(t);
+  if (has_thrusters()) choose_thrusters(t, v, evaluate);
+  if (wheels_.has_rate_limits()) choose_wheels(v, evaluate);
+}
+
+// Where a command of the clock begins to act, or, without a clock, by the state.
+void BaseActuation::choose_thrusters(double t, std::span<const double> v, const Evaluation& evaluate) {
+  ThrusterBank& bank = *actuators_.thrusters;
+  if (!clock_) {
+    evaluate();
+    return bank.trigger(asked_, actuators_.modulation);
+  }
+  const double period = clock_->timing().period, delay = clock_->timing().delay;
+  const double number = std::round((t - delay) / period);
+  const bool begins = number >= 0 && std::abs(number * period + delay - t) <= 2 * same_time_;
+  if (!begins || static_cast<long>(number) == bank.last_period) return;
+  bank.last_period = static_cast<long>(number);
+  Vector3d torque = clock_->held().base_torque;
+  if (actuators_.dumping) {
+    // Not more than what is left.
+    const Vector3d h = wheels_.momentum(v);
+    const double size = norm(h);
+    const bool dumps = bank.dumps(size, *actuators_.dumping);
+    torque = dumps && size > 0 ? (-std::min(actuators_.dumping->torque, size / period) / size) * h : Vector3d::zero();
+  }
+  if (actuators_.modulation.kind == ThrusterModulation::Kind::schmitt)
+    return bank.trigger(torque, actuators_.modulation);
+  bank.mean_torque = bank.pulse(period * torque, period, actuators_.modulation);
+}
+
+// By the rates, then by what the wheels at their largest rates would do if they were free. Each is freed at most once,
+// and held again if another one's being free drives it on: then it stays held until modes are chosen again, as one that
+// rounding leaves in doubt does.
+void BaseActuation::choose_wheels(std::span<const double> v, const Evaluation& evaluate) {
+  const std::size_t count = wheels_.wheels().size();
+  wheels_.take_modes(v);
+  stays_held_.assign(count, 0);
+  if (!wheels_.any_held()) return;
+  std::vector<std::uint8_t> freed(count, 0);
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t i = 0; i < count && !changed; ++i) {
+      if (wheels_.mode(i) != WheelArray::Mode::held || freed[i] || driving_on(i, evaluate) > 0) continue;
+      wheels_.set_mode(i, WheelArray::Mode::free);
+      freed[i] = 1, changed = true;
+    }
+    if (changed) continue;
+    const std::span<const double> acceleration = evaluate();
+    for (std::size_t i = 0; i < count && !changed; ++i) {
+      if (!freed[i] || wheels_.mode(i) == WheelArray::Mode::held || !(wheels_.driving_on(i, acceleration) > kDrivenOn))
+        continue;
+      wheels_.set_mode(i, WheelArray::Mode::held);
+      changed = true;
+    }
+  }
+  for (std::size_t i = 0; i < count; ++i)
+    stays_held_[i] = wheels_.mode(i) == WheelArray::Mode::held && !(driving_on(i, evaluate) > 0);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,197 @@
+#include "grapnel/simulate/thruster_allocation.hpp"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/spatial/pose.hpp"
+
+namespace grapnel {
+
+Vector3d thrust_direction(const Thruster& thruster) {
+  const double angle = norm(thruster.misalignment);
+  if (angle == 0) return thruster.direction;
+  // Rodrigues' formula
+  const Vector3d n = (1 / angle) * thruster.misalignment;
+  const Vector3d& d = thruster.direction;
+  return std::cos(angle) * d + std::sin(angle) * cross(n, d) + (1 - std::cos(angle)) * dot(n, d) * n;
+}
+
+double mass_flow(const Thruster& thruster) { return thruster.force / (thruster.specific_impulse * kStandardGravity); }
+
+namespace {
+
+// Entries of the tableau below this are rounding; its rows and right-hand side are of size one.
+constexpr double kZero = 1e-11;
+// What phase one may leave of the equations, relative to b.
+constexpr double kUnmet = 1e-9;
+
+// Rows: equations, then the reduced costs. The last column is the right-hand side.
+class Simplex {
+ public:
+  Simplex(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) : n_(A.cols()) {
+    T_ = Eigen::MatrixXd::Zero(A.rows() + 1, n_ + A.rows() + 1);
+    for (Eigen::Index i = 0; i < A.rows(); ++i) {
+      const double sign = b[i] < 0 ? -1 : 1;
+      T_.row(i).head(n_) = sign * A.row(i);
+      T_(i, n_ + i) = 1;
+      T_(i, T_.cols() - 1) = sign * b[i];
+      basis_.push_back(n_ + i);
+    }
+  }
+
+  // Least sum of what the equations miss.
+  double meet() {
+    const Eigen::Index m = rows();
+    for (Eigen::Index i = 0; i < m; ++i) T_.row(m) -= T_.row(i);
+    T_.row(m).segment(n_, m).setZero();
+    improve();
+    return -T_(rows(), T_.cols() - 1);
+  }
+
+  void minimize(const Eigen::VectorXd& cost) {
+    drop_artificial();
+    const Eigen::Index m = rows();
+    T_.row(m).setZero();
+    T_.row(m).head(n_) = cost.transpose();
+    for (Eigen::Index i = 0; i < m; ++i) T_.row(m) -= cost[basis_[static_cast<std::size_t>(i)]] * T_.row(i);
+    improve();
+  }
+
+  const std::vector<Eigen::Index>& basis() const { return basis_; }
+
+ private:
+  Eigen::Index rows() const { return T_.rows() - 1; }
+
+  void pivot(Eigen::Index row, Eigen::Index column) {
+    T_.row(row) /= T_(row, column);
+    for (Eigen::Index i = 0; i < T_.rows(); ++i) {
+      if (i == row) continue;
+      const double factor = T_(i, column);
+      if (factor != 0) T_.row(i) -= factor * T_.row(row);
+      T_(i, column) = 0;
+    }
+    basis_[static_cast<std::size_t>(row)] = column;
+  }
+
+  // Bland's rule: the first column that improves, and of the rows that bind first the one with the first variable.
+  void improve() {
+    const Eigen::Index m = rows(), last = T_.cols() - 1;
+    for (;;) {
+      Eigen::Index entering = 0;
+      while (entering < n_ && !(T_(m, entering) < -kZero)) ++entering;
+      if (entering == n_) return;
+      Eigen::Index leaving = -1;
+      double least = 0;
+      for (Eigen::Index i = 0; i < m; ++i) {
+        if (!(T_(i, entering) > kZero)) continue;
+        const double ratio = std::max(T_(i, last), 0.0) / T_(i, entering);
+        const bool tie = leaving >= 0 && std::abs(ratio - least) <= kZero;
+        const bool sooner = tie ? basis_[static_cast<std::size_t>(i)] < basis_[static_cast<std::size_t>(leaving)]
+                                : leaving < 0 || ratio < least;
+        if (sooner) leaving = i, least = ratio;
+      }
+      if (leaving < 0) return;  // unbounded: not with costs that are not negative
+      pivot(leaving, entering);
+    }
+  }
+
+  // Artificial variables leave the basis; where none can take the place, the row says nothing new.
+  void drop_artificial() {
+    for (Eigen::Index i = 0; i < rows();) {
+      if (basis_[static_cast<std::size_t>(i)] < n_) {
+        ++i;
+        continue;
+      }
+      Eigen::Index best = 0;
+      T_.row(i).head(n_).cwiseAbs().maxCoeff(&best);
+      if (std::abs(T_(i, best)) > kUnmet) {
+        pivot(i, best);
+        ++i;
+        continue;
+      }
+      const Eigen::Index below = T_.rows() - 1 - i;
+      T_.middleRows(i, below) = T_.bottomRows(below).eval();
+      T_.conservativeResize(T_.rows() - 1, T_.cols());
+      basis_.erase(basis_.begin() + i);
+    }
+    T_.middleCols(n_, T_.cols() - 1 - n_).setZero();
+  }
+
+  Eigen::Index n_;
+  Eigen::MatrixXd T_;
+  std::vector<Eigen::Index> basis_;
+};
+
+}  // namespace
+
+std::optional<Eigen::VectorXd> least_cost(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
+                                          const Eigen::VectorXd& c) {
+  if (A.rows() != b.size() || A.cols() != c.size() || (c.size() > 0 && c.minCoeff() < 0))
+    throw std::invalid_argument("least_cost: sizes do not fit, or a cost is negative");
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(A.cols());
+  if (b.size() == 0 || b.cwiseAbs().maxCoeff() == 0) return x;
+  // Columns and right-hand side of size one, rows as they are relative to each other.
+  const double size = b.cwiseAbs().maxCoeff();
+  Eigen::VectorXd scale = Eigen::VectorXd::Ones(A.cols());
+  Eigen::MatrixXd S = A;
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
+    const double largest = A.col(j).cwiseAbs().maxCoeff();
+    if (largest > 0) scale[j] = 1 / largest;
+    S.col(j) *= scale[j];
+  }
+  Simplex simplex(S, b / size);
+  if (!(simplex.meet() <= kUnmet)) return {};
+  Eigen::VectorXd cost = c.cwiseProduct(scale);
+  if (cost.maxCoeff() > 0) cost /= cost.maxCoeff();
+  simplex.minimize(cost);
+  // The corner itself, without the rounding of the pivots.
+  const auto count = static_cast<Eigen::Index>(simplex.basis().size());
+  Eigen::MatrixXd B(A.rows(), count);
+  for (Eigen::Index k = 0; k < count; ++k) B.col(k) = S.col(simplex.basis()[static_cast<std::size_t>(k)]);
+  const Eigen::VectorXd corner = pseudo_inverse(B, kUnmet) * b;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Eigen::Index j = simplex.basis()[static_cast<std::size_t>(k)];
+    const bool is_rounding = std::abs(corner[k]) <= kZero * size;
+    x[j] = is_rounding ? 0 : std::max(corner[k], 0.0) * scale[j];
+  }
+  return x;
+}
+
+ThrusterAllocation::ThrusterAllocation(std::span<const Thruster> thrusters, const Vector3d& about) {
+  const auto n = static_cast<Eigen::Index>(thrusters.size());
+  Eigen::MatrixXd A(6, n);
+  cost_.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Thruster& thruster = thrusters[static_cast<std::size_t>(i)];
+    const Vector3d F = thruster.force * thruster.direction, M = cross(thruster.position - about, F);
+    for (int k = 0; k < 3; ++k) A(k, i) = M[k], A(3 + k, i) = F[k];
+    cost_[i] = thruster.specific_impulse > 0 ? mass_flow(thruster) : thruster.force;
+  }
+  A_ = A.topRows(3);
+  // Without a net force, if that takes away no direction in which it can turn.
+  bool pure = n > 0, any = false;
+  for (int k = 0; k < 6 && pure; ++k) {
+    Eigen::VectorXd b = Eigen::VectorXd::Zero(6);
+    b[k / 2] = k % 2 == 0 ? 1 : -1;
+    const bool turns = least_cost(A_, b.head(3), cost_).has_value();
+    any = any || turns;
+    pure = !turns || least_cost(A, b, cost_).has_value();
+  }
+  if (pure && any) A_ = A;
+}
+
+std::optional<std::vector<double>> ThrusterAllocation::on_times(const Vector3d& torque) const {
+  Eigen::VectorXd b = Eigen::VectorXd::Zero(A_.rows());
+  for (int k = 0; k < 3; ++k) b[k] = torque[k];
+  const std::optional<Eigen::VectorXd> x = least_cost(A_, b, cost_);
+  if (!x) return {};
+  return std::vector<double>(x->data(), x->data() + x->size());
+}
+
+Vector3d ThrusterAllocation::torque(std::size_t thruster) const {
+  const auto i = static_cast<Eigen::Index>(thruster);
+  return {A_(0, i), A_(1, i), A_(2, i)};
+}
+
+}  // namespace grapnel

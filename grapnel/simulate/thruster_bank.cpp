@@ -1,0 +1,174 @@
+#include "grapnel/simulate/thruster_bank.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace grapnel {
+namespace {
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+// Events are found to rounding: a share within this of a level has come to it.
+constexpr double kAtLevel = 1e-9;
+// A pulse that leaves less than this share of a period lasts all of it.
+constexpr double kWholePeriod = 1e-9;
+
+}  // namespace
+
+ThrusterBank::ThrusterBank(std::vector<Thruster> thrusters, const Vector3d& about)
+    : thrusters_(std::move(thrusters)), about_(about), allocation_(thrusters_, about), valves_(thrusters_.size()) {
+  for (const Thruster& t : thrusters_) {
+    if (!(std::abs(norm(t.direction) - 1) < 1e-9) || !(t.force > 0) || !(t.specific_impulse > 0) ||
+        !(t.min_on_time >= 0) || !(t.rise >= 0) || !(t.fall >= 0))
+      throw std::invalid_argument(
+          "ThrusterBank: directions are unit vectors, forces and specific impulses positive, times not negative");
+  }
+}
+
+double ThrusterBank::level(std::size_t i, double t) const {
+  const Valve& valve = valves_[i];
+  const double rise = thrusters_[i].rise, fall = thrusters_[i].fall;
+  if (valve.open) return rise > 0 ? std::min(1.0, valve.level + (t - valve.since) / rise) : 1.0;
+  return fall > 0 ? std::max(0.0, valve.level - (t - valve.since) / fall) : 0.0;
+}
+
+// When the force no longer rises or falls [s].
+double ThrusterBank::until_steady(const Valve& valve, const Thruster& thruster) const {
+  return valve.since + (valve.open ? (1 - valve.level) * thruster.rise : valve.level * thruster.fall);
+}
+
+void ThrusterBank::begin(double t, double same) {
+  if (begun_ && std::abs(t - time_) > same) {
+    for (Valve& valve : valves_) valve.open = false, valve.level = 0, valve.since = t, valve.closes = kNever;
+    mean_torque = Vector3d::zero();
+  }
+  time_ = t, begun_ = true;
+}
+
+ThrusterBank::Use ThrusterBank::use(std::size_t i, double t) const {
+  Use use = valves_[i].use;
+  const double dt = std::max(t - time_, 0.0);
+  if (valves_[i].open) use.on_time += dt;
+  // Between two edges forces are linear in time.
+  use.impulse += 0.5 * thrusters_[i].force * (level(i, time_) + level(i, time_ + dt)) * dt;
+  return use;
+}
+
+double ThrusterBank::propellant(double t) const {
+  double mass = 0;
+  for (std::size_t i = 0; i < size(); ++i)
+    mass += use(i, t).impulse / (thrusters_[i].specific_impulse * kStandardGravity);
+  return mass;
+}
+
+void ThrusterBank::advance(double t, double same) {
+  for (std::size_t i = 0; i < size(); ++i) valves_[i].use = use(i, t);
+  time_ = t;
+  for (std::size_t i = 0; i < size(); ++i) {
+    Valve& valve = valves_[i];
+    if (std::abs(until_steady(valve, thrusters_[i]) - t) <= same) valve.level = valve.open ? 1 : 0, valve.since = t;
+    if (valve.open && valve.closes <= t + same) close(i);
+  }
+}
+
+double ThrusterBank::next_edge(double t, double end, double same) const {
+  double next = end;
+  const auto consider = [&](double edge) {
+    if (edge > t + same && edge < next - same) next = edge;
+  };
+  for (std::size_t i = 0; i < size(); ++i) {
+    const Valve& valve = valves_[i];
+    consider(until_steady(valve, thrusters_[i]));
+    if (!valve.open) continue;
+    consider(valve.closes);
+    consider(valve.opened + thrusters_[i].min_on_time);
+  }
+  return next;
+}
+
+void ThrusterBank::open(std::size_t i, double for_) {
+  Valve& valve = valves_[i];
+  if (!valve.open) {
+    valve.level = level(i, time_);
+    valve.open = true, valve.since = valve.opened = time_;
+    ++valve.use.firings;
+  }
+  valve.closes = time_ + for_;
+}
+
+void ThrusterBank::close(std::size_t i) {
+  Valve& valve = valves_[i];
+  if (!valve.open) return;
+  valve.level = level(i, time_);
+  valve.open = false, valve.since = time_, valve.closes = kNever;
+}
+
+bool ThrusterBank::is_locked(std::size_t i) const {
+  // Times are sums that rounding has touched.
+  const double left = valves_[i].opened + thrusters_[i].min_on_time - time_;
+  return valves_[i].open && left > 1e-12 * std::max(1.0, std::abs(time_));
+}
+
+Vector3d ThrusterBank::pulse(const Vector3d& torque_impulse, double period, const ThrusterModulation& modulation) {
+  std::vector<double> times = allocation_.on_times(torque_impulse).value_or(std::vector<double>(size(), 0.0));
+  const double longest = times.empty() ? 0 : *std::max_element(times.begin(), times.end());
+  // The longest is the period: less is given, in the same direction.
+  const double share = longest > period ? period / longest : 1;
+  Vector3d given = Vector3d::zero();
+  for (std::size_t i = 0; i < size(); ++i) {
+    double time = share * times[i];
+    const double least = thrusters_[i].min_on_time;
+    if (time < least) {
+      const double asked = time / least;
+      const bool was_on = valves_[i].pulsed;
+      const bool on = asked >= modulation.level_on || (asked > modulation.level_off && was_on);
+      time = on ? least : 0;
+    }
+    valves_[i].pulsed = time > 0;
+    if (time > 0) {
+      open(i, time >= period * (1 - kWholePeriod) ? kNever : time);
+    } else {
+      close(i);
+    }
+    given += (std::min(time, period) / period) * allocation_.torque(i);
+  }
+  return given;
+}
+
+void ThrusterBank::trigger(const Vector3d& torque, const ThrusterModulation& modulation) {
+  const std::vector<double> shares = allocation_.on_times(torque).value_or(std::vector<double>(size(), 0.0));
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (is_open(i)) {
+      if (!is_locked(i) && shares[i] <= modulation.level_off * (1 + kAtLevel)) close(i);
+    } else if (shares[i] >= modulation.level_on * (1 - kAtLevel)) {
+      open(i);
+    }
+  }
+}
+
+double ThrusterBank::trigger_margin(const Vector3d& torque, const ThrusterModulation& modulation) const {
+  const std::vector<double> shares = allocation_.on_times(torque).value_or(std::vector<double>(size(), 0.0));
+  double least = 1;
+  for (std::size_t i = 0; i < size(); ++i) {
+    if (!is_open(i)) {
+      least = std::min(least, modulation.level_on - shares[i]);
+    } else if (!is_locked(i)) {
+      least = std::min(least, shares[i] - modulation.level_off);
+    }
+  }
+  return least;
+}
+
+bool ThrusterBank::dumps(double momentum, const MomentumDumping& dumping) {
+  dumped_.largest_momentum = std::max(dumped_.largest_momentum, momentum);
+  if (!dumped_.active && momentum > dumping.above) {
+    if (dumped_.begun++ == 0) dumped_.first_begin = time_;
+    dumped_.active = true, dumped_.since = time_;
+  } else if (dumped_.active && momentum < dumping.below) {
+    dumped_.active = false;
+    dumped_.time += time_ - dumped_.since, dumped_.last_end = time_;
+  }
+  return dumped_.active;
+}
+
+}  // namespace grapnel
