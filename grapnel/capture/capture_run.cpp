@@ -100,7 +100,7 @@ bool RunJoints::efforts_are_cut() const {
 
 std::vector<JointTrajectory> RunJoints::references() const {
   const std::optional<PostImpactSetup>& post = problem_.post_impact;
-  if (!approaching() && !(post && post->move)) return {};
+  if (!approaching() && !(post && moves_afterwards(*post))) return {};
   std::vector<JointTrajectory> joints = trajectories_;
   joints.resize(size());
   for (std::size_t j = 0; j < joints.size(); ++j) {
@@ -136,6 +136,14 @@ std::vector<HeldRate> RunJoints::rates_in_impact(const RunBodies& bodies) const 
 
 // --- The run ---
 
+namespace {
+
+bool reads_sensors(const CaptureProblem& problem) {
+  return problem.control && (problem.sensors || (problem.post_impact && problem.post_impact->identify));
+}
+
+}  // namespace
+
 CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the_frame, CaptureDetail the_detail,
                        CaptureProgress the_progress, SeriesSink* sink, CaptureResult& the_result)
     : problem(the_problem),
@@ -147,7 +155,9 @@ CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the
       joints(problem, bodies, frame),
       schedule(problem),
       law(problem),
-      monitor(problem, bodies.free, frame, detail, sink, result) {}
+      identification(problem),
+      sensors(reads_sensors(problem) ? std::make_shared<SensorRun>(problem, identification) : nullptr),
+      monitor(problem, bodies.free, frame, detail, sink, sensors.get(), result) {}
 
 std::string CaptureRun::next_name(const std::string& phase) {
   const int count = ++pieces_[phase];
