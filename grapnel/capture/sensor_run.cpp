@@ -67,6 +67,13 @@ SensorRun::SensorRun(const CaptureProblem& problem, IdentificationRun& identific
       setup_(problem.sensors.value_or(SensorSetup{})),
       period_(problem.control->timing.period),
       identification_(identification) {
+  const auto fits = [&](const std::vector<double>& values) {
+    return values.empty() || values.size() == problem.joint_position.size();
+  };
+  const auto& identify = problem.post_impact ? problem.post_impact->identify : std::nullopt;
+  if ((setup_.joints && !fits(setup_.joints->bias)) ||
+      (identify && identify->excitation && identify->excitation->amplitude.size() != problem.joint_position.size()))
+    throw CaptureProblemError("sensors.joints.bias and post_impact.identify.excitation need a number per joint");
   std::uint32_t next = 0;  // a sensor's noise does not depend on which others there are
   const auto numbered = [&](Channels c) {
     c.sensor = next++;

@@ -43,6 +43,7 @@ struct PluginRobot {
   std::string base;                        // body
   std::vector<std::string> joints;         // in the plugin's order
   std::vector<std::string> end_effectors;  // frames
+  std::vector<std::string> wheels;         // joints
   Vector3d gravity = Vector3d::zero();     // [m/s^2]
   // The frame in which the run computes, see MovingFrame: at t = 0, in W [m]; [m/s].
   Vector3d origin = Vector3d::zero();
@@ -69,6 +70,7 @@ class PluginController final : public Controller {
  private:
   [[noreturn]] void fail(const char* what, double time) const;
   void gather(const ControlInput& input);
+  void gather_readings(const ControlInput& input);
 
   std::shared_ptr<const ControllerPlugin> plugin_;
   PluginRobot robot_;
@@ -79,6 +81,8 @@ class PluginController final : public Controller {
   std::vector<int> joints_;      // positions in Model::joints()
   std::vector<int> velocities_;  // positions in State::v, in the order in which plugins see them
   std::vector<double> position_, rate_, desired_position_, desired_rate_, desired_acceleration_, effort_;
+  std::vector<int> wheels_;  // velocities in State::v
+  std::vector<double> wrench_, wheel_rate_, target_pose_, target_motion_;
 };
 
 }  // namespace grapnel
