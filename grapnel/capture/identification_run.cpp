@@ -18,9 +18,7 @@ std::size_t named_or_only(const CaptureProblem& problem, const std::string& name
 }
 
 const char* word(Identified how) {
-  return how == Identified::determined   ? "determined"
-         : how == Identified::ratio_only ? "ratio_only"
-                                         : "not_determined";
+  return how == Identified::determined ? "determined" : how == Identified::ratio_only ? "ratio_only" : "not_determined";
 }
 
 }  // namespace
@@ -53,7 +51,8 @@ RateNoise rate_noise_of(const CaptureProblem& problem) {
   const auto with_rounding = [](double deviation, double quantum) {
     return std::sqrt(deviation * deviation + quantum * quantum / 12);
   };
-  if (const auto& gyro = problem.sensors->gyro) noise.angular_velocity = with_rounding(gyro->deviation(period), gyro->quantum);
+  if (const auto& gyro = problem.sensors->gyro)
+    noise.angular_velocity = with_rounding(gyro->deviation(period), gyro->quantum);
   if (const auto& wheels = problem.sensors->wheels) noise.joint_rate = with_rounding(wheels->noise, wheels->quantum);
   if (const auto& joints = problem.sensors->joints) {
     double rate = 0;
@@ -105,7 +104,7 @@ void IdentificationRun::begin_piece(const CaptureSystem& system, double time) {
   grasps_ = std::move(grasps);
   if (report_ && report_->ended == IdentificationEnd::running && !is_held(system)) {
     report_->ended = IdentificationEnd::released, report_->end = time;
-    end_ = std::numeric_limits<double>::infinity();
+    begin_ = end_ = std::numeric_limits<double>::infinity();
   }
   if (report_ && report_->ended == IdentificationEnd::running) report_.reset();
   samples_.clear();
@@ -130,12 +129,11 @@ void IdentificationRun::take(const CaptureSystem& system, const PhaseSample& sam
     const std::array<int, 1> root = {system.base};
     const Kinematics k = forward_kinematics(system.model, sample.state);
     const bool turning = problem_.post_impact->identify->base == IdentifySetup::Base::rotation;
-    first_momentum_ = momentum_about(system.model, k,
-                                     turning ? center_of_mass(system.model, k, root) : Vector3d::zero(), root);
+    first_momentum_ =
+        momentum_about(system.model, k, turning ? center_of_mass(system.model, k, root) : Vector3d::zero(), root);
   }
   report_->end = sample.time;
-  samples_.push_back(
-      {seen, {impulse.angular - first_impulse_.angular, impulse.linear - first_impulse_.linear}});
+  samples_.push_back({seen, {impulse.angular - first_impulse_.angular, impulse.linear - first_impulse_.linear}});
   report_->samples = static_cast<long>(samples_.size());
 }
 
@@ -156,7 +154,7 @@ IdentificationTask IdentificationRun::task(const CaptureSystem& system) const {
 
 void IdentificationRun::conclude(const CaptureSystem& system, double time) {
   if (time < end_ - 1e-9 * std::max(1.0, time) || samples_.empty()) return;
-  end_ = std::numeric_limits<double>::infinity();
+  begin_ = end_ = std::numeric_limits<double>::infinity();
   const IdentifiedBody found = identify_target(task(system));
   samples_.clear();
   samples_.shrink_to_fit();
@@ -180,7 +178,10 @@ void IdentificationRun::report(const IdentifiedBody& found) {
                                   I.yy,       I.zz,         I.xy,         I.xz,         I.yz};
   for (int i = 0; i < kInertialParameters; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    r.parameters.push_back({std::string(inertial_parameter_name(i)), i == 0 ? "kg" : i < 4 ? "m" : "kg m^2",
+    r.parameters.push_back({std::string(inertial_parameter_name(i)),
+                            i == 0  ? "kg"
+                            : i < 4 ? "m"
+                                    : "kg m^2",
                             found.value[k], found.deviation[k], values[k]});
   }
   for (const UnseenChange& unseen : found.unseen) r.unseen.push_back(unseen_text(unseen));

@@ -59,7 +59,7 @@ class IdentificationRun {
   std::optional<TargetInertia> assumed_, estimated_;
   LawModel model_ = LawModel::truth;
   double begin_ = std::numeric_limits<double>::infinity(), end_ = begin_;  // of the samples
-  long every_ = 1;                                                          // ticks
+  long every_ = 1;                                                         // ticks
   Momentumd finished_impulse_ = Momentumd::zero(), first_impulse_ = Momentumd::zero();
   std::optional<Momentumd> first_momentum_;
   std::vector<MotionSample> samples_;

@@ -111,7 +111,8 @@ void plan_motion(CaptureRun& run) {
   place_bodies(run.problem, targets, run.bodies);
   if (!run.problem.approach) return;
   std::optional<ApproachPlan> plan;
-  if (run.detail != CaptureDetail::full && !navigates(run.problem)) plan = stated_approach(run.problem, run.bodies.system);
+  if (run.detail != CaptureDetail::full && !navigates(run.problem))
+    plan = stated_approach(run.problem, run.bodies.system);
   if (!plan) plan = plan_on_estimates(run, targets);
   run.result.plan = plan->report;
   for (const std::string& warning : plan->warnings) run.result.warnings.push_back(warning);

@@ -1,8 +1,8 @@
 #include "grapnel/problem/capture_problem.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <algorithm>
 #include <stdexcept>
 
 namespace grapnel {
@@ -14,7 +14,6 @@ double JointSensors::position_quantum() const {
 double GyroSensor::deviation(double period) const {
   return angle_random_walk > 0 ? angle_random_walk / std::sqrt(sample_time > 0 ? sample_time : period) : noise;
 }
-
 
 // --- Names ---
 

@@ -109,7 +109,7 @@ struct TargetSetup {
   enum class Instant { start, capture };
   Instant given_at = Instant::capture;  // when pose and twist below hold; propagated from there free of torque
   Posed X_WT = Posed::identity();
-  Twistd V_WT = Twistd::zero();  // at the target frame's origin, in W
+  Twistd V_WT = Twistd::zero();                 // at the target frame's origin, in W
   std::optional<TargetEstimate> estimate = {};  // on which the approach is planned; absent: the truth
   std::vector<GraspPoint> grasp_points;
 };

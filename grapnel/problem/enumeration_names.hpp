@@ -52,8 +52,8 @@ struct Described<PostImpactSetup::Joints>
     : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked", "controller",
                   "detumble", "keep_base_attitude"> {};
 template <>
-struct Described<JointSensors::Rate>
-    : Enumeration<JointSensors::Rate, "SensedRate", "difference", "sensor", "exact"> {};
+struct Described<JointSensors::Rate> : Enumeration<JointSensors::Rate, "SensedRate", "difference", "sensor", "exact"> {
+};
 template <>
 struct Described<IdentifySetup::Base> : Enumeration<IdentifySetup::Base, "SensedBase", "twist", "rotation"> {};
 template <>

@@ -31,8 +31,8 @@ class SensorConflicts : ConflictFinder {
     if (s.wheels) check_time(s.wheels->sample_time, "sensors.wheels");
     if (s.wheels && problem_.robot.wheels.empty())
       add_key("sensors.wheels", "sensors.wheels: the robot has no reaction wheels");
-    for (const auto& [is_there, path] : {std::pair{s.gyro.has_value(), "sensors.gyro"},
-                                         std::pair{s.attitude.has_value(), "sensors.attitude"}}) {
+    for (const auto& [is_there, path] :
+         {std::pair{s.gyro.has_value(), "sensors.gyro"}, std::pair{s.attitude.has_value(), "sensors.attitude"}}) {
       if (is_there && problem_.robot.base_mode == RobotSetup::Base::fixed)
         add_key(path, "{}: the robot's base is fixed and does not turn", path);
     }
@@ -130,8 +130,9 @@ class SensorConflicts : ConflictFinder {
               name_of(post.joints))
           .relies_on = "post_impact.joints";
     if (post.move && post.move->after < end)
-      add("post_impact.move.after", "post_impact.move begins after {} [s], must not begin before {}, when the "
-                                    "excitation ends",
+      add("post_impact.move.after",
+          "post_impact.move begins after {} [s], must not begin before {}, when the "
+          "excitation ends",
           post.move->after, end);
   }
 

@@ -16,16 +16,16 @@
 namespace grapnel {
 
 // A reading is q round((x + bias + n) / q): x the truth, n Gaussian with the standard deviation `noise`, q the quantum
-// (0: it is not rounded), (18.1). Where sample_time is not 0 it is a multiple of the clock's period, and a reading holds
-// until the next one. Standard deviations are those of a reading, of every component.
+// (0: it is not rounded), (18.1). Where sample_time is not 0 it is a multiple of the clock's period, and a reading
+// holds until the next one. Standard deviations are those of a reading, of every component.
 
 /// Encoders of all moving joints.
 struct JointSensors {
-  double noise = 0;                // [rad or m]
-  std::vector<double> bias;        // per joint [rad or m]; empty: none
-  double quantum = 0;              // [rad or m]
-  double counts_per_turn = 0;      // in place of it, quantum = 2 pi / counts; 0: not given
-  double sample_time = 0;          // [s]; 0: every tick
+  double noise = 0;            // [rad or m]
+  std::vector<double> bias;    // per joint [rad or m]; empty: none
+  double quantum = 0;          // [rad or m]
+  double counts_per_turn = 0;  // in place of it, quantum = 2 pi / counts; 0: not given
+  double sample_time = 0;      // [s]; 0: every tick
   enum class Rate { difference, sensor, exact };
   /// Where rates come from. difference: of the last two readings of the position, over the time between them (0 at the
   /// first). sensor: one of its own. exact: the true rate.
@@ -38,11 +38,11 @@ struct JointSensors {
 
 /// The base's angular velocity, in the base's axes.
 struct GyroSensor {
-  double noise = 0;                    // [rad/s]
-  double angle_random_walk = 0;        // in place of it: noise = angle_random_walk / sqrt(sample time) [rad/sqrt(s)]
-  Vector3d bias = Vector3d::zero();    // [rad/s]
-  double quantum = 0;                  // [rad/s]
-  double sample_time = 0;              // [s]
+  double noise = 0;                  // [rad/s]
+  double angle_random_walk = 0;      // in place of it: noise = angle_random_walk / sqrt(sample time) [rad/sqrt(s)]
+  Vector3d bias = Vector3d::zero();  // [rad/s]
+  double quantum = 0;                // [rad/s]
+  double sample_time = 0;            // [s]
   /// Standard deviation of a reading, where the clock ticks every `period`.
   double deviation(double period) const;
 };
@@ -68,10 +68,10 @@ struct WheelSensors {
 /// axes, about its origin.
 struct WristSensor {
   std::string end_effector;
-  double force_noise = 0, torque_noise = 0;                                           // [N], [N m]
-  Vector3d force_bias = Vector3d::zero(), torque_bias = Vector3d::zero();             // [N], [N m]
-  double force_quantum = 0, torque_quantum = 0;                                       // [N], [N m]
-  double sample_time = 0;                                                             // [s]
+  double force_noise = 0, torque_noise = 0;                                // [N], [N m]
+  Vector3d force_bias = Vector3d::zero(), torque_bias = Vector3d::zero();  // [N], [N m]
+  double force_quantum = 0, torque_quantum = 0;                            // [N], [N m]
+  double sample_time = 0;                                                  // [s]
 };
 
 /// A target's pose and motion relative to the base: p_BT, R_BT exp([bias + n]) and, in the base's axes, the velocity of
@@ -127,9 +127,9 @@ struct ExcitationSetup {
 
 /// Mass, centre of mass and inertia of a held target, from what sensors read at the clock's ticks.
 struct IdentifySetup {
-  std::string target;     // empty: the only one that is grasped
-  double from = 0;        // since post_impact began [s]
-  double duration = 0;    // [s]
+  std::string target;      // empty: the only one that is grasped
+  double from = 0;         // since post_impact began [s]
+  double duration = 0;     // [s]
   double sample_time = 0;  // between samples, a multiple of the clock's period; 0: every tick [s]
   enum class Base { twist, rotation };
   Base base = Base::twist;      // what is measured of the base's motion: MeasuredBase

@@ -502,10 +502,10 @@ struct CaptureResult {
   std::vector<SensorReport> sensors;  // read at its ticks
   std::optional<PhaseEnd> approach_start;
   std::optional<PhaseEnd> approach_end;
-  std::optional<PlanReport> plan;    // of the approach
+  std::optional<PlanReport> plan;            // of the approach
   std::vector<NavigationReport> navigation;  // where targets are estimated or the approach is replanned
-  double capture_time = 0;           // when the grasps were to close [s]
-  std::vector<GraspOutcome> grasps;  // per grasp; empty where the run did not come so far
+  double capture_time = 0;                   // when the grasps were to close [s]
+  std::vector<GraspOutcome> grasps;          // per grasp; empty where the run did not come so far
   /// All grasps closed.
   bool captured() const {
     return !grasps.empty() &&
@@ -524,11 +524,11 @@ struct CaptureResult {
   std::vector<GraspLoad> grasp_loads;  // per phase and grasp
   std::vector<PeakLoad> peak_loads;    // over all phases: per load and phase
   std::optional<PhaseEnd> post_impact_end;
-  std::optional<DetumblingReport> detumbling;     // in it
-  std::optional<BaseKeepingReport> base_keeping;  // in it
+  std::optional<DetumblingReport> detumbling;          // in it
+  std::optional<BaseKeepingReport> base_keeping;       // in it
   std::optional<IdentificationReport> identification;  // in it
-  std::vector<WheelReport> wheels;                // of the base, in the robot's order
-  std::vector<MinimumClearance> clearance;        // per phase in which bodies with shapes were watched
+  std::vector<WheelReport> wheels;                     // of the base, in the robot's order
+  std::vector<MinimumClearance> clearance;             // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>
       clearance_unwatched;  // end-effector and target of each grasp; ignored pairs

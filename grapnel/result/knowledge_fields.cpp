@@ -55,8 +55,9 @@ template <>
 const Type& type_of<IdentifiedParameter>() {
   using P = IdentifiedParameter;
   static constexpr Field fields[] = {
-      field<&P::name>("name", "`mass`, `com_x` ..., `inertia_xx` ..., in the target's frame, the inertia about the "
-                              "centre of mass"),
+      field<&P::name>("name",
+                      "`mass`, `com_x` ..., `inertia_xx` ..., in the target's frame, the inertia about the "
+                      "centre of mass"),
       field<&P::unit>("unit", "of the numbers"),
       field<&P::value>("value", "`unit`", "null: not determined").or_null(),
       field<&P::deviation>("deviation", "`unit`", "standard; null: not determined, or no noise was stated").or_null(),
@@ -84,15 +85,15 @@ const Type& type_of<IdentificationReport>() {
       field<&I::target>("target", "that is identified"),
       field<&I::begin>("begin", "s", "of the samples"),
       field<&I::end>("end", "s", "of the samples"),
-      field<&I::ended>("ended",
-                       "`done`. `released`: the target was let go before. `running`: the run ended before"),
+      field<&I::ended>("ended", "`done`. `released`: the target was let go before. `running`: the run ended before"),
       field<&I::samples>("samples", "1", "instants at which sensors were read"),
       field<&I::converged>("converged", "whether the iteration on weights and rates did"),
       field<&I::rank>("rank", "1", "of ten: how many numbers the motion has shown"),
       field<&I::condition>("condition", "1", "largest over smallest singular value that counts"),
       field<&I::residual>("residual", "1", "near 1 if the noise is what is stated; without noise it is rounding's"),
-      field<&I::mass>("mass", "`determined`; `ratio_only`: known but for one number, on which others depend too; "
-                              "`not_determined`"),
+      field<&I::mass>("mass",
+                      "`determined`; `ratio_only`: known but for one number, on which others depend too; "
+                      "`not_determined`"),
       field<&I::com>("com", "likewise, of the centre of mass"),
       field<&I::inertia>("inertia", "likewise"),
       field<&I::parameters>("parameters", "the ten numbers, beside the truth"),

@@ -35,9 +35,9 @@ struct EstimateReport {
 
 /// A plan of the approach, or of what is left of it.
 struct NavigationReport {
-  double time = 0;            // when [s]
-  bool found = false;         // else the plan before stays
-  long rhs_evaluations = 0;   // that it took
+  double time = 0;           // when [s]
+  bool found = false;        // else the plan before stays
+  long rhs_evaluations = 0;  // that it took
   std::vector<EstimateReport> estimates;
   std::string failure;  // why not found
 };

@@ -433,10 +433,7 @@ const Type& type_of<PostImpact>() {
   return p.result->detumbling;
 }
 > ("detumbling", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->base_keeping; }
-> ("base_keeping", "", "absent without it"),
-    derived < [](const P& p) -> auto& {
-  return p.result->identification;
-}
+> ("base_keeping", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->identification; }
 > ("identification", "", "absent without it"),
 }
 ;

@@ -157,8 +157,8 @@ using Numbers = std::span<const double>;
 enum class Limits { none, position, rate };
 Limits limits_of(const Field& field) {
   return field.form.starts_with("gains of ") || field.form == "offsets of joints" ? Limits::none
-         : field.unit.starts_with("rad/s")   ? Limits::rate
-                                             : Limits::position;
+         : field.unit.starts_with("rad/s")                                        ? Limits::rate
+                                                                                  : Limits::position;
 }
 
 Json by_name(const Json& value, const char* title) {

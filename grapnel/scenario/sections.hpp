@@ -101,7 +101,7 @@ const Type& target_estimate_description();  // of targets
 const Type& replan_description();           // of approach
 const Type& assumed_description();          // of post_impact
 const Type& identify_description();         // of post_impact
-const Type& base_control_description();  // of approach and of post_impact
+const Type& base_control_description();     // of approach and of post_impact
 
 // ---- Robots ----
 

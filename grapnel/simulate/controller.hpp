@@ -22,7 +22,7 @@ namespace grapnel {
 
 /// What a controller sees. Everything is valid during the call alone.
 struct ControlInput {
-  double time;  // of the scenario's clock [s]
+  double time;         // of the scenario's clock [s]
   const Model& model;  // that the laws work with (PhaseSetup::law_model)
   /// In the frame in which the run computes. Where PhaseSetup::sensors read it, as they do; else as it is, roots'
   /// velocities being those of the conserved momenta, where they are recovered.

@@ -16,8 +16,8 @@ double normal_number(std::uint64_t seed, std::uint32_t sensor, std::uint32_t cha
   };
   const r123::Philox4x32::key_type key = {{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
   // The last word keeps these numbers apart from those of NoiseSignal (0) and with_rate_noise() (1) with one seed.
-  const r123::Philox4x32::ctr_type counter = {{static_cast<std::uint32_t>(reading), channel,
-                                               sensor ^ static_cast<std::uint32_t>(reading >> 32) << 8, 2}};
+  const r123::Philox4x32::ctr_type counter = {
+      {static_cast<std::uint32_t>(reading), channel, sensor ^ static_cast<std::uint32_t>(reading >> 32) << 8, 2}};
   const r123::Philox4x32::ctr_type random = r123::Philox4x32()(counter, key);
   const double radius = std::sqrt(-2 * std::log(unit(random[0], random[1])));
   return radius * sine_cosine(2 * std::numbers::pi * unit(random[2], random[3])).cosine;

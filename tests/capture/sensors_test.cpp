@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <map>
 
 #include "capture/capture_case.hpp"
@@ -27,6 +28,8 @@ CaptureProblem sampled(double after) {
   p.control->timing.period = kPeriod;
   p.post_impact->duration = after;
   p.clearance.enabled = false;
+  // Shaking a satellite of 1 t takes more than the arm has, and what saturates is not what is asked here.
+  for (BodyDescription& body : p.robot.bodies) body.joint.limits.effort = std::numeric_limits<double>::infinity();
   return p;
 }
 
@@ -61,7 +64,8 @@ TEST(SensorNoise, IsWhiteNormalAndIndependentOfItsNeighbours) {
   EXPECT_LT(std::abs(sum / kCount), 4 * expected);
   EXPECT_LT(std::abs(squares / kCount - 1), 4 * std::sqrt(2.0) * expected);
   EXPECT_LT(std::abs(fourths / kCount - 3), 4 * std::sqrt(96.0) * expected);
-  for (const double correlation : {next, channel, sensor, seed}) EXPECT_LT(std::abs(correlation / kCount), 4 * expected);
+  for (const double correlation : {next, channel, sensor, seed})
+    EXPECT_LT(std::abs(correlation / kCount), 4 * expected);
   EXPECT_EQ(normal_number(1, 2, 3, 5), normal_number(1, 2, 3, 5));
 }
 
@@ -88,9 +92,10 @@ TEST(Sensors, ReadMultiplesOfTheirQuantumAtTheirSampleTimesWithTheirBias) {
         EXPECT_LE(std::abs(read - truth - joints.bias[j]), 0.5 * quantum + 1e-9) << r.series.time[i];
         changes += read != value_at(r, "joints/measured_position", i - 1, j);
         // The rate is the difference of what was read.
-        if (tick >= 4)
+        if (tick >= 4) {
           EXPECT_NEAR(value_at(r, "joints/measured_velocity", i, j),
                       (read - value_at(r, "joints/measured_position", i - 2, j)) / (2 * kPeriod), 1e-12);
+        }
       } else {
         EXPECT_EQ(read, value_at(r, "joints/measured_position", i - 1, j));
       }
@@ -111,15 +116,16 @@ TEST(Sensors, NoiseHasItsDeviationInAFlightThatKeepsMomentumAndItsBits) {
   p.sensors = noisy();
   const CaptureResult r = simulate_capture(p), again = simulate_capture(p, {}, CaptureDetail::columns);
   expect_passes(r);
-  EXPECT_EQ(r.post_impact_end->base.position, again.post_impact_end->base.position);
+  EXPECT_EQ(norm(r.post_impact_end->base.position - again.post_impact_end->base.position), 0);
   EXPECT_GT(norm(vector_at(r, "system/angular_momentum", 0)), 1);
   std::map<std::string, SensorReport> by_name;
   for (const SensorReport& s : r.sensors) by_name[s.sensor] = s;
   const SensorReport& rate = by_name.at("joint rate");
-  EXPECT_NEAR(rate.rms_error, 1e-4, 4e-4 / std::sqrt(2.0 * rate.readings));
-  EXPECT_LT(std::abs(rate.mean_error), 4e-4 / std::sqrt(double(rate.readings)));
+  EXPECT_NEAR(rate.rms_error, 1e-4, 4e-4 / std::sqrt(2.0 * static_cast<double>(rate.readings)));
+  EXPECT_LT(std::abs(rate.mean_error), 4e-4 / std::sqrt(static_cast<double>(rate.readings)));
   const SensorReport& position = by_name.at("joint position");
-  EXPECT_NEAR(position.mean_error, 3e-4, 4 * std::sqrt(4e-10 + 1e-8 / 12) / std::sqrt(double(position.readings)));
+  EXPECT_NEAR(position.mean_error, 3e-4,
+              4 * std::sqrt(4e-10 + 1e-8 / 12) / std::sqrt(static_cast<double>(position.readings)));
   EXPECT_EQ(position.readings, 7 * 1100);
   EXPECT_EQ(by_name.at("attitude").readings, 3 * 367);
   EXPECT_NEAR(by_name.at("attitude").rms_error, 1e-4, 4e-4 / std::sqrt(2.0 * 1101));
@@ -131,7 +137,7 @@ TEST(Sensors, NoiseHasItsDeviationInAFlightThatKeepsMomentumAndItsBits) {
               norm(vector_at(r, "grasps/gripper/force", last)), 1.5);
   // Without noise another motion.
   p.sensors.reset();
-  EXPECT_FALSE(simulate_capture(p).post_impact_end->base.position == r.post_impact_end->base.position);
+  EXPECT_GT(norm(simulate_capture(p).post_impact_end->base.position - r.post_impact_end->base.position), 1e-6);
 }
 
 // --- Estimates ---
@@ -157,7 +163,7 @@ TEST(Navigation, OnAnExactEstimateIsThePlanOnTheTruthBitForBit) {
   EXPECT_EQ(a.navigation[0].estimates[0].position_error, 0);
   EXPECT_TRUE(b.navigation.empty());
   EXPECT_EQ(a.plan->final_position, b.plan->final_position);
-  EXPECT_EQ(a.approach_end->base.position, b.approach_end->base.position);
+  EXPECT_EQ(norm(a.approach_end->base.position - b.approach_end->base.position), 0);
 }
 
 TEST(Navigation, ErrorOfTheEstimateIsTheGapAndReplanningByAPerfectSensorTakesItOut) {
@@ -263,8 +269,8 @@ double tracking_error(const CaptureResult& r, double from) {
   double largest = 0;
   for (std::size_t i = 0; i < r.series.time.size(); ++i) {
     for (int j = 0; j < 7 && r.series.time[i] >= from; ++j)
-      largest = std::max(largest, std::abs(value_at(r, "joints/position", i, j) -
-                                           value_at(r, "joints/reference_position", i, j)));
+      largest = std::max(
+          largest, std::abs(value_at(r, "joints/position", i, j) - value_at(r, "joints/reference_position", i, j)));
   }
   return largest;
 }
@@ -272,7 +278,8 @@ double tracking_error(const CaptureResult& r, double from) {
 TEST(AssumedTarget, ComputedTorqueErrsWithAWrongGuessAndNotWithTheEstimate) {
   CaptureProblem p = identified(90);
   p.post_impact->move = PostureMove{{0.3, -0.5, 0.4, 1.5, -0.3, 0.2, 0.3}, 48, 30, JointProfile::quintic};
-  p.post_impact->assumed = AssumedTarget{.target = {}, .mass = 500, .com = {}, .inertia = Symmetric3d{200, 200, 200}};
+  p.post_impact->assumed =
+      AssumedTarget{.target = {}, .mass = 500, .com = {}, .inertia = Symmetric3d{200, 200, 200, 0, 0, 0}};
   const double from = kApproach + 50;
   p.post_impact->model = LawModel::assumed;
   const CaptureResult wrong = simulate_capture(p);
@@ -305,7 +312,8 @@ TEST(SensorFaults, AreNamed) {
   p.sensors = noisy();
   EXPECT_EQ(faults_of(p), "");
   p.sensors->gyro->sample_time = 0.25;
-  EXPECT_THAT(faults_of(p), HasSubstr("sensors.gyro.sample_time is 0.25 [s], must be a multiple of control.period, 0.1"));
+  EXPECT_THAT(faults_of(p),
+              HasSubstr("sensors.gyro.sample_time is 0.25 [s], must be a multiple of control.period, 0.1"));
   p.sensors->wrists.push_back(p.sensors->wrists[0]);
   EXPECT_THAT(faults_of(p), HasSubstr("sensors.force_torque[1] is a second sensor of end-effector \"gripper\""));
   p.control.reset();

@@ -68,10 +68,10 @@ TEST(PluginCapture, IsTheLawThatTheExampleCopies) {
 
 // The same with sensors: plugin and law see the same readings, which are not the truth.
 TEST(PluginCapture, SeesWhatSensorsRead) {
-  const std::vector<Override> sensors = {
-      {"sensors",
-       "{seed: 5, joints: {noise: 1e-3, quantum: 1e-3, rate: sensor, rate_noise: 1e-3}, gyro: {noise: 1e-3, bias: [1e-3, "
-       "0, 0]}}"}};
+  const std::vector<Override> sensors = {{"sensors",
+                                          "{seed: 5, joints: {noise: 1e-3, quantum: 1e-3, rate: sensor, rate_noise: "
+                                          "1e-3}, gyro: {noise: 1e-3, bias: [1e-3, "
+                                          "0, 0]}}"}};
   const CaptureResult plugin = simulate_capture(own(sensors)), truth = simulate_capture(own({}));
   expect_passes(plugin);
   CaptureProblem law = own(sensors);
