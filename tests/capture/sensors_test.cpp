@@ -296,7 +296,7 @@ TEST(AssumedTarget, ComputedTorqueErrsWithAWrongGuessAndNotWithTheEstimate) {
                exact = tracking_error(truth, from);
   RecordProperty("wrong", std::to_string(guess));
   std::printf("tracking errors: assumed %.3g, estimated %.3g, true %.3g rad\n", guess, estimate, exact);
-  EXPECT_GT(guess, 2 * exact);  // measured 4.98e-3 and 2.11e-3, the latter by the hold
+  EXPECT_GT(guess, 2 * exact);                 // measured 4.98e-3 and 2.11e-3, the latter by the hold
   EXPECT_NEAR(estimate, exact, 0.01 * guess);  // measured 2.10e-3
 }
 
