@@ -30,19 +30,21 @@ struct Unplannable : std::runtime_error {
 class Planner {
  public:
   Planner(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail,
-          const CaptureProgress& progress, ApproachPlan& plan)
+          const CaptureProgress& progress, double begin, ApproachPlan& plan)
       : problem_(problem),
         approach_(*problem.approach),
         targets_(targets),
         detail_(detail),
         plan_(plan),
+        begin_(begin),
         servicer_(make_servicer(problem)),
         flown_(make_servicer_with_wheels(problem)),
         flown_start_(initial_servicer_state(problem, flown_)),
         start_state_(without_wheels(flown_, flown_start_, servicer_)),
         base_(servicer_.model, problem.robot.base_mode == RobotSetup::Base::free),
-        motion_(free_motion(servicer_.model, start_state_, 0, problem.gravity)),
-        watch_(most_evaluations(), look_of(progress, most_evaluations())) {
+        motion_(free_motion(servicer_.model, start_state_, begin, problem.gravity)),
+        watch_(most_evaluations(), look_of(progress, most_evaluations())),
+        time_(begin) {
     base_.be_watched_by(&watch_);
     const std::size_t n = servicer_.robot_joints.size();
     position_ = problem.joint_position;
@@ -327,7 +329,7 @@ class Planner {
     StepWatch watch;
     watch.each_step = each_step();
     const PhaseOutcome outcome =
-        simulate_phase(dynamics, flown_start_, 0, reach.start.end, problem_.integration, watch);
+        simulate_phase(dynamics, flown_start_, begin_, reach.start.end, problem_.integration, watch);
     if (!outcome.finished) throw std::runtime_error("planning the approach: " + outcome.failure);
     plan_.report.rhs_evaluations += outcome.rhs_evaluations;
     return without_wheels(flown_, outcome.end_state, servicer_);
@@ -536,6 +538,7 @@ class Planner {
   const TargetPlan& targets_;
   const CaptureDetail detail_;
   ApproachPlan& plan_;
+  const double begin_;
   CaptureSystem servicer_;  // for what plans by momentum: its wheels are parts of the base
   CaptureSystem flown_;     // with wheels that turn
   State flown_start_;
@@ -543,7 +546,7 @@ class Planner {
   FloatingBase base_;
   FreeMotion motion_;
   mutable WorkWatch watch_;
-  double time_ = 0;
+  double time_;
   std::vector<double> position_, rate_, lower_, upper_, rate_limit_;
   Posed X_WB_;
 };
@@ -551,9 +554,9 @@ class Planner {
 }  // namespace
 
 ApproachPlan plan_approach(const CaptureProblem& problem, const TargetPlan& targets, CaptureDetail detail,
-                           const CaptureProgress& progress) {
+                           const CaptureProgress& progress, double begin) {
   ApproachPlan plan;
-  Planner planner(problem, targets, detail, progress, plan);
+  Planner planner(problem, targets, detail, progress, begin, plan);
   try {
     planner.run();
   } catch (const Unplannable& error) {

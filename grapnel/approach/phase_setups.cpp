@@ -133,13 +133,6 @@ JointControl control_of(PostImpactSetup::Joints joints) {
   return JointControl::prescribed;
 }
 
-JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentControl& control, std::size_t joint) {
-  if (control.approaching || !post.move) return JointTrajectory::at_rest(control.hold[joint]);
-  const PostureMove& move = *post.move;
-  return {control.post_impact_begin + move.after,
-          JointPath{move.profile, move.duration, control.hold[joint], move.joints[joint]}};
-}
-
 PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& system, const State& start,
                          const std::vector<JointTrajectory>& joints, const SegmentControl& control) {
   const std::optional<PostImpactSetup>& post = problem.post_impact;

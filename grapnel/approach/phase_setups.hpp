@@ -37,6 +37,8 @@ std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot);
 
 /// What drives joints by post_impact.
 JointControl control_of(PostImpactSetup::Joints joints);
+/// Whether joints that hold afterwards move to a posture, or to let an identification see something.
+bool moves_afterwards(const PostImpactSetup& post);
 /// What a joint that has settled follows.
 JointTrajectory settled_trajectory(const PostImpactSetup& post, const SegmentControl& control, std::size_t joint);
 

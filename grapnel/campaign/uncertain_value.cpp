@@ -124,7 +124,7 @@ Quaterniond random_rotation(double u, double v, double w) {
   return {b * t.cosine, a * s.sine, a * s.cosine, b * t.sine};
 }
 
-Quaterniond rotation_by(const Vector3d& rotation_vector) {
+Quaterniond quaternion_by(const Vector3d& rotation_vector) {
   const double angle = norm(rotation_vector);
   if (!(angle > 0)) return Quaterniond::identity();
   const auto half = sine_cosine(0.5 * angle);
@@ -255,7 +255,7 @@ class Drawer {
       return {{q.w, q.x, q.y, q.z}, {q.w, q.x, q.y, q.z}};
     }
     const Vector3d turn = value.deviation * Vector3d{normal_quantile(u), normal_quantile(v), normal_quantile(w)};
-    const Quaterniond q = Quaterniond{own(0), own(1), own(2), own(3)} * rotation_by(turn);
+    const Quaterniond q = Quaterniond{own(0), own(1), own(2), own(3)} * quaternion_by(turn);
     return {{q.w, q.x, q.y, q.z}, {turn[0], turn[1], turn[2]}};
   }
 

@@ -47,7 +47,7 @@ Vector3d random_direction(double u, double v);
 /// A rotation uniform on SO(3): a unit quaternion (Shoemake 1992, Graphics Gems III, 124-132).
 Quaterniond random_rotation(double u, double v, double w);
 /// The rotation by a rotation vector [rad].
-Quaterniond rotation_by(const Vector3d& rotation_vector);
+Quaterniond quaternion_by(const Vector3d& rotation_vector);
 /// `vector` turned towards a direction at random: by the angle |t| about an axis perpendicular to it, where the two
 /// components of t [rad] are given. Zero stays zero.
 Vector3d tilted(const Vector3d& vector, double t1, double t2);

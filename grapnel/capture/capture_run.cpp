@@ -82,6 +82,8 @@ std::shared_ptr<Controller> RunJoints::controller(const RunBodies& bodies) {
   robot.base = bodies.free.model.bodies()[bodies.free.base].description.name;
   for (std::size_t j = 0; j < size(); ++j) robot.joints.push_back(joint_body(bodies.free, j).description.joint.name);
   for (const EndEffectorSetup& effector : problem_.robot.end_effectors) robot.end_effectors.push_back(effector.name);
+  for (const int wheel : bodies.free.wheels)
+    robot.wheels.push_back(bodies.free.model.bodies()[bodies.free.model.joints()[wheel]].description.joint.name);
   robot.gravity = problem_.gravity;
   robot.origin = frame_.origin, robot.velocity = frame_.velocity;
   robot.commands_base = control.base_torque;
@@ -108,7 +110,7 @@ bool RunJoints::efforts_are_cut() const {
 
 std::vector<JointTrajectory> RunJoints::references() const {
   const std::optional<PostImpactSetup>& post = problem_.post_impact;
-  if (!approaching() && !(post && post->move)) return {};
+  if (!approaching() && !(post && moves_afterwards(*post))) return {};
   std::vector<JointTrajectory> joints = trajectories_;
   joints.resize(size());
   for (std::size_t j = 0; j < joints.size(); ++j) {
@@ -144,6 +146,14 @@ std::vector<HeldRate> RunJoints::rates_in_impact(const RunBodies& bodies) const 
 
 // --- The run ---
 
+namespace {
+
+bool reads_sensors(const CaptureProblem& problem) {
+  return problem.control && (problem.sensors || (problem.post_impact && problem.post_impact->identify));
+}
+
+}  // namespace
+
 CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the_frame, CaptureDetail the_detail,
                        CaptureProgress the_progress, SeriesSink* sink, CaptureResult& the_result)
     : problem(the_problem),
@@ -155,7 +165,9 @@ CaptureRun::CaptureRun(const CaptureProblem& the_problem, const MovingFrame& the
       joints(problem, bodies, frame),
       schedule(problem),
       law(problem),
-      monitor(problem, bodies.free, frame, detail, sink, result) {}
+      identification(problem),
+      sensors(reads_sensors(problem) ? std::make_shared<SensorRun>(problem, identification) : nullptr),
+      monitor(problem, bodies.free, frame, detail, sink, sensors.get(), result) {}
 
 std::string CaptureRun::next_name(const std::string& phase) {
   const int count = ++pieces_[phase];

@@ -11,6 +11,7 @@
 #include "grapnel/approach/phase_setups.hpp"
 #include "grapnel/capture/law_run.hpp"
 #include "grapnel/capture/run_monitor.hpp"
+#include "grapnel/capture/sensor_run.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 #include "grapnel/problem/captured_model.hpp"
@@ -119,6 +120,8 @@ class RunJoints {
   bool efforts_are_cut() const;
   /// What joints are to follow, one by one: in the approach, and afterwards where they move to a posture; else empty.
   std::vector<JointTrajectory> references() const;
+  /// The base's attitude that is kept; absent: it is not controlled.
+  const std::optional<Rotationd>& kept_attitude() const { return control_.attitude; }
 
   /// Joints that follow a trajectory exactly keep its rate through an impact. In the free system.
   std::vector<HeldRate> driven_rates(const RunBodies& bodies) const;
@@ -167,6 +170,8 @@ struct CaptureRun {
   RunJoints joints;
   GraspSchedule schedule;
   LawRun law;
+  IdentificationRun identification;
+  const std::shared_ptr<SensorRun> sensors;  // null: nothing is read
   RunMonitor monitor;
   bool rebounded = false;  // something has rebounded
 

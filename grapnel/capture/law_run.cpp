@@ -55,8 +55,10 @@ bool LawRun::ends_by_release(const CaptureSystem& system, double time) {
   return true;
 }
 
-std::optional<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const State& state, double time) {
+std::optional<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const State& state, double time,
+                                            std::shared_ptr<const Model> law_model) {
   evaluation_.reset();
+  law_model_ = std::move(law_model);
   const bool detumbles = may_work_ && problem_.post_impact->joints == PostImpactSetup::Joints::detumble;
   if (!may_work_ || over_ || (detumbles && !is_held(system))) return {};
   system_ = &system;
@@ -64,7 +66,7 @@ std::optional<JointLaw> LawRun::begin_piece(const CaptureSystem& system, const S
   law_ = make_law(system);
   if (!detumbling_ && !base_keeping_) report_begin(state, time);
   if (auto* keeping = std::get_if<BaseKeepingLaw>(&law_->law)) keeping->rank = base_keeping_->rank;
-  evaluation_.emplace(system.model, *law_);
+  evaluation_.emplace(law_model_ ? *law_model_ : system.model, *law_);
   return law_;
 }
 

@@ -4,6 +4,7 @@
 /// A law that moves all joints together after the capture: when it works, when it is over and why, and what is to be
 /// reported of it.
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,8 +25,10 @@ class LawRun {
   void begin_post_impact(const Rotationd& R_WB);
   /// A piece of motion begins in which what the law works on is held no more, so that it is over.
   bool ends_by_release(const CaptureSystem& system, double time);
-  /// A piece of motion begins: the law, if it works in it. `system` lives until the piece ends.
-  std::optional<JointLaw> begin_piece(const CaptureSystem& system, const State& state, double time);
+  /// A piece of motion begins: the law, if it works in it. `system` lives until the piece ends. `law_model`: what the
+  /// law takes it for; null: for what it is.
+  std::optional<JointLaw> begin_piece(const CaptureSystem& system, const State& state, double time,
+                                      std::shared_ptr<const Model> law_model = nullptr);
   /// Whether it works in the piece at hand.
   bool works() const { return evaluation_.has_value(); }
 
@@ -61,6 +64,7 @@ class LawRun {
   // The piece at hand:
   const CaptureSystem* system_ = nullptr;
   std::optional<JointLaw> law_;
+  std::shared_ptr<const Model> law_model_;
   std::optional<JointLawEvaluation> evaluation_;
   Kinematics kinematics_;
   // Of all its pieces:

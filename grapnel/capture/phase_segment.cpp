@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "grapnel/capture/replanning.hpp"
+
 namespace grapnel {
 namespace {
 
@@ -45,6 +47,7 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
     if (t > now && !GraspSchedule::is_now(t, now) && t < next) next = t;
   };
   for (double t : run.schedule.stated_times()) consider(t);
+  consider(run.joints.approaching() ? next_replanning(run, now) : run.identification.next_event());
   if (!run.joints.approaching()) {
     for (const PostImpactSetup::Release& release : run.problem.post_impact->releases)
       consider(phase.begin + release.after);
@@ -75,8 +78,14 @@ namespace {
 PhaseSetup setup_of_piece(CaptureRun& run) {
   const RunBodies& bodies = run.bodies;
   if (run.law.ends_by_release(bodies.system, bodies.time)) run.joints.settle_all(bodies);
-  run.joints.obey(run.law.begin_piece(bodies.system, bodies.state, bodies.time));
-  return run.joints.setup(bodies);
+  run.identification.begin_piece(bodies.system, bodies.time);
+  const std::shared_ptr<const Model> law_model = run.identification.law_model(bodies.system);
+  run.joints.obey(run.law.begin_piece(bodies.system, bodies.state, bodies.time, law_model));
+  PhaseSetup setup = run.joints.setup(bodies);
+  setup.law_model = law_model;
+  setup.sensors = run.sensors;
+  if (run.sensors) run.sensors->begin_piece(bodies.system);
+  return setup;
 }
 
 }  // namespace
@@ -142,6 +151,7 @@ bool PhaseSegment::await_resume() {
   if (!outcome.finished) throw RunFailure(fmt::format("{}: {}", task_.phase, outcome.failure));
   run_.bodies.state = outcome.end_state;
   run_.bodies.time = outcome.end_time;
+  run_.identification.end_piece(outcome.integrals);
   const double arrival = outcome.stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
   if (run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, arrival))
     run_.joints.settle_all(run_.bodies);

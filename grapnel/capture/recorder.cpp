@@ -132,6 +132,7 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     add("clearance/minimum", "m",
         "minimum distance of all watched bodies, by their shapes; negative: how deep they overlap", {"minimum"});
   }
+  for (const SensedSeries& s : sensed_series(problem, system)) add(s.path, s.unit, s.description, s.components);
   std::size_t row = sizeof(double) + sizeof(int);
   for (const Series& s : series_.series) row += sizeof(double) * s.components.size();
   most_kept_ = std::max<std::size_t>(kBlockBytes / row, 1);
@@ -337,6 +338,12 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   put_conserved(system, in_world, quantities, s);
   if (problem_.orbit) put_orbit(system, k, s.time);
   if (watches_clearance_) put(clearance);
+  if (sensors_ && problem_.sensors) {
+    for (const std::vector<double>& values : sensors_->sensed_values()) {
+      for (const double x : values) series_.series[next_].data.push_back(x);
+      ++next_;
+    }
+  }
   if (sink_ && series_.time.size() >= most_kept_) sink_->take(series_);
 }
 

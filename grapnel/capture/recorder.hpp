@@ -5,6 +5,7 @@
 
 #include "grapnel/capture/conservation_monitor.hpp"
 #include "grapnel/capture/safety_monitor.hpp"
+#include "grapnel/capture/sensor_run.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/problem/capture_system.hpp"
 #include "grapnel/problem/captured_model.hpp"
@@ -29,6 +30,8 @@ class Recorder {
   Recorder(const CaptureProblem& problem, const CaptureSystem& system, const MovingFrame& frame, TimeSeries& series);
   /// Samples go to the sink block by block, and are not kept. Null: all are kept.
   void stream_to(SeriesSink* sink) { sink_ = sink; }
+  /// Whose readings are recorded; they outlive this. Null: nobody's.
+  void observe(const SensorRun* sensors) { sensors_ = sensors; }
   /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
   /// `grasps`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
@@ -57,6 +60,7 @@ class Recorder {
   const CaptureProblem& problem_;
   TimeSeries& series_;
   SeriesSink* sink_ = nullptr;
+  const SensorRun* sensors_ = nullptr;
   std::size_t most_kept_ = 0;          // samples of a block
   std::size_t next_ = 0;               // series to be filled next within a sample
   std::vector<Quaterniond> previous_;  // for quaternions without jumps of sign

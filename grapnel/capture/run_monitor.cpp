@@ -9,7 +9,7 @@
 namespace grapnel {
 
 RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame,
-                       CaptureDetail detail, SeriesSink* sink, CaptureResult& result)
+                       CaptureDetail detail, SeriesSink* sink, const SensorRun* sensors, CaptureResult& result)
     : problem_(problem),
       detail_(detail),
       result_(result),
@@ -21,6 +21,7 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
   if (detail != CaptureDetail::full) return;
   recorder_.emplace(problem, free, frame, result.series);
   recorder_->stream_to(sink);
+  recorder_->observe(sensors);
 }
 
 // --- Phases of motion ---

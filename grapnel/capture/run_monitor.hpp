@@ -19,9 +19,9 @@ namespace grapnel {
 class RunMonitor {
  public:
   /// `free`: the system with all targets free. What is observed goes into `result` with write(), samples at once, to
-  /// the sink or, where it is null, to the result's series.
+  /// the sink or, where it is null, to the result's series. `sensors`: whose readings are recorded; null: nobody's.
   RunMonitor(const CaptureProblem& problem, const CaptureSystem& free, const MovingFrame& frame, CaptureDetail detail,
-             SeriesSink* sink, CaptureResult& result);
+             SeriesSink* sink, const SensorRun* sensors, CaptureResult& result);
 
   // --- Phases of motion ---
 

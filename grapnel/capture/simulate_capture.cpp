@@ -4,8 +4,10 @@
 #include <stdexcept>
 
 #include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/approach/navigation.hpp"
 #include "grapnel/capture/finite_result.hpp"
 #include "grapnel/capture/grasp_events.hpp"
+#include "grapnel/capture/replanning.hpp"
 #include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/problem/problem_scene.hpp"
 
@@ -29,7 +31,7 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part) {
     plan_motion(run);
 
     // The approach: pieces of motion between grasps that close at stated times or on arrival.
-    if (run.problem.approach && part == CaptureSteps::Part::impact_only) {
+    if (run.problem.approach && part == CaptureSteps::Part::impact_only && !run.problem.approach->replan) {
       PhaseSegment whole = PhaseSegment::unobserved_approach(run);
       co_await whole;
       run.result.approach_end = run.describe_now();
@@ -38,6 +40,7 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part) {
       while (close_due_grasps(run, approach)) {
         PhaseSegment segment(run, approach);
         co_await segment;
+        replan_if_due(run);
       }
       run.result.approach_end = run.describe_now();
     }
@@ -53,6 +56,7 @@ Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part) {
       while (close_due_grasps(run, post_impact)) {
         PhaseSegment segment(run, post_impact);
         const bool reached_event = co_await segment;
+        run.identification.conclude(run.bodies.system, run.bodies.time);
         if (reached_event) release_due_grasps(run, post_impact);
       }
       run.result.post_impact_end = run.describe_now();
@@ -107,8 +111,9 @@ void plan_motion(CaptureRun& run) {
   place_bodies(run.problem, targets, run.bodies);
   if (!run.problem.approach) return;
   std::optional<ApproachPlan> plan;
-  if (run.detail != CaptureDetail::full) plan = stated_approach(run.problem, run.bodies.system);
-  if (!plan) plan = plan_approach(run.problem, targets, run.detail, run.progress);
+  if (run.detail != CaptureDetail::full && !navigates(run.problem))
+    plan = stated_approach(run.problem, run.bodies.system);
+  if (!plan) plan = plan_on_estimates(run, targets);
   run.result.plan = plan->report;
   for (const std::string& warning : plan->warnings) run.result.warnings.push_back(warning);
   if (!plan->failure.empty()) throw RunFailure(plan->failure);
@@ -134,6 +139,7 @@ MotionPhase begin_post_impact(CaptureRun& run) {
   const PostImpactSetup& setup = *run.problem.post_impact;
   run.joints.control_attitude(setup.base_control, run.bodies);
   run.joints.begin_post_impact(run.bodies.time);
+  run.identification.begin_post_impact(run.bodies.time);
   run.law.begin_post_impact(root_pose(run.bodies.system.model, run.bodies.state, run.bodies.system.base).R);
   return {"post_impact", run.bodies.time, run.bodies.time + setup.duration};
 }
@@ -145,6 +151,8 @@ void check_and_report(CaptureRun& run) {
   run.schedule.write(run.monitor.last_look(), run.bodies.system, run.bodies.state, result);
   run.monitor.write();
   run.law.write(result);
+  run.identification.write(result);
+  if (run.sensors) result.sensors = run.sensors->reports();
   if (result.status != CaptureStatus::completed) return;
   if (const std::string what = first_not_finite(result); !what.empty()) {
     result.status = CaptureStatus::failed;

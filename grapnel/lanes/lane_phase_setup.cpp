@@ -156,13 +156,14 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   // A member that is added to these structures does not compile here until it is known what lanes make of it.
   const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, actuators, clock,
-               channels, recover_roots, closures, project_loops, loop_feedback] = setup;
+               channels, sensors, law_model, recover_roots, closures, project_loops, loop_feedback] = setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
   if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
   if (!closures.empty()) return "loops are closed";
-  if (clock) return "control is sampled";
+  if (clock || sensors) return "control is sampled";
+  if (law_model) return "laws work with a model of their own";
   if (controller) return "a controller of its own is asked";
   [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds] =
       actuators;

@@ -43,7 +43,8 @@ typedef struct grapnel_controller_setup {
   int base_torque;        /* 1: the base's torque is the plugin's to say; 0: what it says is not read */
 } grapnel_controller_setup;
 
-/* What a controller sees at a sample. Valid during the call. */
+/* What a controller sees at a sample: what the scenario's sensors read, and the truth where it states none. Valid during
+   the call. */
 typedef struct grapnel_controller_input {
   size_t size;
   double time;                        /* of the scenario [s] */
@@ -58,6 +59,15 @@ typedef struct grapnel_controller_input {
   double base_quaternion_wxyz[4];     /* R_WB, of unit norm */
   double base_velocity[3];            /* of B's origin, in W [m/s] */
   double base_angular_velocity[3];    /* of B, in B's axes [rad/s] */
+  /* The rest is there if `size` says so. Numbers that no sensor reads are NaN. */
+  int end_effectors;         /* how many, in the order of the robot's JSON */
+  const double* wrench;      /* 6 of each: what it holds exerts on it, in its axes, about its origin [N], [N m]: force, torque */
+  int wheels;                /* reaction wheels, in the robot's order */
+  const double* wheel_rate;  /* relative to the base; the truth where no sensor reads them [rad/s] */
+  int targets;               /* how many, in the scenario's order */
+  const double* target_pose; /* 7 of each: position of its frame in B [m], quaternion w, x, y, z of R_BT */
+  const double* target_motion; /* 6 of each, in B's axes: velocity of its origin less that of B's [m/s], angular velocity
+                                  in W [rad/s] */
 } grapnel_controller_input;
 
 /* What it says. All is zero when it is asked. */

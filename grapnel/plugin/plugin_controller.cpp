@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -255,6 +256,9 @@ void PluginController::begin_piece(const Model& model, double time) {
     joints_.push_back(static_cast<int>(joint_named(model, name)));
     velocities_.push_back(model.bodies()[model.joints()[joints_.back()]].v);
   }
+  wheels_.clear();
+  for (const std::string& name : robot_.wheels)
+    wheels_.push_back(model.bodies()[model.joints()[joint_named(model, name)]].v);
   for (const int v : joint_velocities(model, base_)) {
     if (std::find(velocities_.begin(), velocities_.end(), v) == velocities_.end()) velocities_.push_back(v);
   }
@@ -273,9 +277,29 @@ void PluginController::gather(const ControlInput& input) {
   std::fill(effort_.begin(), effort_.end(), 0.0);
 }
 
+// What sensors read beside the state.
+void PluginController::gather_readings(const ControlInput& input) {
+  wheel_rate_.clear(), target_pose_.clear(), target_motion_.clear();
+  wrench_.assign(6 * robot_.end_effectors.size(), std::numeric_limits<double>::quiet_NaN());
+  for (const int v : wheels_) wheel_rate_.push_back(input.state.v[v]);
+  if (!input.readings) return;
+  const auto add = [](std::vector<double>& list, const Vector3d& x) { list.insert(list.end(), x.e, x.e + 3); };
+  wrench_.clear();
+  for (const Wrenchd& F : input.readings->wrists) add(wrench_, F.linear), add(wrench_, F.angular);
+  for (const SensorReadings::Target& target : input.readings->targets) {
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    const bool is_read = std::isfinite(target.X_BT.R(0, 0));
+    const Quaterniond q = is_read ? quaternion_from(target.X_BT.R) : Quaterniond{nan, nan, nan, nan};
+    add(target_pose_, target.X_BT.p);
+    target_pose_.insert(target_pose_.end(), {q.w, q.x, q.y, q.z});
+    add(target_motion_, target.V_BT.linear), add(target_motion_, target.V_BT.angular);
+  }
+}
+
 void PluginController::update(const ControlInput& input, ControlCommand& command) {
   time_ = input.time;
   gather(input);
+  gather_readings(input);
   const Posed X_WB = root_pose(input.model, input.state, base_);
   const Twistd V_WB = root_twist(input.model, input.state, base_);
   const Quaterniond q = quaternion_from(X_WB.R);
@@ -293,7 +317,14 @@ void PluginController::update(const ControlInput& input, ControlCommand& command
                                     {p[0], p[1], p[2]},
                                     {q.w, q.x, q.y, q.z},
                                     {v[0], v[1], v[2]},
-                                    {w[0], w[1], w[2]}};
+                                    {w[0], w[1], w[2]},
+                                    static_cast<int>(wrench_.size() / 6),
+                                    wrench_.data(),
+                                    static_cast<int>(wheel_rate_.size()),
+                                    wheel_rate_.data(),
+                                    static_cast<int>(target_pose_.size() / 7),
+                                    target_pose_.data(),
+                                    target_motion_.data()};
   const Asked context{input.model, input.state, robot_, base_, velocities_, input.model.has_free_root(base_) ? 6 : 0};
   const grapnel_controller_access access{sizeof(access), &context,      count_velocities, give_mass_matrix,
                                          give_bias,      give_momentum, give_jacobian};

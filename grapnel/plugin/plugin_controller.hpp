@@ -62,6 +62,7 @@ class PluginController final : public Controller {
  private:
   [[noreturn]] void fail(const char* what, double time) const;
   void gather(const ControlInput& input);
+  void gather_readings(const ControlInput& input);
 
   std::shared_ptr<const ControllerPlugin> plugin_;
   ControlledRobot robot_;
@@ -72,6 +73,8 @@ class PluginController final : public Controller {
   std::vector<int> joints_;      // positions in Model::joints()
   std::vector<int> velocities_;  // positions in State::v, in the order in which plugins see them
   std::vector<double> position_, rate_, desired_position_, desired_rate_, desired_acceleration_, effort_;
+  std::vector<int> wheels_;  // velocities in State::v
+  std::vector<double> wrench_, wheel_rate_, target_pose_, target_motion_;
 };
 
 }  // namespace grapnel

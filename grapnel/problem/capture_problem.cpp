@@ -1,9 +1,19 @@
 #include "grapnel/problem/capture_problem.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace grapnel {
+
+double JointSensors::position_quantum() const {
+  return counts_per_turn > 0 ? 2 * std::numbers::pi / counts_per_turn : quantum;
+}
+
+double GyroSensor::deviation(double period) const {
+  return angle_random_walk > 0 ? angle_random_walk / std::sqrt(sample_time > 0 ? sample_time : period) : noise;
+}
 
 // --- Names ---
 

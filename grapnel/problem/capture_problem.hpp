@@ -18,6 +18,7 @@
 #include "grapnel/impact/contact_impact.hpp"
 #include "grapnel/model/geometry.hpp"
 #include "grapnel/model/model.hpp"
+#include "grapnel/problem/sensor_setup.hpp"
 #include "grapnel/result/result_documents.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/controller.hpp"
@@ -124,7 +125,8 @@ struct TargetSetup {
   enum class Instant { start, capture };
   Instant given_at = Instant::capture;  // when pose and twist below hold; propagated from there free of torque
   Posed X_WT = Posed::identity();
-  Twistd V_WT = Twistd::zero();  // at the target frame's origin, in W
+  Twistd V_WT = Twistd::zero();                 // at the target frame's origin, in W
+  std::optional<TargetEstimate> estimate = {};  // on which the approach is planned; absent: the truth
   std::vector<GraspPoint> grasp_points;
 };
 
@@ -275,6 +277,7 @@ struct ApproachSetup {
   /// latest.
   enum class CaptureAt { end, envelope };
   CaptureAt capture_at = CaptureAt::end;
+  std::optional<ReplanSetup> replan;  // with plan only
 };
 
 /// What to do about the distance between an end-effector and its grasp point at the instant of capture.
@@ -368,6 +371,9 @@ struct PostImpactSetup {
     std::vector<std::string> end_effectors;  // empty: all that hold something
   };
   std::vector<Release> releases;
+  std::optional<AssumedTarget> assumed;
+  std::optional<IdentifySetup> identify;
+  std::optional<LawModel> model;  // absent: what is identified, else what is assumed, else the truth
 };
 
 /// Whether joints have gains: they follow something, or hold.
@@ -449,6 +455,7 @@ struct CaptureProblem {
   std::optional<PostImpactSetup> post_impact;
   std::vector<LoadSetup> loads;
   std::optional<ControlSetup> control;  // absent: laws speak continuously
+  std::optional<SensorSetup> sensors;   // with control only; absent: the laws see the truth
   ClearanceSetup clearance;
   IntegrationSetup integration;
   double output_interval = 0.05;     // [s]

@@ -24,6 +24,9 @@ void find_load_conflicts(const CaptureProblem& problem, std::vector<ProblemFault
 /// Those of the laws that drive joints and base, of the on-board computer and of the actuators.
 void find_control_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
 
+/// Those of sensors, of estimates of targets, and of identification.
+void find_sensor_conflicts(const CaptureProblem& problem, std::vector<ProblemFault>& found);
+
 template <class Named>
 const Named* find_named(const std::vector<Named>& list, const std::string& name) {
   const auto found = std::find_if(list.begin(), list.end(), [&](const Named& one) { return one.name == name; });

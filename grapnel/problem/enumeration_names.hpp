@@ -55,6 +55,13 @@ struct Described<PostImpactSetup::Joints>
     : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked", "controller",
                   "detumble", "keep_base_attitude"> {};
 template <>
+struct Described<JointSensors::Rate> : Enumeration<JointSensors::Rate, "SensedRate", "difference", "sensor", "exact"> {
+};
+template <>
+struct Described<IdentifySetup::Base> : Enumeration<IdentifySetup::Base, "SensedBase", "twist", "rotation"> {};
+template <>
+struct Described<LawModel> : Enumeration<LawModel, "LawModel", "truth", "assumed", "estimated"> {};
+template <>
 struct Described<OrbitSetup::Body> : Enumeration<OrbitSetup::Body, "CentralBody", "earth", "moon", "mars"> {};
 template <>
 struct Described<LoadFrame> : Enumeration<LoadFrame, "LoadFrame", "world", "body", "orbit"> {};

@@ -50,6 +50,7 @@ class Conflicts : ConflictFinder {
     if (problem_.impact) check_impact(*problem_.impact);
     if (problem_.post_impact) check_releases(*problem_.post_impact);
     find_control_conflicts(problem_, found_);
+    find_sensor_conflicts(problem_, found_);
     find_load_conflicts(problem_, found_);
     check_shapes();
     check_lengths();

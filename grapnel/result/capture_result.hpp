@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "grapnel/clearance/clearance_result.hpp"
+#include "grapnel/result/knowledge_result.hpp"
 #include "grapnel/result/ledger.hpp"
 #include "grapnel/result/scene.hpp"
 #include "grapnel/result/time_series.hpp"
@@ -560,11 +561,13 @@ struct CaptureResult {
   std::vector<std::string> warnings;
   std::optional<OrbitReport> orbit;  // with which W falls
   std::optional<ControlReport> control;
+  std::vector<SensorReport> sensors;  // read at its ticks
   std::optional<PhaseEnd> approach_start;
   std::optional<PhaseEnd> approach_end;
-  std::optional<PlanReport> plan;    // of the approach
-  double capture_time = 0;           // when the grasps were to close [s]
-  std::vector<GraspOutcome> grasps;  // per grasp; empty where the run did not come so far
+  std::optional<PlanReport> plan;            // of the approach
+  std::vector<NavigationReport> navigation;  // where targets are estimated or the approach is replanned
+  double capture_time = 0;                   // when the grasps were to close [s]
+  std::vector<GraspOutcome> grasps;          // per grasp; empty where the run did not come so far
   /// All grasps closed.
   bool captured() const {
     return !grasps.empty() &&
@@ -585,6 +588,7 @@ struct CaptureResult {
   std::optional<PhaseEnd> post_impact_end;
   std::optional<DetumblingReport> detumbling;     // in it
   std::optional<BaseKeepingReport> base_keeping;  // in it
+  std::optional<IdentificationReport> identification;  // in it
   std::vector<WheelReport> wheels;                // of the base, in the robot's order
   std::vector<JointReport> joints;                // per phase in motion, of joints of which there is something to say
   std::vector<StopImpact> stop_impacts;           // the first ones

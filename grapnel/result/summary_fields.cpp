@@ -389,7 +389,9 @@ const Type& type_of<Approach>() {
     derived < [](const A& a) -> auto& {
   return a.result->plan;
 }
-> ("plan", "", "of the joints' motion"),
+> ("plan", "", "of the joints' motion"), derived < [](const A& a) -> auto& { return a.result->navigation; }
+> ("navigation", "", "plans and the estimates they rest on; absent where targets are known and planned for once")
+        .when<[](const A& a) { return !a.result->navigation.empty(); }>(),
 }
 ;
 static constexpr Type type = structure<A>("Approach", "the motion up to the capture.", fields);
@@ -431,7 +433,8 @@ const Type& type_of<PostImpact>() {
   return p.result->detumbling;
 }
 > ("detumbling", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->base_keeping; }
-> ("base_keeping", "", "absent without it"),
+> ("base_keeping", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->identification; }
+> ("identification", "", "absent without it"),
 }
 ;
 static constexpr Type type = structure<P>("PostImpact", "the motion after the impact.", fields);
@@ -453,7 +456,9 @@ const Type& type_of<Summary>() {
 }
 > ("warnings", "", "for who reads the result"), derived < [](const S& s) -> auto& { return s.result.orbit; }
 > ("orbit", "", "absent without one"), derived < [](const S& s) -> auto& { return s.result.control; }
-> ("control", "", "absent where control is continuous"),
+> ("control", "", "absent where control is continuous"), derived < [](const S& s) -> auto& { return s.result.sensors; }
+> ("sensors", "", "readings against the truth; absent without sensors")
+        .when<[](const S& s) { return !s.result.sensors.empty(); }>(),
     derived<[](const S& s) { return Approach{&s.result}; }>("approach", "", "absent without an approach")
         .when<[](const S& s) { return has_approach(s.result); }>(),
     derived<[](const S& s) { return Capture{&s.result}; }>("capture", "",

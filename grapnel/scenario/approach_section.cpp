@@ -282,6 +282,7 @@ struct Described<ApproachSetup> {
           "capture_at", "",
           "When the grasps close that have no time of their own. end: at the end of the approach. envelope: as soon as "
           "each of their end-effectors is within its envelope, at the end at the latest."),
+      field<&T::replan>(&replan_description, "replan", "").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({
       one_of("final_joints, plan, trajectory, pieces"),

@@ -200,6 +200,14 @@ struct Described<PostImpactSetup> {
       field<&T::detumble>("detumble", "", "").optional(),
       field<&T::keep_base_attitude>("keep_base_attitude", "", "").optional(),
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
+      field<&T::assumed>(&assumed_description, "assumed", "").optional(),
+      field<&T::identify>(&identify_description, "identify", "").optional(),
+      field<&T::model>(
+          "model", "",
+          "With which inertia of the held target computed_torque, detumble and keep_base_attitude work, and "
+          "what a plugin is told; absent: estimated with identify, else assumed where that is given, else "
+          "truth. Until there is an estimate it is what is assumed, or the truth.")
+          .optional(),
       field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
   });
   static constexpr auto rules =

@@ -156,9 +156,9 @@ using Numbers = std::span<const double>;
 // Values and rates keep to the joints' limits; gains do not know them.
 enum class Limits { none, position, rate };
 Limits limits_of(const Field& field) {
-  return field.form.starts_with("gains of ") ? Limits::none
-         : field.unit.starts_with("rad/s")   ? Limits::rate
-                                             : Limits::position;
+  return field.form.starts_with("gains of ") || field.form == "offsets of joints" ? Limits::none
+         : field.unit.starts_with("rad/s")                                        ? Limits::rate
+                                                                                  : Limits::position;
 }
 
 Json by_name(const Json& value, const char* title) {
@@ -192,6 +192,14 @@ void read_values(const ValueToRead& at) {
   check_units(at.node, at.field.unit, name, *at.scope.robot, at.scope.faults);
   if (limits_of(at.field) == Limits::position) check_position_limits(at.node, name, *at.scope.robot, at.scope.faults);
   if (limits_of(at.field) == Limits::rate) check_rate_limits(at.node, name, *at.scope.robot, at.scope.faults);
+}
+
+// A number for all, or single ones; joints that a mapping leaves out have none.
+void read_offsets(const ValueToRead& at) {
+  const std::string name = at.name();
+  at.into<std::vector<double>>() =
+      joint_values_of(at.node, name, *at.scope.robot, 0.0, at.scope.faults).value_or(std::vector<double>{});
+  check_units(at.node, at.field.unit, name, *at.scope.robot, at.scope.faults);
 }
 
 bool are_of_accelerations(const TrackingSetup& tracking) { return tracking.mode == JointControl::computed_torque; }
@@ -323,6 +331,11 @@ const Form kJointForms[] = {
     {.name = "gains of post_impact",
      .schema = gains_schema,
      .read = read_gains<PostImpactSetup>,
+     .numbers = values_writer,
+     .write = values_node},
+    {.name = "offsets of joints",
+     .schema = gains_schema,
+     .read = read_offsets,
      .numbers = values_writer,
      .write = values_node},
     {.name = "final rates", .schema = final_rates_schema, .read = read_final_rates, .numbers = values_writer},

@@ -156,6 +156,7 @@ struct Described<CaptureProblem> {
                        "Wrenches on bodies as given functions of time, in all phases.")
           .items(0, 1000),
       field<&T::control>(&control_description, "control", "").optional(),
+      field<&T::sensors>(&sensors_description, "sensors", "").optional(),
       field<&T::clearance>(&clearance_description, "clearance", ""),
       field<&T::integration>("integration", "", ""),
       group<T, OutputKeys>("output", ""),
@@ -244,6 +245,7 @@ class ScenarioReader {
     finish_external_wrenches(reading_);
     finish_clearance(reading_);
     finish_control(torques_, reading_);
+    finish_sensors(reading_);
     check_conflicts();
     doubt_shared_points(part(root_, "grasps"), problem_, faults_);
     return std::move(problem_);

@@ -96,7 +96,12 @@ const Type& external_wrenches_description();
 const Type& orbit_description();
 const Type& clearance_description();
 const Type& control_description();
-const Type& base_control_description();  // of approach and of post_impact
+const Type& sensors_description();
+const Type& target_estimate_description();  // of targets
+const Type& replan_description();           // of approach
+const Type& assumed_description();          // of post_impact
+const Type& identify_description();         // of post_impact
+const Type& base_control_description();     // of approach and of post_impact
 
 // ---- Robots ----
 
@@ -171,6 +176,7 @@ void finish_post_impact(Reading& reading);
 void finish_external_wrenches(Reading& reading);
 void finish_clearance(Reading& reading);
 void finish_control(const TrajectoryFile* torques, Reading& reading);
+void finish_sensors(Reading& reading);
 
 /// Adds conflicts at their places in the tree, but for those of keys that are not there and those that rest on what is
 /// faulty.

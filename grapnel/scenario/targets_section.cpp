@@ -71,6 +71,7 @@ struct Described<TargetSetup> {
       field<&T::com>("com", "m", kComText),
       field<&T::geometry>(&shapes_description, "geometry", kShapesText).one_or_list(kShapesTitles).optional(),
       group<T, TargetStateKeys>("state", "").required(),
+      field<&T::estimate>(&target_estimate_description, "estimate", "").optional(),
       field<&T::grasp_points>("grasp_points", "", "Named frames on the target where an end-effector can hold it."),
   });
   static constexpr Type type = structure<T>("target", "", fields);

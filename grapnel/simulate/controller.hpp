@@ -15,16 +15,17 @@
 #include "grapnel/dynamics/state.hpp"
 #include "grapnel/model/model.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/simulate/sensor_reader.hpp"
 #include "grapnel/spatial/vector3.hpp"
 
 namespace grapnel {
 
 /// What a controller sees. Everything is valid during the call alone.
 struct ControlInput {
-  double time;  // of the scenario's clock [s]
-  const Model& model;
-  /// As it is, in the frame in which the run computes; sensors do not misread it. Roots' velocities are those of the
-  /// conserved momenta, where they are recovered.
+  double time;         // of the scenario's clock [s]
+  const Model& model;  // that the laws work with (PhaseSetup::law_model)
+  /// In the frame in which the run computes. Where PhaseSetup::sensors read it, as they do; else as it is, roots'
+  /// velocities being those of the conserved momenta, where they are recovered.
   const State& state;
   /// Per Model::joints(), what it is to follow [rad, rad/s, rad/s^2, or in m]; zero for joints that follow nothing.
   std::span<const JointPoint> reference;
@@ -34,6 +35,7 @@ struct ControlInput {
   /// Generalized forces that act beside what it says, per velocity: friction, efforts of joints under other laws, and
   /// attitude control on its root [N m or N]. Loads, an orbit's field and gravity are not among them.
   std::span<const double> force;
+  const SensorReadings* readings = nullptr;  // beside the state; null without sensors
 };
 
 /// What a controller says.

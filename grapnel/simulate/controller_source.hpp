@@ -17,6 +17,7 @@ struct ControlledRobot {
   std::string base;                        // body
   std::vector<std::string> joints;         // in the controller's order
   std::vector<std::string> end_effectors;  // frames
+  std::vector<std::string> wheels;         // joints
   Vector3d gravity = Vector3d::zero();     // [m/s^2]
   // The frame in which the run computes, see MovingFrame: at t = 0, in W [m]; [m/s].
   Vector3d origin = Vector3d::zero();

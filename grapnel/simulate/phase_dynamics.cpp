@@ -9,6 +9,7 @@
 
 #include "grapnel/simulate/arm_reaction.hpp"
 #include "grapnel/simulate/joint_motor.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
 namespace {
@@ -92,6 +93,11 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
   if (!setup_.closures.empty()) solver_.emplace(model_, setup_.closures);
   base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.actuators, setup_.clock);
   wrenches_.resize(wrenches_.size() + base_.thruster_count());
+  if (setup_.law_model) {
+    law_workspace_.emplace(*setup_.law_model);
+    law_vdot_.resize(model.velocities());
+    if (solver_) law_solver_.emplace(*setup_.law_model, setup_.closures);
+  }
   check_and_classify();
 }
 
@@ -171,6 +177,11 @@ void PhaseDynamics::check_control() {
           "PhaseDynamics: a controller's torque can act only on a free root that is not held, without attitude "
           "control");
   }
+  if (setup_.sensors && !setup_.clock)
+    throw std::invalid_argument("PhaseDynamics: sensors are read at the ticks of a clock, and there is none");
+  if (setup_.law_model && (setup_.law_model->velocities() != model_.velocities() ||
+                           setup_.law_model->bodies().size() != model_.bodies().size()))
+    throw std::invalid_argument("PhaseDynamics: the laws' model has another structure");
   if (!setup_.clock) return;
   if (setup_.channels.empty()) {
     for (std::size_t j = 0; j < channel_of_.size(); ++j) setup_.channels.push_back(static_cast<int>(j));
@@ -350,7 +361,8 @@ void PhaseDynamics::ask_controller(double t) {
   std::fill(commanded_effort_.begin(), commanded_effort_.end(), 0.0);
   ControlCommand command{commanded_effort_};
   gather_beside();
-  setup_.controller->update({t, model_, now_, desired_, sensed_, beside_}, command);
+  const SensorReadings* readings = setup_.sensors ? &setup_.sensors->readings() : nullptr;
+  setup_.controller->update({t, law_model(), now_, desired_, sensed_, beside_, readings}, command);
   const auto refuse = [&](const std::string& what) {
     throw ControllerError(fmt::format("at t = {:.9g} s the controller says {}, which is no finite number", t, what));
   };
@@ -371,7 +383,7 @@ void PhaseDynamics::begin_control(double t, double end) {
   if (base_.has_thrusters() && end < t) throw std::logic_error("PhaseDynamics: thrusters do not run backwards");
   same_time_ = break_resolution(t, end);
   base_.begin(t, same_time_);
-  if (has_controller_) setup_.controller->begin_piece(model_, t);
+  if (has_controller_) setup_.controller->begin_piece(law_model(), t);
 }
 
 void PhaseDynamics::refuse_runaway(double t) const {
@@ -396,6 +408,19 @@ void PhaseDynamics::refuse_runaway(double t) const {
                   t, what, *fastest, kRunaway, timing.period, timing.delay));
 }
 
+// From here on until the next evaluation the state at hand is what laws see.
+void PhaseDynamics::read_sensors(double t, std::span<const double> y) {
+  if (setup_.sensors->needs_forces()) {
+    sampling_ = false;
+    accelerate(t);
+    sampling_ = true;
+  }
+  State seen = now_;
+  const PhaseIntegrals so_far = integrals(y);
+  setup_.sensors->read({t, now_, so_far, motor_, friction_, this}, seen);
+  now_ = std::move(seen);
+}
+
 void PhaseDynamics::tick(double t, std::span<const double> y) {
   if (!setup_.clock || !setup_.clock->tick(t, same_time_)) return;
   sampling_ = true;
@@ -403,6 +428,7 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     load(t, y);
     if (projects()) close_loops(t);
     refuse_runaway(t);
+    if (setup_.sensors) read_sensors(t, y);
     accelerate(t);
   } catch (...) {
     sampling_ = false;
@@ -471,6 +497,24 @@ void PhaseDynamics::solve(std::span<const std::uint8_t> prescribed) {
   }
 }
 
+// The forces that the commanded accelerations take by the model that the laws work with.
+const std::vector<double>& PhaseDynamics::commanded_forces() {
+  if (!setup_.law_model) {
+    solve(commanded_);
+    return workspace_.force;
+  }
+  DynamicsInput<double> in;
+  in.q = now_.q, in.v = now_.v, in.force = force_, in.gravity = setup_.gravity;
+  in.prescribed = commanded_, in.acceleration = acceleration_;
+  if (!wrenches_.empty()) in.link_wrench = workspace_.link_wrench;
+  if (law_solver_) {
+    law_solver_->accelerations(in, setup_.loop_feedback, *law_workspace_, law_vdot_, law_workspace_->force);
+  } else {
+    articulated_body<double>(setup_.law_model->tree(), in, law_workspace_->kernel, law_vdot_, law_workspace_->force);
+  }
+  return law_workspace_->force;
+}
+
 // Accelerations, and the motor and friction efforts of all joints.
 void PhaseDynamics::accelerate(double t) {
   if (has_controller_ && laws_speak()) ask_controller(t);
@@ -483,11 +527,11 @@ void PhaseDynamics::accelerate(double t) {
     // What the controller takes the robot for: one without friction that moves as commanded. The kernel finds the
     // torques, and where nothing disturbs it or cuts them the accelerations as well.
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j];
-    solve(commanded_);
-    as_commanded = !has_friction_ && !modes_.any_held();
+    const std::vector<double>& forces = commanded_forces();
+    as_commanded = !has_friction_ && !modes_.any_held() && !setup_.law_model;
     for (std::size_t j = 0; j < motor_.size(); ++j) {
       if (output_of(setup_.drives[j].control) != ControlOutput::acceleration) continue;
-      const double torque = workspace_.force[velocity_of(j)];
+      const double torque = forces[velocity_of(j)];
       motor_[j] = output_of_motor(j, torque);
       as_commanded = as_commanded && motor_[j] == torque;
     }

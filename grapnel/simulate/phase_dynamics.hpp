@@ -29,6 +29,7 @@
 #include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/phase_integrals.hpp"
 #include "grapnel/simulate/reaction_wheels.hpp"
+#include "grapnel/simulate/sensor_reader.hpp"
 #include "grapnel/simulate/tracking_noise.hpp"
 
 namespace grapnel {
@@ -61,6 +62,11 @@ struct PhaseSetup {
   /// lasts beyond a phase: two phases that run at the same time must not share them.
   std::shared_ptr<ControlClock> clock = {};
   std::vector<int> channels = {};  // of the clock: positions in Model::joints(); empty: all, in their order
+  /// Reads at the clock's ticks what laws and controller see; null: they see the truth. It has a state, as the clock.
+  std::shared_ptr<SensorReader> sensors = {};
+  /// What laws that know the model, and the controller, take it for: of the same structure, with other inertia; null:
+  /// the model itself.
+  std::shared_ptr<const Model> law_model = {};
   /// Take the velocities of free roots from the momentum that initial() saw (2.3), and their positions from the uniform
   /// motion of the centre of mass, where no gravity, ground or holding wrench changes them; else they are integrated.
   bool recover_roots = true;
@@ -207,6 +213,9 @@ class PhaseDynamics {
   ExternalWrench wrench_of(const ExternalLoad& load, double t, const OrbitPoint& at) const;
   void actuate();
   void solve(std::span<const std::uint8_t> prescribed);
+  const std::vector<double>& commanded_forces();
+  void read_sensors(double t, std::span<const double> y);
+  const Model& law_model() const { return setup_.law_model ? *setup_.law_model : model_; }
   void accelerate(double t);
   void measure_trees();
   void add_external(std::span<double> integrals);
@@ -247,6 +256,10 @@ class PhaseDynamics {
   std::vector<phase_integral::TreeMotion<double>> trees_;  // as bodies now are, in the order of the roots
   std::vector<std::size_t> tree_of_;                       // per body
   std::optional<LoopSolver> solver_;                       // with closures
+  // Of the laws' model, where they have their own:
+  std::optional<Workspace> law_workspace_;
+  std::optional<LoopSolver> law_solver_;
+  std::vector<double> law_vdot_;
   struct Trouble {
     double time;
     double contradiction;

@@ -171,9 +171,9 @@ TEST(Distribution, TiltKeepsTheLengthAndTurnsByTheAngle) {
 
 TEST(Distribution, RotationByAVector) {
   const Vector3d turn{0.1, -0.2, 0.3};
-  const Vector3d back = rotation_vector(rotation_matrix(rotation_by(turn)));
+  const Vector3d back = rotation_vector(rotation_matrix(quaternion_by(turn)));
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(back[i], turn[i], 1e-15);
-  EXPECT_EQ(rotation_by(Vector3d::zero()).w, 1);
+  EXPECT_EQ(quaternion_by(Vector3d::zero()).w, 1);
 }
 
 TEST(Covariance, FactorsAndRefuses) {

@@ -66,6 +66,33 @@ TEST(PluginCapture, IsTheLawThatTheExampleCopies) {
   EXPECT_LT(off, 1e-10);
 }
 
+// The same with sensors: plugin and law see the same readings, which are not the truth.
+TEST(PluginCapture, SeesWhatSensorsRead) {
+  const std::vector<Override> sensors = {{"sensors",
+                                          "{seed: 5, joints: {noise: 1e-3, quantum: 1e-3, rate: sensor, rate_noise: "
+                                          "1e-3}, gyro: {noise: 1e-3, bias: [1e-3, "
+                                          "0, 0]}}"}};
+  const CaptureResult plugin = simulate_capture(own(sensors)), truth = simulate_capture(own({}));
+  expect_passes(plugin);
+  CaptureProblem law = own(sensors);
+  law.control->plugin.clear(), law.control->base_torque = false;
+  law.post_impact->joints = PostImpactSetup::Joints::pd;
+  law.post_impact->kp.assign(6, 20), law.post_impact->kd.assign(6, 60);
+  law.post_impact->base_control = BaseControlSetup{};
+  law.post_impact->base_control->kd = {100, 100, 100};
+  const CaptureResult built_in = simulate_capture(law);
+  ASSERT_TRUE(plugin.post_impact_end && built_in.post_impact_end && truth.post_impact_end) << plugin.failure;
+  double off = 0, by_noise = 0;
+  for (std::size_t j = 0; j < 6; ++j) {
+    const double here = plugin.post_impact_end->joints.position[j];
+    off = std::max(off, std::abs(here - built_in.post_impact_end->joints.position[j]));
+    by_noise = std::max(by_noise, std::abs(here - truth.post_impact_end->joints.position[j]));
+  }
+  std::printf("[ measured ] plugin against the built-in law: %.3g rad, against the truth: %.3g rad\n", off, by_noise);
+  EXPECT_LT(off, 1e-9);
+  EXPECT_GT(by_noise, 1e-6);
+}
+
 TEST(PluginCapture, WrapsGeneratedCodePerInstance) {
   const std::vector<Override> plain = {{"control.base_torque", "false"}, {"control.parameters", "{}"}};
   const CaptureProblem problem = own(plain, GRAPNEL_GENERATED_PD);

@@ -20,6 +20,8 @@ export interface Summary {
   orbit?: OrbitReport;
   /** absent where control is continuous */
   control?: ControlReport;
+  /** readings against the truth; absent without sensors */
+  sensors?: SensorReport[];
   /** absent without an approach */
   approach?: Approach;
   /** whether the grasps closed; absent without grasps */
@@ -60,6 +62,7 @@ export const kSummary: FieldNote[] = [
   ["warnings","","for who reads the result"],
   ["orbit","","absent without one"],
   ["control","","absent where control is continuous"],
+  ["sensors","","readings against the truth; absent without sensors"],
   ["approach","","absent without an approach"],
   ["capture","","whether the grasps closed; absent without grasps"],
   ["impact","","the first; absent without an impact"],
@@ -129,6 +132,33 @@ export const kControlReport: FieldNote[] = [
   ["plugin_sha256","","of its bytes; empty without one"],
 ];
 
+// readings of one sensor against the truth, at the instants of reading.
+export interface SensorReport {
+  /** as `joint position`, `gyro` or `force left` */
+  sensor: string;
+  /** of the errors; rad stands for m where a joint is prismatic */
+  unit: string;
+  /** between readings [s] */
+  sample_time: number;
+  /** numbers read: instants times channels times components [1] */
+  readings: number;
+  /** mean of reading less truth [`unit`] */
+  mean_error: number;
+  /** root of its mean square [`unit`] */
+  rms_error: number;
+  /** largest of either sign [`unit`] */
+  largest_error: number;
+}
+export const kSensorReport: FieldNote[] = [
+  ["sensor","","as `joint position`, `gyro` or `force left`"],
+  ["unit","","of the errors; rad stands for m where a joint is prismatic"],
+  ["sample_time","s","between readings"],
+  ["readings","1","numbers read: instants times channels times components"],
+  ["mean_error","`unit`","mean of reading less truth"],
+  ["rms_error","`unit`","root of its mean square"],
+  ["largest_error","`unit`","largest of either sign"],
+];
+
 // the motion up to the capture.
 export interface Approach {
   /** at the phase's first instant */
@@ -139,12 +169,15 @@ export interface Approach {
   planned_final_rates?: number[];
   /** of the joints' motion */
   plan?: PlanReport;
+  /** plans and the estimates they rest on; absent where targets are known and planned for once */
+  navigation?: NavigationReport[];
 }
 export const kApproach: FieldNote[] = [
   ["start","","at the phase's first instant"],
   ["end","","at its last instant"],
   ["planned_final_rates","rad/s or m/s","joint rates the approach aimed at, in the order of `joints.names`; absent without a plan"],
   ["plan","","of the joints' motion"],
+  ["navigation","","plans and the estimates they rest on; absent where targets are known and planned for once"],
 ];
 
 // the system's state where a phase begins or ends.
@@ -331,6 +364,48 @@ export const kStraightInReport: FieldNote[] = [
   ["unmet","m/s or rad/s","largest component of the demanded motion that was missed, where it was damped or impossible"],
   ["unmet_time","s","when that was"],
   ["fit_error","rad or m","of the series that keep the joint motion"],
+];
+
+// a plan of the approach, or of what is left of it, and the estimates it rests on.
+export interface NavigationReport {
+  /** when it was planned; the first before the approach begins [s] */
+  time: number;
+  /** whether there is such a motion; if not, the plan before stays */
+  found: boolean;
+  /** that planning took [1] */
+  rhs_evaluations: number;
+  /** of the targets, on which it was planned */
+  estimates: EstimateReport[];
+  /** why there is none; empty otherwise */
+  failure: string;
+}
+export const kNavigationReport: FieldNote[] = [
+  ["time","s","when it was planned; the first before the approach begins"],
+  ["found","","whether there is such a motion; if not, the plan before stays"],
+  ["rhs_evaluations","1","that planning took"],
+  ["estimates","","of the targets, on which it was planned"],
+  ["failure","","why there is none; empty otherwise"],
+];
+
+// how far the estimate of a target is from the truth, at one instant.
+export interface EstimateReport {
+  /** that is estimated */
+  target: string;
+  /** distance of the estimated target frame's origin from the true [m] */
+  position_error: number;
+  /** angle between both frames [rad] */
+  orientation_error: number;
+  /** of the origin's velocity [m/s] */
+  velocity_error: number;
+  /** of the angular velocity [rad/s] */
+  angular_velocity_error: number;
+}
+export const kEstimateReport: FieldNote[] = [
+  ["target","","that is estimated"],
+  ["position_error","m","distance of the estimated target frame's origin from the true"],
+  ["orientation_error","rad","angle between both frames"],
+  ["velocity_error","m/s","of the origin's velocity"],
+  ["angular_velocity_error","rad/s","of the angular velocity"],
 ];
 
 // whether the grasps closed.
@@ -1061,6 +1136,8 @@ export interface PostImpact {
   detumbling?: DetumblingReport;
   /** absent without it */
   base_keeping?: BaseKeepingReport;
+  /** absent without it */
+  identification?: IdentificationReport;
 }
 export const kPostImpact: FieldNote[] = [
   ["end","","at the end of the motion"],
@@ -1068,6 +1145,7 @@ export const kPostImpact: FieldNote[] = [
   ["grasp_loads","","per phase and grasp; absent where nothing was held"],
   ["detumbling","","absent without it"],
   ["base_keeping","","absent without it"],
+  ["identification","","absent without it"],
 ];
 
 // how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains after projection is in the ledger (`loop_closure_...`).
@@ -1241,6 +1319,86 @@ export const kBaseKeepingReport: FieldNote[] = [
   ["within_limits","","whether what keeps the base stayed within the joints' effort limits; if not, efforts were cut and the base was not kept"],
   ["least_condition","1","of the base's turning by the joint rates: the singular value of that rank over the largest, its least"],
   ["least_condition_time","s","when that was"],
+];
+
+// mass, centre of mass and inertia of a held target, as the sensors show them.
+export interface IdentificationReport {
+  /** that is identified */
+  target: string;
+  /** of the samples [s] */
+  begin: number;
+  /** of the samples [s] */
+  end: number;
+  /** `done`. `released`: the target was let go before. `running`: the run ended before */
+  ended: IdentificationEnd;
+  /** instants at which sensors were read [1] */
+  samples: number;
+  /** whether the iteration on weights and rates did */
+  converged: boolean;
+  /** of ten: how many numbers the motion has shown [1] */
+  rank: number;
+  /** largest over smallest singular value that counts [1] */
+  condition: number;
+  /** near 1 if the noise is what is stated; without noise it is rounding's [1] */
+  residual: number;
+  /** `determined`; `ratio_only`: known but for one number, on which others depend too; `not_determined` */
+  mass: string;
+  /** likewise, of the centre of mass */
+  com: string;
+  /** likewise */
+  inertia: string;
+  /** the ten numbers, beside the truth */
+  parameters: IdentifiedParameter[];
+  /** changes of the parameters that no measurement shows, in words */
+  unseen: string[];
+  /** why no body has these parameters; empty: one can have them */
+  impossible: string;
+  /** when laws began to work with the estimate; absent: they did not [s] */
+  used_from?: number;
+}
+export const kIdentificationReport: FieldNote[] = [
+  ["target","","that is identified"],
+  ["begin","s","of the samples"],
+  ["end","s","of the samples"],
+  ["ended","","`done`. `released`: the target was let go before. `running`: the run ended before"],
+  ["samples","1","instants at which sensors were read"],
+  ["converged","","whether the iteration on weights and rates did"],
+  ["rank","1","of ten: how many numbers the motion has shown"],
+  ["condition","1","largest over smallest singular value that counts"],
+  ["residual","1","near 1 if the noise is what is stated; without noise it is rounding's"],
+  ["mass","","`determined`; `ratio_only`: known but for one number, on which others depend too; `not_determined`"],
+  ["com","","likewise, of the centre of mass"],
+  ["inertia","","likewise"],
+  ["parameters","","the ten numbers, beside the truth"],
+  ["unseen","","changes of the parameters that no measurement shows, in words"],
+  ["impossible","","why no body has these parameters; empty: one can have them"],
+  ["used_from","s","when laws began to work with the estimate; absent: they did not"],
+];
+
+export type IdentificationEnd = "running" | "done" | "released";
+
+// one of the ten numbers by which a body resists motion.
+export interface IdentifiedParameter {
+  /** `mass`, `com_x` ..., `inertia_xx` ..., in the target's frame, the inertia about the centre of mass */
+  name: string;
+  /** of the numbers */
+  unit: string;
+  /** null: not determined [`unit`] */
+  value: number | null;
+  /** standard; null: not determined, or no noise was stated [`unit`] */
+  deviation: number | null;
+  /** that of the simulated target [`unit`] */
+  truth: number;
+  /** value less truth [`unit`] */
+  error: number | null;
+}
+export const kIdentifiedParameter: FieldNote[] = [
+  ["name","","`mass`, `com_x` ..., `inertia_xx` ..., in the target's frame, the inertia about the centre of mass"],
+  ["unit","","of the numbers"],
+  ["value","`unit`","null: not determined"],
+  ["deviation","`unit`","standard; null: not determined, or no noise was stated"],
+  ["truth","`unit`","that of the simulated target"],
+  ["error","`unit`","value less truth"],
 ];
 
 // the largest of one load in one phase.

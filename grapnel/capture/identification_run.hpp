@@ -1,0 +1,70 @@
+#pragma once
+
+/// @file
+/// Identification of a held target in a run: samples at the clock's ticks, what they show, and the model that laws work
+/// with before and afterwards (docs/theory.md, section 16 and 18.6-18.8). Thread safety: one thread at a time.
+
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "grapnel/identify/identify_target.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/result/capture_result.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+
+namespace grapnel {
+
+/// Mass, centre of mass and inertia about it, in a target's frame.
+struct TargetInertia {
+  double mass;          // [kg]
+  Vector3d com;         // [m]
+  Symmetric3d inertia;  // [kg m^2]
+};
+/// The model of a system with another inertia of one target: same structure, same indices.
+std::shared_ptr<const Model> with_inertia(const CaptureSystem& system, std::size_t target,
+                                          const TargetInertia& inertia);
+
+/// Standard deviations of rates, as sensors have them.
+RateNoise rate_noise_of(const CaptureProblem& problem);
+
+class IdentificationRun {
+ public:
+  /// The problem must outlive this.
+  explicit IdentificationRun(const CaptureProblem& problem);
+
+  void begin_post_impact(double time);
+  /// A piece of motion begins. Samples of another model are forgotten.
+  void begin_piece(const CaptureSystem& system, double time);
+  /// What the laws take the system for in that piece; null: for what it is.
+  std::shared_ptr<const Model> law_model(const CaptureSystem& system) const;
+  /// A tick: `seen` is what sensors show.
+  void take(const CaptureSystem& system, const PhaseSample& sample, const State& seen);
+  /// The piece ends: what came in from outside.
+  void end_piece(const PhaseIntegrals& integrals);
+  /// When samples end; infinite: there is nothing to wait for [s].
+  double next_event() const;
+  /// At that time: says what the samples show.
+  void conclude(const CaptureSystem& system, double time);
+  void write(CaptureResult& result) const;
+
+ private:
+  bool is_held(const CaptureSystem& system) const;
+  IdentificationTask task(const CaptureSystem& system) const;
+  void report(const IdentifiedBody& found);
+
+  const CaptureProblem& problem_;
+  std::size_t assumed_target_ = 0, target_ = 0;  // in the problem
+  std::optional<TargetInertia> assumed_, estimated_;
+  LawModel model_ = LawModel::truth;
+  double begin_ = std::numeric_limits<double>::infinity(), end_ = begin_;  // of the samples
+  long every_ = 1;                                                         // ticks
+  Momentumd finished_impulse_ = Momentumd::zero(), first_impulse_ = Momentumd::zero();
+  std::optional<Momentumd> first_momentum_;
+  std::vector<MotionSample> samples_;
+  std::vector<std::size_t> grasps_;  // that held when the first was taken
+  std::optional<IdentificationReport> report_;
+};
+
+}  // namespace grapnel

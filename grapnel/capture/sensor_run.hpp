@@ -1,0 +1,100 @@
+#pragma once
+
+/// @file
+/// The sensors of a run: what they read at the ticks of the clock, what laws see of it, and how it compares with the
+/// truth (docs/theory.md, 18.1-18.4). Thread safety: one thread at a time.
+
+#include <deque>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "grapnel/approach/target_motion.hpp"
+#include "grapnel/capture/identification_run.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/result/capture_result.hpp"
+#include "grapnel/simulate/sensor_reader.hpp"
+
+namespace grapnel {
+
+/// A series of readings in the time series of a run, beside the truth.
+struct SensedSeries {
+  std::string path, unit, description;
+  std::vector<std::string> components;
+};
+/// All of them, in the order of SensorRun::sensed_values(). Empty without sensors.
+std::vector<SensedSeries> sensed_series(const CaptureProblem& problem, const CaptureSystem& system);
+
+class SensorRun : public SensorReader {
+ public:
+  /// All of these must outlive it. The problem has a clock.
+  SensorRun(const CaptureProblem& problem, IdentificationRun& identification);
+
+  /// A piece of motion begins; `system` lives until it ends.
+  void begin_piece(const CaptureSystem& system);
+
+  bool needs_forces() const override;
+  void read(const PhaseSample& sample, State& seen) override;
+  const SensorReadings& readings() const override { return readings_; }
+
+  /// Where a target was when its relative pose was last read, in the frame in which the run computes, as far as the
+  /// reading can be used at `time`; absent: it has no such sensor, or none was read yet.
+  struct Fix {
+    double time;
+    TargetMotion motion;
+  };
+  std::optional<Fix> fix(std::size_t target, double time);
+
+  /// What sensors read last, series by series; NaN before the first reading.
+  std::vector<std::vector<double>> sensed_values() const;
+  std::vector<SensorReport> reports() const;
+
+ private:
+  // Numbers of a sensor that are read together, held until the next reading, and their errors.
+  struct Channels {
+    std::string name, unit;
+    std::uint32_t sensor = 0;  // for the noise
+    long every = 1;            // ticks
+    double sample_time = 0;    // [s]
+    long taken = 0;            // readings so far
+    std::vector<double> held;  // empty: none yet
+    double sum = 0, squares = 0, largest = 0;
+    long count = 0;
+  };
+  struct Pending {
+    double usable, time;
+    SensorReadings::Target reading;
+    TargetMotion motion;
+  };
+
+  Channels channels(std::string name, std::string unit, double sample_time);
+  bool due(const Channels& channels, long tick) const { return tick % channels.every == 0; }
+  double normal(const Channels& channels, std::size_t channel) const;
+  static void note(Channels& channels, double error);
+  void read_joints(long tick, double time, const State& truth, State& seen);
+  void read_joint_rates(double time, const State& truth);
+  void read_gyro(long tick, const State& truth, State& seen);
+  void read_attitude(long tick, const State& truth, State& seen);
+  void read_wheels(long tick, const State& truth, State& seen);
+  void read_wrists(long tick, const PhaseSample& sample);
+  void read_targets(long tick, double time, const State& truth);
+  void read_target(std::size_t sensor, double time, const State& truth);
+  void let_arrive(double time);
+
+  const CaptureProblem& problem_;
+  const SensorSetup setup_;
+  const double period_;
+  IdentificationRun& identification_;
+  const CaptureSystem* system_ = nullptr;
+  std::optional<Channels> joints_, rates_, gyro_, attitude_, wheels_;
+  double joints_time_ = 0;  // of the last reading of positions
+  std::vector<double> last_position_;
+  std::vector<Channels> forces_, torques_;                // per wrist sensor
+  std::vector<Channels> positions_, turns_, velocities_;  // per relative pose sensor
+  std::vector<std::deque<Pending>> pending_;              // likewise
+  std::vector<std::optional<Fix>> fixes_;                 // likewise
+  SensorReadings readings_;
+};
+
+}  // namespace grapnel

@@ -1,0 +1,241 @@
+#include <fmt/format.h>
+
+#include "grapnel/scenario/sections.hpp"
+
+namespace grapnel {
+
+// ---- What "sensors" holds, and what the computer takes targets for ----
+
+namespace {
+
+constexpr std::string_view kSampleTime = "Between readings, a multiple of control.period; absent: every tick.";
+constexpr std::string_view kNoise = "Standard deviation of a reading.";
+constexpr std::string_view kQuantum = "Readings are multiples of it; 0: they are not rounded.";
+
+}  // namespace
+
+template <>
+struct Described<JointSensors> {
+  using T = JointSensors;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::noise>("noise", "rad or m", kNoise).at_least(0),
+      field<&T::bias>("bias", "rad or m", "Of every moving joint; absent: none.").as("offsets of joints").optional(),
+      field<&T::quantum>("quantum", "rad or m", kQuantum).at_least(0),
+      field<&T::counts_per_turn>("counts_per_turn", "", "In place of quantum, 2 pi over it.").at_least(1).optional(),
+      field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
+      field<&T::rate>("rate", "",
+                      "difference: of the last two positions read. sensor: of a sensor of its own. exact: the truth."),
+      field<&T::rate_noise>("rate_noise", "rad/s or m/s", "Of a rate sensor.").at_least(0),
+      field<&T::rate_bias>("rate_bias", "rad/s or m/s", "Of the rate sensors, all joints'."),
+      field<&T::rate_quantum>("rate_quantum", "rad/s or m/s", "Of a rate sensor.").at_least(0),
+  });
+  static constexpr auto rules = std::to_array<Rule>({
+      not_both("quantum, counts_per_turn"),
+      when("rate", "difference, exact").forbid("rate_noise, rate_bias, rate_quantum", "they are of rate: sensor"),
+      needs("rate_noise", "rate"),
+      needs("rate_bias", "rate"),
+      needs("rate_quantum", "rate"),
+  });
+  static constexpr Type type = structure<T>("joint_sensors", "Encoders of all moving joints.", fields, rules);
+};
+
+template <>
+struct Described<GyroSensor> {
+  using T = GyroSensor;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::noise>("noise", "rad/s", kNoise).at_least(0),
+      field<&T::angle_random_walk>("angle_random_walk", "",
+                                   "In place of noise, in rad/sqrt(s): noise is this over the root of the sample time.")
+          .above(0)
+          .optional(),
+      field<&T::bias>("bias", "rad/s", "In the base's axes."),
+      field<&T::quantum>("quantum", "rad/s", kQuantum).at_least(0),
+      field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
+  });
+  static constexpr auto rules = std::to_array<Rule>({not_both("noise, angle_random_walk")});
+  static constexpr Type type = structure<T>("gyro", "The base's angular velocity, in its axes.", fields, rules);
+};
+
+template <>
+struct Described<AttitudeSensor> {
+  using T = AttitudeSensor;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::noise>("noise", "rad", "Standard deviation of a reading, about each axis.").at_least(0),
+      field<&T::bias>("bias", "rad", "Rotation vector in the base's axes."),
+      field<&T::quantum>("quantum", "rad", "Of the components of the reading's rotation vector; 0: none.").at_least(0),
+      field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
+  });
+  static constexpr Type type = structure<T>("attitude_sensor", "The base's attitude.", fields);
+};
+
+template <>
+struct Described<WheelSensors> {
+  using T = WheelSensors;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::noise>("noise", "rad/s", kNoise).at_least(0),
+      field<&T::bias>("bias", "rad/s", "Of all wheels."),
+      field<&T::quantum>("quantum", "rad/s", kQuantum).at_least(0),
+      field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
+  });
+  static constexpr Type type = structure<T>("wheel_sensors", "Tachometers of all reaction wheels.", fields);
+};
+
+template <>
+struct Described<WristSensor> {
+  using T = WristSensor;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::end_effector>("end_effector", "", "").required(),
+      field<&T::force_noise>("force_noise", "N", kNoise).at_least(0),
+      field<&T::torque_noise>("torque_noise", "N m", kNoise).at_least(0),
+      field<&T::force_bias>("force_bias", "N", "In the end-effector's axes."),
+      field<&T::torque_bias>("torque_bias", "N m", "In the end-effector's axes."),
+      field<&T::force_quantum>("force_quantum", "N", kQuantum).at_least(0),
+      field<&T::torque_quantum>("torque_quantum", "N m", kQuantum).at_least(0),
+      field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
+  });
+  static constexpr Type type = structure<T>(
+      "wrist_sensor", "Force and torque that a grasp passes to the end-effector, about its origin.", fields);
+};
+
+template <>
+struct Described<RelativePoseSensor> {
+  using T = RelativePoseSensor;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::target>("target", "", "").required(),
+      field<&T::position_noise>("position_noise", "m", kNoise).at_least(0),
+      field<&T::orientation_noise>("orientation_noise", "rad", kNoise).at_least(0),
+      field<&T::velocity_noise>("velocity_noise", "m/s", kNoise).at_least(0),
+      field<&T::angular_velocity_noise>("angular_velocity_noise", "rad/s", kNoise).at_least(0),
+      field<&T::position_bias>("position_bias", "m", "In the base's axes."),
+      field<&T::orientation_bias>("orientation_bias", "rad", "Rotation vector in the target's axes."),
+      field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
+      field<&T::delay>("delay", "s", "From a reading until it can be used.").at_least(0),
+  });
+  static constexpr Type type =
+      structure<T>("relative_pose", "Pose and motion of a target relative to the base.", fields);
+};
+
+template <>
+struct Described<SensorSetup> {
+  using T = SensorSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::seed>("seed", "", kSeedText).at_least(0).at_most(kLargestWhole),
+      field<&T::joints>("joints", "", "").optional(),
+      field<&T::gyro>("gyro", "", "").optional(),
+      field<&T::attitude>("attitude", "", "").optional(),
+      field<&T::wheels>("wheels", "", "").optional(),
+      field<&T::wrists>("force_torque", "", "At end-effectors.").items(0, 100),
+      field<&T::relative_poses>("relative_pose", "", "Of targets.").items(0, 100),
+  });
+  static constexpr Type type = structure<T>(
+      "sensors",
+      "What is read at the ticks of the on-board computer's clock. Of what no sensor reads the laws know the truth.",
+      fields);
+};
+
+template <>
+struct Described<TargetEstimate> {
+  using T = TargetEstimate;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::position_error>("position_error", "m", "Estimate less truth, in W."),
+      field<&T::orientation_error>("orientation_error", "rad",
+                                   "Rotation vector in W that turns the true target into the estimated one."),
+      field<&T::velocity_error>("velocity_error", "m/s", "Of the target frame's origin, in W."),
+      field<&T::angular_velocity_error>("angular_velocity_error", "rad/s", "In W."),
+  });
+  static constexpr Type type = structure<T>(
+      "target_estimate", "Where the approach takes the target to be, against where it is, at the instant of `state`.",
+      fields);
+};
+
+template <>
+struct Described<ReplanSetup> {
+  using T = ReplanSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::every>("every", "s", "Between replannings, the first one after it.").above(0).required(),
+      field<&T::until>("until", "s", "From the start; absent: until the approach's end, or straight_in.")
+          .above(0)
+          .optional(),
+  });
+  static constexpr Type type = structure<T>(
+      "replan", "What is left of the approach is planned anew, by what relative pose sensors say then.", fields);
+};
+
+template <>
+struct Described<AssumedTarget> {
+  using T = AssumedTarget;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::target>("target", "", "Which; absent: the only one that is grasped.").optional(),
+      field<&T::mass>("mass", "kg", "").above(0).optional(),
+      field<&T::com>("com", "m", "Centre of mass in the target's frame.").optional(),
+      field<&T::inertia>("inertia", "kg m^2", "About the assumed centre of mass, in the target's axes.")
+          .as("inertia")
+          .optional(),
+  });
+  static constexpr Type type = structure<T>(
+      "assumed", "What the laws take the held target for until it has been identified; what is absent they know.",
+      fields);
+};
+
+template <>
+struct Described<ExcitationSetup> {
+  using T = ExcitationSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::amplitude>("amplitude", "rad or m", "Of every moving joint, to both sides of where it is held.")
+          .as("offsets of joints")
+          .required(),
+      field<&T::swings>("swings", "", "To and fro of the first joint; the next ones make one more, two more, the same.")
+          .at_least(1)
+          .at_most(1000),
+  });
+  static constexpr Type type =
+      structure<T>("excitation", "Joints move to and fro, so that there is something to see.", fields);
+};
+
+template <>
+struct Described<IdentifySetup> {
+  using T = IdentifySetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::target>("target", "", "Which; absent: the only one that is grasped.").optional(),
+      field<&T::from>("from", "s", "When sampling begins, since post_impact began.").at_least(0),
+      field<&T::duration>("duration", "s", "Of the sampling.").above(0).required(),
+      field<&T::sample_time>("sample_time", "s", "Between samples, a multiple of control.period; absent: every tick.")
+          .above(0)
+          .optional(),
+      field<&T::base>("base", "",
+                      "What is measured of the base's motion. twist: position and velocity too. rotation: attitude and "
+                      "angular velocity alone."),
+      field<&T::momentum_known>("momentum_known", "", "Whether the total momentum at the first sample is known."),
+      field<&T::excitation>("excitation", "", "").optional(),
+  });
+  static constexpr Type type = structure<T>(
+      "identify", "Mass, centre of mass and inertia of a held target are looked for, by what the sensors read.",
+      fields);
+};
+
+const Type& sensors_description() { return type_of<std::optional<SensorSetup>>(); }
+const Type& target_estimate_description() { return type_of<std::optional<TargetEstimate>>(); }
+const Type& replan_description() { return type_of<std::optional<ReplanSetup>>(); }
+const Type& assumed_description() { return type_of<std::optional<AssumedTarget>>(); }
+const Type& identify_description() { return type_of<std::optional<IdentifySetup>>(); }
+
+// ---- How it is read ----
+
+void finish_sensors(Reading& reading) {
+  const Node& node = part(reading.root, "sensors");
+  const auto look_up = [&](const char* list, const char* key, auto& names) {
+    const Node& all = part(node, list);
+    for (std::size_t i = 0; i < all.items.size() && !reading.faults.full(); ++i)
+      names.expect(text_at(all.items[i], key), part(all.items[i], key).mark, item(below("sensors", list), i),
+                   reading.faults);
+  };
+  look_up("force_torque", "end_effector", reading.robot.end_effectors);
+  look_up("relative_pose", "target", reading.targets);
+  const Node& post = part(reading.root, "post_impact");
+  for (const char* key : {"assumed", "identify"}) {
+    const Node& name = part(part(post, key), "target");
+    reading.targets.expect(name.text, name.mark, below("post_impact", key), reading.faults);
+  }
+}
+
+}  // namespace grapnel
