@@ -38,6 +38,12 @@ export interface Summary {
   loads?: PeakLoad[];
   /** reaction wheels; absent if there are none */
   wheels?: WheelReport[];
+  /** per phase, of joints with sticking friction, stops or known motors; absent if there are none */
+  joints?: JointReport[];
+  /** joints that met their stops, the first hundred; absent if none did */
+  stop_impacts?: StopImpact[];
+  /** all of them [1] */
+  stop_impact_count?: number;
   /** absent if there are none */
   thrusters?: ThrustersReport;
   /** the one of `loads` with the least margin over all phases; absent where nothing is rated */
@@ -71,6 +77,9 @@ export const kSummary: FieldNote[] = [
   ["post_impact","","absent without such motion"],
   ["loads","","the largest loads of every phase; absent if nothing was loaded"],
   ["wheels","","reaction wheels; absent if there are none"],
+  ["joints","","per phase, of joints with sticking friction, stops or known motors; absent if there are none"],
+  ["stop_impacts","","joints that met their stops, the first hundred; absent if none did"],
+  ["stop_impact_count","1","all of them"],
   ["thrusters","","absent if there are none"],
   ["worst_margin","","the one of `loads` with the least margin over all phases; absent where nothing is rated"],
   ["clearance","","absent where no two bodies have shapes"],
@@ -120,16 +129,16 @@ export interface ControlReport {
   period: number;
   /** from a sample to the command that follows from it [s] */
   delay: number;
-  /** the controller's library, as the scenario names it; empty without one */
+  /** the controller: a library or an FMU as the scenario names it, or the name of a class in Python; empty without one */
   plugin: string;
-  /** of its bytes; empty without one */
+  /** of its bytes, of a class in Python of its source; empty without one */
   plugin_sha256: string;
 }
 export const kControlReport: FieldNote[] = [
   ["period","s","between samples"],
   ["delay","s","from a sample to the command that follows from it"],
-  ["plugin","","the controller's library, as the scenario names it; empty without one"],
-  ["plugin_sha256","","of its bytes; empty without one"],
+  ["plugin","","the controller: a library or an FMU as the scenario names it, or the name of a class in Python; empty without one"],
+  ["plugin_sha256","","of its bytes, of a class in Python of its source; empty without one"],
 ];
 
 // readings of one sensor against the truth, at the instants of reading.
@@ -1462,6 +1471,74 @@ export const kWheelReport: FieldNote[] = [
   ["rate_limit","rad/s","null: none"],
   ["largest_torque","N m","of its motor, likewise; null: nobody looked"],
   ["torque_limit","N m","null: none"],
+];
+
+// what a joint with sticking friction, stops, or a motor whose electricity is known did in one phase.
+export interface JointReport {
+  /** in motion */
+  phase: string;
+  /** of the robot */
+  joint: string;
+  /** at the phase's end. `moving`: it is free to. `stuck`: friction holds it. `at_lower_stop`, `at_upper_stop`: it rests there. `prescribed`: it moves as prescribed, and neither sticks nor meets its stops */
+  mode: JointMode;
+  /** times that it came to rest [1] */
+  sticks: number;
+  /** times that it left it [1] */
+  breakaways: number;
+  /** that its friction made, stops apart [J] */
+  friction_heat: number;
+  /** times that it met a stop [1] */
+  stop_impacts: number;
+  /** in these impacts, by the whole system [J] */
+  stop_energy_lost: number;
+  /** mechanical work of its motor on the joint [J] */
+  motor_work: number;
+  /** current squared times resistance, over time; null: its motor's torque constant is not known [J] */
+  copper_loss: number | null;
+  /** copper_loss + motor_work: what the motor took, less what it gave back while it braked; null likewise [J] */
+  electrical_energy: number | null;
+}
+export const kJointReport: FieldNote[] = [
+  ["phase","","in motion"],
+  ["joint","","of the robot"],
+  ["mode","","at the phase's end. `moving`: it is free to. `stuck`: friction holds it. `at_lower_stop`, `at_upper_stop`: it rests there. `prescribed`: it moves as prescribed, and neither sticks nor meets its stops"],
+  ["sticks","1","times that it came to rest"],
+  ["breakaways","1","times that it left it"],
+  ["friction_heat","J","that its friction made, stops apart"],
+  ["stop_impacts","1","times that it met a stop"],
+  ["stop_energy_lost","J","in these impacts, by the whole system"],
+  ["motor_work","J","mechanical work of its motor on the joint"],
+  ["copper_loss","J","current squared times resistance, over time; null: its motor's torque constant is not known"],
+  ["electrical_energy","J","copper_loss + motor_work: what the motor took, less what it gave back while it braked; null likewise"],
+];
+
+export type JointMode = "moving" | "stuck" | "at_lower_stop" | "at_upper_stop" | "prescribed";
+
+// a joint that met a stop at the end of its range.
+export interface StopImpact {
+  /** when it happened [s] */
+  time: number;
+  /** of the robot */
+  joint: string;
+  /** whether it was the upper end of its range */
+  upper: boolean;
+  /** of the joint [rad/s or m/s] */
+  rate_before: number;
+  /** of the joint [rad/s or m/s] */
+  rate_after: number;
+  /** of the stop on the joint, along its axis [N m s or N s] */
+  impulse: number;
+  /** by the whole system [J] */
+  energy_lost: number;
+}
+export const kStopImpact: FieldNote[] = [
+  ["time","s","when it happened"],
+  ["joint","","of the robot"],
+  ["upper","","whether it was the upper end of its range"],
+  ["rate_before","rad/s or m/s","of the joint"],
+  ["rate_after","rad/s or m/s","of the joint"],
+  ["impulse","N m s or N s","of the stop on the joint, along its axis"],
+  ["energy_lost","J","by the whole system"],
 ];
 
 // the thrusters of the base. The robot's mass stays what it is.
