@@ -586,15 +586,15 @@ struct CaptureResult {
   std::vector<GraspLoad> grasp_loads;  // per phase and grasp
   std::vector<PeakLoad> peak_loads;    // over all phases: per load and phase
   std::optional<PhaseEnd> post_impact_end;
-  std::optional<DetumblingReport> detumbling;     // in it
-  std::optional<BaseKeepingReport> base_keeping;  // in it
+  std::optional<DetumblingReport> detumbling;          // in it
+  std::optional<BaseKeepingReport> base_keeping;       // in it
   std::optional<IdentificationReport> identification;  // in it
-  std::vector<WheelReport> wheels;                // of the base, in the robot's order
-  std::vector<JointReport> joints;                // per phase in motion, of joints of which there is something to say
-  std::vector<StopImpact> stop_impacts;           // the first ones
-  long stop_impact_count = 0;                     // all
-  std::optional<ThrustersReport> thrusters;       // of the base, where it has any
-  std::vector<MinimumClearance> clearance;        // per phase in which bodies with shapes were watched
+  std::vector<WheelReport> wheels;                     // of the base, in the robot's order
+  std::vector<JointReport> joints;           // per phase in motion, of joints of which there is something to say
+  std::vector<StopImpact> stop_impacts;      // the first ones
+  long stop_impact_count = 0;                // all
+  std::optional<ThrustersReport> thrusters;  // of the base, where it has any
+  std::vector<MinimumClearance> clearance;   // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>
       clearance_unwatched;  // end-effector and target of each grasp; ignored pairs

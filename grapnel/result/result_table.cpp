@@ -526,8 +526,7 @@ std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
          release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) +
          thruster_table(result) + joint_mode_table(result) + loop_tables(result) + load_table(result) +
-         clearance_table(result) +
-         ledger_table(result.ledger);
+         clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

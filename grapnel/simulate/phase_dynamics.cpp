@@ -573,8 +573,7 @@ double PhaseDynamics::switch_margin(double t, std::span<const double> y) {
     load(t, y);
   }
   if (!base_.switches()) return least;
-  return std::min(
-      least, base_.margin(std::vector<double>(now_.v), [&] { return accelerations_in(t, y); }));
+  return std::min(least, base_.margin(std::vector<double>(now_.v), [&] { return accelerations_in(t, y); }));
 }
 
 void PhaseDynamics::choose_modes(double t, std::span<const double> y) {

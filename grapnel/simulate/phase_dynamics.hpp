@@ -130,11 +130,11 @@ class PhaseDynamics {
   void meet_stops(double t, std::span<double> y);
   /// Joints that stick and joints that meet stops.
   const JointModes& joint_modes() const { return modes_; }
-  /// Whether modes of the base's actuators or of joints can change: then choose_modes() speaks wherever a smooth piece begins.
+  /// Whether modes of the base's actuators or of joints can change: then choose_modes() speaks wherever a smooth piece
+  /// begins.
   bool switches() const { return base_.switches() || !modes_.empty(); }
-  /// Positive while the modes may stay: of wheels distances from largest rates, and how fast held wheels would go on, of
-  /// thrusters distances from their levels;
-  /// of joints JointModes' margins.
+  /// Positive while the modes may stay: of wheels distances from largest rates, and how fast held wheels would go on,
+  /// of thrusters distances from their levels; of joints JointModes' margins.
   double switch_margin(double t, std::span<const double> y);
   /// The modes of joints and actuators from now on, in y at t; nothing where none can change.
   void choose_modes(double t, std::span<const double> y);

@@ -204,7 +204,8 @@ class PhaseRun {
     constexpr long kMostSwitches = 100'000;
     if (++switches_ > kMostSwitches) {
       broken_off_ = fmt::format(
-          "reaction wheels, thrusters or joints (at largest rates, at levels, at stops, or where friction holds) change "
+          "reaction wheels, thrusters or joints (at largest rates, at levels, at stops, or where friction holds) "
+          "change "
           "their modes more than {} times until t = {:.9g} s",
           kMostSwitches, t);
       return;
