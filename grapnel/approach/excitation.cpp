@@ -1,4 +1,4 @@
-// Joint motion that lets an identification see something (21.7).
+// Joint motion that lets an identification see something (20.7).
 #include "grapnel/approach/phase_setups.hpp"
 
 namespace grapnel {

@@ -16,7 +16,7 @@ namespace grapnel {
 bool navigates(const CaptureProblem& problem);
 
 /// The problem with its targets where they are estimated to be: position + error, exp(error) R, velocities + errors, at
-/// the instant at which the problem gives them (21.5).
+/// the instant at which the problem gives them (20.5).
 CaptureProblem estimated_problem(const CaptureProblem& problem);
 
 /// Estimates against the truth, per target of the problem.

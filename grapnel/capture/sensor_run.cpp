@@ -127,7 +127,7 @@ void SensorRun::begin_piece(const CaptureSystem& system) { system_ = &system; }
 
 bool SensorRun::needs_forces() const { return !setup_.wrists.empty() && system_ && !system_->grasps.empty(); }
 
-// At a tick: (21.1) channel by channel, then what laws see of it.
+// At a tick: (20.1) channel by channel, then what laws see of it.
 void SensorRun::read(const PhaseSample& sample, State& seen) {
   const long tick = std::lround(sample.time / period_);
   const State& truth = sample.state;
@@ -165,7 +165,7 @@ void SensorRun::read_joints(long tick, double time, const State& truth, State& s
   }
 }
 
-// (21.2), or by sensors of their own.
+// (20.2), or by sensors of their own.
 void SensorRun::read_joint_rates(double time, const State& truth) {
   const JointSensors& sensor = *setup_.joints;
   for (std::size_t j = 0; j < rates_->held.size(); ++j) {
@@ -212,7 +212,7 @@ void SensorRun::read_attitude(long tick, const State& truth, State& seen) {
     for (int k = 0; k < 3 && sensor.noise > 0; ++k)
       error[k] += sensor.noise * normal(*attitude_, static_cast<std::size_t>(k));
     const Rotationd R_WB = rotation_matrix(Quaterniond{truth.q[q], truth.q[q + 1], truth.q[q + 2], truth.q[q + 3]});
-    Rotationd R = R_WB * rotation_by(error);  // (21.3)
+    Rotationd R = R_WB * rotation_by(error);  // (20.3)
     if (sensor.quantum > 0) {
       Vector3d turn = rotation_vector(R);
       for (double& x : turn.e) x = quantized(x, sensor.quantum);
@@ -292,7 +292,7 @@ void SensorRun::read_targets(long tick, double time, const State& truth) {
   let_arrive(time);
 }
 
-// (21.4)
+// (20.4)
 void SensorRun::read_target(std::size_t i, double time, const State& truth) {
   const RelativePoseSensor& sensor = setup_.relative_poses[i];
   const Model& model = system_->model;

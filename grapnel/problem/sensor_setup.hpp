@@ -16,7 +16,7 @@
 namespace grapnel {
 
 // A reading is q round((x + bias + n) / q): x the truth, n Gaussian with the standard deviation `noise`, q the quantum
-// (0: it is not rounded), (21.1). Where sample_time is not 0 it is a multiple of the clock's period, and a reading
+// (0: it is not rounded), (20.1). Where sample_time is not 0 it is a multiple of the clock's period, and a reading
 // holds until the next one. Standard deviations are those of a reading, of every component.
 
 /// Encoders of all moving joints.
@@ -119,7 +119,7 @@ struct AssumedTarget {
 };
 
 /// Joints move about where they are held so that an identification sees something: joint j goes to amplitude and minus
-/// amplitude, `swings` + j mod 3 times, and back (21.7).
+/// amplitude, `swings` + j mod 3 times, and back (20.7).
 struct ExcitationSetup {
   std::vector<double> amplitude;  // per joint [rad or m]
   int swings = 2;
