@@ -148,9 +148,9 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
     if (!has_gains(drive.control)) continue;
     drive.kp = post->kp[j], drive.kd = post->kd[j];
   }
-  if (control.law && !control.approaching) {
-    for (int j : control.law->joints) setup.drives[j] = {.control = JointControl::controller};
-    setup.controller = std::make_shared<JointLawController>(*control.law);
+  if (control.law) {
+    for (int j : control.law->joints()) setup.drives[j] = {.control = JointControl::controller};
+    setup.controller = std::make_shared<JointLawController>(control.law);
   }
   return setup;
 }

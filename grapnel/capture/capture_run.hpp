@@ -108,7 +108,7 @@ class RunJoints {
   void control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies);
 
   /// The law that works from now on, if any does.
-  void obey(std::optional<JointLaw> law) { control_.law = std::move(law); }
+  void obey(std::shared_ptr<JointLaw> law) { control_.law = std::move(law); }
   /// What drives the system from now on. @throws ControllerError if a plugin is needed and cannot be had.
   PhaseSetup setup(const RunBodies& bodies);
   /// The same for the approach followed exactly, without noise.

@@ -91,7 +91,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
   RunMonitor& monitor = run.monitor;
   if (run.law.works()) {
     stop_ = [this](double t, const State& state) {
-      const double law = run_.law.margin(state);
+      const double law = run_.law.margin(t, state);
       return arrival_ ? std::min(law, arrival_(t, state)) : law;
     };
   }
