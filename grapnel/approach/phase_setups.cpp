@@ -33,7 +33,7 @@ JointDrive tracking_drive(const TrackingSetup& tracking, const JointTrajectory& 
   if (ideal) return drive;
   if (tracking.noise) drive.noise = NoiseSignal(*tracking.noise, static_cast<std::uint32_t>(joint));
   if (tracking.mode == JointControl::prescribed) return drive;
-  drive.control = tracking.mode;
+  drive.control = tracking.mode == JointControl::impedance ? JointControl::pd : tracking.mode;
   if (!has_gains(tracking.mode)) return drive;
   drive.kp = tracking.kp[joint];
   drive.kd = tracking.kd[joint];
@@ -99,6 +99,8 @@ JointControl control_of(PostImpactSetup::Joints joints) {
     case PostImpactSetup::Joints::pd:
     case PostImpactSetup::Joints::detumble:
     case PostImpactSetup::Joints::keep_base_attitude:
+    case PostImpactSetup::Joints::impedance:
+    case PostImpactSetup::Joints::grasp_force:
       return JointControl::pd;
     case PostImpactSetup::Joints::computed_torque:
       return JointControl::computed_torque;

@@ -92,6 +92,8 @@ class RunJoints {
 
   /// Before the approach's end.
   bool approaching() const { return control_.approaching; }
+  /// Of sampled control; null without it.
+  const std::shared_ptr<ControlClock>& clock() const { return clock_; }
   /// Whether joints that have settled do this after the approach.
   bool settle_to(PostImpactSetup::Joints joints) const;
   bool is_settled(std::size_t joint) const { return control_.settled[joint]; }

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "grapnel/control/joint_law.hpp"
+#include "grapnel/impact/compliant_impact.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/result/capture_result.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
@@ -54,10 +55,26 @@ class LawOfRun {
 
 /// The problem must outlive what these return. Null where it has no such law.
 std::unique_ptr<LawOfRun> law_of_post_impact(const CaptureProblem& problem);
+std::unique_ptr<LawOfRun> law_of_approach(const CaptureProblem& problem);
+
+/// A contact that closes.
+struct MeetingContact {
+  std::string end_effector, target;
+  CompliantContact contact;
+};
+/// What contacts meet, in the system and state in which they begin.
+std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const CaptureSystem& system,
+                                            const State& state, std::span<const MeetingContact> contacts);
+/// The law that works during an impact in time that begins now, `masses` of its contacts; null: none.
+std::shared_ptr<JointLaw> law_in_impact(const CaptureProblem& problem, const CaptureSystem& system, const State& state,
+                                        double time, std::span<const MeetingContact> contacts,
+                                        std::span<const EffectiveMass> masses);
 
 // The laws, each in its file.
 std::unique_ptr<LawOfRun> detumbling_of_run(const CaptureProblem& problem);
 std::unique_ptr<LawOfRun> base_keeping_of_run(const CaptureProblem& problem);
+std::unique_ptr<LawOfRun> impedance_of_run(const CaptureProblem& problem);
+std::unique_ptr<LawOfRun> grasp_force_of_run(const CaptureProblem& problem);
 
 // What reports have in common.
 inline void raise_to(double& most, double& when, double value, double time) {

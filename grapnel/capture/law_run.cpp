@@ -23,6 +23,8 @@ struct LawEntry {
 constexpr LawEntry kLaws[] = {
     {PostImpactSetup::Joints::detumble, detumbling_of_run},
     {PostImpactSetup::Joints::keep_base_attitude, base_keeping_of_run},
+    {PostImpactSetup::Joints::impedance, impedance_of_run},
+    {PostImpactSetup::Joints::grasp_force, grasp_force_of_run},
 };
 
 }  // namespace
@@ -63,7 +65,11 @@ std::string held_target(const CaptureProblem& problem, const std::string& named)
   return target;
 }
 
-LawRun::LawRun(const CaptureProblem& problem) { after_.part = law_of_post_impact(problem); }
+LawRun::LawRun(const CaptureProblem& problem) {
+  approach_.part = law_of_approach(problem);
+  after_.part = law_of_post_impact(problem);
+  if (approach_.part) now_ = &approach_;
+}
 
 void LawRun::begin_post_impact(const CaptureSystem& system, const State& state) {
   now_ = after_.part ? &after_ : nullptr;
@@ -126,7 +132,9 @@ bool LawRun::end_piece(const State& state, double time, bool stopped, double oth
 }
 
 void LawRun::write(CaptureResult& result) const {
-  if (after_.part) after_.part->write(result);
+  for (const Phase* phase : {&approach_, &after_}) {
+    if (phase->part) phase->part->write(result);
+  }
 }
 
 }  // namespace grapnel

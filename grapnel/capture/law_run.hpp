@@ -50,7 +50,7 @@ class LawRun {
   Margin least_margin(double time, const State& state);
   void end(LawEnd how, const std::string& joint);
 
-  Phase after_;
+  Phase approach_, after_;
   Phase* now_ = nullptr;  // null: no law may work
   // The piece at hand:
   const CaptureSystem* system_ = nullptr;

@@ -74,7 +74,7 @@ namespace {
 // What drives the piece that begins; joints whose law is over with what it worked on are held where they are.
 PhaseSetup setup_of_piece(CaptureRun& run) {
   const RunBodies& bodies = run.bodies;
-  if (run.law.ends_by_release(bodies.system, bodies.time)) run.joints.settle_all(bodies);
+  if (run.law.ends_by_release(bodies.system, bodies.time) && !run.joints.approaching()) run.joints.settle_all(bodies);
   run.joints.obey(run.law.begin_piece(bodies.system, bodies.state, bodies.time));
   return run.joints.setup(bodies);
 }
@@ -143,7 +143,8 @@ bool PhaseSegment::await_resume() {
   run_.bodies.state = outcome.end_state;
   run_.bodies.time = outcome.end_time;
   const double arrival = outcome.stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
-  if (run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, arrival))
+  const bool law_is_over = run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, arrival);
+  if (law_is_over && !run_.joints.approaching())
     run_.joints.settle_all(run_.bodies);
   return !outcome.stopped;
 }

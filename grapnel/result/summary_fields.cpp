@@ -389,7 +389,8 @@ const Type& type_of<Approach>() {
     derived < [](const A& a) -> auto& {
   return a.result->plan;
 }
-> ("plan", "", "of the joints' motion"),
+> ("plan", "", "of the joints' motion"), derived < [](const A& a) -> auto& { return a.result->approach_impedance; }
+> ("impedance", "", "absent without it"),
 }
 ;
 static constexpr Type type = structure<A>("Approach", "the motion up to the capture.", fields);
@@ -431,7 +432,9 @@ const Type& type_of<PostImpact>() {
   return p.result->detumbling;
 }
 > ("detumbling", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->base_keeping; }
-> ("base_keeping", "", "absent without it"),
+> ("base_keeping", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->impedance; }
+> ("impedance", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->grasp_force; }
+> ("grasp_force", "", "absent without it"),
 }
 ;
 static constexpr Type type = structure<P>("PostImpact", "the motion after the impact.", fields);

@@ -156,6 +156,7 @@ struct Described<CaptureProblem> {
                        "Wrenches on bodies as given functions of time, in all phases.")
           .items(0, 1000),
       field<&T::control>(&control_description, "control", "").optional(),
+      field<&T::impedance>(&impedance_description, "impedance", "").optional(),
       field<&T::clearance>(&clearance_description, "clearance", ""),
       field<&T::integration>("integration", "", ""),
       group<T, OutputKeys>("output", ""),

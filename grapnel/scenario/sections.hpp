@@ -96,6 +96,7 @@ const Type& external_wrenches_description();
 const Type& orbit_description();
 const Type& clearance_description();
 const Type& control_description();
+const Type& impedance_description();
 const Type& base_control_description();  // of approach and of post_impact
 
 // ---- Robots ----
