@@ -12,9 +12,7 @@ namespace {
 class GraspForceOfRun : public LawOfRun {
  public:
   explicit GraspForceOfRun(const CaptureProblem& problem)
-      : problem_(problem),
-        setup_(*problem.post_impact->grasp_force),
-        target_(held_target(problem, setup_.target)) {}
+      : problem_(problem), setup_(*problem.post_impact->grasp_force), target_(held_target(problem, setup_.target)) {}
 
   void begin_post_impact(const CaptureSystem&, const State&) override { begins_ = true; }
 
@@ -129,8 +127,8 @@ class GraspForceOfRun : public LawOfRun {
   const GraspForceSetup& setup_;
   const std::string target_;
   bool begins_ = false;
-  double begin_ = 0;            // of post_impact
-  std::optional<Posed> X_BT_;   // of the target's own frame, to be held
+  double begin_ = 0;           // of post_impact
+  std::optional<Posed> X_BT_;  // of the target's own frame, to be held
   // The piece at hand:
   const CaptureSystem* system_ = nullptr;
   std::vector<std::size_t> places_;  // of holds, in CaptureSystem::grasps

@@ -74,8 +74,7 @@ Prepared prepare(const CaptureProblem& problem, const CaptureSystem& system) {
 // Where the hands are now, from now on as the centre of mass moves.
 void stay(const CaptureSystem& system, const State& state, double time, ImpedanceLaw& law) {
   const Kinematics k = forward_kinematics(system.model, state);
-  for (ImpedanceHand& hand : law.hands)
-    hand.reference = {-1, k.X_WB[hand.body] * hand.X_BE, time, drift_of(system, k)};
+  for (ImpedanceHand& hand : law.hands) hand.reference = {-1, k.X_WB[hand.body] * hand.X_BE, time, drift_of(system, k)};
 }
 
 // To their grasp points, straight in the targets' frames.
@@ -192,8 +191,7 @@ std::vector<EffectiveMass> effective_masses(const CaptureProblem& problem, const
         mass = matching_mass(c, m.of_target, std::abs(m.target_speed_before));
       m.apparent = mass;
     }
-    m.restitution =
-        restitution_of(c, mass * m.of_target / (mass + m.of_target), std::abs(m.target_speed_before));
+    m.restitution = restitution_of(c, mass * m.of_target / (mass + m.of_target), std::abs(m.target_speed_before));
     masses.push_back(std::move(m));
   }
   return masses;

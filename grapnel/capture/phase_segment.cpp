@@ -144,8 +144,7 @@ bool PhaseSegment::await_resume() {
   run_.bodies.time = outcome.end_time;
   const double arrival = outcome.stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
   const bool law_is_over = run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, arrival);
-  if (law_is_over && !run_.joints.approaching())
-    run_.joints.settle_all(run_.bodies);
+  if (law_is_over && !run_.joints.approaching()) run_.joints.settle_all(run_.bodies);
   return !outcome.stopped;
 }
 

@@ -164,7 +164,8 @@ GraspForce::Motion GraspForce::target_motion_rows() const {
     point_jacobian(model, k, law_.base, com, J_B);
     J -= J_B;
     const Rotationd R_WD = X_WB.R * law_.X_BT.R;
-    const Vector3d apart = com - X_WB * (law_.X_BT * target.com), turn = R_WD * rotation_vector(transpose(R_WD) * X_WT.R);
+    const Vector3d apart = com - X_WB * (law_.X_BT * target.com),
+                   turn = R_WD * rotation_vector(transpose(R_WD) * X_WT.R);
     motion.wanted = -2 * law_.rate * six(turning, moving) - law_.rate * law_.rate * six(turn, apart);
   }
   motion.free += J * response_.free();

@@ -23,7 +23,7 @@ struct GraspMap {
 
 struct GraspForceLaw {
   struct Hold {
-    int closure = -1;          // of LawScope::closures; -1: it carries the target in the tree
+    int closure = -1;                // of LawScope::closures; -1: it carries the target in the tree
     Posed X_TC = Posed::identity();  // of the grasp, in the target's body
     GraspModel model = GraspModel::rigid;
     Vector3d hinge_C{0, 0, 1};
@@ -56,10 +56,10 @@ struct HoldDeviation {
 };
 HoldDeviation hold_deviation(const GraspForceLaw& law, const Model& model, const Kinematics& kinematics);
 
-/// The law: the target moves as asked for, whatever the internal force; as far as the joints' efforts beside that allow,
-/// the internal part of the grasps' wrenches is the reference's, and what joints move besides is damped. Among the
-/// efforts those with the least sum of tau^2/damping are taken. Its scale is the part of the internal force that effort
-/// limits let pass.
+/// The law: the target moves as asked for, whatever the internal force; as far as the joints' efforts beside that
+/// allow, the internal part of the grasps' wrenches is the reference's, and what joints move besides is damped. Among
+/// the efforts those with the least sum of tau^2/damping are taken. Its scale is the part of the internal force that
+/// effort limits let pass.
 class GraspForce : public JointLaw {
  public:
   GraspForce(const Model& model, GraspForceLaw law, LawScope scope)

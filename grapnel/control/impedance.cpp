@@ -184,7 +184,8 @@ JointLawCommand Impedance::at(double time, const State& state, std::span<const d
     if (rows_[static_cast<std::size_t>(i) % rows_.size()] < 3) size[i] = length_;
   }
   const Cholesky inverse_inertia(R);
-  const Eigen::MatrixXd J_t = cholesky_solution(inverse_inertia, Eigen::MatrixXd(rows.A.transpose() * size.asDiagonal()));
+  const Eigen::MatrixXd J_t =
+      cholesky_solution(inverse_inertia, Eigen::MatrixXd(rows.A.transpose() * size.asDiagonal()));
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(J_t);
   const Eigen::VectorXd& s = svd.singularValues();
   JointLawCommand command;

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Impedance at the hands of a free-floating robot, through the generalized Jacobian (18.1)-(18.6), after Masutani et al.
-/// (1989) and Yoshida et al. (2004); the masses that a contact meets, and the one with which it stops a target (18.7)-(18.9),
-/// after Yoshida et al. (2004) and Uyama et al. (2012).
+/// Impedance at the hands of a free-floating robot, through the generalized Jacobian (18.1)-(18.6), after Masutani et
+/// al. (1989) and Yoshida et al. (2004); the masses that a contact meets, and the one with which it stops a target
+/// (18.7)-(18.9), after Yoshida et al. (2004) and Uyama et al. (2012).
 
 #include <optional>
 #include <span>
@@ -22,8 +22,8 @@ struct HandReference {
   double begin = 0;                      // [s]
   Vector3d velocity = Vector3d::zero();  // in W [m/s]
   /// On a body: by how much it is off its end, in the body's frame, where `way` is 1; `way` goes to 0.
-  Vector3d offset = Vector3d::zero();    // [m]
-  Vector3d turn = Vector3d::zero();      // rotation vector in the axes of X_D [rad]
+  Vector3d offset = Vector3d::zero();  // [m]
+  Vector3d turn = Vector3d::zero();    // rotation vector in the axes of X_D [rad]
   JointTrajectory way = JointTrajectory::at_rest(0);
   /// With which velocity D arrives, relative to the place, in W [m/s], and when.
   Vector3d arrival = Vector3d::zero();
@@ -97,8 +97,8 @@ class Impedance : public JointLaw {
 
 // What a contact meets.
 
-/// m_e = (n^T J M^-1 J^T n)^-1 of a point of a body; of a free-floating robot J M^-1 J^T = J* H*^-1 J*^T + J_b H_b^-1 J_b^T
-/// (18.7): what joints give way, and what the whole does.
+/// m_e = (n^T J M^-1 J^T n)^-1 of a point of a body; of a free-floating robot J M^-1 J^T = J* H*^-1 J*^T + J_b H_b^-1
+/// J_b^T (18.7): what joints give way, and what the whole does.
 double effective_mass(const Model& model, const State& state, int body, const Vector3d& p_W, const Vector3d& n_W);
 
 /// e of a central contact of two bodies with that reduced mass, which meet at `speed` (18.8).

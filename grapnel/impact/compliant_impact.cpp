@@ -285,8 +285,8 @@ void Run::check_balances(double t, std::span<const double> y) {
   result_.held_work = y[system_.work_offset()];
   if (drive_) result_.drive_work = y[system_.drive_offset()];
   const double before = result_.kinetic_energy_taking_part, after = system_.kinetic_energy_taking_part_now();
-  const double missing = std::abs((after - before) + result_.elastic_energy_after + lost - result_.held_work -
-                                  result_.drive_work);
+  const double missing =
+      std::abs((after - before) + result_.elastic_energy_after + lost - result_.held_work - result_.drive_work);
   if (missing > 0) result_.energy_residual = missing / std::max(before, after);
 }
 

@@ -7,8 +7,8 @@
 /// Momenta of free trees are integrated as the impulses that contacts and grasps pass on, and the roots' velocities
 /// follow from them: momentum is kept to rounding at any tolerance, and the energy balance is a check on everything
 /// else. Stiff integration (BDF of variable order) with events at touch and separation; docs/theory.md, section 12.
-/// Limitations: motors do nothing meanwhile but what an ImpactDrive says; joint friction and gravity do nothing; a contact is a point against a plane; grasps
-/// turn by less than half a turn.
+/// Limitations: motors do nothing meanwhile but what an ImpactDrive says; joint friction and gravity do nothing; a
+/// contact is a point against a plane; grasps turn by less than half a turn.
 
 #include <functional>
 #include <span>
@@ -118,7 +118,8 @@ struct CompliantOutcome {
 
 /// Integrates until every contact has separated and moves apart and every grasp has come to rest, or the time is over.
 /// `held`: velocities (indices into State::v) that keep the value they have, whatever effort that takes; of a free root
-/// or a spherical joint all or none; no drive acts on them. `each_step` is called with the time reached and may throw to end it.
+/// or a spherical joint all or none; no drive acts on them. `each_step` is called with the time reached and may throw
+/// to end it.
 /// @throws std::invalid_argument for coefficients out of range, bad normals or another model's state.
 CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                   std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,

@@ -89,8 +89,7 @@ Vector3d turn_between(const Vector3d& from, const Vector3d& change, double& angl
 }  // namespace
 
 CompliantSystem::CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                                 std::span<const CompliantGrasp> grasps, std::span<const int> held,
-                                 ImpactDrive* drive)
+                                 std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive)
     : model_(model),
       contacts_(contacts.begin(), contacts.end()),
       grasps_(grasps.begin(), grasps.end()),

@@ -97,8 +97,7 @@ struct InterfaceLoad {
 class CompliantSystem {
  public:
   CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                  std::span<const CompliantGrasp> grasps, std::span<const int> held,
-                  ImpactDrive* drive = nullptr);
+                  std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive = nullptr);
 
   int size() const { return work_at_ + (drive_ ? 2 : 1); }
   int interfaces() const { return contact_count() + grasp_count(); }

@@ -281,9 +281,8 @@ CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   std::vector<int> held;
   for (const HeldRate& h : task.held) held.push_back(h.velocity);
   const CompliantSetup& setup = task.problem.impact->compliant;
-  const CompliantOutcome outcome =
-      compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grasps(), setup, held, task.each_step,
-                       task.drive);
+  const CompliantOutcome outcome = compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grasps(),
+                                                    setup, held, task.each_step, task.drive);
   CompliantRun run;
   if (outcome.status == CompliantOutcome::Status::failed) {
     run.failure = fmt::format("impact in time from t = {:.6g} s: {}", task.time, outcome.message);

@@ -322,7 +322,8 @@ struct KeepBaseSetup {
   std::optional<Rotationd> R_WD;  // the attitude; absent: the one as post_impact begins
 };
 
-/// Impedance at end-effectors (ImpedanceLaw): in the approach, in an impact in time and afterwards, where joints say so.
+/// Impedance at end-effectors (ImpedanceLaw): in the approach, in an impact in time and afterwards, where joints say
+/// so.
 struct ImpedanceSetup {
   std::vector<std::string> end_effectors;  // empty: all that grasps name
   /// What is controlled: all six directions, the position, or x, y and the turn about z of W.
@@ -332,9 +333,9 @@ struct ImpedanceSetup {
   enum class Law { operational_space, transpose };
   Law law = Law::operational_space;
   // Along and about the axes of the reference:
-  Vector3d mass{1, 1, 1};                                                        // apparent [kg]
-  Vector3d damping = Vector3d::zero(), stiffness = Vector3d::zero();             // [N s/m], [N/m]
-  Vector3d inertia{1, 1, 1};                                                     // apparent [kg m^2]
+  Vector3d mass{1, 1, 1};                                                             // apparent [kg]
+  Vector3d damping = Vector3d::zero(), stiffness = Vector3d::zero();                  // [N s/m], [N/m]
+  Vector3d inertia{1, 1, 1};                                                          // apparent [kg m^2]
   Vector3d angular_damping = Vector3d::zero(), angular_stiffness = Vector3d::zero();  // [N m s/rad], [N m/rad]
   /// Whether forces of contact are known to the law; else it takes them for zero.
   enum class Force { sensed, not_sensed };
@@ -358,8 +359,8 @@ struct GraspForceSetup {
   /// hold: the target stays where it was relative to the base. brake: it comes to rest, as by DetumbleSetup.
   enum class Motion { hold, brake };
   Motion motion = Motion::hold;
-  double rate = 0.5;          // of hold, critically damped; of brake, at the end [1/s]
-  double torque = 0;          // of brake: bound [N m]
+  double rate = 0.5;           // of hold, critically damped; of brake, at the end [1/s]
+  double torque = 0;           // of brake: bound [N m]
   double moment_length = 0.5;  // of the metric |F|^2 + |N|^2/length^2 that distributes loads [m]
 };
 
@@ -368,7 +369,8 @@ struct PostImpactSetup {
   /// free: no torques. pd, computed_torque (JointControl): the joints are held where they were at the impact, rates
   /// zero, or go where `move` says; the model that computes torques has the targets that are held. braked: locked.
   /// controller: by the plugin or the log of ControlSetup; a plugin is asked to hold them there, or to follow `move`.
-  /// detumble, keep_base_attitude, impedance (CaptureProblem::impedance), grasp_force: as their setups say, by pd before a target is held and where the law has ended.
+  /// detumble, keep_base_attitude, impedance (CaptureProblem::impedance), grasp_force: as their setups say, by pd
+  /// before a target is held and where the law has ended.
   enum class Joints {
     free,
     pd,
@@ -475,7 +477,7 @@ struct CaptureProblem {
   std::optional<ImpactSetup> impact;
   std::optional<PostImpactSetup> post_impact;
   std::vector<LoadSetup> loads;
-  std::optional<ControlSetup> control;  // absent: laws speak continuously
+  std::optional<ControlSetup> control;      // absent: laws speak continuously
   std::optional<ImpedanceSetup> impedance;  // where joints are under impedance control
   ClearanceSetup clearance;
   IntegrationSetup integration;

@@ -225,7 +225,8 @@ class ControlConflicts : ConflictFinder {
     const bool in_impact = problem_.impact && problem_.impact->joints == ImpactSetup::Joints::impedance;
     const bool afterwards = problem_.post_impact && problem_.post_impact->joints == PostImpactSetup::Joints::impedance;
     const auto needs_it = [&](const char* path) {
-      add(path, "{} is impedance, which needs its section: impedance: {{mass: ..., damping: ..., stiffness: ...}}", path);
+      add(path, "{} is impedance, which needs its section: impedance: {{mass: ..., damping: ..., stiffness: ...}}",
+          path);
     };
     if (!problem_.impedance) {
       if (in_approach) needs_it("approach.tracking.mode");
@@ -289,8 +290,9 @@ class ControlConflicts : ConflictFinder {
     if (targets.empty()) return;  // there are no grasps, or faulty ones
     const std::string path = "post_impact.grasp_force.target";
     if (setup.target.empty() && targets.size() > 1) {
-      add("post_impact.grasp_force", "post_impact.grasp_force: the grasps hold {} targets; say which by 'target', {} or {}",
-          targets.size(), in_quotes(targets[0]), in_quotes(targets[1]));
+      add("post_impact.grasp_force",
+          "post_impact.grasp_force: the grasps hold {} targets; say which by 'target', {} or {}", targets.size(),
+          in_quotes(targets[0]), in_quotes(targets[1]));
       return;
     }
     if (!setup.target.empty() && std::find(targets.begin(), targets.end(), setup.target) == targets.end()) {

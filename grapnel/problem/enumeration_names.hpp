@@ -43,7 +43,8 @@ template <>
 struct Described<ImpactSetup::Law> : Enumeration<ImpactSetup::Law, "Law", "plastic", "bilateral_restitution",
                                                  "restitution", "friction", "compliant", "as_published"> {};
 template <>
-struct Described<ImpactSetup::Joints> : Enumeration<ImpactSetup::Joints, "Joints", "free", "braked", "driven", "impedance"> {};
+struct Described<ImpactSetup::Joints>
+    : Enumeration<ImpactSetup::Joints, "Joints", "free", "braked", "driven", "impedance"> {};
 template <>
 struct Described<RestitutionHypothesis>
     : Enumeration<RestitutionHypothesis, "RestitutionHypothesis", "newton", "poisson", "stronge"> {};
@@ -52,8 +53,8 @@ struct Described<PostImpactSetup::Joints>
     : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked", "controller",
                   "detumble", "keep_base_attitude", "impedance", "grasp_force"> {};
 template <>
-struct Described<ImpedanceSetup::Motion>
-    : Enumeration<ImpedanceSetup::Motion, "Motion", "pose", "position", "plane"> {};
+struct Described<ImpedanceSetup::Motion> : Enumeration<ImpedanceSetup::Motion, "Motion", "pose", "position", "plane"> {
+};
 template <>
 struct Described<ImpedanceSetup::Law> : Enumeration<ImpedanceSetup::Law, "Law", "operational_space", "transpose"> {};
 template <>

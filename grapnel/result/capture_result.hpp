@@ -226,12 +226,12 @@ struct CompliantReport {
 struct EffectiveMass {
   std::string end_effector;
   std::string target;
-  double hand = 0;                  // without control, joints free [kg]
-  std::optional<double> apparent;   // by the impedance law, contact forces sensed [kg]
-  double of_target = 0;             // [kg]
-  double restitution = 0;           // e of the contact between such masses, springs and dampers of the law at rest
-  double target_speed_before = 0;   // along the normal, into the robot, relative to the hand [m/s]
-  double target_speed_after = 0;    // of the target along it, of what it had [m/s]
+  double hand = 0;                 // without control, joints free [kg]
+  std::optional<double> apparent;  // by the impedance law, contact forces sensed [kg]
+  double of_target = 0;            // [kg]
+  double restitution = 0;          // e of the contact between such masses, springs and dampers of the law at rest
+  double target_speed_before = 0;  // along the normal, into the robot, relative to the hand [m/s]
+  double target_speed_after = 0;   // of the target along it, of what it had [m/s]
 };
 
 /// The thesis's own estimate, (3.8)-(3.13), beside the right one. Absent fields: undefined for this capture.
@@ -428,11 +428,11 @@ struct ImpedanceReport {
   double begin = 0;
   double end = 0;
   LawEnd ended = LawEnd::running;
-  std::string joint;                // whose range ended it
-  double largest_distance = 0;      // of a hand from its reference [m]
+  std::string joint;            // whose range ended it
+  double largest_distance = 0;  // of a hand from its reference [m]
   double largest_distance_time = 0;
-  double distance_after = 0;        // largest of the hands
-  double largest_angle = 0;         // [rad]
+  double distance_after = 0;  // largest of the hands
+  double largest_angle = 0;   // [rad]
   double largest_angle_time = 0;
   double angle_after = 0;
   double least_share = 1;
@@ -447,9 +447,9 @@ struct GraspForceReport {
   /// Of one pair of grasps.
   struct Pair {
     std::vector<std::string> between;
-    double reference = 0;        // at the end [N]
-    double force = 0;            // by the multipliers of the closed loops, at the end [N]
-    double largest_error = 0;    // [N]
+    double reference = 0;      // at the end [N]
+    double force = 0;          // by the multipliers of the closed loops, at the end [N]
+    double largest_error = 0;  // [N]
     double largest_error_time = 0;
   };
   std::string target;
@@ -458,10 +458,10 @@ struct GraspForceReport {
   LawEnd ended = LawEnd::running;
   std::string joint;
   std::vector<Pair> pairs;
-  int internal_rank = 0;           // internal directions that the efforts reach
+  int internal_rank = 0;            // internal directions that the efforts reach
   double other_internal_force = 0;  // largest of what else the grasps bear inside, in the law's metric [N]
-  double largest_distance = 0;     // of the target from where it is to be held [m]
-  double largest_angle = 0;        // [rad]
+  double largest_distance = 0;      // of the target from where it is to be held [m]
+  double largest_angle = 0;         // [rad]
   double least_scale = 1;
   double least_scale_time = 0;
   bool within_limits = true;
@@ -581,13 +581,13 @@ struct CaptureResult {
   std::vector<GraspLoad> grasp_loads;  // per phase and grasp
   std::vector<PeakLoad> peak_loads;    // over all phases: per load and phase
   std::optional<PhaseEnd> post_impact_end;
-  std::optional<DetumblingReport> detumbling;     // in it
-  std::optional<BaseKeepingReport> base_keeping;  // in it
+  std::optional<DetumblingReport> detumbling;         // in it
+  std::optional<BaseKeepingReport> base_keeping;      // in it
   std::optional<ImpedanceReport> approach_impedance;  // in the approach
   std::optional<ImpedanceReport> impedance;           // after the impact
   std::optional<GraspForceReport> grasp_force;        // likewise
-  std::vector<WheelReport> wheels;                // of the base, in the robot's order
-  std::vector<MinimumClearance> clearance;        // per phase in which bodies with shapes were watched
+  std::vector<WheelReport> wheels;                    // of the base, in the robot's order
+  std::vector<MinimumClearance> clearance;            // per phase in which bodies with shapes were watched
   std::vector<ClearanceEvent> clearance_events;
   std::vector<std::pair<std::string, std::string>>
       clearance_unwatched;  // end-effector and target of each grasp; ignored pairs

@@ -161,10 +161,11 @@ const Type& type_of<ImpedanceReport>() {
   static constexpr Field fields[] = {
       field<&I::begin>("begin", "s", "when the law begins"),
       field<&I::end>("end", "s", "when it ends"),
-      field<&I::ended>("ended",
-                       "`rank_lost`: the arms came near a configuration in which they cannot move the hands in all "
-                       "directions that are controlled, a dynamic singularity. `joint_limit`: a joint reached the end of "
-                       "its range. `released`: a target was let go. `running`: the phase ended before"),
+      field<&I::ended>(
+          "ended",
+          "`rank_lost`: the arms came near a configuration in which they cannot move the hands in all "
+          "directions that are controlled, a dynamic singularity. `joint_limit`: a joint reached the end of "
+          "its range. `released`: a target was let go. `running`: the phase ended before"),
       field<&I::joint>("joint", "whose range ended it; empty otherwise"),
       field<&I::largest_distance>("largest_distance", "m", "of a hand from its reference"),
       field<&I::largest_distance_time>("largest_distance_time", "s", "when that was"),
@@ -175,9 +176,10 @@ const Type& type_of<ImpedanceReport>() {
       field<&I::least_share>("least_share", "1",
                              "least part of an effort that moves the hands that its joint's limit lets pass"),
       field<&I::least_share_time>("least_share_time", "s", "when that was"),
-      field<&I::within_limits>("within_limits",
-                               "whether these efforts stayed within the limits; if not, they were cut and the hands did "
-                               "not move as asked for"),
+      field<&I::within_limits>(
+          "within_limits",
+          "whether these efforts stayed within the limits; if not, they were cut and the hands did "
+          "not move as asked for"),
       field<&I::least_condition>("least_condition", "1",
                                  "of the hands' motion by the joint rates, through the generalized Jacobian: least "
                                  "singular value over the largest, its least"),

@@ -459,8 +459,8 @@ std::string law_tables(const CaptureResult& result) {
       table.row({fmt::format("{}: reference, force, largest error", fmt::join(pair.between, " - ")), "N",
                  short_number(pair.reference), short_number(pair.force), small(pair.largest_error)});
     if (g->least_scale < 1)
-      table.row({"least part of the internal force, at", "1, s", small(g->least_scale),
-                 short_number(g->least_scale_time)});
+      table.row(
+          {"least part of the internal force, at", "1, s", small(g->least_scale), short_number(g->least_scale_time)});
     out += table.text();
     if (!g->within_limits) out += paragraph("efforts were cut: the target did not move as asked for", "  ");
   }

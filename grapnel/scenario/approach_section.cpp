@@ -85,8 +85,7 @@ struct Described<TrackingSetup> {
           .as("gains of tracking")
           .optional()
           .when<[](const T& t) { return has_gains(t.mode); }>(),
-      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
-                    "Derivative gain, likewise.")
+      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s", "Derivative gain, likewise.")
           .at_least(0)
           .as("gains of tracking")
           .optional()

@@ -219,18 +219,21 @@ struct Described<PostImpactSetup> {
           "same "
           "by torques that the model of servicer and held targets asks for. braked: locked by a second impulse. "
           "controller: by torques that control.plugin says. detumble: bring a held target to rest. keep_base_attitude: "
-          "the arms keep the base's attitude. impedance: the law of impedance, about where the hands were. grasp_force: "
+          "the arms keep the base's attitude. impedance: the law of impedance, about where the hands were. "
+          "grasp_force: "
           "motion and internal force of a target that several arms hold."),
       field<&T::kp>(
           "kp", "N m/rad or N/m; for computed_torque 1/s^2",
           "Proportional gain, for joints that none of free, braked and controller are; ignored otherwise. With "
-          "detumble, keep_base_attitude, impedance and grasp_force: of pd, which holds the joints where these are over.")
+          "detumble, keep_base_attitude, impedance and grasp_force: of pd, which holds the joints where these are "
+          "over.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
           .when<with_gains>(),
-      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
-                    "Derivative gain, likewise. With detumble and grasp_force it also says how the joints share the efforts.")
+      field<&T::kd>(
+          "kd", "N m s/rad or N s/m; for computed_torque 1/s",
+          "Derivative gain, likewise. With detumble and grasp_force it also says how the joints share the efforts.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
@@ -242,9 +245,9 @@ struct Described<PostImpactSetup> {
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
       field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
   });
-  static constexpr auto rules =
-      std::to_array<Rule>({when("joints", "pd, computed_torque, detumble, keep_base_attitude, impedance, grasp_force").require("kp, kd"),
-                           when("joints", "detumble").require("detumble"), when("joints", "grasp_force").require("grasp_force")});
+  static constexpr auto rules = std::to_array<Rule>(
+      {when("joints", "pd, computed_torque, detumble, keep_base_attitude, impedance, grasp_force").require("kp, kd"),
+       when("joints", "detumble").require("detumble"), when("joints", "grasp_force").require("grasp_force")});
   static constexpr Type type = structure<T>("post_impact", "The motion of the joined system.", fields, rules);
 };
 

@@ -57,7 +57,8 @@ TwoArms two_arms(int joints, double effort, GraspModel second) {
   const Kinematics k = forward_kinematics(t.model, t.state);
   LoopClosure closure;
   closure.name = "second", closure.model = second;
-  closure.body_a = t.model.body_index("2-" + std::to_string(joints)), closure.X_AC = {Rotationd::identity(), {0.3, 0, 0}};
+  closure.body_a = t.model.body_index("2-" + std::to_string(joints)),
+  closure.X_AC = {Rotationd::identity(), {0.3, 0, 0}};
   closure.body_b = t.model.body_index("target");
   closure.X_BD = inverse(k.X_WB[closure.body_b]) * (k.X_WB[closure.body_a] * closure.X_AC);
   t.closures = {closure};
@@ -129,7 +130,8 @@ Flown fly(const TwoArms& t, const GraspForceLaw& law) {
     const double squeeze = unit.dot(inside) / unit.squaredNorm();
     f.squeeze.push_back(squeeze);
     f.others = std::max(f.others, (inside - squeeze * unit).norm());
-    f.work_error = std::max(f.work_error, std::abs(kinetic_energy(t.model, k, s.state) - energy - s.integrals.motor_work));
+    f.work_error =
+        std::max(f.work_error, std::abs(kinetic_energy(t.model, k, s.state) - energy - s.integrals.motor_work));
   });
   const Kinematics last = forward_kinematics(t.model, f.outcome.end_state);
   f.change = momentum_about(t.model, last, Vector3d::zero()) - momentum_about(t.model, first, Vector3d::zero());
@@ -147,14 +149,16 @@ TEST(GraspForce, StepsLeaveTheMotionAndTheGrasp) {
         << without.outcome.failure << step.outcome.failure << ramp.outcome.failure;
     double moved = 0, went = 0, error = 0, ramp_error = 0;
     for (std::size_t i = 0; i < without.target.size(); ++i) {
-      moved = std::max({moved, norm(step.target[i].p - without.target[i].p), norm(ramp.target[i].p - without.target[i].p)});
+      moved =
+          std::max({moved, norm(step.target[i].p - without.target[i].p), norm(ramp.target[i].p - without.target[i].p)});
       went = std::max(went, norm(without.target[i].p - without.target[0].p));
       error = std::max(error, std::abs(step.squeeze[i] - kForce));
       const GraspForceLaw::Pair pair{0, 1, -kForce, 1, 3};
       ramp_error = std::max(ramp_error, std::abs(ramp.squeeze[i] - squeeze_at(pair, ramp.time[i])));
     }
-    std::printf("  moved by %.2g of %.3g m; squeeze off by %.2g, %.2g N, others %.2g N; work %.2g J, momentum %.2g\n", moved,
-                went, error, ramp_error, std::max(step.others, without.others), step.work_error, norm(step.change.angular));
+    std::printf("  moved by %.2g of %.3g m; squeeze off by %.2g, %.2g N, others %.2g N; work %.2g J, momentum %.2g\n",
+                moved, went, error, ramp_error, std::max(step.others, without.others), step.work_error,
+                norm(step.change.angular));
     EXPECT_LT(moved, 1e-10);
     EXPECT_GT(went, 5e-3);
     EXPECT_LT(error, 1e-7);

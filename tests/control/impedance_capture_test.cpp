@@ -31,8 +31,8 @@ TEST(ImpedanceCapture, TheShippedSatelliteIsStopped) {
   expect_passes(r);
   ASSERT_TRUE(r.impact && r.impact->effective_masses.size() == 1 && r.impact->compliant);
   const EffectiveMass& m = r.impact->effective_masses[0];
-  std::printf("  hand %.3g kg, apparent %.4g, target %.4g, e %.3g: %.3g m/s, then %.2g; work %.3g J, residual %.2g\n", m.hand,
-              m.apparent.value_or(NAN), m.of_target, m.restitution, m.target_speed_before, m.target_speed_after,
+  std::printf("  hand %.3g kg, apparent %.4g, target %.4g, e %.3g: %.3g m/s, then %.2g; work %.3g J, residual %.2g\n",
+              m.hand, m.apparent.value_or(NAN), m.of_target, m.restitution, m.target_speed_before, m.target_speed_after,
               r.impact->compliant->motor_work, r.impact->compliant->energy_residual);
   ASSERT_TRUE(m.apparent);
   EXPECT_NEAR(m.restitution * *m.apparent, m.of_target, 1e-9 * m.of_target);

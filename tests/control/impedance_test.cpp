@@ -125,8 +125,8 @@ TEST(Impedance, HandTurnsBackAsAnOscillator) {
   const Vector3d axis{2.0 / 7, -3.0 / 7, 6.0 / 7};
   const double angle = 0.2;
   const Vector3d half = std::sin(angle / 2) * axis;
-  hand.reference.X_D = {X_WE.R * transpose(rotation_matrix(Quaterniond{std::cos(angle / 2), half[0], half[1], half[2]})),
-                        X_WE.p};
+  hand.reference.X_D = {
+      X_WE.R * transpose(rotation_matrix(Quaterniond{std::cos(angle / 2), half[0], half[1], half[2]})), X_WE.p};
   law.hands = {hand};
   const auto impedance = std::make_shared<Impedance>(model, law, LawScope{arm_joints(model)});
   PhaseDynamics dynamics(model, with_law(model, impedance));
@@ -255,8 +255,8 @@ TEST(Impedance, MatchedContactStopsTheTarget) {
     ASSERT_EQ(o.status, CompliantOutcome::Status::separated) << o.message;
     const int ball = m.contact.target_body;
     const double left = dot(root_twist(m.model, o.after, ball).linear, m.contact.n_W);
-    std::printf("  e %.4f, mass %.4f kg: left %.2g of %.2g m/s; energy %.2g, work %.3g J, momentum %.2g\n", e, mass, left,
-                m.speed, o.energy_residual, o.drive_work, momentum_error(m.model, m.state, o.after));
+    std::printf("  e %.4f, mass %.4f kg: left %.2g of %.2g m/s; energy %.2g, work %.3g J, momentum %.2g\n", e, mass,
+                left, m.speed, o.energy_residual, o.drive_work, momentum_error(m.model, m.state, o.after));
     EXPECT_LT(std::abs(left), 1e-7 * m.speed);
     EXPECT_LT(o.energy_residual, 1e-9);
     EXPECT_GT(std::abs(o.drive_work), 1e-4 * o.kinetic_energy_before);
