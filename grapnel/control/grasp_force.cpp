@@ -152,7 +152,7 @@ GraspForce::Motion GraspForce::target_motion_rows() const {
         as_matrix(target.inertia).llt().solve(Eigen::Vector3d(gyroscopic[0], gyroscopic[1], gyroscopic[2]));
     const Vector3d falls = model.has_free_root(law_.target) ? gravity_ : Vector3d::zero();
     motion.wanted = six(X_WT.R * Vector3d{-turning[0], -turning[1], -turning[2]}, falls) - rate * six(w, now.velocity);
-  } else {  // relative to the base, in its axes (18.13)
+  } else {  // relative to the base, in its axes (20.13)
     const Posed& X_WB = k.X_WB[law_.base];
     const Vector3d w_B = k.V_WB[law_.base].angular, r = com - X_WB.p;
     const BodyAcceleration& carried = response_.velocity_terms()[law_.base];
@@ -173,7 +173,7 @@ GraspForce::Motion GraspForce::target_motion_rows() const {
   return motion;
 }
 
-// Stacked wrenches of the grasps on the target, moments over the metric's length: free + A tau (18.12).
+// Stacked wrenches of the grasps on the target, moments over the metric's length: free + A tau (20.12).
 struct GraspForce::Wrenches {
   Eigen::MatrixXd A;
   Eigen::VectorXd free;
@@ -241,7 +241,7 @@ JointLawCommand GraspForce::at(double time, const State& state, std::span<const 
   const Eigen::MatrixXd A = motion.size.asDiagonal() * motion.A * root.asDiagonal();
   const Solved moving = shortest(A, motion.size.cwiseProduct(motion.wanted - motion.free), kImmovable, 0);
 
-  // The internal part of the wrenches, by efforts that do not move the target (18.14).
+  // The internal part of the wrenches, by efforts that do not move the target (20.14).
   const GraspMap map = grasp_map(law_, response_.model(), response_.kinematics());
   const Wrenches f = wrenches();
   Eigen::VectorXd reference = Eigen::VectorXd::Zero(map.internal.rows());

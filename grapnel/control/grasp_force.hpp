@@ -1,7 +1,7 @@
 #pragma once
 
 /// @file
-/// A target that several grasps hold: its motion and the forces inside it, controlled separately (18.10)-(18.15), after
+/// A target that several grasps hold: its motion and the forces inside it, controlled separately (20.10)-(20.15), after
 /// Walker, Freeman and Marcus (1991).
 
 #include <span>
@@ -15,7 +15,7 @@ namespace grapnel {
 /// target at the grasps, moments over the metric's length, in the directions that the grasps pass on.
 struct GraspMap {
   Eigen::MatrixXd passes;    // 6 grasps x directions that are passed on, orthonormal columns
-  Eigen::MatrixXd internal;  // 1 - G_M^+ G (18.11), of these directions
+  Eigen::MatrixXd internal;  // 1 - G_M^+ G (20.11), of these directions
   Eigen::MatrixXd pairs;     // directions x pairs: what a squeeze of 1 N is
   /// Of stacked wrenches, moments over the length: their internal part.
   Eigen::VectorXd internal_part(const Eigen::VectorXd& f) const { return internal * (passes.transpose() * f); }

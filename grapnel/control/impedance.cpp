@@ -109,7 +109,7 @@ std::vector<double> Impedance::add_sensed(const State& state, std::span<const do
 struct Impedance::Rows {
   Eigen::MatrixXd A;       // accelerations by the efforts
   Eigen::VectorXd free;    // without them
-  Eigen::VectorXd wanted;  // accelerations that (18.1) asks for
+  Eigen::VectorXd wanted;  // accelerations that (20.1) asks for
   Eigen::VectorXd force;   // K e - D v
 };
 
@@ -135,7 +135,7 @@ Impedance::Rows Impedance::rows_of(double time, const State& state) {
       if (e.body != hand.body) continue;
       F.angular += e.F_W.angular + cross(e.p_WP - X_WE.p, e.F_W.linear), F.linear += e.F_W.linear;
     }
-    // M (a - a_D) + D (v - v_D) + K e = F, in the axes of D (18.1).
+    // M (a - a_D) + D (v - v_D) + K e = F, in the axes of D (20.1).
     const Rotationd& R = D.X_WD.R;
     const Vector3d e_D = transposed_times(R, X_WE.p - D.X_WD.p), v_D = transposed_times(R, V.linear - D.V.linear);
     const Vector3d phi_D = rotation_vector(transpose(R) * X_WE.R);
@@ -171,7 +171,7 @@ JointLawCommand Impedance::at(double time, const State& state, std::span<const d
   const Rows rows = rows_of(time, state);
   const auto n = static_cast<Eigen::Index>(joints().size()), m = rows.A.rows();
 
-  // q'' = H*^-1 tau + ..., J*^T = H* A^T (18.3); angular rows times the reach, so that rows compare.
+  // q'' = H*^-1 tau + ..., J*^T = H* A^T (20.3); angular rows times the reach, so that rows compare.
   Eigen::MatrixXd R(n, n);
   Eigen::VectorXd rates(n);
   for (Eigen::Index j = 0; j < n; ++j) {
@@ -191,7 +191,7 @@ JointLawCommand Impedance::at(double time, const State& state, std::span<const d
   JointLawCommand command;
   command.condition = n >= m && s[0] > 0 ? s[m - 1] / s[0] : 0;
 
-  // Lambda = (J* H*^-1 J*^T)^-1 (18.4)
+  // Lambda = (J* H*^-1 J*^T)^-1 (20.4)
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> S(size.asDiagonal() * rows.A * J_t);
   Eigen::VectorXd inverse = S.eigenvalues();
   const double least = kUnreachable * inverse.maxCoeff();
@@ -200,9 +200,9 @@ JointLawCommand Impedance::at(double time, const State& state, std::span<const d
     return S.eigenvectors() * inverse.cwiseProduct(S.eigenvectors().transpose() * size.cwiseProduct(a));
   };
   const Eigen::VectorXd moving = law_.transpose
-                                     ? Eigen::VectorXd(J_t * size.cwiseInverse().cwiseProduct(rows.force))  // (18.6)
-                                     : Eigen::VectorXd(J_t * lambda(rows.wanted - rows.free));              // (18.2)
-  // Damping that does not move the hands (18.5).
+                                     ? Eigen::VectorXd(J_t * size.cwiseInverse().cwiseProduct(rows.force))  // (20.6)
+                                     : Eigen::VectorXd(J_t * lambda(rows.wanted - rows.free));              // (20.2)
+  // Damping that does not move the hands (20.5).
   Eigen::VectorXd still = -law_.null_rate * cholesky_solution(inverse_inertia, rates);
   still -= J_t * lambda(rows.A * still);
 

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Impedance at the hands of a free-floating robot, through the generalized Jacobian (18.1)-(18.6), after Masutani et
+/// Impedance at the hands of a free-floating robot, through the generalized Jacobian (20.1)-(20.6), after Masutani et
 /// al. (1989) and Yoshida et al. (2004); the masses that a contact meets, and the one with which it stops a target
-/// (18.7)-(18.9), after Yoshida et al. (2004) and Uyama et al. (2012).
+/// (20.7)-(20.9), after Yoshida et al. (2004) and Uyama et al. (2012).
 
 #include <optional>
 #include <span>
@@ -53,7 +53,7 @@ struct ImpedanceHand {
 struct ImpedanceLaw {
   enum class Motion { pose, position, plane };
   Motion motion = Motion::pose;
-  bool transpose = false;  // (18.6) in place of (18.2)
+  bool transpose = false;  // (20.6) in place of (20.2)
   bool senses = true;      // forces of contact are known
   // Along and about the axes of D:
   Vector3d mass{1, 1, 1}, damping = Vector3d::zero(), stiffness = Vector3d::zero();
@@ -98,13 +98,13 @@ class Impedance : public JointLaw {
 // What a contact meets.
 
 /// m_e = (n^T J M^-1 J^T n)^-1 of a point of a body; of a free-floating robot J M^-1 J^T = J* H*^-1 J*^T + J_b H_b^-1
-/// J_b^T (18.7): what joints give way, and what the whole does.
+/// J_b^T (20.7): what joints give way, and what the whole does.
 double effective_mass(const Model& model, const State& state, int body, const Vector3d& p_W, const Vector3d& n_W);
 
-/// e of a central contact of two bodies with that reduced mass, which meet at `speed` (18.8).
+/// e of a central contact of two bodies with that reduced mass, which meet at `speed` (20.8).
 double restitution_of(const CompliantContact& contact, double reduced_mass, double speed);
 
-/// The mass m with e(m) m = `target_mass` (18.9): a body of it, at `speed`, stops the target. Infinite where none does.
+/// The mass m with e(m) m = `target_mass` (20.9): a body of it, at `speed`, stops the target. Infinite where none does.
 double matching_mass(const CompliantContact& contact, double target_mass, double speed);
 
 }  // namespace grapnel
