@@ -222,8 +222,10 @@ void ConservationMonitor::judge(const Group& group, std::vector<Worst>& rows) co
   };
   note(kLinear, group.largest.linear, group.scale.linear);
   note(kAngular, group.largest.angular, group.scale.angular);
-  note(kWorkEnergy, group.work_energy, group.scale.energy);
-  note(kEnergy, group.energy, group.scale.energy);
+  // Where all have come to rest what is left is what the tolerances leave of the run's energy.
+  const double energy = std::max(group.scale.energy, kScaleFloor * kScaleFloor * scale_.energy);
+  note(kWorkEnergy, group.work_energy, energy);
+  note(kEnergy, group.energy, energy);
 }
 
 void ConservationMonitor::retire(const Group& group) {

@@ -20,7 +20,7 @@ struct Described<JointSensors> {
   static constexpr auto fields = std::to_array<Field>({
       field<&T::noise>("noise", "rad or m", kNoise).at_least(0),
       field<&T::bias>("bias", "rad or m", "Of every moving joint; absent: none.").as("offsets of joints").optional(),
-      field<&T::quantum>("quantum", "rad or m", kQuantum).at_least(0),
+      field<&T::quantum>("quantum", "rad or m", kQuantum).at_least(0).optional(),
       field<&T::counts_per_turn>("counts_per_turn", "", "In place of quantum, 2 pi over it.").at_least(1).optional(),
       field<&T::sample_time>("sample_time", "s", kSampleTime).above(0).optional(),
       field<&T::rate>("rate", "",
