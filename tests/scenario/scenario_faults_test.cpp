@@ -36,7 +36,7 @@ const std::vector<FaultCase> kCases{
      {{"name: test", "name: test\nextra: {a: 1, a: 2}"}},
      {"scenario.yaml:2:1: error: unknown key 'extra' in the scenario; allowed are schema, name, description, robot, "
       "import, gravity, orbit, initial, targets, grasps, approach, contact, impact, post_impact, external_wrenches, "
-      "control, clearance, "
+      "control, sensors, clearance, "
       "integration, output",
       "scenario.yaml:2:15: error: duplicate key 'a' in extra; first given in line 2"}},
     {"wrong_type_text",
