@@ -43,7 +43,7 @@ template <>
 struct Described<GyroSensor> {
   using T = GyroSensor;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::noise>("noise", "rad/s", kNoise).at_least(0),
+      field<&T::noise>("noise", "rad/s", kNoise).at_least(0).optional(),
       field<&T::angle_random_walk>("angle_random_walk", "",
                                    "In place of noise, in rad/sqrt(s): noise is this over the root of the sample time.")
           .above(0)

@@ -25,7 +25,7 @@ const std::vector<FaultCase> kCases{
     {"unknown_key_without_likeness",
      {{"post_impact: {duration: 10}", "post_impact: {duration: 10, colour: red}"}},
      {"scenario.yaml:35:29: error: unknown key 'colour' in post_impact; allowed are duration, joints, kp, kd, "
-      "move, detumble, keep_base_attitude, base_control, release"}},
+      "move, detumble, keep_base_attitude, base_control, assumed, identify, model, release"}},
     {"duplicate_key",
      {{"  duration: 20", "  duration: 20\n  duration: 30"}},
      {"scenario.yaml:32:3: error: duplicate key 'duration' in approach; first given in line 31"}},
