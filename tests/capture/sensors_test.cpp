@@ -15,6 +15,7 @@
 #include "capture/recorded.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/simulate/sensor_reader.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace sensors_test {
@@ -108,6 +109,7 @@ TEST(Sensors, ReadMultiplesOfTheirQuantumAtTheirSampleTimesWithTheirBias) {
 }
 
 TEST(Sensors, NoiseHasItsDeviationInAFlightThatKeepsMomentumAndItsBits) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(20);
   p.approach->tracking.mode = JointControl::computed_torque;
   p.approach->tracking.kp.assign(7, 0.25), p.approach->tracking.kd.assign(7, 1);
@@ -276,6 +278,7 @@ double tracking_error(const CaptureResult& r, double from) {
 }
 
 TEST(AssumedTarget, ComputedTorqueErrsWithAWrongGuessAndNotWithTheEstimate) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = identified(90);
   // Held for 0.1 s, torques err by more than a wrong mass does: the arm's self-motion is light.
   p.control->timing.period = 0.02;
