@@ -327,16 +327,16 @@ template <>
 const Type& type_of<ThrustersReport>() {
   using T = ThrustersReport;
   static constexpr Field fields[] = {
-      field<&T::each>("each", "in the robot's order"), field<&T::propellant>("propellant", "kg", "used by all"),
+      field<&T::each>("each", "in the robot's order"),
+      field<&T::propellant>("propellant", "kg", "used by all"),
       field<&T::at_hand>("at_hand", "kg", "of the robot file; null: nobody says").or_null(),
       derived<[](const T& t) { return t.excess(); }>("excess", "kg", "used beyond what is at hand; 0: none"),
-      derived < [](const T& t) -> auto& {return t.dumping;
-}
-> ("dumping", "", "absent without it"), field<&T::hazards>("hazards", "plumes that met something"),
-};  // namespace grapnel
-static constexpr Type type =
-    structure<T>("ThrustersReport", "the thrusters of the base. The robot's mass stays what it is.", fields);
-return type;
+      derived<[](const T& t) { return t.dumping; }>("dumping", "", "absent without it"),
+      field<&T::hazards>("hazards", "plumes that met something"),
+  };
+  static constexpr Type type =
+      structure<T>("ThrustersReport", "the thrusters of the base. The robot's mass stays what it is.", fields);
+  return type;
 }
 
 }  // namespace grapnel
