@@ -81,7 +81,10 @@ void ConservationMonitor::begin_phase(bool controlled, bool integrated) {
     group.parts = parts;
     group.in_phase = false;
   }
-  for (const Group& group : groups_) retire(group);
+  for (const Group& old : groups_) {
+    for (Group& group : next) inherit(group, old);
+    retire(old);
+  }
   groups_ = std::move(next);
   find_trees();
 }
@@ -179,6 +182,13 @@ void ConservationMonitor::touch(std::span<const std::size_t> targets) {
   merge(which);
 }
 
+// What has come to rest is judged by the energy that its bodies had before they met or parted.
+void ConservationMonitor::inherit(Group& group, const Group& before) {
+  const auto is_in = [&](int part) { return std::binary_search(before.parts.begin(), before.parts.end(), part); };
+  if (std::any_of(group.parts.begin(), group.parts.end(), is_in))
+    group.earlier_energy = std::max({group.earlier_energy, before.earlier_energy, before.scale.energy});
+}
+
 // Groups that have any of these parts are one from now on: momenta add up, about the common centre of mass.
 void ConservationMonitor::merge(const std::vector<bool>& which) {
   const auto meets = [&](const Group& g) {
@@ -194,6 +204,7 @@ void ConservationMonitor::merge(const std::vector<bool>& which) {
     expected.push_back(group.now);
     expected.back().h = group.expected;
     all.known = group.known;
+    inherit(all, group);
     retire(group);
   }
   std::erase_if(groups_, meets);
@@ -222,8 +233,8 @@ void ConservationMonitor::judge(const Group& group, std::vector<Worst>& rows) co
   };
   note(kLinear, group.largest.linear, group.scale.linear);
   note(kAngular, group.largest.angular, group.scale.angular);
-  // Where all have come to rest what is left is what the tolerances leave of the run's energy.
-  const double energy = std::max(group.scale.energy, kScaleFloor * kScaleFloor * scale_.energy);
+  // Where all have come to rest, what is left is what the tolerances leave of the energy before.
+  const double energy = std::max(group.scale.energy, kScaleFloor * kScaleFloor * group.earlier_energy);
   note(kWorkEnergy, group.work_energy, energy);
   note(kEnergy, group.energy, energy);
 }

@@ -114,6 +114,7 @@ class ConservationMonitor {
     double phase_energy = 0;
     bool in_phase = false;  // the phase has been looked at
     GroupScale<double> scale{0, 0, 0};
+    double earlier_energy = 0;  // [J] largest scale of the groups that its parts were in before
   };
   /// The worst group of a row.
   struct Worst {
@@ -123,6 +124,7 @@ class ConservationMonitor {
 
   static bool holds_servicer(const Group& group) { return group.parts.front() == 0; }
   void find_trees();
+  static void inherit(Group& group, const Group& before);
   void merge(const std::vector<bool>& which);
   void retire(const Group& group);
   void judge(const Group& group, std::vector<Worst>& rows) const;
