@@ -34,7 +34,7 @@ JointDrive tracking_drive(const TrackingSetup& tracking, const JointTrajectory& 
   if (ideal) return drive;
   if (tracking.noise) drive.noise = NoiseSignal(*tracking.noise, static_cast<std::uint32_t>(joint));
   if (tracking.mode == JointControl::prescribed) return drive;
-  drive.control = tracking.mode;
+  drive.control = tracking.mode == JointControl::impedance ? JointControl::pd : tracking.mode;
   if (!has_gains(tracking.mode)) return drive;
   drive.kp = tracking.kp[joint];
   drive.kd = tracking.kd[joint];
@@ -122,6 +122,8 @@ JointControl control_of(PostImpactSetup::Joints joints) {
     case PostImpactSetup::Joints::pd:
     case PostImpactSetup::Joints::detumble:
     case PostImpactSetup::Joints::keep_base_attitude:
+    case PostImpactSetup::Joints::impedance:
+    case PostImpactSetup::Joints::grasp_force:
       return JointControl::pd;
     case PostImpactSetup::Joints::computed_torque:
       return JointControl::computed_torque;
@@ -165,9 +167,9 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
     if (!has_gains(drive.control)) continue;
     drive.kp = post->kp[j], drive.kd = post->kd[j];
   }
-  if (control.law && !control.approaching) {
-    for (int j : control.law->joints) setup.drives[j] = {.control = JointControl::controller};
-    setup.controller = std::make_shared<JointLawController>(*control.law);
+  if (control.law) {
+    for (int j : control.law->joints()) setup.drives[j] = {.control = JointControl::controller};
+    setup.controller = std::make_shared<JointLawController>(control.law);
   }
   return setup;
 }

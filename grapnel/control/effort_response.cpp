@@ -62,6 +62,9 @@ void EffortResponse::update(const State& state, std::span<const double> force, c
   const double least = kRedundant * inverse.maxCoeff();
   for (double& value : inverse) value = value > least ? 1 / value : 0;
   const Eigen::MatrixXd back = spread * W.eigenvectors() * inverse.asDiagonal() * W.eigenvectors().transpose();
+  const Eigen::MatrixXd solved = W.eigenvectors() * inverse.asDiagonal() * W.eigenvectors().transpose();
+  free_multipliers_ = -(solved * (rows_ * free_ + row_terms_));
+  multiplier_response_ = -(solved * (rows_ * response_));
   free_ -= back * (rows_ * free_ + row_terms_);
   response_ -= back * (rows_ * response_);
 }

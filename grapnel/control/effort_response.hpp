@@ -37,6 +37,11 @@ class EffortResponse {
   const Kinematics& kinematics() const { return kinematics_; }
   const Eigen::VectorXd& free() const { return free_; }          // accelerations without efforts
   const Eigen::MatrixXd& response() const { return response_; }  // velocities x driven joints
+  /// Of the closures: multipliers of their rows without efforts, and what each effort adds (15.2), on bodies b, in C's
+  /// axes; where rows are redundant those of least norm. Rows x driven joints.
+  const Eigen::VectorXd& free_multipliers() const { return free_multipliers_; }
+  const Eigen::MatrixXd& multiplier_response() const { return multiplier_response_; }
+  const std::vector<LoopClosure>& closures() const { return closures_; }
   /// Accelerations of the bodies that velocities alone make: Jdot v.
   const std::vector<BodyAcceleration>& velocity_terms() const { return velocity_terms_; }
 
@@ -52,7 +57,8 @@ class EffortResponse {
   std::vector<double> bias_;
   std::vector<BodyAcceleration> velocity_terms_;
   Eigen::MatrixXd mass_, response_, rows_;
-  Eigen::VectorXd free_, row_terms_;
+  Eigen::VectorXd free_, row_terms_, free_multipliers_;
+  Eigen::MatrixXd multiplier_response_;
 };
 
 /// The largest share, up to `most`, at which |fixed + share * varied| stays within the limits (infinite: none); absent

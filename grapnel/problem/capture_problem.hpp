@@ -318,7 +318,8 @@ struct ImpactSetup {
   double duration = 1e-3;  // over which mean forces are taken [s]
   /// Joints during the impact. free: driven by nothing. braked: at rest from its first instant on. driven: they keep
   /// their rates, as with infinitely heavy rotors.
-  enum class Joints { free, braked, driven };
+  /// impedance: by the law of ImpedanceSetup, law compliant only.
+  enum class Joints { free, braked, driven, impedance };
   Joints joints = Joints::free;
   double restitution = 0;          // e of contacts; of grasps, of the linear rows
   double angular_restitution = 0;  // of grasps
@@ -352,17 +353,71 @@ struct KeepBaseSetup {
   std::optional<Rotationd> R_WD;  // the attitude; absent: the one as post_impact begins
 };
 
+/// Impedance at end-effectors (ImpedanceLaw): in the approach, in an impact in time and afterwards, where joints say
+/// so.
+struct ImpedanceSetup {
+  std::vector<std::string> end_effectors;  // empty: all that grasps name
+  /// What is controlled: all six directions, the position, or x, y and the turn about z of W.
+  enum class Motion { pose, position, plane };
+  Motion motion = Motion::pose;
+  /// operational_space: exact for the model. transpose: J*^T (K e - D v), without mass and model.
+  enum class Law { operational_space, transpose };
+  Law law = Law::operational_space;
+  // Along and about the axes of the reference:
+  Vector3d mass{1, 1, 1};                                                             // apparent [kg]
+  Vector3d damping = Vector3d::zero(), stiffness = Vector3d::zero();                  // [N s/m], [N/m]
+  Vector3d inertia{1, 1, 1};                                                          // apparent [kg m^2]
+  Vector3d angular_damping = Vector3d::zero(), angular_stiffness = Vector3d::zero();  // [N m s/rad], [N m/rad]
+  /// Whether forces of contact are known to the law; else it takes them for zero.
+  enum class Force { sensed, not_sensed };
+  Force force = Force::sensed;
+  /// target: in an impact the apparent mass along each contact's normal is that with which the target is stopped.
+  enum class Match { none, target };
+  Match match = Match::none;
+  double null_rate = 1;  // at which motion of the joints beside is damped [1/s]
+};
+
+/// Motion and internal force of a target that several grasps hold (GraspForceLaw).
+struct GraspForceSetup {
+  std::string target;  // which; empty: the only one that is grasped
+  struct Pair {
+    std::vector<std::string> between;  // two end-effectors
+    double force = 0;                  // with which they squeeze it along the line between their grasps [N]
+    double after = 0;                  // since post_impact began [s]
+    double ramp = 0;                   // time over which it comes up [s]
+  };
+  std::vector<Pair> pairs;
+  /// hold: the target stays where it was relative to the base. brake: it comes to rest, as by DetumbleSetup.
+  enum class Motion { hold, brake };
+  Motion motion = Motion::hold;
+  double rate = 0.5;           // of hold, critically damped; of brake, at the end [1/s]
+  double torque = 0;           // of brake: bound [N m]
+  double moment_length = 0.5;  // of the metric |F|^2 + |N|^2/length^2 that distributes loads [m]
+};
+
 struct PostImpactSetup {
   double duration = 0;  // [s]
   /// free: no torques. pd, computed_torque (JointControl): the joints are held where they were at the impact, rates
   /// zero, or go where `move` says; the model that computes torques has the targets that are held. braked: locked.
   /// controller: by the plugin or the log of ControlSetup; a plugin is asked to hold them there, or to follow `move`.
-  /// detumble, keep_base_attitude: as the setups below say, by pd before a target is held and where the law has ended.
-  enum class Joints { free, pd, computed_torque, braked, controller, detumble, keep_base_attitude };
+  /// detumble, keep_base_attitude, impedance (CaptureProblem::impedance), grasp_force: as their setups say, by pd
+  /// before a target is held and where the law has ended.
+  enum class Joints {
+    free,
+    pd,
+    computed_torque,
+    braked,
+    controller,
+    detumble,
+    keep_base_attitude,
+    impedance,
+    grasp_force
+  };
   Joints joints = Joints::free;
   std::vector<double> kp, kd;                       // where has_gains(), as TrackingSetup's: per joint
   std::optional<DetumbleSetup> detumble;            // with joints: detumble
   std::optional<KeepBaseSetup> keep_base_attitude;  // with joints: keep_base_attitude
+  std::optional<GraspForceSetup> grasp_force;       // with joints: grasp_force
   std::optional<PostureMove> move;
   std::optional<BaseControlSetup> base_control;
   /// Grasps that are released.
@@ -383,7 +438,9 @@ constexpr bool has_gains(PostImpactSetup::Joints joints) {
 }
 /// Whether a law moves all of them together (grapnel/control/), by efforts, and pd where it is over.
 constexpr bool is_law(PostImpactSetup::Joints joints) {
-  return joints == PostImpactSetup::Joints::detumble || joints == PostImpactSetup::Joints::keep_base_attitude;
+  using Joints = PostImpactSetup::Joints;
+  return joints == Joints::detumble || joints == Joints::keep_base_attitude || joints == Joints::impedance ||
+         joints == Joints::grasp_force;
 }
 
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).
@@ -454,8 +511,9 @@ struct CaptureProblem {
   std::optional<ImpactSetup> impact;
   std::optional<PostImpactSetup> post_impact;
   std::vector<LoadSetup> loads;
-  std::optional<ControlSetup> control;  // absent: laws speak continuously
-  std::optional<SensorSetup> sensors;   // with control only; absent: the laws see the truth
+  std::optional<ControlSetup> control;      // absent: laws speak continuously
+  std::optional<SensorSetup> sensors;       // with control only; absent: the laws see the truth
+  std::optional<ImpedanceSetup> impedance;  // where joints are under impedance control
   ClearanceSetup clearance;
   IntegrationSetup integration;
   double output_interval = 0.05;     // [s]

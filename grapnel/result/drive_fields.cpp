@@ -156,6 +156,91 @@ const Type& type_of<DetumblingReport>() {
 }
 
 template <>
+const Type& type_of<ImpedanceReport>() {
+  using I = ImpedanceReport;
+  static constexpr Field fields[] = {
+      field<&I::begin>("begin", "s", "when the law begins"),
+      field<&I::end>("end", "s", "when it ends"),
+      field<&I::ended>(
+          "ended",
+          "`rank_lost`: the arms came near a configuration in which they cannot move the hands in all "
+          "directions that are controlled, a dynamic singularity. `joint_limit`: a joint reached the end of "
+          "its range. `released`: a target was let go. `running`: the phase ended before"),
+      field<&I::joint>("joint", "whose range ended it; empty otherwise"),
+      field<&I::largest_distance>("largest_distance", "m", "of a hand from its reference"),
+      field<&I::largest_distance_time>("largest_distance_time", "s", "when that was"),
+      field<&I::distance_after>("distance_after", "m", "the largest of the hands' at the end"),
+      field<&I::largest_angle>("largest_angle", "rad", "of a hand from its reference; 0 where it is not controlled"),
+      field<&I::largest_angle_time>("largest_angle_time", "s", "when that was"),
+      field<&I::angle_after>("angle_after", "rad", "the largest of the hands' at the end"),
+      field<&I::least_share>("least_share", "1",
+                             "least part of an effort that moves the hands that its joint's limit lets pass"),
+      field<&I::least_share_time>("least_share_time", "s", "when that was"),
+      field<&I::within_limits>(
+          "within_limits",
+          "whether these efforts stayed within the limits; if not, they were cut and the hands did "
+          "not move as asked for"),
+      field<&I::least_condition>("least_condition", "1",
+                                 "of the hands' motion by the joint rates, through the generalized Jacobian: least "
+                                 "singular value over the largest, its least"),
+      field<&I::least_condition_time>("least_condition_time", "s", "when that was"),
+  };
+  static constexpr Type type = structure<I>("ImpedanceReport", "hands under impedance control, in a phase.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GraspForceReport::Pair>() {
+  using P = GraspForceReport::Pair;
+  static constexpr Field fields[] = {
+      field<&P::between>("between", "the two end-effectors"),
+      field<&P::reference>("reference", "N", "of the force with which they squeeze the target, at the end"),
+      field<&P::force>("force", "N", "with which they do, by the multipliers of the closed loops"),
+      field<&P::largest_error>("largest_error", "N", "largest difference of the two"),
+      field<&P::largest_error_time>("largest_error_time", "s", "when that was"),
+  };
+  static constexpr Type type = structure<P>("Squeeze", "the internal force between two grasps.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GraspForceReport>() {
+  using G = GraspForceReport;
+  static constexpr Field fields[] = {
+      field<&G::target>("target", "that is held"),
+      field<&G::begin>("begin", "s", "when the law begins"),
+      field<&G::end>("end", "s", "when it ends; from then on the joints hold"),
+      field<&G::ended>("ended",
+                       "`rank_lost`: the arms came near a configuration in which they cannot move the target in all "
+                       "directions. `joint_limit`: a joint reached the end of its range. `released`: fewer than two "
+                       "grasps hold the target. `running`: the run ended before"),
+      field<&G::joint>("joint", "whose range ended it; empty otherwise"),
+      field<&G::pairs>("pairs", "of grasps that squeeze"),
+      field<&G::internal_rank>("internal_rank", "1",
+                               "internal directions that the efforts reach beside the target's motion, at the begin"),
+      field<&G::other_internal_force>(
+          "other_internal_force", "N",
+          "largest difference of the grasps' internal wrenches from the reference, of all components, moments over the "
+          "metric's length"),
+      field<&G::largest_distance>("largest_distance", "m", "of the target from where it is held; 0 with brake"),
+      field<&G::largest_angle>("largest_angle", "rad", "likewise"),
+      field<&G::least_scale>("least_scale", "1",
+                             "least part of the internal force that the joints' effort limits let pass"),
+      field<&G::least_scale_time>("least_scale_time", "s", "when that was"),
+      field<&G::within_limits>("within_limits",
+                               "whether what moves the target stayed within the joints' effort limits; if not, efforts "
+                               "were cut and it did not move as asked for"),
+      field<&G::least_condition>("least_condition", "1",
+                                 "of the target's accelerations by the efforts: least singular value over the largest, "
+                                 "its least"),
+      field<&G::least_condition_time>("least_condition_time", "s", "when that was"),
+  };
+  static constexpr Type type =
+      structure<G>("GraspForceReport", "a target that several grasps hold and squeeze.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<BaseKeepingReport>() {
   using B = BaseKeepingReport;
   static constexpr Field fields[] = {

@@ -479,6 +479,28 @@ std::string law_tables(const CaptureResult& result) {
     out += table.text();
     if (!d->within_limits) out += paragraph("efforts were cut: the target did not move as asked for", "  ");
   }
+  const auto impedance = [&](const std::string& what, const ImpedanceReport& i) {
+    out += "\n" + paragraph(what + ": " + law_end(i.ended, i.end, i.joint), "");
+    TextTable table(2);
+    table.row({"largest distance, at the end", "m", small(i.largest_distance), small(i.distance_after)});
+    table.row({"largest angle, at the end", "rad", small(i.largest_angle), small(i.angle_after)});
+    out += table.text();
+    if (!i.within_limits) out += paragraph("efforts were cut: the hands did not move as asked for", "  ");
+  };
+  if (result.approach_impedance) impedance("impedance of the hands in the approach", *result.approach_impedance);
+  if (result.impedance) impedance("impedance of the hands", *result.impedance);
+  if (const auto& g = result.grasp_force) {
+    out += "\n" + paragraph("grasp forces on " + g->target + ": " + law_end(g->ended, g->end, g->joint), "");
+    TextTable table(2);
+    for (const GraspForceReport::Pair& pair : g->pairs)
+      table.row({fmt::format("{}: reference, force, largest error", fmt::join(pair.between, " - ")), "N",
+                 short_number(pair.reference), short_number(pair.force), small(pair.largest_error)});
+    if (g->least_scale < 1)
+      table.row(
+          {"least part of the internal force, at", "1, s", small(g->least_scale), short_number(g->least_scale_time)});
+    out += table.text();
+    if (!g->within_limits) out += paragraph("efforts were cut: the target did not move as asked for", "  ");
+  }
   if (const auto& b = result.base_keeping) {
     out += "\n" + paragraph("base attitude kept by the joints: " + law_end(b->ended, b->end, b->joint), "");
     TextTable table(2);

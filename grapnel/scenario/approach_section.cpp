@@ -126,22 +126,23 @@ struct Described<TrackingSetup> {
           "mode", "",
           "ideal: the joints follow the profile exactly. pd: joint torques by the law (4.1). "
           "computed_torque: torques that the model asks for, the errors decaying with the gains. controller: "
-          "torques that control.plugin says."),
+          "torques that control.plugin says. impedance: the hands go to their grasp points by the law of impedance, "
+          "straight in the targets' frames along the profile."),
       field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
-                    "Proportional gain, for modes pd and computed_torque; ignored otherwise.")
+                    "Proportional gain, for modes pd and computed_torque, and of pd where impedance is over; ignored "
+                    "otherwise.")
           .at_least(0)
           .as("gains of tracking")
           .optional()
           .when<[](const T& t) { return has_gains(t.mode); }>(),
-      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
-                    "Derivative gain, for modes pd and computed_torque; ignored otherwise.")
+      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s", "Derivative gain, likewise.")
           .at_least(0)
           .as("gains of tracking")
           .optional()
           .when<[](const T& t) { return has_gains(t.mode); }>(),
       field<&T::noise>("noise", "", "").optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({when("mode", "pd, computed_torque").require("kp, kd")});
+  static constexpr auto rules = std::to_array<Rule>({when("mode", "pd, computed_torque, impedance").require("kp, kd")});
   static constexpr Type type = structure<T>("tracking", "", fields, rules);
 };
 

@@ -157,6 +157,7 @@ struct Described<CaptureProblem> {
           .items(0, 1000),
       field<&T::control>(&control_description, "control", "").optional(),
       field<&T::sensors>(&sensors_description, "sensors", "").optional(),
+      field<&T::impedance>(&impedance_description, "impedance", "").optional(),
       field<&T::clearance>(&clearance_description, "clearance", ""),
       field<&T::integration>("integration", "", ""),
       group<T, OutputKeys>("output", ""),

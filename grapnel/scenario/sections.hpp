@@ -96,6 +96,7 @@ const Type& external_wrenches_description();
 const Type& orbit_description();
 const Type& clearance_description();
 const Type& control_description();
+const Type& impedance_description();
 const Type& sensors_description();
 const Type& target_estimate_description();  // of targets
 const Type& replan_description();           // of approach
