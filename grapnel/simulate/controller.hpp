@@ -73,6 +73,10 @@ class Controller {
   virtual void update(const ControlInput& input, ControlCommand& command) = 0;
 };
 
+/// Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and would
+/// not come to numbers that are not finite before the steps between its samples had become countless.
+inline constexpr double kRunaway = 1e4;
+
 /// When an on-board computer speaks.
 struct ControlTiming {
   double period = 0.01;  // T [s]
@@ -107,6 +111,12 @@ class ControlClock {
   void command(Command said, double t, double same = 0);
   /// What acts.
   const Command& held() const { return held_; }
+  /// How many commands are on their way.
+  std::size_t on_their_way() const { return pending_.size(); }
+  /// What acts, and what is on its way, oldest first.
+  std::vector<Command> commands() const;
+  /// Gives all of these other values, in that order. @throws std::invalid_argument if there are not as many.
+  void put(std::vector<Command> commands);
 
  private:
   struct Pending {

@@ -17,9 +17,6 @@ namespace {
 // Redundant rows that disagree by more than this share of the accelerations at hand contradict each other; rounding
 // leaves some 1e-13.
 constexpr double kContradiction = 1e-6;
-// Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and would
-// not come to numbers that are not finite before the steps between its samples had become countless.
-constexpr double kRunaway = 1e4;
 
 using namespace phase_integral;
 
@@ -39,14 +36,9 @@ PhaseIntegrals phase_integrals(std::span<const double> s) {
   return integrals;
 }
 
-namespace {
-
-// Times between t0 and t1 that are nearer count as one [s].
 double break_resolution(double t0, double t1) {
   return 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
 }
-
-}  // namespace
 
 std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1) {
   const double resolution = break_resolution(t0, t1);

@@ -83,6 +83,8 @@ PhaseIntegrals phase_integrals(std::span<const double> numbers);
 /// loads, the clock's ticks and the times at which its commands begin to act, in the order from t0 to t1. Those that
 /// rounding alone separates count once.
 std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1);
+/// Those that are nearer count as one [s].
+double break_resolution(double t0, double t1);
 
 /// Sizes of a momentum's two parts.
 struct MomentumDefect {
