@@ -76,17 +76,22 @@ Vector3d BaseActuation::countered() const {
   return actuators_.dumping ? actuators_.thrusters->mean_torque : Vector3d::zero();
 }
 
-void BaseActuation::drive(const Vector3d& torque, std::span<const double> v, std::span<double> effort,
+std::vector<double> BaseActuation::wheel_rates(std::span<const double> v) const {
+  std::vector<double> rates;
+  for (const ReactionWheel& wheel : wheels_.wheels()) rates.push_back(v[wheel.velocity]);
+  return rates;
+}
+
+void BaseActuation::drive(const Vector3d& torque, std::span<const double> wheel_rates, std::span<double> effort,
                           std::span<double> force) {
   asked_ = torque;
   if (!wheels_.empty()) {
     wheels_.drive(actuators_.dumping ? torque - countered() : torque, effort);
-    if (!(actuators_.wheel_speed_rate > 0)) return;
+    if (!(actuators_.wheel_speed_rate > 0) || wheel_rates.empty()) return;
     std::vector<double> torques;
     for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
-      const ReactionWheel& wheel = wheels_.wheels()[i];
       const double wanted = actuators_.wheel_speeds.empty() ? 0 : actuators_.wheel_speeds[i];
-      torques.push_back(actuators_.wheel_speed_rate * wheel.inertia * (wanted - v[wheel.velocity]));
+      torques.push_back(actuators_.wheel_speed_rate * wheels_.wheels()[i].inertia * (wanted - wheel_rates[i]));
     }
     return wheels_.add_in_null_space(torques, effort);
   }
@@ -173,12 +178,12 @@ double BaseActuation::next_edge(double t, double end) const {
 
 void BaseActuation::choose_modes(double t, std::span<const double> v, const Evaluation& evaluate) {
   reach(t);
-  if (has_thrusters()) choose_thrusters(t, v, evaluate);
+  if (has_thrusters()) choose_thrusters(t, evaluate);
   if (wheels_.has_rate_limits()) choose_wheels(v, evaluate);
 }
 
 // Where a command of the clock begins to act, or, without a clock, by the state.
-void BaseActuation::choose_thrusters(double t, std::span<const double> v, const Evaluation& evaluate) {
+void BaseActuation::choose_thrusters(double t, const Evaluation& evaluate) {
   ThrusterBank& bank = *actuators_.thrusters;
   if (!clock_) {
     evaluate();
@@ -191,8 +196,8 @@ void BaseActuation::choose_thrusters(double t, std::span<const double> v, const 
   bank.last_period = static_cast<long>(number);
   Vector3d torque = clock_->held().base_torque;
   if (actuators_.dumping) {
-    // Not more than what is left.
-    const Vector3d h = wheels_.momentum(v);
+    // By what was read at the tick. Not more than what is left.
+    const Vector3d h = wheels_.momentum(clock_->held().wheel_rates);
     const double size = norm(h);
     const bool dumps = bank.dumps(size, *actuators_.dumping);
     torque = dumps && size > 0 ? (-std::min(actuators_.dumping->torque, size / period) / size) * h : Vector3d::zero();

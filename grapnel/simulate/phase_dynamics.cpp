@@ -312,7 +312,7 @@ void PhaseDynamics::drive_root() {
   } else if (setup_.attitude) {
     torque = base_.attitude_torque_in(now_, base_.feeds_forward() ? arms_ahead() : Vector3d::zero());
   }
-  base_.drive(torque, now_.v, motor_, force_);
+  base_.drive(torque, laws_speak() ? base_.wheel_rates(now_.v) : setup_.clock->held().wheel_rates, motor_, force_);
 }
 
 // What the joints' motion takes from the base, as far as laws know it: joints that follow something accelerate as that.
@@ -435,7 +435,7 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     throw;
   }
   sampling_ = false;
-  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked()};
+  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked(), base_.wheel_rates(now_.v)};
   for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
     const auto j = static_cast<std::size_t>(setup_.channels[c]);
     if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = told_[j];

@@ -268,6 +268,63 @@ TEST(Thrusters, DumpTheWheelsMomentumWhileTheBaseStays) {
   EXPECT_GT(norm(o.integrals.external_impulse.angular), 3);
 }
 
+// Tachometers that read the double.
+class Doubling : public SensorReader {
+ public:
+  explicit Doubling(std::vector<ReactionWheel> wheels) : wheels_(std::move(wheels)) {}
+  bool needs_forces() const override { return false; }
+  void read(const PhaseSample&, State& seen) override {
+    for (const ReactionWheel& wheel : wheels_) seen.v[wheel.velocity] *= 2;
+  }
+  const SensorReadings& readings() const override { return readings_; }
+
+ private:
+  std::vector<ReactionWheel> wheels_;
+  SensorReadings readings_;
+};
+
+// Sampled, the null-space torques are those of the rates that were read at the tick, held for a period and a delay: of
+// rates that are read twice too large W_k+1 = (1 - 2 r T) W_k.
+TEST(Wheels, SpeedsAreSampledAndReadAsTheTorqueIs) {
+  for (const bool doubled : {false, true}) {
+    WheeledCase w = with_pyramid(1, 400);
+    constexpr double rate = 0.2, period = 0.5;
+    w.setup.actuators.wheel_speed_rate = rate;
+    w.setup.clock = std::make_shared<ControlClock>(ControlTiming{period, 0}, 4);
+    if (doubled) w.setup.sensors = std::make_shared<Doubling>(w.wheels);
+    State start = zero_state(w.model);
+    const double bias[4] = {60, -60, 60, -60};
+    for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = bias[i];
+    PhaseDynamics dynamics(w.model, w.setup);
+    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 10, 0, {});
+    ASSERT_TRUE(o.finished) << o.failure;
+    const double left = std::pow(1 - (doubled ? 2 : 1) * rate * period, 20);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(o.end_state.v[w.wheels[i].velocity], bias[i] * left, 1e-11);
+  }
+}
+
+// Dumping begins by the momentum that was read at the tick.
+TEST(Thrusters, DumpWhatTheWheelsAreReadToHold) {
+  for (const bool doubled : {false, true}) {
+    WheeledCase w = with_pyramid(2, 400);
+    w.bank = std::make_shared<ThrusterBank>(couples(), Vector3d{0, 0, 0});
+    w.setup.actuators.thrusters = w.bank;
+    w.setup.actuators.dumping = MomentumDumping{4, 0.5, 0.2};
+    w.setup.clock = std::make_shared<ControlClock>(ControlTiming{0.1, 0.05}, 4);
+    if (doubled) w.setup.sensors = std::make_shared<Doubling>(w.wheels);
+    State start = zero_state(w.model);
+    for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = 25;
+    const double held = norm(momentum_of(w, start));
+    ASSERT_TRUE(held < 4 && 2 * held > 4) << held;
+    PhaseDynamics dynamics(w.model, w.setup);
+    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 1, 0, {});
+    ASSERT_TRUE(o.finished) << o.failure;
+    EXPECT_EQ(w.bank->dumped().begun, doubled ? 1 : 0);
+    if (doubled) EXPECT_NEAR(w.bank->dumped().first_begin, 0.05, 1e-12);
+    EXPECT_NEAR(w.bank->dumped().largest_momentum, (doubled ? 2 : 1) * held, 1e-12);
+  }
+}
+
 // --- Feedforward ---
 
 // A base with one long arm that swings: the base turns with it, less with feedback, and not at all with feedforward
@@ -308,6 +365,46 @@ TEST(BaseControl, FeedforwardKeepsTheBaseStillWhileArmsMove) {
   EXPECT_LT(largest_turn(true, JointControl::prescribed), 1e-10);
   const double tracked = largest_turn(false, JointControl::pd), ahead = largest_turn(true, JointControl::pd);
   EXPECT_LT(ahead, 0.25 * tracked);  // the joint lags behind what the law knows
+}
+
+// The rotor of a geared motor has a spin momentum, about an axis that need not be the joint's: the base gives that, too.
+TEST(BaseControl, FeedforwardKnowsTheSpinOfRotors) {
+  BodyDescription base, arm, hand;
+  base.name = base.joint.name = "base";
+  base.joint.type = JointType::free;
+  base.mass = 100, base.inertia = Symmetric3d::diagonal(20, 25, 30);
+  arm.name = arm.joint.name = "arm", arm.parent = "base";
+  arm.joint.type = JointType::revolute, arm.joint.axis = {0, 0.6, 0.8};
+  arm.X_PF.p = {0.5, 0.2, 0.3};
+  arm.mass = 10, arm.com = {1, 0.1, 0}, arm.inertia = Symmetric3d::diagonal(0.5, 3, 3);
+  hand.name = hand.joint.name = "hand", hand.parent = "arm";
+  hand.joint.type = JointType::revolute, hand.joint.axis = {1, 0, 0};
+  hand.X_PF.p = {2, 0, 0};
+  hand.mass = 3, hand.com = {0.2, 0, 0.1}, hand.inertia = Symmetric3d::diagonal(0.1, 0.2, 0.2);
+  // Beside the joint's axis, in a link that turns: both terms of (19.8).
+  hand.joint.rotor_inertia = 2e-2, hand.joint.gear_ratio = 100, hand.joint.rotor_axis = Vector3d{0, 0.8, 0.6};
+  const Model model = ModelBuilder().add(base).add(arm).add(hand).build();
+  PhaseSetup setup;
+  for (const double to : {1.5, -2.0}) {
+    JointDrive drive;
+    drive.control = JointControl::prescribed;
+    drive.trajectory = {0, JointPath{JointProfile::quintic, 10, 0, to}};
+    setup.drives.push_back(drive);
+  }
+  setup.attitude.emplace();
+  setup.attitude->root = model.body_index("base");
+  setup.attitude->kp = {4, 4, 4}, setup.attitude->kd = {20, 20, 20};
+  setup.actuators.feedforward = true;
+  PhaseDynamics dynamics(model, setup);
+  const int v = model.bodies()[setup.attitude->root].v;
+  double fastest = 0, largest_torque = 0;
+  const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 15, 0.1, {}, [&](const PhaseSample& s) {
+    for (int k = 0; k < 3; ++k) fastest = std::max(fastest, std::abs(s.state.v[v + k]));
+    largest_torque = std::max(largest_torque, norm(s.dynamics->control_torque()));
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  EXPECT_GT(largest_torque, 0.1);
+  EXPECT_LT(fastest, 1e-12);
 }
 
 // --- Misuse ---
