@@ -60,13 +60,24 @@ void BaseActuation::prescribe(const PrescribedRates& rates) const {
   }
 }
 
-void BaseActuation::push(double t, const Posed& X_WB, std::span<ExternalWrench> wrenches) {
-  thrust_torque_ = Vector3d::zero();
+// Forces of the thrusters at a time, and what they come to.
+void BaseActuation::look_at_thrusts(double t) {
+  thrust_torque_ = Vector3d::zero(), thrust_ = Wrenchd::zero();
   for (std::size_t i = 0; i < thrusts_.size(); ++i) {
     const Thruster& thruster = actuators_.thrusters->thrusters()[i];
     thrusts_[i] = thruster.force * actuators_.thrusters->level(i, t);
     const Vector3d F = thrusts_[i] * thrust_direction(thruster);
     thrust_torque_ += cross(thruster.position - actuators_.thrusters->about(), F);
+    thrust_.angular += cross(thruster.position, F);
+    thrust_.linear += F;
+  }
+}
+
+void BaseActuation::push(double t, const Posed& X_WB, std::span<ExternalWrench> wrenches) {
+  look_at_thrusts(t);
+  for (std::size_t i = 0; i < thrusts_.size(); ++i) {
+    const Thruster& thruster = actuators_.thrusters->thrusters()[i];
+    const Vector3d F = thrusts_[i] * thrust_direction(thruster);
     wrenches[i] = {root_, X_WB * thruster.position, {Vector3d::zero(), X_WB.R * F}};
   }
 }
@@ -86,7 +97,7 @@ void BaseActuation::drive(const Vector3d& torque, std::span<const double> wheel_
                           std::span<double> force) {
   asked_ = torque;
   if (!wheels_.empty()) {
-    wheels_.drive(actuators_.dumping ? torque - countered() : torque, effort);
+    wheels_.drive(torque - countered(), effort);
     if (!(actuators_.wheel_speed_rate > 0) || wheel_rates.empty()) return;
     std::vector<double> torques;
     for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
@@ -113,14 +124,18 @@ void BaseActuation::conclude(std::span<const double> force, std::span<const doub
   given_ = wheels_.torque_of(effort);
 }
 
-void BaseActuation::add_beside(const State& state, std::span<double> effort, std::span<double> beside) const {
+void BaseActuation::add_beside(double t, const State& state, std::span<double> effort, std::span<double> beside) {
   if (!attitude_) return;
+  if (has_thrusters()) {
+    look_at_thrusts(t);
+    for (int k = 0; k < 3; ++k) beside[v_ + k] += thrust_.angular[k], beside[v_ + 3 + k] += thrust_.linear[k];
+  }
   const Vector3d torque = attitude_torque_in(state);
   if (wheels_.empty()) {
-    for (int k = 0; k < 3; ++k) beside[v_ + k] = has_thrusters() ? thrust_torque_[k] : torque[k];
+    for (int k = 0; k < 3 && !has_thrusters(); ++k) beside[v_ + k] += torque[k];
     return;
   }
-  wheels_.drive(torque, effort);
+  wheels_.drive(torque - countered(), effort);
   for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
     const ReactionWheel& wheel = wheels_.wheels()[i];
     if (wheels_.mode(i) != WheelArray::Mode::held) beside[wheel.velocity] += effort[wheel.joint];

@@ -80,9 +80,9 @@ class BaseActuation {
   /// The forces that prescribed rates take are known (per velocity, friction per joint among them): efforts of motors
   /// that hold, and what has been given of the torque.
   void conclude(std::span<const double> force, std::span<const double> friction, std::span<double> effort);
-  /// Generalized forces, per velocity, that attitude control adds in a state; what holds wheels at their rates follows
+  /// Generalized forces, per velocity, that attitude control and thrusters add in a state; what holds wheels follows
   /// from the motion, and no law knows it. `effort`: scratch, per joint.
-  void add_beside(const State& state, std::span<double> effort, std::span<double> beside) const;
+  void add_beside(double t, const State& state, std::span<double> effort, std::span<double> beside);
 
   /// What was asked for last, and what was given of it, on the root's body, in its axes [N m].
   const Vector3d& asked() const { return asked_; }
@@ -122,6 +122,7 @@ class BaseActuation {
   void choose_thrusters(double t, const Evaluation& evaluate);
   bool triggers_by_state() const;
   Vector3d countered() const;
+  void look_at_thrusts(double t);
   double driving_on(std::size_t wheel, const Evaluation& evaluate);
 
   std::optional<AttitudeControl> attitude_;
@@ -135,6 +136,7 @@ class BaseActuation {
   double same_time_ = 0;
   std::vector<double> thrusts_;
   Vector3d thrust_torque_ = Vector3d::zero();  // about the bank's point, as it is
+  Wrenchd thrust_ = Wrenchd::zero();           // about the root's origin, in its axes
   Vector3d asked_ = Vector3d::zero(), given_ = Vector3d::zero();
 };
 

@@ -338,7 +338,7 @@ double PhaseDynamics::said_by_law(std::size_t joint) const {
 }
 
 // Friction, efforts of joints under other laws, attitude control. Computed torque waits for what the controller says.
-void PhaseDynamics::gather_beside() {
+void PhaseDynamics::gather_beside(double t) {
   beside_.assign(now_.v.size(), 0.0);
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const Body& body = model_.bodies()[model_.joints()[j]];
@@ -347,7 +347,7 @@ void PhaseDynamics::gather_beside() {
     if (output_of(setup_.drives[j].control) == ControlOutput::effort)
       beside_[body.v] += joint_motor::within_line(joint, said_by_law(j), now_.v[body.v]);
   }
-  base_.add_beside(now_, motor_, beside_);
+  base_.add_beside(t, now_, motor_, beside_);
 }
 
 // What the controller says now.
@@ -360,7 +360,7 @@ void PhaseDynamics::ask_controller(double t) {
   }
   std::fill(commanded_effort_.begin(), commanded_effort_.end(), 0.0);
   ControlCommand command{commanded_effort_};
-  gather_beside();
+  gather_beside(t);
   const SensorReadings* readings = setup_.sensors ? &setup_.sensors->readings() : nullptr;
   setup_.controller->update({t, law_model(), now_, desired_, sensed_, beside_, readings}, command);
   const auto refuse = [&](const std::string& what) {
