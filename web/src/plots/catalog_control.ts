@@ -54,17 +54,18 @@ function torquePlot(context: Context): PlotSpec[] {
 
 function wheelPlots(context: Context): PlotSpec[] {
   const reports = list(context.run.summary?.wheels);
-  const plot = (path: string, title: string, axis: string, limits: Limit[]): PlotSpec[] => {
+  const plot = (path: string, title: string, axis: string, limits: Limit[], note?: string): PlotSpec[] => {
     const series = take(context, path);
     if (!series) return [];
     const lines = series.components.map((name, k) => componentLine(context, series, k, { label: name, color: `step ${k}` }));
-    return [{ id: path.replace("/", "-"), group: "Control", title, axis: label(axis, series.unit), unit: series.unit, lines, limits }];
+    return [{ id: path.replace("/", "-"), group: "Control", title, axis: label(axis, series.unit), unit: series.unit, lines, limits, note }];
   };
   return [
     ...plot("wheels/rate", "Wheel rates", "rate relative to the base", common(reports.map((one) => num(one.rate_limit)), "largest rate")),
     ...plot("wheels/momentum", "Wheel momentum", "inertia times rate", []),
     ...capacityPlot(context),
-    ...plot("thrusters/force", "Thrusters", "force", []),
+    ...plot("thrusters/impulse", "Impulse of thrusters", "impulse since the start", []),
+    ...plot("thrusters/force", "Thrusters at the samples", "force", [], "At the samples: a pulse that is shorter than their interval is missed, or seems to last."),
     ...plot("thrusters/propellant", "Propellant used", "propellant", []),
     ...plot("wheels/torque", "Wheel motors", "torque", common(reports.map((one) => num(one.torque_limit)), "largest torque")),
   ];
