@@ -46,7 +46,8 @@ Eigen::MatrixXd known_momentum(const IdentificationTask& task, const Kinematics&
   const std::vector<Body>& bodies = task.model.bodies();
   const int root = bodies[task.model.frames()[task.frame].body].root;
   for (const int rotor : task.model.rotors()) {
-    if (bodies[rotor].root == root) sum.col(bodies[rotor].v).head<3>() += eigen_vector(rotor_momentum(task.model, k, rotor));
+    if (bodies[rotor].root == root)
+      sum.col(bodies[rotor].v).head<3>() += eigen_vector(rotor_momentum(task.model, k, rotor));
   }
   return sum;
 }
