@@ -70,5 +70,31 @@ TEST(Actuators, IdentificationKnowsTheSpinOfRotors) {
   }
 }
 
+// Friction has brought everything to rest before the satellite is let go: what the servicer has left of energy is
+// rounding, and is judged by what its bodies had before.
+TEST(Actuators, AServicerAtRestIsJudgedByItsEnergyBefore) {
+  CaptureProblem p = scenario("real-joints.yaml");
+  p.clearance.enabled = false;
+  p.targets[0].V_WT = {{0, 0, 0}, {0, 0, 0}};
+  p.approach->match.reset();
+  p.approach->final_rates = {0.01, 0.02, -0.02, 0.01, 0.01, 0.02};
+  for (BodyDescription& body : p.robot.bodies) {
+    body.joint.friction = JointFriction{60, 0, 1e-3};
+    body.joint.limits.stop.reset();
+    body.joint.motor.reset();
+    body.joint.rotor_axis.reset();
+  }
+  p.post_impact = PostImpactSetup{};
+  p.post_impact->duration = 120;
+  p.post_impact->releases.push_back({100, {}});
+  const CaptureResult r = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  ASSERT_FALSE(r.releases.empty());
+  const std::size_t last = r.series.time.size() - 1;
+  EXPECT_GT(value_at(r, "system/kinetic_energy", 0, 0) + r.impact->kinetic_energy_after, 1e-3);
+  EXPECT_LT(value_at(r, "system/kinetic_energy", last, 0), 1e-20);
+  EXPECT_LT(row(r, "energy_drift").value, 1e-10);  // measured 4e-12
+}
+
 }  // namespace actuators_test
 }  // namespace grapnel::testing

@@ -142,6 +142,56 @@ TEST(Sensors, NoiseHasItsDeviationInAFlightThatKeepsMomentumAndItsBits) {
   EXPECT_GT(norm(simulate_capture(p).post_impact_end->base.position - r.post_impact_end->base.position), 1e-6);
 }
 
+// Without noise a reading is off by its bias alone, in the axes of what is read; a random walk of rates over the root
+// of the sample time.
+TEST(Sensors, BiasesAndRandomWalksAreWhatIsRead) {
+  CaptureProblem p = sampled(5);
+  p.sensors.emplace();
+  p.sensors->joints.emplace();
+  p.sensors->joints->rate = JointSensors::Rate::sensor, p.sensors->joints->rate_bias = 2e-4;
+  p.sensors->gyro.emplace();
+  p.sensors->gyro->angle_random_walk = 1e-5, p.sensors->gyro->sample_time = 4 * kPeriod;
+  p.sensors->attitude.emplace();
+  p.sensors->attitude->bias = {1e-3, 0, 0};
+  p.sensors->wheels.emplace();
+  p.sensors->wheels->bias = 0.5;
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  ASSERT_GT(rotation_angle(pose_at(r, "base", r.series.time.size() - 1).R), 0.01);  // W's axes are not the base's
+  std::map<std::string, SensorReport> by_name;
+  for (const SensorReport& s : r.sensors) by_name[s.sensor] = s;
+  EXPECT_NEAR(by_name.at("joint rate").mean_error, 2e-4, 1e-15);
+  EXPECT_NEAR(by_name.at("joint rate").largest_error, 2e-4, 1e-15);
+  EXPECT_NEAR(by_name.at("wheel rate").mean_error, 0.5, 1e-12);
+  EXPECT_NEAR(by_name.at("attitude").mean_error, 1e-3 / 3, 1e-14);
+  EXPECT_NEAR(by_name.at("attitude").largest_error, 1e-3, 1e-14);
+  const SensorReport& gyro = by_name.at("gyro");
+  const double deviation = 1e-5 / std::sqrt(4 * kPeriod);
+  EXPECT_NEAR(gyro.rms_error, deviation, 4 * deviation / std::sqrt(2.0 * static_cast<double>(gyro.readings)));
+}
+
+// What attitude sensor and tachometers read is what the laws work with: the base goes where the sensor says that it is
+// right, the wheels' speeds to where their sensors say zero.
+TEST(Sensors, LawsGoByWhatIsRead) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = sampled(60);
+  p.post_impact->base_control->wheel_speed_rate = 0.1;
+  const CaptureResult exact = simulate_capture(p);
+  p.sensors.emplace();
+  p.sensors->attitude.emplace();
+  p.sensors->attitude->bias = {0.02, 0, 0};
+  p.sensors->wheels.emplace();
+  p.sensors->wheels->bias = 5;
+  const CaptureResult read = simulate_capture(p);
+  expect_passes(read);
+  const std::size_t a = exact.series.time.size() - 1, b = read.series.time.size() - 1;
+  EXPECT_GT(rotation_angle(transpose(pose_at(exact, "base", a).R) * pose_at(read, "base", b).R), 0.005);
+  double apart = 0;
+  for (std::size_t w = 0; w < read.wheels.size(); ++w)
+    apart = std::max(apart, std::abs(read.wheels[w].rate_after - exact.wheels[w].rate_after));
+  EXPECT_GT(apart, 1);
+}
+
 // --- Estimates ---
 
 CaptureProblem estimated(const TargetEstimate& error) {
