@@ -1,7 +1,7 @@
 // What drove the robot: the on-board computer, laws of joints, actuators. Each part of the summary that says so is shown
 // by its description, so that what the program learns to report stands here by one line of kParts.
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import * as described from "../summary_types"; // by name: what is not made yet (scripts/tables) is no error
 import { bar } from "./margins";
 import { list, num, text, vector, words, type PartlySummary } from "./read";
@@ -51,7 +51,7 @@ function partOf(part: Part, s: PartlySummary): HTMLElement[] {
   const columns = notes.map(
     ([key, unit, about]): Column => ({ head: capital(words(key)), unit: unit === "1" || unit.startsWith("`") ? "" : unit, title: about, numeric: all.some((one) => num(one[key]) !== null) }),
   );
-  return [...sums, table(part.title, columns, all.map((one) => notes.map(([key]) => cell(one[key], ""))))];
+  return [...sums, table(part.title, columns, all.map((one) => notes.map(([key]) => (key === "unit" ? unitText(text(one[key])) : cell(one[key], "")))))];
 }
 
 function structuresOf(value: unknown): Structure[] {

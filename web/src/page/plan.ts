@@ -22,7 +22,7 @@ export function planSection(s: PartlySummary): HTMLElement[] {
     pairs([
       [
         "made least",
-        plan.objective
+        plan.objective && plan.objective !== "as_found"
           ? `${words(plan.objective)}: ${withUnit(num(plan.objective_value), plan.objective === "excursion" ? "rad² (m²)" : "")}`
           : "",
       ],
