@@ -90,7 +90,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
   if (!problem.robot.thrusters.empty()) {
     std::vector<std::string> thrusters;
     for (const ThrusterSetup& thruster : problem.robot.thrusters) thrusters.push_back(thruster.name);
-    add("thrusters/force", "N", "forces of the thrusters", thrusters);
+    add("thrusters/force", "N", "forces of the thrusters at this instant, within or between pulses", thrusters);
+    add("thrusters/impulse", "N s", "what the thrusters have given since the start, force over time", thrusters);
     add("thrusters/propellant", "kg", "propellant used since the start", {"propellant"});
   }
   add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
@@ -208,10 +209,17 @@ void Recorder::put_wheels(const CaptureSystem& system, const PhaseSample& s) {
 }
 
 // Forces, none where no phase has thrusters at work.
-void Recorder::put_thrusters(const PhaseSample& s, double propellant) {
+void Recorder::put_thrusters(const PhaseSample& s, std::span<const double> impulses) {
   const auto thrusts = s.dynamics ? s.dynamics->base().thrusts() : std::span<const double>();
   for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i)
     series_.series[next_].data.push_back(thrusts.empty() ? 0.0 : thrusts[i]);
+  ++next_;
+  double propellant = 0;
+  for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i) {
+    const double impulse = impulses.empty() ? 0.0 : impulses[i];
+    series_.series[next_].data.push_back(impulse);
+    propellant += impulse / (problem_.robot.thrusters[i].specific_impulse * kStandardGravity);
+  }
   ++next_;
   put(propellant);
 }
@@ -299,7 +307,7 @@ void Recorder::put_conserved(const CaptureSystem& system, const Kinematics& k, c
 
 void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const ConservedQuantities& quantities,
                       const PhaseSample& s, std::span<const GraspSample> grasps, double clearance,
-                      std::span<const Wrenchd> through, double propellant) {
+                      std::span<const Wrenchd> through, std::span<const double> impulses) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
@@ -334,7 +342,7 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
   if (!system.wheels.empty()) put_wheels(system, s);
-  if (!problem_.robot.thrusters.empty()) put_thrusters(s, propellant);
+  if (!problem_.robot.thrusters.empty()) put_thrusters(s, impulses);
   put_conserved(system, in_world, quantities, s);
   if (problem_.orbit) put_orbit(system, k, s.time);
   if (watches_clearance_) put(clearance);

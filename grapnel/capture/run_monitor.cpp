@@ -59,7 +59,7 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   last_look_ = sample.time;
   if (recorder_)
     recorder_->sample(*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps),
-                      thrusters_.propellant(sample.time));
+                      thrusters_.impulses(sample.time));
 }
 
 // What joints pass on, for the record.
@@ -121,7 +121,7 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, double
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
   const PhaseIntegrals none;
   recorder_->sample(system, kinematics, quantities, {time, state, none, zeros, zeros}, grasps,
-                    watches_.instant(system, kinematics), {}, thrusters_.propellant(0));
+                    watches_.instant(system, kinematics), {}, thrusters_.impulses(0));
 }
 
 void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) {

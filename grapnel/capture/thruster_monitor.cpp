@@ -85,6 +85,13 @@ void ThrusterMonitor::step(const PhaseStep& step) {
   }
 }
 
+std::vector<double> ThrusterMonitor::impulses(double time) const {
+  std::vector<double> impulses;
+  for (std::size_t i = 0; bank_ && i < bank_->size(); ++i)
+    impulses.push_back(bank_->use(i, std::max(time, bank_->time())).impulse);
+  return impulses;
+}
+
 void ThrusterMonitor::write(CaptureResult& result) const {
   if (problem_.robot.thrusters.empty()) return;
   ThrustersReport& report = result.thrusters.emplace();

@@ -324,19 +324,17 @@ BodyDescription wheel_body(const WheelSetup& wheel, const BodyDescription& base)
   BodyDescription body;
   body.name = wheel_body_name(wheel.name);
   body.parent = base.name;
-  body.X_PF = Posed{Rotationd::identity(), base.com};
+  // Its own axes have z along the spin, so that its inertia is diagonal to the last bit: what rounding leaves beside
+  // the axis turns with the wheel, and steps that are long against a turn would take it for a torque.
+  body.X_PF = Posed{rotation_between({0, 0, 1}, wheel.axis), base.com};
   body.joint.name = body.name;
   body.joint.type = JointType::revolute;
-  body.joint.axis = wheel.axis;
+  body.joint.axis = {0, 0, 1};
   body.joint.limits.effort = wheel.torque;
   body.joint.limits.rate = wheel.rate;
   body.joint.friction = wheel.friction;
   body.mass = kRotorMass * base.mass;
-  // J_s a a^T + J_s/2 (1 - a a^T)
-  const Vector3d& a = wheel.axis;
-  const double half = 0.5 * wheel.inertia;
-  body.inertia = Symmetric3d{half + half * a[0] * a[0], half + half * a[1] * a[1], half + half * a[2] * a[2],
-                             half * a[0] * a[1],        half * a[0] * a[2],        half * a[1] * a[2]};
+  body.inertia = Symmetric3d{0.5 * wheel.inertia, 0.5 * wheel.inertia, wheel.inertia, 0, 0, 0};
   return body;
 }
 
@@ -346,8 +344,8 @@ void take_wheels_out(const RobotSetup& robot, BodyDescription& base) {
   for (const WheelSetup& wheel : robot.wheels) {
     const BodyDescription rotor = wheel_body(wheel, whole);
     base.mass -= rotor.mass;
-    base.inertia += Symmetric3d{-rotor.inertia.xx, -rotor.inertia.yy, -rotor.inertia.zz,
-                                -rotor.inertia.xy, -rotor.inertia.xz, -rotor.inertia.yz};
+    const Symmetric3d I = rotate(rotor.X_PF.R, rotor.inertia);  // (17.1)
+    base.inertia += Symmetric3d{-I.xx, -I.yy, -I.zz, -I.xy, -I.xz, -I.yz};
   }
 }
 

@@ -373,15 +373,21 @@ Drawing wheels(const RunSource& run) {
 }
 
 Drawing thrusters(const RunSource& run) {
-  SeriesPanel force, used;
-  force.quantity = "force of thrusters", force.unit = "N";
+  SeriesPanel given, used;
+  given.quantity = "impulse of thrusters", given.unit = "N s";
   used.quantity = "propellant", used.unit = "kg";
-  const Series& forces = wanted(run, "thrusters/force");
-  for (int i = 0; i < static_cast<int>(forces.width()); ++i)
-    force.curves.push_back({forces.components[i], component(forces, i), color_of(i)});
+  // Of those that fire. Forces at the samples would show pulses that are shorter than the interval as none, or as one
+  // that lasts.
+  const Series& impulses = wanted(run, "thrusters/impulse");
+  for (int i = 0; i < static_cast<int>(impulses.width()); ++i) {
+    const std::vector<double> values = component(impulses, i);
+    const bool fires = !values.empty() && values.back() > 0;
+    if (fires) given.curves.push_back({impulses.components[i], values, color_of(given.curves.size())});
+  }
+  if (given.curves.empty()) given.curves.push_back({"none fires", component(impulses, 0), color_of(0)});
   used.curves.push_back({"used", component(wanted(run, "thrusters/propellant"), 0), color_of(0)});
   used.legend = false;
-  return {{force, used}, 1};
+  return {{given, used}, 1};
 }
 
 struct Kind {
@@ -406,7 +412,7 @@ constexpr std::array<Kind, 13> kKinds{{
     {"forces", "forces and moments on the grasps", forces},
     {"clearance", "clearance of bodies", clearance},
     {"wheels", "momentum of reaction wheels and torque of their motors", wheels},
-    {"thrusters", "forces of thrusters and propellant used", thrusters},
+    {"thrusters", "impulse of thrusters that fire, and propellant used", thrusters},
 }};
 
 }  // namespace

@@ -61,6 +61,8 @@ class BaseActuation {
   bool has_thrusters() const { return actuators_.thrusters != nullptr; }
   std::size_t thruster_count() const { return has_thrusters() ? actuators_.thrusters->size() : 0; }
   bool feeds_forward() const { return actuators_.feedforward; }
+  /// Rates of the wheels in a state's velocities [rad/s].
+  std::vector<double> wheel_rates(std::span<const double> v) const;
   /// What attitude control asks for in a state; zero without it [N m], in the root's axes. `ahead`: what is fed
   /// forward, within the law's limit.
   Vector3d attitude_torque_in(const State& state, const Vector3d& ahead = Vector3d::zero()) const;
@@ -72,14 +74,15 @@ class BaseActuation {
   /// Wrenches of the thrusters, one each, on the root in this pose.
   void push(double t, const Posed& X_WB, std::span<ExternalWrench> wrenches);
   /// A torque is asked for, on the root's body, in its axes [N m]: motors' efforts (per Model::joints()) or forces on
-  /// the root (per velocity). `v`: of the whole model.
-  void drive(const Vector3d& torque, std::span<const double> v, std::span<double> effort, std::span<double> force);
+  /// the root (per velocity). `wheel_rates`: as the laws know them, empty if they do not yet [rad/s].
+  void drive(const Vector3d& torque, std::span<const double> wheel_rates, std::span<double> effort,
+             std::span<double> force);
   /// The forces that prescribed rates take are known (per velocity, friction per joint among them): efforts of motors
   /// that hold, and what has been given of the torque.
   void conclude(std::span<const double> force, std::span<const double> friction, std::span<double> effort);
-  /// Generalized forces, per velocity, that attitude control adds in a state; what holds wheels at their rates follows
+  /// Generalized forces, per velocity, that attitude control and thrusters add in a state; what holds wheels follows
   /// from the motion, and no law knows it. `effort`: scratch, per joint.
-  void add_beside(const State& state, std::span<double> effort, std::span<double> beside) const;
+  void add_beside(double t, const State& state, std::span<double> effort, std::span<double> beside);
 
   /// What was asked for last, and what was given of it, on the root's body, in its axes [N m].
   const Vector3d& asked() const { return asked_; }
@@ -116,9 +119,10 @@ class BaseActuation {
  private:
   void check_actuators() const;
   void choose_wheels(std::span<const double> v, const Evaluation& evaluate);
-  void choose_thrusters(double t, std::span<const double> v, const Evaluation& evaluate);
+  void choose_thrusters(double t, const Evaluation& evaluate);
   bool triggers_by_state() const;
   Vector3d countered() const;
+  void look_at_thrusts(double t);
   double driving_on(std::size_t wheel, const Evaluation& evaluate);
 
   std::optional<AttitudeControl> attitude_;
@@ -132,6 +136,7 @@ class BaseActuation {
   double same_time_ = 0;
   std::vector<double> thrusts_;
   Vector3d thrust_torque_ = Vector3d::zero();  // about the bank's point, as it is
+  Wrenchd thrust_ = Wrenchd::zero();           // about the root's origin, in its axes
   Vector3d asked_ = Vector3d::zero(), given_ = Vector3d::zero();
 };
 

@@ -94,6 +94,7 @@ class ControlClock {
   struct Command {
     std::vector<double> effort;  // per channel [N m or N]
     Vector3d base_torque = Vector3d::zero();
+    std::vector<double> wheel_rates = {};  // of PhaseSetup::wheels, as the laws saw them at the tick [rad/s]
   };
 
   /// @throws std::invalid_argument if the period is not positive and finite, or the delay negative or not finite.

@@ -304,7 +304,7 @@ void PhaseDynamics::drive_root() {
   } else if (setup_.attitude) {
     torque = base_.attitude_torque_in(now_, base_.feeds_forward() ? arms_ahead() : Vector3d::zero());
   }
-  base_.drive(torque, now_.v, motor_, force_);
+  base_.drive(torque, laws_speak() ? base_.wheel_rates(now_.v) : setup_.clock->held().wheel_rates, motor_, force_);
 }
 
 // What the joints' motion takes from the base, as far as laws know it: joints that follow something accelerate as that.
@@ -330,7 +330,7 @@ double PhaseDynamics::said_by_law(std::size_t joint) const {
 }
 
 // Friction, efforts of joints under other laws, attitude control. Computed torque waits for what the controller says.
-void PhaseDynamics::gather_beside() {
+void PhaseDynamics::gather_beside(double t) {
   beside_.assign(now_.v.size(), 0.0);
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const Body& body = model_.bodies()[model_.joints()[j]];
@@ -339,7 +339,7 @@ void PhaseDynamics::gather_beside() {
     if (output_of(setup_.drives[j].control) == ControlOutput::effort)
       beside_[body.v] += joint_motor::within_line(joint, said_by_law(j), now_.v[body.v]);
   }
-  base_.add_beside(now_, motor_, beside_);
+  base_.add_beside(t, now_, motor_, beside_);
 }
 
 // What the controller says now.
@@ -352,7 +352,7 @@ void PhaseDynamics::ask_controller(double t) {
   }
   std::fill(commanded_effort_.begin(), commanded_effort_.end(), 0.0);
   ControlCommand command{commanded_effort_};
-  gather_beside();
+  gather_beside(t);
   const SensorReadings* readings = setup_.sensors ? &setup_.sensors->readings() : nullptr;
   setup_.controller->update({t, law_model(), now_, desired_, sensed_, beside_, readings}, command);
   const auto refuse = [&](const std::string& what) {
@@ -427,7 +427,7 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     throw;
   }
   sampling_ = false;
-  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked()};
+  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked(), base_.wheel_rates(now_.v)};
   for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
     const auto j = static_cast<std::size_t>(setup_.channels[c]);
     if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = told_[j];

@@ -192,7 +192,7 @@ class PhaseDynamics {
   /// Whether laws say what acts, now; else what the clock holds acts.
   bool laws_speak() const { return !setup_.clock || sampling_; }
   double said_by_law(std::size_t joint) const;
-  void gather_beside();
+  void gather_beside(double t);
   void ask_controller(double t);
   void refuse_runaway(double t) const;
   void drive_root();

@@ -137,9 +137,9 @@ void WheelArray::add_in_null_space(std::span<const double> torques, std::span<do
   }
 }
 
-Vector3d WheelArray::momentum(std::span<const double> v) const {
+Vector3d WheelArray::momentum(std::span<const double> rates) const {
   Vector3d momentum = Vector3d::zero();
-  for (const ReactionWheel& wheel : wheels_) momentum += (wheel.inertia * v[wheel.velocity]) * wheel.axis;
+  for (std::size_t i = 0; i < rates.size(); ++i) momentum += (wheels_[i].inertia * rates[i]) * wheels_[i].axis;
   return momentum;
 }
 

@@ -63,9 +63,9 @@ class WheelArray {
   /// Adds to the efforts of free wheels the part of these torques (per wheel) that gives none on the carrying body,
   ///     (1 - A^+ A) u, times the largest factor up to 1 with which no motor exceeds its torque.          (2)
   void add_in_null_space(std::span<const double> torques, std::span<double> effort) const;
-  /// Momentum of the wheels relative to the carrying body, in its axes: sum of J a rate [N m s]. `v`: velocities of the
-  /// whole model.
-  Vector3d momentum(std::span<const double> v) const;
+  /// Momentum of the wheels relative to the carrying body, in its axes: sum of J a rate [N m s]. `rates`: per wheel
+  /// [rad/s]; none: zero.
+  Vector3d momentum(std::span<const double> rates) const;
   /// The torque on the carrying body that motors' efforts give.
   Vector3d torque_of(std::span<const double> effort) const;
 
