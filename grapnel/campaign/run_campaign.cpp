@@ -152,13 +152,14 @@ constexpr std::uint64_t kGrowth = 4;
 struct Setting {
   std::string_view reason, setting;
 };
-constexpr std::array<Setting, 12> kSettings{{
+constexpr std::array<Setting, 13> kSettings{{
     {"loops are closed", "two or more grasps hold one target; simulate: impact leaves the motion afterwards out"},
     {"grasps close on arrival", "grasps[].closes_on_arrival, or approach.capture_at: envelope"},
     {"a law moves the joints together", "post_impact.joints"},
     {"control is sampled", "control"},
     {"a controller of its own is asked", "post_impact.joints"},
     {"reaction wheels give the base's torque", "base_control.actuators"},
+    {"motors of control moment gyros work", "the robot's gyros"},
     {"thrusters push the base", "base_control.actuators, or dumping"},
     {"the base's torque follows the arms", "base_control.feedforward"},
     {"the method is not adaptive_8", "integration.method"},

@@ -75,6 +75,7 @@ JointLaw LawRun::make_law(const CaptureSystem& system) const {
   const Model& model = system.model;
   JointLaw law;
   law.gravity = problem_.gravity;
+  for (const CaptureSystem::Gyro& gyro : system.gyros) law.steady.insert(law.steady.end(), {gyro.gimbal, gyro.rotor});
   if (post.joints == PostImpactSetup::Joints::keep_base_attitude) {
     const KeepBaseSetup keep = post.keep_base_attitude.value_or(KeepBaseSetup{});
     law.joints = system.robot_joints;
@@ -112,7 +113,7 @@ void LawRun::report_begin(const State& state, double time) {
     describe(state, time);  // until more is known
     return;
   }
-  EffortResponse response(system_->model, law_->joints, {});
+  EffortResponse response(system_->model, law_->joints, {}, law_->steady);
   const BaseKeepingCommand first =
       base_keeping_command(std::get<BaseKeepingLaw>(law_->law), state, {}, law_->gravity, response);
   BaseKeepingReport& report = base_keeping_.emplace();

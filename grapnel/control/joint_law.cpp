@@ -3,7 +3,7 @@
 namespace grapnel {
 
 JointLawEvaluation::JointLawEvaluation(const Model& model, const JointLaw& law)
-    : law_(law), response_(model, law.joints, law.closures) {}
+    : law_(law), response_(model, law.joints, law.closures, law.steady) {}
 
 JointLawCommand JointLawEvaluation::at(const State& state, std::span<const double> force) {
   if (const auto* detumbling = std::get_if<DetumblingLaw>(&law_.law)) {

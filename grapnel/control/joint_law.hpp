@@ -19,6 +19,7 @@ struct JointLaw {
   std::vector<int> joints;            // that it drives: positions in Model::joints()
   std::vector<LoopClosure> closures;  // that are closed meanwhile; none with BaseKeepingLaw
   Vector3d gravity = Vector3d::zero();
+  std::vector<int> steady = {};  // joints whose own motors keep their rates (gyros): positions in Model::joints()
 };
 
 /// What it says at an instant.

@@ -108,6 +108,9 @@ void mount_robot(Node& bus, Node robot, const Mount& mount, const std::string& j
   if (const Node* wheels = robot.find("wheels"); wheels && !wheels->items.empty())
     faults.add(wheels->mark,
                "an arm on a bus has reaction wheels; only the bus's base can: move them into the bus's file");
+  if (const Node* gyros = robot.find("gyros"); gyros && !gyros->items.empty())
+    faults.add(gyros->mark,
+               "an arm on a bus has control moment gyros; only the bus's base can: move them into the bus's file");
   if (const Node* thrusters = robot.find("thrusters"); thrusters && !thrusters->items.empty())
     faults.add(thrusters->mark,
                "an arm on a bus has thrusters; only the bus's base can: move them into the bus's file");

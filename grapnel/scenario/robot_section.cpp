@@ -362,6 +362,49 @@ struct Described<WheelSetup> {
 };
 
 template <>
+struct Described<MomentGyroSetup> {
+  using T = MomentGyroSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "").required(),
+      field<&T::gimbal_axis>("gimbal_axis", "", "Unit vector in the base's frame, about which the gimbal turns.")
+          .as("unit vector")
+          .required(),
+      field<&T::spin_axis>("spin_axis", "",
+                           "Unit vector in the base's frame, perpendicular to gimbal_axis: the rotor's axis with the "
+                           "gimbal at its zero.")
+          .as("unit vector")
+          .required(),
+      field<&T::inertia>("inertia", "kg m^2", "Of the rotor about its axis. The base's own inertia includes the gyro.")
+          .above(0)
+          .required(),
+      field<&T::spin_rate>("spin_rate", "rad/s", "Of the rotor in the gimbal, which its motor keeps.")
+          .above(0)
+          .up_to(1e+09)
+          .required(),
+      field<&T::gimbal_inertia>("gimbal_inertia", "kg m^2",
+                                "About the gimbal's axis, of all that turns with it; more than half of inertia, which "
+                                "the rotor has across its own axis.")
+          .above(0)
+          .required(),
+      field<&T::torque>("torque", "N m", "Largest torque of the gimbal's motor; absent: none.")
+          .above(0)
+          .as("number or infinity")
+          .optional(),
+      field<&T::rate>("rate", "rad/s", "Largest rate that is commanded to the gimbal; absent: none.")
+          .above(0)
+          .up_to(1e+09)
+          .as("number or infinity")
+          .optional(),
+      field<&T::bandwidth>("bandwidth", "1/s", "Of the loops by which the motors keep both rates.").above(0).up_to(1e+06),
+  });
+  static constexpr Type type =
+      structure<T>("moment_gyro",
+                   "A control moment gyro: a rotor at a constant rate in a gimbal that a motor turns against the base. "
+                   "What turns it: base_control of scenarios.",
+                   fields);
+};
+
+template <>
 struct Described<PlumeSetup> {
   using T = PlumeSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -471,6 +514,10 @@ struct Described<RobotSetup> {
           .items(0, 4000),
       field<&T::end_effectors>("end_effectors", "", "Named frames on links, or on the base, that can grasp."),
       field<&T::wheels>("wheels", "", "Reaction wheels of the base. Its mass, centre of mass and inertia include them.")
+          .items(0, 100),
+      field<&T::gyros>("gyros", "",
+                       "Control moment gyros of the base. Its mass, centre of mass and inertia include them, rotors at "
+                       "rest and gimbals at their zeros.")
           .items(0, 100),
       field<&T::thrusters>("thrusters", "", "Thrusters of the base.").items(0, 100),
       field<&T::propellant>("propellant", "kg",
@@ -649,6 +696,7 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
   check_parents(links, below(path, "links"), robot, faults);
   finish_end_effectors(part(node, "end_effectors"), below(path, "end_effectors"), robot, faults);
   finish_actuators(part(node, "wheels"), below(path, "wheels"), "wheel", setup.wheels.size(), faults);
+  finish_actuators(part(node, "gyros"), below(path, "gyros"), "gyro", setup.gyros.size(), faults);
   finish_actuators(part(node, "thrusters"), below(path, "thrusters"), "thruster", setup.thrusters.size(), faults);
   order_joints(robot, sound_structure && faults.empty(), node.mark, faults);
   return robot;

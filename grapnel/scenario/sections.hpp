@@ -140,7 +140,8 @@ struct TrajectoryFile {
 /// A header line time,JOINT,... and a line of numbers per sample; docs/formats/scenario.md describes it. Empty where
 /// faults leave the motion in doubt.
 std::optional<SampledMotion> read_trajectory(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
-/// The same of joint efforts, with columns base.x, base.y and base.z of a torque on the base, all or none.
+/// The same of joint efforts, with columns base.x, base.y and base.z of a torque on the base, all or none, or in their
+/// place wheel.NAME, gyro.NAME and thruster.NAME of its actuators.
 std::optional<EffortLog> read_efforts(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
 
 /// A capture problem from a Node tree. `robot` may lack everything where its file could not be read; names and joints
