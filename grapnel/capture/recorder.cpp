@@ -79,7 +79,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
       joints);
   controls_base_ = (problem.approach && problem.approach->base_control) ||
                    (problem.post_impact && problem.post_impact->base_control) ||
-                   (problem.control && problem.control->base_torque);
+                   (problem.control && (problem.control->base_torque ||
+                                        (problem.control->log && problem.control->log->tells_actuators())));
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
   if (!system.wheels.empty()) {
     std::vector<std::string> wheels;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "grapnel/scenario/actuator_arrays.hpp"
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/sections.hpp"
@@ -500,6 +501,13 @@ constexpr Field links(std::string_view key, std::string_view unit, std::string_v
   return f;
 }
 
+// A key that stands for members which others read too.
+constexpr Field file_key(std::string_view key, const Type& (*type)(), std::string_view text) {
+  Field f;
+  f.key = key, f.text = text, f.type = type;
+  return f.optional();
+}
+
 }  // namespace
 
 template <>
@@ -515,6 +523,8 @@ struct Described<RobotSetup> {
       field<&T::end_effectors>("end_effectors", "", "Named frames on links, or on the base, that can grasp."),
       field<&T::wheels>("wheels", "", "Reaction wheels of the base. Its mass, centre of mass and inertia include them.")
           .items(0, 100),
+      file_key("wheel_array", &wheel_array_description, "Equal reaction wheels in a usual arrangement."),
+      file_key("gyro_array", &gyro_array_description, "Equal control moment gyros in a usual arrangement."),
       field<&T::gyros>("gyros", "",
                        "Control moment gyros of the base. Its mass, centre of mass and inertia include them, rotors at "
                        "rest and gimbals at their zeros.")
@@ -526,10 +536,12 @@ struct Described<RobotSetup> {
           .above(0)
           .optional(),
   });
+  static constexpr auto rules = std::to_array<Rule>({not_both("wheels, wheel_array"), not_both("gyros, gyro_array")});
   static constexpr Type type =
-      structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields);
+      structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields, rules);
 };
 
+const Type& joint_friction_description() { return type_of<JointFriction>(); }
 const Type& shapes_description() { return type_of<std::vector<Geometry>>(); }
 const Type& robot_description() { return type_of<RobotSetup>(); }
 
@@ -685,6 +697,16 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
   const bool sound_structure = faults.empty();
   setup.bodies.resize(1);
   read_members(node, robot_description(), path, &setup, {faults, meshes, nullptr, &setup});
+  if (const Node* array = node.find("wheel_array")) {
+    WheelArraySetup wheels;
+    read_members(*array, wheel_array_description(), below(path, "wheel_array"), &wheels, {faults, meshes, nullptr, &setup});
+    setup.wheels = wheels_of(wheels);
+  }
+  if (const Node* array = node.find("gyro_array")) {
+    GyroArraySetup gyros;
+    read_members(*array, gyro_array_description(), below(path, "gyro_array"), &gyros, {faults, meshes, nullptr, &setup});
+    setup.gyros = gyros_of(gyros);
+  }
   add_conflicts(robot_conflicts(setup, path), node, faults);
   finish_base(part(node, "base"), below(path, "base"), robot, faults);
   const Node& links = part(node, "links");
