@@ -84,10 +84,11 @@ void GyroMonitor::write(CaptureResult& result) const {
   double time = 0, lacking = 0;
   for (const SingularityHazard& hazard : report_.hazards)
     time += hazard.duration(), lacking = std::max(lacking, hazard.largest_torque_lacking);
-  result.warnings.push_back(fmt::format(
-      "gyros: for {:.4g} s, first at t = {:.6g} s, the array was near a singularity (measure down to {:.3g}, below {:g}), "
-      "where up to {:.3g} N m of the torque asked for was not given",
-      time, report_.hazards.front().begin, report_.least_singularity_measure, report_.near, lacking));
+  result.warnings.push_back(
+      fmt::format("gyros: for {:.4g} s, first at t = {:.6g} s, the array was near a singularity (measure down to "
+                  "{:.3g}, below {:g}), "
+                  "where up to {:.3g} N m of the torque asked for was not given",
+                  time, report_.hazards.front().begin, report_.least_singularity_measure, report_.near, lacking));
 }
 
 }  // namespace grapnel

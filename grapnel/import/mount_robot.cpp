@@ -108,10 +108,10 @@ void mount_robot(Node& bus, Node robot, const Mount& mount, const std::string& j
     return;
   }
   constexpr std::array<std::pair<const char*, const char*>, 5> kOfBase{{{"wheels", "reaction wheels"},
-                                                                         {"wheel_array", "reaction wheels"},
-                                                                         {"gyros", "control moment gyros"},
-                                                                         {"gyro_array", "control moment gyros"},
-                                                                         {"thrusters", "thrusters"}}};
+                                                                        {"wheel_array", "reaction wheels"},
+                                                                        {"gyros", "control moment gyros"},
+                                                                        {"gyro_array", "control moment gyros"},
+                                                                        {"thrusters", "thrusters"}}};
   for (const auto& [key, what] : kOfBase) {
     if (const Node* list = robot.find(key); list && !(list->items.empty() && list->entries.empty()))
       faults.add(list->mark,

@@ -78,19 +78,19 @@ struct WheelSetup {
 };
 
 /// A control moment gyro with one gimbal: a balanced rotor that its motor keeps at a rate, in a gimbal that turns
-/// against the base about an axis fixed in it, perpendicular to the rotor's. The base's mass, centre of mass and inertia
-/// are those with all gyros in it, rotors at rest and gimbals at their zeros; as of wheels, neither where a gyro is nor
-/// what it weighs matters beside.
+/// against the base about an axis fixed in it, perpendicular to the rotor's. The base's mass, centre of mass and
+/// inertia are those with all gyros in it, rotors at rest and gimbals at their zeros; as of wheels, neither where a
+/// gyro is nor what it weighs matters beside.
 struct MomentGyroSetup {
   std::string name;
-  Vector3d gimbal_axis{0, 0, 1};                             // unit, in the base's frame
-  Vector3d spin_axis{1, 0, 0};                               // unit, in the base's frame, with the gimbal at its zero
-  double inertia = 0;                                        // of the rotor, about its axis [kg m^2]
-  double spin_rate = 0;                                      // of the rotor in the gimbal [rad/s]
-  double gimbal_inertia = 0;                                 // of all that the gimbal turns, about its axis [kg m^2]
-  double torque = std::numeric_limits<double>::infinity();   // largest of the gimbal's motor [N m]
-  double rate = std::numeric_limits<double>::infinity();     // largest that is commanded to the gimbal [rad/s]
-  double bandwidth = 20;                                     // of the loops that keep both rates [1/s]
+  Vector3d gimbal_axis{0, 0, 1};                            // unit, in the base's frame
+  Vector3d spin_axis{1, 0, 0};                              // unit, in the base's frame, with the gimbal at its zero
+  double inertia = 0;                                       // of the rotor, about its axis [kg m^2]
+  double spin_rate = 0;                                     // of the rotor in the gimbal [rad/s]
+  double gimbal_inertia = 0;                                // of all that the gimbal turns, about its axis [kg m^2]
+  double torque = std::numeric_limits<double>::infinity();  // largest of the gimbal's motor [N m]
+  double rate = std::numeric_limits<double>::infinity();    // largest that is commanded to the gimbal [rad/s]
+  double bandwidth = 20;                                    // of the loops that keep both rates [1/s]
 };
 
 /// What comes out of a thruster, against its force: a cone from where the force acts.

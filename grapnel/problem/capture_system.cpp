@@ -364,7 +364,6 @@ std::array<BodyDescription, 2> gyro_bodies(const MomentGyroSetup& gyro, const Bo
     body.mass = kRotorMass * base.mass;
   }
   gimbal.joint.axis = gyro.gimbal_axis, rotor.joint.axis = gyro.spin_axis;
-  gimbal.joint.limits.effort = gyro.torque, gimbal.joint.limits.rate = gyro.rate;
   gimbal.inertia = least_inertia(gyro.gimbal_axis, gyro.gimbal_inertia - 0.5 * gyro.inertia);
   rotor.inertia = least_inertia(gyro.spin_axis, gyro.inertia);
   return bodies;

@@ -113,16 +113,16 @@ class ControlConflicts : ConflictFinder {
   void check_gyro_torques(const std::string& path) {
     const std::vector<MomentGyroSetup>& gyros = problem_.robot.gyros;
     if (gyros.size() < 3) {
-      add(path, "{}: the robot's {} gyro{} cannot give torque about all axes; three or more are needed, or actuators: "
-                "outside",
+      add(path,
+          "{}: the robot's {} gyro{} cannot give torque about all axes; three or more are needed, or actuators: "
+          "outside",
           path, gyros.size(), gyros.size() == 1 ? "" : "s");
       return;
     }
     for (int k = 0; k < 3; ++k) {
       // A gyro gives torques across its gimbal's axis.
-      if (std::any_of(gyros.begin(), gyros.end(), [&](const MomentGyroSetup& g) {
-            return norm(cross(g.gimbal_axis, axis_vector(k))) >= 1e-6;
-          }))
+      if (std::any_of(gyros.begin(), gyros.end(),
+                      [&](const MomentGyroSetup& g) { return norm(cross(g.gimbal_axis, axis_vector(k))) >= 1e-6; }))
         continue;
       add(path, "{}: all gimbals of the robot's gyros turn about {}, so that they can give no torque about it", path,
           "xyz"[k]);
@@ -316,7 +316,8 @@ class ControlConflicts : ConflictFinder {
         const double time = log.thruster[i][row] * period;
         if (time == 0 || log.thruster[i][row] == 1 || time >= thruster.min_on_time) continue;
         add("control.torques",
-            "control.torques opens thruster {} at {} [s] for {} s, and its valve is open for {} s at least (min_on_time)",
+            "control.torques opens thruster {} at {} [s] for {:.6g} s, and its valve is open for {} s at least "
+            "(min_on_time)",
             in_quotes(thruster.name), log.times[row], time, thruster.min_on_time)
             .relies_on = "control.period";
         break;

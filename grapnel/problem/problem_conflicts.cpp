@@ -448,10 +448,11 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
     }
     if (!(gyro.gimbal_inertia > 0.5 * gyro.inertia)) {
       sound = false;
-      found.push_back({here + ".gimbal_inertia",
-                       fmt::format("{}{}.gimbal_inertia is {} [kg m^2], must be more than half of inertia, {}, which the "
-                                   "rotor has across its axis",
-                                   before, here, gyro.gimbal_inertia, 0.5 * gyro.inertia)});
+      found.push_back(
+          {here + ".gimbal_inertia",
+           fmt::format("{}{}.gimbal_inertia is {} [kg m^2], must be more than half of inertia, {}, which the "
+                       "rotor has across its axis",
+                       before, here, gyro.gimbal_inertia, 0.5 * gyro.inertia)});
     }
   }
   if (const std::string fault = sound ? wheel_fault(robot) : ""; !fault.empty()) {

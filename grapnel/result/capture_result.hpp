@@ -488,9 +488,9 @@ struct GyroReport {
   std::string name;
   double momentum = 0;  // of the rotor in its gimbal [N m s]
   double angle_before = 0, angle_after = 0;
-  double largest_rate = 0;                                           // at the instants that were looked at
-  double largest_torque = std::numeric_limits<double>::quiet_NaN();  // likewise; unknown where nobody looked
-  double rate_limit = 0, torque_limit = 0;                           // infinite: none
+  double largest_rate = 0;                                                // at the instants that were looked at
+  double largest_torque = std::numeric_limits<double>::quiet_NaN();       // likewise; unknown where nobody looked
+  double rate_limit = 0, torque_limit = 0;                                // infinite: none
   double largest_spin_torque = std::numeric_limits<double>::quiet_NaN();  // of the rotor's motor, likewise
 };
 /// A time in which an array that is steered is near a singularity.
@@ -504,8 +504,8 @@ struct SingularityHazard {
 struct GyrosReport {
   std::vector<GyroReport> each;
   double least_singularity_measure = std::numeric_limits<double>::infinity();
-  bool steered = false;                                           // by attitude control or a controller
-  double near = std::numeric_limits<double>::quiet_NaN();         // measure below which it is; unknown if never steered
+  bool steered = false;                                    // by attitude control or a controller
+  double near = std::numeric_limits<double>::quiet_NaN();  // measure below which it is; unknown if never steered
   double largest_torque_lacking = std::numeric_limits<double>::quiet_NaN();  // [N m]; likewise
   std::vector<SingularityHazard> hazards;
 };

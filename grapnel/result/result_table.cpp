@@ -129,8 +129,8 @@ std::string gyro_table(const CaptureResult& result) {
   if (!result.gyros) return "";
   const GyrosReport& all = *result.gyros;
   TextTable table;
-  table.row({"control moment gyro", "momentum", "angle before", "after", "largest rate", "limit", "largest torque", "limit",
-             "of rotor"});
+  table.row({"control moment gyro", "momentum", "angle before", "after", "largest rate", "limit", "largest torque",
+             "limit", "of rotor"});
   table.row({"", "N m s", "rad", "rad", "rad/s", "rad/s", "N m", "N m", "N m"});
   const auto limit = [](double x) { return std::isfinite(x) ? short_number(x) : "none"; };
   const auto known = [](double x) { return std::isnan(x) ? "-" : short_number(x); };
@@ -552,9 +552,8 @@ std::string ledger_table(const Ledger& ledger) {
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
          release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) +
-         gyro_table(result) +
-         thruster_table(result) + joint_mode_table(result) + loop_tables(result) + load_table(result) +
-         clearance_table(result) + ledger_table(result.ledger);
+         gyro_table(result) + thruster_table(result) + joint_mode_table(result) + loop_tables(result) +
+         load_table(result) + clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

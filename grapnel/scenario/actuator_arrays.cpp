@@ -8,7 +8,8 @@
 namespace grapnel {
 
 template <>
-struct Described<ArrayConfiguration> : Enumeration<ArrayConfiguration, "ArrayConfiguration", "orthogonal", "pyramid"> {};
+struct Described<ArrayConfiguration> : Enumeration<ArrayConfiguration, "ArrayConfiguration", "orthogonal", "pyramid"> {
+};
 template <>
 struct Described<BaseAxis> : Enumeration<BaseAxis, "BaseAxis", "x", "y", "z"> {};
 
@@ -51,8 +52,7 @@ constexpr Field friction_key() {
   f.place = [](void* owner) -> void* { return &static_cast<WheelArraySetup*>(owner)->each.friction; };
   return f;
 }
-constexpr auto kLayoutRules =
-    std::to_array<Rule>({when("configuration", "orthogonal").forbid("axis, skew, azimuth")});
+constexpr auto kLayoutRules = std::to_array<Rule>({when("configuration", "orthogonal").forbid("axis, skew, azimuth")});
 
 }  // namespace
 
@@ -122,9 +122,8 @@ struct Described<GyroArraySetup> {
           .up_to(1e+06)
           .by_default("20"),
   });
-  static constexpr Type type =
-      structure<T>("gyro_array", "Equal control moment gyros in a usual arrangement, in place of gyros.", fields,
-                   kLayoutRules);
+  static constexpr Type type = structure<T>(
+      "gyro_array", "Equal control moment gyros in a usual arrangement, in place of gyros.", fields, kLayoutRules);
 };
 
 const Type& wheel_array_description() { return type_of<WheelArraySetup>(); }

@@ -64,8 +64,9 @@ template <>
 struct Described<GyroSteering> {
   using T = GyroSteering;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::near>("near", "1",
-                      "Singularity measure below which the array counts as near a singularity, and its rates are damped.")
+      field<&T::near>(
+          "near", "1",
+          "Singularity measure below which the array counts as near a singularity, and its rates are damped.")
           .above(0)
           .up_to(1000),
       field<&T::damping>("damping", "1", "Of the rates, at a singularity.").above(0).up_to(1000),

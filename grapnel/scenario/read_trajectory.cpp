@@ -106,7 +106,8 @@ class TrajectoryReader {
       {CsvColumn::Kind::thruster, "thruster.", " [1]", "the whole period"},
   }};
   static const Actuator* actuator(CsvColumn::Kind kind) {
-    const auto at = std::find_if(kActuators.begin(), kActuators.end(), [&](const Actuator& a) { return a.kind == kind; });
+    const auto at =
+        std::find_if(kActuators.begin(), kActuators.end(), [&](const Actuator& a) { return a.kind == kind; });
     return at == kActuators.end() ? nullptr : &*at;
   }
   std::vector<std::string> actuator_names(CsvColumn::Kind kind) const {
@@ -145,8 +146,8 @@ class TrajectoryReader {
     return false;
   }
   void take_command(CsvColumn& column, double value, const CsvCell& field) {
-    const bool within = column.kind == CsvColumn::Kind::thruster ? value >= 0 && value <= 1
-                                                                 : std::abs(value) <= actuator_limit(column);
+    const bool within =
+        column.kind == CsvColumn::Kind::thruster ? value >= 0 && value <= 1 : std::abs(value) <= actuator_limit(column);
     if (!within && column.beyond++ == 0) column.first_beyond = mark_at(field.begin), column.value_beyond = value;
     column.values.push_back(value);
   }
@@ -283,7 +284,8 @@ class TrajectoryReader {
       faults_.add(mark, "the header has some of base.x, base.y and base.z, must have all or none");
     const auto tells = [](const CsvColumn& column) { return actuator(column.kind) != nullptr; };
     if (met.contains(kTorqueColumns[0]) && std::any_of(columns_.begin(), columns_.end(), tells))
-      faults_.add(mark, "the header has base.x, which wheels and others would give, and columns of these too; leave out one");
+      faults_.add(mark,
+                  "the header has base.x, which wheels and others would give, and columns of these too; leave out one");
     if (!robot_.count_known()) return;
     std::vector<std::string> joints, rates;
     for (const JointDescription& joint : robot_.joints) {
@@ -397,9 +399,8 @@ class TrajectoryReader {
                                  : column.kind == CsvColumn::Kind::effort
                                      ? fmt::format("effort limit {}", limits.effort)
                                      : fmt::format("limits {} to {}", limits.lower, limits.upper);
-      faults_.add(column.first_beyond,
-                  fmt::format("{} is {}, beyond the joint's {}{}", shortened(column.name), column.value_beyond, bounds,
-                              more));
+      faults_.add(column.first_beyond, fmt::format("{} is {}, beyond the joint's {}{}", shortened(column.name),
+                                                   column.value_beyond, bounds, more));
     }
     // A line with a fault may be the sample that lacks.
     if (motion_.times.size() < 2 && faults_.size() == before_) {

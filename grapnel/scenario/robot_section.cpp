@@ -396,7 +396,9 @@ struct Described<MomentGyroSetup> {
           .up_to(1e+09)
           .as("number or infinity")
           .optional(),
-      field<&T::bandwidth>("bandwidth", "1/s", "Of the loops by which the motors keep both rates.").above(0).up_to(1e+06),
+      field<&T::bandwidth>("bandwidth", "1/s", "Of the loops by which the motors keep both rates.")
+          .above(0)
+          .up_to(1e+06),
   });
   static constexpr Type type =
       structure<T>("moment_gyro",
@@ -537,8 +539,8 @@ struct Described<RobotSetup> {
           .optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("wheels, wheel_array"), not_both("gyros, gyro_array")});
-  static constexpr Type type =
-      structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields, rules);
+  static constexpr Type type = structure<T>(
+      "robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields, rules);
 };
 
 const Type& joint_friction_description() { return type_of<JointFriction>(); }
@@ -699,12 +701,14 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
   read_members(node, robot_description(), path, &setup, {faults, meshes, nullptr, &setup});
   if (const Node* array = node.find("wheel_array")) {
     WheelArraySetup wheels;
-    read_members(*array, wheel_array_description(), below(path, "wheel_array"), &wheels, {faults, meshes, nullptr, &setup});
+    read_members(*array, wheel_array_description(), below(path, "wheel_array"), &wheels,
+                 {faults, meshes, nullptr, &setup});
     setup.wheels = wheels_of(wheels);
   }
   if (const Node* array = node.find("gyro_array")) {
     GyroArraySetup gyros;
-    read_members(*array, gyro_array_description(), below(path, "gyro_array"), &gyros, {faults, meshes, nullptr, &setup});
+    read_members(*array, gyro_array_description(), below(path, "gyro_array"), &gyros,
+                 {faults, meshes, nullptr, &setup});
     setup.gyros = gyros_of(gyros);
   }
   add_conflicts(robot_conflicts(setup, path), node, faults);

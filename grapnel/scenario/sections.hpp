@@ -80,10 +80,10 @@ constexpr Field rpy_of() {
       .optional();
 }
 
-const Type& robot_description();         ///< of a RobotSetup
+const Type& robot_description();  ///< of a RobotSetup
 const Type& joint_friction_description();
-const Type& wheel_array_description();  ///< of a WheelArraySetup (actuator_arrays.hpp), which files hold
-const Type& gyro_array_description();   ///< of a GyroArraySetup
+const Type& wheel_array_description();   ///< of a WheelArraySetup (actuator_arrays.hpp), which files hold
+const Type& gyro_array_description();    ///< of a GyroArraySetup
 const Type& scenario_description();      ///< of a CaptureProblem, its robot included
 const Type& shapes_description();        ///< of a std::vector<Geometry>
 const Type& import_description();        ///< of the choices for a robot that is imported

@@ -13,8 +13,8 @@ constexpr double kDrivenOn = 1e-9;
 }  // namespace
 
 BaseActuation::BaseActuation(const Model& model, const std::optional<AttitudeControl>& attitude, int commanded_root,
-                             std::vector<ReactionWheel> wheels, std::vector<MomentGyro> gyros,
-                             BaseActuators actuators, std::shared_ptr<ControlClock> clock)
+                             std::vector<ReactionWheel> wheels, std::vector<MomentGyro> gyros, BaseActuators actuators,
+                             std::shared_ptr<ControlClock> clock)
     : attitude_(attitude),
       root_(attitude ? attitude->root : commanded_root),
       wheels_(std::move(wheels)),

@@ -2,8 +2,9 @@
 
 /// @file
 /// What drives the base: the torque that laws ask for on a free root, and how it is given, from outside, by reaction
-/// wheels, control moment gyros or by thrusters; and thrusters that take the wheels' momentum out. PhaseDynamics asks it what it adds to
-/// efforts, forces and prescribed rates, and when its modes change. Thread safety: one thread at a time.
+/// wheels, control moment gyros or by thrusters; and thrusters that take the wheels' momentum out. PhaseDynamics asks
+/// it what it adds to efforts, forces and prescribed rates, and when its modes change. Thread safety: one thread at a
+/// time.
 
 #include <cstdint>
 #include <functional>

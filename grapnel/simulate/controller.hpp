@@ -38,8 +38,8 @@ struct ControlInput {
   const SensorReadings* readings = nullptr;  // beside the state; null without sensors
 };
 
-/// What the base's actuators are told one by one, in the robot's order; empty: nothing of its kind is told anything, and
-/// motors give no torque, gimbals stand still, valves are closed.
+/// What the base's actuators are told one by one, in the robot's order; empty: nothing of its kind is told anything,
+/// and motors give no torque, gimbals stand still, valves are closed.
 struct ActuatorCommands {
   std::vector<double> wheel_torque = {};  // of the motors on the wheels [N m]
   std::vector<double> gimbal_rate = {};   // of control moment gyros, relative to the base [rad/s]

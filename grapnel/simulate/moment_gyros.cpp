@@ -50,9 +50,8 @@ GyroArray::GyroArray(std::vector<MomentGyro> gyros, const GyroSteering& steering
       cut_(gyros_.size()) {
   for (const MomentGyro& g : gyros_) {
     if (!(std::abs(norm(g.gimbal_axis) - 1) < 1e-9) || !(std::abs(norm(g.spin_axis) - 1) < 1e-9) ||
-        !(std::abs(dot(g.gimbal_axis, g.spin_axis)) < 1e-6) ||
-        !(g.inertia > 0) || !std::isfinite(g.momentum()) || g.spin_rate == 0 || !(g.torque > 0) || !(g.rate > 0) ||
-        !(g.bandwidth > 0))
+        !(std::abs(dot(g.gimbal_axis, g.spin_axis)) < 1e-6) || !(g.inertia > 0) || !std::isfinite(g.momentum()) ||
+        g.spin_rate == 0 || !(g.torque > 0) || !(g.rate > 0) || !(g.bandwidth > 0))
       throw std::invalid_argument(
           "GyroArray: axes are perpendicular unit vectors, inertia, limits and bandwidth positive, and rotors spin");
   }

@@ -21,10 +21,10 @@ namespace grapnel {
 /// and with the torque that this takes: the rotor's whatever it is, the gimbal's up to its largest, beyond which the
 /// gimbal turns as the largest lets it.
 struct MomentGyro {
-  int gimbal = -1, rotor = -1;  // positions in Model::joints()
-  int gimbal_coordinate = -1;   // of its angle, in State::q
-  int gimbal_velocity = -1;     // of its rate relative to the carrying body, in State::v
-  int rotor_velocity = -1;      // relative to the gimbal
+  int gimbal = -1, rotor = -1;                              // positions in Model::joints()
+  int gimbal_coordinate = -1;                               // of its angle, in State::q
+  int gimbal_velocity = -1;                                 // of its rate relative to the carrying body, in State::v
+  int rotor_velocity = -1;                                  // relative to the gimbal
   Vector3d gimbal_axis{0, 0, 1};                            // unit, in the carrying body's frame
   Vector3d spin_axis{1, 0, 0};                              // unit, perpendicular to it; there, at gimbal angle zero
   double inertia = 0;                                       // of the rotor, about its axis [kg m^2]
@@ -73,8 +73,8 @@ class GyroArray {
   void prescribe(std::span<const double> v, std::span<std::uint8_t> prescribed, std::span<std::uint8_t> as_commanded,
                  std::span<double> acceleration);
   /// Forces that prescribed motions take (per velocity) are known. Whether gimbals' motors would need more than they
-  /// have: these now give their largest (`effort`, per Model::joints()), are no longer prescribed, and the motion has to
-  /// be found again.
+  /// have: these now give their largest (`effort`, per Model::joints()), are no longer prescribed, and the motion has
+  /// to be found again.
   bool cut(std::span<const double> force, std::span<std::uint8_t> prescribed, std::span<double> effort);
   /// Efforts of all motors that are not cut.
   void conclude(std::span<const double> force, std::span<double> effort) const;
@@ -89,16 +89,17 @@ class GyroArray {
   std::span<const double> commanded() const { return commanded_; }
   /// What the commanded rates leave of the torque that was to be given [N m].
   const Vector3d& lacking() const { return lacking_; }
-  /// The torque on the carrying body by turning the momenta, -A d - w x h, with the gimbal rates of the whole model's v.
+  /// The torque on the carrying body by turning the momenta, -A d - w x h, with the gimbal rates of the whole model's
+  /// v.
   Vector3d torque_of(std::span<const double> v, const Vector3d& w_B) const;
 
  private:
   std::vector<MomentGyro> gyros_;
   GyroSteering steering_;
-  double largest_ = 1;               // momentum
-  std::vector<Vector3d> h_, dh_;     // momenta and their derivatives by the angles
-  std::vector<double> commanded_;    // per gyro
-  std::vector<std::uint8_t> cut_;    // likewise
+  double largest_ = 1;             // momentum
+  std::vector<Vector3d> h_, dh_;   // momenta and their derivatives by the angles
+  std::vector<double> commanded_;  // per gyro
+  std::vector<std::uint8_t> cut_;  // likewise
   double measure_ = 0;
   Vector3d lacking_ = Vector3d::zero();
 };

@@ -207,8 +207,9 @@ void PhaseDynamics::check_gyros() {
   for (const MomentGyro& gyro : setup_.gyros) {
     const int gimbal = model_.joints().at(gyro.gimbal), rotor = model_.joints().at(gyro.rotor);
     const Body &on_base = model_.bodies()[gimbal], &in_gimbal = model_.bodies()[rotor];
-    if (on_base.v != gyro.gimbal_velocity || on_base.q != gyro.gimbal_coordinate || in_gimbal.v != gyro.rotor_velocity ||
-        in_gimbal.parent != gimbal || (base_.root() >= 0 && on_base.parent != base_.root()) ||
+    if (on_base.v != gyro.gimbal_velocity || on_base.q != gyro.gimbal_coordinate ||
+        in_gimbal.v != gyro.rotor_velocity || in_gimbal.parent != gimbal ||
+        (base_.root() >= 0 && on_base.parent != base_.root()) ||
         setup_.drives[gyro.gimbal].control != JointControl::free ||
         setup_.drives[gyro.rotor].control != JointControl::free)
       throw std::invalid_argument("PhaseDynamics: a gyro is no rotor in a gimbal of the root, on free joints");

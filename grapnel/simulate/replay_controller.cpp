@@ -23,7 +23,8 @@ ReplayController::ReplayController(std::shared_ptr<const EffortLog> log, std::ve
   };
   if (rows == 0 || log_->efforts.size() != names_.size() || has_other_rows(log_->efforts) ||
       has_other_rows(log_->wheel_torque) || has_other_rows(log_->gimbal_rate) || has_other_rows(log_->thruster) ||
-      (log_->tells_actuators() && !log_->base_torque.empty()) || (!log_->base_torque.empty() && log_->base_torque.size() != rows))
+      (log_->tells_actuators() && !log_->base_torque.empty()) ||
+      (!log_->base_torque.empty() && log_->base_torque.size() != rows))
     throw std::invalid_argument("ReplayController: the log needs a column of each joint and a number in every row");
 }
 

@@ -1,5 +1,5 @@
-// Control moment gyros, wheels and thrusters in captures: arrays by a few numbers, logs that tell each actuator its own,
-// arrays near a singularity.
+// Control moment gyros, wheels and thrusters in captures: arrays by a few numbers, logs that tell each actuator its
+// own, arrays near a singularity.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -65,8 +65,9 @@ std::string fault_of(const std::string& text, std::vector<Override> more = {}) {
 
 // Every row holds until the next: the wheel's torque, the gimbal's rate, pulses of a thruster in every period.
 TEST(ActuatorLog, TellsEveryActuatorItsOwn) {
-  const Log log(kHead + ",wheel.w,gyro.gyro-2,thruster.a,thruster.b\n0,0,0,0,0,0,0,0,0,0,0\n"
-                        "60.5,0,0,0,0,0,0,0.3,0.2,0.25,0\n62.5,0,0,0,0,0,0,-0.1,-0.1,0,1\n63.5,0,0,0,0,0,0,0,0,0,0\n");
+  const Log log(kHead +
+                ",wheel.w,gyro.gyro-2,thruster.a,thruster.b\n0,0,0,0,0,0,0,0,0,0,0\n"
+                "60.5,0,0,0,0,0,0,0.3,0.2,0.25,0\n62.5,0,0,0,0,0,0,-0.1,-0.1,0,1\n63.5,0,0,0,0,0,0,0,0,0,0\n");
   CaptureProblem problem = load_scenario(kScenario, log.overrides());
   ASSERT_TRUE(problem.control->log && problem.control->log->tells_actuators());
   EXPECT_FALSE(problem.control->base_torque);
@@ -119,7 +120,8 @@ TEST(ActuatorLog, IsRefusedWhereItDoesNotFit) {
   expect(kHead + ",gyro.gyro-5" + zeros + "0\n", {"the robot has no gyro 'gyro-5'; did you mean 'gyro-"});
   expect(kHead + ",wheel.w" + zeros + "0.5\n",
          {"grapnel_actuators.csv:3:16: error: wheel.w is 0.5, beyond the wheel's largest torque, 0.4"});
-  expect(kHead + ",gyro.gyro-1" + zeros + "-2\n", {":3:16: error: gyro.gyro-1 is -2, beyond the gyro's largest gimbal rate, 1"});
+  expect(kHead + ",gyro.gyro-1" + zeros + "-2\n",
+         {":3:16: error: gyro.gyro-1 is -2, beyond the gyro's largest gimbal rate, 1"});
   expect(kHead + ",thruster.a" + zeros + "1.5\n",
          {":3:16: error: thruster.a is 1.5, must be from 0 to 1, the share of a period for which the valve is open"});
   expect(kHead + ",thruster.a" + zeros + "on\n", {":3:16: error: thruster.a must be a number [1]"});
@@ -167,7 +169,8 @@ TEST(ActuatorArrays, ArePyramidsOrOrthogonal) {
 // Near a singularity from the start on: said in summary and warning, and momentum is kept all the same.
 TEST(GyroCapture, ASingularArrayIsSaid) {
   CaptureProblem problem = load_scenario(
-      kScenario, std::vector<Override>{{"initial.gimbal_angles", "[-90 deg, 0, 90 deg, 0]"}, {"post_impact.duration", "40"}});
+      kScenario,
+      std::vector<Override>{{"initial.gimbal_angles", "[-90 deg, 0, 90 deg, 0]"}, {"post_impact.duration", "40"}});
   const CaptureResult r = simulate_capture(problem);
   expect_passes(r);
   ASSERT_TRUE(r.gyros);

@@ -269,8 +269,9 @@ void expect_gyros_take_the_momentum(const CaptureProblem& p, const CaptureResult
   EXPECT_NEAR(base.quaternion_wxyz.y / base.quaternion_wxyz.w, std::tan(M_PI / 9), 1e-6);  // 40 deg about y
   const Vector3d L = last("system/angular_momentum");
   const double lacking = norm(L - rotation_matrix(base.quaternion_wxyz) * stored);
-  std::printf("[ measured ] momentum %.4g N m s, of which the gyros lack %.2g; %.3g N m on the base by motors of %.3g\n",
-              norm(L), lacking, on_base, most);
+  std::printf(
+      "[ measured ] momentum %.4g N m s, of which the gyros lack %.2g; %.3g N m on the base by motors of %.3g\n",
+      norm(L), lacking, on_base, most);
   EXPECT_GT(norm(L), 5);
   EXPECT_LT(lacking, 1e-3 * norm(L));
   EXPECT_GT(on_base, 20 * most);
