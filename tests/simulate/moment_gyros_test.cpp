@@ -243,6 +243,25 @@ TEST(MomentGyros, GimbalsStandStillWhileTheirBaseTurns) {
   EXPECT_GT(holding, 0.5);
 }
 
+// Rates that an impact has changed come back to what they are to be, each as exp(-k t), by their motors' work.
+TEST(MomentGyros, MotorsBringRatesBack) {
+  const Case c = body_with({{{0, 1, 0}, {1, 0, 0}}}, Symmetric3d::diagonal(50, 45, 40));
+  PhaseSetup setup;
+  setup.gyros = c.gyros;
+  PhaseDynamics dynamics(c.model, setup);
+  State start = spinning(c);
+  start.v[c.gyros[0].rotor_velocity] += 3, start.v[c.gyros[0].gimbal_velocity] = 0.2;
+  const Vector3d L = totals(c.model, start).momentum.angular;
+  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 2, 0.1, {}, [&](const PhaseSample& s) {
+    const double e = std::exp(-kBandwidth * s.time);
+    EXPECT_NEAR(s.state.v[c.gyros[0].rotor_velocity], kSpin + 3 * e, 1e-8);
+    EXPECT_NEAR(s.state.v[c.gyros[0].gimbal_velocity], 0.2 * e, 1e-9);
+    EXPECT_LT(norm(totals(c.model, s.state).momentum.angular - L), 1e-12 * norm(L));
+    EXPECT_NEAR(totals(c.model, s.state).energy - totals(c.model, start).energy, s.integrals.motor_work, 1e-7);
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+}
+
 // A motor with too little torque gives what it has: the gimbal is late, nothing is lost.
 TEST(MomentGyros, MotorsGiveNoMoreThanTheyHave) {
   constexpr double most = 0.02, r = 0.4;
