@@ -32,6 +32,8 @@ struct SegmentControl {
   std::shared_ptr<JointLaw> law;      // that works in it; its joints do nothing else
 };
 
+/// A gyro of the robot, in the order of its file, in a model that has it.
+MomentGyro moment_gyro(const MomentGyroSetup& gyro, const CaptureSystem& system, std::size_t index);
 /// The valves of the robot's thrusters, all closed; null without any.
 std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot);
 

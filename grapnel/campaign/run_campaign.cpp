@@ -163,6 +163,7 @@ constexpr auto kSettings = std::to_array<Setting>({
     {"rotors store momentum", "rotor_axis of the robot's joints"},
     {"a controller of its own is asked", "post_impact.joints"},
     {"reaction wheels give the base's torque", "base_control.actuators"},
+    {"motors of control moment gyros work", "the robot's gyros"},
     {"thrusters push the base", "base_control.actuators, or dumping"},
     {"the base's torque follows the arms", "base_control.feedforward"},
     {"the method is not adaptive_8", "integration.method"},

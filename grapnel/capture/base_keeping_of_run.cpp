@@ -22,7 +22,7 @@ class BaseKeepingOfRun : public LawOfRun {
     law_ = BaseKeepingLaw{system.base, keep.R_WD.value_or(R_WD_), keep.rate, keep.posture, keep.posture_rate};
     if (!report_) begin_report(state, time);
     law_.rank = report_->rank;
-    return std::make_shared<BaseKeeping>(law_model, law_, LawScope{system.robot_joints, {}, problem_.gravity});
+    return std::make_shared<BaseKeeping>(law_model, law_, LawScope{system.robot_joints, {}, problem_.gravity, steady_joints(system)});
   }
 
   void note(const PhaseSample& sample, const JointLawCommand& command) override {
@@ -46,7 +46,7 @@ class BaseKeepingOfRun : public LawOfRun {
 
  private:
   void begin_report(const State& state, double time) {
-    EffortResponse response(system_->model, system_->robot_joints, {});
+    EffortResponse response(system_->model, system_->robot_joints, {}, steady_joints(*system_));
     const BaseKeepingCommand first = base_keeping_command(law_, state, {}, problem_.gravity, response);
     BaseKeepingReport& report = report_.emplace();
     report.begin = time;

@@ -21,7 +21,7 @@ class DetumblingOfRun : public LawOfRun {
     const PostImpactSetup& post = *problem_.post_impact;
     system_ = &system;
     kinematics_ = Kinematics(system.model);
-    LawScope scope{{}, system.closures, problem_.gravity};
+    LawScope scope{{}, system.closures, problem_.gravity, steady_joints(system)};
     law_ = {};
     law_.torque = post.detumble->torque;
     // Held for a period, a command must not take more than is there.

@@ -106,6 +106,7 @@ std::string first_not_finite(const CaptureResult& result) {
   finder.look("post_impact.impedance", result.impedance);
   finder.look("post_impact.grasp_force", result.grasp_force);
   for (const WheelReport& wheel : result.wheels) finder.look("wheels.rate_after", wheel.rate_after);
+  if (result.gyros) finder.look("gyros.least_singularity_measure", result.gyros->least_singularity_measure);
   finder.look("joints", result.joints);
   finder.look("stop_impacts", result.stop_impacts);
   if (result.thrusters) finder.look("thrusters.propellant", result.thrusters->propellant);

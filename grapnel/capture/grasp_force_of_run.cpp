@@ -46,7 +46,7 @@ class GraspForceOfRun : public LawOfRun {
                            pair.force, begin_ + pair.after, pair.ramp});
       pairs_.push_back(p);
     }
-    LawScope scope{{}, system.closures, problem_.gravity};
+    LawScope scope{{}, system.closures, problem_.gravity, steady_joints(system)};
     for (const std::size_t j : joints_that_carry(problem_, system, target_)) {
       scope.joints.push_back(system.robot_joints[j]);
       law.damping.push_back(problem_.post_impact->kd[j]);

@@ -8,20 +8,6 @@
 namespace grapnel {
 namespace {
 
-// The smallest turn that brings unit vector `from` to `to`, as a rotation vector.
-Rotationd smallest_turn(const Vector3d& from, const Vector3d& to) {
-  const Vector3d axis = cross(from, to);
-  const double sine = norm(axis), angle = std::atan2(sine, dot(from, to));
-  if (sine < 1e-12) {
-    if (dot(from, to) > 0) return Rotationd::identity();
-    const Vector3d other = cross(from, std::abs(from[0]) < 0.5 ? Vector3d{1, 0, 0} : Vector3d{0, 1, 0});
-    const Vector3d v = (1 / norm(other)) * other;
-    return rotation_matrix(Quaterniond{0, v[0], v[1], v[2]});
-  }
-  const Vector3d v = (std::sin(0.5 * angle) / sine) * axis;
-  return rotation_matrix(Quaterniond{std::cos(0.5 * angle), v[0], v[1], v[2]});
-}
-
 // Velocity of the centre of mass of the robot with what it holds; of one on the ground zero.
 Vector3d drift_of(const CaptureSystem& system, const Kinematics& kinematics) {
   if (!system.model.has_free_root(system.base)) return Vector3d::zero();
@@ -94,7 +80,7 @@ void go(const CaptureProblem& problem, const CaptureSystem& system, const State&
     Rotationd R_end = X_TE.R;
     if (grasp->orientation == GraspSetup::Orientation::pose) R_end = point.X_TG.R;
     if (grasp->orientation == GraspSetup::Orientation::axis && effector.approach_axis && point.approach_direction)
-      R_end = smallest_turn(X_TE.R * *effector.approach_axis, *point.approach_direction) * X_TE.R;
+      R_end = rotation_between(X_TE.R * *effector.approach_axis, *point.approach_direction) * X_TE.R;
     HandReference& reference = hand.reference;
     reference.body = target, reference.X_D = {R_end, point.X_TG.p}, reference.begin = time;
     reference.offset = X_TE.p - point.X_TG.p;
@@ -128,6 +114,7 @@ class ImpedanceOfRun : public LawOfRun {
     } else {
       for (std::size_t h = 0; h < references_.size(); ++h) p.law.hands[h].reference = references_[h];
     }
+    p.scope.steady = steady_joints(system);  // but in an impact, where no motor of theirs works
     law_ = std::make_shared<Impedance>(law_model, std::move(p.law), std::move(p.scope));
     describe(state, time);
     return law_;

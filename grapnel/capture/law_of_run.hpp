@@ -92,6 +92,8 @@ bool is_held(const CaptureProblem& problem, const CaptureSystem& system, const s
 /// The robot's joints between the base and what holds a target, as positions among the robot's joints.
 std::vector<std::size_t> joints_that_carry(const CaptureProblem& problem, const CaptureSystem& system,
                                            const std::string& target);
+/// Joints of the robot's gyros, whose motors keep their rates.
+std::vector<int> steady_joints(const CaptureSystem& system);
 /// The target that a setting names, or the only one that is grasped.
 std::string held_target(const CaptureProblem& problem, const std::string& named);
 

@@ -57,6 +57,12 @@ std::vector<std::size_t> joints_that_carry(const CaptureProblem& problem, const 
   return joints;
 }
 
+std::vector<int> steady_joints(const CaptureSystem& system) {
+  std::vector<int> joints;
+  for (const CaptureSystem::Gyro& gyro : system.gyros) joints.insert(joints.end(), {gyro.gimbal, gyro.rotor});
+  return joints;
+}
+
 std::string held_target(const CaptureProblem& problem, const std::string& named) {
   std::string target = named;
   for (const GraspSetup& grasp : problem.grasps) {

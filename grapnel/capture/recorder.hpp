@@ -51,6 +51,7 @@ class Recorder {
                      const PhaseSample& sample);
   Vector3d late_impulse(const ConservedQuantities& quantities, const PhaseSample& sample) const;
   void put_wheels(const CaptureSystem& system, const PhaseSample& s);
+  void put_gyros(const CaptureSystem& system, const PhaseSample& s);
   void put_thrusters(const PhaseSample& s, std::span<const double> impulses);
   void put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);

@@ -19,8 +19,10 @@ namespace grapnel {
 class EffortResponse {
  public:
   /// `joints`: positions in Model::joints() of those that are driven, in the order of the efforts. The model must
-  /// outlive this. @throws std::invalid_argument if there is no such joint.
-  EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures);
+  /// outlive this. `steady`: of those whose own motors keep their rates, whatever the others do (gyros).
+  /// @throws std::invalid_argument if there is no such joint.
+  EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures,
+                 const std::vector<int>& steady = {});
 
   /// At a state. `force`: generalized forces that act beside the efforts (per velocity; empty: none).
   void update(const State& state, std::span<const double> force, const Vector3d& gravity);
@@ -51,6 +53,7 @@ class EffortResponse {
   const Model& model_;
   std::vector<int> joints_, velocities_, coordinates_;
   std::vector<double> limits_;
+  std::vector<int> steady_;  // velocities
   std::vector<LoopClosure> closures_;
   Workspace workspace_;
   Kinematics kinematics_;

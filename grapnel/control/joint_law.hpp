@@ -18,6 +18,7 @@ struct LawScope {
   std::vector<int> joints = {};            // that it drives: positions in Model::joints()
   std::vector<LoopClosure> closures = {};  // that are closed meanwhile
   Vector3d gravity = Vector3d::zero();
+  std::vector<int> steady = {};  // joints whose own motors keep their rates (gyros): positions in Model::joints()
 };
 
 /// What a law says at an instant.
@@ -32,7 +33,7 @@ struct JointLawCommand {
 class JointLaw {
  public:
   JointLaw(const Model& model, LawScope scope)
-      : gravity_(scope.gravity), response_(model, std::move(scope.joints), std::move(scope.closures)) {}
+      : gravity_(scope.gravity), response_(model, std::move(scope.joints), std::move(scope.closures), scope.steady) {}
   JointLaw(const JointLaw&) = delete;
   JointLaw& operator=(const JointLaw&) = delete;
   virtual ~JointLaw() = default;

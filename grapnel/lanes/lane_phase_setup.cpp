@@ -188,8 +188,8 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   // A member that is added to these structures does not compile here until it is known what lanes make of it.
-  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, actuators, clock,
-               channels, sensors, law_model, recover_roots, closures, project_loops, loop_feedback] = setup;
+  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, gyros, actuators,
+               clock, channels, sensors, law_model, recover_roots, closures, project_loops, loop_feedback] = setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
@@ -198,11 +198,12 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (sensors) return "sensors are read";
   if (law_model) return "laws work with a model of their own";
   if (controller) return "a controller of its own is asked";
-  [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds] =
-      actuators;
+  [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds, steering,
+                                one_by_one] = actuators;
   if (thrusters) return "thrusters push the base";
   if (feedforward) return "the base's torque follows the arms";
   if (!wheels.empty()) return "reaction wheels give the base's torque";
+  if (!gyros.empty() || steering || one_by_one) return "motors of control moment gyros work";
   if (held_root >= 0) return "a base is held";
   if (!model.rotors().empty()) return "rotors store momentum";
   for (const int body : model.joints()) {

@@ -27,6 +27,7 @@
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/simulate/moment_gyros.hpp"
 #include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 #include "grapnel/simulate/thruster_bank.hpp"
@@ -76,6 +77,22 @@ struct WheelSetup {
   JointFriction friction = {};                              // of its bearing
 };
 
+/// A control moment gyro with one gimbal: a balanced rotor that its motor keeps at a rate, in a gimbal that turns
+/// against the base about an axis fixed in it, perpendicular to the rotor's. The base's mass, centre of mass and
+/// inertia are those with all gyros in it, rotors at rest and gimbals at their zeros; as of wheels, neither where a
+/// gyro is nor what it weighs matters beside.
+struct MomentGyroSetup {
+  std::string name;
+  Vector3d gimbal_axis{0, 0, 1};                            // unit, in the base's frame
+  Vector3d spin_axis{1, 0, 0};                              // unit, in the base's frame, with the gimbal at its zero
+  double inertia = 0;                                       // of the rotor, about its axis [kg m^2]
+  double spin_rate = 0;                                     // of the rotor in the gimbal [rad/s]
+  double gimbal_inertia = 0;                                // of all that the gimbal turns, about its axis [kg m^2]
+  double torque = std::numeric_limits<double>::infinity();  // largest of the gimbal's motor [N m]
+  double rate = std::numeric_limits<double>::infinity();    // largest that is commanded to the gimbal [rad/s]
+  double bandwidth = 20;                                    // of the loops that keep both rates [1/s]
+};
+
 /// What comes out of a thruster, against its force: a cone from where the force acts.
 struct PlumeSetup {
   double half_angle = 0;  // [rad]
@@ -99,6 +116,7 @@ struct RobotSetup {
   std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
   std::vector<EndEffectorSetup> end_effectors;
   std::vector<WheelSetup> wheels;                           // of the base
+  std::vector<MomentGyroSetup> gyros;                       // of the base
   std::vector<ThrusterSetup> thrusters;                     // of the base
   std::optional<double> propellant;                         // at hand [kg]; absent: nobody says
   std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
@@ -168,8 +186,9 @@ struct TrackingSetup {
 /// A torque that controls the base's attitude (AttitudeControl).
 struct BaseControlSetup {
   /// What gives it. outside: something that takes its momentum out of the system, as ideal thrusters would. wheels: the
-  /// base's reaction wheels. thrusters: its thrusters. Absent: the wheels, where there are any, else outside.
-  enum class Actuators { outside, wheels, thrusters };
+  /// base's reaction wheels. gyros: its control moment gyros. thrusters: its thrusters. Absent: the wheels, where there
+  /// are any, else the gyros, else outside.
+  enum class Actuators { outside, wheels, thrusters, gyros };
   std::optional<Actuators> actuators;
   Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
@@ -180,6 +199,7 @@ struct BaseControlSetup {
   std::vector<double> wheel_speeds;              // likewise [rad/s]
   std::optional<ThrusterModulation> modulation;  // of thrusters; absent: its defaults
   std::optional<MomentumDumping> dumping;
+  std::optional<GyroSteering> steering;  // of gyros; absent: its defaults
 };
 
 /// The on-board computer: laws of joints (pd, computed_torque), attitude control and a controller of the user's own
@@ -505,6 +525,8 @@ struct CaptureProblem {
   std::vector<double> joint_position;  // per joint
   std::vector<double> joint_rate;      // per joint; empty: zero
   std::vector<double> wheel_rate;      // per wheel, relative to the base [rad/s]; empty: zero
+  std::vector<double> gimbal_angle;    // per gyro, relative to the base [rad]; empty: zero
+  std::vector<double> gimbal_rate;     // likewise, which no file says: gimbals start at rest [rad/s]; empty: zero
 
   std::optional<ApproachSetup> approach;
   ContactSetup contact;

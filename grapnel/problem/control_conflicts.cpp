@@ -22,6 +22,7 @@ class ControlConflicts : ConflictFinder {
     check_wheels();
     if (problem_.approach) check_actuators_of(problem_.approach->base_control, "approach.base_control");
     if (problem_.post_impact) check_actuators_of(problem_.post_impact->base_control, "post_impact.base_control");
+    check_gyros();
   }
 
  private:
@@ -79,13 +80,63 @@ class ControlConflicts : ConflictFinder {
     }
   }
 
+  // ---- Control moment gyros ----
+
+  void check_gyros() {
+    if (!problem_.gimbal_angle.empty() && problem_.gimbal_angle.size() != problem_.robot.gyros.size())
+      add("initial.gimbal_angles", "initial.gimbal_angles: {} values, the robot has {} gyros",
+          problem_.gimbal_angle.size(), problem_.robot.gyros.size());
+    if (problem_.approach) check_gyros_of(problem_.approach->base_control, "approach.base_control");
+    if (problem_.post_impact) check_gyros_of(problem_.post_impact->base_control, "post_impact.base_control");
+  }
+
+  bool uses_gyros(const BaseControlSetup& control) const {
+    if (control.actuators) return control.actuators == Actuators::gyros;
+    return problem_.robot.wheels.empty() && !problem_.robot.gyros.empty();
+  }
+
+  void check_gyros_of(const std::optional<BaseControlSetup>& control, const std::string& path) {
+    if (!control) return;
+    if (!uses_gyros(*control)) {
+      if (control->steering)
+        add_key(path + ".steering", "{}.steering: no gyros are used; it belongs to actuators: gyros", path).relies_on =
+            path + ".actuators";
+      return;
+    }
+    if (problem_.robot.gyros.empty()) {
+      add(path + ".actuators", "{}.actuators: gyros, and the robot has none (gyros: [...] in the robot file)", path);
+      return;
+    }
+    check_gyro_torques(path);
+  }
+
+  // That gyros can turn the base about every axis, with their gimbals somewhere.
+  void check_gyro_torques(const std::string& path) {
+    const std::vector<MomentGyroSetup>& gyros = problem_.robot.gyros;
+    if (gyros.size() < 3) {
+      add(path,
+          "{}: the robot's {} gyro{} cannot give torque about all axes; three or more are needed, or actuators: "
+          "outside",
+          path, gyros.size(), gyros.size() == 1 ? "" : "s");
+      return;
+    }
+    for (int k = 0; k < 3; ++k) {
+      // A gyro gives torques across its gimbal's axis.
+      if (std::any_of(gyros.begin(), gyros.end(),
+                      [&](const MomentGyroSetup& g) { return norm(cross(g.gimbal_axis, axis_vector(k))) >= 1e-6; }))
+        continue;
+      add(path, "{}: all gimbals of the robot's gyros turn about {}, so that they can give no torque about it", path,
+          "xyz"[k]);
+    }
+  }
+
   // ---- Thrusters, and how wheels and thrusters work together ----
 
   using Actuators = BaseControlSetup::Actuators;
 
   // `asked`: also where there are none.
   bool uses_wheels(const BaseControlSetup& control, bool asked = false) const {
-    if (control.actuators == Actuators::outside || control.actuators == Actuators::thrusters) return false;
+    if (control.actuators && control.actuators != Actuators::wheels) return false;
     return asked || !problem_.robot.wheels.empty();
   }
 
@@ -220,6 +271,7 @@ class ControlConflicts : ConflictFinder {
     if (!problem_.control) return;
     check_timing(problem_.control->timing);
     if (problem_.control->log) check_rows(*problem_.control);
+    if (problem_.control->log) check_told(*problem_.control->log, in_approach, afterwards);
     if (is_there && !in_approach && !afterwards) {
       const char* const path = problem_.control->log            ? "control.torques"
                                : problem_.control->external     ? "control.external"
@@ -231,6 +283,7 @@ class ControlConflicts : ConflictFinder {
     if (!problem_.control->base_torque) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
+    if (problem_.robot.wheels.empty() && !problem_.robot.gyros.empty()) check_gyro_torques("control.base_torque");
     std::vector<Vector3d> axes;
     for (const WheelSetup& wheel : problem_.robot.wheels) axes.push_back(wheel.axis);
     for (int k = 0; k < 3 && !axes.empty(); ++k) {
@@ -244,6 +297,33 @@ class ControlConflicts : ConflictFinder {
     };
     if (in_approach && problem_.approach->base_control) both("approach.base_control");
     if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+  }
+
+  // A log tells actuators of the base what an attitude control would.
+  void check_told(const EffortLog& log, bool in_approach, bool afterwards) {
+    if (!log.tells_actuators()) return;
+    const auto both = [&](const char* path) {
+      add_key(path, "{}: control.torques tells the base's actuators one by one; leave out one of the two", path)
+          .relies_on = "control.torques";
+    };
+    if (in_approach && problem_.approach->base_control) both("approach.base_control");
+    if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed)
+      add("control.torques", "control.torques tells the base's actuators, and the base is fixed");
+    const double period = problem_.control->timing.period;
+    for (std::size_t i = 0; i < std::min(log.thruster.size(), problem_.robot.thrusters.size()); ++i) {
+      const ThrusterSetup& thruster = problem_.robot.thrusters[i];
+      for (std::size_t row = 0; row < log.thruster[i].size(); ++row) {
+        const double time = log.thruster[i][row] * period;
+        if (time == 0 || log.thruster[i][row] == 1 || time >= thruster.min_on_time) continue;
+        add("control.torques",
+            "control.torques opens thruster {} at {} [s] for {:.6g} s, and its valve is open for {} s at least "
+            "(min_on_time)",
+            in_quotes(thruster.name), log.times[row], time, thruster.min_on_time)
+            .relies_on = "control.period";
+        break;
+      }
+    }
   }
 
   void check_external(const ControlSetup& control) {

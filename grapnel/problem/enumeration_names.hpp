@@ -25,7 +25,7 @@ template <>
 struct Described<RateMatch> : Enumeration<RateMatch, "RateMatch", "velocity", "twist", "velocity_least_rates"> {};
 template <>
 struct Described<BaseControlSetup::Actuators>
-    : Enumeration<BaseControlSetup::Actuators, "Actuators", "outside", "wheels", "thrusters"> {};
+    : Enumeration<BaseControlSetup::Actuators, "Actuators", "outside", "wheels", "thrusters", "gyros"> {};
 template <>
 struct Described<ThrusterModulation::Kind>
     : Enumeration<ThrusterModulation::Kind, "Modulation", "pulse_width", "schmitt"> {};

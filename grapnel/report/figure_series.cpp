@@ -372,6 +372,21 @@ Drawing wheels(const RunSource& run) {
   return {{momentum, torque}, 1};
 }
 
+Drawing gyros(const RunSource& run) {
+  SeriesPanel angle, torque, measure;
+  angle.quantity = "angle of gimbals", angle.unit = "rad";
+  torque.quantity = "torque of gimbals' motors", torque.unit = "N m";
+  measure.quantity = "singularity measure", measure.unit = "1";
+  const Series &angles = wanted(run, "gyros/angle"), &motors = wanted(run, "gyros/torque");
+  for (int g = 0; g < static_cast<int>(angles.width()); ++g) {
+    angle.curves.push_back({angles.components[g], component(angles, g), color_of(g)});
+    torque.curves.push_back({motors.components[g], component(motors, g), color_of(g)});
+  }
+  measure.curves.push_back({"array", component(wanted(run, "gyros/singularity_measure"), 0), color_of(0)});
+  torque.legend = measure.legend = false;
+  return {{angle, torque, measure}, 1};
+}
+
 Drawing thrusters(const RunSource& run) {
   SeriesPanel given, used;
   given.quantity = "impulse of thrusters", given.unit = "N s";
@@ -396,7 +411,7 @@ struct Kind {
   Drawing (*draw)(const RunSource&);
 };
 
-constexpr std::array<Kind, 13> kKinds{{
+constexpr std::array<Kind, 14> kKinds{{
     {"joints", "joint angles and rates", joints},
     {"velocities", "end-effectors' velocities, beside those of their grasp points", velocities},
     {"relative", "end-effectors' velocities minus those of their grasp points", relative},
@@ -412,6 +427,7 @@ constexpr std::array<Kind, 13> kKinds{{
     {"forces", "forces and moments on the grasps", forces},
     {"clearance", "clearance of bodies", clearance},
     {"wheels", "momentum of reaction wheels and torque of their motors", wheels},
+    {"gyros", "angles and torques of control moment gyros' gimbals, and how near the array is to a singularity", gyros},
     {"thrusters", "impulse of thrusters that fire, and propellant used", thrusters},
 }};
 

@@ -543,6 +543,33 @@ struct WheelReport {
   double momentum_after() const { return inertia * rate_after; }
 };
 
+/// A control moment gyro in a run. Angles and rates are those of its gimbal, relative to the base.
+struct GyroReport {
+  std::string name;
+  double momentum = 0;  // of the rotor in its gimbal [N m s]
+  double angle_before = 0, angle_after = 0;
+  double largest_rate = 0;                                                // at the instants that were looked at
+  double largest_torque = std::numeric_limits<double>::quiet_NaN();       // likewise; unknown where nobody looked
+  double rate_limit = 0, torque_limit = 0;                                // infinite: none
+  double largest_spin_torque = std::numeric_limits<double>::quiet_NaN();  // of the rotor's motor, likewise
+};
+/// A time in which an array that is steered is near a singularity.
+struct SingularityHazard {
+  double begin = 0, end = 0;          // [s]
+  double least_measure = 0;           // GyroArray::singularity_measure
+  double largest_torque_lacking = 0;  // of what was asked for [N m]
+  double duration() const { return end - begin; }
+};
+/// The control moment gyros of a run.
+struct GyrosReport {
+  std::vector<GyroReport> each;
+  double least_singularity_measure = std::numeric_limits<double>::infinity();
+  bool steered = false;                                    // by attitude control or a controller
+  double near = std::numeric_limits<double>::quiet_NaN();  // measure below which it is; unknown if never steered
+  double largest_torque_lacking = std::numeric_limits<double>::quiet_NaN();  // [N m]; likewise
+  std::vector<SingularityHazard> hazards;
+};
+
 /// A joint that has met a stop at the end of its range.
 struct StopImpact {
   double time = 0;
@@ -653,6 +680,7 @@ struct CaptureResult {
   std::optional<GraspForceReport> grasp_force;         // likewise
   std::optional<IdentificationReport> identification;  // in it
   std::vector<WheelReport> wheels;                     // of the base, in the robot's order
+  std::optional<GyrosReport> gyros;                    // of the base, where it has any
   std::vector<JointReport> joints;           // per phase in motion, of joints of which there is something to say
   std::vector<StopImpact> stop_impacts;      // the first ones
   long stop_impact_count = 0;                // all

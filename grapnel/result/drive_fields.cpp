@@ -307,6 +307,65 @@ const Type& type_of<WheelReport>() {
 }
 
 template <>
+const Type& type_of<GyroReport>() {
+  using G = GyroReport;
+  static constexpr Field fields[] = {
+      field<&G::name>("name", "of the gyro"),
+      field<&G::momentum>("momentum", "N m s", "of its rotor relative to the gimbal"),
+      field<&G::angle_before>("angle_before", "rad", "of its gimbal, as the run began"),
+      field<&G::angle_after>("angle_after", "rad", "as it ended"),
+      field<&G::largest_rate>("largest_rate", "rad/s",
+                              "of the gimbal, of either sign, at the instants that were looked at"),
+      field<&G::rate_limit>("rate_limit", "rad/s", "largest that is commanded; null: none").or_null(),
+      field<&G::largest_torque>("largest_torque", "N m", "of the gimbal's motor, likewise; null: nobody looked")
+          .or_null(),
+      field<&G::torque_limit>("torque_limit", "N m", "null: none").or_null(),
+      field<&G::largest_spin_torque>("largest_spin_torque", "N m",
+                                     "of the motor that keeps the rotor's rate, likewise; null: nobody looked")
+          .or_null(),
+  };
+  static constexpr Type type = structure<G>("GyroReport", "a control moment gyro of the base.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<SingularityHazard>() {
+  using H = SingularityHazard;
+  static constexpr Field fields[] = {
+      field<&H::begin>("begin", "s", "when it began"),
+      derived<[](const H& h) { return h.duration(); }>(
+          "duration", "s", "how long it lasted; each integration step counts as its middle is"),
+      field<&H::least_measure>("least_measure", "1", "of singularity, in these middles"),
+      field<&H::largest_torque_lacking>("largest_torque_lacking", "N m", "part of the torque asked for, likewise"),
+  };
+  static constexpr Type type = structure<H>(
+      "SingularityHazard", "a time in which gyros that are steered are near a singular configuration.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GyrosReport>() {
+  using G = GyrosReport;
+  static constexpr Field fields[] = {
+      field<&G::each>("each", "in the robot's order"),
+      field<&G::least_singularity_measure>(
+          "least_singularity_measure", "1",
+          "least root of det(A Aᵀ), A the momenta's derivatives by the gimbal angles over the largest momentum, at the "
+          "instants that were looked at; 0: about one axis no torque can be given"),
+      field<&G::steered>("steered", "whether a torque was asked of them"),
+      field<&G::near>("near", "1", "measure below which they are near a singularity; null: never steered").or_null(),
+      field<&G::largest_torque_lacking>(
+          "largest_torque_lacking", "N m",
+          "largest part of the torque asked for that the commanded gimbal rates leave out, near singularities or at "
+          "largest rates; null: never steered, or nobody looked")
+          .or_null(),
+      field<&G::hazards>("hazards", "times near a singularity while a torque is asked of them"),
+  };
+  static constexpr Type type = structure<G>("GyrosReport", "the control moment gyros of the base.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<JointReport::Mode>() {
   using M = JointReport::Mode;
   static constexpr Choice choices[] = {choice(M::moving, "moving"), choice(M::stuck, "stuck"),

@@ -125,6 +125,33 @@ std::string wheel_table(const CaptureResult& result) {
   return "\nreaction wheels, relative to the base\n" + table.text();
 }
 
+std::string gyro_table(const CaptureResult& result) {
+  if (!result.gyros) return "";
+  const GyrosReport& all = *result.gyros;
+  TextTable table;
+  table.row({"control moment gyro", "momentum", "angle before", "after", "largest rate", "limit", "largest torque",
+             "limit", "of rotor"});
+  table.row({"", "N m s", "rad", "rad", "rad/s", "rad/s", "N m", "N m", "N m"});
+  const auto limit = [](double x) { return std::isfinite(x) ? short_number(x) : "none"; };
+  const auto known = [](double x) { return std::isnan(x) ? "-" : short_number(x); };
+  for (const GyroReport& g : all.each) {
+    table.row({g.name, short_number(g.momentum), short_number(g.angle_before), short_number(g.angle_after),
+               short_number(g.largest_rate), limit(g.rate_limit), known(g.largest_torque), limit(g.torque_limit),
+               known(g.largest_spin_torque)});
+  }
+  std::string out = "\ncontrol moment gyros, relative to the base\n" + table.text();
+  out += fmt::format("singularity measure at least {}", short_number(all.least_singularity_measure));
+  if (all.steered)
+    out += fmt::format(", near a singularity below {}; torque lacking at most {} N m", short_number(all.near),
+                       known(all.largest_torque_lacking));
+  out += "\n";
+  for (const SingularityHazard& h : all.hazards)
+    out += fmt::format("NEAR A SINGULARITY from t = {} s for {} s: measure {}, torque lacking {} N m\n",
+                       short_number(h.begin), short_number(h.duration()), short_number(h.least_measure),
+                       short_number(h.largest_torque_lacking));
+  return out;
+}
+
 std::string joint_mode_table(const CaptureResult& result) {
   if (result.joints.empty()) return "";
   TextTable table;
@@ -547,8 +574,8 @@ std::string ledger_table(const Ledger& ledger) {
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
          release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) +
-         thruster_table(result) + joint_mode_table(result) + loop_tables(result) + load_table(result) +
-         clearance_table(result) + ledger_table(result.ledger);
+         gyro_table(result) + thruster_table(result) + joint_mode_table(result) + loop_tables(result) +
+         load_table(result) + clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

@@ -498,6 +498,9 @@ const Type& type_of<Summary>() {
 > ("wheels", "", "reaction wheels; absent if there are none")
         .when<[](const S& s) { return !s.result.wheels.empty(); }>(),
     derived < [](const S& s) -> auto& {
+  return s.result.gyros;
+}
+> ("gyros", "", "control moment gyros; absent if there are none"), derived < [](const S& s) -> auto& {
   return s.result.joints;
 }
 > ("joints", "", "per phase, of joints with sticking friction, stops or known motors; absent if there are none")

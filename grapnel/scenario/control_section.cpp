@@ -41,7 +41,9 @@ struct Described<ControlSetup> {
       key<std::string>(
           "torques", "",
           "In place of a controller, the path of a CSV file with joint efforts over time, relative to this file: a "
-          "header line time,<joint>,... and a line of numbers per row, each held until the next.")
+          "header line time,<joint>,... and a line of numbers per row, each held until the next. Columns base.x, "
+          "base.y "
+          "and base.z are a torque on the base; wheel.<name>, gyro.<name> and thruster.<name> tell its actuators.")
           .optional(),
       field<&T::base_torque>("base_torque", "",
                              "Whether the controller says a torque on the base too, wherever it drives the joints."),

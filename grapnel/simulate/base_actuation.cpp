@@ -13,11 +13,12 @@ constexpr double kDrivenOn = 1e-9;
 }  // namespace
 
 BaseActuation::BaseActuation(const Model& model, const std::optional<AttitudeControl>& attitude, int commanded_root,
-                             std::vector<ReactionWheel> wheels, BaseActuators actuators,
+                             std::vector<ReactionWheel> wheels, std::vector<MomentGyro> gyros, BaseActuators actuators,
                              std::shared_ptr<ControlClock> clock)
     : attitude_(attitude),
       root_(attitude ? attitude->root : commanded_root),
       wheels_(std::move(wheels)),
+      gyros_(std::move(gyros), actuators.steering.value_or(GyroSteering{})),
       actuators_(std::move(actuators)),
       clock_(std::move(clock)) {
   check_actuators();
@@ -28,6 +29,13 @@ BaseActuation::BaseActuation(const Model& model, const std::optional<AttitudeCon
 
 void BaseActuation::check_actuators() const {
   const BaseActuators& a = actuators_;
+  if (a.one_by_one) {
+    if (attitude_ || root_ < 0 || !clock_)
+      throw std::invalid_argument("BaseActuation: actuators one by one are told by a controller, at a clock's ticks");
+    return;
+  }
+  if (a.steering && (root_ < 0 || gyros_.gyros().size() < 3 || !wheels_.empty() || a.thrusters))
+    throw std::invalid_argument("BaseActuation: a torque takes three gyros or more, and nothing beside them");
   if ((a.thrusters || a.feedforward || a.wheel_speed_rate != 0) && !attitude_)
     throw std::invalid_argument("BaseActuation: thrusters, feedforward and wheel speeds belong to attitude control");
   if (a.thrusters && a.modulation.kind == ThrusterModulation::Kind::pulse_width && !clock_)
@@ -93,9 +101,15 @@ std::vector<double> BaseActuation::wheel_rates(std::span<const double> v) const 
   return rates;
 }
 
-void BaseActuation::drive(const Vector3d& torque, std::span<const double> wheel_rates, std::span<double> effort,
-                          std::span<double> force) {
+void BaseActuation::drive(const Vector3d& torque, const ActuatorCommands& commands, std::span<const double> wheel_rates,
+                          std::span<double> effort, std::span<double> force) {
+  if (actuators_.one_by_one) {
+    asked_ = Vector3d::zero(), given_ = thrust_torque_;
+    if (!wheels_.empty()) wheels_.drive_each(commands.wheel_torque, effort);
+    return;
+  }
   asked_ = torque;
+  if (actuators_.steering) return;  // turn_gyros() does
   if (!wheels_.empty()) {
     wheels_.drive(torque - countered(), effort);
     if (!(actuators_.wheel_speed_rate > 0) || wheel_rates.empty()) return;
@@ -114,18 +128,39 @@ void BaseActuation::drive(const Vector3d& torque, std::span<const double> wheel_
   for (int k = 0; k < 3; ++k) force[v_ + k] = given_[k];
 }
 
+void BaseActuation::turn_gyros(double t, const State& state, const ActuatorCommands& commands,
+                               const PrescribedRates& rates) {
+  if (gyros_.empty()) return;
+  gyros_.take(state.q);
+  Vector3d w_B = Vector3d::zero();
+  if (v_ >= 0) w_B = {state.v[v_], state.v[v_ + 1], state.v[v_ + 2]};
+  if (actuators_.steering) {
+    gyros_.steer(asked_, w_B, t);
+  } else if (actuators_.one_by_one && !commands.gimbal_rate.empty()) {
+    gyros_.command(commands.gimbal_rate);
+  }
+  gyros_.prescribe(state.v, rates.prescribed, rates.as_commanded, rates.acceleration);
+  turned_ = gyros_.torque_of(state.v, w_B);
+}
+
 void BaseActuation::conclude(std::span<const double> force, std::span<const double> friction,
                              std::span<double> effort) {
+  if (!gyros_.empty()) {
+    gyros_.conclude(force, effort);
+    if (actuators_.steering) given_ = turned_;
+    if (actuators_.one_by_one) given_ = thrust_torque_ + turned_;
+  }
   if (wheels_.empty()) return;
   for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
     const ReactionWheel& wheel = wheels_.wheels()[i];
     if (wheels_.mode(i) == WheelArray::Mode::held) effort[wheel.joint] = force[wheel.velocity] - friction[wheel.joint];
   }
   given_ = wheels_.torque_of(effort);
+  if (actuators_.one_by_one) given_ += thrust_torque_ + turned_;
 }
 
 void BaseActuation::add_beside(double t, const State& state, std::span<double> effort, std::span<double> beside) {
-  if (!attitude_) return;
+  if (!attitude_ || actuators_.steering) return;
   if (has_thrusters()) {
     look_at_thrusts(t);
     for (int k = 0; k < 3; ++k) beside[v_ + k] += thrust_.angular[k], beside[v_ + 3 + k] += thrust_.linear[k];
@@ -209,6 +244,7 @@ void BaseActuation::choose_thrusters(double t, const Evaluation& evaluate) {
   const bool begins = number >= 0 && std::abs(number * period + delay - t) <= 2 * same_time_;
   if (!begins || static_cast<long>(number) == bank.last_period) return;
   bank.last_period = static_cast<long>(number);
+  if (actuators_.one_by_one) return bank.pulse_each(clock_->held().actuators.thruster, period);
   Vector3d torque = clock_->held().base_torque;
   if (actuators_.dumping) {
     // By what was read at the tick. Not more than what is left.

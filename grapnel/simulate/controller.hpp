@@ -38,6 +38,14 @@ struct ControlInput {
   const SensorReadings* readings = nullptr;  // beside the state; null without sensors
 };
 
+/// What the base's actuators are told one by one, in the robot's order; empty: nothing of its kind is told anything,
+/// and motors give no torque, gimbals stand still, valves are closed.
+struct ActuatorCommands {
+  std::vector<double> wheel_torque = {};  // of the motors on the wheels [N m]
+  std::vector<double> gimbal_rate = {};   // of control moment gyros, relative to the base [rad/s]
+  std::vector<double> thruster = {};      // share of a period of the clock for which the valve opens [1]
+};
+
 /// What a controller says.
 struct ControlCommand {
   /// Per Model::joints() [N m or N]; zero when asked. Read of joints under JointControl::controller, and cut at their
@@ -45,6 +53,8 @@ struct ControlCommand {
   std::span<double> effort;
   /// On PhaseSetup::commanded_root, in its axes [N m]; zero when asked, not read without such a root.
   Vector3d base_torque = Vector3d::zero();
+  /// Read only where BaseActuators::one_by_one says so.
+  ActuatorCommands actuators = {};
 };
 
 /// Thrown by a controller that cannot go on, and where one says what is no number: it ends the run with this message.
@@ -95,6 +105,7 @@ class ControlClock {
     std::vector<double> effort;  // per channel [N m or N]
     Vector3d base_torque = Vector3d::zero();
     std::vector<double> wheel_rates = {};  // of PhaseSetup::wheels, as the laws saw them at the tick [rad/s]
+    ActuatorCommands actuators = {};
   };
 
   /// @throws std::invalid_argument if the period is not positive and finite, or the delay negative or not finite.

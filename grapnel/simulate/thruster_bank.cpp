@@ -135,6 +135,17 @@ Vector3d ThrusterBank::pulse(const Vector3d& torque_impulse, double period, cons
   return given;
 }
 
+void ThrusterBank::pulse_each(std::span<const double> shares, double period) {
+  for (std::size_t i = 0; i < size(); ++i) {
+    const double share = shares.empty() ? 0 : shares[i];
+    if (!(share > 0)) {
+      close(i);
+    } else {
+      open(i, share >= 1 - kWholePeriod ? kNever : std::max(share * period, thrusters_[i].min_on_time));
+    }
+  }
+}
+
 void ThrusterBank::trigger(const Vector3d& torque, const ThrusterModulation& modulation) {
   const std::vector<double> shares = allocation_.on_times(torque).value_or(std::vector<double>(size(), 0.0));
   for (std::size_t i = 0; i < size(); ++i) {

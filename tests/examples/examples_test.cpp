@@ -231,6 +231,52 @@ void expect_wheels_take_the_momentum(const CaptureProblem& p, const CaptureResul
   EXPECT_LT(norm(L - stored), 1e-3 * norm(L));
 }
 
+// What the target brings ends in the gyros, which turn the stack besides, with motors of little torque.
+void expect_gyros_take_the_momentum(const CaptureProblem& p, const CaptureResult& r) {
+  EXPECT_TRUE(r.captured());
+  EXPECT_TRUE(r.ledger.feasible());
+  EXPECT_TRUE(r.warnings.empty());
+  ASSERT_TRUE(r.gyros && r.gyros->steered);
+  ASSERT_EQ(r.gyros->each.size(), 4u);
+  EXPECT_TRUE(r.gyros->hazards.empty());
+  EXPECT_GT(r.gyros->least_singularity_measure, r.gyros->near);
+  const auto last = [&](const char* path) {
+    for (const Series& s : r.series.series) {
+      const std::size_t at = s.data.size();
+      if (s.path == path) return Vector3d{s.data[at - 3], s.data[at - 2], s.data[at - 1]};
+    }
+    throw std::runtime_error(path);
+  };
+  double most = 0, on_base = 0;
+  Vector3d stored = Vector3d::zero();
+  for (std::size_t g = 0; g < 4; ++g) {
+    const GyroReport& gyro = r.gyros->each[g];
+    const MomentGyroSetup& setup = p.robot.gyros[g];
+    stored += gyro.momentum * (std::cos(gyro.angle_after) * setup.spin_axis +
+                               std::sin(gyro.angle_after) * cross(setup.gimbal_axis, setup.spin_axis));
+    EXPECT_LE(gyro.largest_rate, gyro.rate_limit);
+    EXPECT_LT(gyro.largest_torque, gyro.torque_limit);
+    most = std::max(most, gyro.largest_torque);
+  }
+  for (const Series& s : r.series.series) {
+    if (s.path != "base/control_torque") continue;
+    for (std::size_t i = 0; i + 2 < s.data.size(); i += 3)
+      on_base = std::max(on_base, norm(Vector3d{s.data[i], s.data[i + 1], s.data[i + 2]}));
+  }
+  EXPECT_LT(norm(stored - last("gyros/momentum")), 1e-12);
+  const BodyMotion& base = r.post_impact_end->base;
+  EXPECT_LT(norm(base.angular_velocity), 1e-6);
+  EXPECT_NEAR(base.quaternion_wxyz.y / base.quaternion_wxyz.w, std::tan(M_PI / 9), 1e-6);  // 40 deg about y
+  const Vector3d L = last("system/angular_momentum");
+  const double lacking = norm(L - rotation_matrix(base.quaternion_wxyz) * stored);
+  std::printf(
+      "[ measured ] momentum %.4g N m s, of which the gyros lack %.2g; %.3g N m on the base by motors of %.3g\n",
+      norm(L), lacking, on_base, most);
+  EXPECT_GT(norm(L), 5);
+  EXPECT_LT(lacking, 1e-3 * norm(L));
+  EXPECT_GT(on_base, 20 * most);
+}
+
 // Joints stick, and one meets its stop; what friction and stops take is accounted for.
 void expect_real_joints(const CaptureResult& r) {
   EXPECT_TRUE(r.captured());
@@ -429,6 +475,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   if (name == "contact-rebound") return expect_rebound(p, r);
   if (name == "compliant-grip") return expect_force_profile(r);
   if (name == "wheels-keep-attitude") return expect_wheels_take_the_momentum(p, r);
+  if (name == "control-moment-gyros") return expect_gyros_take_the_momentum(p, r);
   if (name == "real-joints") return expect_real_joints(r);
   if (name == "bias-momentum") return expect_bias_is_reversed(p, r);
   if (name == "orbit-detumble") return expect_detumbling_in_orbit(r);

@@ -38,6 +38,8 @@ export interface Summary {
   loads?: PeakLoad[];
   /** reaction wheels; absent if there are none */
   wheels?: WheelReport[];
+  /** control moment gyros; absent if there are none */
+  gyros?: GyrosReport;
   /** per phase, of joints with sticking friction, stops or known motors; absent if there are none */
   joints?: JointReport[];
   /** joints that met their stops, the first hundred; absent if none did */
@@ -77,6 +79,7 @@ export const kSummary: FieldNote[] = [
   ["post_impact","","absent without such motion"],
   ["loads","","the largest loads of every phase; absent if nothing was loaded"],
   ["wheels","","reaction wheels; absent if there are none"],
+  ["gyros","","control moment gyros; absent if there are none"],
   ["joints","","per phase, of joints with sticking friction, stops or known motors; absent if there are none"],
   ["stop_impacts","","joints that met their stops, the first hundred; absent if none did"],
   ["stop_impact_count","1","all of them"],
@@ -1639,6 +1642,81 @@ export const kWheelReport: FieldNote[] = [
   ["rate_limit","rad/s","null: none"],
   ["largest_torque","N m","of its motor, likewise; null: nobody looked"],
   ["torque_limit","N m","null: none"],
+];
+
+// the control moment gyros of the base.
+export interface GyrosReport {
+  /** in the robot's order */
+  each: GyroReport[];
+  /** least root of det(A Aᵀ), A the momenta's derivatives by the gimbal angles over the largest momentum, at the instants that were looked at; 0: about one axis no torque can be given [1] */
+  least_singularity_measure: number;
+  /** whether a torque was asked of them */
+  steered: boolean;
+  /** measure below which they are near a singularity; null: never steered [1] */
+  near: number | null;
+  /** largest part of the torque asked for that the commanded gimbal rates leave out, near singularities or at largest rates; null: never steered, or nobody looked [N m] */
+  largest_torque_lacking: number | null;
+  /** times near a singularity while a torque is asked of them */
+  hazards: SingularityHazard[];
+}
+export const kGyrosReport: FieldNote[] = [
+  ["each","","in the robot's order"],
+  ["least_singularity_measure","1","least root of det(A Aᵀ), A the momenta's derivatives by the gimbal angles over the largest momentum, at the instants that were looked at; 0: about one axis no torque can be given"],
+  ["steered","","whether a torque was asked of them"],
+  ["near","1","measure below which they are near a singularity; null: never steered"],
+  ["largest_torque_lacking","N m","largest part of the torque asked for that the commanded gimbal rates leave out, near singularities or at largest rates; null: never steered, or nobody looked"],
+  ["hazards","","times near a singularity while a torque is asked of them"],
+];
+
+// a control moment gyro of the base.
+export interface GyroReport {
+  /** of the gyro */
+  name: string;
+  /** of its rotor relative to the gimbal [N m s] */
+  momentum: number;
+  /** of its gimbal, as the run began [rad] */
+  angle_before: number;
+  /** as it ended [rad] */
+  angle_after: number;
+  /** of the gimbal, of either sign, at the instants that were looked at [rad/s] */
+  largest_rate: number;
+  /** largest that is commanded; null: none [rad/s] */
+  rate_limit: number | null;
+  /** of the gimbal's motor, likewise; null: nobody looked [N m] */
+  largest_torque: number | null;
+  /** null: none [N m] */
+  torque_limit: number | null;
+  /** of the motor that keeps the rotor's rate, likewise; null: nobody looked [N m] */
+  largest_spin_torque: number | null;
+}
+export const kGyroReport: FieldNote[] = [
+  ["name","","of the gyro"],
+  ["momentum","N m s","of its rotor relative to the gimbal"],
+  ["angle_before","rad","of its gimbal, as the run began"],
+  ["angle_after","rad","as it ended"],
+  ["largest_rate","rad/s","of the gimbal, of either sign, at the instants that were looked at"],
+  ["rate_limit","rad/s","largest that is commanded; null: none"],
+  ["largest_torque","N m","of the gimbal's motor, likewise; null: nobody looked"],
+  ["torque_limit","N m","null: none"],
+  ["largest_spin_torque","N m","of the motor that keeps the rotor's rate, likewise; null: nobody looked"],
+];
+
+// a time in which gyros that are steered are near a singular configuration.
+export interface SingularityHazard {
+  /** when it began [s] */
+  begin: number;
+  /** how long it lasted; each integration step counts as its middle is [s] */
+  duration: number;
+  /** of singularity, in these middles [1] */
+  least_measure: number;
+  /** part of the torque asked for, likewise [N m] */
+  largest_torque_lacking: number;
+}
+export const kSingularityHazard: FieldNote[] = [
+  ["begin","s","when it began"],
+  ["duration","s","how long it lasted; each integration step counts as its middle is"],
+  ["least_measure","1","of singularity, in these middles"],
+  ["largest_torque_lacking","N m","part of the torque asked for, likewise"],
 ];
 
 // what a joint with sticking friction, stops, or a motor whose electricity is known did in one phase.

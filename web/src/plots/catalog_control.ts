@@ -1,4 +1,4 @@
-// Plots of what drives the base: its control torque, reaction wheels against their limits, and thrusters; and of what
+// Plots of what drives the base: its control torque, reaction wheels against their limits, gyros and thrusters; and of what
 // sensors read.
 import { label } from "../format";
 import { list, num } from "../page/read";
@@ -6,7 +6,7 @@ import { column, componentLine, derivedLine, take, vectorLines, type Context } f
 import type { Limit, Line, PlotSpec } from "./spec";
 
 export function controlPlots(context: Context): PlotSpec[] {
-  return [...torquePlot(context), ...wheelPlots(context), ...sensorPlots(context)];
+  return [...torquePlot(context), ...wheelPlots(context), ...gyroPlots(context), ...sensorPlots(context)];
 }
 
 // By the last part of a series' path.
@@ -54,12 +54,7 @@ function torquePlot(context: Context): PlotSpec[] {
 
 function wheelPlots(context: Context): PlotSpec[] {
   const reports = list(context.run.summary?.wheels);
-  const plot = (path: string, title: string, axis: string, limits: Limit[], note?: string): PlotSpec[] => {
-    const series = take(context, path);
-    if (!series) return [];
-    const lines = series.components.map((name, k) => componentLine(context, series, k, { label: name, color: `step ${k}` }));
-    return [{ id: path.replace("/", "-"), group: "Control", title, axis: label(axis, series.unit), unit: series.unit, lines, limits, note }];
-  };
+  const plot = (path: string, title: string, axis: string, limits: Limit[], note?: string) => plotOfAll(context, path, title, axis, limits, note);
   return [
     ...plot("wheels/rate", "Wheel rates", "rate relative to the base", common(reports.map((one) => num(one.rate_limit)), "largest rate")),
     ...plot("wheels/momentum", "Wheel momentum", "inertia times rate", []),
@@ -69,6 +64,27 @@ function wheelPlots(context: Context): PlotSpec[] {
     ...plot("thrusters/propellant", "Propellant used", "propellant", []),
     ...plot("wheels/torque", "Wheel motors", "torque", common(reports.map((one) => num(one.torque_limit)), "largest torque")),
   ];
+}
+
+function gyroPlots(context: Context): PlotSpec[] {
+  const gyros = context.run.summary?.gyros;
+  const reports = list(gyros?.each);
+  const near = num(gyros?.near);
+  const plot = (path: string, title: string, axis: string, limits: Limit[]) => plotOfAll(context, path, title, axis, limits);
+  return [
+    ...plot("gyros/angle", "Gimbal angles of the gyros", "angle", []),
+    ...plot("gyros/rate", "Gimbal rates of the gyros", "rate relative to the base", common(reports.map((one) => num(one.rate_limit)), "largest rate")),
+    ...plot("gyros/torque", "Gimbal motors of the gyros", "torque", common(reports.map((one) => num(one.torque_limit)), "largest torque")),
+    ...plot("gyros/singularity_measure", "Singularity measure of the gyros", "measure", near === null ? [] : [{ label: "near a singularity", value: near }]),
+  ];
+}
+
+// A line for each of an array's actuators.
+function plotOfAll(context: Context, path: string, title: string, axis: string, limits: Limit[], note?: string): PlotSpec[] {
+  const series = take(context, path);
+  if (!series) return [];
+  const lines = series.components.map((name, k) => componentLine(context, series, k, { label: name, color: `step ${k}` }));
+  return [{ id: path.replace("/", "-"), group: "Control", title, axis: label(axis, series.unit), unit: series.unit, lines, limits, note }];
 }
 
 // Wheels may differ: each against its own capacity.
