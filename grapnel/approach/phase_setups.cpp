@@ -146,6 +146,11 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
   const bool has_controller = control.approaching ? problem.approach->tracking.mode == JointControl::controller
                                                   : post && post->joints == PostImpactSetup::Joints::controller;
   if (has_controller && problem.control && problem.control->base_torque && !held) setup.commanded_root = system.base;
+  if (has_controller && problem.control && problem.control->base_actuators && !held) {
+    setup.commanded_root = system.base;
+    setup.actuators.told_singly = true;
+    setup.actuators.thrusters = make_thruster_bank(problem.robot);
+  }
   use_wheels(problem, system, base, setup);
   use_thrusters(problem, base, setup);
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {

@@ -165,8 +165,8 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   if (clock || sensors) return "control is sampled";
   if (law_model) return "laws work with a model of their own";
   if (controller) return "a controller of its own is asked";
-  [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds] =
-      actuators;
+  [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds,
+                                told_singly] = actuators;  // told_singly: by a controller
   if (thrusters) return "thrusters push the base";
   if (feedforward) return "the base's torque follows the arms";
   if (!wheels.empty()) return "reaction wheels give the base's torque";

@@ -28,6 +28,11 @@ BaseActuation::BaseActuation(const Model& model, const std::optional<AttitudeCon
 
 void BaseActuation::check_actuators() const {
   const BaseActuators& a = actuators_;
+  if (a.told_singly) {
+    if (attitude_ || root_ < 0 || !clock_ || a.dumping)
+      throw std::invalid_argument("BaseActuation: actuators are told one by one by a controller, at a clock's ticks");
+    return;
+  }
   if ((a.thrusters || a.feedforward || a.wheel_speed_rate != 0) && !attitude_)
     throw std::invalid_argument("BaseActuation: thrusters, feedforward and wheel speeds belong to attitude control");
   if (a.thrusters && a.modulation.kind == ThrusterModulation::Kind::pulse_width && !clock_)
@@ -96,6 +101,20 @@ void BaseActuation::drive(const Vector3d& torque, std::span<const double> v, std
   }
   given_ = torque;
   for (int k = 0; k < 3; ++k) force[v_ + k] = given_[k];
+}
+
+void BaseActuation::drive_singly(std::span<const double> torques, std::span<double> effort) {
+  for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
+    const ReactionWheel& wheel = wheels_.wheels()[i];
+    const WheelArray::Mode mode = wheels_.mode(i);
+    if (mode == WheelArray::Mode::held) continue;
+    double torque = torques.empty() ? 0 : control_law::within_limit(torques[i], wheel.torque);
+    // One beyond its largest rate is only braked.
+    if (mode == WheelArray::Mode::beyond && torque * wheels_.held_rate(i) > 0) torque = 0;
+    effort[wheel.joint] = torque;
+  }
+  asked_ = Vector3d::zero();
+  given_ = thrust_torque_;
 }
 
 void BaseActuation::conclude(std::span<const double> force, std::span<const double> friction,
@@ -177,6 +196,32 @@ void BaseActuation::choose_modes(double t, std::span<const double> v, const Eval
   if (wheels_.has_rate_limits()) choose_wheels(v, evaluate);
 }
 
+// Whether a command of the clock begins to act now, which has not been seen yet.
+bool BaseActuation::command_begins(double t) {
+  ThrusterBank& bank = *actuators_.thrusters;
+  const double period = clock_->timing().period, delay = clock_->timing().delay;
+  const double number = std::round((t - delay) / period);
+  const bool begins = number >= 0 && std::abs(number * period + delay - t) <= 2 * same_time_;
+  if (!begins || static_cast<long>(number) == bank.last_period) return false;
+  bank.last_period = static_cast<long>(number);
+  return true;
+}
+
+// As the controller says. A valve that must stay open for its least time closes as soon as it may.
+void BaseActuation::tell_valves() {
+  ThrusterBank& bank = *actuators_.thrusters;
+  const std::vector<std::uint8_t>& open = clock_->held().thruster_open;
+  for (std::size_t i = 0; i < bank.size(); ++i) {
+    if (i < open.size() && open[i] != 0) {
+      bank.open(i);
+    } else if (bank.is_locked(i)) {
+      bank.open(i, bank.locked_for(i));
+    } else {
+      bank.close(i);
+    }
+  }
+}
+
 // Where a command of the clock begins to act, or, without a clock, by the state.
 void BaseActuation::choose_thrusters(double t, std::span<const double> v, const Evaluation& evaluate) {
   ThrusterBank& bank = *actuators_.thrusters;
@@ -184,11 +229,9 @@ void BaseActuation::choose_thrusters(double t, std::span<const double> v, const 
     evaluate();
     return bank.trigger(asked_, actuators_.modulation);
   }
-  const double period = clock_->timing().period, delay = clock_->timing().delay;
-  const double number = std::round((t - delay) / period);
-  const bool begins = number >= 0 && std::abs(number * period + delay - t) <= 2 * same_time_;
-  if (!begins || static_cast<long>(number) == bank.last_period) return;
-  bank.last_period = static_cast<long>(number);
+  if (!command_begins(t)) return;
+  if (actuators_.told_singly) return tell_valves();
+  const double period = clock_->timing().period;
   Vector3d torque = clock_->held().base_torque;
   if (actuators_.dumping) {
     // Not more than what is left.

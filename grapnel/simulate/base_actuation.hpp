@@ -36,6 +36,9 @@ struct BaseActuators {
   /// At which the wheels' rates go to `wheel_speeds` as far as that gives no torque on the base, (18.7) [1/s]; 0: not.
   double wheel_speed_rate = 0;
   std::vector<double> wheel_speeds = {};  // per wheel [rad/s]; empty: zero, so that their momenta become least
+  /// A controller says every wheel's motor torque and every thruster's valve (ControlCommand), in place of a torque on
+  /// its root. Needs a clock and no attitude control.
+  bool told_singly = false;
 };
 
 /// Which numbers of the whole model are prescribed, per velocity.
@@ -74,6 +77,10 @@ class BaseActuation {
   /// A torque is asked for, on the root's body, in its axes [N m]: motors' efforts (per Model::joints()) or forces on
   /// the root (per velocity). `v`: of the whole model.
   void drive(const Vector3d& torque, std::span<const double> v, std::span<double> effort, std::span<double> force);
+  /// In its place where BaseActuators::told_singly: motors are told these torques, per wheel (empty: none), and give
+  /// them within their limits.
+  bool is_told_singly() const { return actuators_.told_singly; }
+  void drive_singly(std::span<const double> torques, std::span<double> effort);
   /// The forces that prescribed rates take are known (per velocity, friction per joint among them): efforts of motors
   /// that hold, and what has been given of the torque.
   void conclude(std::span<const double> force, std::span<const double> friction, std::span<double> effort);
@@ -117,6 +124,8 @@ class BaseActuation {
   void check_actuators() const;
   void choose_wheels(std::span<const double> v, const Evaluation& evaluate);
   void choose_thrusters(double t, std::span<const double> v, const Evaluation& evaluate);
+  bool command_begins(double t);
+  void tell_valves();
   bool triggers_by_state() const;
   Vector3d countered() const;
   double driving_on(std::size_t wheel, const Evaluation& evaluate);

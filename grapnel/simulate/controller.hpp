@@ -45,6 +45,11 @@ struct ControlCommand {
   std::span<double> effort;
   /// On PhaseSetup::commanded_root, in its axes [N m]; zero when asked, not read without such a root.
   Vector3d base_torque = Vector3d::zero();
+  /// Where the base's actuators are told one by one (BaseActuators::told_singly), in place of its torque; zero when
+  /// asked. Per wheel of PhaseSetup::wheels: its motor's torque on it, about its axis [N m]. Per thruster: whether its
+  /// valve is to be open from now on.
+  std::span<double> wheel_torque = {};
+  std::span<std::uint8_t> thruster_open = {};
 };
 
 /// Thrown by a controller that cannot go on, and where one says what is no number: it ends the run with this message.
@@ -90,6 +95,8 @@ class ControlClock {
   struct Command {
     std::vector<double> effort;  // per channel [N m or N]
     Vector3d base_torque = Vector3d::zero();
+    std::vector<double> wheel_torque = {};         // as ControlCommand's; empty: zero
+    std::vector<std::uint8_t> thruster_open = {};  // likewise
   };
 
   /// @throws std::invalid_argument if the period is not positive and finite, or the delay negative or not finite.

@@ -306,6 +306,8 @@ void PhaseDynamics::act_from_outside(double t) {
 
 // The torque of attitude control or of the controller, or what the clock holds of it.
 void PhaseDynamics::drive_root() {
+  if (base_.is_told_singly())
+    return base_.drive_singly(laws_speak() ? commanded_wheels_ : setup_.clock->held().wheel_torque, motor_);
   Vector3d torque = commanded_torque_;
   if (!laws_speak()) {
     torque = setup_.clock->held().base_torque;
@@ -360,6 +362,11 @@ void PhaseDynamics::ask_controller(double t) {
   }
   std::fill(commanded_effort_.begin(), commanded_effort_.end(), 0.0);
   ControlCommand command{commanded_effort_};
+  if (base_.is_told_singly()) {
+    commanded_wheels_.assign(setup_.wheels.size(), 0.0);
+    commanded_valves_.assign(base_.thruster_count(), 0);
+    command.wheel_torque = commanded_wheels_, command.thruster_open = commanded_valves_;
+  }
   gather_beside();
   const SensorReadings* readings = setup_.sensors ? &setup_.sensors->readings() : nullptr;
   setup_.controller->update({t, law_model(), now_, desired_, sensed_, beside_, readings}, command);
@@ -370,6 +377,10 @@ void PhaseDynamics::ask_controller(double t) {
     if (output_of(setup_.drives[j].control) != ControlOutput::command || std::isfinite(commanded_effort_[j])) continue;
     refuse(fmt::format("an effort of {} at joint \"{}\"", commanded_effort_[j],
                        model_.bodies()[model_.joints()[j]].description.joint.name));
+  }
+  for (std::size_t w = 0; w < commanded_wheels_.size(); ++w) {
+    if (!std::isfinite(commanded_wheels_[w]))
+      refuse(fmt::format("a torque of {} on wheel {}", commanded_wheels_[w], w + 1));
   }
   commanded_torque_ = command.base_torque;
   const Vector3d& torque = commanded_torque_;
@@ -435,7 +446,8 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     throw;
   }
   sampling_ = false;
-  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked()};
+  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked(), commanded_wheels_,
+                             commanded_valves_};
   for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
     const auto j = static_cast<std::size_t>(setup_.channels[c]);
     if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = told_[j];
