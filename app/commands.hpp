@@ -131,6 +131,7 @@ struct ExportFmuOptions {
   std::filesystem::path output;         // empty: named after the scenario, here
   std::vector<std::string> overrides;   // path=value
   std::vector<std::string> parameters;  // paths, or "default"
+  bool base_torque = false;             // an input, in place of the base's actuators one by one
   int version = 2;                      // of FMI
 };
 /// Writes the scenario's capture as an FMU for co-simulation, told at its actuators.

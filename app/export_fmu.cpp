@@ -146,7 +146,7 @@ int export_fmu(const ExportFmuOptions& options) {
     const std::vector<std::string> parameters =
         options.parameters.empty() ? std::vector<std::string>{"default"} : options.parameters;
     std::vector<Fault> warnings;
-    GatheredPlant gathered = gather_plant(options.scenario, options.overrides, parameters, &warnings);
+    GatheredPlant gathered = gather_plant(options.scenario, options.overrides, parameters, options.base_torque, &warnings);
     say_faults(warnings);
     const PlantVariables variables = plant_variables(gathered.plant, gathered.package.parameters);
     PlantDescription description = describe(options, gathered.plant);

@@ -180,6 +180,8 @@ int main(int argc, char** argv) {
                    "A number of the scenario that becomes a parameter, by its path; may be repeated (default: those at "
                    "initial, targets, contact, impact and loads)")
       ->allow_extra_args(false);
+  fmu_command->add_flag("--base-torque", fmu_options.base_torque,
+                        "The torque on the base is an input, in place of its wheels and thrusters one by one");
   fmu_command->add_option("--set", fmu_options.overrides, "Replace a value: path=value")->allow_extra_args(false);
   fmu_command->callback([&] { code = export_fmu(fmu_options); });
 

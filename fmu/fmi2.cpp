@@ -197,14 +197,14 @@ GRAPNEL_FMI_FUNCTION Status2 fmi2GetStringStatus(Component c, int, const char**)
 // After a step that was discarded: how far it came, and whether the run is over.
 GRAPNEL_FMI_FUNCTION Status2 fmi2GetRealStatus(Component c, int kind, double* value) {
   constexpr int kLastSuccessfulTime = 2;
-  return call(c, "fmi2GetRealStatus", {Mode::stepping, Mode::terminated}, [&](PlantInstance& p) {
+  return call(c, "fmi2GetRealStatus", {Mode::stepping, Mode::terminated, Mode::failed}, [&](PlantInstance& p) {
     if (kind != kLastSuccessfulTime) throw Refused(Status::error, "there is no such status");
     *value = p.time();
   });
 }
 GRAPNEL_FMI_FUNCTION Status2 fmi2GetBooleanStatus(Component c, int kind, Boolean2* value) {
   constexpr int kTerminated = 3;
-  return call(c, "fmi2GetBooleanStatus", {Mode::stepping, Mode::terminated}, [&](PlantInstance& p) {
+  return call(c, "fmi2GetBooleanStatus", {Mode::stepping, Mode::terminated, Mode::failed}, [&](PlantInstance& p) {
     if (kind != kTerminated) throw Refused(Status::error, "there is no such status");
     *value = at(c)->step_discarded && p.has_ended() ? 1 : 0;
   });

@@ -163,6 +163,7 @@ std::string plant_json(const PlantPackage& package) {
   return Json{{"format", kFormat},
               {"scenario", package.scenario},
               {"set", package.settings},
+              {"base_torque", package.base_torque},
               {"parameters", parameters},
               {"token", package.token}}
              .dump(2) +
@@ -180,6 +181,7 @@ PlantPackage read_plant(const fs::path& folder) {
     PlantPackage package;
     package.scenario = json.at("scenario");
     package.settings = json.at("set").get<std::vector<std::string>>();
+    package.base_torque = json.at("base_torque");
     package.token = json.at("token");
     for (const Json& p : json.at("parameters")) package.parameters.push_back({p.at("path"), p.at("start"), p.at("unit")});
     return package;
@@ -196,16 +198,18 @@ CaptureProblem load_plant(const PlantPackage& package, const fs::path& folder, c
     if (values[i] != package.parameters.at(i).start)
       overrides.push_back(parse_override(setting_of(package.parameters[i], values[i])));
   }
-  return plant_of(load_scenario(folder / package.scenario, overrides));
+  return plant_of(load_scenario(folder / package.scenario, overrides), package.base_torque);
 }
 
 GatheredPlant gather_plant(const fs::path& scenario, const std::vector<std::string>& settings,
-                           const std::vector<std::string>& parameters, std::vector<Fault>* warnings) {
+                           const std::vector<std::string>& parameters, bool base_torque,
+                           std::vector<Fault>* warnings) {
   ScenarioFiles files;
   const std::vector<Change> changes = changes_of(settings);
   const CaptureProblem problem = load_scenario(scenario, changes, files, warnings);
   GatheredPlant gathered;
-  gathered.plant = plant_of(problem);
+  gathered.plant = plant_of(problem, base_torque);
+  gathered.package.base_torque = base_torque;
   const Node tree = tree_with(changes, scenario, files);
   std::vector<std::string> paths;
   for (const std::string& asked : parameters) {
@@ -217,6 +221,7 @@ GatheredPlant gather_plant(const fs::path& scenario, const std::vector<std::stri
   }
   for (const std::string& path : paths) gathered.package.parameters.push_back(parameter_at(tree, path));
   gathered.package.settings = settings;
+  refuse_absolute(tree);
   std::vector<fs::path> read{scenario};
   for (const fs::path& path : files.paths()) {
     if (fs::exists(path) && path != scenario) read.push_back(path);

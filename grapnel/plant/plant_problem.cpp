@@ -20,7 +20,7 @@ void take_out_laws(PostImpactSetup& post) {
 
 }  // namespace
 
-CaptureProblem plant_of(CaptureProblem problem) {
+CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
   if (!problem.control)
     throw PlantError(
         "the scenario has no control.period, at which commands are taken and outputs are sampled; add it, or say "
@@ -39,7 +39,9 @@ CaptureProblem plant_of(CaptureProblem problem) {
   if (problem.approach) take_out_laws(*problem.approach);
   if (problem.post_impact) take_out_laws(*problem.post_impact);
   const bool is_fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
+  if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque turns it");
   control.external = true;
+  control.base_torque = control.base_torque || base_torque;
   control.base_actuators =
       !is_fixed && !control.base_torque && !(problem.robot.wheels.empty() && problem.robot.thrusters.empty());
   return problem;

@@ -16,10 +16,11 @@ struct PlantError : std::runtime_error {
 };
 
 /// The problem with its laws taken out: joints are under JointControl::controller in the approach and after the impact,
-/// attitude control is gone, and the base is turned by what the controller says: a torque on it where the scenario says
-/// control.base_torque, else every wheel's motor and every thruster's valve, where the robot has any. What is planned
-/// stays planned, and is what the joints are to follow. ControlSetup::source is the caller's to set.
-/// @throws PlantError if there is no sampled control, the controller is another's, or nothing of the robot moves.
-CaptureProblem plant_of(CaptureProblem problem);
+/// attitude control is gone, and the base is turned by what the controller says: a torque on it where `base_torque` or
+/// the scenario's control.base_torque say so, else every wheel's motor and every thruster's valve, where the robot has
+/// any. What is planned stays planned, and is what the joints are to follow. ControlSetup::source is the caller's to
+/// set. @throws PlantError if there is no sampled control, the controller is another's, nothing of the robot moves, or
+/// there is no torque on a base that is fixed.
+CaptureProblem plant_of(CaptureProblem problem, bool base_torque);
 
 }  // namespace grapnel

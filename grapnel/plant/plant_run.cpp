@@ -189,7 +189,7 @@ void PlantRun::conclude(const CaptureResult& result) {
   out.end = {};
   for (const GraspOutcome& grasp : result.grasps) {
     out.end.captured.push_back(grasp.captured);
-    if (grasp.captured && !grasp.released) out.held[target_index(plant_, grasp.target)] = 1;
+    if (plant_.impact && grasp.captured && !grasp.released) out.held[target_index(plant_, grasp.target)] = 1;
   }
   out.end.captured.resize(plant_.grasps.size());
   out.end.ended = out.end.completed = true;

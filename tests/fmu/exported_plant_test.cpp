@@ -58,6 +58,11 @@ void fly(Master& plant, bool late, double start = 0) {
   }
 }
 
+std::ptrdiff_t thread_count() {
+  const std::filesystem::directory_iterator tasks("/proc/self/task");
+  return std::distance(begin(tasks), end(tasks));
+}
+
 double apart(Master& plant, const PhaseEnd& end) {
   double most = 0;
   const auto compare = [&](double a, double b) { most = std::max(most, std::abs(a - b)); };
@@ -206,7 +211,10 @@ TEST_F(ExportedPlant, MayBeThereSeveralTimes) {
     command(second, {1, 1});
     ASSERT_EQ(second.step(k * 0.01, 0.01), fmi::kOk);
   }
+  // Its own thread and no other.
+  const std::ptrdiff_t before = thread_count();
   second.free();
+  EXPECT_EQ(thread_count(), before - 1);
   for (int k = 120; k < 350; ++k) {
     command(first, Pd()(first));
     ASSERT_EQ(first.step(k * 0.01, 0.01), fmi::kOk);
@@ -257,10 +265,12 @@ robot:
   links:
     - {name: arm, parent: base, joint: {name: joint, type: revolute, axis: [1, 0, 0]}, mass: 1, inertia: [1, 1, 1]}
   end_effectors: [{name: tip, link: arm}]
+initial: {joints: [0]}
 targets: [{name: far, mass: 1, inertia: [1, 1, 1], state: {at: start, position: [50, 0, 0]}, grasp_points: [{name: g}]}]
 grasps: [{end_effector: tip, target: far, point: g}]
 approach: {duration: 20, final_joints: [0], tracking: {mode: pd, kp: 10, kd: 10}}
-contact: {gap: refuse, refuse_beyond: 0.1}
+contact: {gap: refuse, limit: 0.1}
+impact: {}
 control: {period: 10 ms}
 )";
 
@@ -319,11 +329,11 @@ TEST_F(ExportedPlant, TellsWheelsAndThrustersOneByOne) {
   }
 }
 
-// With control.base_torque the base's torque is told instead, and the wheels give it.
-TEST_F(ExportedPlant, TellsTheTorqueOfTheBaseWhereTheScenarioSaysSo) {
+// With --base-torque it is the base's torque that is told, and the wheels give it.
+TEST_F(ExportedPlant, TellsTheTorqueOfTheBaseWhereItIsAskedFor) {
   const std::string scenario = write("actuated.yaml", kActuated).string();
   Master plant(exported(scenario, 2,
-                        "--set control.base_torque=true --set 'robot.wheels=[{name: z, axis: [0, 0, 1], inertia: 0.1}, "
+                        "--base-torque --set 'robot.wheels=[{name: z, axis: [0, 0, 1], inertia: 0.1}, "
                         "{name: x, axis: [1, 0, 0], inertia: 0.1}, {name: y, axis: [0, 1, 0], inertia: 0.1}]'"));
   EXPECT_EQ(plant.variables().count("wheel.z.torque"), 0u);
   EXPECT_EQ(plant.variables().count("thruster.push.on"), 0u);
