@@ -45,7 +45,7 @@ fs::path plant_library() {
 
 // What every system has that runs C++ programs.
 bool is_ordinary(const std::string& name) {
-  constexpr std::array kOrdinary = {"libc.so",  "libm.so",       "libdl.so",   "libpthread.so",
+  constexpr std::array kOrdinary = {"libc.so",  "libm.so",       "libdl.so",    "libpthread.so",
                                     "librt.so", "libstdc++.so.", "libgcc_s.so", "ld-linux"};
   return std::any_of(kOrdinary.begin(), kOrdinary.end(), [&](const char* one) { return name.starts_with(one); });
 }
@@ -146,14 +146,15 @@ int export_fmu(const ExportFmuOptions& options) {
     const std::vector<std::string> parameters =
         options.parameters.empty() ? std::vector<std::string>{"default"} : options.parameters;
     std::vector<Fault> warnings;
-    GatheredPlant gathered = gather_plant(options.scenario, options.overrides, parameters, options.base_torque, &warnings);
+    GatheredPlant gathered =
+        gather_plant(options.scenario, options.overrides, parameters, options.base_torque, &warnings);
     say_faults(warnings);
     const PlantVariables variables = plant_variables(gathered.plant, gathered.package.parameters);
     PlantDescription description = describe(options, gathered.plant);
     // Of all that belongs to it, so that a binary refuses resources of another one.
     description.token = gathered.package.token =
-        "{" + sha256(model_description_text(description, variables) + plant_json(gathered.package) +
-                     gathered.plant.sha256) +
+        "{" +
+        sha256(model_description_text(description, variables) + plant_json(gathered.package) + gathered.plant.sha256) +
         "}";
     const fs::path output =
         options.output.empty() ? fs::path(options.scenario.stem().string() + ".fmu") : options.output;

@@ -52,7 +52,8 @@ Status2 refuse(Component c, const char* name, const char* why) {
 }
 
 template <class Value>
-Status2 get(Component c, const char* name, VariableType type, const Reference* references, std::size_t count, Value* values) {
+Status2 get(Component c, const char* name, VariableType type, const Reference* references, std::size_t count,
+            Value* values) {
   return call(c, name, kAnywhere, [&](PlantInstance& instance) {
     for (std::size_t i = 0; i < count; ++i) values[i] = static_cast<Value>(instance.get(type, references[i]));
   });

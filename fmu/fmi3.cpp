@@ -171,14 +171,14 @@ GRAPNEL_FMI_FUNCTION Status3 fmi3SetBoolean(Instance instance, const Reference* 
 
 // ---- Types that no variable has ----
 
-#define GRAPNEL_NO_VARIABLES(NAME, VALUE)                                                                            \
-  GRAPNEL_FMI_FUNCTION Status3 fmi3Get##NAME(Instance instance, const Reference*, std::size_t count, VALUE*,         \
-                                             std::size_t) {                                                          \
-    return count == 0 ? 0 : refuse(instance, "fmi3Get" #NAME, kNoSuchType);                                          \
-  }                                                                                                                  \
-  GRAPNEL_FMI_FUNCTION Status3 fmi3Set##NAME(Instance instance, const Reference*, std::size_t count, const VALUE*,   \
-                                             std::size_t) {                                                          \
-    return count == 0 ? 0 : refuse(instance, "fmi3Set" #NAME, kNoSuchType);                                          \
+#define GRAPNEL_NO_VARIABLES(NAME, VALUE)                                                                          \
+  GRAPNEL_FMI_FUNCTION Status3 fmi3Get##NAME(Instance instance, const Reference*, std::size_t count, VALUE*,       \
+                                             std::size_t) {                                                        \
+    return count == 0 ? 0 : refuse(instance, "fmi3Get" #NAME, kNoSuchType);                                        \
+  }                                                                                                                \
+  GRAPNEL_FMI_FUNCTION Status3 fmi3Set##NAME(Instance instance, const Reference*, std::size_t count, const VALUE*, \
+                                             std::size_t) {                                                        \
+    return count == 0 ? 0 : refuse(instance, "fmi3Set" #NAME, kNoSuchType);                                        \
   }
 GRAPNEL_NO_VARIABLES(Float32, float)
 GRAPNEL_NO_VARIABLES(Int8, std::int8_t)
@@ -191,10 +191,12 @@ GRAPNEL_NO_VARIABLES(UInt64, std::uint64_t)
 using Text = const char*;
 GRAPNEL_NO_VARIABLES(String, Text)
 #undef GRAPNEL_NO_VARIABLES
-GRAPNEL_FMI_FUNCTION Status3 fmi3GetBinary(Instance instance, const Reference*, std::size_t, std::size_t*, const std::uint8_t**, std::size_t) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3GetBinary(Instance instance, const Reference*, std::size_t, std::size_t*,
+                                           const std::uint8_t**, std::size_t) {
   return refuse(instance, "fmi3GetBinary", kNoSuchType);
 }
-GRAPNEL_FMI_FUNCTION Status3 fmi3SetBinary(Instance instance, const Reference*, std::size_t, const std::size_t*, const std::uint8_t* const*, std::size_t) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3SetBinary(Instance instance, const Reference*, std::size_t, const std::size_t*,
+                                           const std::uint8_t* const*, std::size_t) {
   return refuse(instance, "fmi3SetBinary", kNoSuchType);
 }
 GRAPNEL_FMI_FUNCTION Status3 fmi3GetClock(Instance instance, const Reference*, std::size_t, bool*) {
@@ -209,7 +211,8 @@ GRAPNEL_FMI_FUNCTION Status3 fmi3SetClock(Instance instance, const Reference*, s
 GRAPNEL_FMI_FUNCTION Status3 fmi3GetNumberOfVariableDependencies(Instance instance, Reference, std::size_t*) {
   return refuse(instance, "fmi3GetNumberOfVariableDependencies", kNoCounts);
 }
-GRAPNEL_FMI_FUNCTION Status3 fmi3GetVariableDependencies(Instance instance, Reference, std::size_t*, Reference*, std::size_t*, int*, std::size_t) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3GetVariableDependencies(Instance instance, Reference, std::size_t*, Reference*,
+                                                         std::size_t*, int*, std::size_t) {
   return refuse(instance, "fmi3GetVariableDependencies", kNoCounts);
 }
 GRAPNEL_FMI_FUNCTION Status3 fmi3GetFMUState(Instance instance, void**) {
@@ -230,13 +233,18 @@ GRAPNEL_FMI_FUNCTION Status3 fmi3SerializeFMUState(Instance instance, void*, std
 GRAPNEL_FMI_FUNCTION Status3 fmi3DeserializeFMUState(Instance instance, const std::uint8_t*, std::size_t, void**) {
   return refuse(instance, "fmi3DeserializeFMUState", kNoState);
 }
-GRAPNEL_FMI_FUNCTION Status3 fmi3GetDirectionalDerivative(Instance instance, const Reference*, std::size_t, const Reference*, std::size_t, const double*, std::size_t, double*, std::size_t) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3GetDirectionalDerivative(Instance instance, const Reference*, std::size_t,
+                                                          const Reference*, std::size_t, const double*, std::size_t,
+                                                          double*, std::size_t) {
   return refuse(instance, "fmi3GetDirectionalDerivative", kNoDerivatives);
 }
-GRAPNEL_FMI_FUNCTION Status3 fmi3GetAdjointDerivative(Instance instance, const Reference*, std::size_t, const Reference*, std::size_t, const double*, std::size_t, double*, std::size_t) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3GetAdjointDerivative(Instance instance, const Reference*, std::size_t,
+                                                      const Reference*, std::size_t, const double*, std::size_t,
+                                                      double*, std::size_t) {
   return refuse(instance, "fmi3GetAdjointDerivative", kNoDerivatives);
 }
-GRAPNEL_FMI_FUNCTION Status3 fmi3GetOutputDerivatives(Instance instance, const Reference*, std::size_t, const std::int32_t*, double*, std::size_t) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3GetOutputDerivatives(Instance instance, const Reference*, std::size_t,
+                                                      const std::int32_t*, double*, std::size_t) {
   return refuse(instance, "fmi3GetOutputDerivatives", kNoDerivatives);
 }
 GRAPNEL_FMI_FUNCTION Status3 fmi3EnterConfigurationMode(Instance instance) {
@@ -260,25 +268,29 @@ GRAPNEL_FMI_FUNCTION Status3 fmi3EvaluateDiscreteStates(Instance instance) {
 GRAPNEL_FMI_FUNCTION Status3 fmi3GetIntervalDecimal(Instance instance, const Reference*, std::size_t, double*, int*) {
   return refuse(instance, "fmi3GetIntervalDecimal", kNoClocks);
 }
-GRAPNEL_FMI_FUNCTION Status3 fmi3GetIntervalFraction(Instance instance, const Reference*, std::size_t, std::uint64_t*, std::uint64_t*, int*) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3GetIntervalFraction(Instance instance, const Reference*, std::size_t, std::uint64_t*,
+                                                     std::uint64_t*, int*) {
   return refuse(instance, "fmi3GetIntervalFraction", kNoClocks);
 }
 GRAPNEL_FMI_FUNCTION Status3 fmi3GetShiftDecimal(Instance instance, const Reference*, std::size_t, double*) {
   return refuse(instance, "fmi3GetShiftDecimal", kNoClocks);
 }
-GRAPNEL_FMI_FUNCTION Status3 fmi3GetShiftFraction(Instance instance, const Reference*, std::size_t, std::uint64_t*, std::uint64_t*) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3GetShiftFraction(Instance instance, const Reference*, std::size_t, std::uint64_t*,
+                                                  std::uint64_t*) {
   return refuse(instance, "fmi3GetShiftFraction", kNoClocks);
 }
 GRAPNEL_FMI_FUNCTION Status3 fmi3SetIntervalDecimal(Instance instance, const Reference*, std::size_t, const double*) {
   return refuse(instance, "fmi3SetIntervalDecimal", kNoClocks);
 }
-GRAPNEL_FMI_FUNCTION Status3 fmi3SetIntervalFraction(Instance instance, const Reference*, std::size_t, const std::uint64_t*, const std::uint64_t*) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3SetIntervalFraction(Instance instance, const Reference*, std::size_t,
+                                                     const std::uint64_t*, const std::uint64_t*) {
   return refuse(instance, "fmi3SetIntervalFraction", kNoClocks);
 }
 GRAPNEL_FMI_FUNCTION Status3 fmi3SetShiftDecimal(Instance instance, const Reference*, std::size_t, const double*) {
   return refuse(instance, "fmi3SetShiftDecimal", kNoClocks);
 }
-GRAPNEL_FMI_FUNCTION Status3 fmi3SetShiftFraction(Instance instance, const Reference*, std::size_t, const std::uint64_t*, const std::uint64_t*) {
+GRAPNEL_FMI_FUNCTION Status3 fmi3SetShiftFraction(Instance instance, const Reference*, std::size_t,
+                                                  const std::uint64_t*, const std::uint64_t*) {
   return refuse(instance, "fmi3SetShiftFraction", kNoClocks);
 }
 GRAPNEL_FMI_FUNCTION Status3 fmi3ActivateModelPartition(Instance instance, Reference, double) {

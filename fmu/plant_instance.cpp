@@ -67,7 +67,8 @@ std::filesystem::path resources_path(const char* location) {
     uri.remove_prefix(2);
     if (uri.starts_with("localhost/")) uri.remove_prefix(9);
   }
-  if (!uri.starts_with("/")) throw std::runtime_error(fmt::format("the resource location {} is not on this machine", location));
+  if (!uri.starts_with("/"))
+    throw std::runtime_error(fmt::format("the resource location {} is not on this machine", location));
   std::string path;
   for (std::size_t i = 0; i < uri.size(); ++i) {
     if (uri[i] != '%' || i + 2 >= uri.size()) {
@@ -177,8 +178,7 @@ void PlantInstance::need_run() {
 
 void PlantInstance::take_outputs() {
   const std::vector<double> numbers = parts_->run->outputs().numbers();
-  if (numbers.size() != variables_.outputs)
-    throw std::logic_error("the plant has other outputs than its description");
+  if (numbers.size() != variables_.outputs) throw std::logic_error("the plant has other outputs than its description");
   std::copy(numbers.begin(), numbers.end(), values_.begin() + static_cast<std::ptrdiff_t>(variables_.first_output()));
   last_time_ = parts_->run->time();
 }
@@ -195,13 +195,12 @@ double PlantInstance::time() const { return start_ + last_time_; }
 bool PlantInstance::step(double time, double size) {
   const double period = parts_->run->period(), same = kSame * period;
   if (!(std::abs(time - this->time()) <= same + 1e-12 * std::abs(time)))
-    throw Refused(Status::error,
-                  fmt::format("the communication point is {} [s], expected is {}", time, this->time()));
+    throw Refused(Status::error, fmt::format("the communication point is {} [s], expected is {}", time, this->time()));
   const double periods = size / period;
   if (!(periods >= 1 - kSame) || !(std::abs(periods - std::round(periods)) <= kSame * std::max(1.0, periods)))
-    throw Refused(Status::discard,
-                  fmt::format("the communication step is {} [s], must be a multiple of the control period, {}", size,
-                              period));
+    throw Refused(
+        Status::discard,
+        fmt::format("the communication step is {} [s], must be a multiple of the control period, {}", size, period));
   if (parts_->run->has_ended())
     throw Refused(Status::discard, fmt::format("the run has ended at t = {} [s]", this->time()));
   std::vector<double> inputs(variables_.inputs);

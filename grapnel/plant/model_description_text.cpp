@@ -52,9 +52,8 @@ std::string base_unit(const std::string& name) {
   std::string text;
   for (std::size_t i = 0; i < name.size(); ++i) {
     const char c = name[i];
-    const bool begins_power =
-        (std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '-') && !text.empty() &&
-        std::isalpha(static_cast<unsigned char>(text.back())) != 0;
+    const bool begins_power = (std::isdigit(static_cast<unsigned char>(c)) != 0 || c == '-') && !text.empty() &&
+                              std::isalpha(static_cast<unsigned char>(text.back())) != 0;
     text += c == '.' ? " " : begins_power ? std::string("^") + c : std::string(1, c);
   }
   const std::optional<Unit> unit = unit_named(text);
@@ -84,7 +83,7 @@ std::string attributes(const PlantVariable& v, std::size_t position) {
                                 : v.causality == Causality::input   ? "input"
                                                                     : "output";
   const char* const variability = v.causality == Causality::parameter ? "fixed"
-                                  : v.type == VariableType::real              ? "continuous"
+                                  : v.type == VariableType::real      ? "continuous"
                                                                       : "discrete";
   const char* const initial = v.causality == Causality::parameter ? " initial=\"exact\""
                               : v.causality == Causality::output  ? " initial=\"calculated\""
@@ -131,8 +130,7 @@ std::string variables_3(const PlantVariables& variables) {
 // No output follows from inputs of the same instant; at the start they follow from the parameters.
 std::string structure(const PlantVariables& variables, int version) {
   std::string of_parameters;
-  for (std::size_t i = 0; i < variables.parameters; ++i)
-    of_parameters += fmt::format("{}{}", i > 0 ? " " : "", i + 1);
+  for (std::size_t i = 0; i < variables.parameters; ++i) of_parameters += fmt::format("{}{}", i > 0 ? " " : "", i + 1);
   std::string outputs, initial;
   for (std::size_t i = variables.first_output(); i < variables.all.size(); ++i) {
     if (version == 2) {
@@ -165,7 +163,8 @@ std::string model_description_text(const PlantDescription& d, const PlantVariabl
   std::string out = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n";
   out += fmt::format(
       "<fmiModelDescription fmiVersion=\"{}\" modelName=\"{}\" {}=\"{}\"\n"
-      "    description=\"A capture, told at its actuators\" generationTool=\"{}\" variableNamingConvention=\"flat\"{}>\n",
+      "    description=\"A capture, told at its actuators\" generationTool=\"{}\" "
+      "variableNamingConvention=\"flat\"{}>\n",
       is_2 ? "2.0" : "3.0", escaped(d.name), is_2 ? "guid" : "instantiationToken", escaped(d.token), escaped(d.tool),
       is_2 ? " numberOfEventIndicators=\"0\"" : "");
   if (is_2) {
@@ -184,8 +183,10 @@ std::string model_description_text(const PlantDescription& d, const PlantVariabl
         d.identifier, number(d.period));
   }
   out += unit_definitions(variables);
-  out += "  <LogCategories>\n    <Category name=\"logStatusError\" description=\"Calls that failed, and why\"/>\n"
-         "    <Category name=\"logStatusDiscard\" description=\"Steps that were not taken, and why\"/>\n  </LogCategories>\n";
+  out +=
+      "  <LogCategories>\n    <Category name=\"logStatusError\" description=\"Calls that failed, and why\"/>\n"
+      "    <Category name=\"logStatusDiscard\" description=\"Steps that were not taken, and why\"/>\n  "
+      "</LogCategories>\n";
   out += fmt::format("  <DefaultExperiment startTime=\"0\" stopTime=\"{}\" stepSize=\"{}\"/>\n", number(d.stop),
                      number(d.period));
   out += "  <ModelVariables>\n" + (is_2 ? variables_2(variables) : variables_3(variables)) + "  </ModelVariables>\n";

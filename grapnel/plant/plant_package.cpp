@@ -98,8 +98,7 @@ std::vector<std::string> default_parameters(const Node& scenario, const CaptureP
 
 PlantParameter parameter_at(const Node& scenario, const std::string& path) {
   const std::optional<Node> node = value_at(scenario, path);
-  if (!node)
-    throw PlantError(fmt::format("--parameter {}: the scenario says no such value; say one with --set", path));
+  if (!node) throw PlantError(fmt::format("--parameter {}: the scenario says no such value; say one with --set", path));
   const auto number = number_at(*node);
   if (!number) throw PlantError(fmt::format("--parameter {}: it is no number", path));
   return {path, number->value, number->unit};
@@ -143,9 +142,10 @@ std::vector<GatheredPlant::File> placed(const std::vector<fs::path>& files) {
 // Whether a tree names a file by an absolute path: on another machine it would not be there.
 void refuse_absolute(const Node& node) {
   if (node.is_scalar() && node.text.size() > 1 && node.text.front() == '/' && fs::exists(node.text))
-    throw PlantError(fmt::format("{} is named by an absolute path, which is not there where the FMU goes; name it "
-                                 "relative to the scenario",
-                                 in_quotes(node.text)));
+    throw PlantError(
+        fmt::format("{} is named by an absolute path, which is not there where the FMU goes; name it "
+                    "relative to the scenario",
+                    in_quotes(node.text)));
   for (const Node& item : node.items) refuse_absolute(item);
   for (const NodeEntry& entry : node.entries) refuse_absolute(entry.value);
 }
@@ -160,12 +160,9 @@ std::string plant_json(const PlantPackage& package) {
   Json parameters = Json::array();
   for (const PlantParameter& p : package.parameters)
     parameters.push_back({{"path", p.path}, {"start", p.start}, {"unit", p.unit}});
-  return Json{{"format", kFormat},
-              {"scenario", package.scenario},
-              {"set", package.settings},
-              {"base_torque", package.base_torque},
-              {"parameters", parameters},
-              {"token", package.token}}
+  return Json{{"format", kFormat},        {"scenario", package.scenario},
+              {"set", package.settings},  {"base_torque", package.base_torque},
+              {"parameters", parameters}, {"token", package.token}}
              .dump(2) +
          "\n";
 }
@@ -177,13 +174,15 @@ PlantPackage read_plant(const fs::path& folder) {
   try {
     const Json json = Json::parse(in);
     if (json.at("format") != kFormat)
-      throw PlantError(fmt::format("{} has format {}, expected is {}", file.string(), json.at("format").dump(), kFormat));
+      throw PlantError(
+          fmt::format("{} has format {}, expected is {}", file.string(), json.at("format").dump(), kFormat));
     PlantPackage package;
     package.scenario = json.at("scenario");
     package.settings = json.at("set").get<std::vector<std::string>>();
     package.base_torque = json.at("base_torque");
     package.token = json.at("token");
-    for (const Json& p : json.at("parameters")) package.parameters.push_back({p.at("path"), p.at("start"), p.at("unit")});
+    for (const Json& p : json.at("parameters"))
+      package.parameters.push_back({p.at("path"), p.at("start"), p.at("unit")});
     return package;
   } catch (const Json::exception& error) {
     throw PlantError(fmt::format("{} is damaged: {}", file.string(), error.what()));
@@ -202,8 +201,7 @@ CaptureProblem load_plant(const PlantPackage& package, const fs::path& folder, c
 }
 
 GatheredPlant gather_plant(const fs::path& scenario, const std::vector<std::string>& settings,
-                           const std::vector<std::string>& parameters, bool base_torque,
-                           std::vector<Fault>* warnings) {
+                           const std::vector<std::string>& parameters, bool base_torque, std::vector<Fault>* warnings) {
   ScenarioFiles files;
   const std::vector<Change> changes = changes_of(settings);
   const CaptureProblem problem = load_scenario(scenario, changes, files, warnings);

@@ -18,7 +18,7 @@ namespace grapnel {
 struct PlantPackage {
   std::string scenario;               // its path in the folder
   std::vector<std::string> settings;  // path=value, as of --set
-  bool base_torque = false;  // see plant_of()
+  bool base_torque = false;           // see plant_of()
   std::vector<PlantParameter> parameters;
   std::string token;  // says which variables belong to it
 };
@@ -47,7 +47,6 @@ struct GatheredPlant {
 /// of numbers that may be changed; of "default" all those of the scenario's file at initial, targets, contact, impact
 /// and loads. @throws InputError, or PlantError where it cannot be a plant or a file is named by an absolute path.
 GatheredPlant gather_plant(const std::filesystem::path& scenario, const std::vector<std::string>& settings,
-                           const std::vector<std::string>& parameters, bool base_torque,
-                           std::vector<Fault>* warnings);
+                           const std::vector<std::string>& parameters, bool base_torque, std::vector<Fault>* warnings);
 
 }  // namespace grapnel

@@ -26,7 +26,7 @@ CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
         "the scenario has no control.period, at which commands are taken and outputs are sampled; add it, or say "
         "--set 'control.period=10 ms'");
   ControlSetup& control = *problem.control;
-  const std::string other = control.log                ? "control.torques"
+  const std::string other = control.log               ? "control.torques"
                             : !control.plugin.empty() ? "control.plugin"
                             : !control.fmu.empty()    ? "control.fmu"
                                                       : "";

@@ -70,8 +70,7 @@ class PlantRun::Told final : public Controller {
     out.phase = run_.phase_, out.piece = piece_;
     for (const std::size_t joint : joints_) {
       const JointPoint &sensed = input.sensed[joint], &desired = input.reference[joint];
-      out.joints.push_back(
-          {sensed.position, sensed.rate, desired.position, desired.rate, desired.acceleration});
+      out.joints.push_back({sensed.position, sensed.rate, desired.position, desired.rate, desired.acceleration});
     }
     const Vector3d place = robot_.origin + input.time * robot_.velocity;
     out.base = motion_of(root_pose(input.model, input.state, base_), root_twist(input.model, input.state, base_), place,

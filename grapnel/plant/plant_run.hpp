@@ -70,11 +70,11 @@ class PlantRun {
   // Guarded by mutex_.
   At at_ = At::nothing;
   bool cancelled_ = false;
-  double event_time_ = 0;        // of the sample, or of the end
-  PlantOutputs event_outputs_;   // then
-  std::vector<double> inputs_;   // for the sample at hand
-  std::string failure_;          // at the end; empty: it came to its end
-  int phase_ = 0;                // of the worker alone
+  double event_time_ = 0;       // of the sample, or of the end
+  PlantOutputs event_outputs_;  // then
+  std::vector<double> inputs_;  // for the sample at hand
+  std::string failure_;         // at the end; empty: it came to its end
+  int phase_ = 0;               // of the worker alone
 
   std::thread worker_;
 };

@@ -12,7 +12,8 @@ class Lister {
  public:
   explicit Lister(PlantVariables& list) : list_(list) {}
 
-  void add(Causality causality, VariableType type, std::string name, std::string unit, std::string words, double start = 0) {
+  void add(Causality causality, VariableType type, std::string name, std::string unit, std::string words,
+           double start = 0) {
     list_.all.push_back({std::move(name), std::move(unit), std::move(words), type, causality, start});
     ++(causality == Causality::parameter ? list_.parameters
        : causality == Causality::input   ? list_.inputs
@@ -112,8 +113,8 @@ PlantVariables plant_variables(const CaptureProblem& plant, const std::vector<Pl
   PlantVariables variables;
   Lister list(variables);
   for (const PlantParameter& parameter : parameters)
-    list.add(Causality::parameter, VariableType::real, parameter.path, parameter.unit, "Value of the scenario, in SI units",
-             parameter.start);
+    list.add(Causality::parameter, VariableType::real, parameter.path, parameter.unit,
+             "Value of the scenario, in SI units", parameter.start);
   list_inputs(plant, joints, list, variables);
   list_motion(plant, joints, list);
   list_end(plant, list);
@@ -129,8 +130,7 @@ std::vector<double> PlantOutputs::numbers() const {
     add({m.velocity[0], m.velocity[1], m.velocity[2]});
     add({m.angular_velocity[0], m.angular_velocity[1], m.angular_velocity[2]});
   };
-  for (const Joint& j : joints)
-    add({j.position, j.rate, j.desired_position, j.desired_rate, j.desired_acceleration});
+  for (const Joint& j : joints) add({j.position, j.rate, j.desired_position, j.desired_rate, j.desired_acceleration});
   add_motion(base);
   list.insert(list.end(), wheel_rates.begin(), wheel_rates.end());
   for (std::size_t t = 0; t < targets.size(); ++t) {

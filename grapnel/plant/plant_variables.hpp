@@ -56,7 +56,7 @@ struct PlantOutputs {
   int phase = kApproach;
   int piece = 0;  // grows when grasps close or open
   struct Joint {
-    double position = 0, rate = 0;                                                  // [rad, rad/s; m, m/s]
+    double position = 0, rate = 0;  // [rad, rad/s; m, m/s]
     double desired_position = 0, desired_rate = 0, desired_acceleration = 0;
   };
   std::vector<Joint> joints;
@@ -73,7 +73,7 @@ struct PlantOutputs {
   /// What is known at the end; zero before it.
   struct End {
     bool ended = false, completed = false, conserved = false, feasible = false;
-    double capture_time = 0;                                     // [s]
+    double capture_time = 0;                                       // [s]
     double linear_momentum_drift = 0, angular_momentum_drift = 0;  // relative, as in the ledger
     double work_energy_residual = 0, energy_drift = 0;
     double impact_energy_lost = 0;  // [J]

@@ -230,8 +230,9 @@ class PhaseDynamics {
   std::vector<double> commanded_effort_;      // per joint, by the controller
   std::vector<double> beside_;                // per velocity: what acts beside the controller
   Vector3d commanded_torque_ = Vector3d::zero();
-  std::vector<double> commanded_wheels_;        // where the base's actuators are told one by one
-  std::vector<std::uint8_t> commanded_valves_;  // likewise
+  // Where the base's actuators are told one by one:
+  std::vector<double> commanded_wheels_;
+  std::vector<std::uint8_t> commanded_valves_;
   std::vector<int> channel_of_;  // per joint, of the clock; -1: none
   bool has_controller_ = false;  // for a joint or a root
   bool sampling_ = false;        // at a tick of the clock

@@ -109,9 +109,7 @@ bool ThrusterBank::is_locked(std::size_t i) const {
   return valves_[i].open && left > 1e-12 * std::max(1.0, std::abs(time_));
 }
 
-double ThrusterBank::locked_for(std::size_t i) const {
-  return valves_[i].opened + thrusters_[i].min_on_time - time_;
-}
+double ThrusterBank::locked_for(std::size_t i) const { return valves_[i].opened + thrusters_[i].min_on_time - time_; }
 
 Vector3d ThrusterBank::pulse(const Vector3d& torque_impulse, double period, const ThrusterModulation& modulation) {
   std::vector<double> times = allocation_.on_times(torque_impulse).value_or(std::vector<double>(size(), 0.0));

@@ -11,7 +11,7 @@ from ._arguments import Array
 from .robot import Robot
 
 #: Names of the ten parameters, in the order of `Identification.value`: mass [kg], centre of mass [m] and inertia about it [kg m^2].
-PARAMETERS = ("mass", "com_x", "com_y", "com_z", "inertia_xx", "inertia_yy", "inertia_zz", "inertia_xy", "inertia_xz", "inertia_yz")
+PARAMETERS = tuple(_grapnel.inertial_parameters())
 
 
 @dataclass(frozen=True)

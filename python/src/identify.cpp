@@ -2,6 +2,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "grapnel/identify/identify_target.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -21,7 +22,8 @@ int frame_named(const Robot& robot, const std::string& name) {
   for (const Frame& frame : robot.model().frames()) names.push_back(frame.name);
   const auto at = std::find(names.begin(), names.end(), name);
   if (at == names.end())
-    throw py::value_error("frame is " + in_quotes(name) + suggestion(name, names) + "; expected is one of the robot's frames");
+    throw py::value_error("frame is " + in_quotes(name) + suggestion(name, names) +
+                          "; expected is one of the robot's frames");
   return static_cast<int>(at - names.begin());
 }
 
@@ -99,9 +101,11 @@ void bind_identify(py::class_<Robot, std::shared_ptr<Robot>>& robot, py::module_
   module.def("identify", &identify, py::arg("robot"), py::arg("frame"), py::arg("q"), py::arg("v"), py::arg("impulse"),
              py::arg("base"), py::arg("momentum"), py::arg("angular_velocity"), py::arg("velocity"),
              py::arg("joint_rate"));
-  std::vector<std::string> names;
-  for (int i = 0; i < kInertialParameters; ++i) names.emplace_back(inertial_parameter_name(i));
-  module.attr("inertial_parameters") = py::cast(names);
+  module.def("inertial_parameters", [] {
+    std::vector<std::string> names;
+    for (int i = 0; i < kInertialParameters; ++i) names.emplace_back(inertial_parameter_name(i));
+    return names;
+  });
 }
 
 }  // namespace grapnel::python

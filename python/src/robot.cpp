@@ -109,7 +109,8 @@ Robot::Robot(const Robot& free, CaptureSystem joined)
 
 std::shared_ptr<Robot> Robot::holding(const py::object& q_given) const {
   if (!has_problem_ || system_.target_frames.size() != problem_->targets.size() || !system_.grasps.empty())
-    throw py::value_error("this robot has no free targets that it could hold; expected is Robot(problem, targets=True)");
+    throw py::value_error(
+        "this robot has no free targets that it could hold; expected is Robot(problem, targets=True)");
   const Rows q = coordinates(q_given);
   if (q.is_batch()) throw py::value_error("q has shape " + q.shape() + ", expected is one state's q");
   State state = zero_state(model());

@@ -141,4 +141,5 @@ def test_messages(held, frame):
 
 
 def test_parameters_are_named_as_in_results():
-    assert PARAMETERS[0] == "mass" and len(PARAMETERS) == 10
+    assert PARAMETERS == ("mass", "com_x", "com_y", "com_z", "inertia_xx", "inertia_yy", "inertia_zz", "inertia_xy", "inertia_xz",
+                          "inertia_yz")

@@ -97,10 +97,11 @@ TEST_F(ExportedPlant, MovesAsTheBuiltInLawDoes) {
     ASSERT_EQ(plant.initialize(100), fmi::kOk) << plant.said;  // whenever the master's clock begins
     fly(plant, true, 100);
     const double same_late = apart(plant, *late.post_impact_end);
-    std::printf("[ measured ] FMI %d against the built-in law: %.3g; both a sample late: %.3g; one of them late: %.3g\n",
-                version, same, same_late, not_same);
-    EXPECT_EQ(same, 0);            // measured 0
-    EXPECT_LT(same_late, 1e-12);   // measured 0
+    std::printf(
+        "[ measured ] FMI %d against the built-in law: %.3g; both a sample late: %.3g; one of them late: %.3g\n",
+        version, same, same_late, not_same);
+    EXPECT_EQ(same, 0);           // measured 0
+    EXPECT_LT(same_late, 1e-12);  // measured 0
     EXPECT_GT(not_same, 1e-5);
   }
 }
@@ -195,8 +196,8 @@ TEST_F(ExportedPlant, TakesParameters) {
   }
 }
 
-// Instances do not know of each other, whether they take turns or work at the same time; one that is freed in the middle
-// of its run ends, and so does its thread.
+// Instances do not know of each other, whether they take turns or work at the same time; one that is freed in the
+// middle of its run ends, and so does its thread.
 TEST_F(ExportedPlant, MayBeThereSeveralTimes) {
   const CaptureResult reference = built_in();
   const std::filesystem::path file = exported(scenario_, 3);

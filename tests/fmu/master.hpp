@@ -45,9 +45,9 @@ class Master {
     callbacks_ = {&log_2, std::calloc, std::free, nullptr, this};
     instance = is_2() ? function<fmi::Instantiate2>("Instantiate")("plant", type, token.c_str(), resources.c_str(),
                                                                    &callbacks_, 0, 0)
-                      : function<fmi::Instantiate3>("InstantiateCoSimulation")("plant", token.c_str(),
-                                                                               resources.c_str(), false, false, false,
-                                                                               false, nullptr, 0, this, &log_3, nullptr);
+                      : function<fmi::Instantiate3>("InstantiateCoSimulation")(
+                            "plant", token.c_str(), resources.c_str(), false, false, false, false, nullptr, 0, this,
+                            &log_3, nullptr);
     return instance != nullptr;
   }
   bool instantiate() {
@@ -58,7 +58,8 @@ class Master {
     instance = nullptr;
   }
   int enter(double start = 0) {
-    if (!is_2()) return function<fmi::EnterInitialization3>("EnterInitializationMode")(instance, false, 0, start, false, 0);
+    if (!is_2())
+      return function<fmi::EnterInitialization3>("EnterInitializationMode")(instance, false, 0, start, false, 0);
     const int status = function<fmi::SetupExperiment2>("SetupExperiment")(instance, 0, 0, start, 0, 0);
     return status != 0 ? status : plain("EnterInitializationMode");
   }
@@ -110,11 +111,10 @@ class Master {
     const fmi::Reference r = reference(name);
     int whole = -1;
     const int status =
-        is_2()
-            ? function<int (*)(fmi::Instance, const fmi::Reference*, std::size_t, int*)>("GetInteger")(instance, &r, 1,
-                                                                                                       &whole)
-            : function<int (*)(fmi::Instance, const fmi::Reference*, std::size_t, std::int32_t*, std::size_t)>(
-                  "GetInt32")(instance, &r, 1, &whole, 1);
+        is_2() ? function<int (*)(fmi::Instance, const fmi::Reference*, std::size_t, int*)>("GetInteger")(instance, &r,
+                                                                                                          1, &whole)
+               : function<int (*)(fmi::Instance, const fmi::Reference*, std::size_t, std::int32_t*, std::size_t)>(
+                     "GetInt32")(instance, &r, 1, &whole, 1);
     EXPECT_EQ(status, fmi::kOk) << name << ": " << said;
     return whole;
   }
@@ -129,7 +129,8 @@ class Master {
       return status;
     }
     bool event = true, early = true;
-    const int status = function<fmi::DoStep3>("DoStep")(instance, time, size, true, &event, &terminates, &early, &reached);
+    const int status =
+        function<fmi::DoStep3>("DoStep")(instance, time, size, true, &event, &terminates, &early, &reached);
     EXPECT_FALSE(event);
     EXPECT_FALSE(early);
     return status;

@@ -177,8 +177,8 @@ TEST_F(ModelDescriptionOfPlants, IsWhatTheStandardWantsOf3) {
   for (const pugi::xml_node& variable : root.child("ModelVariables").children()) {
     const std::string type = variable.name();
     EXPECT_TRUE(type == "Float64" || type == "Int32" || type == "Boolean") << type;
-    expect_only(variable, {"name", "valueReference", "description", "causality", "variability", "initial", "unit",
-                           "start"});
+    expect_only(variable,
+                {"name", "valueReference", "description", "causality", "variability", "initial", "unit", "start"});
     check_variable(variable, variable, type, variable.attribute("valueReference").value(), checked);
     independent += std::string(variable.attribute("causality").value()) == "independent";
   }

@@ -211,7 +211,8 @@ TEST_F(PlantErrors, NeedsNothingOfWhereItWasMade) {
   ASSERT_EQ(plant.initialize(), fmi::kOk) << plant.said;
   ASSERT_EQ(plant.step(0, 0.01), fmi::kOk) << plant.said;
   // Of its libraries none but those of every system is looked for outside.
-  for (const auto& entry : std::filesystem::directory_iterator(plant.fmu.resources().parent_path() / "binaries" / "linux64")) {
+  for (const auto& entry :
+       std::filesystem::directory_iterator(plant.fmu.resources().parent_path() / "binaries" / "linux64")) {
     const std::string name = entry.path().filename().string();
     EXPECT_EQ(name.find("hdf5"), std::string::npos) << name;
     EXPECT_EQ(name.find("crypto"), std::string::npos) << name;
