@@ -23,7 +23,7 @@ constexpr double kSame = 1e-6;
 const char* name_of(Mode mode) {
   switch (mode) {
     case Mode::instantiated:
-      return "before fmiXEnterInitializationMode";
+      return "before initialization mode";
     case Mode::initialization:
       return "in initialization mode";
     case Mode::stepping:

@@ -198,6 +198,7 @@ void zip_folder(const fs::path& folder, const fs::path& archive) {
       throw FmuError(fmt::format("{} cannot be added: {}", name, zip_strerror(zip)));
     }
     zip_file_set_mtime(zip, static_cast<zip_uint64_t>(index), 0, 0);
+    zip_set_file_compression(zip, static_cast<zip_uint64_t>(index), ZIP_CM_DEFLATE, 1);
   }
   if (zip_close(zip) != 0) throw FmuError(fmt::format("{} cannot be written: {}", archive.string(), zip_strerror(zip)));
   static_cast<void>(discards.release());

@@ -58,4 +58,5 @@ def identify(robot: Robot, frame: str, q: ArrayLike, v: ArrayLike, *, impulse: A
     `deviation`. ValueError where the frame's body is the base, the base is fixed, or shapes are wrong."""
     found = _grapnel.identify(robot._core, frame, q, v, impulse, base, momentum, float(angular_velocity), float(velocity),
                               float(joint_rate))
-    return Identification(**{**found, "unseen": tuple(found["unseen"])})
+    found["unseen"] = tuple(found["unseen"])
+    return Identification(**found)

@@ -265,12 +265,11 @@ robot:
     - {name: push, position: [-0.5, 0, 0], direction: [1, 0, 0], force: 2, specific_impulse: 200, min_on_time: 35 ms}
   links:
     - {name: arm, parent: base, joint: {name: joint, type: revolute, axis: [1, 0, 0]}, mass: 1, inertia: [1, 1, 1]}
-  end_effectors: [{name: tip, link: arm}]
+  end_effectors: [{name: tip, link: arm, envelope: {position: 0.1}}]
 initial: {joints: [0]}
 targets: [{name: far, mass: 1, inertia: [1, 1, 1], state: {at: start, position: [50, 0, 0]}, grasp_points: [{name: g}]}]
 grasps: [{end_effector: tip, target: far, point: g}]
 approach: {duration: 20, final_joints: [0], tracking: {mode: pd, kp: 10, kd: 10}}
-contact: {gap: refuse, limit: 0.1}
 impact: {}
 control: {period: 10 ms}
 )";
