@@ -33,7 +33,7 @@ CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
   if (!other.empty())
     throw PlantError("the scenario's " + other +
                      " says what an exported plant is told from outside; leave it out, with its inputs, outputs and "
-                     "parameters, or say --set 'control={period: 10 ms}'");
+                     "parameters, or say --set 'control={period: 10 ms, external: true}'");
   if (!problem.approach && !problem.post_impact)
     throw PlantError("the scenario has neither an approach nor a post_impact, so nothing in it moves");
   if (problem.approach) take_out_laws(*problem.approach);

@@ -186,6 +186,11 @@ TEST_F(PlantErrors, WhatCannotBeExported) {
   write("efforts.csv", "time,shoulder,elbow\n0,0,0\n1,0,0\n");
   refused("--set 'control={period: 0.01, torques: efforts.csv}' --set approach.tracking.mode=controller",
           "control.torques says what an exported plant is told from outside");
+  // As the message says.
+  EXPECT_EQ(run("export-fmu short.yaml -o y.fmu --set 'control={period: 0.01, external: true}' --set "
+                "approach.tracking.mode=controller --set post_impact.joints=controller")
+                .code,
+            0);
   refused("--set robot=" + (folder_ / "robot.yaml").string(), "is named by an absolute path");
   write("no-control.yaml", std::string(kShortCapture).substr(0, std::string(kShortCapture).find("control:")));
   const test::Outcome done = run("export-fmu no-control.yaml -o x.fmu");
