@@ -101,7 +101,7 @@ void use_gyros(const CaptureProblem& problem, const CaptureSystem& system,
 
 // The thrusters, if they drive the base or take out the wheels' momentum.
 void use_thrusters(const CaptureProblem& problem, const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
-  if (setup.actuators.one_by_one && !problem.control->log->thruster.empty())
+  if (setup.actuators.one_by_one && (problem.control->base_actuators || !problem.control->log->thruster.empty()))
     setup.actuators.thrusters = make_thruster_bank(problem.robot);
   if (!control || (control->actuators != BaseControlSetup::Actuators::thrusters && !control->dumping)) return;
   setup.actuators.thrusters = make_thruster_bank(problem.robot);
@@ -178,7 +178,8 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
   const bool has_controller = control.approaching ? problem.approach->tracking.mode == JointControl::controller
                                                   : post && post->joints == PostImpactSetup::Joints::controller;
   if (has_controller && problem.control && !held) {
-    setup.actuators.one_by_one = problem.control->log && problem.control->log->tells_actuators();
+    setup.actuators.one_by_one =
+        problem.control->base_actuators || (problem.control->log && problem.control->log->tells_actuators());
     if (problem.control->base_torque || setup.actuators.one_by_one) setup.commanded_root = system.base;
   }
   use_wheels(problem, system, base, setup);

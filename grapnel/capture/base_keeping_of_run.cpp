@@ -22,7 +22,8 @@ class BaseKeepingOfRun : public LawOfRun {
     law_ = BaseKeepingLaw{system.base, keep.R_WD.value_or(R_WD_), keep.rate, keep.posture, keep.posture_rate};
     if (!report_) begin_report(state, time);
     law_.rank = report_->rank;
-    return std::make_shared<BaseKeeping>(law_model, law_, LawScope{system.robot_joints, {}, problem_.gravity, steady_joints(system)});
+    return std::make_shared<BaseKeeping>(law_model, law_,
+                                         LawScope{system.robot_joints, {}, problem_.gravity, steady_joints(system)});
   }
 
   void note(const PhaseSample& sample, const JointLawCommand& command) override {

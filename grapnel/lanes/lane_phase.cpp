@@ -80,8 +80,7 @@ class Exchange {
       throw std::invalid_argument("run_lanes: a case's numbers do not fit the structure");
     }
     if (!c.motion || c.motion->intervals.empty() || c.motion->intervals.back().end != c.motion->end_time ||
-        !blocks_fit(*c.motion) || !(c.motion->end_time >= c.motion->start_time) ||
-        !std::isfinite(c.motion->end_time)) {
+        !blocks_fit(*c.motion) || !(c.motion->end_time >= c.motion->start_time) || !std::isfinite(c.motion->end_time)) {
       throw std::invalid_argument("run_lanes: a case's motion does not fit the structure, or ends before it starts");
     }
     if (!commands_fit(c)) throw std::invalid_argument("run_lanes: a case's commands do not fit the structure");
@@ -205,8 +204,8 @@ std::string explanation(const LaneOutcome& outcome) {
     case LaneStatus::non_finite:
       return explain(StepStatus::non_finite, outcome.time);
     case LaneStatus::unstable_control:
-      return fmt::format("sampled control is unstable: at t = {:.9g} s a rate is beyond {:g} rad/s or m/s", outcome.time,
-                         kRunaway);
+      return fmt::format("sampled control is unstable: at t = {:.9g} s a rate is beyond {:g} rad/s or m/s",
+                         outcome.time, kRunaway);
     case LaneStatus::finished:
       break;
   }

@@ -53,8 +53,8 @@ struct LaneCase {
   std::uint64_t id = 0;       // handed on to the outcome
   std::vector<double> links;  // kLinkNumbers each, in the order of lane_phase_tables.hpp
   std::vector<double> noise;
-  std::vector<double> outside;  // as there
-  std::vector<double> q, v;     // the start
+  std::vector<double> outside;   // as there
+  std::vector<double> q, v;      // the start
   std::vector<double> commands;  // ControlTable::command_numbers() each: what acts at the start, and what is on its way
   std::shared_ptr<const LaneMotion> motion;
   /// The longest step, beside the structure's [s].

@@ -30,9 +30,9 @@ struct LinkTable {
   int q;
   int v;
   double sign;
-  int piece;   // where its part of an interval's block begins; -1: not driven
-  int series;  // coefficients in it
-  int tones;   // where its part of the noise block begins; -1: silent
+  int piece;    // where its part of an interval's block begins; -1: not driven
+  int series;   // coefficients in it
+  int tones;    // where its part of the noise block begins; -1: silent
   int channel;  // of sampled control; -1: none
   bool operator==(const LinkTable&) const = default;
 };
@@ -43,9 +43,9 @@ inline constexpr int kLinkMass = 0, kLinkFirstMoment = 1, kLinkRotational = 4, k
                      kLinkArmature = 22, kLinkKp = 23, kLinkKd = 24, kLinkEffort = 25, kLinkViscous = 26,
                      kLinkCoulomb = 27, kLinkInverseTransition = 28, kLinkNumbers = 29;
 
-/// A smooth interval of a case: its end, the block that speaks in it, and what sampled control does as it begins: so many
-/// commands that were on their way begin to act, one after the other; sensors are read and laws speak; and then, without
-/// delay, that command acts too.
+/// A smooth interval of a case: its end, the block that speaks in it, and what sampled control does as it begins: so
+/// many commands that were on their way begin to act, one after the other; sensors are read and laws speak; and then,
+/// without delay, that command acts too.
 struct LaneInterval {
   double end;  // [s]
   int block;
@@ -138,14 +138,14 @@ struct PhaseTables {
 struct CaseRecord {
   double start_time;
   double end_time;
-  double max_step;          // beside the tables'
-  const double* links;      // kLinkNumbers each
-  const double* q;          // coordinates
-  const double* v;          // velocities
+  double max_step;      // beside the tables'
+  const double* links;  // kLinkNumbers each
+  const double* q;      // coordinates
+  const double* v;      // velocities
   const LaneInterval* intervals;
   const double* blocks;  // of piece_numbers each
   const double* noise;
-  const double* outside;  // PhaseTables::outside_numbers
+  const double* outside;   // PhaseTables::outside_numbers
   const double* commands;  // ControlTable::command_numbers() each: what acts before the first interval, and what is on
   int on_their_way;        // its way then
 };

@@ -91,10 +91,10 @@ class LaneErrorNorm {
 template <class S>
 struct LaneState {
   bool active = false;
-  bool rejected = false;  // since the last accepted step
-  bool finite = true;     // the last rejected step
-  bool last = false;      // the step under way ends the interval
-  bool broken = false;    // the derivative at its start is not finite
+  bool rejected = false;   // since the last accepted step
+  bool finite = true;      // the last rejected step
+  bool last = false;       // the step under way ends the interval
+  bool broken = false;     // the derivative at its start is not finite
   bool runs_away = false;  // sampled control is unstable
   CaseRecord record{};
   const LaneInterval* interval = nullptr;

@@ -223,6 +223,9 @@ struct ControlSetup {
   /// period.
   std::shared_ptr<const EffortLog> log = {};
   bool base_torque = false;  // controller or log says the torque on a free base too, where it drives the joints
+  /// In place of that, a controller of the program (`external`) says every wheel's torque, every
+  /// gimbal's rate and every thruster's valve.
+  bool base_actuators = false;
   bool has_controller() const { return log || external || !plugin.empty() || !fmu.empty(); }
 };
 

@@ -280,6 +280,18 @@ class ControlConflicts : ConflictFinder {
       add(path, "{} drives nothing: approach.tracking.mode or post_impact.joints must be controller", path);
     }
     check_external(*problem_.control);
+    const auto both = [&](const char* path) {
+      add_key(path, "{}: control.{} leaves the base's torque to the controller; leave out one of the two", path,
+              problem_.control->base_torque ? "base_torque" : "external");
+    };
+    if (problem_.control->base_torque || problem_.control->base_actuators) {
+      if (in_approach && problem_.approach->base_control) both("approach.base_control");
+      if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+    }
+    if (problem_.control->base_actuators && (!problem_.control->external || problem_.control->base_torque))
+      add("control.external",
+          "control.external: a controller of the program says the torques of wheels and the valves of thrusters one by "
+          "one, in place of base_torque");
     if (!problem_.control->base_torque) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
@@ -291,12 +303,6 @@ class ControlConflicts : ConflictFinder {
         add("control.base_torque", "control.base_torque: the robot's wheels, which give it, can give none about {}",
             "xyz"[k]);
     }
-    const auto both = [&](const char* path) {
-      add_key(path, "{}: control.base_torque leaves the base's torque to the controller; leave out one of the two",
-              path);
-    };
-    if (in_approach && problem_.approach->base_control) both("approach.base_control");
-    if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
   }
 
   // A log tells actuators of the base what an attitude control would.

@@ -83,8 +83,8 @@ class Controller {
   virtual void update(const ControlInput& input, ControlCommand& command) = 0;
 };
 
-/// Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and would
-/// not come to numbers that are not finite before the steps between its samples had become countless.
+/// Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and
+/// would not come to numbers that are not finite before the steps between its samples had become countless.
 inline constexpr double kRunaway = 1e4;
 
 /// When an on-board computer speaks.

@@ -385,6 +385,14 @@ void PhaseDynamics::ask_controller(double t) {
     refuse(fmt::format("an effort of {} at joint \"{}\"", commanded_effort_[j],
                        model_.bodies()[model_.joints()[j]].description.joint.name));
   }
+  const auto refuse_any = [&](const std::vector<double>& numbers, const char* what) {
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      if (!std::isfinite(numbers[i])) refuse(fmt::format("{} {} of {}", what, i + 1, numbers[i]));
+    }
+  };
+  refuse_any(command.actuators.wheel_torque, "a torque of wheel");
+  refuse_any(command.actuators.gimbal_rate, "a rate of gimbal");
+  refuse_any(command.actuators.thruster, "a share of thruster");
   commanded_torque_ = command.base_torque;
   commanded_actuators_ = std::move(command.actuators);
   const Vector3d& torque = commanded_torque_;

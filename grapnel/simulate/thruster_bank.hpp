@@ -59,6 +59,8 @@ class ThrusterBank {
   bool is_open(std::size_t thruster) const { return valves_[thruster].open; }
   /// Whether it has to stay open, at the time of advance().
   bool is_locked(std::size_t thruster) const;
+  /// For how long yet, of one that is locked [s].
+  double locked_for(std::size_t thruster) const;
 
   /// Force at a time from advance() to the next edge, over that at full [1].
   double level(std::size_t thruster, double t) const;

@@ -105,9 +105,9 @@ TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
   }
 }
 
-// Loads, the field of an orbit, attitude control of the base and sampled control, as shipped scenarios have them: all of
-// the motion is in lanes, with conservation checks of its own, and ends as alone. What an on-board computer holds, and
-// what is on its way, goes on through the impact.
+// Loads, the field of an orbit, attitude control of the base and sampled control, as shipped scenarios have them: all
+// of the motion is in lanes, with conservation checks of its own, and ends as alone. What an on-board computer holds,
+// and what is on its way, goes on through the impact.
 TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
   const std::vector<std::pair<std::string, std::vector<Override>>> scenarios{
       {"orbit-drift", {}},
