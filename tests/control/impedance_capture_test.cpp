@@ -53,9 +53,10 @@ TEST(ImpedanceCapture, SampledNearlyTheSame) {
   p.post_impact->duration = 1;
   const CaptureResult continuous = simulate_capture(p);
   p.control = ControlSetup{};
-  p.control->timing.period = 0.05;
+  p.control->timing.period = 0.02;
   const CaptureResult sampled = simulate_capture(p);
   expect_passes(sampled);
+  ASSERT_TRUE(continuous.impact && sampled.impact);
   const double a = continuous.impact->effective_masses[0].target_speed_after,
                b = sampled.impact->effective_masses[0].target_speed_after;
   std::printf("  speed afterwards %.3g m/s, sampled %.3g m/s\n", a, b);

@@ -61,7 +61,8 @@ const std::vector<FaultCase> kCases{
       "bilateral_restitution, restitution, friction, compliant"}},
     {"joints_unknown",
      {impact("joints: locked")},
-     {"scenario.yaml:34:18: error: unknown value 'locked' for impact.joints; allowed are free, braked, driven"}},
+     {"scenario.yaml:34:18: error: unknown value 'locked' for impact.joints; allowed are free, braked, driven, "
+      "impedance"}},
     {"hypothesis_unknown",
      {impact("law: friction, hypothesis: strong"), with_grasp("model: contact"), on_sphere()},
      {"scenario.yaml:35:37: error: unknown value 'strong' for impact.hypothesis; did you mean 'stronge'?"}},

@@ -25,7 +25,7 @@ const std::vector<FaultCase> kCases{
     {"unknown_key_without_likeness",
      {{"post_impact: {duration: 10}", "post_impact: {duration: 10, colour: red}"}},
      {"scenario.yaml:35:29: error: unknown key 'colour' in post_impact; allowed are duration, joints, kp, kd, "
-      "move, detumble, keep_base_attitude, base_control, assumed, identify, model, release"}},
+      "move, detumble, keep_base_attitude, grasp_force, base_control, assumed, identify, model, release"}},
     {"duplicate_key",
      {{"  duration: 20", "  duration: 20\n  duration: 30"}},
      {"scenario.yaml:32:3: error: duplicate key 'duration' in approach; first given in line 31"}},
@@ -36,8 +36,7 @@ const std::vector<FaultCase> kCases{
      {{"name: test", "name: test\nextra: {a: 1, a: 2}"}},
      {"scenario.yaml:2:1: error: unknown key 'extra' in the scenario; allowed are schema, name, description, robot, "
       "import, gravity, orbit, initial, targets, grasps, approach, contact, impact, post_impact, external_wrenches, "
-      "control, sensors, clearance, "
-      "integration, output",
+      "control, sensors, impedance, clearance, integration, …",
       "scenario.yaml:2:15: error: duplicate key 'a' in extra; first given in line 2"}},
     {"wrong_type_text",
      {{"duration: 20", "duration: long"}},
