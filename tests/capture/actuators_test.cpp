@@ -1,5 +1,5 @@
-/// What drives the robot after a capture, together: thrusters, wheels and joints as they are, in the books of momentum
-/// and energy.
+/// What drives the robot after a capture, together: thrusters, wheels and joints as they are, in the balances of
+/// momentum and energy.
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ TEST(Actuators, WheelsThatTurnManyTimesInAStepKeepMomentum) {
 }
 
 // A law ends where a joint comes to the end of its range: the phase that follows begins with the stop's impact, whose
-// energy is in its books.
+// energy counts in its balance.
 TEST(Actuators, AStopThatIsMetAsAPhaseBeginsIsAccountedFor) {
   CaptureProblem p = scenario("real-joints.yaml");
   p.clearance.enabled = false;
