@@ -6,6 +6,7 @@
 /// program only: it defines these functions. Under sanitizers, which have their own, nothing is counted and kTrapWorks
 /// is false. Thread safety: one trap at a time.
 
+#include "support/sanitizers.hpp"
 #include <atomic>
 #include <cerrno>
 #include <cstddef>
@@ -14,7 +15,7 @@
 
 namespace grapnel::testing {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(GRAPNEL_SANITIZED)
 inline constexpr bool kTrapWorks = false;
 #else
 inline constexpr bool kTrapWorks = true;
@@ -44,7 +45,7 @@ class AllocationTrap {
 
 }  // namespace grapnel::testing
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(GRAPNEL_SANITIZED)
 
 extern "C" {
 void* __libc_malloc(std::size_t);
