@@ -126,6 +126,17 @@ struct ImportCommandOptions {
 };
 int import_robot_file(const ImportCommandOptions& options);
 
+struct ExportFmuOptions {
+  std::filesystem::path scenario;
+  std::filesystem::path output;         // empty: named after the scenario, here
+  std::vector<std::string> overrides;   // path=value
+  std::vector<std::string> parameters;  // paths, or "default"
+  bool base_torque = false;             // an input, in place of the base's actuators one by one
+  int version = 2;                      // of FMI
+};
+/// Writes the scenario's capture as an FMU for co-simulation, told at its actuators.
+int export_fmu(const ExportFmuOptions& options);
+
 struct InitOptions {
   std::string name = "single-arm";
   std::filesystem::path output;  // empty: named after the template, here

@@ -167,6 +167,24 @@ int main(int argc, char** argv) {
   formats->require_option(1, 3);
   export_command->callback([&] { code = export_result(folder, csv, mat, glb); });
 
+  ExportFmuOptions fmu_options;
+  CLI::App* fmu_command = app.add_subcommand(
+      "export-fmu", "Write a scenario as an FMU: its capture as a plant whose actuators another tool commands");
+  fmu_command->add_option("scenario", fmu_options.scenario, "Scenario file (YAML)")->required();
+  fmu_command->add_option("-o,--output", fmu_options.output,
+                          "File (default: the scenario file's name with .fmu, here)");
+  fmu_command->add_option("--fmi", fmu_options.version, "Version of the Functional Mock-up Interface (default: 2)")
+      ->check(CLI::IsMember({2, 3}));
+  fmu_command
+      ->add_option("--parameter", fmu_options.parameters,
+                   "A number of the scenario that becomes a parameter, by its path; may be repeated (default: those at "
+                   "initial, targets, contact, impact and loads)")
+      ->allow_extra_args(false);
+  fmu_command->add_flag("--base-torque", fmu_options.base_torque,
+                        "The torque on the base is an input, in place of its wheels and thrusters one by one");
+  fmu_command->add_option("--set", fmu_options.overrides, "Replace a value: path=value")->allow_extra_args(false);
+  fmu_command->callback([&] { code = export_fmu(fmu_options); });
+
   InitOptions init_options;
   CLI::App* init_command =
       app.add_subcommand("init", "Write a commented scenario to begin with, or list what is ready-made");

@@ -3,6 +3,7 @@
 #
 #   bin/grapnel                         lib/libgrapnel_<module>.a        lib/cmake/Grapnel/
 #   include/grapnel/<module>/           share/grapnel/{scenarios,robots,studies,...,schemas,docs,examples}
+#   lib/grapnel/grapnel-fmu.so (what `grapnel export-fmu` puts into FMUs)
 #   share/man/man1/grapnel.1.gz         share/bash-completion/completions/grapnel
 #
 # Files of share/grapnel find each other as they do in the source tree. The whole of it can be moved.

@@ -300,13 +300,14 @@ class Planner {
   // Loads on the servicer, an orbit's field or attitude control: the momentum is then no constant of the motion.
   bool disturbed() const {
     return approach_.base_control.has_value() || problem_.orbit.has_value() || !flown_.wheels.empty() ||
-           !loads_on(servicer_.model, problem_.loads).empty();
+           !flown_.gyros.empty() || !loads_on(servicer_.model, problem_.loads).empty();
   }
 
   // Of them, those that there are.
   std::string disturbances() const {
     return std::string(problem_.orbit ? "the orbit's field, " : "") +
-           (flown_.wheels.empty() ? "" : "the reaction wheels, ") + "the loads or the base's attitude control";
+           (flown_.wheels.empty() ? "" : "the reaction wheels, ") +
+           (flown_.gyros.empty() ? "" : "the control moment gyros, ") + "the loads or the base's attitude control";
   }
 
   // Loads on a target that is to be grasped.

@@ -45,11 +45,17 @@ CaptureProblem rest_of_approach(const CaptureProblem& problem, const CaptureSyst
   CaptureProblem rest = problem;
   const Model& model = system.model;
   rest.joint_position.clear(), rest.joint_rate.clear(), rest.wheel_rate.clear();
+  rest.gimbal_angle.clear(), rest.gimbal_rate.clear();
   for (const JointPoint& joint : joints) {
     rest.joint_position.push_back(joint.position);
     rest.joint_rate.push_back(joint.rate);
   }
   for (int wheel : system.wheels) rest.wheel_rate.push_back(state.v[model.bodies()[model.joints()[wheel]].v]);
+  for (const CaptureSystem::Gyro& gyro : system.gyros) {
+    const Body& gimbal = model.bodies()[model.joints()[gyro.gimbal]];
+    rest.gimbal_angle.push_back(state.q[gimbal.q]);
+    rest.gimbal_rate.push_back(state.v[gimbal.v]);
+  }
   rest.momentum.reset();
   if (model.has_free_root(system.base)) {
     rest.X_WB = root_pose(model, state, system.base);

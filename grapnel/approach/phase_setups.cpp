@@ -34,7 +34,7 @@ JointDrive tracking_drive(const TrackingSetup& tracking, const JointTrajectory& 
   if (ideal) return drive;
   if (tracking.noise) drive.noise = NoiseSignal(*tracking.noise, static_cast<std::uint32_t>(joint));
   if (tracking.mode == JointControl::prescribed) return drive;
-  drive.control = tracking.mode;
+  drive.control = tracking.mode == JointControl::impedance ? JointControl::pd : tracking.mode;
   if (!has_gains(tracking.mode)) return drive;
   drive.kp = tracking.kp[joint];
   drive.kd = tracking.kd[joint];
@@ -73,7 +73,8 @@ void use_wheels(const CaptureProblem& problem, const CaptureSystem& system,
   const bool commanded = setup.commanded_root >= 0;
   if (!control && !commanded) return;
   if (control && (control->actuators == BaseControlSetup::Actuators::outside ||
-                  control->actuators == BaseControlSetup::Actuators::thrusters))
+                  control->actuators == BaseControlSetup::Actuators::thrusters ||
+                  control->actuators == BaseControlSetup::Actuators::gyros))
     return;
   for (std::size_t w = 0; w < system.wheels.size(); ++w) {
     const WheelSetup& wheel = problem.robot.wheels[w];
@@ -85,8 +86,23 @@ void use_wheels(const CaptureProblem& problem, const CaptureSystem& system,
   setup.actuators.wheel_speeds = control->wheel_speeds;
 }
 
+// The gyros, whose motors always work, and whether they give the torque on the base.
+void use_gyros(const CaptureProblem& problem, const CaptureSystem& system,
+               const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
+  for (std::size_t g = 0; g < system.gyros.size(); ++g)
+    setup.gyros.push_back(moment_gyro(problem.robot.gyros[g], system, g));
+  using Actuators = BaseControlSetup::Actuators;
+  if (setup.gyros.empty() || setup.actuators.one_by_one) return;
+  const bool absent = control && !control->actuators, asked = control && control->actuators == Actuators::gyros;
+  const bool commanded = !control && setup.commanded_root >= 0;
+  if (!asked && !((absent || commanded) && problem.robot.wheels.empty())) return;
+  setup.actuators.steering = control ? control->steering.value_or(GyroSteering{}) : GyroSteering{};
+}
+
 // The thrusters, if they drive the base or take out the wheels' momentum.
 void use_thrusters(const CaptureProblem& problem, const std::optional<BaseControlSetup>& control, PhaseSetup& setup) {
+  if (setup.actuators.one_by_one && (problem.control->base_actuators || !problem.control->log->thruster.empty()))
+    setup.actuators.thrusters = make_thruster_bank(problem.robot);
   if (!control || (control->actuators != BaseControlSetup::Actuators::thrusters && !control->dumping)) return;
   setup.actuators.thrusters = make_thruster_bank(problem.robot);
   setup.actuators.modulation = control->modulation.value_or(ThrusterModulation{});
@@ -103,7 +119,21 @@ PhaseSetup approach_setup(const CaptureProblem& problem, const CaptureSystem& sy
     setup.drives[system.robot_joints[j]] = tracking_drive(problem.approach->tracking, joints[j], j, ideal);
   }
   use_wheels(problem, system, problem.approach->base_control, setup);
+  use_gyros(problem, system, problem.approach->base_control, setup);
   return setup;
+}
+
+MomentGyro moment_gyro(const MomentGyroSetup& gyro, const CaptureSystem& system, std::size_t index) {
+  const CaptureSystem::Gyro joints = system.gyros[index];
+  const Body& gimbal = system.model.bodies()[system.model.joints()[joints.gimbal]];
+  const Body& rotor = system.model.bodies()[system.model.joints()[joints.rotor]];
+  MomentGyro g;
+  g.gimbal = joints.gimbal, g.rotor = joints.rotor;
+  g.gimbal_coordinate = gimbal.q, g.gimbal_velocity = gimbal.v, g.rotor_velocity = rotor.v;
+  g.gimbal_axis = gyro.gimbal_axis, g.spin_axis = gyro.spin_axis;
+  g.inertia = gyro.inertia, g.spin_rate = gyro.spin_rate;
+  g.torque = gyro.torque, g.rate = gyro.rate, g.bandwidth = gyro.bandwidth;
+  return g;
 }
 
 std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot) {
@@ -122,6 +152,8 @@ JointControl control_of(PostImpactSetup::Joints joints) {
     case PostImpactSetup::Joints::pd:
     case PostImpactSetup::Joints::detumble:
     case PostImpactSetup::Joints::keep_base_attitude:
+    case PostImpactSetup::Joints::impedance:
+    case PostImpactSetup::Joints::grasp_force:
       return JointControl::pd;
     case PostImpactSetup::Joints::computed_torque:
       return JointControl::computed_torque;
@@ -145,8 +177,13 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
   setup.held_root = held ? system.base : -1;
   const bool has_controller = control.approaching ? problem.approach->tracking.mode == JointControl::controller
                                                   : post && post->joints == PostImpactSetup::Joints::controller;
-  if (has_controller && problem.control && problem.control->base_torque && !held) setup.commanded_root = system.base;
+  if (has_controller && problem.control && !held) {
+    setup.actuators.one_by_one =
+        problem.control->base_actuators || (problem.control->log && problem.control->log->tells_actuators());
+    if (problem.control->base_torque || setup.actuators.one_by_one) setup.commanded_root = system.base;
+  }
   use_wheels(problem, system, base, setup);
+  use_gyros(problem, system, base, setup);
   use_thrusters(problem, base, setup);
   for (std::size_t j = 0; j < system.robot_joints.size(); ++j) {
     JointDrive& drive = setup.drives[system.robot_joints[j]];
@@ -165,9 +202,9 @@ PhaseSetup segment_setup(const CaptureProblem& problem, const CaptureSystem& sys
     if (!has_gains(drive.control)) continue;
     drive.kp = post->kp[j], drive.kd = post->kd[j];
   }
-  if (control.law && !control.approaching) {
-    for (int j : control.law->joints) setup.drives[j] = {.control = JointControl::controller};
-    setup.controller = std::make_shared<JointLawController>(*control.law);
+  if (control.law) {
+    for (int j : control.law->joints()) setup.drives[j] = {.control = JointControl::controller};
+    setup.controller = std::make_shared<JointLawController>(control.law);
   }
   return setup;
 }

@@ -29,9 +29,11 @@ struct SegmentControl {
   std::vector<double> hold;           // per robot joint: where it is held, or leaves from, once settled [rad or m]
   double post_impact_begin = 0;       // [s]; not read while approaching
   std::optional<Rotationd> attitude;  // R_WD of the base under control; absent: that of the piece's start
-  std::optional<JointLaw> law;        // that works after the approach; its joints are not held
+  std::shared_ptr<JointLaw> law;      // that works in it; its joints do nothing else
 };
 
+/// A gyro of the robot, in the order of its file, in a model that has it.
+MomentGyro moment_gyro(const MomentGyroSetup& gyro, const CaptureSystem& system, std::size_t index);
 /// The valves of the robot's thrusters, all closed; null without any.
 std::shared_ptr<ThrusterBank> make_thruster_bank(const RobotSetup& robot);
 

@@ -283,13 +283,19 @@ class LaneBlock {
       }
       return false;
     };
-    const auto sink = [&](const lanes::LaneCase&, const lanes::LaneOutcome& outcome) {
+    const auto sink = [&](const lanes::LaneCase& lane, const lanes::LaneOutcome& outcome) {
       Flight& flight = *together[outcome.id];
       attempt(flight, [&] {
         if (flight.trouble) std::rethrow_exception(flight.trouble);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
                               structure.integration.max_steps < flight.task->integration.max_steps;
-        if (!too_long) flight.steps->integrated(outcome_of(outcome), measures_of(outcome));
+        // Alone it says what runs away.
+        const bool unstable = outcome.status == lanes::LaneStatus::unstable_control;
+        if (!too_long && !unstable) {
+          const std::shared_ptr<ControlClock>& clock = flight.task->setup->clock;
+          if (clock && outcome.finished()) lanes::end_control(*lane.motion, outcome, *clock);
+          flight.steps->integrated(outcome_of(outcome), measures_of(outcome));
+        }
         go_on(flight);
       });
     };

@@ -152,19 +152,24 @@ constexpr std::uint64_t kGrowth = 4;
 struct Setting {
   std::string_view reason, setting;
 };
-constexpr std::array<Setting, 12> kSettings{{
+constexpr auto kSettings = std::to_array<Setting>({
     {"loops are closed", "two or more grasps hold one target; simulate: impact leaves the motion afterwards out"},
     {"grasps close on arrival", "grasps[].closes_on_arrival, or approach.capture_at: envelope"},
     {"a law moves the joints together", "post_impact.joints"},
-    {"control is sampled", "control"},
+    {"sensors are read", "sensors"},
+    {"joints stick", "friction.model of the robot's joints"},
+    {"joints have stops", "limits.stop of the robot's joints"},
+    {"joints have motors", "motor of the robot's joints"},
+    {"rotors store momentum", "rotor_axis of the robot's joints"},
     {"a controller of its own is asked", "post_impact.joints"},
     {"reaction wheels give the base's torque", "base_control.actuators"},
+    {"motors of control moment gyros work", "the robot's gyros"},
     {"thrusters push the base", "base_control.actuators, or dumping"},
     {"the base's torque follows the arms", "base_control.feedforward"},
     {"the method is not adaptive_8", "integration.method"},
     {"a root is not free", "the robot's base"},
     {"a base is held", "the robot's base"},
-}};
+});
 
 std::string with_setting(const std::string& reason) {
   for (const Setting& one : kSettings)

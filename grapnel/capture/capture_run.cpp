@@ -131,8 +131,9 @@ std::vector<HeldRate> RunJoints::driven_rates(const RunBodies& bodies) const {
 }
 
 std::vector<HeldRate> RunJoints::rates_in_impact(const RunBodies& bodies) const {
-  std::vector<HeldRate> held = driven_rates(bodies);
   const ImpactSetup::Joints joints = problem_.impact->joints;
+  if (joints == ImpactSetup::Joints::impedance) return {};
+  std::vector<HeldRate> held = driven_rates(bodies);
   if (joints == ImpactSetup::Joints::free) return held;
   const std::size_t driven = held.size();
   for (std::size_t j = 0; j < size(); ++j) {

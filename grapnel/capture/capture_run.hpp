@@ -93,6 +93,8 @@ class RunJoints {
 
   /// Before the approach's end.
   bool approaching() const { return control_.approaching; }
+  /// Of sampled control; null without it.
+  const std::shared_ptr<ControlClock>& clock() const { return clock_; }
   /// Whether joints that have settled do this after the approach.
   bool settle_to(PostImpactSetup::Joints joints) const;
   bool is_settled(std::size_t joint) const { return control_.settled[joint]; }
@@ -109,7 +111,7 @@ class RunJoints {
   void control_attitude(const std::optional<BaseControlSetup>& setup, const RunBodies& bodies);
 
   /// The law that works from now on, if any does.
-  void obey(std::optional<JointLaw> law) { control_.law = std::move(law); }
+  void obey(std::shared_ptr<JointLaw> law) { control_.law = std::move(law); }
   /// What drives the system from now on. @throws ControllerError if a plugin is needed and cannot be had.
   PhaseSetup setup(const RunBodies& bodies);
   /// The same for the approach followed exactly, without noise.

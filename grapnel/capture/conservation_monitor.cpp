@@ -116,14 +116,15 @@ void ConservationMonitor::sample(const ConservedQuantities& quantities, const Ph
     const GroupQuantities& now = quantities.trees[group.trees.front()];
     const Drift drift = look(group, now, outside.impulse);
     const double energy = now.size.inner_energy;
-    if (!group.in_phase) group.phase_energy = energy, group.at_phase_start = drift;
+    double work = outside.work;
+    if (holds_servicer(group)) work += integrals.motor_work + integrals.friction_work;
+    // Stops that are met at the phase's first instant have taken their energy before its first sample.
+    if (!group.in_phase) group.phase_energy = energy - work, group.at_phase_start = drift;
     group.in_phase = true;
     raise(group.largest.linear, drift.linear);
     raise(group.largest.angular, drift.angular);
     raise(group.growth.linear, drift.linear - group.at_phase_start.linear);
     raise(group.growth.angular, drift.angular - group.at_phase_start.angular);
-    double work = outside.work;
-    if (holds_servicer(group)) work += integrals.motor_work + integrals.friction_work;
     raise(controlled_ ? group.work_energy : group.energy, std::abs(energy - group.phase_energy - work));
     group.scale.energy = std::max(group.scale.energy, group_scale(now.size).energy);
   }

@@ -102,7 +102,11 @@ std::string first_not_finite(const CaptureResult& result) {
   finder.look("post_impact.grasp_loads", result.grasp_loads);
   finder.look("post_impact.detumbling", result.detumbling);
   finder.look("post_impact.base_keeping", result.base_keeping);
+  finder.look("approach.impedance", result.approach_impedance);
+  finder.look("post_impact.impedance", result.impedance);
+  finder.look("post_impact.grasp_force", result.grasp_force);
   for (const WheelReport& wheel : result.wheels) finder.look("wheels.rate_after", wheel.rate_after);
+  if (result.gyros) finder.look("gyros.least_singularity_measure", result.gyros->least_singularity_measure);
   finder.look("joints", result.joints);
   finder.look("stop_impacts", result.stop_impacts);
   if (result.thrusters) finder.look("thrusters.propellant", result.thrusters->propellant);

@@ -1,5 +1,7 @@
 #include "grapnel/capture/grasp_events.hpp"
 
+#include "grapnel/capture/law_drive.hpp"
+
 #include <fmt/format.h>
 #include <algorithm>
 
@@ -295,6 +297,20 @@ std::vector<double> brake_at_once(CaptureRun& run, std::span<const HeldRate> hel
   return stopped.held_impulses;
 }
 
+// How targets move along contacts' normals afterwards, of what hands had before.
+void note_target_speeds(const Model& model, const State& before, const State& after,
+                        std::span<const MeetingContact> contacts, std::span<EffectiveMass> masses) {
+  const Kinematics then = forward_kinematics(model, before), now = forward_kinematics(model, after);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const CompliantContact& c = contacts[i].contact;
+    // The target's point that was touched first.
+    const Vector3d arm = now.X_WB[c.target_body].R * (inverse(then.X_WB[c.target_body]) * c.p_WC);
+    const Vector3d target = shift(now.V_WB[c.target_body], arm).linear;
+    const Vector3d hand = shift(then.V_WB[c.robot_body], c.p_WC - then.X_WB[c.robot_body].p).linear;
+    masses[i].target_speed_after = dot(c.n_W, target - hand);
+  }
+}
+
 // From the state in which the bodies meet to that in which springs are at rest or apart. In the joined system.
 CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, const Meeting& meeting,
                        std::vector<HeldRate> held) {
@@ -308,9 +324,23 @@ CompliantRun let_yield(CaptureRun& run, const CaptureProblem& with_closing, cons
     each_step = [&](double t) {
       run.progress("contact", bodies.time + t, bodies.time + with_closing.impact->compliant.longest);
     };
-  CompliantRun outcome = run_compliant(
-      {with_closing, bodies.free, contact, bodies.system, met, bodies.time, held, stopping, each_step}, bodies.state);
+  std::vector<MeetingContact> meeting_contacts;
+  for (const YieldingContact& c : yielding_contacts(with_closing, bodies.free, contact, bodies.system)) {
+    const GraspSetup& grasp = with_closing.grasps[c.grasp];
+    meeting_contacts.push_back({grasp.end_effector, grasp.target, c.contact});
+  }
+  std::vector<EffectiveMass> masses = effective_masses(run.problem, bodies.system, bodies.state, meeting_contacts);
+  std::optional<LawDrive> drive;
+  const std::shared_ptr<const Model> assumed = run.identification.law_model(bodies.system);
+  if (auto law = law_in_impact(run.problem, bodies.system, assumed ? *assumed : bodies.system.model, bodies.state,
+                               bodies.time, meeting_contacts, masses))
+    drive.emplace(std::move(law), bodies.system, bodies.time, run.joints.clock());
+  CompliantRun outcome = run_compliant({with_closing, bodies.free, contact, bodies.system, met, bodies.time, held,
+                                        stopping, each_step, drive ? &*drive : nullptr},
+                                       bodies.state);
   if (!outcome.failure.empty()) throw RunFailure(outcome.failure);
+  note_target_speeds(bodies.system.model, met, outcome.after, meeting_contacts, masses);
+  outcome.report.effective_masses = std::move(masses);
   for (const std::string& warning : outcome.warnings) run.result.warnings.push_back(warning);
   run.monitor.impact_in_time(meeting.phase, bodies.system, met, bodies.time, meeting.closing, outcome);
   bodies.state = outcome.after;

@@ -1,18 +1,14 @@
 #pragma once
 
 /// @file
-/// A law that moves all joints together after the capture: when it works, when it is over and why, and what is to be
-/// reported of it.
+/// A law that moves all joints together: when it works, when it is over and why.
 
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "grapnel/control/joint_law.hpp"
-#include "grapnel/problem/captured_model.hpp"
-#include "grapnel/result/capture_result.hpp"
-#include "grapnel/simulate/simulate_phase.hpp"
+#include "grapnel/capture/law_of_run.hpp"
 
 namespace grapnel {
 
@@ -21,19 +17,19 @@ class LawRun {
   /// The problem must outlive this.
   explicit LawRun(const CaptureProblem& problem);
 
-  /// The motion after the impact begins with the base in this attitude: from now on the law may work.
-  void begin_post_impact(const Rotationd& R_WB);
+  /// The motion after the impact begins: from now on its law may work.
+  void begin_post_impact(const CaptureSystem& system, const State& state);
   /// A piece of motion begins in which what the law works on is held no more, so that it is over.
   bool ends_by_release(const CaptureSystem& system, double time);
-  /// A piece of motion begins: the law, if it works in it. `system` lives until the piece ends. `law_model`: what the
+  /// A piece of motion begins: the law, if one works in it. `system` lives until the piece ends. `law_model`: what the
   /// law takes it for; null: for what it is.
-  std::optional<JointLaw> begin_piece(const CaptureSystem& system, const State& state, double time,
-                                      std::shared_ptr<const Model> law_model = nullptr);
+  std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const State& state, double time,
+                                        std::shared_ptr<const Model> law_model = nullptr);
   /// Whether it works in the piece at hand.
-  bool works() const { return evaluation_.has_value(); }
+  bool works() const { return law_ != nullptr; }
 
   /// Falls to zero where the law is over.
-  double margin(const State& state);
+  double margin(double time, const State& state);
   /// Looks into a step of the piece.
   void step(const PhaseStep& step);
   /// The piece has ended; `stopped`: before its time, with the least margin of everything else that may stop it being
@@ -48,28 +44,20 @@ class LawRun {
     LawEnd end;
     std::string joint;
   };
-  JointLaw make_law(const CaptureSystem& system) const;
-  bool is_held(const CaptureSystem& system) const;
-  void report_begin(const State& state, double time);
-  Margin least_margin(const State& state);
-  void note(double time, const State& state, const JointLawCommand& command);
-  void note_torque(const PhaseSample& sample);
-  void describe(const State& state, double time);
+  /// A phase's law.
+  struct Phase {
+    std::unique_ptr<LawOfRun> part;  // null: none
+    bool begun = false, over = false;
+  };
+  Margin least_margin(double time, const State& state);
   void end(LawEnd how, const std::string& joint);
 
-  const CaptureProblem& problem_;
-  std::string target_;  // that is detumbled
-  bool may_work_ = false, over_ = false;
-  Rotationd R_WD_ = Rotationd::identity();
+  Phase approach_, after_;
+  Phase* now_ = nullptr;  // null: no law may work
   // The piece at hand:
   const CaptureSystem* system_ = nullptr;
-  std::optional<JointLaw> law_;
   std::shared_ptr<const Model> law_model_;
-  std::optional<JointLawEvaluation> evaluation_;
-  Kinematics kinematics_;
-  // Of all its pieces:
-  std::optional<DetumblingReport> detumbling_;
-  std::optional<BaseKeepingReport> base_keeping_;
+  std::shared_ptr<JointLaw> law_;
 };
 
 }  // namespace grapnel

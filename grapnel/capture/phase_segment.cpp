@@ -77,7 +77,7 @@ namespace {
 // What drives the piece that begins; joints whose law is over with what it worked on are held where they are.
 PhaseSetup setup_of_piece(CaptureRun& run) {
   const RunBodies& bodies = run.bodies;
-  if (run.law.ends_by_release(bodies.system, bodies.time)) run.joints.settle_all(bodies);
+  if (run.law.ends_by_release(bodies.system, bodies.time) && !run.joints.approaching()) run.joints.settle_all(bodies);
   run.identification.begin_piece(bodies.system, bodies.time);
   const std::shared_ptr<const Model> law_model = run.identification.law_model(bodies.system);
   run.joints.obey(run.law.begin_piece(bodies.system, bodies.state, bodies.time, law_model));
@@ -100,7 +100,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
   RunMonitor& monitor = run.monitor;
   if (run.law.works()) {
     stop_ = [this](double t, const State& state) {
-      const double law = run_.law.margin(state);
+      const double law = run_.law.margin(t, state);
       return arrival_ ? std::min(law, arrival_(t, state)) : law;
     };
   }
@@ -153,8 +153,8 @@ bool PhaseSegment::await_resume() {
   run_.bodies.time = outcome.end_time;
   run_.identification.end_piece(outcome.integrals);
   const double arrival = outcome.stopped && arrival_ ? arrival_(outcome.end_time, outcome.end_state) : 1.0;
-  if (run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, arrival))
-    run_.joints.settle_all(run_.bodies);
+  const bool law_is_over = run_.law.end_piece(outcome.end_state, outcome.end_time, outcome.stopped, arrival);
+  if (law_is_over && !run_.joints.approaching()) run_.joints.settle_all(run_.bodies);
   return !outcome.stopped;
 }
 

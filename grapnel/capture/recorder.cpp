@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "grapnel/approach/phase_setups.hpp"
 #include "grapnel/impact_report/contact.hpp"
 #include "grapnel/impact_report/internal_loads.hpp"
 
@@ -78,7 +79,8 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
       joints);
   controls_base_ = (problem.approach && problem.approach->base_control) ||
                    (problem.post_impact && problem.post_impact->base_control) ||
-                   (problem.control && problem.control->base_torque);
+                   (problem.control && (problem.control->base_torque ||
+                                        (problem.control->log && problem.control->log->tells_actuators())));
   if (controls_base_) add("base/control_torque", "N m", "torque that controls the attitude, in the base's axes", xyz);
   if (!system.wheels.empty()) {
     std::vector<std::string> wheels;
@@ -87,10 +89,22 @@ Recorder::Recorder(const CaptureProblem& problem, const CaptureSystem& system, c
     add("wheels/momentum", "N m s", "their moments of inertia times these rates", wheels);
     add("wheels/torque", "N m", "of their motors, on the wheels", wheels);
   }
+  if (!system.gyros.empty()) {
+    std::vector<std::string> gyros;
+    for (const MomentGyroSetup& gyro : problem.robot.gyros) gyros.push_back(gyro.name);
+    add("gyros/angle", "rad", "angles of the control moment gyros' gimbals", gyros);
+    add("gyros/rate", "rad/s", "their rates relative to the base", gyros);
+    add("gyros/torque", "N m", "of the gimbals' motors, on the gimbals", gyros);
+    add("gyros/spin_torque", "N m", "of the rotors' motors, on the rotors", gyros);
+    add("gyros/momentum", "N m s", "of all rotors in their gimbals, in the base's axes", xyz);
+    add("gyros/singularity_measure", "1", "root of det(A A^T) of the array: 0 where it is singular",
+        {"singularity_measure"});
+  }
   if (!problem.robot.thrusters.empty()) {
     std::vector<std::string> thrusters;
     for (const ThrusterSetup& thruster : problem.robot.thrusters) thrusters.push_back(thruster.name);
-    add("thrusters/force", "N", "forces of the thrusters", thrusters);
+    add("thrusters/force", "N", "forces of the thrusters at this instant, within or between pulses", thrusters);
+    add("thrusters/impulse", "N s", "what the thrusters have given since the start, force over time", thrusters);
     add("thrusters/propellant", "kg", "propellant used since the start", {"propellant"});
   }
   add("system/center_of_mass", "m", "centre of mass of servicer and targets in W", xyz);
@@ -182,6 +196,8 @@ void Recorder::put_momenta(const CaptureSystem& system, const Kinematics& k, con
   std::vector<int> robot = carried_bodies(system), target(1);
   robot.push_back(system.base);
   for (int j : system.wheels) robot.push_back(model.joints()[j]);
+  for (const CaptureSystem::Gyro& gyro : system.gyros)
+    for (int j : {gyro.gimbal, gyro.rotor}) robot.push_back(model.joints()[j]);
   const auto put_group = [&](const std::vector<int>& bodies) {
     const Momentumd h = group_momentum(model, k, bodies, com);
     put(h.linear);
@@ -207,11 +223,39 @@ void Recorder::put_wheels(const CaptureSystem& system, const PhaseSample& s) {
   put_all([&](std::size_t w) { return s.motor[system.wheels[w]]; });
 }
 
+void Recorder::put_gyros(const CaptureSystem& system, const PhaseSample& s) {
+  std::vector<MomentGyro> gyros;
+  std::vector<double> angles;
+  for (std::size_t g = 0; g < system.gyros.size(); ++g) {
+    gyros.push_back(moment_gyro(problem_.robot.gyros[g], system, g));
+    angles.push_back(s.state.q[gyros[g].gimbal_coordinate]);
+  }
+  const auto put_all = [&](auto value) {
+    for (std::size_t g = 0; g < gyros.size(); ++g) series_.series[next_].data.push_back(value(g));
+    ++next_;
+  };
+  put_all([&](std::size_t g) { return angles[g]; });
+  put_all([&](std::size_t g) { return s.state.v[gyros[g].gimbal_velocity]; });
+  put_all([&](std::size_t g) { return s.motor[gyros[g].gimbal]; });
+  put_all([&](std::size_t g) { return s.motor[gyros[g].rotor]; });
+  Vector3d momentum = Vector3d::zero();
+  for (std::size_t g = 0; g < gyros.size(); ++g) momentum += momentum_of(gyros[g], angles[g]);
+  put(momentum);
+  put(singularity_measure(gyros, angles));
+}
+
 // Forces, none where no phase has thrusters at work.
-void Recorder::put_thrusters(const PhaseSample& s, double propellant) {
+void Recorder::put_thrusters(const PhaseSample& s, std::span<const double> impulses) {
   const auto thrusts = s.dynamics ? s.dynamics->base().thrusts() : std::span<const double>();
   for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i)
     series_.series[next_].data.push_back(thrusts.empty() ? 0.0 : thrusts[i]);
+  ++next_;
+  double propellant = 0;
+  for (std::size_t i = 0; i < problem_.robot.thrusters.size(); ++i) {
+    const double impulse = impulses.empty() ? 0.0 : impulses[i];
+    series_.series[next_].data.push_back(impulse);
+    propellant += impulse / (problem_.robot.thrusters[i].specific_impulse * kStandardGravity);
+  }
   ++next_;
   put(propellant);
 }
@@ -299,7 +343,7 @@ void Recorder::put_conserved(const CaptureSystem& system, const Kinematics& k, c
 
 void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const ConservedQuantities& quantities,
                       const PhaseSample& s, std::span<const GraspSample> grasps, double clearance,
-                      std::span<const Wrenchd> through, double propellant) {
+                      std::span<const Wrenchd> through, std::span<const double> impulses) {
   const Model& model = system.model;
   series_.time.push_back(s.time);
   series_.phase.push_back(static_cast<int>(series_.phases.size()) - 1);
@@ -334,7 +378,8 @@ void Recorder::sample(const CaptureSystem& system, const Kinematics& k, const Co
   put_joints([&](int j) { return reaction(j, &Wrenchd::angular); });
   if (controls_base_) put(s.dynamics ? s.dynamics->control_torque() : Vector3d::zero());
   if (!system.wheels.empty()) put_wheels(system, s);
-  if (!problem_.robot.thrusters.empty()) put_thrusters(s, propellant);
+  if (!system.gyros.empty()) put_gyros(system, s);
+  if (!problem_.robot.thrusters.empty()) put_thrusters(s, impulses);
   put_conserved(system, in_world, quantities, s);
   if (problem_.orbit) put_orbit(system, k, s.time);
   if (watches_clearance_) put(clearance);

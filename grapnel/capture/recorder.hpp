@@ -35,10 +35,11 @@ class Recorder {
   /// `reference`: what the joints are to follow, per robot joint; empty: nothing. It must outlive the phase.
   void begin_phase(const std::string& name, std::span<const JointTrajectory> reference = {});
   /// `grasps`: per grasp of the problem; empty: none holds. `clearance`: least of all pairs [m]; NaN: none is watched.
-  /// `through`: what joints pass on, per body; empty: not known. `propellant`: used so far [kg].
+  /// `through`: what joints pass on, per body; empty: not known. `impulses`: what each thruster has given so
+  /// far [N s]; empty: nothing.
   void sample(const CaptureSystem& system, const Kinematics& kinematics, const ConservedQuantities& quantities,
               const PhaseSample& sample, std::span<const GraspSample> grasps, double clearance,
-              std::span<const Wrenchd> through = {}, double propellant = 0);
+              std::span<const Wrenchd> through = {}, std::span<const double> impulses = {});
   /// The work done in the phase that ends is carried into the next.
   void end_phase(const PhaseIntegrals& integrals);
 
@@ -50,7 +51,8 @@ class Recorder {
                      const PhaseSample& sample);
   Vector3d late_impulse(const ConservedQuantities& quantities, const PhaseSample& sample) const;
   void put_wheels(const CaptureSystem& system, const PhaseSample& s);
-  void put_thrusters(const PhaseSample& s, double propellant);
+  void put_gyros(const CaptureSystem& system, const PhaseSample& s);
+  void put_thrusters(const PhaseSample& s, std::span<const double> impulses);
   void put_grasps(const std::vector<GraspGap>& gaps, std::span<const GraspSample> grasps);
   void put_momenta(const CaptureSystem& system, const Kinematics& kinematics, const Vector3d& com);
   void put(double value);

@@ -17,6 +17,7 @@ RunMonitor::RunMonitor(const CaptureProblem& problem, const CaptureSystem& free,
       watches_(problem),
       loads_(problem),
       wheels_(problem),
+      gyros_(problem),
       thrusters_(problem) {
   if (detail != CaptureDetail::full) return;
   recorder_.emplace(problem, free, frame, result.series);
@@ -35,6 +36,7 @@ void RunMonitor::begin_phase(Phase phase) {
   loops_.begin_phase(name_, problem_, phase.system);
   joints_.begin_phase(name_, phase.dynamics);
   if (seeks_loads()) loads_.begin_phase(name_, phase.system, phase.dynamics);
+  gyros_.begin_phase(phase.dynamics);
   thrusters_.begin_phase(phase.system, phase.dynamics);
   kinematics_ = Kinematics(phase.system.model);
   motor_.assign(phase.system.model.joints().size(), 0.0);
@@ -55,11 +57,12 @@ void RunMonitor::sample(const PhaseSample& at_instant, bool keep) {
   const auto efforts = seeks_loads() ? std::span<const double>() : sample.motor;
   const double clearance = watches_.sample(sample.time, sample.state, efforts);
   wheels_.look(*system_, sample.state, sample.motor);
+  gyros_.look(*system_, sample.state, sample.motor);
   if (!keep) return;
   last_look_ = sample.time;
   if (recorder_)
     recorder_->sample(*system_, kinematics_, quantities, sample, grasps, clearance, joint_reactions(sample, grasps),
-                      thrusters_.propellant(sample.time));
+                      thrusters_.impulses(sample.time));
 }
 
 // What joints pass on, for the record.
@@ -73,14 +76,16 @@ void RunMonitor::look(double time, const State& state, const PhaseIntegrals& int
   forward_kinematics(system_->model, state, kinematics_);
   conservation_.sample(conserved_quantities(system_->model, kinematics_, state), integrals);
   wheels_.look(*system_, state, {});
+  gyros_.look(*system_, state, {});
   last_look_ = time;
 }
 
 StepProbe RunMonitor::load_probe() {
-  if (!seeks_loads() && !thrusters_.looks()) return {};
+  if (!seeks_loads() && !thrusters_.looks() && !gyros_.looks()) return {};
   return [this](const PhaseStep& step) {
     if (seeks_loads()) loads_.step(step);
     if (thrusters_.looks()) thrusters_.step(step);
+    if (gyros_.looks()) gyros_.step(step);
   };
 }
 
@@ -116,12 +121,13 @@ void RunMonitor::instant(const CaptureSystem& system, const State& state, double
   const ConservedQuantities quantities = conserved_quantities(system.model, kinematics, state);
   conservation_.instant(quantities);
   wheels_.look(system, state, {});
+  gyros_.look(system, state, {});
   last_look_ = time;
   if (!recorder_) return;
   const std::vector<double> zeros(system.model.joints().size(), 0.0);
   const PhaseIntegrals none;
   recorder_->sample(system, kinematics, quantities, {time, state, none, zeros, zeros}, grasps,
-                    watches_.instant(system, kinematics), {}, thrusters_.propellant(0));
+                    watches_.instant(system, kinematics), {}, thrusters_.impulses(0));
 }
 
 void RunMonitor::impact(const std::string& phase, const ImpactOutcome& outcome) {
@@ -197,6 +203,7 @@ void RunMonitor::write() {
   loops_.write(result_);
   loads_.write(result_);
   wheels_.write(result_);
+  gyros_.write(result_);
   joints_.write(result_);
   thrusters_.write(result_);
   watches_.add(loads_.take_events());

@@ -5,6 +5,7 @@
 /// of impacts, clearance and joint limits, and the loads. One object, told of every phase, sample and impact once.
 
 #include "grapnel/capture/conservation_monitor.hpp"
+#include "grapnel/capture/gyro_monitor.hpp"
 #include "grapnel/capture/joint_monitor.hpp"
 #include "grapnel/capture/load_monitor.hpp"
 #include "grapnel/capture/recorder.hpp"
@@ -100,6 +101,7 @@ class RunMonitor {
   LoopMonitor loops_;
   LoadMonitor loads_;
   WheelMonitor wheels_;
+  GyroMonitor gyros_;
   JointMonitor joints_;
   ThrusterMonitor thrusters_;
   ImpactMonitor impact_checks_;

@@ -140,7 +140,7 @@ MotionPhase begin_post_impact(CaptureRun& run) {
   run.joints.control_attitude(setup.base_control, run.bodies);
   run.joints.begin_post_impact(run.bodies.time);
   run.identification.begin_post_impact(run.bodies.time);
-  run.law.begin_post_impact(root_pose(run.bodies.system.model, run.bodies.state, run.bodies.system.base).R);
+  run.law.begin_post_impact(run.bodies.system, run.bodies.state);
   return {"post_impact", run.bodies.time, run.bodies.time + setup.duration};
 }
 

@@ -41,9 +41,7 @@ void ThrusterMonitor::begin_phase(const CaptureSystem& system, const PhaseDynami
   for (std::size_t i = 0; i < system.model.bodies().size(); ++i) {
     const int body = static_cast<int>(i);
     const BodyDescription& description = system.model.bodies()[i].description;
-    const bool is_wheel = std::any_of(system.wheels.begin(), system.wheels.end(),
-                                      [&](int j) { return system.model.joints()[j] == body; });
-    if (body == system.base || is_wheel) continue;
+    if (body == system.base || is_inside_base(description.name)) continue;
     std::vector<Geometry> shapes = shapes_of(problem_.robot, description.name);
     for (const TargetSetup& target : problem_.targets) {
       if (target_body_name(target.name) == description.name) shapes = target.geometry;
@@ -83,6 +81,13 @@ void ThrusterMonitor::step(const PhaseStep& step) {
       at->duration += step.end - step.begin;
     }
   }
+}
+
+std::vector<double> ThrusterMonitor::impulses(double time) const {
+  std::vector<double> impulses;
+  for (std::size_t i = 0; bank_ && i < bank_->size(); ++i)
+    impulses.push_back(bank_->use(i, std::max(time, bank_->time())).impulse);
+  return impulses;
 }
 
 void ThrusterMonitor::write(CaptureResult& result) const {

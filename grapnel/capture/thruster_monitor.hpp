@@ -23,8 +23,9 @@ class ThrusterMonitor {
   /// Whether steps are to be looked into: thrusters with plumes may fire.
   bool looks() const { return !watched_.empty(); }
   void step(const PhaseStep& step);
-  /// Propellant used until a time of the piece at hand, or so far [kg].
-  double propellant(double time) const { return bank_ ? bank_->propellant(std::max(time, bank_->time())) : 0; }
+  /// What each thruster has given until a time of the piece at hand, or so far [N s]; empty until a phase has thrusters
+  /// at work.
+  std::vector<double> impulses(double time) const;
   /// Nothing without thrusters.
   void write(CaptureResult& result) const;
 

@@ -68,4 +68,9 @@ BaseKeepingCommand base_keeping_command(const BaseKeepingLaw& law, const State& 
   return command;
 }
 
+JointLawCommand BaseKeeping::at(double, const State& state, std::span<const double> force) {
+  BaseKeepingCommand c = base_keeping_command(law_, state, force, gravity_, response_);
+  return {std::move(c.effort), c.share, c.within_limits, c.condition};
+}
+
 }  // namespace grapnel

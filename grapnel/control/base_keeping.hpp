@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "grapnel/control/effort_response.hpp"
+#include "grapnel/control/joint_law.hpp"
 
 namespace grapnel {
 
@@ -41,6 +41,18 @@ struct BaseKeepingCommand {
 /// `response` is updated; it has no closures.
 BaseKeepingCommand base_keeping_command(const BaseKeepingLaw& law, const State& state, std::span<const double> force,
                                         const Vector3d& gravity, EffortResponse& response);
+
+/// The same as a law of all joints, without closures; its scale is the share.
+class BaseKeeping : public JointLaw {
+ public:
+  BaseKeeping(const Model& model, BaseKeepingLaw law, LawScope scope)
+      : JointLaw(model, std::move(scope)), law_(std::move(law)) {}
+  const BaseKeepingLaw& law() const { return law_; }
+  JointLawCommand at(double time, const State& state, std::span<const double> force) override;
+
+ private:
+  BaseKeepingLaw law_;
+};
 
 /// Rotation vector of R_DB, in B: how far the base is from its attitude [rad].
 Vector3d attitude_deviation(const BaseKeepingLaw& law, const Rotationd& R_WB);

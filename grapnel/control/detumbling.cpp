@@ -107,4 +107,9 @@ DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& stat
   return command;
 }
 
+JointLawCommand Detumbling::at(double, const State& state, std::span<const double> force) {
+  DetumblingCommand c = detumbling_command(law_, state, force, gravity_, response_);
+  return {std::move(c.effort), c.scale, c.within_limits, c.condition};
+}
+
 }  // namespace grapnel

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "grapnel/control/effort_response.hpp"
+#include "grapnel/control/joint_law.hpp"
 
 namespace grapnel {
 
@@ -43,6 +43,18 @@ struct DetumblingCommand {
 /// `response` is updated.
 DetumblingCommand detumbling_command(const DetumblingLaw& law, const State& state, std::span<const double> force,
                                      const Vector3d& gravity, EffortResponse& response);
+
+/// The same as a law of all joints; its scale is s.
+class Detumbling : public JointLaw {
+ public:
+  Detumbling(const Model& model, DetumblingLaw law, LawScope scope)
+      : JointLaw(model, std::move(scope)), law_(std::move(law)) {}
+  const DetumblingLaw& law() const { return law_; }
+  JointLawCommand at(double time, const State& state, std::span<const double> force) override;
+
+ private:
+  DetumblingLaw law_;
+};
 
 /// t_f = |L_t| / tau_m (15.4) [s].
 double detumbling_time(const Vector3d& angular_momentum, double torque);

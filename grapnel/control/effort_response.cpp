@@ -21,7 +21,8 @@ Eigen::RowVector3d row(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 
 }  // namespace
 
-EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures)
+EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures,
+                               const std::vector<int>& steady)
     : model_(model),
       joints_(std::move(joints)),
       closures_(std::move(closures)),
@@ -37,6 +38,7 @@ EffortResponse::EffortResponse(const Model& model, std::vector<int> joints, std:
     coordinates_.push_back(model.bodies()[model.joints()[j]].q);
     limits_.push_back(model.bodies()[model.joints()[j]].description.joint.limits.effort);
   }
+  for (int j : steady) steady_.push_back(model.bodies()[model.joints().at(static_cast<std::size_t>(j))].v);
 }
 
 void EffortResponse::update(const State& state, std::span<const double> force, const Vector3d& gravity) {
@@ -47,6 +49,8 @@ void EffortResponse::update(const State& state, std::span<const double> force, c
   // M vdot = force - c + S^T tau (2.7)
   Eigen::VectorXd right = -as_vector(bias_);
   if (!force.empty()) right += Eigen::Map<const Eigen::VectorXd>(force.data(), static_cast<Eigen::Index>(force.size()));
+  // Accelerations of these are zero: their rows and columns are left out.
+  for (int v : steady_) mass_.row(v).setZero(), mass_.col(v).setZero(), mass_(v, v) = 1, right(v) = 0;
   const Cholesky inertia(mass_);
   free_ = cholesky_solution(inertia, right);
   Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(model_.velocities(), static_cast<Eigen::Index>(joints_.size()));
@@ -62,6 +66,9 @@ void EffortResponse::update(const State& state, std::span<const double> force, c
   const double least = kRedundant * inverse.maxCoeff();
   for (double& value : inverse) value = value > least ? 1 / value : 0;
   const Eigen::MatrixXd back = spread * W.eigenvectors() * inverse.asDiagonal() * W.eigenvectors().transpose();
+  const Eigen::MatrixXd solved = W.eigenvectors() * inverse.asDiagonal() * W.eigenvectors().transpose();
+  free_multipliers_ = -(solved * (rows_ * free_ + row_terms_));
+  multiplier_response_ = -(solved * (rows_ * response_));
   free_ -= back * (rows_ * free_ + row_terms_);
   response_ -= back * (rows_ * response_);
 }

@@ -19,8 +19,10 @@ namespace grapnel {
 class EffortResponse {
  public:
   /// `joints`: positions in Model::joints() of those that are driven, in the order of the efforts. The model must
-  /// outlive this. @throws std::invalid_argument if there is no such joint.
-  EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures);
+  /// outlive this. `steady`: of those whose own motors keep their rates, whatever the others do (gyros).
+  /// @throws std::invalid_argument if there is no such joint.
+  EffortResponse(const Model& model, std::vector<int> joints, std::vector<LoopClosure> closures,
+                 const std::vector<int>& steady = {});
 
   /// At a state. `force`: generalized forces that act beside the efforts (per velocity; empty: none).
   void update(const State& state, std::span<const double> force, const Vector3d& gravity);
@@ -37,6 +39,11 @@ class EffortResponse {
   const Kinematics& kinematics() const { return kinematics_; }
   const Eigen::VectorXd& free() const { return free_; }          // accelerations without efforts
   const Eigen::MatrixXd& response() const { return response_; }  // velocities x driven joints
+  /// Of the closures: multipliers of their rows without efforts, and what each effort adds (15.2), on bodies b, in C's
+  /// axes; where rows are redundant those of least norm. Rows x driven joints.
+  const Eigen::VectorXd& free_multipliers() const { return free_multipliers_; }
+  const Eigen::MatrixXd& multiplier_response() const { return multiplier_response_; }
+  const std::vector<LoopClosure>& closures() const { return closures_; }
   /// Accelerations of the bodies that velocities alone make: Jdot v.
   const std::vector<BodyAcceleration>& velocity_terms() const { return velocity_terms_; }
 
@@ -46,13 +53,15 @@ class EffortResponse {
   const Model& model_;
   std::vector<int> joints_, velocities_, coordinates_;
   std::vector<double> limits_;
+  std::vector<int> steady_;  // velocities
   std::vector<LoopClosure> closures_;
   Workspace workspace_;
   Kinematics kinematics_;
   std::vector<double> bias_;
   std::vector<BodyAcceleration> velocity_terms_;
   Eigen::MatrixXd mass_, response_, rows_;
-  Eigen::VectorXd free_, row_terms_;
+  Eigen::VectorXd free_, row_terms_, free_multipliers_;
+  Eigen::MatrixXd multiplier_response_;
 };
 
 /// The largest share, up to `most`, at which |fixed + share * varied| stays within the limits (infinite: none); absent

@@ -1,56 +1,63 @@
 #pragma once
 
 /// @file
-/// Laws that move all their joints together, as controllers.
+/// Laws that move all their joints together: what such a law is, and the controller that asks it. Each law is a file of
+/// its own in this folder.
 
-#include <optional>
-#include <variant>
+#include <memory>
+#include <span>
 #include <vector>
 
-#include "grapnel/control/base_keeping.hpp"
-#include "grapnel/control/detumbling.hpp"
+#include "grapnel/control/effort_response.hpp"
 #include "grapnel/simulate/controller.hpp"
 
 namespace grapnel {
 
-/// A law, in the indices of one model.
-struct JointLaw {
-  std::variant<DetumblingLaw, BaseKeepingLaw> law;
-  std::vector<int> joints;            // that it drives: positions in Model::joints()
-  std::vector<LoopClosure> closures;  // that are closed meanwhile; none with BaseKeepingLaw
+/// On what a law works, in the indices of one model.
+struct LawScope {
+  std::vector<int> joints = {};            // that it drives: positions in Model::joints()
+  std::vector<LoopClosure> closures = {};  // that are closed meanwhile
   Vector3d gravity = Vector3d::zero();
+  std::vector<int> steady = {};  // joints whose own motors keep their rates (gyros): positions in Model::joints()
 };
 
-/// What it says at an instant.
+/// What a law says at an instant.
 struct JointLawCommand {
-  Eigen::VectorXd effort;     // per driven joint [N m or N]
-  double scale = 1;           // DetumblingCommand::scale, BaseKeepingCommand::share
-  bool within_limits = true;  // of both
-  double condition = 0;
+  Eigen::VectorXd effort = {};  // per driven joint, within the joints' limits [N m or N]
+  double scale = 1;             // the part that effort limits let pass of what the law gives up first
+  bool within_limits = true;    // else efforts are cut, and what is asked for is not done
+  double condition = 1;         // near 0 what is asked for takes more than joints can do
 };
 
-/// Evaluates a law of a model, which must outlive it.
-class JointLawEvaluation {
+/// A law of one model, which must outlive it. Thread safety: one thread at a time.
+class JointLaw {
  public:
-  JointLawEvaluation(const Model& model, const JointLaw& law);
-  /// `force`: generalized forces beside the law's efforts (per velocity; empty: none).
-  JointLawCommand at(const State& state, std::span<const double> force);
+  JointLaw(const Model& model, LawScope scope)
+      : gravity_(scope.gravity), response_(model, std::move(scope.joints), std::move(scope.closures), scope.steady) {}
+  JointLaw(const JointLaw&) = delete;
+  JointLaw& operator=(const JointLaw&) = delete;
+  virtual ~JointLaw() = default;
 
- private:
-  JointLaw law_;
+  /// That it drives: positions in Model::joints(), in the order of the efforts.
+  const std::vector<int>& joints() const { return response_.joints(); }
+  /// `force`: generalized forces beside the law's efforts (per velocity; empty: none).
+  virtual JointLawCommand at(double time, const State& state, std::span<const double> force) = 0;
+  /// From now on these wrenches of contacts and yielding grasps act, as a law that senses them knows them.
+  virtual void sense(std::span<const ExternalWrench> wrenches) { static_cast<void>(wrenches); }
+
+ protected:
+  Vector3d gravity_;
   EffortResponse response_;
 };
 
-/// The same as a controller of one piece of motion.
+/// A law as the controller of one piece of motion.
 class JointLawController : public Controller {
  public:
-  explicit JointLawController(JointLaw law) : law_(std::move(law)) {}
-  void begin_piece(const Model& model, double time) override;
+  explicit JointLawController(std::shared_ptr<JointLaw> law) : law_(std::move(law)) {}
   void update(const ControlInput& input, ControlCommand& command) override;
 
  private:
-  JointLaw law_;
-  std::optional<JointLawEvaluation> evaluation_;
+  std::shared_ptr<JointLaw> law_;
 };
 
 }  // namespace grapnel

@@ -179,4 +179,29 @@ void Fmu::release() const {
   turn_->freed.notify_one();
 }
 
+void zip_folder(const fs::path& folder, const fs::path& archive) {
+  int code = 0;
+  zip_t* const zip = zip_open(archive.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &code);
+  if (!zip) throw FmuError(fmt::format("{} cannot be written: {}", archive.string(), zip_reason(code)));
+  std::unique_ptr<zip_t, void (*)(zip_t*)> discards(zip, zip_discard);
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  for (const fs::path& file : files) {
+    zip_source_t* const bytes = zip_source_file(zip, file.c_str(), 0, -1);
+    const std::string name = fs::relative(file, folder).generic_string();
+    const zip_int64_t index = bytes ? zip_file_add(zip, name.c_str(), bytes, ZIP_FL_ENC_UTF_8) : -1;
+    if (index < 0) {
+      zip_source_free(bytes);
+      throw FmuError(fmt::format("{} cannot be added: {}", name, zip_strerror(zip)));
+    }
+    zip_file_set_mtime(zip, static_cast<zip_uint64_t>(index), 0, 0);
+    zip_set_file_compression(zip, static_cast<zip_uint64_t>(index), ZIP_CM_DEFLATE, 1);
+  }
+  if (zip_close(zip) != 0) throw FmuError(fmt::format("{} cannot be written: {}", archive.string(), zip_strerror(zip)));
+  static_cast<void>(discards.release());
+}
+
 }  // namespace grapnel::fmi

@@ -49,4 +49,8 @@ class Fmu {
   std::shared_ptr<Turn> turn_;
 };
 
+/// Writes a ZIP archive with the files of a folder, by their names in it: the same files make the same archive. @throws
+/// FmuError.
+void zip_folder(const std::filesystem::path& folder, const std::filesystem::path& archive);
+
 }  // namespace grapnel::fmi

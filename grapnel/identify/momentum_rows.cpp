@@ -42,6 +42,13 @@ Eigen::MatrixXd known_momentum(const IdentificationTask& task, const Kinematics&
       sum.col(j).tail<3>() += eigen_vector(h.linear);
     }
   });
+  // Rotors that the known bodies carry have a spin of their own, (19.6).
+  const std::vector<Body>& bodies = task.model.bodies();
+  const int root = bodies[task.model.frames()[task.frame].body].root;
+  for (const int rotor : task.model.rotors()) {
+    if (bodies[rotor].root == root)
+      sum.col(bodies[rotor].v).head<3>() += eigen_vector(rotor_momentum(task.model, k, rotor));
+  }
   return sum;
 }
 

@@ -137,6 +137,10 @@ void StiffIntegrator::restart() {
   require(CVodeSetRootDirection(m.cvode.get(), m.directions.data()), "CVodeSetRootDirection");
 }
 
+void StiffIntegrator::stop_at(double t) {
+  require(CVodeSetStopTime(memory_->cvode.get(), std::min(t, memory_->end)), "CVodeSetStopTime");
+}
+
 void StiffIntegrator::limit_step(double longest) { CVodeSetMaxStep(memory_->cvode.get(), longest); }
 
 std::string StiffIntegrator::message() const { return fmt::format("at {:.6g} s: {}", memory_->t, memory_->said); }

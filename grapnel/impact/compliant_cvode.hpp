@@ -29,6 +29,8 @@ class StiffIntegrator {
   std::span<const double> at(double t);
   /// Begins anew where it is: the right-hand side has changed.
   void restart();
+  /// The next Result::end is at this time, if that is before the end.
+  void stop_at(double t);
   /// No step is longer; 0: no limit. [s]
   void limit_step(double longest);
 

@@ -88,7 +88,7 @@ class Run {
  public:
   Run(const Model& model, const State& state, std::span<const CompliantContact> contacts,
       std::span<const CompliantGrasp> grasps, const CompliantSetup& setup, std::span<const int> held,
-      const std::function<void(double t)>& each_step)
+      const std::function<void(double t)>& each_step, ImpactDrive* drive)
       : model_(model),
         state_(state),
         contacts_(contacts),
@@ -96,7 +96,8 @@ class Run {
         setup_(setup),
         held_(held),
         each_step_(each_step),
-        system_(model, state, contacts, grasps, held) {}
+        drive_(drive),
+        system_(model, state, contacts, grasps, held, drive) {}
 
   CompliantOutcome outcome();
 
@@ -109,6 +110,7 @@ class Run {
   double grasp_motion() const;
   bool is_over(double t) const;
   void limit_step(StiffIntegrator& integrator) const;
+  void begin_piece(StiffIntegrator& integrator);
   void check_balances(double t, std::span<const double> y);
 
   const Model& model_;
@@ -118,6 +120,7 @@ class Run {
   const CompliantSetup& setup_;
   std::span<const int> held_;
   const std::function<void(double t)>& each_step_;
+  ImpactDrive* drive_;
   CompliantSystem system_;
   CompliantScales scales_;
   CompliantOutcome result_;
@@ -143,6 +146,15 @@ void Run::limit_step(StiffIntegrator& integrator) const {
   const bool pressing =
       std::any_of(system_.phase.begin(), system_.phase.end(), [](auto p) { return p == ContactPhase::pressing; });
   integrator.limit_step(pressing ? scales_.longest_contact_time : 0);
+}
+
+// A drive's efforts may jump here, and do so next where the integrator is told to stop.
+void Run::begin_piece(StiffIntegrator& integrator) {
+  if (!drive_) return;
+  system_.load(integrator.time(), integrator.y());
+  drive_->begin_piece(integrator.time(), system_.now(), system_.wrenches_now());
+  integrator.restart();
+  integrator.stop_at(std::min(setup_.longest, drive_->next_break(integrator.time())));
 }
 
 // Changes phases where an event says so; true if one changed. The recorder gets the instant before and after.
@@ -198,6 +210,7 @@ bool Run::is_over(double t) const {
 
 void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
   using Status = CompliantOutcome::Status;
+  begin_piece(integrator);
   recorder.mark(0, integrator.y());
   limit_step(integrator);
   while (true) {
@@ -215,11 +228,18 @@ void Run::integrate(StiffIntegrator& integrator, CompliantRecorder& recorder) {
     }
     recorder.step(integrator, from, integrator.time());
     if (made == StiffIntegrator::Result::end) {
-      result_.status = Status::time_over;
-      return;
+      if (integrator.time() >= setup_.longest) {
+        result_.status = Status::time_over;
+        return;
+      }
+      recorder.mark(integrator.time(), integrator.y());
+      begin_piece(integrator);
+      recorder.mark(integrator.time(), integrator.y());
+      limit_step(integrator);
     }
     if (follow_events(integrator, recorder, made == StiffIntegrator::Result::event)) {
       integrator.restart();
+      if (drive_) integrator.stop_at(std::min(setup_.longest, drive_->next_break(integrator.time())));
       limit_step(integrator);
     }
     system_.load(integrator.time(), integrator.y());
@@ -263,8 +283,10 @@ void Run::check_balances(double t, std::span<const double> y) {
     result_.held_impulses.push_back(y[system_.held_offset(static_cast<int>(i))]);
   }
   result_.held_work = y[system_.work_offset()];
+  if (drive_) result_.drive_work = y[system_.drive_offset()];
   const double before = result_.kinetic_energy_taking_part, after = system_.kinetic_energy_taking_part_now();
-  const double missing = std::abs((after - before) + result_.elastic_energy_after + lost - result_.held_work);
+  const double missing =
+      std::abs((after - before) + result_.elastic_energy_after + lost - result_.held_work - result_.drive_work);
   if (missing > 0) result_.energy_residual = missing / std::max(before, after);
 }
 
@@ -302,12 +324,13 @@ CompliantOutcome Run::outcome() {
 
 CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                   std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
-                                  std::span<const int> held, const std::function<void(double t)>& each_step) {
+                                  std::span<const int> held, const std::function<void(double t)>& each_step,
+                                  ImpactDrive* drive) {
   check(model, state, setup);
   for (std::size_t i = 0; i < contacts.size(); ++i) check_contact(model, contacts[i], i);
   for (std::size_t i = 0; i < grasps.size(); ++i) check_grasp(model, grasps[i], i);
   check_held(model, held);
-  return Run(model, state, contacts, grasps, setup, held, each_step).outcome();
+  return Run(model, state, contacts, grasps, setup, held, each_step, drive).outcome();
 }
 
 CompliantRecorder::CompliantRecorder(CompliantSystem& system, int samples, double spacing)

@@ -7,14 +7,15 @@
 /// Momenta of free trees are integrated as the impulses that contacts and grasps pass on, and the roots' velocities
 /// follow from them: momentum is kept to rounding at any tolerance, and the energy balance is a check on everything
 /// else. Stiff integration (BDF of variable order) with events at touch and separation; docs/theory.md, section 12.
-/// Limitations: motors, joint friction and gravity do nothing meanwhile; a contact is a point against a plane; grasps
-/// turn by less than half a turn.
+/// Limitations: motors do nothing meanwhile but what an ImpactDrive says; joint friction and gravity do nothing; a
+/// contact is a point against a plane; grasps turn by less than half a turn.
 
 #include <functional>
 #include <span>
 #include <string>
 
 #include "grapnel/constraint/grasp.hpp"
+#include "grapnel/dynamics/forward_dynamics.hpp"
 #include "grapnel/dynamics/state.hpp"
 
 namespace grapnel {
@@ -48,6 +49,24 @@ struct CompliantGrasp {
   double linear_damping = 0;     // [N s/m]
   double angular_stiffness = 0;  // [N m/rad]; not read for a point, as is the damping
   double angular_damping = 0;    // [N m s/rad]
+};
+
+/// Efforts of joints during the impact. They are internal: momenta stay what they are, and their work is part of the
+/// balance of energy.
+class ImpactDrive {
+ public:
+  ImpactDrive() = default;
+  ImpactDrive(const ImpactDrive&) = delete;
+  ImpactDrive& operator=(const ImpactDrive&) = delete;
+  virtual ~ImpactDrive() = default;
+
+  /// The first time after t at which efforts may jump; infinite: never. Times are from the impact's beginning on [s].
+  virtual double next_break(double t) const = 0;
+  /// The time is t, where a smooth piece begins. `wrenches`: of contacts and grasps, on both bodies.
+  virtual void begin_piece(double t, const State& state, std::span<const ExternalWrench> wrenches) = 0;
+  /// Per velocity [N m or N], of joints alone; `effort` is zero when asked. A smooth function of the rest.
+  virtual void efforts(double t, const State& state, std::span<const ExternalWrench> wrenches,
+                       std::span<double> effort) = 0;
 };
 
 struct CompliantSetup {
@@ -89,19 +108,22 @@ struct CompliantOutcome {
   std::vector<ForceHistory> contacts, grasps;
   std::vector<double> held_impulses;  // per held velocity: integral of the effort that keeps it [N m s or N s]
   double held_work = 0;               // [J] done by these efforts
+  double drive_work = 0;              // [J] done by an ImpactDrive's
   double kinetic_energy_before = 0, kinetic_energy_after = 0, elastic_energy_after = 0;
   double kinetic_energy_taking_part = 0;  // before, of the trees that an interface or a held velocity acts on [J]
-  /// |T+ + V+ + lost - held_work - T-| of these trees, over their T- or T+, whichever is larger.
+  /// |T+ + V+ + lost - held_work - drive_work - T-| of these trees, over their T- or T+, whichever is larger.
   double energy_residual = 0;
   long rhs_evaluations = 0, steps = 0;
 };
 
 /// Integrates until every contact has separated and moves apart and every grasp has come to rest, or the time is over.
 /// `held`: velocities (indices into State::v) that keep the value they have, whatever effort that takes; of a free root
-/// or a spherical joint all or none. `each_step` is called with the time reached and may throw to end it.
+/// or a spherical joint all or none; no drive acts on them. `each_step` is called with the time reached and may throw
+/// to end it.
 /// @throws std::invalid_argument for coefficients out of range, bad normals or another model's state.
 CompliantOutcome compliant_impact(const Model& model, const State& state, std::span<const CompliantContact> contacts,
                                   std::span<const CompliantGrasp> grasps, const CompliantSetup& setup,
-                                  std::span<const int> held = {}, const std::function<void(double t)>& each_step = {});
+                                  std::span<const int> held = {}, const std::function<void(double t)>& each_step = {},
+                                  ImpactDrive* drive = nullptr);
 
 }  // namespace grapnel

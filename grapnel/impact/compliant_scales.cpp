@@ -118,7 +118,7 @@ void fill_sizes(const Model& model, const CompliantSystem& system, std::span<con
     size[system.loss_offset(i)] = energy;
   }
   for (int h = system.held_offset(0); h < system.work_offset(); ++h) size[h] = impulse;
-  size[system.work_offset()] = energy;
+  for (int w = system.work_offset(); w < system.size(); ++w) size[w] = energy;
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ Vector3d turn_between(const Vector3d& from, const Vector3d& change, double& angl
 }  // namespace
 
 CompliantSystem::CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                                 std::span<const CompliantGrasp> grasps, std::span<const int> held)
+                                 std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive)
     : model_(model),
       contacts_(contacts.begin(), contacts.end()),
       grasps_(grasps.begin(), grasps.end()),
@@ -105,7 +105,9 @@ CompliantSystem::CompliantSystem(const Model& model, const State& state, std::sp
       loads_(contacts.size() + grasps.size()),
       zero_(model.velocities()),
       vdot_(model.velocities()),
-      qdot_(model.coordinates()) {
+      qdot_(model.coordinates()),
+      effort_(model.velocities()),
+      drive_(drive) {
   phase.assign(contacts.size(), ContactPhase::apart);
   const auto touch = [&](int b) { taking_part_.push_back(model.bodies()[b].root); };
   for (int i = 0; i < interfaces(); ++i) touch(body_of(i, true)), touch(body_of(i, false));
@@ -315,15 +317,24 @@ void CompliantSystem::coordinate_changes(std::span<const double> y, std::span<do
   }
 }
 
-const std::vector<double>& CompliantSystem::accelerations_now() {
+std::span<const ExternalWrench> CompliantSystem::wrenches_now() {
   for (int i = 0; i < interfaces(); ++i) {
     wrenches_[2 * i].p_WP = wrenches_[2 * i + 1].p_WP = loads_[i].point;
     wrenches_[2 * i].F_W = loads_[i].F;
     wrenches_[2 * i + 1].F_W = -loads_[i].F;
   }
-  gather_external(model_, wrenches_, workspace_);
+  return wrenches_;
+}
+
+const std::vector<double>& CompliantSystem::accelerations_now() {
+  gather_external(model_, wrenches_now(), workspace_);
+  if (drive_) {
+    std::fill(effort_.begin(), effort_.end(), 0.0);
+    drive_->efforts(elapsed_, now_, wrenches_, effort_);
+    for (int v : held_) effort_[v] = 0;
+  }
   DynamicsInput<double> in;
-  in.q = now_.q, in.v = now_.v, in.force = zero_, in.link_wrench = workspace_.link_wrench;
+  in.q = now_.q, in.v = now_.v, in.force = effort_, in.link_wrench = workspace_.link_wrench;
   in.prescribed = prescribed_, in.acceleration = zero_;
   articulated_body<double>(model_.tree(), in, workspace_.kernel, vdot_, workspace_.force);
   return vdot_;
@@ -343,6 +354,7 @@ void CompliantSystem::rates(double t, std::span<const double> y, std::span<doubl
   if (rates_.empty() && held_.empty()) return;  // free bodies alone: momenta say everything
   accelerations_now();
   for (std::size_t i = 0; i < rates_.size(); ++i) dydt[rate_at_ + i] = vdot_[rates_[i]];
+  for (std::size_t v = 0; drive_ && v < effort_.size(); ++v) dydt[drive_offset()] += effort_[v] * now_.v[v];
   for (std::size_t i = 0; i < held_.size(); ++i) {
     const double effort = workspace_.force[held_[i]];
     dydt[held_at_ + i] = effort;

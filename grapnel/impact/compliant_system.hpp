@@ -93,13 +93,13 @@ struct InterfaceLoad {
 /// Integrated numbers y: how coordinates differ from the start (StartPose), of free uniform motion for trees moved by
 /// their centres of mass; how the velocities differ that are neither held nor follow from momentum; per interface
 /// (contacts, then grasps) the impulse about its point at the start; per interface the energy lost; per held velocity
-/// its impulse; the work of held velocities. All zero at the start.
+/// its impulse; the work of held velocities; with a drive its work. All zero at the start.
 class CompliantSystem {
  public:
   CompliantSystem(const Model& model, const State& state, std::span<const CompliantContact> contacts,
-                  std::span<const CompliantGrasp> grasps, std::span<const int> held);
+                  std::span<const CompliantGrasp> grasps, std::span<const int> held, ImpactDrive* drive = nullptr);
 
-  int size() const { return work_at_ + 1; }
+  int size() const { return work_at_ + (drive_ ? 2 : 1); }
   int interfaces() const { return contact_count() + grasp_count(); }
   int contact_count() const { return static_cast<int>(contacts_.size()); }
   int grasp_count() const { return static_cast<int>(grasps_.size()); }
@@ -110,6 +110,7 @@ class CompliantSystem {
   int loss_offset(int interface) const { return loss_at_ + interface; }
   int held_offset(int held) const { return held_at_ + held; }
   int work_offset() const { return work_at_; }
+  int drive_offset() const { return work_at_ + 1; }  // of the drive's work, with one
   /// Velocities (indices into State::v) that y holds, in order.
   std::span<const int> integrated_rates() const { return rates_; }
   bool is_held(int velocity) const { return prescribed_[velocity] != 0; }
@@ -118,6 +119,8 @@ class CompliantSystem {
   void load(double t, std::span<const double> y);
   const State& now() const { return now_; }
   std::span<const InterfaceLoad> loads() const { return loads_; }
+  /// What contacts and grasps do to both their bodies.
+  std::span<const ExternalWrench> wrenches_now();
   double kinetic_energy_now() const;
   /// Of the trees that an interface or a held velocity acts on [J].
   double kinetic_energy_taking_part_now() const;
@@ -177,7 +180,8 @@ class CompliantSystem {
   Workspace workspace_;
   std::vector<InterfaceLoad> loads_;
   std::vector<ExternalWrench> wrenches_;
-  std::vector<double> zero_, vdot_, qdot_;
+  std::vector<double> zero_, vdot_, qdot_, effort_;
+  ImpactDrive* drive_;
 };
 
 }  // namespace grapnel

@@ -245,6 +245,7 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
   c.duration = outcome.duration;
   c.elastic_energy_after = outcome.elastic_energy_after;
   c.energy_residual = outcome.energy_residual;
+  c.motor_work = outcome.drive_work;
   c.rhs_evaluations = outcome.rhs_evaluations;
   const Kinematics before = forward_kinematics(task.free.model, task.contact.state);
   const Kinematics after = forward_kinematics(system.model, outcome.after);
@@ -265,13 +266,23 @@ void describe(const CompliantTask& task, const Yielding& yielding, const Complia
 
 }  // namespace
 
+std::vector<YieldingContact> yielding_contacts(const CaptureProblem& problem, const CaptureSystem& free,
+                                               const Contact& contact, const CaptureSystem& system) {
+  const Yielding yielding(problem, free, contact, system);
+  std::vector<YieldingContact> contacts;
+  for (std::size_t i = 0; i < problem.grasps.size(); ++i) {
+    if (problem.grasps[i].contact) contacts.push_back({i, yielding.contacts()[contacts.size()]});
+  }
+  return contacts;
+}
+
 CompliantRun run_compliant(const CompliantTask& task, const State& braked) {
   const Yielding yielding(task.problem, task.free, task.contact, task.system);
   std::vector<int> held;
   for (const HeldRate& h : task.held) held.push_back(h.velocity);
   const CompliantSetup& setup = task.problem.impact->compliant;
-  const CompliantOutcome outcome =
-      compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grasps(), setup, held, task.each_step);
+  const CompliantOutcome outcome = compliant_impact(task.system.model, braked, yielding.contacts(), yielding.grasps(),
+                                                    setup, held, task.each_step, task.drive);
   CompliantRun run;
   if (outcome.status == CompliantOutcome::Status::failed) {
     run.failure = fmt::format("impact in time from t = {:.6g} s: {}", task.time, outcome.message);

@@ -40,6 +40,14 @@ struct CompliantRun {
   std::string failure;  // not empty: it could not be integrated
 };
 
+/// A contact of the problem, where it begins, in the bodies of `system`.
+struct YieldingContact {
+  std::size_t grasp;  // of the problem
+  CompliantContact contact;
+};
+std::vector<YieldingContact> yielding_contacts(const CaptureProblem& problem, const CaptureSystem& free,
+                                               const Contact& contact, const CaptureSystem& system);
+
 struct CompliantTask {
   const CaptureProblem& problem;                 // with the grasps that close now
   const CaptureSystem& free;                     // all targets free
@@ -50,6 +58,7 @@ struct CompliantTask {
   std::span<const HeldRate> held = {};           // velocities of `system` that drives and brakes keep
   std::span<const double> stopping = {};         // impulses with which they bring them there at once, likewise
   std::function<void(double t)> each_step = {};  // with the time since the beginning; may throw to end it
+  ImpactDrive* drive = nullptr;                  // of joints that a law drives meanwhile
 };
 /// From the state `met`, with what brakes make of it at once, until all is over.
 CompliantRun run_compliant(const CompliantTask& task, const State& braked);

@@ -63,8 +63,8 @@ void describe_reactions(const CaptureSystem& system, const Kinematics& k, const 
     } else if (has_one_axis(body.description.joint.type)) {
       joint.along_axis = dot(axis, joint.angular_impulse);
     }
-    // A wheel is no joint of the robot's; its bearing's impulse reaches the base all the same.
-    if (!body.description.name.starts_with(wheel_body_name(""))) report.joints.push_back(joint);
+    // A wheel or gimbal is no joint of the robot's; its bearing's impulse reaches the base all the same.
+    if (!is_inside_base(body.description.name)) report.joints.push_back(joint);
     if (body.parent == system.base) {
       // The joint acts on the base with the opposite; about the base's origin.
       const Impulsed on_base = shift(-through[i], k.X_WB[system.base].p - k.X_WB[i].p);

@@ -72,9 +72,7 @@ std::vector<int> carried_bodies(const CaptureSystem& system) {
   for (int i = 0; i < static_cast<int>(system.model.bodies().size()); ++i) {
     const bool target = std::any_of(system.target_frames.begin(), system.target_frames.end(),
                                     [&](int f) { return system.model.frames()[f].body == i; });
-    const bool wheel =
-        std::any_of(system.wheels.begin(), system.wheels.end(), [&](int j) { return system.model.joints()[j] == i; });
-    if (i != system.base && !target && !wheel) bodies.push_back(i);
+    if (i != system.base && !target && !is_inside_base(system.model.bodies()[i].description.name)) bodies.push_back(i);
   }
   return bodies;
 }

@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <iterator>
+#include <utility>
 
 #include "grapnel/import/assembly_steps.hpp"
 #include "grapnel/text/message_text.hpp"
@@ -105,12 +107,16 @@ void mount_robot(Node& bus, Node robot, const Mount& mount, const std::string& j
                                          suggestion(mount.link, body_names(bus), "links")));
     return;
   }
-  if (const Node* wheels = robot.find("wheels"); wheels && !wheels->items.empty())
-    faults.add(wheels->mark,
-               "an arm on a bus has reaction wheels; only the bus's base can: move them into the bus's file");
-  if (const Node* thrusters = robot.find("thrusters"); thrusters && !thrusters->items.empty())
-    faults.add(thrusters->mark,
-               "an arm on a bus has thrusters; only the bus's base can: move them into the bus's file");
+  constexpr std::array<std::pair<const char*, const char*>, 5> kOfBase{{{"wheels", "reaction wheels"},
+                                                                        {"wheel_array", "reaction wheels"},
+                                                                        {"gyros", "control moment gyros"},
+                                                                        {"gyro_array", "control moment gyros"},
+                                                                        {"thrusters", "thrusters"}}};
+  for (const auto& [key, what] : kOfBase) {
+    if (const Node* list = robot.find(key); list && !(list->items.empty() && list->entries.empty()))
+      faults.add(list->mark,
+                 fmt::format("an arm on a bus has {}; only the bus's base can: move them into the bus's file", what));
+  }
   const std::string given = text_of(body->find("name"));
   const std::string carrier = given.empty() ? "base" : given, base_name = text_of(base->find("name"));
   std::vector<Node> links = taken_items(robot, "links"), end_effectors = taken_items(robot, "end_effectors");

@@ -114,6 +114,64 @@ class LaneNoise {
   S middle_ = S(0.0), half_ = S(1.0), inverse_half_ = S(1.0);
 };
 
+/// What sampled control holds and what is on its way: simulate/controller.hpp's clock, whose ticks come as intervals.
+template <class S>
+class LaneCommands {
+ public:
+  explicit LaneCommands(const PhaseTables& tables)
+      : numbers_(tables.control.command_numbers()),
+        most_(tables.control.is_sampled ? tables.control.most_on_their_way : 0),
+        held_(numbers_),
+        said_(numbers_),
+        queue_(most_ * numbers_) {}
+
+  /// A case's commands into a lane: what acts, then so many on their way.
+  void load(int lane, const double* commands, int on_their_way) {
+    for (int i = 0; i < numbers_; ++i) held_[i].set(lane, commands[i]);
+    for (int i = 0; i < on_their_way * numbers_; ++i) queue_[i].set(lane, commands[numbers_ + i]);
+    first_[lane] = 0, waiting_[lane] = on_their_way;
+  }
+  /// Nothing acts in a lane that rests.
+  void clear(int lane) {
+    for (int i = 0; i < numbers_; ++i) held_[i].set(lane, 0.0);
+    first_[lane] = waiting_[lane] = 0;
+  }
+  /// A command's numbers: what laws say now, in all lanes, and what acts.
+  S& said(int number) { return said_[number]; }
+  const S& held(int number) const { return held_[number]; }
+
+  /// What an interval's beginning does in a lane; what laws say there has been said.
+  void enter(int lane, const LaneInterval& interval) {
+    for (int k = 0; k < interval.due; ++k) act(lane);
+    if (!interval.samples) return;
+    const int at = (first_[lane] + waiting_[lane]++) % most_ * numbers_;
+    for (int i = 0; i < numbers_; ++i) queue_[at + i].set(lane, said_[i].get(lane));
+    if (interval.acts_at_once) act(lane);
+  }
+
+  int on_their_way(int lane) const { return waiting_[lane]; }
+  /// As load() takes them.
+  void write(int lane, double* out) const {
+    for (int i = 0; i < numbers_; ++i) *out++ = held_[i].get(lane);
+    for (int k = 0; k < waiting_[lane]; ++k) {
+      const int at = (first_[lane] + k) % most_ * numbers_;
+      for (int i = 0; i < numbers_; ++i) *out++ = queue_[at + i].get(lane);
+    }
+  }
+
+ private:
+  void act(int lane) {
+    const int at = first_[lane] * numbers_;
+    for (int i = 0; i < numbers_; ++i) held_[i].set(lane, queue_[at + i].get(lane));
+    first_[lane] = (first_[lane] + 1) % most_, --waiting_[lane];
+  }
+
+  int numbers_, most_;
+  LaneArray<S> held_, said_;
+  LaneArray<S> queue_;  // a ring per lane
+  int first_[S::kWidth] = {}, waiting_[S::kWidth] = {};
+};
+
 /// What drives a joint, and its friction.
 template <class S>
 struct LaneDriveValues {
@@ -137,8 +195,12 @@ class LaneDynamics {
 
   /// Takes a case's numbers into a lane.
   void load_case(int lane, const CaseRecord& record);
-  /// Takes an interval's trajectories into a lane.
-  void load_interval(int lane, const double* block);
+  /// Takes a block's trajectories into a lane.
+  void load_block(int lane, const double* block);
+  /// Laws speak in the state y at time t, in all lanes; commands().enter() says which lanes listen. Overwrites
+  /// prescribed joints in y.
+  void sample(const S& t, S* y);
+  LaneCommands<S>& commands() { return commands_; }
   /// From now on the noise is that between t and t + step (a short step for a step of 0), and no other.
   void enter_step(const S& t, const S& step) { noise_.expand(t, step); }
   /// The longest step that a case's noise allows.
@@ -166,6 +228,9 @@ class LaneDynamics {
   void actuate(const S* y);
   void solve(const S* y, const LaneArray<S, std::uint8_t>& prescribed);
   void command(const S* y);
+  void drive(const S& t, S* y);
+  // Else what sampled control holds acts.
+  bool laws_speak() const { return !tables_.control.is_sampled || is_sampling_; }
 
   const PhaseTables& tables_;
   Tree<S> tree_;
@@ -179,6 +244,8 @@ class LaneDynamics {
   LaneArray<S> motor_, friction_;
   LaneArray<S> pieces_;  // the interval's
   LaneNoise<S> noise_;
+  LaneCommands<S> commands_;
+  bool is_sampling_ = false;
   LaneArray<S> force_, given_, vdot_;  // per velocity: applied forces, prescribed accelerations, accelerations
   LaneArray<S> solved_;                // per velocity: forces, those that prescribed accelerations take included
   LaneArray<S, std::uint8_t> prescribed_, commanded_;
@@ -199,6 +266,7 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
       friction_(tables.link_count),
       pieces_(tables.piece_numbers),
       noise_(tables),
+      commands_(tables),
       force_(tables.velocities),
       given_(tables.velocities),
       vdot_(tables.velocities),
@@ -266,19 +334,24 @@ void LaneDynamics<S>::load_case(int lane, const CaseRecord& record) {
   }
   noise_.load_case(lane, record.noise);
   outside_.load_case(lane, record);
+  if (record.commands != nullptr) {
+    commands_.load(lane, record.commands, record.on_their_way);
+  } else {
+    commands_.clear(lane);
+  }
 }
 
 template <class S>
-void LaneDynamics<S>::load_interval(int lane, const double* block) {
-  for (int i = 0; i < tables_.piece_numbers; ++i) pieces_[i].set(lane, block[1 + i]);
+void LaneDynamics<S>::load_block(int lane, const double* block) {
+  for (int i = 0; i < tables_.piece_numbers; ++i) pieces_[i].set(lane, block[i]);
 }
 
-// References of all driven joints.
+// References of all driven joints, where laws read them.
 template <class S>
 void LaneDynamics<S>::refer(const S& t) {
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
-    if (link.output == ControlOutput::none) continue;
+    if (link.output == ControlOutput::none || (link.output != ControlOutput::motion && !laws_speak())) continue;
     if (link.reads_acceleration) {
       refer_joint<true>(link, t, references_[i]);
     } else {
@@ -380,6 +453,10 @@ void LaneDynamics<S>::actuate(const S* y) {
                                          [&] { return tanh(S(rate * drive.inverse_transition)); });
     motor_[i] = S(0.0);
     if (!works_by_effort(link.output)) continue;
+    if (!laws_speak()) {
+      if (link.channel >= 0) motor_[i] = control_law::within_limit(commands_.held(link.channel), drive.effort);
+      continue;
+    }
     const S said = control_law::command(link.control, drive.kp, drive.kd, references_[i], y[link.q], rate);
     if (link.output == ControlOutput::effort) {
       motor_[i] = control_law::within_limit(said, drive.effort);
@@ -419,16 +496,42 @@ void LaneDynamics<S>::command(const S* y) {
   }
 }
 
+// What acts from outside, and the motors' efforts.
 template <class S>
-void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
-  const int nq = tables_.coordinates, nv = tables_.velocities;
+void LaneDynamics<S>::drive(const S& t, S* y) {
   if (any_driven_) {
     refer(t);
     impose(y);
   }
-  if (outside_.acts()) outside_.act(tree_, t, pieces_.data(), coordinates(y), velocities(y));
+  if (outside_.acts()) {
+    if (!laws_speak()) {
+      for (int k = 0; k < 3; ++k) outside_.attitude_torque()[k] = commands_.held(tables_.control.channels + k);
+    }
+    outside_.act(tree_, t, pieces_.data(), coordinates(y), velocities(y), laws_speak());
+  }
   actuate(y);
-  if (any_computed_) command(y);
+  if (any_computed_ && laws_speak()) command(y);
+}
+
+template <class S>
+void LaneDynamics<S>::sample(const S& t, S* y) {
+  is_sampling_ = true;
+  drive(t, y);
+  is_sampling_ = false;
+  const int channels = tables_.control.channels;
+  for (int c = 0; c < channels + 3; ++c) commands_.said(c) = S(0.0);
+  for (int i = 0; i < tables_.link_count; ++i) {
+    const LinkTable& link = tables_.links[i];
+    if (link.channel >= 0 && works_by_effort(link.output)) commands_.said(link.channel) = motor_[i];
+  }
+  if (tables_.outside.attitude_link < 0) return;
+  for (int k = 0; k < 3; ++k) commands_.said(channels + k) = outside_.attitude_torque()[k];
+}
+
+template <class S>
+void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
+  const int nq = tables_.coordinates, nv = tables_.velocities;
+  drive(t, y);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
     if (has_one_axis(link.joint)) force_[link.v] = motor_[i] + friction_[i];

@@ -47,8 +47,11 @@ class LaneOutside {
   /// Takes a case's numbers into a lane.
   void load_case(int lane, const CaseRecord& record);
 
-  /// Places the links of a state and finds what acts on them at time t. `pieces`: the interval's block.
-  void act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v);
+  /// Places the links of a state and finds what acts on them at time t. `pieces`: the interval's block. `controls`:
+  /// attitude control speaks; else attitude_torque() acts as it is.
+  void act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v, bool controls);
+  /// Of attitude control, in the base's axes [N m].
+  Vector3<S>& attitude_torque() { return attitude_torque_; }
   // What follows is of the state in which act() was called last.
   /// On the links that are no free bodies, in their order: about the link's origin, in its axes, without gravity.
   const Wrench<S>* on_jointed() const { return on_link_.data(); }
@@ -70,7 +73,7 @@ class LaneOutside {
   void act_by(const LoadTable& load, const S* n, const S* piece, const S& t, const BasicOrbitPoint<S>& at);
   Vector3<S> stream_force(const LoadTable& load, const S* n, const Vector3<S>& direction,
                           const Vector3<S>& normal) const;
-  void control(std::span<const S> q, std::span<const S> v);
+  Vector3<S> law_torque(std::span<const S> q, std::span<const S> v) const;
   void measure_trees(const Tree<S>& tree);
 
   const PhaseTables& tables_;
@@ -84,6 +87,7 @@ class LaneOutside {
   LaneArray<S, Wrench<S>> on_link_;      // per slot, in the link's axes
   LaneArray<S, TreeMotion> trees_;
   LaneArray<S> inverse_mass_;  // per tree
+  Vector3<S> attitude_torque_ = Vector3<S>::zero();
 };
 
 template <class S>
@@ -216,23 +220,22 @@ void LaneOutside<S>::act_by(const LoadTable& load, const S* n, const S* piece, c
 // --- Attitude control ------------------------------------------------------------------------------------------------
 
 template <class S>
-void LaneOutside<S>::control(std::span<const S> q, std::span<const S> v) {
+Vector3<S> LaneOutside<S>::law_torque(std::span<const S> q, std::span<const S> v) const {
   const int i = tables_.outside.attitude_link;
   const S* o = q.data() + tables_.links[i].q + 3;
   const S* w = v.data() + tables_.links[i].v;
   const S* n = numbers_.data() + kAttitude;
   const control_law::AttitudeLaw<S> law{
       {n[0], n[1], n[2], n[3]}, {n[4], n[5], n[6]}, {n[7], n[8], n[9]}, {n[10], n[11], n[12]}};
-  const Vector3<S> torque =
-      control_law::attitude_torque<S>(law, {o[0], o[1], o[2], o[3]}, {w[0], w[1], w[2]},
-                                      [](const S& sine, const S& cosine) { return turn_per_sine(sine, cosine); });
-  wrench_[i].angular += motion_[i].X_WL.R * torque;
+  return control_law::attitude_torque<S>(law, {o[0], o[1], o[2], o[3]}, {w[0], w[1], w[2]},
+                                         [](const S& sine, const S& cosine) { return turn_per_sine(sine, cosine); });
 }
 
 // --- All of it -------------------------------------------------------------------------------------------------------
 
 template <class S>
-void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v) {
+void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v,
+                         bool controls) {
   link_motion<S>(tree, q, v, std::span<LinkMotion<S>>(motion_.data(), tree.links.size()));
   for (int i = 0; i < tables_.link_count; ++i) wrench_[i] = Wrench<S>::zero();
   BasicOrbitPoint<S> at;
@@ -244,7 +247,10 @@ void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, std::
     const LoadTable& load = tables_.loads[k];
     act_by(load, numbers_.data() + kLoads + k * kLoadNumbers, pieces + load.piece, t, at);
   }
-  if (tables_.outside.attitude_link >= 0) control(q, v);
+  if (const int base = tables_.outside.attitude_link; base >= 0) {
+    if (controls) attitude_torque_ = law_torque(q, v);
+    wrench_[base].angular += motion_[base].X_WL.R * attitude_torque_;
+  }
   for (int i = 0; i < tables_.link_count; ++i) {
     if (is_acted_on_[i] != 0) on_link_[slot_[i]] = transposed_times(motion_[i].X_WL.R, wrench_[i]);
   }

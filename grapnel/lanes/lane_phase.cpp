@@ -1,5 +1,8 @@
 #include "grapnel/lanes/lane_phase.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -33,6 +36,10 @@ class Exchange {
     record.q = next.q.data();
     record.v = next.v.data();
     record.intervals = next.motion->intervals.data();
+    record.blocks = next.motion->blocks.data();
+    record.commands = next.commands.data();
+    const auto numbers = static_cast<std::size_t>(structure_.control.command_numbers());
+    record.on_their_way = numbers == 0 ? 0 : static_cast<int>(next.commands.size() / numbers) - 1;
     record.noise = next.noise.data();
     record.outside = next.outside.data();
     return true;
@@ -51,6 +58,7 @@ class Exchange {
     o.steps = r.steps, o.rejected = r.rejected, o.evaluations = r.evaluations;
     o.quaternion_defect = r.quaternion_defect;
     o.trees.assign(r.trees, r.trees + tables_.tree_count);
+    o.commands.assign(r.commands, r.commands + structure_.control.command_numbers() * (1 + r.on_their_way));
     sink_(cases_[lane], o);
   }
 
@@ -71,13 +79,40 @@ class Exchange {
         c.q.size() != size(structure_.coordinates) || c.v.size() != size(structure_.velocities)) {
       throw std::invalid_argument("run_lanes: a case's numbers do not fit the structure");
     }
-    const std::size_t block = 1 + size(structure_.piece_numbers);
-    if (!c.motion || c.motion->intervals.empty() || c.motion->intervals.size() % block != 0 ||
-        c.motion->intervals[c.motion->intervals.size() - block] != c.motion->end_time ||
-        !(c.motion->end_time >= c.motion->start_time) || !std::isfinite(c.motion->end_time)) {
+    if (!c.motion || c.motion->intervals.empty() || c.motion->intervals.back().end != c.motion->end_time ||
+        !blocks_fit(*c.motion) || !(c.motion->end_time >= c.motion->start_time) || !std::isfinite(c.motion->end_time)) {
       throw std::invalid_argument("run_lanes: a case's motion does not fit the structure, or ends before it starts");
     }
+    if (!commands_fit(c)) throw std::invalid_argument("run_lanes: a case's commands do not fit the structure");
     if (!(c.max_step > 0)) throw std::invalid_argument("run_lanes: a case's longest step is not positive");
+  }
+
+  bool blocks_fit(const LaneMotion& motion) const {
+    const auto numbers = static_cast<std::size_t>(structure_.piece_numbers);
+    for (const LaneInterval& interval : motion.intervals) {
+      if (interval.block < 0 || numbers * (static_cast<std::size_t>(interval.block) + 1) > motion.blocks.size())
+        return false;
+    }
+    return true;
+  }
+
+  // Never more on their way than there is room for, and as many as act.
+  bool commands_fit(const LaneCase& c) const {
+    const auto numbers = static_cast<std::size_t>(structure_.control.command_numbers());
+    if (numbers == 0) {
+      const auto acts = [](const LaneInterval& i) { return i.due != 0 || i.samples; };
+      return c.commands.empty() && std::none_of(c.motion->intervals.begin(), c.motion->intervals.end(), acts);
+    }
+    if (c.commands.empty() || c.commands.size() % numbers != 0) return false;
+    const int most = structure_.control.most_on_their_way;
+    int waiting = static_cast<int>(c.commands.size() / numbers) - 1;
+    if (waiting > most) return false;
+    for (const LaneInterval& i : c.motion->intervals) {
+      waiting -= i.due;
+      if (waiting < 0 || (i.samples && ++waiting > most)) return false;
+      if (i.samples && i.acts_at_once) --waiting;
+    }
+    return true;
   }
 
   const LaneStructure& structure_;
@@ -131,6 +166,8 @@ PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
   t.integral_count = disturbed ? integrals : kFrictionWork + 1;
   t.dimension = s.coordinates - t.quaternion_count + s.velocities + integrals;
   t.recovers = s.recover_roots && !disturbed;
+  t.control = s.control;
+  t.runaway = kRunaway;
   t.relative_tolerance = s.integration.relative_tolerance;
   t.absolute_tolerance = s.integration.absolute_tolerance;
   t.max_step = s.integration.max_step > 0 ? s.integration.max_step : std::numeric_limits<double>::infinity();
@@ -166,6 +203,9 @@ std::string explanation(const LaneOutcome& outcome) {
       return explain(StepStatus::too_many_steps, outcome.time);
     case LaneStatus::non_finite:
       return explain(StepStatus::non_finite, outcome.time);
+    case LaneStatus::unstable_control:
+      return fmt::format("sampled control is unstable: at t = {:.9g} s a rate is beyond {:g} rad/s or m/s",
+                         outcome.time, kRunaway);
     case LaneStatus::finished:
       break;
   }

@@ -29,12 +29,13 @@ struct LaneStructure {
   int coordinates = 0;
   int velocities = 0;
   std::vector<int> quaternions;  // offsets among the coordinates
-  int piece_numbers = 0;         // of all driven links' pieces and all loads
+  int piece_numbers = 0;         // of all driven links' pieces and all loads: a block
   int noise_numbers = 0;
   OutsideTable outside{false, false, false, -1, 0};
   std::vector<LoadTable> loads;
   int outside_numbers() const { return outside.acts() ? kLoads + kLoadNumbers * static_cast<int>(loads.size()) : 0; }
   bool recover_roots = true;
+  ControlTable control{false, 0, 0};
   IntegrationSetup integration;  // tolerances, max_step, max_steps; method adaptive_8
   bool operator==(const LaneStructure&) const = default;
 };
@@ -43,7 +44,8 @@ struct LaneStructure {
 struct LaneMotion {
   double start_time = 0;
   double end_time = 0;
-  std::vector<double> intervals;  // blocks of 1 + piece_numbers, see lane_phase_tables.hpp
+  std::vector<LaneInterval> intervals;
+  std::vector<double> blocks;  // of piece_numbers each, see lane_phase_tables.hpp
 };
 
 /// One case.
@@ -51,8 +53,9 @@ struct LaneCase {
   std::uint64_t id = 0;       // handed on to the outcome
   std::vector<double> links;  // kLinkNumbers each, in the order of lane_phase_tables.hpp
   std::vector<double> noise;
-  std::vector<double> outside;  // as there
-  std::vector<double> q, v;     // the start
+  std::vector<double> outside;   // as there
+  std::vector<double> q, v;      // the start
+  std::vector<double> commands;  // ControlTable::command_numbers() each: what acts at the start, and what is on its way
   std::shared_ptr<const LaneMotion> motion;
   /// The longest step, beside the structure's [s].
   double max_step = std::numeric_limits<double>::infinity();
@@ -76,6 +79,7 @@ struct LaneOutcome {
   std::int64_t steps = 0, rejected = 0, evaluations = 0;
   double quaternion_defect = 0;       // largest | |q| - 1 | before renormalization
   std::vector<LaneTreeRecord> trees;  // in the order of their roots
+  std::vector<double> commands;       // as in a case, as they are at the end
 
   bool finished() const { return status == LaneStatus::finished; }
 };

@@ -36,6 +36,15 @@ bool is_cycloidal(const JointTrajectory& trajectory) {
   return false;
 }
 
+// Joints' positions in the order of sampled control's channels.
+std::vector<int> channels_of(const Model& model, const PhaseSetup& setup) {
+  std::vector<int> channels = setup.channels;
+  if (channels.empty()) {
+    for (std::size_t j = 0; j < model.joints().size(); ++j) channels.push_back(static_cast<int>(j));
+  }
+  return channels;
+}
+
 // The fields of a link's entry that a model and its setup determine; offsets of pieces and tones come later.
 std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) {
   std::vector<LinkTable> tables;
@@ -44,7 +53,7 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     t.parent = link.parent, t.joint = link.joint, t.axis = link.axis, t.rotated = link.rotated;
     t.has_armature = link.armature != 0;
     t.q = link.q, t.v = link.v, t.sign = link.sign;
-    t.piece = t.tones = -1;
+    t.piece = t.tones = t.channel = -1;
     tables.push_back(t);
   }
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
@@ -62,16 +71,40 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     for (const JointPiece& piece : drive.trajectory.pieces) t.series = std::max(t.series, coefficients(piece));
     if (!drive.noise.tones().empty()) t.tones = 0;
   }
+  if (!setup.clock) return tables;
+  const std::vector<int> channels = channels_of(model, setup);
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const int joint = model.joints()[static_cast<std::size_t>(channels[c])];
+    const Body& body = model.bodies()[static_cast<std::size_t>(joint)];
+    tables[static_cast<std::size_t>(body.placement.link)].channel = static_cast<int>(c);
+  }
   return tables;
 }
 
 // --- Trajectories ---------------------------------------------------------------------------------------------------
 
-// Ends of the smooth intervals from t0 to t1.
-std::vector<double> interval_ends(const PhaseSetup& setup, double t0, double t1) {
-  std::vector<double> times = phase_breaks(setup, t0, t1);
+// Ends of the intervals from t0 to t1 in which trajectories and loads are smooth; ticks do not count.
+std::vector<double> block_ends(const PhaseSetup& setup, double t0, double t1) {
+  PhaseSetup unsampled = setup;
+  unsampled.clock.reset();
+  std::vector<double> times = phase_breaks(unsampled, t0, t1);
   times.push_back(t1);
   return times;
+}
+
+ControlTable control_table(const PhaseSetup& setup) {
+  if (!setup.clock) return {false, 0, 0};
+  const ControlTiming& timing = setup.clock->timing();
+  // What is on its way at a tick, that tick's among it, and one more for what rounding does to times.
+  const int most = static_cast<int>(std::ceil(timing.delay / timing.period)) + 2;
+  return {true, static_cast<int>(setup.clock->channels()),
+          std::max(most, static_cast<int>(setup.clock->on_their_way()) + 1)};
+}
+
+std::vector<double> command_numbers(const ControlClock::Command& command) {
+  std::vector<double> numbers = command.effort;
+  numbers.insert(numbers.end(), command.base_torque.e, command.base_torque.e + 3);
+  return numbers;
 }
 
 // The polynomial part of a profile as a series.
@@ -144,7 +177,7 @@ void write_link(const TreeLink<double>& link, double* out) {
 bool matches(const LinkTable& own, const LinkTable& shared) {
   const bool same_tree = own.parent == shared.parent && own.joint == shared.joint && own.axis == shared.axis &&
                          own.q == shared.q && own.v == shared.v && own.sign == shared.sign &&
-                         own.control == shared.control;
+                         own.control == shared.control && own.channel == shared.channel;
   const auto allowed = [](bool needed, bool provided) { return provided || !needed; };
   return same_tree && allowed(own.rotated, shared.rotated) && allowed(own.has_armature, shared.has_armature) &&
          allowed(own.is_viscous, shared.is_viscous) && allowed(own.has_coulomb, shared.has_coulomb) &&
@@ -155,21 +188,22 @@ bool matches(const LinkTable& own, const LinkTable& shared) {
 
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration) {
   // A member that is added to these structures does not compile here until it is known what lanes make of it.
-  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, actuators, clock,
-               channels, sensors, law_model, recover_roots, closures, project_loops, loop_feedback] = setup;
+  const auto& [drives, held_root, gravity, loads, orbit, attitude, controller, commanded_root, wheels, gyros, actuators,
+               clock, channels, sensors, law_model, recover_roots, closures, project_loops, loop_feedback] = setup;
   if (attitude) {
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
   if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
   if (!closures.empty()) return "loops are closed";
-  if (clock || sensors) return "control is sampled";
+  if (sensors) return "sensors are read";
   if (law_model) return "laws work with a model of their own";
   if (controller) return "a controller of its own is asked";
-  [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds] =
-      actuators;
+  [[maybe_unused]] const auto& [thrusters, modulation, dumping, feedforward, wheel_speed_rate, wheel_speeds, steering,
+                                one_by_one] = actuators;
   if (thrusters) return "thrusters push the base";
   if (feedforward) return "the base's torque follows the arms";
   if (!wheels.empty()) return "reaction wheels give the base's torque";
+  if (!gyros.empty() || steering || one_by_one) return "motors of control moment gyros work";
   if (held_root >= 0) return "a base is held";
   if (!model.rotors().empty()) return "rotors store momentum";
   for (const int body : model.joints()) {
@@ -194,7 +228,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   const std::string obstacle = lane_obstacle(model, setup, integration);
   if (!obstacle.empty()) return obstacle;
   double begin = t0;
-  for (double end : interval_ends(setup, t0, t1)) {
+  for (double end : block_ends(setup, t0, t1)) {
     const double inside = 0.5 * (begin + end);
     for (const JointDrive& drive : setup.drives) {
       const std::vector<JointPiece>& pieces = drive.trajectory.pieces;
@@ -216,6 +250,7 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
   s.velocities = model.velocities();
   s.quaternions = model.quaternions();
   s.recover_roots = setup.recover_roots;
+  s.control = control_table(setup);
   s.integration = integration;
   for (LinkTable& link : s.links) {
     if (link.output == ControlOutput::none) continue;
@@ -230,6 +265,37 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
   return s;
 }
 
+namespace {
+
+// The block of the smooth piece around `inside`.
+void write_block(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, double inside,
+                 double* out) {
+  write_loads(structure, model, setup, inside, out);
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    const JointDrive& drive = drive_of(setup, j);
+    if (output_of(drive.control) == ControlOutput::none) continue;
+    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
+    const LinkTable& table = structure.links.at(static_cast<std::size_t>(body.placement.link));
+    if (table.piece < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
+      throw std::invalid_argument("lane_motion: a joint is driven otherwise than the structure has it");
+    }
+    write_trajectory(drive.trajectory, inside, table, out + table.piece);
+  }
+}
+
+// What the clock does at `t`, as ControlClock::tick() and command() do it.
+void advance(ControlClock& clock, double t, double same, LaneInterval& interval) {
+  std::size_t waiting = clock.on_their_way();
+  interval.samples = clock.tick(t, same);
+  interval.due = static_cast<std::uint8_t>(waiting - clock.on_their_way());
+  if (!interval.samples) return;
+  waiting = clock.on_their_way() + 1;
+  clock.command({std::vector<double>(clock.channels())}, t, same);
+  interval.acts_at_once = clock.on_their_way() < waiting;
+}
+
+}  // namespace
+
 std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, const Model& model,
                                               const PhaseSetup& setup, double t0, double t1) {
   if (!(t1 >= t0)) throw std::invalid_argument("lane_motion: the end lies before the start");
@@ -238,27 +304,49 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
   auto motion = std::make_shared<LaneMotion>();
   motion->start_time = t0;
   motion->end_time = t1;
-  const std::size_t block = 1 + static_cast<std::size_t>(structure.piece_numbers);
-  double begin = t0;
-  for (double end : interval_ends(setup, t0, t1)) {
-    motion->intervals.resize(motion->intervals.size() + block);
-    double* out = motion->intervals.data() + motion->intervals.size() - block;
-    *out++ = end;
-    const double inside = 0.5 * (begin + end);
-    write_loads(structure, model, setup, inside, out);
-    for (std::size_t j = 0; j < model.joints().size(); ++j) {
-      const JointDrive& drive = drive_of(setup, j);
-      if (output_of(drive.control) == ControlOutput::none) continue;
-      const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
-      const LinkTable& table = structure.links.at(static_cast<std::size_t>(body.placement.link));
-      if (table.piece < 0 || (is_cycloidal(drive.trajectory) && !table.is_cycloidal)) {
-        throw std::invalid_argument("lane_motion: a joint is driven otherwise than the structure has it");
-      }
-      write_trajectory(drive.trajectory, inside, table, out + table.piece);
+  const double same = break_resolution(t0, t1);
+  std::optional<ControlClock> clock;
+  if (setup.clock) clock = *setup.clock;  // a copy: the run's own goes on when the lane has come to its end
+  std::vector<double> ends = phase_breaks(setup, t0, t1);
+  ends.push_back(t1);
+  const std::vector<double> smooth = block_ends(setup, t0, t1);
+  std::size_t next = 0;  // of them
+  const auto numbers = static_cast<std::size_t>(structure.piece_numbers);
+  double begin = t0, block_begin = t0;
+  int block = -1;
+  for (const double end : ends) {
+    bool breaks = block < 0;
+    while (next + 1 < smooth.size() && smooth[next] <= begin + same) breaks = true, ++next, block_begin = begin;
+    if (breaks) {
+      ++block;
+      motion->blocks.resize(motion->blocks.size() + numbers);
+      write_block(structure, model, setup, 0.5 * (block_begin + smooth[next]),
+                  motion->blocks.data() + motion->blocks.size() - numbers);
     }
+    LaneInterval& interval = motion->intervals.emplace_back(LaneInterval{end, block, 0, false, false});
+    if (clock) advance(*clock, begin, same, interval);
     begin = end;
   }
   return motion;
+}
+
+void end_control(const LaneMotion& motion, const LaneOutcome& outcome, ControlClock& clock) {
+  const double same = break_resolution(motion.start_time, motion.end_time);
+  double begin = motion.start_time;
+  for (const LaneInterval& interval : motion.intervals) {
+    LaneInterval same_again{};
+    advance(clock, begin, same, same_again);
+    begin = interval.end;
+  }
+  const std::size_t channels = clock.channels();
+  std::vector<ControlClock::Command> commands;
+  for (std::size_t at = 0; at + channels + 3 <= outcome.commands.size(); at += channels + 3) {
+    const double* numbers = outcome.commands.data() + at;
+    ControlClock::Command& command = commands.emplace_back();
+    command.effort.assign(numbers, numbers + channels);
+    std::copy(numbers + channels, numbers + channels + 3, command.base_torque.e);
+  }
+  clock.put(std::move(commands));
 }
 
 void lane_case(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, const State& state,
@@ -266,7 +354,8 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
   const std::vector<LinkTable> own = link_tables(model, setup);
   bool same = own.size() == structure.links.size() && structure.coordinates == model.coordinates();
   for (std::size_t n = 0; same && n < own.size(); ++n) same = matches(own[n], structure.links[n]);
-  if (!same) throw std::invalid_argument("lane_case: the model or what drives it has another structure");
+  if (!same || control_table(setup) != structure.control)
+    throw std::invalid_argument("lane_case: the model or what drives it has another structure");
   if (const std::string difference = outside_difference(structure, model, setup); !difference.empty())
     throw std::invalid_argument("lane_case: " + difference);
   const auto numbers_of = [&](int link) { return result.links.data() + static_cast<long>(link) * kLinkNumbers; };
@@ -294,6 +383,13 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
   result.outside = outside_numbers(structure, model, setup);
   result.q = state.q;
   result.v = state.v;
+  result.commands.clear();
+  if (setup.clock) {
+    for (const ControlClock::Command& command : setup.clock->commands()) {
+      const std::vector<double> numbers = command_numbers(command);
+      result.commands.insert(result.commands.end(), numbers.begin(), numbers.end());
+    }
+  }
   result.motion = std::move(motion);
 }
 

@@ -14,8 +14,8 @@
 
 namespace grapnel::lanes {
 
-/// Why run_lanes() cannot integrate such a phase; empty if it can. It knows gravity, loads, an orbit's field and
-/// attitude control, but no fixed or held roots, no closed loops and no method but adaptive_8.
+/// Why run_lanes() cannot integrate such a phase; empty if it can. It knows gravity, loads, an orbit's field, attitude
+/// control and sampled control, but no fixed or held roots, no closed loops and no method but adaptive_8.
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
 /// The same for the phase from t0 to t1, in which a prescribed joint must not stand still with a rate, as it would
 /// beyond the end of a trajectory that does not end at rest: roots' motion is integrated within steps, and follows from
@@ -29,7 +29,8 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
 /// @throws std::invalid_argument with lane_obstacle() if there is one.
 LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
 
-/// The driven joints' trajectories and the loads from t0 to t1 >= t0, broken where any is not smooth.
+/// The driven joints' trajectories and the loads from t0 to t1 >= t0, broken where any is not smooth, and at what the
+/// setup's clock, which stays as it is, will do in between.
 /// @throws std::invalid_argument if t1 < t0, what acts from outside has another structure, a piece has more
 /// coefficients than the structure provides for, or a prescribed joint would stand still with a rate (see
 /// lane_obstacle).
@@ -40,5 +41,8 @@ std::shared_ptr<const LaneMotion> lane_motion(const LaneStructure& structure, co
 /// @throws std::invalid_argument if model or setup have another structure.
 void lane_case(const LaneStructure& structure, const Model& model, const PhaseSetup& setup, const State& state,
                std::shared_ptr<const LaneMotion> motion, LaneCase& result);
+
+/// Sets a clock, which is as it was when the motion was made of it, to where a finished case has left it.
+void end_control(const LaneMotion& motion, const LaneOutcome& outcome, ControlClock& clock);
 
 }  // namespace grapnel::lanes

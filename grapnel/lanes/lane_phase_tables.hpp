@@ -30,9 +30,10 @@ struct LinkTable {
   int q;
   int v;
   double sign;
-  int piece;   // where its part of an interval's block begins; -1: not driven
-  int series;  // coefficients in it
-  int tones;   // where its part of the noise block begins; -1: silent
+  int piece;    // where its part of an interval's block begins; -1: not driven
+  int series;   // coefficients in it
+  int tones;    // where its part of the noise block begins; -1: silent
+  int channel;  // of sampled control; -1: none
   bool operator==(const LinkTable&) const = default;
 };
 
@@ -42,8 +43,19 @@ inline constexpr int kLinkMass = 0, kLinkFirstMoment = 1, kLinkRotational = 4, k
                      kLinkArmature = 22, kLinkKp = 23, kLinkKd = 24, kLinkEffort = 25, kLinkViscous = 26,
                      kLinkCoulomb = 27, kLinkInverseTransition = 28, kLinkNumbers = 29;
 
-/// An interval's block: its end time, then for every driven link its piece: middle and inverse half length [s, 1/s],
-/// rate beside the series' (beyond a trajectory's ends), travel of a cycloid, then the series' coefficients.
+/// A smooth interval of a case: its end, the block that speaks in it, and what sampled control does as it begins: so
+/// many commands that were on their way begin to act, one after the other; sensors are read and laws speak; and then,
+/// without delay, that command acts too.
+struct LaneInterval {
+  double end;  // [s]
+  int block;
+  std::uint8_t due;
+  bool samples;
+  bool acts_at_once;
+};
+
+/// A block: for every driven link its piece: middle and inverse half length [s, 1/s], rate beside the series' (beyond a
+/// trajectory's ends), travel of a cycloid, then the series' coefficients.
 inline constexpr int kPieceMiddle = 0, kPieceInverseHalf = 1, kPieceRate = 2, kPieceTravel = 3, kPieceSeries = 4;
 
 /// Tones of a joint's noise: amplitude, then pairs of angular frequency and phase.
@@ -59,7 +71,7 @@ struct LoadTable {
   LoadFrame frame;
   bool has_stream;
   bool both_sides;  // of the stream's plate
-  int piece;        // where its part of an interval's block begins
+  int piece;        // where its part of a block begins
   bool operator==(const LoadTable&) const = default;
 };
 /// That part. constant: 1 where it acts, else 0. sine: the same, then start, angular frequency and phase. line: the
@@ -86,6 +98,15 @@ inline constexpr int kGravity = 0, kOrbit = 3, kOrbitNumbers = 20, kAttitude = k
                      kLoads = kAttitude + 13, kLoadPoint = 0, kLoadAmplitude = 3, kLoadDirection = 9, kLoadNormal = 12,
                      kLoadReach = 15, kLoadSpecular = 16, kLoadDiffuse = 17, kLoadNumbers = 18;
 
+/// Sampled control, as all cases have it. A command has an effort per channel and a torque on the base (3).
+struct ControlTable {
+  bool is_sampled;
+  int channels;
+  int most_on_their_way;  // commands
+  bool operator==(const ControlTable&) const = default;
+  constexpr int command_numbers() const { return is_sampled ? channels + 3 : 0; }
+};
+
 /// What all cases of a run share.
 struct PhaseTables {
   const LinkTable* links;
@@ -97,7 +118,7 @@ struct PhaseTables {
   int velocities;
   const int* quaternions;  // offsets of the coordinates' quaternions
   int quaternion_count;
-  int piece_numbers;  // of an interval's block, without the end time
+  int piece_numbers;  // of a block
   int noise_numbers;
   OutsideTable outside;
   const LoadTable* loads;
@@ -105,6 +126,8 @@ struct PhaseTables {
   int integral_count;   // among the numbers that are integrated: works of motors and friction, or all of phase_integral
   int dimension;        // of the error norm
   bool recovers;        // roots from conserved momenta
+  ControlTable control;
+  double runaway;  // a rate beyond which sampled control is unstable [rad/s or m/s]
   double relative_tolerance;
   double absolute_tolerance;
   double max_step;
@@ -115,16 +138,19 @@ struct PhaseTables {
 struct CaseRecord {
   double start_time;
   double end_time;
-  double max_step;          // beside the tables'
-  const double* links;      // kLinkNumbers each
-  const double* q;          // coordinates
-  const double* v;          // velocities
-  const double* intervals;  // blocks of 1 + piece_numbers
+  double max_step;      // beside the tables'
+  const double* links;  // kLinkNumbers each
+  const double* q;      // coordinates
+  const double* v;      // velocities
+  const LaneInterval* intervals;
+  const double* blocks;  // of piece_numbers each
   const double* noise;
-  const double* outside;  // PhaseTables::outside_numbers
+  const double* outside;   // PhaseTables::outside_numbers
+  const double* commands;  // ControlTable::command_numbers() each: what acts before the first interval, and what is on
+  int on_their_way;        // its way then
 };
 
-enum class LaneStatus : std::uint8_t { finished, step_too_small, too_many_steps, non_finite };
+enum class LaneStatus : std::uint8_t { finished, step_too_small, too_many_steps, non_finite, unstable_control };
 
 /// One tree of the system at one instant, as capture/conservation_monitor.hpp has it.
 struct LaneTree {
@@ -164,6 +190,8 @@ struct CaseResult {
   std::int64_t evaluations;
   double quaternion_defect;
   const LaneTreeRecord* trees;  // PhaseTables::tree_count of them, in the order of their roots
+  const double* commands;       // as in a record, as they are at the end
+  int on_their_way;
 };
 
 /// Where cases come from and results go; called from the stepper, in lane order.

@@ -91,12 +91,13 @@ class LaneErrorNorm {
 template <class S>
 struct LaneState {
   bool active = false;
-  bool rejected = false;  // since the last accepted step
-  bool finite = true;     // the last rejected step
-  bool last = false;      // the step under way ends the interval
-  bool broken = false;    // the derivative at its start is not finite
+  bool rejected = false;   // since the last accepted step
+  bool finite = true;      // the last rejected step
+  bool last = false;       // the step under way ends the interval
+  bool broken = false;     // the derivative at its start is not finite
+  bool runs_away = false;  // sampled control is unstable
   CaseRecord record{};
-  const double* block = nullptr;  // the interval's
+  const LaneInterval* interval = nullptr;
   double time = 0;
   double step = 0;      // under way
   double end = 0;       // of the step under way
@@ -134,7 +135,13 @@ class LaneStepper {
   S normalize(S* y) const;
   Mask finite(const S* y) const;
   void judge(unsigned accepted, unsigned good, const S& error, const S& defect);
+  const double* block_of(const LaneState<S>& lane, const LaneInterval& interval) const {
+    return lane.record.blocks + static_cast<long>(interval.block) * tables_.piece_numbers;
+  }
+  // Where the step under way ends at a break that another interval follows.
+  static bool enters(const LaneState<S>& lane) { return lane.last && lane.end != lane.record.end_time; }
   S enter_intervals(unsigned accepted);
+  void take_commands(unsigned beginning, unsigned entering, const S& t, S* y);
   void check_conservation();
   PackIntegrals<S> since_start(int tree) const;
   void show(unsigned lanes, const S* y);
@@ -148,7 +155,7 @@ class LaneStepper {
   LaneErrorNorm<S> norm_;
   LaneState<S> lanes_[kWidth];
   LaneArray<S> y_, trial_, end_, stages_, error3_, error5_;
-  LaneArray<S, double> result_q_, result_v_, result_motor_, result_integrals_;
+  LaneArray<S, double> result_q_, result_v_, result_motor_, result_integrals_, result_commands_;
   // A case that could be evaluated, for lanes without one: numbers that are not finite would be slow.
   bool has_model_ = false;
   double model_time_ = 0;
@@ -184,10 +191,11 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
       result_v_(tables.velocities),
       result_motor_(tables.link_count),
       result_integrals_(tables.integral_count),
+      result_commands_(tables.control.command_numbers() * (1 + tables.control.most_on_their_way)),
       model_links_(tables.link_count * kLinkNumbers),
       model_noise_(tables.noise_numbers),
       model_outside_(tables.outside_numbers),
-      model_block_(1 + tables.piece_numbers),
+      model_block_(tables.piece_numbers),
       model_y_(size_),
       start_trees_(tables.tree_count),
       now_trees_(tables.tree_count),
@@ -218,12 +226,12 @@ bool LaneStepper<S>::take(int l) {
   lane = {};
   if (!exchange_.next(exchange_.context, l, lane.record)) return false;
   lane.active = true;
-  lane.block = lane.record.intervals;
+  lane.interval = lane.record.intervals;
   lane.time = lane.end = lane.record.start_time;
   lane.longest = dop853::smaller(dop853::smaller(tables_.max_step, lane.record.max_step),
                                  LaneDynamics<S>::longest_step(tables_, lane.record));
   dynamics_.load_case(l, lane.record);
-  dynamics_.load_interval(l, lane.block);
+  dynamics_.load_block(l, block_of(lane, *lane.interval));
   for (int i = 0; i < tables_.coordinates; ++i) y_[i].set(l, lane.record.q[i]);
   for (int i = 0; i < tables_.velocities; ++i) y_[tables_.coordinates + i].set(l, lane.record.v[i]);
   for (int i = integrals_; i < size_; ++i) y_[i].set(l, 0.0);
@@ -236,7 +244,7 @@ void LaneStepper<S>::keep_as_model(int l) {
   for (int i = 0; i < model_links_.size(); ++i) model_links_[i] = record.links[i];
   for (int i = 0; i < model_noise_.size(); ++i) model_noise_[i] = record.noise[i];
   for (int i = 0; i < model_outside_.size(); ++i) model_outside_[i] = record.outside[i];
-  for (int i = 0; i < model_block_.size(); ++i) model_block_[i] = record.intervals[i];
+  for (int i = 0; i < model_block_.size(); ++i) model_block_[i] = block_of(lanes_[l], *record.intervals)[i];
   for (int i = 0; i < size_; ++i) model_y_[i] = y_[i].get(l);
   model_time_ = record.start_time;
   has_model_ = true;
@@ -252,7 +260,7 @@ void LaneStepper<S>::rest(int l) {
   record.noise = model_noise_.data();
   record.outside = model_outside_.data();
   dynamics_.load_case(l, record);
-  dynamics_.load_interval(l, model_block_.data());
+  dynamics_.load_block(l, model_block_.data());
   for (int i = 0; i < size_; ++i) {
     y_[i].set(l, model_y_[i]);
     stage(1)[i].set(l, 0.0);
@@ -272,6 +280,7 @@ void LaneStepper<S>::begin(unsigned starting) {
   dynamics_.remember_momenta(lanes, t, trial_.data());
   dynamics_.settle(t, trial_.data());
   for (int i = 0; i < size_; ++i) trial_[i] = y_[i] = select(lanes, trial_[i], y_[i]);
+  take_commands(starting, 0, t, trial_.data());
   dynamics_(t, trial_.data(), stage(13));
   for (int i = 0; i < size_; ++i) stage(1)[i] = select(lanes, stage(13)[i], stage(1)[i]);
   const unsigned sound = finite(stage(1)).bits();
@@ -302,7 +311,7 @@ void LaneStepper<S>::choose_first_steps(unsigned starting) {
     const LaneState<S>& lane = lanes_[l];
     t.set(l, lane.time);
     if (((starting >> l) & 1U) == 0) continue;
-    longest[l] = dop853::smaller(__builtin_fabs(lane.block[0] - lane.time), lane.longest);
+    longest[l] = dop853::smaller(__builtin_fabs(lane.interval->end - lane.time), lane.longest);
     euler[l] = dop853::first_euler_step(size_y.get(l), size_f.get(l), longest[l]);
     increment.set(l, euler[l]);
   }
@@ -353,6 +362,9 @@ void LaneStepper<S>::finish(int l, LaneStatus status) {
   result.quaternion_defect = lane.defect;
   for (int i = 0; i < tables_.tree_count; ++i) result_trees_[i] = deviations_[i].get(l, start_trees_[i], now_trees_[i]);
   result.trees = result_trees_.data();
+  if (tables_.control.is_sampled) dynamics_.commands().write(l, result_commands_.data());
+  result.commands = result_commands_.data();
+  result.on_their_way = dynamics_.commands().on_their_way(l);
   exchange_.done(exchange_.context, l, result);
 }
 
@@ -384,10 +396,11 @@ bool LaneStepper<S>::plan() {
 // See DormandPrince853::step. False: the case ends here.
 template <class S>
 bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
+  if (lane.runs_away) return status = LaneStatus::unstable_control, false;
   if (lane.broken) return status = LaneStatus::non_finite, false;
   if (lane.time == lane.record.end_time) return status = LaneStatus::finished, false;
   if (lane.accepted + lane.rejections >= tables_.max_steps) return status = LaneStatus::too_many_steps, false;
-  const double interval_end = lane.block[0];
+  const double interval_end = lane.interval->end;
   const dop853::FittedStep fitted = dop853::fit_step(lane.proposed, lane.longest, interval_end - lane.time, lane.time);
   if (fitted.too_small) return status = lane.finite ? LaneStatus::step_too_small : LaneStatus::non_finite, false;
   lane.wanted = fitted.wanted, lane.last = fitted.last;
@@ -444,6 +457,11 @@ void LaneStepper<S>::attempt() {
     defect = normalize(end_.data());
     const S t_new = enter_intervals(accepted);
     dynamics_.settle(t_new, end_.data());
+    unsigned entering = 0;
+    for (int l = 0; l < kWidth; ++l) {
+      if (((accepted >> l) & 1U) != 0 && enters(lanes_[l])) entering |= 1U << l;
+    }
+    take_commands(0, entering, t_new, end_.data());
     dynamics_(t_new, end_.data(), stage(13));
     good = accepted & finite(stage(13)).bits();
     show(good, end_.data());
@@ -464,10 +482,36 @@ S LaneStepper<S>::enter_intervals(unsigned accepted) {
   for (int l = 0; l < kWidth; ++l) {
     LaneState<S>& lane = lanes_[l];
     t.set(l, lane.active ? lane.end : lane.time);
-    if (((accepted >> l) & 1U) == 0 || !lane.last || lane.end == lane.record.end_time) continue;
-    dynamics_.load_interval(l, lane.block + 1 + tables_.piece_numbers);
+    if (((accepted >> l) & 1U) == 0 || !enters(lane) || lane.interval[1].block == lane.interval->block) continue;
+    dynamics_.load_block(l, block_of(lane, lane.interval[1]));
   }
   return t;
+}
+
+// Sampled control where lanes begin their first interval, or enter the next: laws speak once for all lanes in which
+// sensors are read.
+template <class S>
+void LaneStepper<S>::take_commands(unsigned beginning, unsigned entering, const S& t, S* y) {
+  if (!tables_.control.is_sampled) return;
+  const auto interval_of = [&](int l) -> const LaneInterval& {
+    return ((entering >> l) & 1U) != 0 ? lanes_[l].interval[1] : *lanes_[l].interval;
+  };
+  const unsigned changing = beginning | entering;
+  unsigned sampling = 0;
+  for (int l = 0; l < kWidth; ++l) {
+    if (((changing >> l) & 1U) != 0 && interval_of(l).samples) sampling |= 1U << l;
+  }
+  if (sampling != 0) {
+    S fastest(0.0);
+    for (int i = 0; i < tables_.velocities; ++i) fastest = max(fastest, abs(y[tables_.coordinates + i]));
+    for (int l = 0; l < kWidth; ++l) {
+      if (((sampling >> l) & 1U) != 0 && fastest.get(l) > tables_.runaway) lanes_[l].runs_away = true;
+    }
+    dynamics_.sample(t, y);
+  }
+  for (int l = 0; l < kWidth; ++l) {
+    if (((changing >> l) & 1U) != 0) dynamics_.commands().enter(l, interval_of(l));
+  }
 }
 
 // The controller, see DormandPrince853::step.
@@ -477,7 +521,7 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
     LaneState<S>& lane = lanes_[l];
     if (!lane.active) continue;
     const bool fits = ((accepted >> l) & 1U) != 0;
-    const bool enters = fits && lane.last && lane.end != lane.record.end_time;
+    const bool is_next = fits && enters(lane);
     lane.evaluations += 11 + (fits ? 1 : 0);
     const double e = error.get(l);
     if (((good >> l) & 1U) != 0) {
@@ -489,9 +533,12 @@ void LaneStepper<S>::judge(unsigned accepted, unsigned good, const S& error, con
       lane.defect = dop853::larger(lane.defect, defect.get(l));
       lane.rejected = false;
       lane.finite = true;
-      if (enters) lane.block += 1 + tables_.piece_numbers;
+      if (is_next) ++lane.interval;
     } else {
-      if (enters) dynamics_.load_interval(l, lane.block);
+      if (is_next) {
+        dynamics_.load_block(l, block_of(lane, *lane.interval));
+        lane.broken = tables_.control.is_sampled;  // what has been commanded is not taken back
+      }
       lane.rejected = true;
       lane.finite = !fits && __builtin_isfinite(e);
       ++lane.rejections;

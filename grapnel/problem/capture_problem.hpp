@@ -27,6 +27,7 @@
 #include "grapnel/simulate/integration_setup.hpp"
 #include "grapnel/simulate/joint_control.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/simulate/moment_gyros.hpp"
 #include "grapnel/simulate/orbit.hpp"
 #include "grapnel/simulate/replay_controller.hpp"
 #include "grapnel/simulate/thruster_bank.hpp"
@@ -76,6 +77,22 @@ struct WheelSetup {
   JointFriction friction = {};                              // of its bearing
 };
 
+/// A control moment gyro with one gimbal: a balanced rotor that its motor keeps at a rate, in a gimbal that turns
+/// against the base about an axis fixed in it, perpendicular to the rotor's. The base's mass, centre of mass and
+/// inertia are those with all gyros in it, rotors at rest and gimbals at their zeros; as of wheels, neither where a
+/// gyro is nor what it weighs matters beside.
+struct MomentGyroSetup {
+  std::string name;
+  Vector3d gimbal_axis{0, 0, 1};                            // unit, in the base's frame
+  Vector3d spin_axis{1, 0, 0};                              // unit, in the base's frame, with the gimbal at its zero
+  double inertia = 0;                                       // of the rotor, about its axis [kg m^2]
+  double spin_rate = 0;                                     // of the rotor in the gimbal [rad/s]
+  double gimbal_inertia = 0;                                // of all that the gimbal turns, about its axis [kg m^2]
+  double torque = std::numeric_limits<double>::infinity();  // largest of the gimbal's motor [N m]
+  double rate = std::numeric_limits<double>::infinity();    // largest that is commanded to the gimbal [rad/s]
+  double bandwidth = 20;                                    // of the loops that keep both rates [1/s]
+};
+
 /// What comes out of a thruster, against its force: a cone from where the force acts.
 struct PlumeSetup {
   double half_angle = 0;  // [rad]
@@ -99,6 +116,7 @@ struct RobotSetup {
   std::vector<BodyDescription> bodies;  // joint of the base: free, or fixed with its pose in X_PF
   std::vector<EndEffectorSetup> end_effectors;
   std::vector<WheelSetup> wheels;                           // of the base
+  std::vector<MomentGyroSetup> gyros;                       // of the base
   std::vector<ThrusterSetup> thrusters;                     // of the base
   std::optional<double> propellant;                         // at hand [kg]; absent: nobody says
   std::vector<std::pair<std::string, Geometry>> geometry;   // by body name; a body may have several
@@ -168,8 +186,9 @@ struct TrackingSetup {
 /// A torque that controls the base's attitude (AttitudeControl).
 struct BaseControlSetup {
   /// What gives it. outside: something that takes its momentum out of the system, as ideal thrusters would. wheels: the
-  /// base's reaction wheels. thrusters: its thrusters. Absent: the wheels, where there are any, else outside.
-  enum class Actuators { outside, wheels, thrusters };
+  /// base's reaction wheels. gyros: its control moment gyros. thrusters: its thrusters. Absent: the wheels, where there
+  /// are any, else the gyros, else outside.
+  enum class Actuators { outside, wheels, thrusters, gyros };
   std::optional<Actuators> actuators;
   Vector3d kp = Vector3d::zero();  // about the base's axes [N m/rad]
   Vector3d kd = Vector3d::zero();  // [N m s/rad]
@@ -180,6 +199,7 @@ struct BaseControlSetup {
   std::vector<double> wheel_speeds;              // likewise [rad/s]
   std::optional<ThrusterModulation> modulation;  // of thrusters; absent: its defaults
   std::optional<MomentumDumping> dumping;
+  std::optional<GyroSteering> steering;  // of gyros; absent: its defaults
 };
 
 /// The on-board computer: laws of joints (pd, computed_torque), attitude control and a controller of the user's own
@@ -203,6 +223,9 @@ struct ControlSetup {
   /// period.
   std::shared_ptr<const EffortLog> log = {};
   bool base_torque = false;  // controller or log says the torque on a free base too, where it drives the joints
+  /// In place of that, a controller of the program (`external`) says every wheel's torque, every
+  /// gimbal's rate and every thruster's valve.
+  bool base_actuators = false;
   bool has_controller() const { return log || external || !plugin.empty() || !fmu.empty(); }
 };
 
@@ -318,7 +341,8 @@ struct ImpactSetup {
   double duration = 1e-3;  // over which mean forces are taken [s]
   /// Joints during the impact. free: driven by nothing. braked: at rest from its first instant on. driven: they keep
   /// their rates, as with infinitely heavy rotors.
-  enum class Joints { free, braked, driven };
+  /// impedance: by the law of ImpedanceSetup, law compliant only.
+  enum class Joints { free, braked, driven, impedance };
   Joints joints = Joints::free;
   double restitution = 0;          // e of contacts; of grasps, of the linear rows
   double angular_restitution = 0;  // of grasps
@@ -352,17 +376,71 @@ struct KeepBaseSetup {
   std::optional<Rotationd> R_WD;  // the attitude; absent: the one as post_impact begins
 };
 
+/// Impedance at end-effectors (ImpedanceLaw): in the approach, in an impact in time and afterwards, where joints say
+/// so.
+struct ImpedanceSetup {
+  std::vector<std::string> end_effectors;  // empty: all that grasps name
+  /// What is controlled: all six directions, the position, or x, y and the turn about z of W.
+  enum class Motion { pose, position, plane };
+  Motion motion = Motion::pose;
+  /// operational_space: exact for the model. transpose: J*^T (K e - D v), without mass and model.
+  enum class Law { operational_space, transpose };
+  Law law = Law::operational_space;
+  // Along and about the axes of the reference:
+  Vector3d mass{1, 1, 1};                                                             // apparent [kg]
+  Vector3d damping = Vector3d::zero(), stiffness = Vector3d::zero();                  // [N s/m], [N/m]
+  Vector3d inertia{1, 1, 1};                                                          // apparent [kg m^2]
+  Vector3d angular_damping = Vector3d::zero(), angular_stiffness = Vector3d::zero();  // [N m s/rad], [N m/rad]
+  /// Whether forces of contact are known to the law; else it takes them for zero.
+  enum class Force { sensed, not_sensed };
+  Force force = Force::sensed;
+  /// target: in an impact the apparent mass along each contact's normal is that with which the target is stopped.
+  enum class Match { none, target };
+  Match match = Match::none;
+  double null_rate = 1;  // at which motion of the joints beside is damped [1/s]
+};
+
+/// Motion and internal force of a target that several grasps hold (GraspForceLaw).
+struct GraspForceSetup {
+  std::string target;  // which; empty: the only one that is grasped
+  struct Pair {
+    std::vector<std::string> between;  // two end-effectors
+    double force = 0;                  // with which they squeeze it along the line between their grasps [N]
+    double after = 0;                  // since post_impact began [s]
+    double ramp = 0;                   // time over which it comes up [s]
+  };
+  std::vector<Pair> pairs;
+  /// hold: the target stays where it was relative to the base. brake: it comes to rest, as by DetumbleSetup.
+  enum class Motion { hold, brake };
+  Motion motion = Motion::hold;
+  double rate = 0.5;           // of hold, critically damped; of brake, at the end [1/s]
+  double torque = 0;           // of brake: bound [N m]
+  double moment_length = 0.5;  // of the metric |F|^2 + |N|^2/length^2 that distributes loads [m]
+};
+
 struct PostImpactSetup {
   double duration = 0;  // [s]
   /// free: no torques. pd, computed_torque (JointControl): the joints are held where they were at the impact, rates
   /// zero, or go where `move` says; the model that computes torques has the targets that are held. braked: locked.
   /// controller: by the plugin or the log of ControlSetup; a plugin is asked to hold them there, or to follow `move`.
-  /// detumble, keep_base_attitude: as the setups below say, by pd before a target is held and where the law has ended.
-  enum class Joints { free, pd, computed_torque, braked, controller, detumble, keep_base_attitude };
+  /// detumble, keep_base_attitude, impedance (CaptureProblem::impedance), grasp_force: as their setups say, by pd
+  /// before a target is held and where the law has ended.
+  enum class Joints {
+    free,
+    pd,
+    computed_torque,
+    braked,
+    controller,
+    detumble,
+    keep_base_attitude,
+    impedance,
+    grasp_force
+  };
   Joints joints = Joints::free;
   std::vector<double> kp, kd;                       // where has_gains(), as TrackingSetup's: per joint
   std::optional<DetumbleSetup> detumble;            // with joints: detumble
   std::optional<KeepBaseSetup> keep_base_attitude;  // with joints: keep_base_attitude
+  std::optional<GraspForceSetup> grasp_force;       // with joints: grasp_force
   std::optional<PostureMove> move;
   std::optional<BaseControlSetup> base_control;
   /// Grasps that are released.
@@ -383,7 +461,9 @@ constexpr bool has_gains(PostImpactSetup::Joints joints) {
 }
 /// Whether a law moves all of them together (grapnel/control/), by efforts, and pd where it is over.
 constexpr bool is_law(PostImpactSetup::Joints joints) {
-  return joints == PostImpactSetup::Joints::detumble || joints == PostImpactSetup::Joints::keep_base_attitude;
+  using Joints = PostImpactSetup::Joints;
+  return joints == Joints::detumble || joints == Joints::keep_base_attitude || joints == Joints::impedance ||
+         joints == Joints::grasp_force;
 }
 
 /// A wrench on a body as a function of time, in all phases (ExternalLoad).
@@ -448,14 +528,17 @@ struct CaptureProblem {
   std::vector<double> joint_position;  // per joint
   std::vector<double> joint_rate;      // per joint; empty: zero
   std::vector<double> wheel_rate;      // per wheel, relative to the base [rad/s]; empty: zero
+  std::vector<double> gimbal_angle;    // per gyro, relative to the base [rad]; empty: zero
+  std::vector<double> gimbal_rate;     // likewise, which no file says: gimbals start at rest [rad/s]; empty: zero
 
   std::optional<ApproachSetup> approach;
   ContactSetup contact;
   std::optional<ImpactSetup> impact;
   std::optional<PostImpactSetup> post_impact;
   std::vector<LoadSetup> loads;
-  std::optional<ControlSetup> control;  // absent: laws speak continuously
-  std::optional<SensorSetup> sensors;   // with control only; absent: the laws see the truth
+  std::optional<ControlSetup> control;      // absent: laws speak continuously
+  std::optional<SensorSetup> sensors;       // with control only; absent: the laws see the truth
+  std::optional<ImpedanceSetup> impedance;  // where joints are under impedance control
   ClearanceSetup clearance;
   IntegrationSetup integration;
   double output_interval = 0.05;     // [s]

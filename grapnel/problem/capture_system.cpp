@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "grapnel/dynamics/free_floating.hpp"
@@ -300,11 +301,18 @@ void check_wheels(const CaptureProblem& problem, std::vector<std::string>& fault
       (problem.wheel_rate.size() != problem.robot.wheels.size() || !finite(problem.wheel_rate)))
     faults.push_back(
         fmt::format("wheels: {} initial rates for {} wheels", problem.wheel_rate.size(), problem.robot.wheels.size()));
+  for (const std::vector<double>* of_gimbals : {&problem.gimbal_angle, &problem.gimbal_rate}) {
+    if (!of_gimbals->empty() && (of_gimbals->size() != problem.robot.gyros.size() || !finite(*of_gimbals)))
+      faults.push_back(
+          fmt::format("gyros: {} initial values for {} gimbals", of_gimbals->size(), problem.robot.gyros.size()));
+  }
   for (const std::optional<BaseControlSetup>& control :
        {problem.approach ? problem.approach->base_control : std::nullopt,
         problem.post_impact ? problem.post_impact->base_control : std::nullopt}) {
     if (control && control->actuators == BaseControlSetup::Actuators::wheels && problem.robot.wheels.empty())
       faults.push_back("base control: there are no wheels");
+    if (control && control->actuators == BaseControlSetup::Actuators::gyros && problem.robot.gyros.empty())
+      faults.push_back("base control: there are no gyros");
     const bool fires = control && (control->actuators == BaseControlSetup::Actuators::thrusters || control->dumping);
     if (fires && problem.robot.thrusters.empty()) faults.push_back("base control: there are no thrusters");
     if (fires && !problem.control &&
@@ -320,34 +328,61 @@ void check_wheels(const CaptureProblem& problem, std::vector<std::string>& fault
 // the base was.
 constexpr double kRotorMass = 1e-6;  // of the base's
 
+// J_s a a^T + J_s/2 (1 - a a^T)
+Symmetric3d least_inertia(const Vector3d& a, double J_s) {
+  const double half = 0.5 * J_s;
+  return {half + half * a[0] * a[0], half + half * a[1] * a[1], half + half * a[2] * a[2],
+          half * a[0] * a[1],        half * a[0] * a[2],        half * a[1] * a[2]};
+}
+
 BodyDescription wheel_body(const WheelSetup& wheel, const BodyDescription& base) {
   BodyDescription body;
   body.name = wheel_body_name(wheel.name);
   body.parent = base.name;
-  body.X_PF = Posed{Rotationd::identity(), base.com};
+  // Its own axes have z along the spin, so that its inertia is diagonal to the last bit: what rounding leaves beside
+  // the axis turns with the wheel, and steps that are long against a turn would take it for a torque.
+  body.X_PF = Posed{rotation_between({0, 0, 1}, wheel.axis), base.com};
   body.joint.name = body.name;
   body.joint.type = JointType::revolute;
-  body.joint.axis = wheel.axis;
+  body.joint.axis = {0, 0, 1};
   body.joint.limits.effort = wheel.torque;
   body.joint.limits.rate = wheel.rate;
   body.joint.friction = wheel.friction;
   body.mass = kRotorMass * base.mass;
-  // J_s a a^T + J_s/2 (1 - a a^T)
-  const Vector3d& a = wheel.axis;
-  const double half = 0.5 * wheel.inertia;
-  body.inertia = Symmetric3d{half + half * a[0] * a[0], half + half * a[1] * a[1], half + half * a[2] * a[2],
-                             half * a[0] * a[1],        half * a[0] * a[2],        half * a[1] * a[2]};
+  body.inertia = Symmetric3d{0.5 * wheel.inertia, 0.5 * wheel.inertia, wheel.inertia, 0, 0, 0};
   return body;
 }
 
-// The base less its wheels.
+// A gyro's gimbal, without the rotor, and the rotor, which sits at the gimbal's origin: (17.5).
+std::array<BodyDescription, 2> gyro_bodies(const MomentGyroSetup& gyro, const BodyDescription& base) {
+  std::array<BodyDescription, 2> bodies;
+  auto& [gimbal, rotor] = bodies;
+  gimbal.name = gimbal_body_name(gyro.name), rotor.name = gyro_rotor_body_name(gyro.name);
+  gimbal.parent = base.name, rotor.parent = gimbal.name;
+  gimbal.X_PF = Posed{Rotationd::identity(), base.com};
+  for (BodyDescription& body : bodies) {
+    body.joint.name = body.name;
+    body.joint.type = JointType::revolute;
+    body.mass = kRotorMass * base.mass;
+  }
+  gimbal.joint.axis = gyro.gimbal_axis;
+  rotor.X_PF.R = rotation_between({0, 0, 1}, gyro.spin_axis), rotor.joint.axis = {0, 0, 1};  // as a wheel's
+  gimbal.inertia = least_inertia(gyro.gimbal_axis, gyro.gimbal_inertia - 0.5 * gyro.inertia);
+  rotor.inertia = Symmetric3d{0.5 * gyro.inertia, 0.5 * gyro.inertia, gyro.inertia, 0, 0, 0};
+  return bodies;
+}
+
+// The base less its wheels and gyros.
 void take_wheels_out(const RobotSetup& robot, BodyDescription& base) {
   const BodyDescription whole = base;
-  for (const WheelSetup& wheel : robot.wheels) {
-    const BodyDescription rotor = wheel_body(wheel, whole);
+  const auto take_out = [&](const BodyDescription& rotor) {
     base.mass -= rotor.mass;
-    base.inertia += Symmetric3d{-rotor.inertia.xx, -rotor.inertia.yy, -rotor.inertia.zz,
-                                -rotor.inertia.xy, -rotor.inertia.xz, -rotor.inertia.yz};
+    const Symmetric3d I = rotate(rotor.X_PF.R, rotor.inertia);  // (17.1)
+    base.inertia += Symmetric3d{-I.xx, -I.yy, -I.zz, -I.xy, -I.xz, -I.yz};
+  };
+  for (const WheelSetup& wheel : robot.wheels) take_out(wheel_body(wheel, whole));
+  for (const MomentGyroSetup& gyro : robot.gyros) {
+    for (const BodyDescription& body : gyro_bodies(gyro, whole)) take_out(body);
   }
 }
 
@@ -357,6 +392,9 @@ ModelBuilder servicer_builder(const CaptureProblem& problem, bool with_wheels) {
     if (body.name == problem.robot.base) {
       if (with_wheels) {
         for (const WheelSetup& wheel : problem.robot.wheels) builder.add(wheel_body(wheel, body));
+        for (const MomentGyroSetup& gyro : problem.robot.gyros) {
+          for (BodyDescription& part : gyro_bodies(gyro, body)) builder.add(std::move(part));
+        }
         take_wheels_out(problem.robot, body);
       }
       const bool fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
@@ -388,13 +426,18 @@ CaptureSystem index(const CaptureProblem& problem, Model model, bool with_target
       system.robot_joints.push_back(static_cast<int>(j));
     }
   }
-  for (const WheelSetup& wheel : problem.robot.wheels) {
-    const auto is_it = [&](int body) {
-      return system.model.bodies()[body].description.name == wheel_body_name(wheel.name);
-    };
+  // -1: the model has no such joint.
+  const auto joint_of = [&](const std::string& name) {
+    const auto is_it = [&](int body) { return system.model.bodies()[body].description.name == name; };
     const auto at = std::find_if(system.model.joints().begin(), system.model.joints().end(), is_it);
-    if (at != system.model.joints().end())
-      system.wheels.push_back(static_cast<int>(at - system.model.joints().begin()));
+    return at == system.model.joints().end() ? -1 : static_cast<int>(at - system.model.joints().begin());
+  };
+  for (const WheelSetup& wheel : problem.robot.wheels) {
+    if (const int joint = joint_of(wheel_body_name(wheel.name)); joint >= 0) system.wheels.push_back(joint);
+  }
+  for (const MomentGyroSetup& gyro : problem.robot.gyros) {
+    const CaptureSystem::Gyro joints{joint_of(gimbal_body_name(gyro.name)), joint_of(gyro_rotor_body_name(gyro.name))};
+    if (joints.gimbal >= 0) system.gyros.push_back(joints);
   }
   return system;
 }
@@ -424,6 +467,12 @@ Posed own_frame(const Model& model, int body) {
 }
 
 std::string wheel_body_name(const std::string& wheel) { return "wheel:" + wheel; }
+std::string gimbal_body_name(const std::string& gyro) { return "gyro:" + gyro; }
+std::string gyro_rotor_body_name(const std::string& gyro) { return "gyro-rotor:" + gyro; }
+bool is_inside_base(const std::string& body_name) {
+  return body_name.starts_with(wheel_body_name("")) || body_name.starts_with(gimbal_body_name("")) ||
+         body_name.starts_with(gyro_rotor_body_name(""));
+}
 
 CaptureSystem make_servicer(const CaptureProblem& problem) {
   return index(problem, servicer_builder(problem, false).build(), false);
@@ -448,15 +497,18 @@ State without_wheels(const CaptureSystem& with, const State& state, const Captur
 }
 
 std::string wheel_fault(const RobotSetup& robot) {
-  if (robot.bodies.empty() || robot.wheels.empty()) return {};
+  if (robot.bodies.empty() || (robot.wheels.empty() && robot.gyros.empty())) return {};
   // While a file is being read the base, which comes first, has no name yet.
   const auto base = find_named(robot.bodies, robot.base);
   BodyDescription rest = base == robot.bodies.end() ? robot.bodies.front() : *base;
   take_wheels_out(robot, rest);
-  if (!(rest.mass > 0)) return "the base carries more wheels than it can";
+  if (!(rest.mass > 0)) return "the base carries more wheels and gyros than it can";
   const std::string fault = inertia_fault(rest.inertia);
   if (fault.empty()) return {};
-  return fmt::format("the base's inertia, which includes its wheels, leaves none that a body can have without them: {}",
+  return fmt::format("the base's inertia, which includes its {}, leaves none that a body can have without them: {}",
+                     robot.gyros.empty()    ? "wheels"
+                     : robot.wheels.empty() ? "gyros"
+                                            : "wheels and gyros",
                      fault);
 }
 
@@ -499,6 +551,12 @@ State initial_servicer_state(const CaptureProblem& problem, const CaptureSystem&
   }
   for (std::size_t w = 0; w < system.wheels.size() && !problem.wheel_rate.empty(); ++w)
     state.v[system.model.bodies()[system.model.joints()[system.wheels[w]]].v] = problem.wheel_rate[w];
+  for (std::size_t g = 0; g < system.gyros.size(); ++g) {
+    const Body& gimbal = system.model.bodies()[system.model.joints()[system.gyros[g].gimbal]];
+    if (!problem.gimbal_angle.empty()) state.q[gimbal.q] = problem.gimbal_angle[g];
+    if (!problem.gimbal_rate.empty()) state.v[gimbal.v] = problem.gimbal_rate[g];
+    state.v[system.model.bodies()[system.model.joints()[system.gyros[g].rotor]].v] = problem.robot.gyros[g].spin_rate;
+  }
   if (!system.model.has_free_root(system.base)) return state;
   set_root_pose(system.model, system.base, problem.X_WB, state);
   if (problem.momentum) {

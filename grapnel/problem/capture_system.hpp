@@ -40,10 +40,15 @@ struct CaptureSystem {
   int base;                                // body
   std::vector<int> end_effectors;          // frames, in the robot's order
   std::vector<int> target_frames;          // the targets' own frames, in the problem's order
-  std::vector<int> robot_joints;           // positions in Model::joints() that belong to the robot; no wheels
+  std::vector<int> robot_joints;           // positions in Model::joints() that belong to the robot; no wheels, no gyros
   std::vector<int> wheels = {};            // of its wheels, in the robot's order
   std::vector<HeldGrasp> grasps = {};      // that hold; none before the capture
   std::vector<LoopClosure> closures = {};  // of grasps beyond the first of a target
+  /// Positions in Model::joints() of a control moment gyro.
+  struct Gyro {
+    int gimbal = -1, rotor = -1;
+  };
+  std::vector<Gyro> gyros = {};  // in the robot's order
 };
 
 /// Checks the problem and builds servicer and free targets. @throws CaptureProblemError, ModelError.
@@ -51,15 +56,20 @@ CaptureSystem make_capture_system(const CaptureProblem& problem);
 
 /// The name of a wheel's body and joint in the model, so that a wheel may be called like a link.
 std::string wheel_body_name(const std::string& wheel);
+/// Likewise of a gyro's gimbal and of its rotor.
+std::string gimbal_body_name(const std::string& gyro);
+std::string gyro_rotor_body_name(const std::string& gyro);
+/// Whether a body of the model is a wheel, or a part of a gyro: nothing that can be seen or touched.
+bool is_inside_base(const std::string& body_name);
 
-/// The servicer alone, for planning: its wheels at rest in the base, as parts of it.
+/// The servicer alone, for planning: its wheels and gyros at rest in the base, as parts of it.
 CaptureSystem make_servicer(const CaptureProblem& problem);
-/// The same with wheels that turn.
+/// The same with wheels and gyros that turn.
 CaptureSystem make_servicer_with_wheels(const CaptureProblem& problem);
 /// The state of a servicer with wheels as one of the servicer without: poses, velocities of base and joints.
 State without_wheels(const CaptureSystem& with, const State& state, const CaptureSystem& without);
 
-/// What is wrong with a wheel's inertia against that of the base that carries it; empty: nothing.
+/// What is wrong with the inertia of wheels and gyros against that of the base that carries them; empty: nothing.
 std::string wheel_fault(const RobotSetup& robot);
 
 /// The problem's initial base pose and twist (or momentum) and joint state, in a model of the servicer, with or without

@@ -80,6 +80,7 @@ CaptureSystem renumber(const CaptureSystem& from, Model model) {
   };
   for (int j : from.robot_joints) to.robot_joints.push_back(joint(j));
   for (int j : from.wheels) to.wheels.push_back(joint(j));
+  for (const CaptureSystem::Gyro& gyro : from.gyros) to.gyros.push_back({joint(gyro.gimbal), joint(gyro.rotor)});
   return to;
 }
 

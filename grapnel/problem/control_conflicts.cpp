@@ -17,10 +17,12 @@ class ControlConflicts : ConflictFinder {
   void find() {
     check_base_controls();
     if (problem_.post_impact) check_joints_afterwards(*problem_.post_impact);
+    check_impedance();
     check_control();
     check_wheels();
     if (problem_.approach) check_actuators_of(problem_.approach->base_control, "approach.base_control");
     if (problem_.post_impact) check_actuators_of(problem_.post_impact->base_control, "post_impact.base_control");
+    check_gyros();
   }
 
  private:
@@ -78,13 +80,63 @@ class ControlConflicts : ConflictFinder {
     }
   }
 
+  // ---- Control moment gyros ----
+
+  void check_gyros() {
+    if (!problem_.gimbal_angle.empty() && problem_.gimbal_angle.size() != problem_.robot.gyros.size())
+      add("initial.gimbal_angles", "initial.gimbal_angles: {} values, the robot has {} gyros",
+          problem_.gimbal_angle.size(), problem_.robot.gyros.size());
+    if (problem_.approach) check_gyros_of(problem_.approach->base_control, "approach.base_control");
+    if (problem_.post_impact) check_gyros_of(problem_.post_impact->base_control, "post_impact.base_control");
+  }
+
+  bool uses_gyros(const BaseControlSetup& control) const {
+    if (control.actuators) return control.actuators == Actuators::gyros;
+    return problem_.robot.wheels.empty() && !problem_.robot.gyros.empty();
+  }
+
+  void check_gyros_of(const std::optional<BaseControlSetup>& control, const std::string& path) {
+    if (!control) return;
+    if (!uses_gyros(*control)) {
+      if (control->steering)
+        add_key(path + ".steering", "{}.steering: no gyros are used; it belongs to actuators: gyros", path).relies_on =
+            path + ".actuators";
+      return;
+    }
+    if (problem_.robot.gyros.empty()) {
+      add(path + ".actuators", "{}.actuators: gyros, and the robot has none (gyros: [...] in the robot file)", path);
+      return;
+    }
+    check_gyro_torques(path);
+  }
+
+  // That gyros can turn the base about every axis, with their gimbals somewhere.
+  void check_gyro_torques(const std::string& path) {
+    const std::vector<MomentGyroSetup>& gyros = problem_.robot.gyros;
+    if (gyros.size() < 3) {
+      add(path,
+          "{}: the robot's {} gyro{} cannot give torque about all axes; three or more are needed, or actuators: "
+          "outside",
+          path, gyros.size(), gyros.size() == 1 ? "" : "s");
+      return;
+    }
+    for (int k = 0; k < 3; ++k) {
+      // A gyro gives torques across its gimbal's axis.
+      if (std::any_of(gyros.begin(), gyros.end(),
+                      [&](const MomentGyroSetup& g) { return norm(cross(g.gimbal_axis, axis_vector(k))) >= 1e-6; }))
+        continue;
+      add(path, "{}: all gimbals of the robot's gyros turn about {}, so that they can give no torque about it", path,
+          "xyz"[k]);
+    }
+  }
+
   // ---- Thrusters, and how wheels and thrusters work together ----
 
   using Actuators = BaseControlSetup::Actuators;
 
   // `asked`: also where there are none.
   bool uses_wheels(const BaseControlSetup& control, bool asked = false) const {
-    if (control.actuators == Actuators::outside || control.actuators == Actuators::thrusters) return false;
+    if (control.actuators && control.actuators != Actuators::wheels) return false;
     return asked || !problem_.robot.wheels.empty();
   }
 
@@ -219,6 +271,7 @@ class ControlConflicts : ConflictFinder {
     if (!problem_.control) return;
     check_timing(problem_.control->timing);
     if (problem_.control->log) check_rows(*problem_.control);
+    if (problem_.control->log) check_told(*problem_.control->log, in_approach, afterwards);
     if (is_there && !in_approach && !afterwards) {
       const char* const path = problem_.control->log            ? "control.torques"
                                : problem_.control->external     ? "control.external"
@@ -227,9 +280,22 @@ class ControlConflicts : ConflictFinder {
       add(path, "{} drives nothing: approach.tracking.mode or post_impact.joints must be controller", path);
     }
     check_external(*problem_.control);
+    const auto both = [&](const char* path) {
+      add_key(path, "{}: control.{} leaves the base's torque to the controller; leave out one of the two", path,
+              problem_.control->base_torque ? "base_torque" : "external");
+    };
+    if (problem_.control->base_torque || problem_.control->base_actuators) {
+      if (in_approach && problem_.approach->base_control) both("approach.base_control");
+      if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+    }
+    if (problem_.control->base_actuators && (!problem_.control->external || problem_.control->base_torque))
+      add("control.external",
+          "control.external: a controller of the program says the torques of wheels and the valves of thrusters one by "
+          "one, in place of base_torque");
     if (!problem_.control->base_torque) return;
     if (problem_.robot.base_mode == RobotSetup::Base::fixed)
       add("control.base_torque", "control.base_torque: the robot's base is fixed, so no torque turns it");
+    if (problem_.robot.wheels.empty() && !problem_.robot.gyros.empty()) check_gyro_torques("control.base_torque");
     std::vector<Vector3d> axes;
     for (const WheelSetup& wheel : problem_.robot.wheels) axes.push_back(wheel.axis);
     for (int k = 0; k < 3 && !axes.empty(); ++k) {
@@ -237,12 +303,33 @@ class ControlConflicts : ConflictFinder {
         add("control.base_torque", "control.base_torque: the robot's wheels, which give it, can give none about {}",
             "xyz"[k]);
     }
+  }
+
+  // A log tells actuators of the base what an attitude control would.
+  void check_told(const EffortLog& log, bool in_approach, bool afterwards) {
+    if (!log.tells_actuators()) return;
     const auto both = [&](const char* path) {
-      add_key(path, "{}: control.base_torque leaves the base's torque to the controller; leave out one of the two",
-              path);
+      add_key(path, "{}: control.torques tells the base's actuators one by one; leave out one of the two", path)
+          .relies_on = "control.torques";
     };
     if (in_approach && problem_.approach->base_control) both("approach.base_control");
     if (afterwards && problem_.post_impact->base_control) both("post_impact.base_control");
+    if (problem_.robot.base_mode == RobotSetup::Base::fixed)
+      add("control.torques", "control.torques tells the base's actuators, and the base is fixed");
+    const double period = problem_.control->timing.period;
+    for (std::size_t i = 0; i < std::min(log.thruster.size(), problem_.robot.thrusters.size()); ++i) {
+      const ThrusterSetup& thruster = problem_.robot.thrusters[i];
+      for (std::size_t row = 0; row < log.thruster[i].size(); ++row) {
+        const double time = log.thruster[i][row] * period;
+        if (time == 0 || log.thruster[i][row] == 1 || time >= thruster.min_on_time) continue;
+        add("control.torques",
+            "control.torques opens thruster {} at {} [s] for {:.6g} s, and its valve is open for {} s at least "
+            "(min_on_time)",
+            in_quotes(thruster.name), log.times[row], time, thruster.min_on_time)
+            .relies_on = "control.period";
+        break;
+      }
+    }
   }
 
   void check_external(const ControlSetup& control) {
@@ -343,6 +430,8 @@ class ControlConflicts : ConflictFinder {
     };
     if (post.detumble && post.joints != Joints::detumble) refuse("detumble");
     if (post.keep_base_attitude && post.joints != Joints::keep_base_attitude) refuse("keep_base_attitude");
+    if (post.grasp_force && post.joints != Joints::grasp_force) refuse("grasp_force");
+    if (post.joints == Joints::grasp_force && post.grasp_force) check_grasp_force(*post.grasp_force, post.kd);
     if (post.joints == Joints::detumble && post.detumble) check_detumbling(post.detumble->target);
     if (post.joints == Joints::detumble && std::any_of(post.kd.begin(), post.kd.end(), [](double d) { return d <= 0; }))
       add("post_impact.kd", "post_impact.kd must be above 0 with joints: detumble, which share the efforts by it");
@@ -354,6 +443,113 @@ class ControlConflicts : ConflictFinder {
       add_key("post_impact.base_control",
               "post_impact.base_control: the joints keep the base's attitude already; use one of both")
           .relies_on = "post_impact.joints";
+  }
+
+  // ---- Impedance ----
+
+  void check_impedance() {
+    const bool in_approach = problem_.approach && problem_.approach->tracking.mode == JointControl::impedance;
+    const bool in_impact = problem_.impact && problem_.impact->joints == ImpactSetup::Joints::impedance;
+    const bool afterwards = problem_.post_impact && problem_.post_impact->joints == PostImpactSetup::Joints::impedance;
+    const auto needs_it = [&](const char* path) {
+      add(path, "{} is impedance, which needs its section: impedance: {{mass: ..., damping: ..., stiffness: ...}}",
+          path);
+    };
+    if (!problem_.impedance) {
+      if (in_approach) needs_it("approach.tracking.mode");
+      if (in_impact) needs_it("impact.joints");
+      if (afterwards) needs_it("post_impact.joints");
+      return;
+    }
+    if (!in_approach && !in_impact && !afterwards)
+      add_key("impedance",
+              "impedance: nothing is under it: approach.tracking.mode, impact.joints or post_impact.joints must be "
+              "impedance");
+    if (in_impact && problem_.impact->law != ImpactSetup::Law::compliant)
+      add("impact.joints", "impact.joints is impedance, which belongs to law compliant: law {} takes no time",
+          name_of(problem_.impact->law));
+    if (afterwards)
+      refuse_loops("impedance, but", "this law is not there for closed loops; use grasp_force, detumble or pd");
+    check_hands(*problem_.impedance);
+    if (problem_.impedance->match == ImpedanceSetup::Match::none) return;
+    const std::string path = "impedance.match";
+    if (!in_impact) add(path, "{}: target, which belongs to impact.joints: impedance", path);
+    if (problem_.impedance->law == ImpedanceSetup::Law::transpose ||
+        problem_.impedance->force == ImpedanceSetup::Force::not_sensed)
+      add(path, "{}: target needs law operational_space and force sensed: else the hand has its own mass", path);
+    const auto touches = [](const GraspSetup& g) { return g.contact; };
+    if (std::none_of(problem_.grasps.begin(), problem_.grasps.end(), touches))
+      add(path, "{}: target, and no grasp is a contact, which has a normal: grasps[...].contact: true", path);
+  }
+
+  void check_hands(const ImpedanceSetup& impedance) {
+    const std::string path = "impedance.end_effectors";
+    std::vector<std::string> known, hands = impedance.end_effectors;
+    for (const EndEffectorSetup& e : problem_.robot.end_effectors) known.push_back(e.name);
+    for (const std::string& name : hands) {
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        add(path, "{} names {}, which the robot does not have{}", path, in_quotes(name),
+            suggestion(name, known, "end-effectors"));
+    }
+    for (const GraspSetup& grasp : problem_.grasps) {
+      const bool fresh = std::find(hands.begin(), hands.end(), grasp.end_effector) == hands.end();
+      if (impedance.end_effectors.empty() && fresh) hands.push_back(grasp.end_effector);
+    }
+    const int needed = impedance.motion == ImpedanceSetup::Motion::pose ? 6 : 3;
+    for (const std::string& name : hands) {
+      const EndEffectorSetup* hand = end_effector(name);
+      if (!hand) continue;
+      const int joints = moving_joints_to(hand->body);
+      if (joints >= needed) continue;
+      add("impedance.motion", "impedance.motion is {}, which takes {} moving joints or more; the arm of {} has {}",
+          name_of(impedance.motion), needed, in_quotes(name), joints);
+    }
+  }
+
+  // ---- Grasp forces ----
+
+  void check_grasp_force(const GraspForceSetup& setup, const std::vector<double>& kd) {
+    std::vector<std::string> targets;
+    for (const GraspSetup& grasp : problem_.grasps) {
+      const bool fresh = std::find(targets.begin(), targets.end(), grasp.target) == targets.end();
+      if (!grasp.contact && fresh && find_named(problem_.targets, grasp.target)) targets.push_back(grasp.target);
+    }
+    if (targets.empty()) return;  // there are no grasps, or faulty ones
+    const std::string path = "post_impact.grasp_force.target";
+    if (setup.target.empty() && targets.size() > 1) {
+      add("post_impact.grasp_force",
+          "post_impact.grasp_force: the grasps hold {} targets; say which by 'target', {} or {}", targets.size(),
+          in_quotes(targets[0]), in_quotes(targets[1]));
+      return;
+    }
+    if (!setup.target.empty() && std::find(targets.begin(), targets.end(), setup.target) == targets.end()) {
+      add(path, "{} is {}, which no grasp holds{}", path, in_quotes(setup.target),
+          suggestion(setup.target, targets, "targets"));
+      return;
+    }
+    const std::string& target = setup.target.empty() ? targets[0] : setup.target;
+    std::vector<std::string> hands;
+    for (const GraspSetup& grasp : problem_.grasps) {
+      if (!grasp.contact && grasp.target == target) hands.push_back(grasp.end_effector);
+    }
+    if (hands.size() < 2)
+      add("post_impact.joints",
+          "post_impact.joints is grasp_force, which needs two grasps or more of one target; {} is held by one: use "
+          "detumble or impedance",
+          in_quotes(target));
+    if (std::any_of(kd.begin(), kd.end(), [](double d) { return d <= 0; }))
+      add("post_impact.kd", "post_impact.kd must be above 0 with joints: grasp_force, which share the efforts by it");
+    for (std::size_t p = 0; p < setup.pairs.size(); ++p) {
+      const std::string place = fmt::format("post_impact.grasp_force.pairs[{}].between", p);
+      const std::vector<std::string>& between = setup.pairs[p].between;
+      for (const std::string& name : between) {
+        if (std::find(hands.begin(), hands.end(), name) == hands.end())
+          add(place, "{} names {}, which does not hold {}{}", place, in_quotes(name), in_quotes(target),
+              suggestion(name, hands, "grasps"));
+      }
+      if (between.size() != 2 || between[0] == between[1])
+        add(place, "{} must name two end-effectors that differ", place);
+    }
   }
 
   // What is brought to rest, and whether those that hold it can.

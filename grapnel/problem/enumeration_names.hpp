@@ -25,7 +25,7 @@ template <>
 struct Described<RateMatch> : Enumeration<RateMatch, "RateMatch", "velocity", "twist", "velocity_least_rates"> {};
 template <>
 struct Described<BaseControlSetup::Actuators>
-    : Enumeration<BaseControlSetup::Actuators, "Actuators", "outside", "wheels", "thrusters"> {};
+    : Enumeration<BaseControlSetup::Actuators, "Actuators", "outside", "wheels", "thrusters", "gyros"> {};
 template <>
 struct Described<ThrusterModulation::Kind>
     : Enumeration<ThrusterModulation::Kind, "Modulation", "pulse_width", "schmitt"> {};
@@ -46,14 +46,26 @@ template <>
 struct Described<ImpactSetup::Law> : Enumeration<ImpactSetup::Law, "Law", "plastic", "bilateral_restitution",
                                                  "restitution", "friction", "compliant", "as_published"> {};
 template <>
-struct Described<ImpactSetup::Joints> : Enumeration<ImpactSetup::Joints, "Joints", "free", "braked", "driven"> {};
+struct Described<ImpactSetup::Joints>
+    : Enumeration<ImpactSetup::Joints, "Joints", "free", "braked", "driven", "impedance"> {};
 template <>
 struct Described<RestitutionHypothesis>
     : Enumeration<RestitutionHypothesis, "RestitutionHypothesis", "newton", "poisson", "stronge"> {};
 template <>
 struct Described<PostImpactSetup::Joints>
     : Enumeration<PostImpactSetup::Joints, "Joints", "free", "pd", "computed_torque", "braked", "controller",
-                  "detumble", "keep_base_attitude"> {};
+                  "detumble", "keep_base_attitude", "impedance", "grasp_force"> {};
+template <>
+struct Described<ImpedanceSetup::Motion> : Enumeration<ImpedanceSetup::Motion, "Motion", "pose", "position", "plane"> {
+};
+template <>
+struct Described<ImpedanceSetup::Law> : Enumeration<ImpedanceSetup::Law, "Law", "operational_space", "transpose"> {};
+template <>
+struct Described<ImpedanceSetup::Force> : Enumeration<ImpedanceSetup::Force, "Force", "sensed", "not_sensed"> {};
+template <>
+struct Described<ImpedanceSetup::Match> : Enumeration<ImpedanceSetup::Match, "Match", "none", "target"> {};
+template <>
+struct Described<GraspForceSetup::Motion> : Enumeration<GraspForceSetup::Motion, "Motion", "hold", "brake"> {};
 template <>
 struct Described<JointSensors::Rate> : Enumeration<JointSensors::Rate, "SensedRate", "difference", "sensor", "exact"> {
 };

@@ -436,8 +436,29 @@ std::vector<ProblemFault> robot_conflicts(const RobotSetup& robot, const std::st
     found.push_back({here, fmt::format("{}{}: the bearing of a reaction wheel has friction of the model smooth",
                                        path.empty() ? "" : path + ".", here)});
   }
-  if (const std::string fault = wheel_fault(robot); !fault.empty())
-    found.push_back({"wheels", fmt::format("{}wheels: {}", path.empty() ? "" : path + ".", fault)});
+  const std::string before = path.empty() ? "" : path + ".";
+  bool sound = true;
+  for (std::size_t g = 0; g < robot.gyros.size(); ++g) {
+    const MomentGyroSetup& gyro = robot.gyros[g];
+    const std::string here = fmt::format("gyros[{}]", g);
+    if (!(std::abs(dot(gyro.gimbal_axis, gyro.spin_axis)) < 1e-6)) {
+      found.push_back({here + ".spin_axis", fmt::format("{}{}.spin_axis must be perpendicular to gimbal_axis; their "
+                                                        "product is {:.3g}",
+                                                        before, here, dot(gyro.gimbal_axis, gyro.spin_axis))});
+    }
+    if (!(gyro.gimbal_inertia > 0.5 * gyro.inertia)) {
+      sound = false;
+      found.push_back(
+          {here + ".gimbal_inertia",
+           fmt::format("{}{}.gimbal_inertia is {} [kg m^2], must be more than half of inertia, {}, which the "
+                       "rotor has across its axis",
+                       before, here, gyro.gimbal_inertia, 0.5 * gyro.inertia)});
+    }
+  }
+  if (const std::string fault = sound ? wheel_fault(robot) : ""; !fault.empty()) {
+    const char* const key = robot.wheels.empty() ? "gyros" : "wheels";
+    found.push_back({key, fmt::format("{}{}: {}", before, key, fault)});
+  }
   if (robot.geometry.size() > kMostShapes) {
     found.push_back({"links", fmt::format("the robot's bodies have {} shapes in all, at most {} are allowed",
                                           robot.geometry.size(), kMostShapes)});

@@ -372,16 +372,37 @@ Drawing wheels(const RunSource& run) {
   return {{momentum, torque}, 1};
 }
 
+Drawing gyros(const RunSource& run) {
+  SeriesPanel angle, torque, measure;
+  angle.quantity = "angle of gimbals", angle.unit = "rad";
+  torque.quantity = "torque of gimbals' motors", torque.unit = "N m";
+  measure.quantity = "singularity measure", measure.unit = "1";
+  const Series &angles = wanted(run, "gyros/angle"), &motors = wanted(run, "gyros/torque");
+  for (int g = 0; g < static_cast<int>(angles.width()); ++g) {
+    angle.curves.push_back({angles.components[g], component(angles, g), color_of(g)});
+    torque.curves.push_back({motors.components[g], component(motors, g), color_of(g)});
+  }
+  measure.curves.push_back({"array", component(wanted(run, "gyros/singularity_measure"), 0), color_of(0)});
+  torque.legend = measure.legend = false;
+  return {{angle, torque, measure}, 1};
+}
+
 Drawing thrusters(const RunSource& run) {
-  SeriesPanel force, used;
-  force.quantity = "force of thrusters", force.unit = "N";
+  SeriesPanel given, used;
+  given.quantity = "impulse of thrusters", given.unit = "N s";
   used.quantity = "propellant", used.unit = "kg";
-  const Series& forces = wanted(run, "thrusters/force");
-  for (int i = 0; i < static_cast<int>(forces.width()); ++i)
-    force.curves.push_back({forces.components[i], component(forces, i), color_of(i)});
+  // Of those that fire. Forces at the samples would show pulses that are shorter than the interval as none, or as one
+  // that lasts.
+  const Series& impulses = wanted(run, "thrusters/impulse");
+  for (int i = 0; i < static_cast<int>(impulses.width()); ++i) {
+    const std::vector<double> values = component(impulses, i);
+    const bool fires = !values.empty() && values.back() > 0;
+    if (fires) given.curves.push_back({impulses.components[i], values, color_of(given.curves.size())});
+  }
+  if (given.curves.empty()) given.curves.push_back({"none fires", component(impulses, 0), color_of(0)});
   used.curves.push_back({"used", component(wanted(run, "thrusters/propellant"), 0), color_of(0)});
   used.legend = false;
-  return {{force, used}, 1};
+  return {{given, used}, 1};
 }
 
 struct Kind {
@@ -390,7 +411,7 @@ struct Kind {
   Drawing (*draw)(const RunSource&);
 };
 
-constexpr std::array<Kind, 13> kKinds{{
+constexpr std::array<Kind, 14> kKinds{{
     {"joints", "joint angles and rates", joints},
     {"velocities", "end-effectors' velocities, beside those of their grasp points", velocities},
     {"relative", "end-effectors' velocities minus those of their grasp points", relative},
@@ -406,7 +427,8 @@ constexpr std::array<Kind, 13> kKinds{{
     {"forces", "forces and moments on the grasps", forces},
     {"clearance", "clearance of bodies", clearance},
     {"wheels", "momentum of reaction wheels and torque of their motors", wheels},
-    {"thrusters", "forces of thrusters and propellant used", thrusters},
+    {"gyros", "angles and torques of control moment gyros' gimbals, and how near the array is to a singularity", gyros},
+    {"thrusters", "impulse of thrusters that fire, and propellant used", thrusters},
 }};
 
 }  // namespace

@@ -219,7 +219,20 @@ struct CompliantReport {
   double elastic_energy_after = 0;
   double residual_impulse = 0;
   double energy_residual = 0;
+  double motor_work = 0;
   long rhs_evaluations = 0;
+};
+
+/// A hand's mass as a contact meets it, and the target's, along the contact's normal.
+struct EffectiveMass {
+  std::string end_effector;
+  std::string target;
+  double hand = 0;                 // without control, joints free [kg]
+  std::optional<double> apparent;  // by the impedance law, contact forces sensed [kg]
+  double of_target = 0;            // [kg]
+  double restitution = 0;          // e of the contact between such masses, springs and dampers of the law at rest
+  double target_speed_before = 0;  // along the normal, into the robot, relative to the hand [m/s]
+  double target_speed_after = 0;   // of the target along it, of what it had [m/s]
 };
 
 /// The thesis's own estimate, (3.8)-(3.13), beside the right one. Absent fields: undefined for this capture.
@@ -348,6 +361,7 @@ struct ImpactReport {
   std::string joints_during = "free";
   std::vector<HeldJoint> held_joints;
   std::optional<CompliantReport> compliant;
+  std::vector<EffectiveMass> effective_masses;
   std::optional<ImpactMeasures> measures;
   std::vector<ImpactSensitivity> sensitivities;
   std::vector<LoadMargin> margins;
@@ -408,6 +422,52 @@ enum class LawEnd {
   rank_lost,    // near a configuration in which the joints cannot do what it asks for
   joint_limit,  // a joint reached the end of its range
   released      // what it works on was let go
+};
+
+/// Of hands under impedance control, in one phase.
+struct ImpedanceReport {
+  double begin = 0;
+  double end = 0;
+  LawEnd ended = LawEnd::running;
+  std::string joint;            // whose range ended it
+  double largest_distance = 0;  // of a hand from its reference [m]
+  double largest_distance_time = 0;
+  double distance_after = 0;  // largest of the hands
+  double largest_angle = 0;   // [rad]
+  double largest_angle_time = 0;
+  double angle_after = 0;
+  double least_share = 1;
+  double least_share_time = 0;
+  bool within_limits = true;
+  double least_condition = 1;
+  double least_condition_time = 0;
+};
+
+/// Of a target that several grasps hold and squeeze.
+struct GraspForceReport {
+  /// Of one pair of grasps.
+  struct Pair {
+    std::vector<std::string> between;
+    double reference = 0;      // at the end [N]
+    double force = 0;          // by the multipliers of the closed loops, at the end [N]
+    double largest_error = 0;  // [N]
+    double largest_error_time = 0;
+  };
+  std::string target;
+  double begin = 0;
+  double end = 0;
+  LawEnd ended = LawEnd::running;
+  std::string joint;
+  std::vector<Pair> pairs;
+  int internal_rank = 0;            // internal directions that the efforts reach
+  double other_internal_force = 0;  // largest of what else the grasps bear inside, in the law's metric [N]
+  double largest_distance = 0;      // of the target from where it is to be held [m]
+  double largest_angle = 0;         // [rad]
+  double least_scale = 1;
+  double least_scale_time = 0;
+  bool within_limits = true;
+  double least_condition = 1;
+  double least_condition_time = 0;
 };
 
 /// Of a target that is brought to rest through its grasps.
@@ -481,6 +541,33 @@ struct WheelReport {
   double largest_torque = std::numeric_limits<double>::quiet_NaN();  // likewise; unknown where nobody looked
   double rate_limit = 0, torque_limit = 0;                           // infinite: none
   double momentum_after() const { return inertia * rate_after; }
+};
+
+/// A control moment gyro in a run. Angles and rates are those of its gimbal, relative to the base.
+struct GyroReport {
+  std::string name;
+  double momentum = 0;  // of the rotor in its gimbal [N m s]
+  double angle_before = 0, angle_after = 0;
+  double largest_rate = 0;                                                // at the instants that were looked at
+  double largest_torque = std::numeric_limits<double>::quiet_NaN();       // likewise; unknown where nobody looked
+  double rate_limit = 0, torque_limit = 0;                                // infinite: none
+  double largest_spin_torque = std::numeric_limits<double>::quiet_NaN();  // of the rotor's motor, likewise
+};
+/// A time in which an array that is steered is near a singularity.
+struct SingularityHazard {
+  double begin = 0, end = 0;          // [s]
+  double least_measure = 0;           // GyroArray::singularity_measure
+  double largest_torque_lacking = 0;  // of what was asked for [N m]
+  double duration() const { return end - begin; }
+};
+/// The control moment gyros of a run.
+struct GyrosReport {
+  std::vector<GyroReport> each;
+  double least_singularity_measure = std::numeric_limits<double>::infinity();
+  bool steered = false;                                    // by attitude control or a controller
+  double near = std::numeric_limits<double>::quiet_NaN();  // measure below which it is; unknown if never steered
+  double largest_torque_lacking = std::numeric_limits<double>::quiet_NaN();  // [N m]; likewise
+  std::vector<SingularityHazard> hazards;
 };
 
 /// A joint that has met a stop at the end of its range.
@@ -588,8 +675,12 @@ struct CaptureResult {
   std::optional<PhaseEnd> post_impact_end;
   std::optional<DetumblingReport> detumbling;          // in it
   std::optional<BaseKeepingReport> base_keeping;       // in it
+  std::optional<ImpedanceReport> approach_impedance;   // in the approach
+  std::optional<ImpedanceReport> impedance;            // after the impact
+  std::optional<GraspForceReport> grasp_force;         // likewise
   std::optional<IdentificationReport> identification;  // in it
   std::vector<WheelReport> wheels;                     // of the base, in the robot's order
+  std::optional<GyrosReport> gyros;                    // of the base, where it has any
   std::vector<JointReport> joints;           // per phase in motion, of joints of which there is something to say
   std::vector<StopImpact> stop_impacts;      // the first ones
   long stop_impact_count = 0;                // all

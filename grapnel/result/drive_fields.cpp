@@ -156,6 +156,91 @@ const Type& type_of<DetumblingReport>() {
 }
 
 template <>
+const Type& type_of<ImpedanceReport>() {
+  using I = ImpedanceReport;
+  static constexpr Field fields[] = {
+      field<&I::begin>("begin", "s", "when the law begins"),
+      field<&I::end>("end", "s", "when it ends"),
+      field<&I::ended>(
+          "ended",
+          "`rank_lost`: the arms came near a configuration in which they cannot move the hands in all "
+          "directions that are controlled, a dynamic singularity. `joint_limit`: a joint reached the end of "
+          "its range. `released`: a target was let go. `running`: the phase ended before"),
+      field<&I::joint>("joint", "whose range ended it; empty otherwise"),
+      field<&I::largest_distance>("largest_distance", "m", "of a hand from its reference"),
+      field<&I::largest_distance_time>("largest_distance_time", "s", "when that was"),
+      field<&I::distance_after>("distance_after", "m", "the largest of the hands' at the end"),
+      field<&I::largest_angle>("largest_angle", "rad", "of a hand from its reference; 0 where it is not controlled"),
+      field<&I::largest_angle_time>("largest_angle_time", "s", "when that was"),
+      field<&I::angle_after>("angle_after", "rad", "the largest of the hands' at the end"),
+      field<&I::least_share>("least_share", "1",
+                             "least part of an effort that moves the hands that its joint's limit lets pass"),
+      field<&I::least_share_time>("least_share_time", "s", "when that was"),
+      field<&I::within_limits>(
+          "within_limits",
+          "whether these efforts stayed within the limits; if not, they were cut and the hands did "
+          "not move as asked for"),
+      field<&I::least_condition>("least_condition", "1",
+                                 "of the hands' motion by the joint rates, through the generalized Jacobian: least "
+                                 "singular value over the largest, its least"),
+      field<&I::least_condition_time>("least_condition_time", "s", "when that was"),
+  };
+  static constexpr Type type = structure<I>("ImpedanceReport", "hands under impedance control, in a phase.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GraspForceReport::Pair>() {
+  using P = GraspForceReport::Pair;
+  static constexpr Field fields[] = {
+      field<&P::between>("between", "the two end-effectors"),
+      field<&P::reference>("reference", "N", "of the force with which they squeeze the target, at the end"),
+      field<&P::force>("force", "N", "with which they do, by the multipliers of the closed loops"),
+      field<&P::largest_error>("largest_error", "N", "largest difference of the two"),
+      field<&P::largest_error_time>("largest_error_time", "s", "when that was"),
+  };
+  static constexpr Type type = structure<P>("Squeeze", "the internal force between two grasps.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GraspForceReport>() {
+  using G = GraspForceReport;
+  static constexpr Field fields[] = {
+      field<&G::target>("target", "that is held"),
+      field<&G::begin>("begin", "s", "when the law begins"),
+      field<&G::end>("end", "s", "when it ends; from then on the joints hold"),
+      field<&G::ended>("ended",
+                       "`rank_lost`: the arms came near a configuration in which they cannot move the target in all "
+                       "directions. `joint_limit`: a joint reached the end of its range. `released`: fewer than two "
+                       "grasps hold the target. `running`: the run ended before"),
+      field<&G::joint>("joint", "whose range ended it; empty otherwise"),
+      field<&G::pairs>("pairs", "of grasps that squeeze"),
+      field<&G::internal_rank>("internal_rank", "1",
+                               "internal directions that the efforts reach beside the target's motion, at the begin"),
+      field<&G::other_internal_force>(
+          "other_internal_force", "N",
+          "largest difference of the grasps' internal wrenches from the reference, of all components, moments over the "
+          "metric's length"),
+      field<&G::largest_distance>("largest_distance", "m", "of the target from where it is held; 0 with brake"),
+      field<&G::largest_angle>("largest_angle", "rad", "likewise"),
+      field<&G::least_scale>("least_scale", "1",
+                             "least part of the internal force that the joints' effort limits let pass"),
+      field<&G::least_scale_time>("least_scale_time", "s", "when that was"),
+      field<&G::within_limits>("within_limits",
+                               "whether what moves the target stayed within the joints' effort limits; if not, efforts "
+                               "were cut and it did not move as asked for"),
+      field<&G::least_condition>("least_condition", "1",
+                                 "of the target's accelerations by the efforts: least singular value over the largest, "
+                                 "its least"),
+      field<&G::least_condition_time>("least_condition_time", "s", "when that was"),
+  };
+  static constexpr Type type =
+      structure<G>("GraspForceReport", "a target that several grasps hold and squeeze.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<BaseKeepingReport>() {
   using B = BaseKeepingReport;
   static constexpr Field fields[] = {
@@ -218,6 +303,65 @@ const Type& type_of<WheelReport>() {
       field<&W::torque_limit>("torque_limit", "N m", "null: none").or_null(),
   };
   static constexpr Type type = structure<W>("WheelReport", "a reaction wheel of the base.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GyroReport>() {
+  using G = GyroReport;
+  static constexpr Field fields[] = {
+      field<&G::name>("name", "of the gyro"),
+      field<&G::momentum>("momentum", "N m s", "of its rotor relative to the gimbal"),
+      field<&G::angle_before>("angle_before", "rad", "of its gimbal, as the run began"),
+      field<&G::angle_after>("angle_after", "rad", "as it ended"),
+      field<&G::largest_rate>("largest_rate", "rad/s",
+                              "of the gimbal, of either sign, at the instants that were looked at"),
+      field<&G::rate_limit>("rate_limit", "rad/s", "largest that is commanded; null: none").or_null(),
+      field<&G::largest_torque>("largest_torque", "N m", "of the gimbal's motor, likewise; null: nobody looked")
+          .or_null(),
+      field<&G::torque_limit>("torque_limit", "N m", "null: none").or_null(),
+      field<&G::largest_spin_torque>("largest_spin_torque", "N m",
+                                     "of the motor that keeps the rotor's rate, likewise; null: nobody looked")
+          .or_null(),
+  };
+  static constexpr Type type = structure<G>("GyroReport", "a control moment gyro of the base.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<SingularityHazard>() {
+  using H = SingularityHazard;
+  static constexpr Field fields[] = {
+      field<&H::begin>("begin", "s", "when it began"),
+      derived<[](const H& h) { return h.duration(); }>(
+          "duration", "s", "how long it lasted; each integration step counts as its middle is"),
+      field<&H::least_measure>("least_measure", "1", "of singularity, in these middles"),
+      field<&H::largest_torque_lacking>("largest_torque_lacking", "N m", "part of the torque asked for, likewise"),
+  };
+  static constexpr Type type = structure<H>(
+      "SingularityHazard", "a time in which gyros that are steered are near a singular configuration.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<GyrosReport>() {
+  using G = GyrosReport;
+  static constexpr Field fields[] = {
+      field<&G::each>("each", "in the robot's order"),
+      field<&G::least_singularity_measure>(
+          "least_singularity_measure", "1",
+          "least root of det(A Aᵀ), A the momenta's derivatives by the gimbal angles over the largest momentum, at the "
+          "instants that were looked at; 0: about one axis no torque can be given"),
+      field<&G::steered>("steered", "whether a torque was asked of them"),
+      field<&G::near>("near", "1", "measure below which they are near a singularity; null: never steered").or_null(),
+      field<&G::largest_torque_lacking>(
+          "largest_torque_lacking", "N m",
+          "largest part of the torque asked for that the commanded gimbal rates leave out, near singularities or at "
+          "largest rates; null: never steered, or nobody looked")
+          .or_null(),
+      field<&G::hazards>("hazards", "times near a singularity while a torque is asked of them"),
+  };
+  static constexpr Type type = structure<G>("GyrosReport", "the control moment gyros of the base.", fields);
   return type;
 }
 

@@ -316,6 +316,29 @@ const Type& type_of<BrakeReport>() {
 }
 
 template <>
+const Type& type_of<EffectiveMass>() {
+  using E = EffectiveMass;
+  static constexpr Field fields[] = {
+      field<&E::end_effector>("end_effector", "of the contact"),
+      field<&E::target>("target", "that it meets"),
+      field<&E::hand>("hand", "kg", "of the hand along the contact's normal, without control, the joints free"),
+      field<&E::apparent>("apparent", "kg",
+                          "of the hand by the impedance law; null where no such law acts that senses the force")
+          .or_null(),
+      field<&E::of_target>("of_target", "kg", "of the target along it"),
+      field<&E::restitution>("restitution", "1",
+                             "e of a central contact of such masses: the target is stopped where e times the hand's "
+                             "mass is its own"),
+      field<&E::target_speed_before>("target_speed_before", "m/s",
+                                     "of the target's point along the normal towards the hand, relative to that"),
+      field<&E::target_speed_after>("target_speed_after", "m/s",
+                                    "of the target's point afterwards, relative to the hand's velocity before"),
+  };
+  static constexpr Type type = structure<E>("EffectiveMass", "hand and target as a contact meets them.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<CompliantReport>() {
   using C = CompliantReport;
   static constexpr Field fields[] = {
@@ -334,6 +357,7 @@ const Type& type_of<CompliantReport>() {
       field<&C::energy_residual>(
           "energy_residual", "1",
           "of the balance of energy, over the kinetic energy before of the bodies that take part"),
+      field<&C::motor_work>("motor_work", "J", "of joints that a law drives meanwhile (`impact.joints: impedance`)"),
       field<&C::rhs_evaluations>("rhs_evaluations", "1", "of the integration"),
   };
   static constexpr Type type = structure<C>("CompliantReport", "an impact that was resolved in time.", fields);
@@ -539,6 +563,8 @@ const Type& type_of<ImpactReport>() {
                               "restitution asked for; absent if there are none")
           .when<[](const I& i) { return !i.inconsistent.empty(); }>(),
       field<&I::compliant>("compliant", "law `compliant`"),
+      field<&I::effective_masses>("effective_masses", "of contacts, law `compliant`; absent without them")
+          .when<[](const I& i) { return !i.effective_masses.empty(); }>(),
       derived<[](const I& i) { return i.measures ? std::optional(MeasuresOf{&i}) : std::nullopt; }>(
           "measures", "", "of the configuration; absent with law `compliant`"),
       field<&I::sensitivities>("sensitivities", "with law `plastic`, else empty"),

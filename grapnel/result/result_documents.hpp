@@ -84,6 +84,10 @@ const Type& type_of<StopImpact>();
 template <>
 const Type& type_of<BaseKeepingReport>();
 template <>
+const Type& type_of<ImpedanceReport>();
+template <>
+const Type& type_of<GraspForceReport>();
+template <>
 const Type& type_of<LedgerScale>();
 
 /// The document: a result and the version of Grapnel that computed it. Refers to the result.

@@ -125,6 +125,33 @@ std::string wheel_table(const CaptureResult& result) {
   return "\nreaction wheels, relative to the base\n" + table.text();
 }
 
+std::string gyro_table(const CaptureResult& result) {
+  if (!result.gyros) return "";
+  const GyrosReport& all = *result.gyros;
+  TextTable table;
+  table.row({"control moment gyro", "momentum", "angle before", "after", "largest rate", "limit", "largest torque",
+             "limit", "of rotor"});
+  table.row({"", "N m s", "rad", "rad", "rad/s", "rad/s", "N m", "N m", "N m"});
+  const auto limit = [](double x) { return std::isfinite(x) ? short_number(x) : "none"; };
+  const auto known = [](double x) { return std::isnan(x) ? "-" : short_number(x); };
+  for (const GyroReport& g : all.each) {
+    table.row({g.name, short_number(g.momentum), short_number(g.angle_before), short_number(g.angle_after),
+               short_number(g.largest_rate), limit(g.rate_limit), known(g.largest_torque), limit(g.torque_limit),
+               known(g.largest_spin_torque)});
+  }
+  std::string out = "\ncontrol moment gyros, relative to the base\n" + table.text();
+  out += fmt::format("singularity measure at least {}", short_number(all.least_singularity_measure));
+  if (all.steered)
+    out += fmt::format(", near a singularity below {}; torque lacking at most {} N m", short_number(all.near),
+                       known(all.largest_torque_lacking));
+  out += "\n";
+  for (const SingularityHazard& h : all.hazards)
+    out += fmt::format("NEAR A SINGULARITY from t = {} s for {} s: measure {}, torque lacking {} N m\n",
+                       short_number(h.begin), short_number(h.duration()), short_number(h.least_measure),
+                       short_number(h.largest_torque_lacking));
+  return out;
+}
+
 std::string joint_mode_table(const CaptureResult& result) {
   if (result.joints.empty()) return "";
   TextTable table;
@@ -479,6 +506,28 @@ std::string law_tables(const CaptureResult& result) {
     out += table.text();
     if (!d->within_limits) out += paragraph("efforts were cut: the target did not move as asked for", "  ");
   }
+  const auto impedance = [&](const std::string& what, const ImpedanceReport& i) {
+    out += "\n" + paragraph(what + ": " + law_end(i.ended, i.end, i.joint), "");
+    TextTable table(2);
+    table.row({"largest distance, at the end", "m", small(i.largest_distance), small(i.distance_after)});
+    table.row({"largest angle, at the end", "rad", small(i.largest_angle), small(i.angle_after)});
+    out += table.text();
+    if (!i.within_limits) out += paragraph("efforts were cut: the hands did not move as asked for", "  ");
+  };
+  if (result.approach_impedance) impedance("impedance of the hands in the approach", *result.approach_impedance);
+  if (result.impedance) impedance("impedance of the hands", *result.impedance);
+  if (const auto& g = result.grasp_force) {
+    out += "\n" + paragraph("grasp forces on " + g->target + ": " + law_end(g->ended, g->end, g->joint), "");
+    TextTable table(2);
+    for (const GraspForceReport::Pair& pair : g->pairs)
+      table.row({fmt::format("{}: reference, force, largest error", fmt::join(pair.between, " - ")), "N",
+                 short_number(pair.reference), short_number(pair.force), small(pair.largest_error)});
+    if (g->least_scale < 1)
+      table.row(
+          {"least part of the internal force, at", "1, s", small(g->least_scale), short_number(g->least_scale_time)});
+    out += table.text();
+    if (!g->within_limits) out += paragraph("efforts were cut: the target did not move as asked for", "  ");
+  }
   if (const auto& b = result.base_keeping) {
     out += "\n" + paragraph("base attitude kept by the joints: " + law_end(b->ended, b->end, b->joint), "");
     TextTable table(2);
@@ -525,8 +574,8 @@ std::string ledger_table(const Ledger& ledger) {
 std::string result_table(const CaptureResult& result) {
   return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
          release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) +
-         thruster_table(result) + joint_mode_table(result) + loop_tables(result) + load_table(result) +
-         clearance_table(result) + ledger_table(result.ledger);
+         gyro_table(result) + thruster_table(result) + joint_mode_table(result) + loop_tables(result) +
+         load_table(result) + clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

@@ -392,6 +392,10 @@ const Type& type_of<Approach>() {
 > ("plan", "", "of the joints' motion"), derived < [](const A& a) -> auto& { return a.result->navigation; }
 > ("navigation", "", "plans and the estimates they rest on; absent where targets are known and planned for once")
         .when<[](const A& a) { return !a.result->navigation.empty(); }>(),
+    derived < [](const A& a) -> auto& {
+  return a.result->approach_impedance;
+}
+> ("impedance", "", "absent without it"),
 }
 ;
 static constexpr Type type = structure<A>("Approach", "the motion up to the capture.", fields);
@@ -434,7 +438,9 @@ const Type& type_of<PostImpact>() {
 }
 > ("detumbling", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->base_keeping; }
 > ("base_keeping", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->identification; }
-> ("identification", "", "absent without it"),
+> ("identification", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->impedance; }
+> ("impedance", "", "absent without it"), derived < [](const P& p) -> auto& { return p.result->grasp_force; }
+> ("grasp_force", "", "absent without it"),
 }
 ;
 static constexpr Type type = structure<P>("PostImpact", "the motion after the impact.", fields);
@@ -492,6 +498,9 @@ const Type& type_of<Summary>() {
 > ("wheels", "", "reaction wheels; absent if there are none")
         .when<[](const S& s) { return !s.result.wheels.empty(); }>(),
     derived < [](const S& s) -> auto& {
+  return s.result.gyros;
+}
+> ("gyros", "", "control moment gyros; absent if there are none"), derived < [](const S& s) -> auto& {
   return s.result.joints;
 }
 > ("joints", "", "per phase, of joints with sticking friction, stops or known motors; absent if there are none")

@@ -61,14 +61,32 @@ struct Described<MomentumDumping> {
 };
 
 template <>
+struct Described<GyroSteering> {
+  using T = GyroSteering;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::near>(
+          "near", "1",
+          "Singularity measure below which the array counts as near a singularity, and its rates are damped.")
+          .above(0)
+          .up_to(1000),
+      field<&T::damping>("damping", "1", "Of the rates, at a singularity.").above(0).up_to(1000),
+      field<&T::dither>("dither", "1", "Of the damping, which turns the gimbals out of a singularity; 0: none.")
+          .at_least(0)
+          .up_to(0.49),
+  });
+  static constexpr Type type =
+      structure<T>("gyro_steering", "How gimbal rates are found near singular configurations.", fields);
+};
+
+template <>
 struct Described<BaseControlSetup> {
   using T = BaseControlSetup;
   static constexpr auto fields = std::to_array<Field>({
       field<&T::actuators>(
           "actuators", "",
-          "What gives the torque. wheels: the robot's reaction wheels; thrusters: its thrusters; outside: "
-          "something that takes its momentum out of the system. Absent: the wheels, if the robot has "
-          "any, else outside.")
+          "What gives the torque. wheels: the robot's reaction wheels; gyros: its control moment gyros; thrusters: its "
+          "thrusters; outside: something that takes its momentum out of the system. Absent: the wheels, if the robot "
+          "has any, else its gyros, else outside.")
           .optional(),
       field<&T::kp>("kp", "N m/rad", "Proportional gain.").at_least(0).as("axis gains").required(),
       field<&T::kd>("kd", "N m s/rad", "Derivative gain.").at_least(0).as("axis gains").required(),
@@ -94,6 +112,7 @@ struct Described<BaseControlSetup> {
           .optional(),
       field<&T::modulation>("thrusters", "", "How thrusters give what is asked for.").optional(),
       field<&T::dumping>("dumping", "", "Thrusters take out the wheels' momentum; absent: they do not.").optional(),
+      field<&T::steering>("steering", "", "How control moment gyros give what is asked for.").optional(),
   });
   static constexpr auto rules = std::to_array<Rule>({not_both("quaternion_wxyz, rpy")});
   static constexpr Type type =
@@ -126,22 +145,23 @@ struct Described<TrackingSetup> {
           "mode", "",
           "ideal: the joints follow the profile exactly. pd: joint torques by the law (4.1). "
           "computed_torque: torques that the model asks for, the errors decaying with the gains. controller: "
-          "torques that control.plugin says."),
+          "torques that control.plugin says. impedance: the hands go to their grasp points by the law of impedance, "
+          "straight in the targets' frames along the profile."),
       field<&T::kp>("kp", "N m/rad or N/m; for computed_torque 1/s^2",
-                    "Proportional gain, for modes pd and computed_torque; ignored otherwise.")
+                    "Proportional gain, for modes pd and computed_torque, and of pd where impedance is over; ignored "
+                    "otherwise.")
           .at_least(0)
           .as("gains of tracking")
           .optional()
           .when<[](const T& t) { return has_gains(t.mode); }>(),
-      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
-                    "Derivative gain, for modes pd and computed_torque; ignored otherwise.")
+      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s", "Derivative gain, likewise.")
           .at_least(0)
           .as("gains of tracking")
           .optional()
           .when<[](const T& t) { return has_gains(t.mode); }>(),
       field<&T::noise>("noise", "", "").optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({when("mode", "pd, computed_torque").require("kp, kd")});
+  static constexpr auto rules = std::to_array<Rule>({when("mode", "pd, computed_torque, impedance").require("kp, kd")});
   static constexpr Type type = structure<T>("tracking", "", fields, rules);
 };
 

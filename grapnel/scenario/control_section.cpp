@@ -41,7 +41,9 @@ struct Described<ControlSetup> {
       key<std::string>(
           "torques", "",
           "In place of a controller, the path of a CSV file with joint efforts over time, relative to this file: a "
-          "header line time,<joint>,... and a line of numbers per row, each held until the next.")
+          "header line time,<joint>,... and a line of numbers per row, each held until the next. Columns base.x, "
+          "base.y "
+          "and base.z are a torque on the base; wheel.<name>, gyro.<name> and thruster.<name> tell its actuators.")
           .optional(),
       field<&T::base_torque>("base_torque", "",
                              "Whether the controller says a torque on the base too, wherever it drives the joints."),
@@ -59,6 +61,47 @@ struct Described<ControlSetup> {
                                             "Absent: they act continuously.",
                                             fields, rules);
 };
+
+// ---- What "impedance" holds ----
+
+template <>
+struct Described<ImpedanceSetup> {
+  using T = ImpedanceSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::end_effectors>("end_effectors", "", "Absent: all that grasps name.").items(1, 0).optional(),
+      field<&T::motion>("motion", "",
+                        "What is controlled. pose: position and orientation. position: the position. plane: x, y and "
+                        "the turn about z, in W, of robots that move in a plane."),
+      field<&T::law>(
+          "law", "",
+          "operational_space: M a + D v + K x = F, exact for the model. transpose: joint efforts J*^T (K e - "
+          "D v), without mass and model."),
+      field<&T::mass>("mass", "kg", "M, apparent, along the reference's axes: a number or one for each.")
+          .above(0)
+          .as("axis gains"),
+      field<&T::damping>("damping", "N s/m", "D, likewise.").at_least(0).as("axis gains"),
+      field<&T::stiffness>("stiffness", "N/m", "K, likewise.").at_least(0).as("axis gains"),
+      field<&T::inertia>("inertia", "kg m^2", "Of turning, likewise.").above(0).as("axis gains"),
+      field<&T::angular_damping>("angular_damping", "N m s/rad", "Of turning, likewise.").at_least(0).as("axis gains"),
+      field<&T::angular_stiffness>("angular_stiffness", "N m/rad", "Of turning, likewise.")
+          .at_least(0)
+          .as("axis gains"),
+      field<&T::force>("force", "", "Whether the law knows the forces of contact; not_sensed: it takes them for zero."),
+      field<&T::match>(
+          "match", "",
+          "target: in an impact the apparent mass along each contact's normal is that with which the target "
+          "is stopped there."),
+      field<&T::null_rate>("null_rate", "1/s", "At which motion of the joints that does not move the hands is damped.")
+          .at_least(0),
+  });
+  static constexpr Type type =
+      structure<T>("impedance",
+                   "Impedance at end-effectors, where approach.tracking.mode, impact.joints or post_impact.joints say "
+                   "impedance.",
+                   fields);
+};
+
+const Type& impedance_description() { return type_of<std::optional<ImpedanceSetup>>(); }
 
 const Type& control_description() { return type_of<std::optional<ControlSetup>>(); }
 

@@ -80,7 +80,8 @@ struct Described<ImpactSetup> {
       field<&T::joints>("joints", "",
                         "The robot's joints during the impact. Absent or free: driven by nothing (their rotors count). "
                         "braked: at rest from its first instant on. driven: they keep their rates, as with infinitely "
-                        "heavy rotors, as far as the grasps allow; else drives give way as little as possible.")
+                        "heavy rotors, as far as the grasps allow; else drives give way as little as possible. "
+                        "impedance: by the law of impedance; law compliant only.")
           .optional(),
       field<&T::restitution>("restitution", "",
                              "e, of laws restitution and friction; of bilateral_restitution a number for all rows, or "
@@ -170,6 +171,43 @@ struct Described<KeepBaseSetup> {
 };
 
 template <>
+struct Described<GraspForceSetup::Pair> {
+  using T = GraspForceSetup::Pair;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::between>("between", "", "Two end-effectors.").items(2, 2).required(),
+      field<&T::force>("force", "N",
+                       "With which they squeeze the target along the line between their grasps; negative: they pull.")
+          .required(),
+      field<&T::after>("after", "s", "When it begins to come up, since post_impact began.").at_least(0),
+      field<&T::ramp>("ramp", "s", "Over which it comes up, smoothly; 0: at once.").at_least(0),
+  });
+  static constexpr Type type = structure<T>("squeeze", "The internal force between two grasps.", fields);
+};
+
+template <>
+struct Described<GraspForceSetup> {
+  using T = GraspForceSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::target>("target", "", "Which; absent: the only one that is grasped.").optional(),
+      field<&T::pairs>("pairs", "", "Absent: no internal force.").items(0, 100),
+      field<&T::motion>("motion", "",
+                        "hold: the target stays where it was relative to the base as the law began. brake: it comes to "
+                        "rest, as with detumble."),
+      field<&T::rate>("rate", "1/s",
+                      "At which deviations from hold decay, critically damped; with brake how fast what is left falls "
+                      "at the end.")
+          .above(0),
+      field<&T::torque>("torque", "N m", "With brake: largest torque that the target is given.").above(0).optional(),
+      field<&T::moment_length>("moment_length", "m",
+                               "l of the metric |force|^2 + |moment|^2/l^2 by which the grasps share the load.")
+          .above(0),
+  });
+  static constexpr auto rules = std::to_array<Rule>({when("motion", "brake").require("torque")});
+  static constexpr Type type = structure<T>(
+      "grasp_force", "Several grasps hold one target: its motion and the forces inside it, separately.", fields, rules);
+};
+
+template <>
 struct Described<PostImpactSetup> {
   using T = PostImpactSetup;
   static constexpr auto with_gains = [](const T& t) { return has_gains(t.joints); };
@@ -181,17 +219,21 @@ struct Described<PostImpactSetup> {
           "same "
           "by torques that the model of servicer and held targets asks for. braked: locked by a second impulse. "
           "controller: by torques that control.plugin says. detumble: bring a held target to rest. keep_base_attitude: "
-          "the arms keep the base's attitude."),
+          "the arms keep the base's attitude. impedance: the law of impedance, about where the hands were. "
+          "grasp_force: "
+          "motion and internal force of a target that several arms hold."),
       field<&T::kp>(
           "kp", "N m/rad or N/m; for computed_torque 1/s^2",
           "Proportional gain, for joints that none of free, braked and controller are; ignored otherwise. With "
-          "detumble and keep_base_attitude: of pd, which holds the joints where these are over.")
+          "detumble, keep_base_attitude, impedance and grasp_force: of pd, which holds the joints where these are "
+          "over.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
           .when<with_gains>(),
-      field<&T::kd>("kd", "N m s/rad or N s/m; for computed_torque 1/s",
-                    "Derivative gain, likewise. With detumble it also says how the joints share the efforts.")
+      field<&T::kd>(
+          "kd", "N m s/rad or N s/m; for computed_torque 1/s",
+          "Derivative gain, likewise. With detumble and grasp_force it also says how the joints share the efforts.")
           .at_least(0)
           .as("gains of post_impact")
           .optional()
@@ -199,6 +241,7 @@ struct Described<PostImpactSetup> {
       field<&T::move>("move", "", "").optional(),
       field<&T::detumble>("detumble", "", "").optional(),
       field<&T::keep_base_attitude>("keep_base_attitude", "", "").optional(),
+      field<&T::grasp_force>("grasp_force", "", "").optional(),
       field<&T::base_control>(&base_control_description, "base_control", "").optional(),
       field<&T::assumed>(&assumed_description, "assumed", "").optional(),
       field<&T::identify>(&identify_description, "identify", "").optional(),
@@ -210,9 +253,9 @@ struct Described<PostImpactSetup> {
           .optional(),
       field<&T::releases>("release", "", "Grasps that are released, in the order of time.").items(0, 1000),
   });
-  static constexpr auto rules =
-      std::to_array<Rule>({when("joints", "pd, computed_torque, detumble, keep_base_attitude").require("kp, kd"),
-                           when("joints", "detumble").require("detumble")});
+  static constexpr auto rules = std::to_array<Rule>(
+      {when("joints", "pd, computed_torque, detumble, keep_base_attitude, impedance, grasp_force").require("kp, kd"),
+       when("joints", "detumble").require("detumble"), when("joints", "grasp_force").require("grasp_force")});
   static constexpr Type type = structure<T>("post_impact", "The motion of the joined system.", fields, rules);
 };
 

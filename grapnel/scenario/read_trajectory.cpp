@@ -44,14 +44,15 @@ bool may_be_time(std::string_view text) {
 
 // What a column of numbers is.
 struct CsvColumn {
-  enum class Kind { unknown, time, position, rate, effort, base };
+  enum class Kind { unknown, time, position, rate, effort, base, wheel, gyro, thruster };
   Kind kind = Kind::unknown;
-  std::size_t joint = 0;
+  std::size_t joint = 0;  // or axis, or which actuator
   std::string name;
   // Values beyond the joint's limits: the first is reported with their number.
   std::size_t beyond = 0;
   Mark first_beyond;
   double value_beyond = 0;
+  std::vector<double> values = {};  // of an actuator, per row
 };
 
 class TrajectoryReader {
@@ -68,6 +69,9 @@ class TrajectoryReader {
     EffortLog log{std::move(motion->times), std::move(motion->positions), {}};
     for (std::size_t i = 0; i < base_[0].size(); ++i)
       log.base_torque.push_back({base_[0][i], base_[1][i], base_[2][i]});
+    log.wheel_torque = told(CsvColumn::Kind::wheel, log.times.size());
+    log.gimbal_rate = told(CsvColumn::Kind::gyro, log.times.size());
+    log.thruster = told(CsvColumn::Kind::thruster, log.times.size());
     return log;
   }
 
@@ -89,6 +93,77 @@ class TrajectoryReader {
   }
 
  private:
+  // ---- Actuators of the base ----
+
+  // A kind of them: how its columns begin, what names there are, and what a value may be.
+  struct Actuator {
+    CsvColumn::Kind kind;
+    std::string_view prefix, unit, limit;
+  };
+  static constexpr std::array<Actuator, 3> kActuators{{
+      {CsvColumn::Kind::wheel, "wheel.", " [N m]", "the wheel's largest torque"},
+      {CsvColumn::Kind::gyro, "gyro.", " [rad/s]", "the gyro's largest gimbal rate"},
+      {CsvColumn::Kind::thruster, "thruster.", " [1]", "the whole period"},
+  }};
+  static const Actuator* actuator(CsvColumn::Kind kind) {
+    const auto at =
+        std::find_if(kActuators.begin(), kActuators.end(), [&](const Actuator& a) { return a.kind == kind; });
+    return at == kActuators.end() ? nullptr : &*at;
+  }
+  std::vector<std::string> actuator_names(CsvColumn::Kind kind) const {
+    const RobotSetup& robot = robot_.setup;
+    std::vector<std::string> names;
+    const auto add = [&](const auto& list) {
+      for (const auto& one : list) names.push_back(one.name);
+    };
+    if (kind == CsvColumn::Kind::wheel) add(robot.wheels);
+    if (kind == CsvColumn::Kind::gyro) add(robot.gyros);
+    if (kind == CsvColumn::Kind::thruster) add(robot.thrusters);
+    return names;
+  }
+  double actuator_limit(const CsvColumn& column) const {
+    const RobotSetup& robot = robot_.setup;
+    if (column.kind == CsvColumn::Kind::wheel) return robot.wheels[column.joint].torque;
+    return column.kind == CsvColumn::Kind::gyro ? robot.gyros[column.joint].rate : 1;
+  }
+  // Whether the column is an actuator's, or was meant to be one, which has been said.
+  bool is_actuator(CsvColumn& column, const Mark& mark) {
+    for (const Actuator& a : kActuators) {
+      if (!column.name.starts_with(a.prefix)) continue;
+      const std::string name = column.name.substr(a.prefix.size());
+      const std::vector<std::string> names = actuator_names(a.kind);
+      const auto at = std::find(names.begin(), names.end(), name);
+      column.joint = static_cast<std::size_t>(at - names.begin());
+      if (at != names.end()) {
+        column.kind = a.kind;
+      } else {
+        const std::string kind(a.prefix.substr(0, a.prefix.size() - 1));
+        faults_.add(mark, fmt::format("unknown column {}: the robot has no {} {}{}", in_quotes(column.name), kind,
+                                      in_quotes(name), suggestion(name, names, kind + "s")));
+      }
+      return true;
+    }
+    return false;
+  }
+  void take_command(CsvColumn& column, double value, const CsvCell& field) {
+    const bool within =
+        column.kind == CsvColumn::Kind::thruster ? value >= 0 && value <= 1 : std::abs(value) <= actuator_limit(column);
+    if (!within && column.beyond++ == 0) column.first_beyond = mark_at(field.begin), column.value_beyond = value;
+    column.values.push_back(value);
+  }
+  // Of a kind, per actuator, per row; those without a column are told zero. Empty: none of them has one.
+  std::vector<std::vector<double>> told(CsvColumn::Kind kind, std::size_t rows) const {
+    std::vector<std::vector<double>> columns;
+    for (const CsvColumn& column : columns_) {
+      if (column.kind != kind) continue;
+      columns.resize(actuator_names(kind).size(), std::vector<double>(rows, 0.0));
+      columns[column.joint] = column.values;
+    }
+    return columns;
+  }
+
+  // ---- Lines ----
+
   void read_line(std::string_view line) {
     ++line_number_;
     if (line.ends_with('\r')) line.remove_suffix(1);
@@ -188,6 +263,8 @@ class TrajectoryReader {
       column.kind = CsvColumn::Kind::rate;
     } else if (!is_motion && axis < kTorqueColumns.size()) {
       column.kind = CsvColumn::Kind::base, column.joint = axis;
+    } else if (!is_motion && is_actuator(column, mark)) {
+      return;
     } else if (robot_.fixed_joints.contains(name) || robot_.fixed_joints.contains(stem)) {
       faults_.add(mark, fmt::format("joint {} is fixed and has no column", in_quotes(stem)));
     } else if (robot_.count_known()) {
@@ -205,6 +282,10 @@ class TrajectoryReader {
     if (contents_ == Contents::efforts && std::any_of(kTorqueColumns.begin(), kTorqueColumns.end(), is_there) &&
         !std::all_of(kTorqueColumns.begin(), kTorqueColumns.end(), is_there))
       faults_.add(mark, "the header has some of base.x, base.y and base.z, must have all or none");
+    const auto tells = [](const CsvColumn& column) { return actuator(column.kind) != nullptr; };
+    if (met.contains(kTorqueColumns[0]) && std::any_of(columns_.begin(), columns_.end(), tells))
+      faults_.add(mark,
+                  "the header has base.x, which wheels and others would give, and columns of these too; leave out one");
     if (!robot_.count_known()) return;
     std::vector<std::string> joints, rates;
     for (const JointDescription& joint : robot_.joints) {
@@ -261,6 +342,10 @@ class TrajectoryReader {
         return " [N m or N]";
       case CsvColumn::Kind::base:
         return " [N m]";
+      case CsvColumn::Kind::wheel:
+      case CsvColumn::Kind::gyro:
+      case CsvColumn::Kind::thruster:
+        return actuator(column.kind)->unit;
       case CsvColumn::Kind::unknown:
         break;
     }
@@ -280,6 +365,7 @@ class TrajectoryReader {
       return;
     }
     if (column.kind == CsvColumn::Kind::base) return base_.at(column.joint).push_back(value);
+    if (actuator(column.kind)) return take_command(column, value, field);
     const bool rate = column.kind == CsvColumn::Kind::rate;
     const JointLimits& limits = robot_.joints[column.joint].limits;
     const bool within = column.kind == CsvColumn::Kind::effort ? std::abs(value) <= limits.effort
@@ -299,14 +385,22 @@ class TrajectoryReader {
     }
     for (const CsvColumn& column : columns_) {
       if (column.beyond == 0) continue;
+      const std::string more = column.beyond > 1 ? fmt::format(" (the first of {} such values)", column.beyond) : "";
+      if (const Actuator* a = actuator(column.kind)) {
+        const std::string bound = column.kind == CsvColumn::Kind::thruster
+                                      ? "must be from 0 to 1, the share of a period for which the valve is open"
+                                      : fmt::format("beyond {}, {}", a->limit, actuator_limit(column));
+        faults_.add(column.first_beyond,
+                    fmt::format("{} is {}, {}{}", shortened(column.name), column.value_beyond, bound, more));
+        continue;
+      }
       const JointLimits& limits = robot_.joints[column.joint].limits;
       const std::string bounds = column.kind == CsvColumn::Kind::rate ? fmt::format("rate limit {}", limits.rate)
                                  : column.kind == CsvColumn::Kind::effort
                                      ? fmt::format("effort limit {}", limits.effort)
                                      : fmt::format("limits {} to {}", limits.lower, limits.upper);
-      faults_.add(column.first_beyond,
-                  fmt::format("{} is {}, beyond the joint's {}{}", shortened(column.name), column.value_beyond, bounds,
-                              column.beyond > 1 ? fmt::format(" (the first of {} such values)", column.beyond) : ""));
+      faults_.add(column.first_beyond, fmt::format("{} is {}, beyond the joint's {}{}", shortened(column.name),
+                                                   column.value_beyond, bounds, more));
     }
     // A line with a fault may be the sample that lacks.
     if (motion_.times.size() < 2 && faults_.size() == before_) {

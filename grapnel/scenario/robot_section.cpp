@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "grapnel/scenario/actuator_arrays.hpp"
 #include "grapnel/scenario/joint_values.hpp"
 #include "grapnel/scenario/plausibility.hpp"
 #include "grapnel/scenario/sections.hpp"
@@ -362,6 +363,51 @@ struct Described<WheelSetup> {
 };
 
 template <>
+struct Described<MomentGyroSetup> {
+  using T = MomentGyroSetup;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::name>("name", "", "").required(),
+      field<&T::gimbal_axis>("gimbal_axis", "", "Unit vector in the base's frame, about which the gimbal turns.")
+          .as("unit vector")
+          .required(),
+      field<&T::spin_axis>("spin_axis", "",
+                           "Unit vector in the base's frame, perpendicular to gimbal_axis: the rotor's axis with the "
+                           "gimbal at its zero.")
+          .as("unit vector")
+          .required(),
+      field<&T::inertia>("inertia", "kg m^2", "Of the rotor about its axis. The base's own inertia includes the gyro.")
+          .above(0)
+          .required(),
+      field<&T::spin_rate>("spin_rate", "rad/s", "Of the rotor in the gimbal, which its motor keeps.")
+          .above(0)
+          .up_to(1e+09)
+          .required(),
+      field<&T::gimbal_inertia>("gimbal_inertia", "kg m^2",
+                                "About the gimbal's axis, of all that turns with it; more than half of inertia, which "
+                                "the rotor has across its own axis.")
+          .above(0)
+          .required(),
+      field<&T::torque>("torque", "N m", "Largest torque of the gimbal's motor; absent: none.")
+          .above(0)
+          .as("number or infinity")
+          .optional(),
+      field<&T::rate>("rate", "rad/s", "Largest rate that is commanded to the gimbal; absent: none.")
+          .above(0)
+          .up_to(1e+09)
+          .as("number or infinity")
+          .optional(),
+      field<&T::bandwidth>("bandwidth", "1/s", "Of the loops by which the motors keep both rates.")
+          .above(0)
+          .up_to(1e+06),
+  });
+  static constexpr Type type =
+      structure<T>("moment_gyro",
+                   "A control moment gyro: a rotor at a constant rate in a gimbal that a motor turns against the base. "
+                   "What turns it: base_control of scenarios.",
+                   fields);
+};
+
+template <>
 struct Described<PlumeSetup> {
   using T = PlumeSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -457,6 +503,13 @@ constexpr Field links(std::string_view key, std::string_view unit, std::string_v
   return f;
 }
 
+// A key that stands for members which others read too.
+constexpr Field file_key(std::string_view key, const Type& (*type)(), std::string_view text) {
+  Field f;
+  f.key = key, f.text = text, f.type = type;
+  return f.optional();
+}
+
 }  // namespace
 
 template <>
@@ -472,6 +525,12 @@ struct Described<RobotSetup> {
       field<&T::end_effectors>("end_effectors", "", "Named frames on links, or on the base, that can grasp."),
       field<&T::wheels>("wheels", "", "Reaction wheels of the base. Its mass, centre of mass and inertia include them.")
           .items(0, 100),
+      file_key("wheel_array", &wheel_array_description, "Equal reaction wheels in a usual arrangement."),
+      file_key("gyro_array", &gyro_array_description, "Equal control moment gyros in a usual arrangement."),
+      field<&T::gyros>("gyros", "",
+                       "Control moment gyros of the base. Its mass, centre of mass and inertia include them, rotors at "
+                       "rest and gimbals at their zeros.")
+          .items(0, 100),
       field<&T::thrusters>("thrusters", "", "Thrusters of the base.").items(0, 100),
       field<&T::propellant>("propellant", "kg",
                             "At hand for the thrusters; what is used beyond it is reported. It is part of the base's "
@@ -479,10 +538,12 @@ struct Described<RobotSetup> {
           .above(0)
           .optional(),
   });
-  static constexpr Type type =
-      structure<T>("robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields);
+  static constexpr auto rules = std::to_array<Rule>({not_both("wheels, wheel_array"), not_both("gyros, gyro_array")});
+  static constexpr Type type = structure<T>(
+      "robot", "A servicer: a base, links on joints, and end-effectors. SI units, radians.", fields, rules);
 };
 
+const Type& joint_friction_description() { return type_of<JointFriction>(); }
 const Type& shapes_description() { return type_of<std::vector<Geometry>>(); }
 const Type& robot_description() { return type_of<RobotSetup>(); }
 
@@ -638,6 +699,18 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
   const bool sound_structure = faults.empty();
   setup.bodies.resize(1);
   read_members(node, robot_description(), path, &setup, {faults, meshes, nullptr, &setup});
+  if (const Node* array = node.find("wheel_array")) {
+    WheelArraySetup wheels;
+    read_members(*array, wheel_array_description(), below(path, "wheel_array"), &wheels,
+                 {faults, meshes, nullptr, &setup});
+    setup.wheels = wheels_of(wheels);
+  }
+  if (const Node* array = node.find("gyro_array")) {
+    GyroArraySetup gyros;
+    read_members(*array, gyro_array_description(), below(path, "gyro_array"), &gyros,
+                 {faults, meshes, nullptr, &setup});
+    setup.gyros = gyros_of(gyros);
+  }
   add_conflicts(robot_conflicts(setup, path), node, faults);
   finish_base(part(node, "base"), below(path, "base"), robot, faults);
   const Node& links = part(node, "links");
@@ -649,6 +722,7 @@ ReadRobot read_robot(const Node& node, const std::string& path, const Meshes& me
   check_parents(links, below(path, "links"), robot, faults);
   finish_end_effectors(part(node, "end_effectors"), below(path, "end_effectors"), robot, faults);
   finish_actuators(part(node, "wheels"), below(path, "wheels"), "wheel", setup.wheels.size(), faults);
+  finish_actuators(part(node, "gyros"), below(path, "gyros"), "gyro", setup.gyros.size(), faults);
   finish_actuators(part(node, "thrusters"), below(path, "thrusters"), "thruster", setup.thrusters.size(), faults);
   order_joints(robot, sound_structure && faults.empty(), node.mark, faults);
   return robot;

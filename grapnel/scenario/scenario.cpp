@@ -420,6 +420,13 @@ void ScenarioFiles::keep(const std::filesystem::path& path, File file) {
   files_.emplace(path.string(), std::make_shared<const File>(std::move(file)));
 }
 
+std::vector<std::filesystem::path> ScenarioFiles::paths() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::filesystem::path> list;
+  for (const auto& [path, unused] : files_) list.emplace_back(path);
+  return list;
+}
+
 std::shared_ptr<const ImportedFile> ScenarioFiles::find_imported(const std::string& key) const {
   const std::lock_guard lock(mutex_);
   const auto it = imported_.find(key);

@@ -13,6 +13,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "grapnel/import/source_model.hpp"
 #include "grapnel/problem/capture_problem.hpp"
@@ -35,6 +36,8 @@ class ScenarioFiles {
   /// Null if it has not been kept.
   std::shared_ptr<const File> find(const std::filesystem::path& path) const;
   void keep(const std::filesystem::path& path, File file);
+  /// Of all that has been kept, in order.
+  std::vector<std::filesystem::path> paths() const;
 
   /// Robots put together from files, by what they were made from (imported_robot.hpp): the last ones only, since
   /// campaigns may vary how they are made. Null if it has not been kept.

@@ -76,6 +76,9 @@ struct Described<InitialKeys> {
       field<&T::wheel_rate>("wheel_rates", "rad/s",
                             "Rates of the robot's wheels relative to the base, in its order; absent: at rest.")
           .optional(),
+      field<&T::gimbal_angle>("gimbal_angles", "rad",
+                              "Angles of the robot's gyros, in its order; absent: zero. Gimbals start at rest.")
+          .optional(),
   });
   static constexpr Type type = structure<T>(
       "initial", "The state at t = 0. With no approach it is the state at the instant of capture.", fields);
@@ -157,6 +160,7 @@ struct Described<CaptureProblem> {
           .items(0, 1000),
       field<&T::control>(&control_description, "control", "").optional(),
       field<&T::sensors>(&sensors_description, "sensors", "").optional(),
+      field<&T::impedance>(&impedance_description, "impedance", "").optional(),
       field<&T::clearance>(&clearance_description, "clearance", ""),
       field<&T::integration>("integration", "", ""),
       group<T, OutputKeys>("output", ""),

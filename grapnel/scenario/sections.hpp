@@ -80,7 +80,10 @@ constexpr Field rpy_of() {
       .optional();
 }
 
-const Type& robot_description();         ///< of a RobotSetup
+const Type& robot_description();  ///< of a RobotSetup
+const Type& joint_friction_description();
+const Type& wheel_array_description();   ///< of a WheelArraySetup (actuator_arrays.hpp), which files hold
+const Type& gyro_array_description();    ///< of a GyroArraySetup
 const Type& scenario_description();      ///< of a CaptureProblem, its robot included
 const Type& shapes_description();        ///< of a std::vector<Geometry>
 const Type& import_description();        ///< of the choices for a robot that is imported
@@ -96,6 +99,7 @@ const Type& external_wrenches_description();
 const Type& orbit_description();
 const Type& clearance_description();
 const Type& control_description();
+const Type& impedance_description();
 const Type& sensors_description();
 const Type& target_estimate_description();  // of targets
 const Type& replan_description();           // of approach
@@ -140,7 +144,8 @@ struct TrajectoryFile {
 /// A header line time,JOINT,... and a line of numbers per sample; docs/formats/scenario.md describes it. Empty where
 /// faults leave the motion in doubt.
 std::optional<SampledMotion> read_trajectory(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
-/// The same of joint efforts, with columns base.x, base.y and base.z of a torque on the base, all or none.
+/// The same of joint efforts, with columns base.x, base.y and base.z of a torque on the base, all or none, or in their
+/// place wheel.NAME, gyro.NAME and thruster.NAME of its actuators.
 std::optional<EffortLog> read_efforts(const TrajectoryFile& file, const ReadRobot& robot, FaultList& faults);
 
 /// A capture problem from a Node tree. `robot` may lack everything where its file could not be read; names and joints

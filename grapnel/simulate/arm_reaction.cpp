@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/dynamics/momentum.hpp"
 
 namespace grapnel {
 namespace {
@@ -31,6 +32,13 @@ Vector3d momentum_rate(const Model& model, const State& state, int root, std::sp
     const Vector3d a = A[i].linear + cross(A[i].angular, r) + cross(w, cross(w, r));
     const Symmetric3d I = rotate(R, body.inertia);
     rate += cross(k.X_WB[i].p + r - com, body.mass * a) + I * A[i].angular + cross(w, I * w);
+  }
+  // The spins of rotors turn with the links that carry them, (19.8).
+  for (const int rotor : model.rotors()) {
+    const Body& body = model.bodies()[rotor];
+    if (!is_in(static_cast<std::size_t>(body.parent))) continue;
+    const Vector3d r = rotor_momentum(model, k, rotor);
+    rate += vdot[body.v] * r + cross(k.V_WB[body.parent].angular, state.v[body.v] * r);
   }
   return rate;
 }

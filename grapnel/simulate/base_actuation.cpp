@@ -13,11 +13,12 @@ constexpr double kDrivenOn = 1e-9;
 }  // namespace
 
 BaseActuation::BaseActuation(const Model& model, const std::optional<AttitudeControl>& attitude, int commanded_root,
-                             std::vector<ReactionWheel> wheels, BaseActuators actuators,
+                             std::vector<ReactionWheel> wheels, std::vector<MomentGyro> gyros, BaseActuators actuators,
                              std::shared_ptr<ControlClock> clock)
     : attitude_(attitude),
       root_(attitude ? attitude->root : commanded_root),
       wheels_(std::move(wheels)),
+      gyros_(std::move(gyros), actuators.steering.value_or(GyroSteering{})),
       actuators_(std::move(actuators)),
       clock_(std::move(clock)) {
   check_actuators();
@@ -28,6 +29,13 @@ BaseActuation::BaseActuation(const Model& model, const std::optional<AttitudeCon
 
 void BaseActuation::check_actuators() const {
   const BaseActuators& a = actuators_;
+  if (a.one_by_one) {
+    if (attitude_ || root_ < 0 || !clock_)
+      throw std::invalid_argument("BaseActuation: actuators one by one are told by a controller, at a clock's ticks");
+    return;
+  }
+  if (a.steering && (root_ < 0 || gyros_.gyros().size() < 3 || !wheels_.empty() || a.thrusters))
+    throw std::invalid_argument("BaseActuation: a torque takes three gyros or more, and nothing beside them");
   if ((a.thrusters || a.feedforward || a.wheel_speed_rate != 0) && !attitude_)
     throw std::invalid_argument("BaseActuation: thrusters, feedforward and wheel speeds belong to attitude control");
   if (a.thrusters && a.modulation.kind == ThrusterModulation::Kind::pulse_width && !clock_)
@@ -60,13 +68,24 @@ void BaseActuation::prescribe(const PrescribedRates& rates) const {
   }
 }
 
-void BaseActuation::push(double t, const Posed& X_WB, std::span<ExternalWrench> wrenches) {
-  thrust_torque_ = Vector3d::zero();
+// Forces of the thrusters at a time, and what they come to.
+void BaseActuation::look_at_thrusts(double t) {
+  thrust_torque_ = Vector3d::zero(), thrust_ = Wrenchd::zero();
   for (std::size_t i = 0; i < thrusts_.size(); ++i) {
     const Thruster& thruster = actuators_.thrusters->thrusters()[i];
     thrusts_[i] = thruster.force * actuators_.thrusters->level(i, t);
     const Vector3d F = thrusts_[i] * thrust_direction(thruster);
     thrust_torque_ += cross(thruster.position - actuators_.thrusters->about(), F);
+    thrust_.angular += cross(thruster.position, F);
+    thrust_.linear += F;
+  }
+}
+
+void BaseActuation::push(double t, const Posed& X_WB, std::span<ExternalWrench> wrenches) {
+  look_at_thrusts(t);
+  for (std::size_t i = 0; i < thrusts_.size(); ++i) {
+    const Thruster& thruster = actuators_.thrusters->thrusters()[i];
+    const Vector3d F = thrusts_[i] * thrust_direction(thruster);
     wrenches[i] = {root_, X_WB * thruster.position, {Vector3d::zero(), X_WB.R * F}};
   }
 }
@@ -76,17 +95,28 @@ Vector3d BaseActuation::countered() const {
   return actuators_.dumping ? actuators_.thrusters->mean_torque : Vector3d::zero();
 }
 
-void BaseActuation::drive(const Vector3d& torque, std::span<const double> v, std::span<double> effort,
-                          std::span<double> force) {
+std::vector<double> BaseActuation::wheel_rates(std::span<const double> v) const {
+  std::vector<double> rates;
+  for (const ReactionWheel& wheel : wheels_.wheels()) rates.push_back(v[wheel.velocity]);
+  return rates;
+}
+
+void BaseActuation::drive(const Vector3d& torque, const ActuatorCommands& commands, std::span<const double> wheel_rates,
+                          std::span<double> effort, std::span<double> force) {
+  if (actuators_.one_by_one) {
+    asked_ = Vector3d::zero(), given_ = thrust_torque_;
+    if (!wheels_.empty()) wheels_.drive_each(commands.wheel_torque, effort);
+    return;
+  }
   asked_ = torque;
+  if (actuators_.steering) return;  // turn_gyros() does
   if (!wheels_.empty()) {
-    wheels_.drive(actuators_.dumping ? torque - countered() : torque, effort);
-    if (!(actuators_.wheel_speed_rate > 0)) return;
+    wheels_.drive(torque - countered(), effort);
+    if (!(actuators_.wheel_speed_rate > 0) || wheel_rates.empty()) return;
     std::vector<double> torques;
     for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
-      const ReactionWheel& wheel = wheels_.wheels()[i];
       const double wanted = actuators_.wheel_speeds.empty() ? 0 : actuators_.wheel_speeds[i];
-      torques.push_back(actuators_.wheel_speed_rate * wheel.inertia * (wanted - v[wheel.velocity]));
+      torques.push_back(actuators_.wheel_speed_rate * wheels_.wheels()[i].inertia * (wanted - wheel_rates[i]));
     }
     return wheels_.add_in_null_space(torques, effort);
   }
@@ -98,24 +128,49 @@ void BaseActuation::drive(const Vector3d& torque, std::span<const double> v, std
   for (int k = 0; k < 3; ++k) force[v_ + k] = given_[k];
 }
 
+void BaseActuation::turn_gyros(double t, const State& state, const ActuatorCommands& commands,
+                               const PrescribedRates& rates) {
+  if (gyros_.empty()) return;
+  gyros_.take(state.q);
+  Vector3d w_B = Vector3d::zero();
+  if (v_ >= 0) w_B = {state.v[v_], state.v[v_ + 1], state.v[v_ + 2]};
+  if (actuators_.steering) {
+    gyros_.steer(asked_, w_B, t);
+  } else if (actuators_.one_by_one && !commands.gimbal_rate.empty()) {
+    gyros_.command(commands.gimbal_rate);
+  }
+  gyros_.prescribe(state.v, rates.prescribed, rates.as_commanded, rates.acceleration);
+  turned_ = gyros_.torque_of(state.v, w_B);
+}
+
 void BaseActuation::conclude(std::span<const double> force, std::span<const double> friction,
                              std::span<double> effort) {
+  if (!gyros_.empty()) {
+    gyros_.conclude(force, effort);
+    if (actuators_.steering) given_ = turned_;
+    if (actuators_.one_by_one) given_ = thrust_torque_ + turned_;
+  }
   if (wheels_.empty()) return;
   for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
     const ReactionWheel& wheel = wheels_.wheels()[i];
     if (wheels_.mode(i) == WheelArray::Mode::held) effort[wheel.joint] = force[wheel.velocity] - friction[wheel.joint];
   }
   given_ = wheels_.torque_of(effort);
+  if (actuators_.one_by_one) given_ += thrust_torque_ + turned_;
 }
 
-void BaseActuation::add_beside(const State& state, std::span<double> effort, std::span<double> beside) const {
-  if (!attitude_) return;
+void BaseActuation::add_beside(double t, const State& state, std::span<double> effort, std::span<double> beside) {
+  if (!attitude_ || actuators_.steering) return;
+  if (has_thrusters()) {
+    look_at_thrusts(t);
+    for (int k = 0; k < 3; ++k) beside[v_ + k] += thrust_.angular[k], beside[v_ + 3 + k] += thrust_.linear[k];
+  }
   const Vector3d torque = attitude_torque_in(state);
   if (wheels_.empty()) {
-    for (int k = 0; k < 3; ++k) beside[v_ + k] = has_thrusters() ? thrust_torque_[k] : torque[k];
+    for (int k = 0; k < 3 && !has_thrusters(); ++k) beside[v_ + k] += torque[k];
     return;
   }
-  wheels_.drive(torque, effort);
+  wheels_.drive(torque - countered(), effort);
   for (std::size_t i = 0; i < wheels_.wheels().size(); ++i) {
     const ReactionWheel& wheel = wheels_.wheels()[i];
     if (wheels_.mode(i) != WheelArray::Mode::held) beside[wheel.velocity] += effort[wheel.joint];
@@ -173,12 +228,12 @@ double BaseActuation::next_edge(double t, double end) const {
 
 void BaseActuation::choose_modes(double t, std::span<const double> v, const Evaluation& evaluate) {
   reach(t);
-  if (has_thrusters()) choose_thrusters(t, v, evaluate);
+  if (has_thrusters()) choose_thrusters(t, evaluate);
   if (wheels_.has_rate_limits()) choose_wheels(v, evaluate);
 }
 
 // Where a command of the clock begins to act, or, without a clock, by the state.
-void BaseActuation::choose_thrusters(double t, std::span<const double> v, const Evaluation& evaluate) {
+void BaseActuation::choose_thrusters(double t, const Evaluation& evaluate) {
   ThrusterBank& bank = *actuators_.thrusters;
   if (!clock_) {
     evaluate();
@@ -189,10 +244,11 @@ void BaseActuation::choose_thrusters(double t, std::span<const double> v, const 
   const bool begins = number >= 0 && std::abs(number * period + delay - t) <= 2 * same_time_;
   if (!begins || static_cast<long>(number) == bank.last_period) return;
   bank.last_period = static_cast<long>(number);
+  if (actuators_.one_by_one) return bank.pulse_each(clock_->held().actuators.thruster, period);
   Vector3d torque = clock_->held().base_torque;
   if (actuators_.dumping) {
-    // Not more than what is left.
-    const Vector3d h = wheels_.momentum(v);
+    // By what was read at the tick. Not more than what is left.
+    const Vector3d h = wheels_.momentum(clock_->held().wheel_rates);
     const double size = norm(h);
     const bool dumps = bank.dumps(size, *actuators_.dumping);
     torque = dumps && size > 0 ? (-std::min(actuators_.dumping->torque, size / period) / size) * h : Vector3d::zero();

@@ -2,8 +2,9 @@
 
 /// @file
 /// What drives the base: the torque that laws ask for on a free root, and how it is given, from outside, by reaction
-/// wheels or by thrusters; and thrusters that take the wheels' momentum out. PhaseDynamics asks it what it adds to
-/// efforts, forces and prescribed rates, and when its modes change. Thread safety: one thread at a time.
+/// wheels, control moment gyros or by thrusters; and thrusters that take the wheels' momentum out. PhaseDynamics asks
+/// it what it adds to efforts, forces and prescribed rates, and when its modes change. Thread safety: one thread at a
+/// time.
 
 #include <cstdint>
 #include <functional>
@@ -17,6 +18,7 @@
 #include "grapnel/model/model.hpp"
 #include "grapnel/simulate/attitude_control.hpp"
 #include "grapnel/simulate/controller.hpp"
+#include "grapnel/simulate/moment_gyros.hpp"
 #include "grapnel/simulate/reaction_wheels.hpp"
 #include "grapnel/simulate/thruster_bank.hpp"
 
@@ -36,6 +38,10 @@ struct BaseActuators {
   /// At which the wheels' rates go to `wheel_speeds` as far as that gives no torque on the base, (18.7) [1/s]; 0: not.
   double wheel_speed_rate = 0;
   std::vector<double> wheel_speeds = {};  // per wheel [rad/s]; empty: zero, so that their momenta become least
+  /// Control moment gyros give the torque; absent: their gimbals stand still, or turn as a controller says.
+  std::optional<GyroSteering> steering = {};
+  /// Each actuator is told its own (ActuatorCommands), by the controller; no torque on the root is asked for.
+  bool one_by_one = false;
 };
 
 /// Which numbers of the whole model are prescribed, per velocity.
@@ -52,15 +58,21 @@ class BaseActuation {
   /// `commanded_root`: body index of the root on which a controller says the torque; -1: none. @throws
   /// std::invalid_argument if a wheel is faulty (see WheelArray).
   BaseActuation(const Model& model, const std::optional<AttitudeControl>& attitude, int commanded_root,
-                std::vector<ReactionWheel> wheels, BaseActuators actuators, std::shared_ptr<ControlClock> clock);
+                std::vector<ReactionWheel> wheels, std::vector<MomentGyro> gyros, BaseActuators actuators,
+                std::shared_ptr<ControlClock> clock);
 
   /// Body index of the root that is driven; -1: none.
   int root() const { return root_; }
   /// Whether its torque comes from outside, as such.
-  bool acts_from_outside() const { return root_ >= 0 && wheels_.empty() && !has_thrusters(); }
+  bool acts_from_outside() const {
+    return root_ >= 0 && wheels_.empty() && !has_thrusters() && !actuators_.steering && !actuators_.one_by_one;
+  }
   bool has_thrusters() const { return actuators_.thrusters != nullptr; }
   std::size_t thruster_count() const { return has_thrusters() ? actuators_.thrusters->size() : 0; }
   bool feeds_forward() const { return actuators_.feedforward; }
+  const GyroArray& gyros() const { return gyros_; }
+  /// Rates of the wheels in a state's velocities [rad/s].
+  std::vector<double> wheel_rates(std::span<const double> v) const;
   /// What attitude control asks for in a state; zero without it [N m], in the root's axes. `ahead`: what is fed
   /// forward, within the law's limit.
   Vector3d attitude_torque_in(const State& state, const Vector3d& ahead = Vector3d::zero()) const;
@@ -72,14 +84,23 @@ class BaseActuation {
   /// Wrenches of the thrusters, one each, on the root in this pose.
   void push(double t, const Posed& X_WB, std::span<ExternalWrench> wrenches);
   /// A torque is asked for, on the root's body, in its axes [N m]: motors' efforts (per Model::joints()) or forces on
-  /// the root (per velocity). `v`: of the whole model.
-  void drive(const Vector3d& torque, std::span<const double> v, std::span<double> effort, std::span<double> force);
+  /// the root (per velocity). `commands`: in its place, where actuators are told one by
+  /// one. `wheel_rates`: as the laws know them, empty if they do not yet [rad/s].
+  void drive(const Vector3d& torque, const ActuatorCommands& commands, std::span<const double> wheel_rates,
+             std::span<double> effort, std::span<double> force);
+  /// What motors of control moment gyros do: accelerations of gimbals and rotors, prescribed. After drive(), where a
+  /// torque is asked for; `commands`: what a controller says to each actuator, where it does.
+  void turn_gyros(double t, const State& state, const ActuatorCommands& commands, const PrescribedRates& rates);
+  /// See GyroArray::cut().
+  bool cut_gimbals(std::span<const double> force, std::span<std::uint8_t> prescribed, std::span<double> effort) {
+    return !gyros_.empty() && gyros_.cut(force, prescribed, effort);
+  }
   /// The forces that prescribed rates take are known (per velocity, friction per joint among them): efforts of motors
   /// that hold, and what has been given of the torque.
   void conclude(std::span<const double> force, std::span<const double> friction, std::span<double> effort);
-  /// Generalized forces, per velocity, that attitude control adds in a state; what holds wheels at their rates follows
+  /// Generalized forces, per velocity, that attitude control and thrusters add in a state; what holds wheels follows
   /// from the motion, and no law knows it. `effort`: scratch, per joint.
-  void add_beside(const State& state, std::span<double> effort, std::span<double> beside) const;
+  void add_beside(double t, const State& state, std::span<double> effort, std::span<double> beside);
 
   /// What was asked for last, and what was given of it, on the root's body, in its axes [N m].
   const Vector3d& asked() const { return asked_; }
@@ -116,15 +137,17 @@ class BaseActuation {
  private:
   void check_actuators() const;
   void choose_wheels(std::span<const double> v, const Evaluation& evaluate);
-  void choose_thrusters(double t, std::span<const double> v, const Evaluation& evaluate);
+  void choose_thrusters(double t, const Evaluation& evaluate);
   bool triggers_by_state() const;
   Vector3d countered() const;
+  void look_at_thrusts(double t);
   double driving_on(std::size_t wheel, const Evaluation& evaluate);
 
   std::optional<AttitudeControl> attitude_;
   int root_ = -1;
   int q_ = -1, v_ = -1;  // of the root
   mutable WheelArray wheels_;
+  GyroArray gyros_;
   std::vector<std::uint8_t> stays_held_;  // per wheel: until modes are chosen again
   std::optional<std::size_t> tried_;
   BaseActuators actuators_;
@@ -132,7 +155,9 @@ class BaseActuation {
   double same_time_ = 0;
   std::vector<double> thrusts_;
   Vector3d thrust_torque_ = Vector3d::zero();  // about the bank's point, as it is
+  Wrenchd thrust_ = Wrenchd::zero();           // about the root's origin, in its axes
   Vector3d asked_ = Vector3d::zero(), given_ = Vector3d::zero();
+  Vector3d turned_ = Vector3d::zero();  // torque of the gyros, as they turn
 };
 
 }  // namespace grapnel

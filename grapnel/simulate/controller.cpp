@@ -59,6 +59,19 @@ bool ControlClock::tick(double t, double same) {
   return tick_ >= t - within;
 }
 
+std::vector<ControlClock::Command> ControlClock::commands() const {
+  std::vector<Command> all{held_};
+  for (const Pending& one : pending_) all.push_back(one.command);
+  return all;
+}
+
+void ControlClock::put(std::vector<Command> commands) {
+  if (commands.size() != 1 + pending_.size())
+    throw std::invalid_argument("ControlClock: as many commands as it has are to be put");
+  held_ = std::move(commands.front());
+  for (std::size_t i = 0; i < pending_.size(); ++i) pending_[i].command = std::move(commands[i + 1]);
+}
+
 void ControlClock::command(Command said, double t, double same) {
   pending_.push_back({tick_ + timing_.delay, std::move(said)});
   let_act(t + std::max(same, resolution_at(t)));

@@ -38,6 +38,14 @@ struct ControlInput {
   const SensorReadings* readings = nullptr;  // beside the state; null without sensors
 };
 
+/// What the base's actuators are told one by one, in the robot's order; empty: nothing of its kind is told anything,
+/// and motors give no torque, gimbals stand still, valves are closed.
+struct ActuatorCommands {
+  std::vector<double> wheel_torque = {};  // of the motors on the wheels [N m]
+  std::vector<double> gimbal_rate = {};   // of control moment gyros, relative to the base [rad/s]
+  std::vector<double> thruster = {};      // share of a period of the clock for which the valve opens [1]
+};
+
 /// What a controller says.
 struct ControlCommand {
   /// Per Model::joints() [N m or N]; zero when asked. Read of joints under JointControl::controller, and cut at their
@@ -45,6 +53,8 @@ struct ControlCommand {
   std::span<double> effort;
   /// On PhaseSetup::commanded_root, in its axes [N m]; zero when asked, not read without such a root.
   Vector3d base_torque = Vector3d::zero();
+  /// Read only where BaseActuators::one_by_one says so.
+  ActuatorCommands actuators = {};
 };
 
 /// Thrown by a controller that cannot go on, and where one says what is no number: it ends the run with this message.
@@ -73,6 +83,10 @@ class Controller {
   virtual void update(const ControlInput& input, ControlCommand& command) = 0;
 };
 
+/// Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and
+/// would not come to numbers that are not finite before the steps between its samples had become countless.
+inline constexpr double kRunaway = 1e4;
+
 /// When an on-board computer speaks.
 struct ControlTiming {
   double period = 0.01;  // T [s]
@@ -90,6 +104,8 @@ class ControlClock {
   struct Command {
     std::vector<double> effort;  // per channel [N m or N]
     Vector3d base_torque = Vector3d::zero();
+    std::vector<double> wheel_rates = {};  // of PhaseSetup::wheels, as the laws saw them at the tick [rad/s]
+    ActuatorCommands actuators = {};
   };
 
   /// @throws std::invalid_argument if the period is not positive and finite, or the delay negative or not finite.
@@ -107,6 +123,12 @@ class ControlClock {
   void command(Command said, double t, double same = 0);
   /// What acts.
   const Command& held() const { return held_; }
+  /// How many commands are on their way.
+  std::size_t on_their_way() const { return pending_.size(); }
+  /// What acts, and what is on its way, oldest first.
+  std::vector<Command> commands() const;
+  /// Gives all of these other values, in that order. @throws std::invalid_argument if there are not as many.
+  void put(std::vector<Command> commands);
 
  private:
   struct Pending {

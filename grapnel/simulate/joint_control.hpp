@@ -22,7 +22,8 @@ namespace grapnel {
 /// state and what acts on it, except friction, which disturbs it.
 /// prescribed: theta = theta_d - n exactly, whatever torque that takes.
 /// controller: tau is what PhaseSetup::controller says (controller.hpp).
-enum class JointControl : std::uint8_t { free, pd, computed_torque, prescribed, controller };
+/// impedance: a name in files alone. A law of all joints (grapnel/control/) is the controller where it works, else pd.
+enum class JointControl : std::uint8_t { free, pd, computed_torque, prescribed, controller, impedance };
 
 /// What a law says: nothing; an effort, which is cut at the joint's limit; the acceleration that efforts of the model
 /// are to give, which are cut likewise; the motion itself; or an effort that a controller says of all its joints at
@@ -41,6 +42,7 @@ inline constexpr JointControlLaw kJointControls[] = {
     {JointControl::pd, ControlOutput::effort, false, "pd"},
     {JointControl::computed_torque, ControlOutput::acceleration, true, "computed_torque"},
     {JointControl::controller, ControlOutput::command, true, "controller"},
+    {JointControl::impedance, ControlOutput::effort, false, "impedance"},
 };
 
 constexpr const JointControlLaw& law_of(JointControl control) {

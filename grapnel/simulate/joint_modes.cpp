@@ -93,30 +93,37 @@ void JointModes::choose(std::span<const double> q, std::span<const double> v,
   std::vector<Mode> before;
   for (const Joint& j : joints_) before.push_back(j.mode);
   take_modes(q, v);
-  std::vector<std::uint8_t> freed(joints_.size(), 0);
-  for (bool changed = any_held(); changed;) {
-    changed = false;
+  // Joints whose modes do not fit what follows from them: of those at rest.
+  std::vector<std::uint8_t> rests, freed(joints_.size(), 0);
+  for (const Joint& j : joints_) rests.push_back(j.mode == Mode::held);
+  const std::size_t most_by_size = 2 * joints_.size(), most = 10 * joints_.size();
+  for (std::size_t changes = 0; std::find(rests.begin(), rests.end(), 1) != rests.end(); ++changes) {
     const Response response = respond();
-    Joint* worst = nullptr;
-    double most = kFreed;
-    for (Joint& j : joints_) {
-      if (j.mode != Mode::held || freed[&j - joints_.data()]) continue;
-      const double h = response.holding[j.joint];
-      j.slack = kEffortSlack * (j.breakaway + std::abs(h)) + kLeastEffortSlack;
-      const double beyond = excess(j, h) / j.slack;
-      if (beyond > most) most = beyond, worst = &j;
+    Joint* misfit = nullptr;
+    double worst = 0;
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      Joint& j = joints_[i];
+      if (!rests[i] || j.stays) continue;
+      double misfits = 0;  // more than zero: it does; one that is to be freed comes before one that does not go
+      if (j.mode == Mode::held) {
+        const double h = response.holding[j.joint];
+        j.slack = kEffortSlack * (j.breakaway + std::abs(h)) + kLeastEffortSlack;
+        const double beyond = excess(j, h) / j.slack;
+        if (beyond > (freed[i] ? 1.0 : kFreed)) misfits = 1 + beyond;
+      } else if (!(response.acceleration[j.v] * j.sense > 0)) {
+        misfits = 1;
+      }
+      if (misfits > worst) worst = misfits, misfit = &j;
+      if (misfit && changes >= most_by_size) break;  // the first one
     }
-    if (worst) {
-      worst->mode = Mode::moving;
-      worst->sense = -sense_of(response.holding[worst->joint]);
-      freed[worst - joints_.data()] = 1;
-      changed = true;
-      continue;
-    }
-    for (Joint& j : joints_) {
-      if (j.mode != Mode::moving || !freed[&j - joints_.data()] || response.acceleration[j.v] * j.sense > 0) continue;
-      j.mode = Mode::held, j.stays = changed = true;
-      break;
+    if (!misfit) break;
+    if (misfit->mode == Mode::moving) {
+      misfit->mode = Mode::held;
+      misfit->stays = changes >= most;
+    } else {
+      misfit->mode = Mode::moving;
+      misfit->sense = -sense_of(response.holding[misfit->joint]);
+      freed[static_cast<std::size_t>(misfit - joints_.data())] = 1;
     }
   }
   for (std::size_t i = 0; i < joints_.size() && chosen_; ++i) {

@@ -80,8 +80,8 @@ class JointModes {
   };
   /// Chooses the modes for the motion that goes on from a state. Joints at rest are held for now; of those that cannot
   /// be held the one that exceeds its limits most is freed, in the sense in which it is pulled, until all that are held
-  /// can be. One that was freed and would not go that way, since another one moves too, is held again and stays so
-  /// until modes are chosen again. `respond` works out what the present modes lead to.
+  /// can be. One that was freed and would not go that way is held again, and may be freed again; after ten changes per
+  /// joint it stays until modes are chosen again. `respond` works out what the present modes lead to.
   void choose(std::span<const double> q, std::span<const double> v, const std::function<Response()>& respond);
 
   /// Positive while the modes of joints that move may stay.

@@ -17,9 +17,6 @@ namespace {
 // Redundant rows that disagree by more than this share of the accelerations at hand contradict each other; rounding
 // leaves some 1e-13.
 constexpr double kContradiction = 1e-6;
-// Under sampled control nothing that is meant is faster [rad/s or m/s]: an unstable loop grows exponentially, and would
-// not come to numbers that are not finite before the steps between its samples had become countless.
-constexpr double kRunaway = 1e4;
 
 using namespace phase_integral;
 
@@ -39,14 +36,9 @@ PhaseIntegrals phase_integrals(std::span<const double> s) {
   return integrals;
 }
 
-namespace {
-
-// Times between t0 and t1 that are nearer count as one [s].
 double break_resolution(double t0, double t1) {
   return 64 * std::numeric_limits<double>::epsilon() * std::max(std::abs(t0), std::abs(t1));
 }
-
-}  // namespace
 
 std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1) {
   const double resolution = break_resolution(t0, t1);
@@ -91,7 +83,8 @@ PhaseDynamics::PhaseDynamics(const Model& model, PhaseSetup setup)
       drifted_(momenta_) {
   if (setup_.drives.empty()) setup_.drives.resize(model.joints().size());
   if (!setup_.closures.empty()) solver_.emplace(model_, setup_.closures);
-  base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.actuators, setup_.clock);
+  base_ = BaseActuation(model_, setup_.attitude, setup_.commanded_root, setup_.wheels, setup_.gyros, setup_.actuators,
+                        setup_.clock);
   wrenches_.resize(wrenches_.size() + base_.thruster_count());
   if (setup_.law_model) {
     law_workspace_.emplace(*setup_.law_model);
@@ -137,6 +130,7 @@ void PhaseDynamics::check_and_classify() {
   }
   check_control();
   check_wheels();
+  check_gyros();
   for (const ExternalLoad& load : setup_.loads) {
     validate(load);
     if (load.body < 0 || load.body >= static_cast<int>(bodies.size())) {
@@ -198,6 +192,20 @@ void PhaseDynamics::check_wheels() {
     if (body.v != wheel.velocity || body.parent != base_.root() ||
         setup_.drives[wheel.joint].control != JointControl::free)
       throw std::invalid_argument("PhaseDynamics: a wheel is on no free joint of the root whose torque it gives");
+  }
+}
+
+void PhaseDynamics::check_gyros() {
+  for (const MomentGyro& gyro : setup_.gyros) {
+    const int gimbal = model_.joints().at(gyro.gimbal), rotor = model_.joints().at(gyro.rotor);
+    const Body &on_base = model_.bodies()[gimbal], &in_gimbal = model_.bodies()[rotor];
+    if (on_base.v != gyro.gimbal_velocity || on_base.q != gyro.gimbal_coordinate ||
+        in_gimbal.v != gyro.rotor_velocity || in_gimbal.parent != gimbal ||
+        (base_.root() >= 0 && on_base.parent != base_.root()) ||
+        setup_.drives[gyro.gimbal].control != JointControl::free ||
+        setup_.drives[gyro.rotor].control != JointControl::free)
+      throw std::invalid_argument("PhaseDynamics: a gyro is no rotor in a gimbal of the root, on free joints");
+    for (const int v : {gyro.gimbal_velocity, gyro.rotor_velocity}) prescribed_[v] = commanded_[v] = 1;
   }
 }
 
@@ -312,7 +320,12 @@ void PhaseDynamics::drive_root() {
   } else if (setup_.attitude) {
     torque = base_.attitude_torque_in(now_, base_.feeds_forward() ? arms_ahead() : Vector3d::zero());
   }
-  base_.drive(torque, now_.v, motor_, force_);
+  base_.drive(torque, commands(), laws_speak() ? base_.wheel_rates(now_.v) : setup_.clock->held().wheel_rates, motor_,
+              force_);
+}
+
+const ActuatorCommands& PhaseDynamics::commands() const {
+  return laws_speak() ? commanded_actuators_ : setup_.clock->held().actuators;
 }
 
 // What the joints' motion takes from the base, as far as laws know it: joints that follow something accelerate as that.
@@ -320,6 +333,7 @@ Vector3d PhaseDynamics::arms_ahead() {
   known_acceleration_.assign(now_.v.size(), 0.0);
   is_idle_.assign(now_.v.size(), 0);
   for (const ReactionWheel& wheel : setup_.wheels) is_idle_[wheel.velocity] = 1;
+  for (const MomentGyro& gyro : setup_.gyros) is_idle_[gyro.gimbal_velocity] = is_idle_[gyro.rotor_velocity] = 1;
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const int v = model_.bodies()[model_.joints()[j]].v;
     const ControlOutput output = output_of(setup_.drives[j].control);
@@ -338,7 +352,7 @@ double PhaseDynamics::said_by_law(std::size_t joint) const {
 }
 
 // Friction, efforts of joints under other laws, attitude control. Computed torque waits for what the controller says.
-void PhaseDynamics::gather_beside() {
+void PhaseDynamics::gather_beside(double t) {
   beside_.assign(now_.v.size(), 0.0);
   for (std::size_t j = 0; j < setup_.drives.size(); ++j) {
     const Body& body = model_.bodies()[model_.joints()[j]];
@@ -347,7 +361,7 @@ void PhaseDynamics::gather_beside() {
     if (output_of(setup_.drives[j].control) == ControlOutput::effort)
       beside_[body.v] += joint_motor::within_line(joint, said_by_law(j), now_.v[body.v]);
   }
-  base_.add_beside(now_, motor_, beside_);
+  base_.add_beside(t, now_, motor_, beside_);
 }
 
 // What the controller says now.
@@ -360,7 +374,7 @@ void PhaseDynamics::ask_controller(double t) {
   }
   std::fill(commanded_effort_.begin(), commanded_effort_.end(), 0.0);
   ControlCommand command{commanded_effort_};
-  gather_beside();
+  gather_beside(t);
   const SensorReadings* readings = setup_.sensors ? &setup_.sensors->readings() : nullptr;
   setup_.controller->update({t, law_model(), now_, desired_, sensed_, beside_, readings}, command);
   const auto refuse = [&](const std::string& what) {
@@ -371,7 +385,16 @@ void PhaseDynamics::ask_controller(double t) {
     refuse(fmt::format("an effort of {} at joint \"{}\"", commanded_effort_[j],
                        model_.bodies()[model_.joints()[j]].description.joint.name));
   }
+  const auto refuse_any = [&](const std::vector<double>& numbers, const char* what) {
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      if (!std::isfinite(numbers[i])) refuse(fmt::format("{} {} of {}", what, i + 1, numbers[i]));
+    }
+  };
+  refuse_any(command.actuators.wheel_torque, "a torque of wheel");
+  refuse_any(command.actuators.gimbal_rate, "a rate of gimbal");
+  refuse_any(command.actuators.thruster, "a share of thruster");
   commanded_torque_ = command.base_torque;
+  commanded_actuators_ = std::move(command.actuators);
   const Vector3d& torque = commanded_torque_;
   if (setup_.commanded_root >= 0 && !std::isfinite(torque[0] + torque[1] + torque[2]))
     refuse(fmt::format("a torque of ({}, {}, {}) N m on the base", torque[0], torque[1], torque[2]));
@@ -390,6 +413,7 @@ void PhaseDynamics::refuse_runaway(double t) const {
   // Wheels may be fast for good.
   std::vector<double> speeds = now_.v;
   for (const ReactionWheel& wheel : setup_.wheels) speeds[wheel.velocity] = 0;
+  for (const MomentGyro& gyro : setup_.gyros) speeds[gyro.rotor_velocity] = 0;
   const auto fastest =
       std::max_element(speeds.begin(), speeds.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
   if (fastest == speeds.end() || !(std::abs(*fastest) > kRunaway)) return;
@@ -435,7 +459,8 @@ void PhaseDynamics::tick(double t, std::span<const double> y) {
     throw;
   }
   sampling_ = false;
-  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked()};
+  ControlClock::Command said{std::vector<double>(setup_.channels.size()), base_.asked(), base_.wheel_rates(now_.v),
+                             commanded_actuators_};
   for (std::size_t c = 0; c < setup_.channels.size(); ++c) {
     const auto j = static_cast<std::size_t>(setup_.channels[c]);
     if (works_by_effort(output_of(setup_.drives[j].control))) said.effort[c] = told_[j];
@@ -521,6 +546,7 @@ void PhaseDynamics::accelerate(double t) {
   if (has_external_) act_from_outside(t);
   actuate();
   if (base_.root() >= 0) drive_root();
+  base_.turn_gyros(t, now_, commands(), {now_.v, prescribed_, commanded_, acceleration_});
   const auto velocity_of = [&](std::size_t j) { return model_.bodies()[model_.joints()[j]].v; };
   bool as_commanded = false;
   if (any_computed_ && laws_speak()) {
@@ -538,6 +564,11 @@ void PhaseDynamics::accelerate(double t) {
   }
   if (!as_commanded) {
     hold_joints();  // the laws may have said accelerations of theirs
+    for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j];
+    solve(prescribed_);
+  }
+  // Gimbals whose motors would need more than they have.
+  while (base_.cut_gimbals(workspace_.force, prescribed_, motor_)) {
     for (std::size_t j = 0; j < motor_.size(); ++j) force_[velocity_of(j)] = motor_[j] + friction_[j];
     solve(prescribed_);
   }
@@ -649,6 +680,8 @@ JointModes::ImpulseResponse PhaseDynamics::respond_to(std::span<const JointModes
   for (const JointModes::Joint& joint : modes_.joints())
     prescribed_[joint.v] = friction_holds && joint.mode == JointModes::Mode::held;
   std::fill(acceleration_.begin(), acceleration_.end(), 0.0);
+  for (const MomentGyro& gyro : setup_.gyros)  // no motor has an impulse
+    prescribed_[gyro.gimbal_velocity] = prescribed_[gyro.rotor_velocity] = 0;
   for (const JointModes::RateChange& r : changes) prescribed_[r.v] = 1, acceleration_[r.v] = r.change;
   std::fill(force_.begin(), force_.end(), 0.0);
   DynamicsInput<double> in;

@@ -56,7 +56,9 @@ struct PhaseSetup {
   /// Through which attitude control's or the controller's torque on its root is given; empty: from outside. Their
   /// joints are free.
   std::vector<ReactionWheel> wheels = {};
-  /// Thrusters, and how wheels and thrusters work together.
+  /// Control moment gyros, all there are: their motors work in every phase. Their joints are free.
+  std::vector<MomentGyro> gyros = {};
+  /// Thrusters, how gyros are steered, and how wheels and thrusters work together.
   BaseActuators actuators = {};
   /// Samples all laws, attitude control's too; null: they act continuously. Controller and clock have a state that
   /// lasts beyond a phase: two phases that run at the same time must not share them.
@@ -83,6 +85,8 @@ PhaseIntegrals phase_integrals(std::span<const double> numbers);
 /// loads, the clock's ticks and the times at which its commands begin to act, in the order from t0 to t1. Those that
 /// rounding alone separates count once.
 std::vector<double> phase_breaks(const PhaseSetup& setup, double t0, double t1);
+/// Those that are nearer count as one [s].
+double break_resolution(double t0, double t1);
 
 /// Sizes of a momentum's two parts.
 struct MomentumDefect {
@@ -187,13 +191,15 @@ class PhaseDynamics {
   void check_and_classify();
   void check_control();
   void check_wheels();
+  void check_gyros();
   /// Whether laws say what acts, now; else what the clock holds acts.
   bool laws_speak() const { return !setup_.clock || sampling_; }
   double said_by_law(std::size_t joint) const;
-  void gather_beside();
+  void gather_beside(double t);
   void ask_controller(double t);
   void refuse_runaway(double t) const;
   void drive_root();
+  const ActuatorCommands& commands() const;
   void hold_joints();
   void choose_joint_modes(double t, std::span<const double> y);
   JointModes::ImpulseResponse respond_to(std::span<const JointModes::RateChange> changes, bool friction_holds);
@@ -230,6 +236,7 @@ class PhaseDynamics {
   std::vector<double> commanded_effort_;      // per joint, by the controller
   std::vector<double> beside_;                // per velocity: what acts beside the controller
   Vector3d commanded_torque_ = Vector3d::zero();
+  ActuatorCommands commanded_actuators_;
   std::vector<int> channel_of_;  // per joint, of the clock; -1: none
   bool has_controller_ = false;  // for a joint or a root
   bool sampling_ = false;        // at a tick of the clock

@@ -117,6 +117,15 @@ void WheelArray::drive(const Vector3d& torque, std::span<double> effort) {
   }
 }
 
+void WheelArray::drive_each(std::span<const double> torques, std::span<double> effort) const {
+  for (std::size_t i = 0; i < wheels_.size(); ++i) {
+    const double told = torques.empty() ? 0 : torques[i];
+    double u = std::clamp(told, -wheels_[i].torque, wheels_[i].torque);
+    if (mode(i) == Mode::beyond) u = signs_[i] * std::min(0.0, signs_[i] * u);
+    if (mode(i) != Mode::held) effort[wheels_[i].joint] = u;
+  }
+}
+
 void WheelArray::add_in_null_space(std::span<const double> torques, std::span<double> effort) const {
   const std::vector<Vector3d>& rows = tried_ ? with_it_[*tried_] : shares_;
   Vector3d given = Vector3d::zero();  // A u of the free ones
@@ -137,9 +146,9 @@ void WheelArray::add_in_null_space(std::span<const double> torques, std::span<do
   }
 }
 
-Vector3d WheelArray::momentum(std::span<const double> v) const {
+Vector3d WheelArray::momentum(std::span<const double> rates) const {
   Vector3d momentum = Vector3d::zero();
-  for (const ReactionWheel& wheel : wheels_) momentum += (wheel.inertia * v[wheel.velocity]) * wheel.axis;
+  for (std::size_t i = 0; i < rates.size(); ++i) momentum += (wheels_[i].inertia * rates[i]) * wheels_[i].axis;
   return momentum;
 }
 

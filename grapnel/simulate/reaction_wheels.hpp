@@ -60,12 +60,15 @@ class WheelArray {
   /// (1): what the motors are told for a torque on the carrying body [N m]; those of held wheels are left as they are.
   /// `effort` per Model::joints().
   void drive(const Vector3d& torque, std::span<double> effort);
+  /// Every motor is told its own torque (per wheel) [N m], cut at its largest; those of held wheels are left as they
+  /// are, and a wheel beyond its largest rate is only braked.
+  void drive_each(std::span<const double> torques, std::span<double> effort) const;
   /// Adds to the efforts of free wheels the part of these torques (per wheel) that gives none on the carrying body,
   ///     (1 - A^+ A) u, times the largest factor up to 1 with which no motor exceeds its torque.          (2)
   void add_in_null_space(std::span<const double> torques, std::span<double> effort) const;
-  /// Momentum of the wheels relative to the carrying body, in its axes: sum of J a rate [N m s]. `v`: velocities of the
-  /// whole model.
-  Vector3d momentum(std::span<const double> v) const;
+  /// Momentum of the wheels relative to the carrying body, in its axes: sum of J a rate [N m s]. `rates`: per wheel
+  /// [rad/s]; none: zero.
+  Vector3d momentum(std::span<const double> rates) const;
   /// The torque on the carrying body that motors' efforts give.
   Vector3d torque_of(std::span<const double> effort) const;
 

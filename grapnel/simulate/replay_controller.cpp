@@ -17,9 +17,13 @@ std::size_t joint_named(const Model& model, const std::string& name) {
 ReplayController::ReplayController(std::shared_ptr<const EffortLog> log, std::vector<std::string> joints, double period)
     : log_(std::move(log)), names_(std::move(joints)), same_(1e-6 * period) {
   const std::size_t rows = log_->times.size();
-  const auto has_other_rows = [&](const std::vector<double>& column) { return column.size() != rows; };
-  if (rows == 0 || log_->efforts.size() != names_.size() ||
-      std::any_of(log_->efforts.begin(), log_->efforts.end(), has_other_rows) ||
+  const auto has_other_rows = [&](const std::vector<std::vector<double>>& columns) {
+    return std::any_of(columns.begin(), columns.end(),
+                       [&](const std::vector<double>& column) { return column.size() != rows; });
+  };
+  if (rows == 0 || log_->efforts.size() != names_.size() || has_other_rows(log_->efforts) ||
+      has_other_rows(log_->wheel_torque) || has_other_rows(log_->gimbal_rate) || has_other_rows(log_->thruster) ||
+      (log_->tells_actuators() && !log_->base_torque.empty()) ||
       (!log_->base_torque.empty() && log_->base_torque.size() != rows))
     throw std::invalid_argument("ReplayController: the log needs a column of each joint and a number in every row");
 }
@@ -37,6 +41,13 @@ void ReplayController::update(const ControlInput& input, ControlCommand& command
   const auto row = static_cast<std::size_t>(next - times.begin() - 1);
   for (std::size_t j = 0; j < joints_.size(); ++j) command.effort[joints_[j]] = log_->efforts[j][row];
   if (!log_->base_torque.empty()) command.base_torque = log_->base_torque[row];
+  const auto tell = [&](const std::vector<std::vector<double>>& columns, std::vector<double>& told) {
+    told.clear();
+    for (const std::vector<double>& column : columns) told.push_back(column[row]);
+  };
+  tell(log_->wheel_torque, command.actuators.wheel_torque);
+  tell(log_->gimbal_rate, command.actuators.gimbal_rate);
+  tell(log_->thruster, command.actuators.thruster);
 }
 
 }  // namespace grapnel

@@ -11,11 +11,15 @@
 
 namespace grapnel {
 
-/// Efforts over time, each row's held until the next one's time.
+/// Efforts over time, and what the base's actuators are told, each row's held until the next one's time.
 struct EffortLog {
   std::vector<double> times;                 // [s], of the scenario; the first is 0, increasing
   std::vector<std::vector<double>> efforts;  // per joint of the robot, per time [N m or N]
   std::vector<Vector3d> base_torque;         // per time, on the base in its axes [N m]; empty: none is said
+  /// Per actuator of the base, in the robot's order, per time, as ActuatorCommands; empty: nothing of its kind is told
+  /// anything.
+  std::vector<std::vector<double>> wheel_torque = {}, gimbal_rate = {}, thruster = {};
+  bool tells_actuators() const { return !wheel_torque.empty() || !gimbal_rate.empty() || !thruster.empty(); }
 };
 
 /// Says the last row whose time has come, within a millionth of a period; the last one to the end.
@@ -23,7 +27,8 @@ struct EffortLog {
 class ReplayController final : public Controller {
  public:
   /// `joints`: names of the log's joints, in its order; `period`: between samples [s]. @throws std::invalid_argument if
-  /// the log is empty, or has other joints or other numbers of rows.
+  /// the log is empty, or has other joints or other
+  /// numbers of rows, or tells a torque on the base and its actuators too.
   ReplayController(std::shared_ptr<const EffortLog> log, std::vector<std::string> joints, double period);
   /// @throws ControllerError if the model lacks a joint.
   void begin_piece(const Model& model, double time) override;

@@ -109,6 +109,8 @@ bool ThrusterBank::is_locked(std::size_t i) const {
   return valves_[i].open && left > 1e-12 * std::max(1.0, std::abs(time_));
 }
 
+double ThrusterBank::locked_for(std::size_t i) const { return valves_[i].opened + thrusters_[i].min_on_time - time_; }
+
 Vector3d ThrusterBank::pulse(const Vector3d& torque_impulse, double period, const ThrusterModulation& modulation) {
   std::vector<double> times = allocation_.on_times(torque_impulse).value_or(std::vector<double>(size(), 0.0));
   const double longest = times.empty() ? 0 : *std::max_element(times.begin(), times.end());
@@ -133,6 +135,19 @@ Vector3d ThrusterBank::pulse(const Vector3d& torque_impulse, double period, cons
     given += (std::min(time, period) / period) * allocation_.torque(i);
   }
   return given;
+}
+
+void ThrusterBank::pulse_each(std::span<const double> shares, double period) {
+  for (std::size_t i = 0; i < size(); ++i) {
+    const double share = shares.empty() ? 0 : shares[i];
+    if (!(share > 0) && is_locked(i)) {
+      open(i, locked_for(i));  // it closes as soon as it may
+    } else if (!(share > 0)) {
+      close(i);
+    } else {
+      open(i, share >= 1 - kWholePeriod ? kNever : std::max(share * period, thrusters_[i].min_on_time));
+    }
+  }
 }
 
 void ThrusterBank::trigger(const Vector3d& torque, const ThrusterModulation& modulation) {

@@ -59,6 +59,8 @@ class ThrusterBank {
   bool is_open(std::size_t thruster) const { return valves_[thruster].open; }
   /// Whether it has to stay open, at the time of advance().
   bool is_locked(std::size_t thruster) const;
+  /// For how long yet, of one that is locked [s].
+  double locked_for(std::size_t thruster) const;
 
   /// Force at a time from advance() to the next edge, over that at full [1].
   double level(std::size_t thruster, double t) const;
@@ -66,6 +68,9 @@ class ThrusterBank {
   /// By ThrusterModulation: pulse widths for the torque impulse of a period [N m s], beginning now. What they give of
   /// it on the average, as the controller knows it [N m].
   Vector3d pulse(const Vector3d& torque_impulse, double period, const ThrusterModulation& modulation);
+  /// Every valve opens now, for its share of a period (empty: none does), at least for its least time; one with a share
+  /// of 1 stays open. Closes the others.
+  void pulse_each(std::span<const double> shares, double period);
   /// On or off for a torque [N m], now.
   void trigger(const Vector3d& torque, const ThrusterModulation& modulation);
   /// Positive while trigger() would change nothing.

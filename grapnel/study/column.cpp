@@ -169,6 +169,7 @@ class Builder {
     }
     if (problem_.post_impact && problem_.post_impact->detumble) detumbling();
     if (!problem_.robot.thrusters.empty()) thrusters();
+    if (!problem_.robot.gyros.empty()) gyros();
     add("clearance/minimum", "m", "minimum distance of bodies that are watched; negative: depth of overlap",
         [](const StudyCase&, const CaptureResult& r) {
           double least = NAN;
@@ -201,6 +202,17 @@ class Builder {
         [](const StudyCase&, const CaptureResult& r) {
           double time = 0;
           for (const PlumeHazard& hazard : r.thrusters.value_or(ThrustersReport{}).hazards) time += hazard.duration;
+          return time;
+        });
+  }
+
+  void gyros() {
+    add("gyros/least_singularity_measure", "1", "least measure of singularity of the control moment gyros",
+        [](const StudyCase&, const CaptureResult& r) { return r.gyros ? r.gyros->least_singularity_measure : NAN; });
+    add("gyros/near_singularity", "s", "time near a singularity while a torque was asked of them",
+        [](const StudyCase&, const CaptureResult& r) {
+          double time = 0;
+          for (const SingularityHazard& hazard : r.gyros.value_or(GyrosReport{}).hazards) time += hazard.duration();
           return time;
         });
   }

@@ -76,9 +76,21 @@ class Robot:
             self._source = file_path("source", source)
             self._core = _grapnel.Robot(self._source)
         self._targets = bool(targets)
+        self._held_at: Array | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
+        if self._held_at is not None:
+            return _held_again, (self._source, self._held_at)
         return Robot, (self._source, self._targets)
+
+    def holding(self, q: ArrayLike) -> Robot:
+        """The robot with all grasps of the problem closed, of `Robot(problem, targets=True)`: targets hang on the arms that
+        grasp them as they are in `q`, (nq,). Its own `q` and `v` are those of the base and the joints (and of hinges and balls
+        between); frames 'target:NAME' are still there. Of several grasps of a target the first holds it."""
+        held = Robot.__new__(Robot)
+        held._source, held._targets, held._held_at = self._source, True, np.array(q, dtype=float)
+        held._core = self._core.holding(q)
+        return held
 
     # ---- What it is ----
 
@@ -279,6 +291,10 @@ class Robot:
         if joints not in ("free", "braked"):
             raise ValueError(f"joints is {joints!r}; expected is 'free' or 'braked'")
         return Impact(**self._core.impact(q, v, _pairs(grasps), joints == "braked"))
+
+
+def _held_again(source: Problem, q: Array) -> Robot:
+    return Robot(source, targets=True).holding(q)
 
 
 class Loops:

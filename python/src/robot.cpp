@@ -9,6 +9,7 @@
 
 #include "grapnel/approach/target_motion.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/problem/captured_model.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/text/message_text.hpp"
 
@@ -102,6 +103,26 @@ Robot::Robot(const Scenario& scenario, bool targets)
       has_problem_(true),
       system_(system_of(*problem_, targets, scenario.file().string())),
       states_(system_.model) {}
+
+Robot::Robot(const Robot& free, CaptureSystem joined)
+    : problem_(free.problem_), has_problem_(free.has_problem_), system_(std::move(joined)), states_(system_.model) {}
+
+std::shared_ptr<Robot> Robot::holding(const py::object& q_given) const {
+  if (!has_problem_ || system_.target_frames.size() != problem_->targets.size() || !system_.grasps.empty())
+    throw py::value_error(
+        "this robot has no free targets that it could hold; expected is Robot(problem, targets=True)");
+  const Rows q = coordinates(q_given);
+  if (q.is_batch()) throw py::value_error("q has shape " + q.shape() + ", expected is one state's q");
+  State state = zero_state(model());
+  put_coordinates(q, 0, state.q.data());
+  const Kinematics kinematics = forward_kinematics(model(), state);
+  std::vector<HeldGrasp> grasps;
+  for (std::size_t i = 0; i < problem_->grasps.size(); ++i) {
+    if (!problem_->grasps[i].contact) grasps.push_back(hold_grasp(*problem_, system_, kinematics, i));
+  }
+  if (grasps.empty()) throw py::value_error("the problem has no grasps that hold");
+  return std::shared_ptr<Robot>(new Robot(*this, join_targets(system_, state, grasps).system));
+}
 
 Robot::Place Robot::place(const std::string& name) const {
   for (const Frame& frame : model().frames())
@@ -471,6 +492,8 @@ py::tuple as_arrays(const State& state) {
 }
 
 py::tuple initial_state(const Robot& robot) {
+  if (!robot.system().grasps.empty())
+    throw py::value_error("the problem's run does not begin with what this robot holds; say where things are");
   if (!robot.has_problem()) return as_arrays(zero_state(robot.model()));
   State state;
   run_interruptibly([&](const std::stop_token& stop) {
@@ -626,6 +649,7 @@ void bind_robot(py::module_& module) {
       .def("forward_dynamics", &forward, py::arg("q"), py::arg("v"), py::arg("tau"), py::arg("gravity"))
       .def("inverse_dynamics", &inverse, py::arg("q"), py::arg("v"), py::arg("vdot"), py::arg("gravity"));
   bind_constraints(robot, module);
+  bind_identify(robot, module);
   bind_rollout(module);
 }
 

@@ -23,6 +23,9 @@ class Robot {
   explicit Robot(const std::filesystem::path& file);
   /// Of a problem. @throws InputError
   Robot(const Scenario& scenario, bool targets);
+  /// The problem's robot with all its grasps closed as they are in coordinates of this one, which has the targets:
+  /// they hang on the arms that grasp them. @throws py::value_error if nothing is to be held, or there are no targets.
+  std::shared_ptr<Robot> holding(const py::object& q) const;
 
   const Model& model() const { return system_.model; }
   const CaptureSystem& system() const { return system_; }
@@ -56,6 +59,8 @@ class Robot {
   const lanes::States& states() const { return states_; }
 
  private:
+  Robot(const Robot& free, CaptureSystem joined);
+
   std::shared_ptr<const CaptureProblem> problem_;
   bool has_problem_ = false;
   CaptureSystem system_;
@@ -86,6 +91,7 @@ void for_blocks(const Robot& robot, const Cases& cases,
 void for_cases(const Robot& robot, const Cases& cases, const std::function<void(Scratch&, std::int64_t)>& one);
 
 void bind_constraints(py::class_<Robot, std::shared_ptr<Robot>>& robot, py::module_& module);
+void bind_identify(py::class_<Robot, std::shared_ptr<Robot>>& robot, py::module_& module);
 void bind_rollout(py::module_& module);
 
 }  // namespace grapnel::python

@@ -28,7 +28,7 @@ class Manual : public ProgramRun {
   }
   std::vector<std::string> commands() const {
     const std::string help = run("--help").out;
-    return found(help.substr(help.find("Subcommands:")), "^  ([a-z]+)[ ,]");
+    return found(help.substr(help.find("Subcommands:")), "^  ([a-z-]+)[ ,]");
   }
   std::vector<std::string> options(const std::string& command) const {
     const std::string help = run(command + " --help").out;
@@ -60,10 +60,11 @@ TEST_F(Manual, HasEveryCommandAndOption) {
   EXPECT_GE(commands().size(), 12u);
   int options_seen = 0;
   for (const std::string& command : commands()) {
-    EXPECT_THAT(page.out, ::testing::HasSubstr("\n.SS grapnel " + command + "\n"));
+    const std::string head = ".SS grapnel " + std::regex_replace(command, std::regex("-"), "\\-") + "\n";
+    EXPECT_THAT(page.out, ::testing::HasSubstr("\n" + head));
     EXPECT_THAT(markdown.out, ::testing::HasSubstr("\n## grapnel " + command + "\n"));
     // Its part alone, up to the next.
-    const std::size_t begin = page.out.find(".SS grapnel " + command + "\n"), end = page.out.find("\n.S", begin + 1);
+    const std::size_t begin = page.out.find(head), end = page.out.find("\n.S", begin + 1);
     const std::string part = page.out.substr(begin, end - begin);
     const std::size_t from = markdown.out.find("## grapnel " + command + "\n");
     const std::string of_markdown = markdown.out.substr(from, markdown.out.find("\n## ", from + 1) - from);

@@ -13,6 +13,7 @@
 #include "capture/capture_case.hpp"
 #include "capture/loop_case.hpp"
 #include "capture/recorded.hpp"
+#include "grapnel/capture/identification_run.hpp"
 #include "grapnel/problem/problem_conflicts.hpp"
 #include "grapnel/simulate/sensor_reader.hpp"
 #include "support/sanitizers.hpp"
@@ -142,6 +143,58 @@ TEST(Sensors, NoiseHasItsDeviationInAFlightThatKeepsMomentumAndItsBits) {
   EXPECT_GT(norm(simulate_capture(p).post_impact_end->base.position - r.post_impact_end->base.position), 1e-6);
 }
 
+// Without noise a reading is off by its bias alone, in the axes of what is read; a random walk of rates over the root
+// of the sample time.
+TEST(Sensors, BiasesAndRandomWalksAreWhatIsRead) {
+  CaptureProblem p = sampled(5);
+  p.sensors.emplace();
+  p.sensors->joints.emplace();
+  p.sensors->joints->rate = JointSensors::Rate::sensor, p.sensors->joints->rate_bias = 2e-4;
+  p.sensors->gyro.emplace();
+  p.sensors->gyro->angle_random_walk = 1e-5;
+  p.sensors->attitude.emplace();
+  p.sensors->attitude->bias = {1e-3, 0, 0};
+  p.sensors->wheels.emplace();
+  p.sensors->wheels->bias = 0.5;
+  const CaptureResult r = simulate_capture(p);
+  expect_passes(r);
+  ASSERT_GT(rotation_angle(pose_at(r, "base", r.series.time.size() - 1).R), 0.01);  // W's axes are not the base's
+  std::map<std::string, SensorReport> by_name;
+  for (const SensorReport& s : r.sensors) by_name[s.sensor] = s;
+  EXPECT_NEAR(by_name.at("joint rate").mean_error, 2e-4, 1e-15);
+  EXPECT_NEAR(by_name.at("joint rate").largest_error, 2e-4, 1e-15);
+  EXPECT_NEAR(by_name.at("wheel rate").mean_error, 0.5, 1e-12);
+  EXPECT_NEAR(by_name.at("attitude").mean_error, 1e-3 / 3, 1e-14);
+  EXPECT_NEAR(by_name.at("attitude").largest_error, 1e-3, 1e-14);
+  const SensorReport& gyro = by_name.at("gyro");
+  const double deviation = 1e-5 / std::sqrt(kPeriod);
+  EXPECT_NEAR(gyro.rms_error, deviation, 4 * deviation / std::sqrt(2.0 * static_cast<double>(gyro.readings)));
+}
+
+// What attitude sensor and tachometers read is what the laws work with: the base goes where the sensor says that it is
+// right, the wheels' speeds to where their sensors say zero.
+TEST(Sensors, LawsGoByWhatIsRead) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = sampled(60);
+  p.post_impact->base_control->wheel_speed_rate = 0.1;
+  // The pyramid's null space is (1, -1, 1, -1): with two wheels the other way round all alike, as the bias is.
+  ASSERT_EQ(p.robot.wheels.size(), 4U);
+  for (const std::size_t w : {1, 3}) p.robot.wheels[w].axis = -p.robot.wheels[w].axis, p.wheel_rate[w] *= -1;
+  const CaptureResult exact = simulate_capture(p);
+  p.sensors.emplace();
+  p.sensors->attitude.emplace();
+  p.sensors->attitude->bias = {0.002, 0, 0};
+  p.sensors->wheels.emplace();
+  p.sensors->wheels->bias = 5;
+  const CaptureResult read = simulate_capture(p);
+  expect_passes(read);
+  const std::size_t a = exact.series.time.size() - 1, b = read.series.time.size() - 1;
+  EXPECT_GT(rotation_angle(transpose(pose_at(exact, "base", a).R) * pose_at(read, "base", b).R), 0.0005);
+  double apart = 0;
+  for (std::size_t w = 0; w < 4; ++w) apart += (read.wheels[w].rate_after - exact.wheels[w].rate_after) / 4;
+  EXPECT_NEAR(apart, -5, 0.1);
+}
+
 // --- Estimates ---
 
 CaptureProblem estimated(const TargetEstimate& error) {
@@ -206,6 +259,18 @@ TEST(Navigation, ErrorOfTheEstimateIsTheGapAndReplanningByAPerfectSensorTakesItO
   EXPECT_NEAR(measured.grasps[0].distance, last, 1e-6);
 }
 
+TEST(Navigation, IsPlannedAnewUntilThen) {
+  CaptureProblem p = estimated({});
+  p.approach->replan = ReplanSetup{5};
+  p.approach->replan->until = 12;
+  const CaptureResult r = simulate_capture(p);
+  std::vector<double> times;
+  for (const NavigationReport& plan : r.navigation) times.push_back(plan.time);
+  ASSERT_EQ(times.size(), 3U) << r.failure;
+  EXPECT_NEAR(times[1], 5, 1e-9);
+  EXPECT_NEAR(times[2], 10, 1e-9);
+}
+
 // --- Identification ---
 
 CaptureProblem identified(double after) {
@@ -264,6 +329,29 @@ TEST(IdentificationInARun, SaysWhatAMotionDoesNotShow) {
   EXPECT_LT(r.identification->rank, 10);
   EXPECT_FALSE(r.identification->unseen.empty());
   EXPECT_FALSE(r.identification->used_from);  // so that laws go on with what is assumed
+}
+
+TEST(IdentificationInARun, WeighsBySensorsNoiseAndRounding) {
+  CaptureProblem p = sampled(5);
+  p.sensors.emplace();
+  p.sensors->gyro.emplace();
+  p.sensors->gyro->noise = 3e-5, p.sensors->gyro->quantum = 1e-4;
+  p.sensors->joints.emplace();
+  p.sensors->joints->noise = 2e-5, p.sensors->joints->quantum = 1e-4;
+  p.sensors->joints->rate = JointSensors::Rate::difference, p.sensors->joints->sample_time = 2 * kPeriod;
+  const RateNoise noise = rate_noise_of(p);
+  EXPECT_NEAR(noise.angular_velocity, std::sqrt(9e-10 + 1e-8 / 12), 1e-18);
+  EXPECT_NEAR(noise.joint_rate, std::sqrt(2 * (4e-10 + 1e-8 / 12)) / (2 * kPeriod), 1e-18);
+}
+
+TEST(IdentificationInARun, EndsWhereTheTargetIsLetGo) {
+  CaptureProblem p = identified(45);
+  p.post_impact->releases.push_back({20, {}});
+  const CaptureResult r = simulate_capture(p);
+  ASSERT_TRUE(r.identification) << r.failure;
+  EXPECT_EQ(r.identification->ended, IdentificationEnd::released);
+  EXPECT_NEAR(r.identification->end, kApproach + 20, 1e-9);
+  EXPECT_FALSE(r.identification->used_from);
 }
 
 // Largest distance of the joints from what they are to follow, after a time.

@@ -79,10 +79,10 @@ inline State moving_state(const Model& model, double rates) {
 }
 
 /// A phase in which the law drives its joints; others are free.
-inline PhaseSetup with_law(const Model& model, const JointLaw& law) {
+inline PhaseSetup with_law(const Model& model, const std::shared_ptr<JointLaw>& law) {
   PhaseSetup setup;
   setup.drives.resize(model.joints().size());
-  for (int j : law.joints) setup.drives[j].control = JointControl::controller;
+  for (int j : law->joints()) setup.drives[j].control = JointControl::controller;
   setup.controller = std::make_shared<JointLawController>(law);
   return setup;
 }

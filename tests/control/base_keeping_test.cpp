@@ -5,17 +5,17 @@
 #include <cmath>
 
 #include "control/arm_case.hpp"
+#include "grapnel/control/base_keeping.hpp"
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/free_floating.hpp"
 
 namespace grapnel::testing {
 namespace base_keeping_test {
 
-JointLaw keeping(const Model& model, std::vector<double> posture, double posture_rate, double rate = 0.5) {
-  JointLaw law;
-  law.joints = arm_joints(model);
-  law.law = BaseKeepingLaw{model.body_index("base"), Rotationd::identity(), rate, std::move(posture), posture_rate};
-  return law;
+std::shared_ptr<BaseKeeping> keeping(const Model& model, std::vector<double> posture, double posture_rate,
+                                     double rate = 0.5) {
+  BaseKeepingLaw law{model.body_index("base"), Rotationd::identity(), rate, std::move(posture), posture_rate};
+  return std::make_shared<BaseKeeping>(model, std::move(law), LawScope{arm_joints(model)});
 }
 
 IntegrationSetup tight() {
@@ -24,8 +24,8 @@ IntegrationSetup tight() {
   return integration;
 }
 
-double base_angle(const Model& model, const JointLaw& law, const State& state) {
-  return norm(attitude_deviation(std::get<BaseKeepingLaw>(law.law), root_pose(model, state, 0).R));
+double base_angle(const Model& model, const BaseKeeping& law, const State& state) {
+  return norm(attitude_deviation(law.law(), root_pose(model, state, 0).R));
 }
 
 // Four of seven freedoms of the arm do not turn the base: towards a posture within them, for two minutes.
@@ -35,11 +35,11 @@ TEST(BaseKeeping, ReactionlessMotionLeavesTheBaseAlone) {
   std::vector<double> posture;
   const std::vector<int> joints = arm_joints(model);
   for (int j : joints) posture.push_back(start.q[model.bodies()[model.joints()[j]].q] + (j % 2 ? 0.5 : -0.4));
-  const JointLaw law = keeping(model, posture, 0.06, 3);
+  const auto law = keeping(model, posture, 0.06, 3);
   PhaseDynamics dynamics(model, with_law(model, law));
   double largest = 0, moved = 0;
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, 120, 1, tight(), [&](const PhaseSample& s) {
-    largest = std::max(largest, base_angle(model, law, s.state));
+    largest = std::max(largest, base_angle(model, *law, s.state));
     double now = 0;
     for (int j : joints) {
       const int q = model.bodies()[model.joints()[j]].q;
@@ -85,12 +85,12 @@ TEST(BaseKeeping, ArmsHoldTheMomentumThatWheelsDoNot) {
   const Model model = arm_with_target({.joints = 7, .wheel = true});
   State start = moving_state(model, 0.004);
   start.v[model.bodies()[model.body_index("wheel")].v] = 8;
-  const JointLaw law = keeping(model, {}, 0.5);
+  const auto law = keeping(model, {}, 0.5);
   PhaseDynamics dynamics(model, with_law(model, law));
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, 60, 0, tight());
   ASSERT_TRUE(o.finished) << o.failure;
   const State& end = o.end_state;
-  const double angle = base_angle(model, law, end), rate = norm(root_twist(model, end, 0).angular);
+  const double angle = base_angle(model, *law, end), rate = norm(root_twist(model, end, 0).angular);
   const std::vector<int> joints = arm_joints(model);
   const AngularPart part = angular_part(model, end, joints);
   const Eigen::Vector3d L = momentum_of(model, end, end.v);
@@ -115,13 +115,13 @@ TEST(BaseKeeping, EffortLimitsTakeFromTheMotionBeside) {
   const Model strong = arm_with_target({.joints = 7});
   const State start = moving_state(strong, 0);
   std::vector<double> posture(7, 1.5);
-  const JointLaw law = keeping(strong, posture, 0.5);
-  EffortResponse response(strong, law.joints, {});
-  const auto& keep = std::get<BaseKeepingLaw>(law.law);
+  const auto law = keeping(strong, posture, 0.5);
+  EffortResponse response(strong, law->joints(), {});
+  const BaseKeepingLaw& keep = law->law();
   const BaseKeepingCommand full = base_keeping_command(keep, start, {}, {0, 0, 0}, response);
   EXPECT_EQ(full.share, 1);
   const Model weak = arm_with_target({.joints = 7, .effort = 0.25 * full.effort.cwiseAbs().maxCoeff()});
-  EffortResponse weaker(weak, law.joints, {});
+  EffortResponse weaker(weak, law->joints(), {});
   const BaseKeepingCommand cut = base_keeping_command(keep, start, {}, {0, 0, 0}, weaker);
   EXPECT_NEAR(cut.share, 0.25, 1e-12);
   EXPECT_TRUE(cut.within_limits);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "control/arm_case.hpp"
+#include "grapnel/control/detumbling.hpp"
 #include "grapnel/dynamics/momentum.hpp"
 
 namespace grapnel::testing {
@@ -13,13 +14,11 @@ namespace detumbling_test {
 
 constexpr double kTorque = 0.4;  // [N m]
 
-JointLaw detumbling(const Model& model) {
+std::shared_ptr<Detumbling> detumbling(const Model& model) {
   DetumblingLaw law{model.body_index("target"), kTorque, {}};
-  JointLaw joint_law;
-  joint_law.joints = arm_joints(model);
-  for (std::size_t j = 0; j < joint_law.joints.size(); ++j) law.damping.push_back(20 + 5.0 * static_cast<double>(j));
-  joint_law.law = law;
-  return joint_law;
+  LawScope scope{arm_joints(model)};
+  for (std::size_t j = 0; j < scope.joints.size(); ++j) law.damping.push_back(20 + 5.0 * static_cast<double>(j));
+  return std::make_shared<Detumbling>(model, std::move(law), std::move(scope));
 }
 
 struct Target {
@@ -102,18 +101,18 @@ TEST(Detumbling, ScalesTheTorqueToTheJointsEfforts) {
   const Model strong = arm_with_target({.joints = 7});
   const State start = moving_state(strong, 0.03);
   EffortResponse response(strong, arm_joints(strong), {});
-  const JointLaw law = detumbling(strong);
-  const DetumblingCommand full = detumbling_command(std::get<DetumblingLaw>(law.law), start, {}, {0, 0, 0}, response);
+  const auto law = detumbling(strong);
+  const DetumblingCommand full = detumbling_command(law->law(), start, {}, {0, 0, 0}, response);
   EXPECT_EQ(full.scale, 1);
   const double limit = 0.8 * full.effort.cwiseAbs().maxCoeff();
   const Model model = arm_with_target({.joints = 7, .effort = limit});
   const Target first = target_of(model, start);
   const double t_f = norm(first.L) / kTorque;
   PhaseDynamics dynamics(model, with_law(model, detumbling(model)));
-  JointLawEvaluation evaluation(model, detumbling(model));
+  const auto evaluation = detumbling(model);
   double least = 1, largest = 0, direction = 0;
   const PhaseOutcome o = simulate_phase(dynamics, start, 0, 0.9 * t_f, 0.05 * t_f, {}, [&](const PhaseSample& s) {
-    const JointLawCommand said = evaluation.at(s.state, {});
+    const JointLawCommand said = evaluation->at(s.time, s.state, {});
     EXPECT_TRUE(said.within_limits);
     least = std::min(least, said.scale);
     for (double effort : s.motor) largest = std::max(largest, std::abs(effort));

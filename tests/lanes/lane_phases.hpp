@@ -23,6 +23,14 @@ struct Phase {
   PhaseSetup setup;
   State start;
   double begin = 0, end = 1;
+
+  Rotationd start_attitude() const { return root_pose(model, start, 0).R; }
+  /// The setup with a clock that may go on.
+  PhaseSetup own_setup() const {
+    PhaseSetup own = setup;
+    if (own.clock) own.clock = std::make_shared<ControlClock>(*setup.clock);
+    return own;
+  }
 };
 
 using Outcomes = std::map<std::uint64_t, LaneOutcome>;
@@ -76,6 +84,8 @@ struct Kind {
   bool friction = false, noise = false, spherical = false;
   double effort = std::numeric_limits<double>::infinity();
   JointProfile profile = JointProfile::quintic;
+  std::optional<ControlTiming> sampled = {};  // every case by a period of its own, near this one's
+  bool attitude = false;
 };
 
 /// Cases of a random robot with two free targets beside it; trajectories have ends inside the phase.
@@ -107,6 +117,13 @@ inline std::vector<Phase> random_phases(int index, int count, const Kind& kind) 
         drive.noise =
             NoiseSignal({1e-3, 2, static_cast<std::uint64_t>(1000 * index + i)}, static_cast<std::uint32_t>(j));
       }
+    }
+    if (kind.attitude) p.setup.attitude = AttitudeControl{0, p.start_attitude(), {40, 50, 60}, {30, 35, 40}, {2, 2, 2}};
+    if (kind.sampled) {
+      for (JointDrive& drive : p.setup.drives) drive.kp = random.uniform(1, 3), drive.kd = random.uniform(0.5, 1);
+      const double period = kind.sampled->period * random.uniform(0.9, 1.1);
+      p.setup.clock = std::make_shared<ControlClock>(
+          ControlTiming{period, kind.sampled->delay / kind.sampled->period * period}, p.model.joints().size());
     }
     phases.push_back(std::move(p));
   }
@@ -141,9 +158,22 @@ inline double difference(const PhaseIntegrals& a, const PhaseIntegrals& b) {
 
 inline const char* worst_of(double value, double bound) { return value <= bound ? "" : " <-- too large"; }
 
+/// Of what acts and what is on its way.
+inline double difference(const ControlClock& a, const ControlClock& b) {
+  const std::vector<ControlClock::Command> x = a.commands(), y = b.commands();
+  EXPECT_EQ(x.size(), y.size());
+  double largest = 0;
+  for (std::size_t k = 0; k < std::min(x.size(), y.size()); ++k) {
+    largest = std::max(largest, norm(x[k].base_torque - y[k].base_torque));
+    for (std::size_t c = 0; c < x[k].effort.size(); ++c)
+      largest = std::max(largest, std::abs(x[k].effort[c] - y[k].effort[c]));
+  }
+  return largest;
+}
+
 /// Largest difference of end states, and of the work done, against the scalar integration.
 struct Comparison {
-  double state = 0, work = 0, linear = 0, angular = 0, energy = 0;
+  double state = 0, work = 0, linear = 0, angular = 0, energy = 0, commands = 0;
   long steps = 0, scalar_steps = 0;
 };
 inline Comparison compare(const std::vector<Phase>& phases, const IntegrationSetup& integration, InstructionSet set) {
@@ -154,9 +184,14 @@ inline Comparison compare(const std::vector<Phase>& phases, const IntegrationSet
   for (const auto& [id, o] : outcomes) {
     EXPECT_TRUE(o.finished()) << explanation(o);
     const Phase& p = phases[id];
-    PhaseDynamics dynamics(p.model, p.setup);
+    PhaseDynamics dynamics(p.model, p.own_setup());
     const PhaseOutcome expected = simulate_phase(dynamics, p.start, p.begin, p.end, 0, integration);
     EXPECT_TRUE(expected.finished) << expected.failure;
+    if (p.setup.clock) {
+      ControlClock clock = *p.setup.clock;
+      end_control(*lane_motion(structure, p.model, p.setup, p.begin, p.end), o, clock);
+      c.commands = std::max(c.commands, difference(clock, *dynamics.setup().clock));
+    }
     c.state = std::max(c.state, difference({o.q, o.v}, expected.end_state));
     c.work = std::max(c.work, difference(o.integrals, expected.integrals));
     EXPECT_FALSE(o.trees.empty());
@@ -179,6 +214,7 @@ inline void expect_alike(const char* what, const std::vector<Phase>& phases, dou
                 worst_of(c.state, bound));
     EXPECT_LT(c.state, bound) << what;
     EXPECT_LT(c.work, 10 * bound) << what;
+    EXPECT_LT(c.commands, 100 * bound) << what;
     EXPECT_LT(c.linear, momentum);
     EXPECT_LT(c.angular, momentum);
     EXPECT_LT(c.energy, 1e-10);

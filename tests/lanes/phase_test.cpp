@@ -49,6 +49,50 @@ TEST(LanePhase, CycloidalPathsAgree) {
   expect_alike("prescribed, cycloidal", random_phases(7, 9, kind), 3e-10);
 }
 
+// An on-board computer: laws speak at ticks, and what they say is held, at once or 1.3 and 2.5 periods later.
+TEST(LanePhase, SampledControlAgrees) {
+  Kind kind;
+  for (const double delay : {0.0, 1.3, 2.5}) {
+    SCOPED_TRACE(delay);
+    kind.sampled = ControlTiming{0.02, 0.02 * delay};
+    kind.control = JointControl::pd, kind.friction = kind.noise = kind.attitude = true;
+    kind.effort = 0.5;
+    expect_alike("sampled pd", random_phases(12, 9, kind), 1e-9);
+    kind.control = JointControl::computed_torque, kind.friction = kind.noise = kind.attitude = false;
+    kind.effort = std::numeric_limits<double>::infinity();
+    expect_alike("sampled computed torque", random_phases(13, 9, kind), 1e-9);
+  }
+}
+
+TEST(LanePhase, SampledCasesHaveTheirBitsAlone) {
+  Kind kind;
+  kind.control = JointControl::pd;
+  kind.friction = kind.attitude = true;
+  kind.sampled = ControlTiming{0.05, 0.07};
+  expect_bits_of_the_case_alone(random_phases(14, 13, kind));
+}
+
+// Gains too high for the period: the rates grow, and the run is given up as the one alone is.
+TEST(LanePhase, UnstableSampledControlIsSaid) {
+  Kind kind;
+  kind.control = JointControl::pd;
+  kind.sampled = ControlTiming{0.05, 0};
+  std::vector<Phase> phases = random_phases(15, 3, kind);
+  for (Phase& p : phases) {
+    for (JointDrive& drive : p.setup.drives) drive.kd = 1e5;
+  }
+  const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-9));
+  for (const auto& [id, o] : run(structure, phases, all_of(phases), supported_instruction_sets().back())) {
+    EXPECT_EQ(o.status, LaneStatus::unstable_control);
+    EXPECT_NE(explanation(o).find("sampled control is unstable"), std::string::npos) << explanation(o);
+    PhaseDynamics dynamics(phases[id].model, phases[id].own_setup());
+    const PhaseOutcome alone =
+        simulate_phase(dynamics, phases[id].start, phases[id].begin, phases[id].end, 0, tight(1e-9));
+    EXPECT_FALSE(alone.finished);
+    EXPECT_EQ(alone.end_time, o.time) << alone.failure;
+  }
+}
+
 TEST(LanePhase, ErrorsShrinkWithTheTolerance) {
   const std::vector<Phase> phases = random_phases(9, 8, {});
   std::vector<State> truth;

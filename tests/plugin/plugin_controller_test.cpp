@@ -147,8 +147,6 @@ TEST(PluginController, KeepsPhasesOutOfLanes) {
   EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "");
   setup.controller = make("{}", model);
   EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "a controller of its own is asked");
-  setup.clock = std::make_shared<ControlClock>(ControlTiming{0.01, 0}, 2);
-  EXPECT_EQ(lanes::lane_obstacle(model, setup, {}), "control is sampled");
 }
 
 TEST(PluginController, SavesAndRestoresWhatItRemembers) {

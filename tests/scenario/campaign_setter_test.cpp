@@ -198,12 +198,13 @@ void collect_numbers(const Node& node, const std::string& path, std::vector<std:
 }
 
 // Whether only reading can know what a changed number here does: a part of an orientation, a matrix, a motion that is
-// stated piece by piece, the instants of a table, what other keys must agree with.
+// stated piece by piece, the instants of a table, an array that stands for a list of actuators, what other keys must
+// agree with.
 bool is_left_to_the_reader(const std::string& path, const CaptureProblem& problem) {
   const auto has = [&](const char* part) { return path.find(part) != std::string::npos; };
   const bool is_stated = problem.approach && (problem.approach->sampled || !problem.approach->pieces.empty());
-  return has("quaternion_wxyz[") || has("rpy[") || has(".pieces[") || has("].time.values[") || has("inertia[") ||
-         (is_stated && (has("initial.joint") || path == "approach.duration" || has(".limits")));
+  return has("_array.") || has("quaternion_wxyz[") || has("rpy[") || has(".pieces[") || has("].time.values[") ||
+         has("inertia[") || (is_stated && (has("initial.joint") || path == "approach.duration" || has(".limits")));
 }
 
 // Every number of every scenario shipped can be set in place, and then the problem is what the reader makes of it.

@@ -302,6 +302,110 @@ TEST(JointModes, TakeFromAFreeRobotWhatTheMassMatrixSays) {
   EXPECT_NEAR(dynamics.joint_modes().stop_impacts()[0].energy_lost, lost, 1e-13 * before.energy);
 }
 
+// Several joints at their stops at one instant, into them, at rest on them and away from them: stops push and do not
+// pull, joints that meet one leave it with the least restitution of all, and none goes on into its stop.
+TEST(JointModes, StopsThatAreMetTogetherPushAndDoNotPull) {
+  int together = 0, pulled = 0;
+  for (int i = 0; i < 200; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Random random(i);
+    RobotOptions options;
+    options.least_bodies = options.most_bodies = 5;
+    options.fixed_joints = false, options.prismatic_joints = false;
+    const Model plain = random_model(options, random);
+    State state = random_state(plain, random, 1.0);
+    ModelBuilder builder;
+    for (const Body& b : plain.bodies()) {
+      BodyDescription d = b.description;
+      if (has_one_axis(d.joint.type)) {
+        d.joint.type = JointType::revolute;
+        const bool upper = random.uniform(0, 1) > 0.5;
+        d.joint.limits.lower = state.q[b.q] - (upper ? 1.0 : 0.0);
+        d.joint.limits.upper = state.q[b.q] + (upper ? 0.0 : 1.0);
+        d.joint.limits.stop = JointStop{random.uniform(0, 0.9), 0};
+        if (random.uniform(0, 1) > 0.6) state.v[b.v] = 0;
+      }
+      builder.add(d);
+    }
+    const Model model = builder.build();
+    PhaseDynamics dynamics(model, {});
+    std::vector<double> y = dynamics.initial(state, 0);
+    dynamics.meet_stops(0, y);
+    const Eigen::Map<const Eigen::VectorXd> v(y.data() + state.q.size(), static_cast<Eigen::Index>(state.v.size()));
+    const Eigen::Map<const Eigen::VectorXd> before(state.v.data(), static_cast<Eigen::Index>(state.v.size()));
+    const Eigen::VectorXd impulse = mass_matrix(model, state) * (v - before);
+    double least = 1;
+    int met = 0;
+    for (int b : model.joints()) {
+      const Body& body = model.bodies()[b];
+      const double end = state.q[body.q] == body.description.joint.limits.upper ? 1 : -1;
+      if (end * before[body.v] <= 0) continue;
+      ++met, least = std::min(least, body.description.joint.limits.stop->restitution);
+    }
+    together += met > 1;
+    for (int b : model.joints()) {
+      const Body& body = model.bodies()[b];
+      const double end = state.q[body.q] == body.description.joint.limits.upper ? 1 : -1;
+      if (met == 0) continue;
+      EXPECT_LT(end * impulse[body.v], 1e-12);  // away from the end
+      EXPECT_LT(end * v[body.v], 1e-12);
+      if (std::abs(impulse[body.v]) > 1e-9 && end * before[body.v] > 0) {
+        EXPECT_NEAR(v[body.v], -least * before[body.v], 1e-13);
+      }
+      pulled += std::abs(impulse[body.v]) < 1e-12;
+    }
+  }
+  EXPECT_GT(together, 50);
+  EXPECT_GT(pulled, 50);  // some that are at a stop are left alone
+}
+
+// Which of several joints at rest are held: what holds a joint is within its friction, one that is freed goes the way
+// in which it is pulled, against its friction.
+TEST(JointModes, HoldWhatCanBeHeldAndFreeTheRest) {
+  int held = 0, freed = 0;
+  for (int i = 0; i < 400; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Random random(i);
+    RobotOptions options;
+    options.least_bodies = options.most_bodies = 6;
+    options.fixed_joints = false;
+    const Model plain = random_model(options, random);
+    State state = random_state(plain, random, 1.0);
+    ModelBuilder builder;
+    for (const Body& b : plain.bodies()) {
+      BodyDescription d = b.description;
+      if (has_one_axis(d.joint.type)) {
+        d.joint.friction = sticking(1, 1.2);
+        state.v[b.v] = 0;
+      }
+      builder.add(d);
+    }
+    const Model model = builder.build();
+    std::vector<double> pulls;
+    for (std::size_t j = 0; j < model.joints().size(); ++j) pulls.push_back(random.uniform(-4, 4));
+    const auto pull = [&](double, std::size_t j) { return pulls[j]; };
+    PhaseDynamics dynamics(model, testing::joint_modes_test::pulled(model, pull));
+    const std::vector<double> y = dynamics.initial(state, 0);
+    dynamics.begin_control(0, 1);
+    dynamics.choose_modes(0, y);
+    std::vector<double> motor(model.joints().size()), friction(motor);
+    dynamics.efforts(0, y, motor, friction);
+    for (const JointModes::Joint& j : dynamics.joint_modes().joints()) {
+      if (j.mode == JointModes::Mode::held) {
+        ++held;
+        EXPECT_LT(std::abs(friction[j.joint]), 1.2 * (1 + 1e-10));
+        EXPECT_EQ(dynamics.acceleration()[j.v], 0);
+      } else {
+        ++freed;
+        EXPECT_GT(j.sense * dynamics.acceleration()[j.v], 0);
+        EXPECT_NEAR(friction[j.joint], -j.sense, 1e-15);
+      }
+    }
+  }
+  EXPECT_GT(held, 300);
+  EXPECT_GT(freed, 300);
+}
+
 // Sampled control finds stuck joints and stops as continuous control does: work and energy agree.
 TEST(JointModes, WorkUnderSampledControl) {
   const Model model = sliders(sticking(1.0, 1.4), sticking(0.5), stopped(-0.2, 0.2, 0.3, 1e-4));
@@ -385,34 +489,39 @@ TEST(JointMotors, ComeUpOnTheirTorqueSpeedLine) {
   for (const Body& b : plain.bodies()) (b.parent < 0 ? ground : wheel) = b.description;
   wheel.joint.motor = JointMotor{w0, {}, k, R};
   const Model model = ModelBuilder().add(ground).add(wheel).build();
-  for (bool sampled : {false, true}) {
-    PhaseSetup setup = pulled(model, [](double, std::size_t) { return 100.0; });
+  for (const auto& [sampled, way] : {std::pair{false, 1.0}, {true, 1.0}, {false, -1.0}}) {
+    PhaseSetup setup = pulled(model, [&, sense = way](double, std::size_t) { return sense * 100.0; });
     if (sampled) setup.clock = std::make_shared<ControlClock>(ControlTiming{0.5, 0}, 1);
     PhaseDynamics dynamics(model, setup);
     const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 10, 0, {});
     ASSERT_TRUE(o.finished) << o.failure;
-    EXPECT_NEAR(o.end_state.v[0], w0 * (1 - std::exp(-10 / T)), 1e-9);
+    EXPECT_NEAR(o.end_state.v[0], way * w0 * (1 - std::exp(-10 / T)), 1e-9);
     const double stall = most / (3 * k);  // [A]; the gear ratio is 3
     EXPECT_NEAR(o.integrals.joints[0].copper_loss, R * stall * stall * T / 2 * (1 - std::exp(-20 / T)), 1e-7);
     EXPECT_NEAR(o.integrals.joints[0].motor_work, 0.5 * kWheelInertia * o.end_state.v[0] * o.end_state.v[0], 1e-9);
   }
 }
 
-// Ripple does the work tau (theta + A / k (1 - cos k theta)).
+// Ripple does the work tau (theta + A / k (cos phase - cos(k theta + phase))), and the winding's heat knows none.
 TEST(JointMotors, RippleWithTheirAngle) {
   BodyDescription ground, wheel;
   const Model plain = flywheel({});
   for (const Body& b : plain.bodies()) (b.parent < 0 ? ground : wheel) = b.description;
+  constexpr double k_t = 0.1, R = 0.4, phase = 0.7;
   wheel.joint.motor = JointMotor{};
-  wheel.joint.motor->ripple = TorqueRipple{0.3, 2, 0};
+  wheel.joint.motor->torque_constant = k_t, wheel.joint.motor->resistance = R;
+  wheel.joint.motor->ripple = TorqueRipple{0.3, 2, phase};
   const Model model = ModelBuilder().add(ground).add(wheel).build();
   constexpr double tau = 1.5, k = 2 * 3;
   PhaseDynamics dynamics(model, pulled(model, [](double, std::size_t) { return tau; }));
   const PhaseOutcome o = simulate_phase(dynamics, turning(model, 0), 0, 5, 0, {});
   ASSERT_TRUE(o.finished) << o.failure;
-  const double theta = o.end_state.q[0], work = tau * (theta + 0.3 / k * (1 - std::cos(k * theta)));
+  const double theta = o.end_state.q[0],
+               work = tau * (theta + 0.3 / k * (std::cos(phase) - std::cos(k * theta + phase)));
   EXPECT_GT(theta, 3);
   EXPECT_NEAR(0.5 * kWheelInertia * o.end_state.v[0] * o.end_state.v[0], work, 1e-9);
+  const double current = tau / (3 * k_t);  // the gear ratio is 3
+  EXPECT_NEAR(o.integrals.joints[0].copper_loss, R * current * current * 5, 1e-11);
 }
 
 }  // namespace joint_modes_test

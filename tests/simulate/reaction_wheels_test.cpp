@@ -30,7 +30,7 @@ Symmetric3d rotor_inertia(const Vector3d& a, double J) {
 }
 
 Gyrostat gyrostat(Symmetric3d inertia, const std::vector<Vector3d>& axes, double J, double torque = kNone,
-                  double rate = kNone, double viscous = 0) {
+                  double rate = kNone, double viscous = 0, double coulomb = 0) {
   BodyDescription base;
   base.name = "base";
   base.joint.name = "base", base.joint.type = JointType::free;
@@ -41,7 +41,7 @@ Gyrostat gyrostat(Symmetric3d inertia, const std::vector<Vector3d>& axes, double
     rotor.name = "wheel" + std::to_string(i);
     rotor.parent = "base";
     rotor.joint.name = rotor.name, rotor.joint.type = JointType::revolute, rotor.joint.axis = axes[i];
-    rotor.joint.friction.viscous = viscous;
+    rotor.joint.friction = {viscous, coulomb, 1e-3};
     rotor.mass = 1e-3;
     rotor.inertia = rotor_inertia(axes[i], J);
     for (double Symmetric3d::*entry :
@@ -113,6 +113,32 @@ TEST(ReactionWheels, TakeASpinInTheTimeThatTheirTorqueTakes) {
   ASSERT_TRUE(o.finished) << o.failure;
   EXPECT_LT(std::abs(rate_of(g, o.end_state)[2]), 1e-14);
   EXPECT_NEAR(o.end_state.v[g.wheels[0].velocity], J * w0 / J_s, 1e-12 * J * w0 / J_s);
+}
+
+// Bearings turn a free wheel's spin into heat and give its momentum to the base: W' m = -(c W + d), m = J_s (1 -
+// J_s/J).
+TEST(ReactionWheels, FrictionOfTheirBearingsGivesTheBaseTheirMomentum) {
+  constexpr double J = 4, J_s = 0.05, c = 2e-4, d = 3e-3, W = 40, m = J_s * (1 - J_s / J);
+  const Gyrostat g = gyrostat(Symmetric3d::diagonal(3, 3.5, J), {{0, 0, 1}}, J_s, kNone, kNone, c, d);
+  PhaseSetup setup;                                 // nothing drives it
+  State start = spinning(g, {0, 0, -J_s * W / J});  // at rest in all
+  start.v[g.wheels[0].velocity] = W;
+  const double energy = totals(g.model, start).energy;
+  double off = 0, heat = 0;
+  PhaseDynamics dynamics(g.model, setup);
+  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 200, 5, {}, [&](const PhaseSample& s) {
+    const double now = s.state.v[g.wheels[0].velocity];
+    off = std::max(off, std::abs(now - ((W + d / c) * std::exp(-c * s.time / m) - d / c)));
+    EXPECT_LT(norm(totals(g.model, s.state).momentum.angular), 1e-12 * J_s * W);
+    EXPECT_NEAR(rate_of(g, s.state)[2], -J_s * now / J, 1e-13);
+    heat = std::max(heat, std::abs(energy - totals(g.model, s.state).energy + s.integrals.friction_work));
+    EXPECT_EQ(s.integrals.motor_work, 0);
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  std::printf("[ measured ] rate %.2g rad/s off, heat %.2g J of %.3g\n", off, heat, -o.integrals.friction_work);
+  EXPECT_LT(off, 1e-9);
+  EXPECT_LT(heat, 1e-10 * energy);
+  EXPECT_GT(-o.integrals.friction_work, 0.5 * energy);
 }
 
 // At its largest rate a wheel takes no more: the spin that is left follows from the momentum. Asked for the opposite it

@@ -124,6 +124,27 @@ TEST(ThrusterAllocation, SaysWhatItCannotGive) {
   EXPECT_FALSE(ThrusterAllocation(array, {0, 0, 0}).is_pure());
 }
 
+// Torques are those about the point that is said, and what is cheap is propellant, not time.
+TEST(ThrusterAllocation, IsAboutItsPointAndSavesPropellant) {
+  std::vector<Thruster> thrusters(3);
+  for (Thruster& t : thrusters) t.direction = {0, 1, 0};
+  thrusters[0].position = {1, 0, 0}, thrusters[0].force = 2, thrusters[0].specific_impulse = 100;
+  thrusters[1].position = {1, 0, 0.5}, thrusters[1].force = 1, thrusters[1].specific_impulse = 300;
+  thrusters[2].position = {1, 0, -0.5}, thrusters[2].force = 1, thrusters[2].specific_impulse = 300;
+  const Vector3d about{0.2, 0.1, 0};
+  const ThrusterAllocation allocation(thrusters, about);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector3d torque = cross(thrusters[i].position - about, thrusters[i].force * thrusters[i].direction);
+    EXPECT_LT(norm(allocation.torque(i) - torque), 1e-15);
+  }
+  // About z by the first alone, in 1 s and with 2/100 of propellant, or by the others, in 1 s each and with 2/300.
+  const auto times = allocation.on_times({0, 0, 1.6});
+  ASSERT_TRUE(times);
+  EXPECT_NEAR((*times)[0], 0, 1e-14);
+  EXPECT_NEAR((*times)[1], 1, 1e-13);
+  EXPECT_NEAR((*times)[2], 1, 1e-13);
+}
+
 TEST(Thruster, PointsWhereItsMisalignmentTurnsIt) {
   Thruster t;
   t.direction = {1, 0, 0};

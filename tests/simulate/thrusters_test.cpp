@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <memory>
 
+#include "grapnel/dynamics/mass_matrix.hpp"
 #include "grapnel/simulate/thruster_bank.hpp"
 #include "simulate/phase_case.hpp"
 #include "simulate/small_models.hpp"
@@ -167,6 +169,167 @@ TEST(Thrusters, RampsAreExact) {
   EXPECT_GT(std::abs(about_z), 0.3);
 }
 
+// --- Valves, one by one: thrusters 0 and 3 turn about +x, 4 and 7 about +y ---
+
+ThrusterBank begun_bank(double min_on_time = 0, double rise = 0, double fall = 0) {
+  ThrusterBank bank(couples(min_on_time, rise, fall), Vector3d{0, 0, 0});
+  bank.begin(0, 1e-12);
+  return bank;
+}
+
+TEST(ThrusterBank, PulsesThatAreTooLongAreScaledAlike) {
+  ThrusterBank bank = begun_bank();
+  // A couple gives 2 N m: 2 s and 0.5 s of a period of 1 s.
+  const Vector3d mean = bank.pulse({4, 1, 0}, 1, {});
+  EXPECT_LT(norm(mean - Vector3d{2, 0.5, 0}), 1e-14);
+  bank.advance(0.25, 1e-12);
+  bank.advance(1, 1e-12);
+  double x = 0, y = 0;
+  for (std::size_t i = 0; i < 4; ++i) x += bank.use(i).on_time, y += bank.use(4 + i).on_time;
+  EXPECT_NEAR(x, 2 * 1.0, 1e-14);
+  EXPECT_NEAR(y, 2 * 0.25, 1e-14);
+}
+
+TEST(ThrusterBank, ShortPulsesHaveHysteresis) {
+  ThrusterBank bank = begun_bank(0.1);
+  const ThrusterModulation pulses{ThrusterModulation::Kind::pulse_width, 0.75, 0.25};
+  // Shares of the least time that are asked for, and whether it fires for it.
+  const std::pair<double, bool> asked[] = {{0.5, false}, {0.74, false}, {0.76, true}, {0.5, true},
+                                           {0.26, true}, {0.24, false}, {0.5, false}};
+  double t = 0;
+  for (const auto& [share, fires] : asked) {
+    const Vector3d mean = bank.pulse({2 * 0.1 * share, 0, 0}, 1, pulses);
+    EXPECT_NEAR(mean[0], fires ? 2 * 0.1 : 0, 1e-15) << share;
+    bank.advance(t + 0.1, 1e-12);
+    bank.advance(t += 1, 1e-12);
+  }
+}
+
+TEST(ThrusterBank, APulseAfterAPulseThatLastsCountsFromItsOwnBeginning) {
+  ThrusterBank bank = begun_bank();
+  bank.pulse({2, 0, 0}, 1, {});
+  bank.advance(1, 1e-12);
+  bank.pulse({1, 0, 0}, 1, {});
+  EXPECT_NEAR(bank.next_edge(1, 10, 1e-12), 1.5, 1e-15);
+  bank.advance(1.5, 1e-12);
+  bank.advance(2, 1e-12);
+  double on = 0;
+  long firings = 0;
+  for (std::size_t i = 0; i < 4; ++i) on += bank.use(i).on_time, firings += bank.use(i).firings;
+  EXPECT_NEAR(on, 2 * 1.5, 1e-14);
+  EXPECT_EQ(firings, 2);  // each once
+}
+
+TEST(ThrusterBank, ARampThatBeginsInTheMiddleEndsSooner) {
+  ThrusterBank bank = begun_bank(0, 1, 1);
+  bank.open(0);
+  bank.advance(0.4, 1e-12);
+  bank.close(0);
+  EXPECT_NEAR(bank.next_edge(0.4, 10, 1e-12), 0.8, 1e-15);
+  bank.advance(0.6, 1e-12);
+  EXPECT_NEAR(bank.level(0, 0.6), 0.2, 1e-15);
+  bank.open(0);
+  EXPECT_NEAR(bank.next_edge(0.6, 10, 1e-12), 0.6 + 0.8, 1e-15);
+}
+
+TEST(ThrusterBank, ValvesCloseWhileNobodyLooks) {
+  ThrusterBank bank = begun_bank();
+  bank.open(0);
+  bank.mean_torque = {1, 0, 0};
+  bank.advance(1, 1e-12);
+  bank.begin(1, 1e-12);  // the next piece, without a gap
+  EXPECT_TRUE(bank.is_open(0));
+  bank.begin(1.5, 1e-12);
+  EXPECT_FALSE(bank.is_open(0));
+  EXPECT_EQ(bank.level(0, 1.5), 0);
+  EXPECT_EQ(norm(bank.mean_torque), 0);
+  EXPECT_NEAR(bank.use(0).on_time, 1, 1e-15);
+}
+
+TEST(ThrusterBank, CountsTheTimeOfDumping) {
+  ThrusterBank bank = begun_bank();
+  const MomentumDumping dumping{4, 1, 0.2};
+  EXPECT_TRUE(bank.dumps(5, dumping));
+  bank.advance(3, 1e-12);
+  EXPECT_TRUE(bank.dumps(2, dumping));
+  EXPECT_FALSE(bank.dumps(0.5, dumping));
+  bank.advance(4, 1e-12);
+  EXPECT_FALSE(bank.dumps(2, dumping));
+  EXPECT_NEAR(bank.dumped().time, 3, 1e-15);
+  EXPECT_NEAR(bank.dumped().last_end, 3, 1e-15);
+}
+
+// By a rate alone: on from level_on on, with a constant torque, off exactly at level_off.
+TEST(Thrusters, GoOffExactlyAtTheirLevel) {
+  constexpr double kd = 10, T = 2 * kLever * kForce, w0 = 0.18;
+  const ThrusterModulation schmitt{ThrusterModulation::Kind::schmitt, 0.8, 0.3};
+  Case c = make_case(couples(), 0, kd, schmitt);
+  PhaseDynamics dynamics(c.model, c.setup);
+  const PhaseOutcome o = simulate_phase(dynamics, turning_about_z(c.model, 0, w0), 0, 5, 0, {});
+  ASSERT_TRUE(o.finished) << o.failure;
+  EXPECT_NEAR(o.end_state.v[2], schmitt.level_off * T / kd, 1e-12);
+  EXPECT_NEAR(c.bank->use(8).on_time + c.bank->use(9).on_time, kInertia * (w0 - o.end_state.v[2]) / T, 1e-11);
+}
+
+// What a law is told that acts beside it is what acts: the same accelerations follow from it, also where thrusters
+// push, about a point that is not the base's origin, and where another joint's law is cut by its motor.
+struct Listening : Controller {
+  void update(const ControlInput& in, ControlCommand&) override { force.assign(in.force.begin(), in.force.end()); }
+  std::vector<double> force;
+};
+
+TEST(Thrusters, LawsAreToldWhatThrustersGive) {
+  BodyDescription base, arm, hand;
+  base.name = base.joint.name = "base";
+  base.joint.type = JointType::free;
+  base.mass = 100, base.com = {0.1, -0.2, 0.3}, base.inertia = Symmetric3d::diagonal(20, 25, 30);
+  arm.name = arm.joint.name = "arm", arm.parent = "base";
+  arm.joint.type = JointType::revolute, arm.joint.axis = {0, 0.6, 0.8};
+  arm.X_PF.p = {0.5, 0.2, 0.3};
+  arm.mass = 10, arm.com = {1, 0.1, 0}, arm.inertia = Symmetric3d::diagonal(0.5, 3, 3);
+  hand = arm;
+  hand.name = hand.joint.name = "hand", hand.parent = "arm";
+  hand.X_PF.p = {2, 0, 0};
+  hand.joint.limits.effort = 1;
+  const Model model = ModelBuilder().add(base).add(arm).add(hand).build();
+  // One thruster each way about every axis, none of them a couple.
+  std::vector<Thruster> thrusters = couples();
+  for (const int both : {10, 6, 2}) thrusters.erase(thrusters.begin() + both, thrusters.begin() + both + 2);
+  const auto bank = std::make_shared<ThrusterBank>(thrusters, base.com);
+  const auto law = std::make_shared<Listening>();
+  PhaseSetup setup;
+  setup.drives.resize(2);
+  const bool arm_first = model.bodies()[model.joints()[0]].description.name == "arm";
+  JointDrive &listens = setup.drives[arm_first ? 0 : 1], &holds = setup.drives[arm_first ? 1 : 0];
+  listens.control = JointControl::controller;
+  holds.control = JointControl::pd, holds.kp = 100, holds.trajectory = JointTrajectory::at_rest(1);
+  setup.controller = law;
+  setup.attitude.emplace();
+  setup.attitude->root = model.body_index("base");
+  setup.attitude->kp = {4, 4, 4}, setup.attitude->kd = {20, 20, 20};
+  setup.actuators.thrusters = bank;
+  setup.actuators.modulation = {ThrusterModulation::Kind::schmitt, 0.6, 0.2};
+  PhaseDynamics dynamics(model, setup);
+  State start = zero_state(model);
+  set_root_pose(model, setup.attitude->root, Posed{rotation_about({0.6, 0, 0.8}, 1.2), {1, 2, 3}}, start);
+  const std::vector<double> y = dynamics.initial(start, 0);
+  dynamics.begin_control(0, 1);
+  dynamics.enter_interval(0, 1);
+  dynamics.choose_modes(0, y);
+  std::vector<double> dydt(y.size());
+  dynamics(0, y, dydt);
+  ASSERT_GT(norm(dynamics.control_torque()), 0.1);
+  const Eigen::Map<const Eigen::VectorXd> told(law->force.data(), model.velocities());
+  EXPECT_GT(told.segment<3>(model.bodies()[setup.attitude->root].v + 3).norm(), 0.1);
+  const Eigen::VectorXd follows = mass_matrix(model, start).ldlt().solve(told);
+  for (int i = 0; i < model.velocities(); ++i) EXPECT_NEAR(follows[i], dynamics.acceleration()[i], 1e-13) << i;
+  // What is reported is about the base's centre of mass.
+  Vector3d torque = Vector3d::zero();
+  for (std::size_t i = 0; i < bank->size(); ++i)
+    torque += bank->level(i, 0) * cross(thrusters[i].position - base.com, thrusters[i].force * thrusters[i].direction);
+  EXPECT_LT(norm(dynamics.control_torque() - torque), 1e-14);
+}
+
 // --- With wheels ---
 
 struct WheeledCase : Case {
@@ -237,6 +400,73 @@ TEST(Wheels, SpeedsGoWhereTheyAreWantedWithoutTorqueOnTheBase) {
   for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(o.end_state.v[v + k]), 1e-14);
 }
 
+// Wheels that hold momentum: what slows them together would turn the base, and is not done.
+TEST(Wheels, SpeedsLeaveTheMomentumThatTheyHold) {
+  WheeledCase w = with_pyramid(1, 400);
+  constexpr double rate = 0.2;
+  w.setup.actuators.wheel_speed_rate = rate;
+  State start = zero_state(w.model);
+  const double rates[4] = {60, -20, 30, 10};
+  for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = rates[i];
+  const Vector3d held = momentum_of(w, start);
+  ASSERT_GT(norm(held), 1);
+  PhaseDynamics dynamics(w.model, w.setup);
+  const int v = w.model.bodies()[w.setup.attitude->root].v;
+  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 20, 0.5, {}, [&](const PhaseSample& s) {
+    for (int k = 0; k < 3; ++k) EXPECT_LT(std::abs(s.state.v[v + k]), 1e-13);
+    EXPECT_LT(norm(momentum_of(w, s.state) - held), 1e-11);
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  // The null space of the pyramid is (1, -1, 1, -1)/2.
+  const auto apart = [&](const State& s) {
+    double sum = 0;
+    for (int i = 0; i < 4; ++i) sum += (i % 2 == 0 ? 0.5 : -0.5) * s.v[w.wheels[i].velocity];
+    return sum;
+  };
+  EXPECT_NEAR(apart(o.end_state), apart(start) * std::exp(-rate * 20), 1e-9);
+}
+
+// Motors that turn the base have the rest of their torque for the wheels' speeds, and no more.
+TEST(Wheels, SpeedsTakeWhatMotorsLeave) {
+  constexpr double most = 0.5;
+  WheeledCase w = with_pyramid(most, 400);
+  w.setup.actuators.wheel_speed_rate = 2;
+  State start = zero_state(w.model);
+  const int v = w.model.bodies()[w.setup.attitude->root].v;
+  start.v[v] = 0.05, start.v[v + 1] = -0.02, start.v[v + 2] = 0.03;
+  const double bias[4] = {60, -60, 60, -60};
+  for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = bias[i];
+  PhaseDynamics dynamics(w.model, w.setup);
+  double largest = 0;
+  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 3, 0.05, {}, [&](const PhaseSample& s) {
+    for (const ReactionWheel& wheel : w.wheels) largest = std::max(largest, std::abs(s.motor[wheel.joint]));
+    EXPECT_LT(norm(s.dynamics->control_torque() - s.dynamics->base().attitude_torque_in(s.state)), 1e-13);
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  EXPECT_NEAR(largest, most, 1e-14);
+}
+
+// Not more than is left: with a period in which all of it can be given nothing is left after it.
+TEST(Thrusters, DumpNoMoreThanIsLeft) {
+  WheeledCase w = with_pyramid(20, 400);
+  w.bank = std::make_shared<ThrusterBank>(couples(), Vector3d{0, 0, 0});
+  w.setup.actuators.thrusters = w.bank;
+  w.setup.actuators.dumping = MomentumDumping{0.9, 0.5, 100};
+  w.setup.clock = std::make_shared<ControlClock>(ControlTiming{1, 0}, 4);
+  State start = zero_state(w.model);
+  const double rates[4] = {12, -4, 8, 10};
+  for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = rates[i];
+  const Vector3d held = momentum_of(w, start);
+  ASSERT_GT(norm(held), 0.9);
+  PhaseDynamics dynamics(w.model, w.setup);
+  const PhaseOutcome o = simulate_phase(dynamics, start, 0, 1, 0, {});
+  ASSERT_TRUE(o.finished) << o.failure;
+  double on = 0, expected = 0;
+  for (std::size_t i = 0; i < w.bank->size(); ++i) on += w.bank->use(i).on_time;
+  for (int k = 0; k < 3; ++k) expected += std::abs(held[k]) / (kLever * kForce);
+  EXPECT_NEAR(on, expected, 1e-12);
+}
+
 TEST(Thrusters, DumpTheWheelsMomentumWhileTheBaseStays) {
   WheeledCase w = with_pyramid(2, 400);
   w.bank = std::make_shared<ThrusterBank>(couples(0.002), Vector3d{0, 0, 0});
@@ -266,6 +496,65 @@ TEST(Thrusters, DumpTheWheelsMomentumWhileTheBaseStays) {
   const Totals at_start = totals(w.model, start), at_end = totals(w.model, o.end_state);
   EXPECT_LT(norm(at_end.momentum.angular - at_start.momentum.angular - o.integrals.external_impulse.angular), 1e-11);
   EXPECT_GT(norm(o.integrals.external_impulse.angular), 3);
+}
+
+// Tachometers that read the double.
+class Doubling : public SensorReader {
+ public:
+  explicit Doubling(std::vector<ReactionWheel> wheels) : wheels_(std::move(wheels)) {}
+  bool needs_forces() const override { return false; }
+  void read(const PhaseSample&, State& seen) override {
+    for (const ReactionWheel& wheel : wheels_) seen.v[wheel.velocity] *= 2;
+  }
+  const SensorReadings& readings() const override { return readings_; }
+
+ private:
+  std::vector<ReactionWheel> wheels_;
+  SensorReadings readings_;
+};
+
+// Sampled, the null-space torques are those of the rates that were read at the tick, held for a period and a delay: of
+// rates that are read twice too large W_k+1 = (1 - 2 r T) W_k.
+TEST(Wheels, SpeedsAreSampledAndReadAsTheTorqueIs) {
+  for (const bool doubled : {false, true}) {
+    WheeledCase w = with_pyramid(2, 400);
+    constexpr double rate = 0.2, period = 0.5;
+    w.setup.actuators.wheel_speed_rate = rate;
+    w.setup.clock = std::make_shared<ControlClock>(ControlTiming{period, 0}, 4);
+    if (doubled) w.setup.sensors = std::make_shared<Doubling>(w.wheels);
+    State start = zero_state(w.model);
+    const double bias[4] = {60, -60, 60, -60};
+    for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = bias[i];
+    PhaseDynamics dynamics(w.model, w.setup);
+    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 10, 0, {});
+    ASSERT_TRUE(o.finished) << o.failure;
+    const double left = std::pow(1 - (doubled ? 2 : 1) * rate * period, 20);
+    for (int i = 0; i < 4; ++i) EXPECT_NEAR(o.end_state.v[w.wheels[i].velocity], bias[i] * left, 1e-11);
+  }
+}
+
+// Dumping begins by the momentum that was read at the tick.
+TEST(Thrusters, DumpWhatTheWheelsAreReadToHold) {
+  for (const bool doubled : {false, true}) {
+    WheeledCase w = with_pyramid(2, 400);
+    w.bank = std::make_shared<ThrusterBank>(couples(), Vector3d{0, 0, 0});
+    w.setup.actuators.thrusters = w.bank;
+    w.setup.actuators.dumping = MomentumDumping{4, 0.5, 0.2};
+    w.setup.clock = std::make_shared<ControlClock>(ControlTiming{0.1, 0.05}, 4);
+    if (doubled) w.setup.sensors = std::make_shared<Doubling>(w.wheels);
+    State start = zero_state(w.model);
+    for (int i = 0; i < 4; ++i) start.v[w.wheels[i].velocity] = 25;
+    const double held = norm(momentum_of(w, start));
+    ASSERT_TRUE(held < 4 && 2 * held > 4) << held;
+    PhaseDynamics dynamics(w.model, w.setup);
+    const PhaseOutcome o = simulate_phase(dynamics, start, 0, 1, 0, {});
+    ASSERT_TRUE(o.finished) << o.failure;
+    EXPECT_EQ(w.bank->dumped().begun, doubled ? 1 : 0);
+    if (doubled) {
+      EXPECT_NEAR(w.bank->dumped().first_begin, 0.05, 1e-12);
+    }
+    EXPECT_NEAR(w.bank->dumped().largest_momentum, (doubled ? 2 : 1) * held, 1e-12);
+  }
 }
 
 // --- Feedforward ---
@@ -308,6 +597,87 @@ TEST(BaseControl, FeedforwardKeepsTheBaseStillWhileArmsMove) {
   EXPECT_LT(largest_turn(true, JointControl::prescribed), 1e-10);
   const double tracked = largest_turn(false, JointControl::pd), ahead = largest_turn(true, JointControl::pd);
   EXPECT_LT(ahead, 0.25 * tracked);  // the joint lags behind what the law knows
+}
+
+// The rotor of a geared motor has a spin momentum, about an axis that need not be the joint's: the base gives that,
+// too.
+TEST(BaseControl, FeedforwardKnowsTheSpinOfRotors) {
+  BodyDescription base, arm, hand;
+  base.name = base.joint.name = "base";
+  base.joint.type = JointType::free;
+  base.mass = 100, base.inertia = Symmetric3d::diagonal(20, 25, 30);
+  arm.name = arm.joint.name = "arm", arm.parent = "base";
+  arm.joint.type = JointType::revolute, arm.joint.axis = {0, 0.6, 0.8};
+  arm.X_PF.p = {0.5, 0.2, 0.3};
+  arm.mass = 10, arm.com = {1, 0.1, 0}, arm.inertia = Symmetric3d::diagonal(0.5, 3, 3);
+  hand.name = hand.joint.name = "hand", hand.parent = "arm";
+  hand.joint.type = JointType::revolute, hand.joint.axis = {1, 0, 0};
+  hand.X_PF.p = {2, 0, 0};
+  hand.mass = 3, hand.com = {0.2, 0, 0.1}, hand.inertia = Symmetric3d::diagonal(0.1, 0.2, 0.2);
+  // Beside the joint's axis, in a link that turns: both terms of (19.8).
+  hand.joint.rotor_inertia = 2e-2, hand.joint.gear_ratio = 100, hand.joint.rotor_axis = Vector3d{0, 0.8, 0.6};
+  const Model model = ModelBuilder().add(base).add(arm).add(hand).build();
+  PhaseSetup setup;
+  for (const double to : {1.5, -2.0}) {
+    JointDrive drive;
+    drive.control = JointControl::prescribed;
+    drive.trajectory = {0, JointPath{JointProfile::quintic, 10, 0, to}};
+    setup.drives.push_back(drive);
+  }
+  setup.attitude.emplace();
+  setup.attitude->root = model.body_index("base");
+  setup.attitude->kp = {4, 4, 4}, setup.attitude->kd = {20, 20, 20};
+  setup.actuators.feedforward = true;
+  PhaseDynamics dynamics(model, setup);
+  const int v = model.bodies()[setup.attitude->root].v;
+  double fastest = 0, largest_torque = 0;
+  const PhaseOutcome o = simulate_phase(dynamics, zero_state(model), 0, 15, 0.1, {}, [&](const PhaseSample& s) {
+    for (int k = 0; k < 3; ++k) fastest = std::max(fastest, std::abs(s.state.v[v + k]));
+    largest_torque = std::max(largest_torque, norm(s.dynamics->control_torque()));
+  });
+  ASSERT_TRUE(o.finished) << o.failure;
+  EXPECT_GT(largest_torque, 0.1);
+  EXPECT_LT(fastest, 1e-12);
+}
+
+// A base that turns, with an arm that does not move in it: nothing is to be fed forward. And the limit is one on the
+// sum.
+TEST(BaseControl, FeedforwardIsOfTheJointsMotionAndWithinTheLimit) {
+  BodyDescription base, arm;
+  base.name = base.joint.name = "base";
+  base.joint.type = JointType::free;
+  base.mass = 100, base.inertia = Symmetric3d::diagonal(20, 25, 30);
+  arm.name = arm.joint.name = "arm", arm.parent = "base";
+  arm.joint.type = JointType::revolute, arm.joint.axis = {0, 0.6, 0.8};
+  arm.X_PF.p = {0.5, 0.2, 0.3};
+  arm.mass = 10, arm.com = {1, 0.1, 0}, arm.inertia = Symmetric3d::diagonal(0.5, 3, 3);
+  const Model model = ModelBuilder().add(base).add(arm).build();
+  const int v = model.bodies()[model.body_index("base")].v;
+  const auto run = [&](bool feedforward, double to, double limit) {
+    PhaseSetup setup;
+    JointDrive drive;
+    drive.control = JointControl::prescribed;
+    drive.trajectory = {0, JointPath{JointProfile::quintic, 10, 0, to}};
+    setup.drives = {drive};
+    setup.attitude.emplace();
+    setup.attitude->root = model.body_index("base");
+    setup.attitude->kp = {4, 4, 4}, setup.attitude->kd = {20, 20, 20};
+    setup.attitude->limit = {limit, limit, limit};
+    setup.actuators.feedforward = feedforward;
+    PhaseDynamics dynamics(model, setup);
+    State start = zero_state(model);
+    start.v[v] = 0.2, start.v[v + 1] = -0.3, start.v[v + 2] = 0.1;
+    double largest = 0;
+    PhaseOutcome o = simulate_phase(dynamics, start, 0, 10, 0.1, {}, [&](const PhaseSample& s) {
+      for (int k = 0; k < 3; ++k) largest = std::max(largest, std::abs(s.dynamics->control_torque()[k]));
+    });
+    EXPECT_TRUE(o.finished) << o.failure;
+    return std::pair{o.end_state, largest};
+  };
+  const double none = std::numeric_limits<double>::infinity();
+  EXPECT_LT(difference(run(true, 0, none).first, run(false, 0, none).first), 1e-12);
+  EXPECT_GT(difference(run(true, 3, none).first, run(false, 3, none).first), 1e-3);
+  EXPECT_EQ(run(true, 3, 0.5).second, 0.5);
 }
 
 // --- Misuse ---

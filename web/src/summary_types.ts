@@ -38,6 +38,8 @@ export interface Summary {
   loads?: PeakLoad[];
   /** reaction wheels; absent if there are none */
   wheels?: WheelReport[];
+  /** control moment gyros; absent if there are none */
+  gyros?: GyrosReport;
   /** per phase, of joints with sticking friction, stops or known motors; absent if there are none */
   joints?: JointReport[];
   /** joints that met their stops, the first hundred; absent if none did */
@@ -77,6 +79,7 @@ export const kSummary: FieldNote[] = [
   ["post_impact","","absent without such motion"],
   ["loads","","the largest loads of every phase; absent if nothing was loaded"],
   ["wheels","","reaction wheels; absent if there are none"],
+  ["gyros","","control moment gyros; absent if there are none"],
   ["joints","","per phase, of joints with sticking friction, stops or known motors; absent if there are none"],
   ["stop_impacts","","joints that met their stops, the first hundred; absent if none did"],
   ["stop_impact_count","1","all of them"],
@@ -180,6 +183,8 @@ export interface Approach {
   plan?: PlanReport;
   /** plans and the estimates they rest on; absent where targets are known and planned for once */
   navigation?: NavigationReport[];
+  /** absent without it */
+  impedance?: ImpedanceReport;
 }
 export const kApproach: FieldNote[] = [
   ["start","","at the phase's first instant"],
@@ -187,6 +192,7 @@ export const kApproach: FieldNote[] = [
   ["planned_final_rates","rad/s or m/s","joint rates the approach aimed at, in the order of `joints.names`; absent without a plan"],
   ["plan","","of the joints' motion"],
   ["navigation","","plans and the estimates they rest on; absent where targets are known and planned for once"],
+  ["impedance","","absent without it"],
 ];
 
 // the system's state where a phase begins or ends.
@@ -417,6 +423,59 @@ export const kEstimateReport: FieldNote[] = [
   ["angular_velocity_error","rad/s","of the angular velocity"],
 ];
 
+// hands under impedance control, in a phase.
+export interface ImpedanceReport {
+  /** when the law begins [s] */
+  begin: number;
+  /** when it ends [s] */
+  end: number;
+  /** `rank_lost`: the arms came near a configuration in which they cannot move the hands in all directions that are controlled, a dynamic singularity. `joint_limit`: a joint reached the end of its range. `released`: a target was let go. `running`: the phase ended before */
+  ended: LawEnd;
+  /** whose range ended it; empty otherwise */
+  joint: string;
+  /** of a hand from its reference [m] */
+  largest_distance: number;
+  /** when that was [s] */
+  largest_distance_time: number;
+  /** the largest of the hands' at the end [m] */
+  distance_after: number;
+  /** of a hand from its reference; 0 where it is not controlled [rad] */
+  largest_angle: number;
+  /** when that was [s] */
+  largest_angle_time: number;
+  /** the largest of the hands' at the end [rad] */
+  angle_after: number;
+  /** least part of an effort that moves the hands that its joint's limit lets pass [1] */
+  least_share: number;
+  /** when that was [s] */
+  least_share_time: number;
+  /** whether these efforts stayed within the limits; if not, they were cut and the hands did not move as asked for */
+  within_limits: boolean;
+  /** of the hands' motion by the joint rates, through the generalized Jacobian: least singular value over the largest, its least [1] */
+  least_condition: number;
+  /** when that was [s] */
+  least_condition_time: number;
+}
+export const kImpedanceReport: FieldNote[] = [
+  ["begin","s","when the law begins"],
+  ["end","s","when it ends"],
+  ["ended","","`rank_lost`: the arms came near a configuration in which they cannot move the hands in all directions that are controlled, a dynamic singularity. `joint_limit`: a joint reached the end of its range. `released`: a target was let go. `running`: the phase ended before"],
+  ["joint","","whose range ended it; empty otherwise"],
+  ["largest_distance","m","of a hand from its reference"],
+  ["largest_distance_time","s","when that was"],
+  ["distance_after","m","the largest of the hands' at the end"],
+  ["largest_angle","rad","of a hand from its reference; 0 where it is not controlled"],
+  ["largest_angle_time","s","when that was"],
+  ["angle_after","rad","the largest of the hands' at the end"],
+  ["least_share","1","least part of an effort that moves the hands that its joint's limit lets pass"],
+  ["least_share_time","s","when that was"],
+  ["within_limits","","whether these efforts stayed within the limits; if not, they were cut and the hands did not move as asked for"],
+  ["least_condition","1","of the hands' motion by the joint rates, through the generalized Jacobian: least singular value over the largest, its least"],
+  ["least_condition_time","s","when that was"],
+];
+
+export type LawEnd = "running" | "at_rest" | "rank_lost" | "joint_limit" | "released";
+
 // whether the grasps closed.
 export interface Capture {
   /** of all grasps; `assumed`, if that is so of at least one and all closed. */
@@ -547,6 +606,8 @@ export interface ImpactReport {
   inconsistent?: string;
   /** law `compliant` */
   compliant?: CompliantReport;
+  /** of contacts, law `compliant`; absent without them */
+  effective_masses?: EffectiveMass[];
   /** of the configuration; absent with law `compliant` */
   measures?: ImpactMeasures;
   /** with law `plastic`, else empty */
@@ -587,6 +648,7 @@ export const kImpactReport: FieldNote[] = [
   ["hypothesis","","of contacts: `stronge`, `poisson` or `newton`; absent where there were none"],
   ["inconsistent","","law `bilateral_restitution`: the rows in which no motion has the restitution asked for; absent if there are none"],
   ["compliant","","law `compliant`"],
+  ["effective_masses","","of contacts, law `compliant`; absent without them"],
   ["measures","","of the configuration; absent with law `compliant`"],
   ["sensitivities","","with law `plastic`, else empty"],
   ["margins","","against the robot's ratings; empty where the robot file has none"],
@@ -949,6 +1011,8 @@ export interface CompliantReport {
   residual_impulse: number;
   /** of the balance of energy, over the kinetic energy before of the bodies that take part [1] */
   energy_residual: number;
+  /** of joints that a law drives meanwhile (`impact.joints: impedance`) [J] */
+  motor_work: number;
   /** of the integration [1] */
   rhs_evaluations: number;
 }
@@ -959,7 +1023,38 @@ export const kCompliantReport: FieldNote[] = [
   ["elastic_energy_after","J","left in springs at the end; given up when grasps become rigid. With `time_over` the impact was cut off: this energy is missing, and the ledger's `compliant_energy_residual` fails if a contact is still compressed or grasps hold more than a thousandth of the kinetic energy before"],
   ["residual_impulse","N s","largest impulse that then takes out what relative motion is left"],
   ["energy_residual","1","of the balance of energy, over the kinetic energy before of the bodies that take part"],
+  ["motor_work","J","of joints that a law drives meanwhile (`impact.joints: impedance`)"],
   ["rhs_evaluations","1","of the integration"],
+];
+
+// hand and target as a contact meets them.
+export interface EffectiveMass {
+  /** of the contact */
+  end_effector: string;
+  /** that it meets */
+  target: string;
+  /** of the hand along the contact's normal, without control, the joints free [kg] */
+  hand: number;
+  /** of the hand by the impedance law; null where no such law acts that senses the force [kg] */
+  apparent: number | null;
+  /** of the target along it [kg] */
+  of_target: number;
+  /** e of a central contact of such masses: the target is stopped where e times the hand's mass is its own [1] */
+  restitution: number;
+  /** of the target's point along the normal towards the hand, relative to that [m/s] */
+  target_speed_before: number;
+  /** of the target's point afterwards, relative to the hand's velocity before [m/s] */
+  target_speed_after: number;
+}
+export const kEffectiveMass: FieldNote[] = [
+  ["end_effector","","of the contact"],
+  ["target","","that it meets"],
+  ["hand","kg","of the hand along the contact's normal, without control, the joints free"],
+  ["apparent","kg","of the hand by the impedance law; null where no such law acts that senses the force"],
+  ["of_target","kg","of the target along it"],
+  ["restitution","1","e of a central contact of such masses: the target is stopped where e times the hand's mass is its own"],
+  ["target_speed_before","m/s","of the target's point along the normal towards the hand, relative to that"],
+  ["target_speed_after","m/s","of the target's point afterwards, relative to the hand's velocity before"],
 ];
 
 // what the configuration makes of impulses, at the contact points, everything free but joints that are held. Twists and impulses are [angular; linear] in W; matrices are six rows of six.
@@ -1147,6 +1242,10 @@ export interface PostImpact {
   base_keeping?: BaseKeepingReport;
   /** absent without it */
   identification?: IdentificationReport;
+  /** absent without it */
+  impedance?: ImpedanceReport;
+  /** absent without it */
+  grasp_force?: GraspForceReport;
 }
 export const kPostImpact: FieldNote[] = [
   ["end","","at the end of the motion"],
@@ -1155,6 +1254,8 @@ export const kPostImpact: FieldNote[] = [
   ["detumbling","","absent without it"],
   ["base_keeping","","absent without it"],
   ["identification","","absent without it"],
+  ["impedance","","absent without it"],
+  ["grasp_force","","absent without it"],
 ];
 
 // how loops were kept closed in one phase, also of the approach where a grasp closed before its end. What remains after projection is in the ledger (`loop_closure_...`).
@@ -1279,8 +1380,6 @@ export const kDetumblingReport: FieldNote[] = [
   ["least_condition","1","of the target's accelerations by the efforts: least singular value over the largest, its least"],
   ["least_condition_time","s","when that was"],
 ];
-
-export type LawEnd = "running" | "at_rest" | "rank_lost" | "joint_limit" | "released";
 
 // a base whose attitude the joints keep.
 export interface BaseKeepingReport {
@@ -1410,6 +1509,78 @@ export const kIdentifiedParameter: FieldNote[] = [
   ["error","`unit`","value less truth"],
 ];
 
+// a target that several grasps hold and squeeze.
+export interface GraspForceReport {
+  /** that is held */
+  target: string;
+  /** when the law begins [s] */
+  begin: number;
+  /** when it ends; from then on the joints hold [s] */
+  end: number;
+  /** `rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: fewer than two grasps hold the target. `running`: the run ended before */
+  ended: LawEnd;
+  /** whose range ended it; empty otherwise */
+  joint: string;
+  /** of grasps that squeeze */
+  pairs: Squeeze[];
+  /** internal directions that the efforts reach beside the target's motion, at the begin [1] */
+  internal_rank: number;
+  /** largest difference of the grasps' internal wrenches from the reference, of all components, moments over the metric's length [N] */
+  other_internal_force: number;
+  /** of the target from where it is held; 0 with brake [m] */
+  largest_distance: number;
+  /** likewise [rad] */
+  largest_angle: number;
+  /** least part of the internal force that the joints' effort limits let pass [1] */
+  least_scale: number;
+  /** when that was [s] */
+  least_scale_time: number;
+  /** whether what moves the target stayed within the joints' effort limits; if not, efforts were cut and it did not move as asked for */
+  within_limits: boolean;
+  /** of the target's accelerations by the efforts: least singular value over the largest, its least [1] */
+  least_condition: number;
+  /** when that was [s] */
+  least_condition_time: number;
+}
+export const kGraspForceReport: FieldNote[] = [
+  ["target","","that is held"],
+  ["begin","s","when the law begins"],
+  ["end","s","when it ends; from then on the joints hold"],
+  ["ended","","`rank_lost`: the arms came near a configuration in which they cannot move the target in all directions. `joint_limit`: a joint reached the end of its range. `released`: fewer than two grasps hold the target. `running`: the run ended before"],
+  ["joint","","whose range ended it; empty otherwise"],
+  ["pairs","","of grasps that squeeze"],
+  ["internal_rank","1","internal directions that the efforts reach beside the target's motion, at the begin"],
+  ["other_internal_force","N","largest difference of the grasps' internal wrenches from the reference, of all components, moments over the metric's length"],
+  ["largest_distance","m","of the target from where it is held; 0 with brake"],
+  ["largest_angle","rad","likewise"],
+  ["least_scale","1","least part of the internal force that the joints' effort limits let pass"],
+  ["least_scale_time","s","when that was"],
+  ["within_limits","","whether what moves the target stayed within the joints' effort limits; if not, efforts were cut and it did not move as asked for"],
+  ["least_condition","1","of the target's accelerations by the efforts: least singular value over the largest, its least"],
+  ["least_condition_time","s","when that was"],
+];
+
+// the internal force between two grasps.
+export interface Squeeze {
+  /** the two end-effectors */
+  between: string[];
+  /** of the force with which they squeeze the target, at the end [N] */
+  reference: number;
+  /** with which they do, by the multipliers of the closed loops [N] */
+  force: number;
+  /** largest difference of the two [N] */
+  largest_error: number;
+  /** when that was [s] */
+  largest_error_time: number;
+}
+export const kSqueeze: FieldNote[] = [
+  ["between","","the two end-effectors"],
+  ["reference","N","of the force with which they squeeze the target, at the end"],
+  ["force","N","with which they do, by the multipliers of the closed loops"],
+  ["largest_error","N","largest difference of the two"],
+  ["largest_error_time","s","when that was"],
+];
+
 // the largest of one load in one phase.
 export interface PeakLoad {
   /** joint, end-effector, or `base control` */
@@ -1471,6 +1642,81 @@ export const kWheelReport: FieldNote[] = [
   ["rate_limit","rad/s","null: none"],
   ["largest_torque","N m","of its motor, likewise; null: nobody looked"],
   ["torque_limit","N m","null: none"],
+];
+
+// the control moment gyros of the base.
+export interface GyrosReport {
+  /** in the robot's order */
+  each: GyroReport[];
+  /** least root of det(A Aᵀ), A the momenta's derivatives by the gimbal angles over the largest momentum, at the instants that were looked at; 0: about one axis no torque can be given [1] */
+  least_singularity_measure: number;
+  /** whether a torque was asked of them */
+  steered: boolean;
+  /** measure below which they are near a singularity; null: never steered [1] */
+  near: number | null;
+  /** largest part of the torque asked for that the commanded gimbal rates leave out, near singularities or at largest rates; null: never steered, or nobody looked [N m] */
+  largest_torque_lacking: number | null;
+  /** times near a singularity while a torque is asked of them */
+  hazards: SingularityHazard[];
+}
+export const kGyrosReport: FieldNote[] = [
+  ["each","","in the robot's order"],
+  ["least_singularity_measure","1","least root of det(A Aᵀ), A the momenta's derivatives by the gimbal angles over the largest momentum, at the instants that were looked at; 0: about one axis no torque can be given"],
+  ["steered","","whether a torque was asked of them"],
+  ["near","1","measure below which they are near a singularity; null: never steered"],
+  ["largest_torque_lacking","N m","largest part of the torque asked for that the commanded gimbal rates leave out, near singularities or at largest rates; null: never steered, or nobody looked"],
+  ["hazards","","times near a singularity while a torque is asked of them"],
+];
+
+// a control moment gyro of the base.
+export interface GyroReport {
+  /** of the gyro */
+  name: string;
+  /** of its rotor relative to the gimbal [N m s] */
+  momentum: number;
+  /** of its gimbal, as the run began [rad] */
+  angle_before: number;
+  /** as it ended [rad] */
+  angle_after: number;
+  /** of the gimbal, of either sign, at the instants that were looked at [rad/s] */
+  largest_rate: number;
+  /** largest that is commanded; null: none [rad/s] */
+  rate_limit: number | null;
+  /** of the gimbal's motor, likewise; null: nobody looked [N m] */
+  largest_torque: number | null;
+  /** null: none [N m] */
+  torque_limit: number | null;
+  /** of the motor that keeps the rotor's rate, likewise; null: nobody looked [N m] */
+  largest_spin_torque: number | null;
+}
+export const kGyroReport: FieldNote[] = [
+  ["name","","of the gyro"],
+  ["momentum","N m s","of its rotor relative to the gimbal"],
+  ["angle_before","rad","of its gimbal, as the run began"],
+  ["angle_after","rad","as it ended"],
+  ["largest_rate","rad/s","of the gimbal, of either sign, at the instants that were looked at"],
+  ["rate_limit","rad/s","largest that is commanded; null: none"],
+  ["largest_torque","N m","of the gimbal's motor, likewise; null: nobody looked"],
+  ["torque_limit","N m","null: none"],
+  ["largest_spin_torque","N m","of the motor that keeps the rotor's rate, likewise; null: nobody looked"],
+];
+
+// a time in which gyros that are steered are near a singular configuration.
+export interface SingularityHazard {
+  /** when it began [s] */
+  begin: number;
+  /** how long it lasted; each integration step counts as its middle is [s] */
+  duration: number;
+  /** of singularity, in these middles [1] */
+  least_measure: number;
+  /** part of the torque asked for, likewise [N m] */
+  largest_torque_lacking: number;
+}
+export const kSingularityHazard: FieldNote[] = [
+  ["begin","s","when it began"],
+  ["duration","s","how long it lasted; each integration step counts as its middle is"],
+  ["least_measure","1","of singularity, in these middles"],
+  ["largest_torque_lacking","N m","part of the torque asked for, likewise"],
 ];
 
 // what a joint with sticking friction, stops, or a motor whose electricity is known did in one phase.

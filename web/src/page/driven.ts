@@ -1,7 +1,7 @@
 // What drove the robot: the on-board computer, laws of joints, actuators. Each part of the summary that says so is shown
 // by its description, so that what the program learns to report stands here by one line of kParts.
 import { element } from "../dom";
-import { number } from "../format";
+import { number, unitText } from "../format";
 import * as described from "../summary_types"; // by name: what is not made yet (scripts/tables) is no error
 import { bar } from "./margins";
 import { list, num, text, vector, words, type PartlySummary } from "./read";
@@ -11,19 +11,27 @@ interface Part {
   title: string;
   of: (s: PartlySummary) => unknown; // one structure, or a list of them: a row each
   notes: described.FieldNote[];
-  sums?: (all: Structure[]) => Cell[]; // what its numbers come to
+  sums?: (all: Structure[], s: PartlySummary) => Cell[]; // what its numbers come to
 }
 type Structure = Record<string, unknown>;
 
 const kParts: Part[] = [
   { title: "On-board computer", of: (s) => s.control, notes: described.kControlReport },
+  { title: "Sensors: readings less the truth", of: (s) => s.sensors, notes: described.kSensorReport },
+  { title: "Identification of the held target", of: (s) => s.post_impact?.identification, notes: described.kIdentificationReport.filter(([key]) => key !== "parameters") },
+  { title: "Numbers identified", of: (s) => s.post_impact?.identification?.parameters, notes: described.kIdentifiedParameter },
   { title: "Detumbling through the grasps", of: (s) => s.post_impact?.detumbling, notes: described.kDetumblingReport },
   { title: "Joints that keep the base's attitude", of: (s) => s.post_impact?.base_keeping, notes: described.kBaseKeepingReport },
   { title: "Reaction wheels", of: (s) => s.wheels, notes: described.kWheelReport, sums: wheelsUsed },
+  { title: "Array of control moment gyros", of: (s) => s.gyros, notes: described.kGyrosReport.filter(([key]) => !["each", "hazards"].includes(key)) },
+  { title: "Control moment gyros", of: (s) => s.gyros?.each, notes: described.kGyroReport },
+  { title: "Gyros near a singularity", of: (s) => s.gyros?.hazards, notes: described.kSingularityHazard },
   { title: "Propellant", of: (s) => s.thrusters, notes: described.kThrustersReport.filter(([key]) => !["each", "dumping", "hazards"].includes(key)) },
   { title: "Thrusters", of: (s) => s.thrusters?.each, notes: described.kThrusterReport },
   { title: "Momentum dumping", of: (s) => s.thrusters?.dumping, notes: described.kDumpingReport },
   { title: "Plumes that met something", of: (s) => s.thrusters?.hazards, notes: described.kPlumeHazard },
+  { title: "Joints: friction, stops and motors", of: (s) => s.joints, notes: described.kJointReport },
+  { title: "Impacts on stops", of: (s) => s.stop_impacts, notes: described.kStopImpact, sums: stopsCounted },
 ];
 
 export function isDriven(s: PartlySummary): boolean {
@@ -33,19 +41,20 @@ export function isDriven(s: PartlySummary): boolean {
 export function drivenSection(s: PartlySummary): HTMLElement[] {
   const shown = kParts.filter((part) => structuresOf(part.of(s)).length > 0);
   if (shown.length === 0) return [absent("No law, no actuator and no on-board computer is reported.")];
-  return shown.flatMap((part) => [element("h3", {}, part.title), ...partOf(part, part.of(s))]);
+  return shown.flatMap((part) => [element("h3", {}, part.title), ...partOf(part, s)]);
 }
 
-function partOf(part: Part, value: unknown): HTMLElement[] {
+function partOf(part: Part, s: PartlySummary): HTMLElement[] {
+  const value = part.of(s);
   const all = structuresOf(value);
   const notes = part.notes.filter(([key]) => all.some((one) => isShown(one[key])));
-  const sums = (part.sums?.(all) ?? []).map((sum) => element("div", {}, sum ?? ""));
+  const sums = (part.sums?.(all, s) ?? []).map((sum) => element("div", {}, sum ?? ""));
   if (!Array.isArray(value))
     return [...sums, pairs(notes.map(([key, unit, about]) => [words(key), hinted(cell(all[0][key], unit), about)]))];
   const columns = notes.map(
-    ([key, unit, about]): Column => ({ head: capital(words(key)), unit: unit === "1" ? "" : unit, title: about, numeric: all.some((one) => num(one[key]) !== null) }),
+    ([key, unit, about]): Column => ({ head: capital(words(key)), unit: unit === "1" || unit.startsWith("`") ? "" : unit, title: about, numeric: all.some((one) => num(one[key]) !== null) }),
   );
-  return [...sums, table(part.title, columns, all.map((one) => notes.map(([key]) => cell(one[key], ""))))];
+  return [...sums, table(part.title, columns, all.map((one) => notes.map(([key]) => (key === "unit" ? unitText(text(one[key])) : cell(one[key], "")))))];
 }
 
 function structuresOf(value: unknown): Structure[] {
@@ -54,7 +63,7 @@ function structuresOf(value: unknown): Structure[] {
 }
 
 function isShown(value: unknown): boolean {
-  return value !== undefined && value !== null && value !== "";
+  return value !== undefined && value !== null && value !== "" && !(Array.isArray(value) && value.length === 0);
 }
 
 function cell(value: unknown, unit: string): Cell {
@@ -89,4 +98,10 @@ function wheelsUsed(all: Structure[]): Cell[] {
     return [name, share >= 1 - 1e-9 ? mark("warn", `${percent}, saturated`) : percent, bar(share)];
   });
   return [table("Momentum of wheels against their capacity", columns, rows)];
+}
+
+// Where the list does not hold them all.
+function stopsCounted(all: Structure[], s: PartlySummary): Cell[] {
+  const count = num(s.stop_impact_count);
+  return count !== null && count > all.length ? [`${number(count)} in all, of which these are the first.`] : [];
 }

@@ -22,7 +22,7 @@ export function planSection(s: PartlySummary): HTMLElement[] {
     pairs([
       [
         "made least",
-        plan.objective
+        plan.objective && plan.objective !== "as_found"
           ? `${words(plan.objective)}: ${withUnit(num(plan.objective_value), plan.objective === "excursion" ? "rad² (m²)" : "")}`
           : "",
       ],
@@ -39,7 +39,34 @@ export function planSection(s: PartlySummary): HTMLElement[] {
     ...finalValues(s, plan),
     ...misses(plan),
     ...straightIn(plan),
+    ...navigation(s),
   ];
+}
+
+// Plans on the way, and how far off the estimates were that they rest on.
+function navigation(s: PartlySummary): HTMLElement[] {
+  const columns: Column[] = [
+    { head: "Planned at", unit: "s", numeric: true },
+    { head: "Found" },
+    { head: "Target" },
+    { head: "Position off by", unit: "m", numeric: true },
+    { head: "Orientation", unit: "rad", numeric: true },
+    { head: "Velocity", unit: "m/s", numeric: true },
+    { head: "Angular velocity", unit: "rad/s", numeric: true },
+  ];
+  const rows = list(s.approach?.navigation).flatMap((plan) =>
+    list(plan.estimates).map((one): Cell[] => [
+      number(num(plan.time)),
+      plan.found === false ? mark("warn", text(plan.failure)) : "yes",
+      text(one.target),
+      number(num(one.position_error), 3),
+      number(num(one.orientation_error), 3),
+      number(num(one.velocity_error), 3),
+      number(num(one.angular_velocity_error), 3),
+    ]),
+  );
+  if (rows.length === 0) return [];
+  return [element("h3", {}, "Plans on estimates"), table("Plans and the errors of the estimates they rest on", columns, rows)];
 }
 
 function finalValues(s: PartlySummary, plan: Partly<PlanReport>): HTMLElement[] {

@@ -32,6 +32,7 @@ const kGroups = [
   "Energy",
   "Torques",
   "Control",
+  "Sensors",
   "Loops",
   "Clearance",
   "Targets",

@@ -1,11 +1,36 @@
-// Plots of what drives the base: its control torque, reaction wheels against their limits, and thrusters.
+// Plots of what drives the base: its control torque, reaction wheels against their limits, gyros and thrusters; and of what
+// sensors read.
 import { label } from "../format";
 import { list, num } from "../page/read";
 import { column, componentLine, derivedLine, take, vectorLines, type Context } from "./lines";
 import type { Limit, Line, PlotSpec } from "./spec";
 
 export function controlPlots(context: Context): PlotSpec[] {
-  return [...torquePlot(context), ...wheelPlots(context)];
+  return [...torquePlot(context), ...wheelPlots(context), ...gyroPlots(context), ...sensorPlots(context)];
+}
+
+// By the last part of a series' path.
+const kRead: Record<string, [title: string, axis: string]> = {
+  measured_position: ["Position as read", "position"],
+  measured_velocity: ["Rates that the laws see", "rate"],
+  measured_angular_velocity: ["Angular velocity as read", "angular velocity"],
+  measured_rate: ["Rates as read", "rate"],
+  measured_force: ["Force as read", "force"],
+  measured_torque: ["Torque as read", "torque"],
+};
+
+function sensorPlots(context: Context): PlotSpec[] {
+  return context.run.all().flatMap((known): PlotSpec[] => {
+    const parts = known.path.split("/"), words = kRead[parts[parts.length - 1]];
+    const series = words && take(context, known.path);
+    if (!series) return [];
+    const of = parts.length > 2 ? parts[1] : parts[0];
+    const isVector = series.components.join() === "x,y,z";
+    const lines = isVector
+      ? vectorLines(context, series, /angular|torque/.test(known.path))
+      : series.components.map((name, k) => componentLine(context, series, k, { label: name, color: `step ${k}` }));
+    return [{ id: known.path.replace(/\//g, "-"), group: "Sensors", title: `${words[0]}, ${of}`, axis: label(words[1], series.unit), unit: series.unit, lines, note: series.description }];
+  });
 }
 
 function torquePlot(context: Context): PlotSpec[] {
@@ -29,20 +54,37 @@ function torquePlot(context: Context): PlotSpec[] {
 
 function wheelPlots(context: Context): PlotSpec[] {
   const reports = list(context.run.summary?.wheels);
-  const plot = (path: string, title: string, axis: string, limits: Limit[]): PlotSpec[] => {
-    const series = take(context, path);
-    if (!series) return [];
-    const lines = series.components.map((name, k) => componentLine(context, series, k, { label: name, color: `step ${k}` }));
-    return [{ id: path.replace("/", "-"), group: "Control", title, axis: label(axis, series.unit), unit: series.unit, lines, limits }];
-  };
+  const plot = (path: string, title: string, axis: string, limits: Limit[], note?: string) => plotOfAll(context, path, title, axis, limits, note);
   return [
     ...plot("wheels/rate", "Wheel rates", "rate relative to the base", common(reports.map((one) => num(one.rate_limit)), "largest rate")),
     ...plot("wheels/momentum", "Wheel momentum", "inertia times rate", []),
     ...capacityPlot(context),
-    ...plot("thrusters/force", "Thrusters", "force", []),
+    ...plot("thrusters/impulse", "Impulse of thrusters", "impulse since the start", []),
+    ...plot("thrusters/force", "Thrusters at the samples", "force", [], "At the samples: a pulse that is shorter than their interval is missed, or seems to last."),
     ...plot("thrusters/propellant", "Propellant used", "propellant", []),
     ...plot("wheels/torque", "Wheel motors", "torque", common(reports.map((one) => num(one.torque_limit)), "largest torque")),
   ];
+}
+
+function gyroPlots(context: Context): PlotSpec[] {
+  const gyros = context.run.summary?.gyros;
+  const reports = list(gyros?.each);
+  const near = num(gyros?.near);
+  const plot = (path: string, title: string, axis: string, limits: Limit[]) => plotOfAll(context, path, title, axis, limits);
+  return [
+    ...plot("gyros/angle", "Gimbal angles of the gyros", "angle", []),
+    ...plot("gyros/rate", "Gimbal rates of the gyros", "rate relative to the base", common(reports.map((one) => num(one.rate_limit)), "largest rate")),
+    ...plot("gyros/torque", "Gimbal motors of the gyros", "torque", common(reports.map((one) => num(one.torque_limit)), "largest torque")),
+    ...plot("gyros/singularity_measure", "Singularity measure of the gyros", "measure", near === null ? [] : [{ label: "near a singularity", value: near }]),
+  ];
+}
+
+// A line for each of an array's actuators.
+function plotOfAll(context: Context, path: string, title: string, axis: string, limits: Limit[], note?: string): PlotSpec[] {
+  const series = take(context, path);
+  if (!series) return [];
+  const lines = series.components.map((name, k) => componentLine(context, series, k, { label: name, color: `step ${k}` }));
+  return [{ id: path.replace("/", "-"), group: "Control", title, axis: label(axis, series.unit), unit: series.unit, lines, limits, note }];
 }
 
 // Wheels may differ: each against its own capacity.

@@ -1,0 +1,71 @@
+#include "grapnel/capture/law_of_run.hpp"
+#include "grapnel/control/base_keeping.hpp"
+
+namespace grapnel {
+namespace {
+
+// Of the base's turning by the joints, as the law begins: what is less is no more than rounding.
+constexpr double kNoTurning = 1e-9;
+
+class BaseKeepingOfRun : public LawOfRun {
+ public:
+  explicit BaseKeepingOfRun(const CaptureProblem& problem) : problem_(problem) {}
+
+  void begin_post_impact(const CaptureSystem& system, const State& state) override {
+    R_WD_ = root_pose(system.model, state, system.base).R;
+  }
+
+  std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
+                                        double time) override {
+    system_ = &system;
+    const KeepBaseSetup keep = problem_.post_impact->keep_base_attitude.value_or(KeepBaseSetup{});
+    law_ = BaseKeepingLaw{system.base, keep.R_WD.value_or(R_WD_), keep.rate, keep.posture, keep.posture_rate};
+    if (!report_) begin_report(state, time);
+    law_.rank = report_->rank;
+    return std::make_shared<BaseKeeping>(law_model, law_,
+                                         LawScope{system.robot_joints, {}, problem_.gravity, steady_joints(system)});
+  }
+
+  void note(const PhaseSample& sample, const JointLawCommand& command) override {
+    BaseKeepingReport& r = *report_;
+    lower_to(r.least_share, r.least_share_time, command.scale, sample.time);
+    lower_to(r.least_condition, r.least_condition_time, command.condition, sample.time);
+    r.within_limits = r.within_limits && command.within_limits;
+    const Rotationd R_WB = root_pose(system_->model, sample.state, system_->base).R;
+    raise_to(r.largest_angle, r.largest_angle_time, norm(attitude_deviation(law_, R_WB)), sample.time);
+  }
+
+  void describe(const State& state, double time) override {
+    const Kinematics kinematics = forward_kinematics(system_->model, state);
+    report_->end = time;
+    report_->angle_after = norm(attitude_deviation(law_, kinematics.X_WB[system_->base].R));
+    report_->angular_velocity_after = norm(kinematics.V_WB[system_->base].angular);
+  }
+
+  void end(LawEnd how, const std::string& joint) override { report_->ended = how, report_->joint = joint; }
+  void write(CaptureResult& result) const override { result.base_keeping = report_; }
+
+ private:
+  void begin_report(const State& state, double time) {
+    EffortResponse response(system_->model, system_->robot_joints, {}, steady_joints(*system_));
+    const BaseKeepingCommand first = base_keeping_command(law_, state, {}, problem_.gravity, response);
+    BaseKeepingReport& report = report_.emplace();
+    report.begin = time;
+    for (int i = 0; i < 3; ++i) report.rank += first.singular_values[i] > kNoTurning * first.singular_values[0];
+    describe(state, time);
+  }
+
+  const CaptureProblem& problem_;
+  const CaptureSystem* system_ = nullptr;
+  Rotationd R_WD_ = Rotationd::identity();
+  BaseKeepingLaw law_;                       // of the piece at hand
+  std::optional<BaseKeepingReport> report_;  // of all pieces
+};
+
+}  // namespace
+
+std::unique_ptr<LawOfRun> base_keeping_of_run(const CaptureProblem& problem) {
+  return std::make_unique<BaseKeepingOfRun>(problem);
+}
+
+}  // namespace grapnel

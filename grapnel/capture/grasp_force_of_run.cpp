@@ -1,0 +1,149 @@
+#include <algorithm>
+#include <cmath>
+
+#include "grapnel/capture/law_of_run.hpp"
+#include "grapnel/control/grasp_force.hpp"
+#include "grapnel/dense/decompositions.hpp"
+#include "grapnel/impact_report/internal_loads.hpp"
+
+namespace grapnel {
+namespace {
+
+class GraspForceOfRun : public LawOfRun {
+ public:
+  explicit GraspForceOfRun(const CaptureProblem& problem)
+      : problem_(problem), setup_(*problem.post_impact->grasp_force), target_(held_target(problem, setup_.target)) {}
+
+  void begin_post_impact(const CaptureSystem&, const State&) override { begins_ = true; }
+
+  bool has_work(const CaptureSystem& system) const override { return holds_of(system).size() >= 2; }
+
+  std::shared_ptr<JointLaw> begin_piece(const CaptureSystem& system, const Model& law_model, const State& state,
+                                        double time) override {
+    if (begins_) begin_ = time, begins_ = false;
+    system_ = &system;
+    kinematics_ = Kinematics(system.model);
+    forward_kinematics(system.model, state, kinematics_);
+    GraspForceLaw law;
+    law.base = system.base;
+    law.brakes = setup_.motion == GraspForceSetup::Motion::brake;
+    law.rate = setup_.rate, law.torque = setup_.torque, law.moment_length = setup_.moment_length;
+    std::vector<std::string> names;
+    places_ = holds_of(system);
+    for (const std::size_t place : places_) {
+      const HeldGrasp& held = system.grasps[place];
+      law.target = held.frames.body_b;
+      law.holds.push_back({held.closure, held.frames.X_BD, held.frames.model, held.frames.hinge_C});
+      names.push_back(problem_.grasps[held.grasp].end_effector);
+    }
+    pairs_.clear();
+    for (std::size_t p = 0; p < setup_.pairs.size(); ++p) {
+      const GraspForceSetup::Pair& pair = setup_.pairs[p];
+      const auto a = std::find(names.begin(), names.end(), pair.between[0]);
+      const auto b = std::find(names.begin(), names.end(), pair.between[1]);
+      if (a == names.end() || b == names.end()) continue;  // let go
+      law.pairs.push_back({static_cast<std::size_t>(a - names.begin()), static_cast<std::size_t>(b - names.begin()),
+                           pair.force, begin_ + pair.after, pair.ramp});
+      pairs_.push_back(p);
+    }
+    LawScope scope{{}, system.closures, problem_.gravity, steady_joints(system)};
+    for (const std::size_t j : joints_that_carry(problem_, system, target_)) {
+      scope.joints.push_back(system.robot_joints[j]);
+      law.damping.push_back(problem_.post_impact->kd[j]);
+    }
+    const Posed X_BT = inverse(kinematics_.X_WB[system.base]) * kinematics_.X_WB[law.target];
+    if (!X_BT_) X_BT_ = X_BT * own_frame(system.model, law.target);
+    law.X_BT = *X_BT_ * inverse(own_frame(system.model, law.target));
+    law_ = std::make_shared<GraspForce>(law_model, std::move(law), std::move(scope));
+    if (!report_) begin_report(state, time);
+    describe(state, time);
+    return law_;
+  }
+
+  void note(const PhaseSample& sample, const JointLawCommand& command) override {
+    GraspForceReport& r = *report_;
+    lower_to(r.least_scale, r.least_scale_time, command.scale, sample.time);
+    lower_to(r.least_condition, r.least_condition_time, command.condition, sample.time);
+    r.within_limits = r.within_limits && command.within_limits;
+    forward_kinematics(system_->model, sample.state, kinematics_);
+    note_forces(sample);
+    if (law_->law().brakes) return;
+    const HoldDeviation d = hold_deviation(law_->law(), system_->model, kinematics_);
+    r.largest_distance = std::max(r.largest_distance, d.distance);
+    r.largest_angle = std::max(r.largest_angle, d.angle);
+  }
+
+  void describe(const State&, double time) override { report_->end = time; }
+  void end(LawEnd how, const std::string& joint) override { report_->ended = how, report_->joint = joint; }
+  void released_at(double time) override { report_->end = time; }
+  void write(CaptureResult& result) const override { result.grasp_force = report_; }
+
+ private:
+  // Grasps of the target that bear something, as positions in CaptureSystem::grasps.
+  std::vector<std::size_t> holds_of(const CaptureSystem& system) const {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < system.grasps.size(); ++i) {
+      const HeldGrasp& held = system.grasps[i];
+      if (problem_.grasps[held.grasp].target == target_ && held.closure != HeldGrasp::kRedundant) places.push_back(i);
+    }
+    return places;
+  }
+
+  void begin_report(const State& state, double time) {
+    GraspForceReport& report = report_.emplace();
+    report.target = target_, report.begin = time;
+    for (const GraspForceSetup::Pair& pair : setup_.pairs) report.pairs.push_back({pair.between, 0, 0, 0, time});
+    law_->at(time, state, {});
+    report.internal_rank = law_->internal_rank();
+  }
+
+  // What the grasps bear, by the solver of the loops, beside the reference.
+  void note_forces(const PhaseSample& sample) {
+    const GraspForceLaw& law = law_->law();
+    const std::vector<GraspWrench> wrenches = wrenches_of_grasps(*system_, kinematics_, sample);
+    Eigen::VectorXd f(6 * static_cast<Eigen::Index>(places_.size()));
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      const Wrenchd& on_robot = wrenches[places_[i]].F_WC;
+      for (int k = 0; k < 3; ++k) {
+        f[static_cast<Eigen::Index>(6 * i) + k] = -on_robot.angular[k] / law.moment_length;
+        f[static_cast<Eigen::Index>(6 * i) + 3 + k] = -on_robot.linear[k];
+      }
+    }
+    const GraspMap map = grasp_map(law, system_->model, kinematics_);
+    const Eigen::VectorXd inside = map.internal_part(f);
+    Eigen::VectorXd reference = Eigen::VectorXd::Zero(inside.size());
+    for (std::size_t p = 0; p < law.pairs.size(); ++p)
+      reference += squeeze_at(law.pairs[p], sample.time) * map.pairs.col(static_cast<Eigen::Index>(p));
+    report_->other_internal_force = std::max(report_->other_internal_force, (inside - reference).norm());
+    if (law.pairs.empty()) return;
+    const Eigen::VectorXd squeeze = least_norm_solution(map.pairs, inside);
+    for (std::size_t p = 0; p < law.pairs.size(); ++p) {
+      GraspForceReport::Pair& pair = report_->pairs[pairs_[p]];
+      pair.reference = squeeze_at(law.pairs[p], sample.time), pair.force = squeeze[static_cast<Eigen::Index>(p)];
+      raise_to(pair.largest_error, pair.largest_error_time, std::abs(pair.force - pair.reference), sample.time);
+    }
+  }
+
+  const CaptureProblem& problem_;
+  const GraspForceSetup& setup_;
+  const std::string target_;
+  bool begins_ = false;
+  double begin_ = 0;           // of post_impact
+  std::optional<Posed> X_BT_;  // of the target's own frame, to be held
+  // The piece at hand:
+  const CaptureSystem* system_ = nullptr;
+  std::vector<std::size_t> places_;  // of holds, in CaptureSystem::grasps
+  std::vector<std::size_t> pairs_;   // of the law's pairs, in the setup
+  std::shared_ptr<GraspForce> law_;
+  Kinematics kinematics_;
+  std::optional<GraspForceReport> report_;  // of all pieces
+};
+
+}  // namespace
+
+std::unique_ptr<LawOfRun> grasp_force_of_run(const CaptureProblem& problem) {
+  if (!problem.post_impact->grasp_force) return {};
+  return std::make_unique<GraspForceOfRun>(problem);
+}
+
+}  // namespace grapnel

@@ -1,0 +1,51 @@
+#include "grapnel/plant/plant_problem.hpp"
+
+#include <utility>
+
+namespace grapnel {
+namespace {
+
+void take_out_laws(ApproachSetup& approach) {
+  approach.tracking.mode = JointControl::controller;
+  approach.tracking.kp.clear(), approach.tracking.kd.clear();
+  approach.base_control.reset();
+}
+
+void take_out_laws(PostImpactSetup& post) {
+  post.joints = PostImpactSetup::Joints::controller;
+  post.kp.clear(), post.kd.clear();
+  post.detumble.reset(), post.keep_base_attitude.reset(), post.model.reset();
+  post.base_control.reset();
+}
+
+}  // namespace
+
+CaptureProblem plant_of(CaptureProblem problem, bool base_torque) {
+  if (!problem.control)
+    throw PlantError(
+        "the scenario has no control.period, at which commands are taken and outputs are sampled; add it, or say "
+        "--set 'control.period=10 ms'");
+  ControlSetup& control = *problem.control;
+  const std::string other = control.log               ? "control.torques"
+                            : !control.plugin.empty() ? "control.plugin"
+                            : !control.fmu.empty()    ? "control.fmu"
+                                                      : "";
+  if (!other.empty())
+    throw PlantError("the scenario's " + other +
+                     " says what an exported plant is told from outside; leave it out, with its inputs, outputs and "
+                     "parameters, or say --set 'control={period: 10 ms, external: true}'");
+  if (!problem.approach && !problem.post_impact)
+    throw PlantError("the scenario has neither an approach nor a post_impact, so nothing in it moves");
+  if (problem.approach) take_out_laws(*problem.approach);
+  if (problem.post_impact) take_out_laws(*problem.post_impact);
+  const bool is_fixed = problem.robot.base_mode == RobotSetup::Base::fixed;
+  if (is_fixed && base_torque) throw PlantError("the robot's base is fixed, so no torque turns it");
+  control.external = true;
+  control.base_torque = control.base_torque || base_torque;
+  control.base_actuators =
+      !is_fixed && !control.base_torque &&
+      !(problem.robot.wheels.empty() && problem.robot.gyros.empty() && problem.robot.thrusters.empty());
+  return problem;
+}
+
+}  // namespace grapnel

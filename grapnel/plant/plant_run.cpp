@@ -1,0 +1,262 @@
+#include "grapnel/plant/plant_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cfenv>
+#include <cmath>
+
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/plant/plant_problem.hpp"
+#include "grapnel/problem/capture_system.hpp"
+#include "grapnel/simulate/replay_controller.hpp"
+
+namespace grapnel {
+namespace {
+
+// Times that differ by less than this part of a period are one.
+constexpr double kSame = 1e-6;
+
+PlantOutputs::Motion motion_of(const Posed& X_WB, const Twistd& V_WB, const Vector3d& place, const Vector3d& velocity) {
+  return {X_WB.p + place, quaternion_from(X_WB.R), V_WB.linear + velocity, transpose(X_WB.R) * V_WB.angular};
+}
+PlantOutputs::Motion motion_of(const BodyMotion& body) {
+  const Rotationd R = rotation_matrix(body.quaternion_wxyz);
+  return {body.position, body.quaternion_wxyz, body.velocity, transpose(R) * body.angular_velocity};
+}
+
+double row_of(const Ledger& ledger, const std::string& name) {
+  for (const LedgerEntry& entry : ledger.entries) {
+    if (entry.name == name) return entry.value;
+  }
+  return 0;
+}
+
+}  // namespace
+
+// The controller of the run: shows what it sees, and says what it is told.
+class PlantRun::Told final : public Controller {
+ public:
+  Told(PlantRun& run, ControlledRobot robot) : run_(run), robot_(std::move(robot)) {}
+
+  void begin_piece(const Model& model, double) override {
+    base_ = model.body_index(robot_.base);
+    joints_.clear(), wheels_.clear(), frames_.clear();
+    for (const std::string& name : robot_.joints) joints_.push_back(joint_named(model, name));
+    for (const std::string& name : robot_.wheels)
+      wheels_.push_back(model.bodies()[model.joints()[joint_named(model, name)]].v);
+    gimbals_.clear();
+    for (const MomentGyroSetup& gyro : run_.plant_.robot.gyros)
+      gimbals_.push_back(model.joints()[joint_named(model, gimbal_body_name(gyro.name))]);
+    for (const TargetSetup& target : run_.plant_.targets)
+      frames_.push_back(model.frame_index(target_body_name(target.name)));
+    ++piece_;
+  }
+
+  void update(const ControlInput& input, ControlCommand& command) override {
+    run_.arrive(seen(input), input.time, told_);
+    std::size_t next = 0;
+    for (const std::size_t joint : joints_) command.effort[joint] = told_.at(next++);
+    if (run_.variables_.base_torque) {
+      for (int k = 0; k < 3; ++k) command.base_torque[k] = told_.at(next++);
+    }
+    if (!run_.plant_.control->base_actuators) return;
+    const auto take = [&](std::size_t count) {
+      next += count;
+      return std::vector<double>(told_.begin() + static_cast<std::ptrdiff_t>(next - count),
+                                 told_.begin() + static_cast<std::ptrdiff_t>(next));
+    };
+    command.actuators.wheel_torque = take(wheels_.size());
+    command.actuators.gimbal_rate = take(gimbals_.size());
+    command.actuators.thruster = take(run_.plant_.robot.thrusters.size());
+    for (double& open : command.actuators.thruster) open = open != 0 ? 1 : 0;
+  }
+
+ private:
+  PlantOutputs seen(const ControlInput& input) const {
+    PlantOutputs out;
+    out.phase = run_.phase_, out.piece = piece_;
+    for (const std::size_t joint : joints_) {
+      const JointPoint &sensed = input.sensed[joint], &desired = input.reference[joint];
+      out.joints.push_back({sensed.position, sensed.rate, desired.position, desired.rate, desired.acceleration});
+    }
+    const Vector3d place = robot_.origin + input.time * robot_.velocity;
+    out.base = motion_of(root_pose(input.model, input.state, base_), root_twist(input.model, input.state, base_), place,
+                         robot_.velocity);
+    for (const int v : wheels_) out.wheel_rates.push_back(input.state.v[v]);
+    for (const int body : gimbals_) {
+      const Body& gimbal = input.model.bodies()[body];
+      out.gimbals.push_back({input.state.q[gimbal.q], input.state.v[gimbal.v]});
+    }
+    const Kinematics kinematics = forward_kinematics(input.model, input.state);
+    for (const int frame : frames_) {
+      out.targets.push_back(motion_of(frame_pose(input.model, kinematics, frame),
+                                      frame_twist(input.model, kinematics, frame), place, robot_.velocity));
+      out.held.push_back(input.model.bodies()[input.model.frames()[frame].body].root == base_);
+    }
+    out.end.captured.assign(run_.plant_.grasps.size(), 0);
+    return out;
+  }
+
+  PlantRun& run_;
+  const ControlledRobot robot_;
+  int base_ = -1, piece_ = -1;
+  std::vector<std::size_t> joints_;  // positions in Model::joints()
+  std::vector<int> wheels_, frames_;
+  std::vector<int> gimbals_;  // bodies
+  std::vector<double> told_;
+};
+
+class PlantRun::Source final : public ControllerSource {
+ public:
+  explicit Source(PlantRun& run) : run_(run) {}
+  std::shared_ptr<Controller> make(const ControlTiming&, const std::string&, ControlledRobot robot,
+                                   const Model&) const override {
+    return std::make_shared<Told>(run_, std::move(robot));
+  }
+
+ private:
+  PlantRun& run_;
+};
+
+// --- The run, on its own thread ---
+
+PlantRun::PlantRun(CaptureProblem plant, PlantVariables variables)
+    : plant_(std::move(plant)), variables_(std::move(variables)) {
+  plant_.control->source = std::make_shared<const Source>(*this);
+}
+
+PlantRun::~PlantRun() {
+  {
+    const std::lock_guard lock(mutex_);
+    cancelled_ = true;
+  }
+  changed_.notify_all();
+  if (worker_.joinable()) worker_.join();
+}
+
+double PlantRun::period() const { return plant_.control->timing.period; }
+
+void PlantRun::work() {
+  // As a program has it, whatever the thread that made this one has set: rounding to nearest, no exception unmasked,
+  // denormal numbers kept.
+  std::fesetenv(FE_DFL_ENV);
+  const CaptureProgress progress = [this](const std::string&, double, double) {
+    const std::lock_guard lock(mutex_);
+    if (cancelled_) throw Cancelled{};
+  };
+  std::string failure;
+  try {
+    CaptureSteps steps(plant_, CaptureDetail::columns, progress);
+    while (const MotionTask* task = steps.next())
+      phase_ = task->phase.starts_with("approach") ? PlantOutputs::kApproach : PlantOutputs::kAfterImpact;
+    const CaptureResult result = steps.finish();
+    if (result.status == CaptureStatus::completed) {
+      conclude(result);
+    } else {
+      failure = result.failure.empty() ? "the run did not come to its end" : result.failure;
+    }
+  } catch (const Cancelled&) {
+    failure = "the run was cancelled";
+  } catch (const std::exception& error) {
+    failure = error.what();
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    failure_ = std::move(failure);
+    at_ = At::end;
+  }
+  changed_.notify_all();
+}
+
+// A sample has come: waits until it is known what is commanded there.
+void PlantRun::arrive(const PlantOutputs& outputs, double time, std::vector<double>& inputs) {
+  std::unique_lock lock(mutex_);
+  event_outputs_ = outputs, event_time_ = time;
+  at_ = At::sample;
+  changed_.notify_all();
+  changed_.wait(lock, [&] { return cancelled_ || at_ == At::work; });
+  if (cancelled_) throw Cancelled{};
+  inputs = inputs_;
+}
+
+// What is known at the end. The joints' references are those of the last sample.
+void PlantRun::conclude(const CaptureResult& result) {
+  const std::lock_guard lock(mutex_);
+  PlantOutputs& out = event_outputs_;
+  out.phase = PlantOutputs::kEnded;
+  const std::optional<PhaseEnd>& end = result.post_impact_end ? result.post_impact_end : result.approach_end;
+  if (end) {
+    event_time_ = end->time;
+    out.joints.resize(end->joints.position.size());
+    for (std::size_t j = 0; j < out.joints.size(); ++j)
+      out.joints[j].position = end->joints.position[j], out.joints[j].rate = end->joints.velocity[j];
+    out.base = motion_of(end->base);
+    out.targets.clear();
+    for (const BodyMotion& target : end->targets) out.targets.push_back(motion_of(target));
+  }
+  for (std::size_t w = 0; w < std::min(out.wheel_rates.size(), result.wheels.size()); ++w)
+    out.wheel_rates[w] = result.wheels[w].rate_after;
+  for (std::size_t g = 0; result.gyros && g < std::min(out.gimbals.size(), result.gyros->each.size()); ++g)
+    out.gimbals[g].angle = result.gyros->each[g].angle_after;
+  out.held.assign(plant_.targets.size(), 0);
+  out.end = {};
+  for (const GraspOutcome& grasp : result.grasps) {
+    out.end.captured.push_back(grasp.captured);
+    if (plant_.impact && grasp.captured && !grasp.released) out.held[target_index(plant_, grasp.target)] = 1;
+  }
+  out.end.captured.resize(plant_.grasps.size());
+  out.end.ended = out.end.completed = true;
+  out.end.conserved = result.ledger.pass();
+  out.end.feasible = result.ledger.feasibility() == Verdict::yes;
+  out.end.capture_time = result.capture_time;
+  out.end.linear_momentum_drift = row_of(result.ledger, "linear_momentum_drift");
+  out.end.angular_momentum_drift = row_of(result.ledger, "angular_momentum_drift");
+  out.end.work_energy_residual = row_of(result.ledger, "work_energy_residual");
+  out.end.energy_drift = row_of(result.ledger, "energy_drift");
+  if (result.impact)
+    out.end.impact_energy_lost = result.impact->kinetic_energy_before - result.impact->kinetic_energy_after;
+}
+
+// --- Who steps it ---
+
+void PlantRun::await() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return at_ == At::sample || at_ == At::end; });
+}
+
+void PlantRun::begin() {
+  if (at_ != At::nothing) throw std::logic_error("PlantRun: begun twice");
+  at_ = At::work;
+  worker_ = std::thread([this] { work(); });
+  await();
+  time_ = 0;
+  take_events(0);
+}
+
+// What has happened until then is known from now on.
+void PlantRun::take_events(double until) {
+  const std::lock_guard lock(mutex_);
+  if (at_ == At::end && !failure_.empty()) throw PlantError(failure_);
+  // Before the first sample, as in an impact in time at t = 0, it is the first that is shown.
+  if (outputs_.joints.empty() || event_time_ <= until + kSame * period()) outputs_ = event_outputs_;
+}
+
+void PlantRun::step(double until, const std::vector<double>& inputs) {
+  const double same = kSame * period();
+  for (;;) {
+    {
+      const std::lock_guard lock(mutex_);
+      if (at_ != At::sample || event_time_ >= until - same) break;
+      inputs_ = inputs;
+      at_ = At::work;
+    }
+    changed_.notify_all();
+    await();
+  }
+  take_events(until);
+  time_ = has_ended() ? event_time_ : until;
+}
+
+}  // namespace grapnel

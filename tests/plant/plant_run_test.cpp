@@ -1,0 +1,137 @@
+/// Plants that are stepped, without the FMU around them: here sanitizers see the thread that they have.
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/plant/plant_package.hpp"
+#include "grapnel/plant/plant_problem.hpp"
+#include "grapnel/plant/plant_run.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "plant/short_capture.hpp"
+
+namespace grapnel::testing {
+namespace plant_run_test {
+
+namespace fs = std::filesystem;
+
+class Plants : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() /
+              ("grapnel-plants-" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()) + "-" +
+               std::to_string(::getpid()));
+    fs::create_directories(folder_);
+    write("robot.yaml", kShortRobot);
+    write("short.yaml", kShortCapture);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+  void write(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+  CaptureProblem problem(const std::vector<Override>& changes = {}) const {
+    return load_scenario(folder_ / "short.yaml", changes);
+  }
+  std::unique_ptr<PlantRun> run(const std::vector<Override>& changes = {}) const {
+    CaptureProblem plant = plant_of(problem(changes), false);
+    PlantVariables variables = plant_variables(plant, {});
+    return std::make_unique<PlantRun>(std::move(plant), std::move(variables));
+  }
+  std::string refusal(const std::vector<Override>& changes, bool base_torque = false) const {
+    try {
+      plant_of(problem(changes), base_torque);
+      return {};
+    } catch (const PlantError& error) {
+      return error.what();
+    }
+  }
+  fs::path folder_;
+};
+
+std::vector<double> pd(const PlantOutputs& seen) {
+  std::vector<double> tau;
+  for (const std::size_t j : {0, 1}) {
+    const PlantOutputs::Joint& joint = seen.joints[j];
+    tau.push_back((j == 0 ? 40.0 : 30.0) * (joint.desired_position - joint.position) +
+                  (j == 0 ? 60.0 : 40.0) * (joint.desired_rate - joint.rate));
+  }
+  return tau;
+}
+
+TEST_F(Plants, MoveAsTheBuiltInLawDoes) {
+  const CaptureResult reference = simulate_capture(problem());
+  const auto plant = run();
+  plant->begin();
+  for (int k = 1; !plant->has_ended(); ++k) plant->step(k * plant->period(), pd(plant->outputs()));
+  EXPECT_NEAR(plant->time(), 3.5, 1e-12);
+  for (const std::size_t j : {0, 1}) {
+    EXPECT_EQ(plant->outputs().joints[j].position, reference.post_impact_end->joints.position[j]);
+    EXPECT_EQ(plant->outputs().joints[j].rate, reference.post_impact_end->joints.velocity[j]);
+  }
+  EXPECT_TRUE(plant->outputs().end.conserved);
+  EXPECT_EQ(plant->outputs().numbers().size(), plant_variables(plant_of(problem(), false), {}).outputs);
+}
+
+// Wherever a run is, its thread ends with it: before it began, at a sample, at its end, after a failure.
+TEST_F(Plants, EndWhereverTheyAre) {
+  run();
+  {
+    const auto plant = run();
+    plant->begin();
+  }
+  {
+    const auto plant = run();
+    plant->begin();
+    plant->step(2.2, {0.1, 0.1});
+    EXPECT_EQ(plant->outputs().phase, PlantOutputs::kAfterImpact);
+  }
+  {
+    const auto plant = run();
+    plant->begin();
+    plant->step(100, {0, 0});
+    EXPECT_TRUE(plant->has_ended());
+    EXPECT_NEAR(plant->time(), 3.5, 1e-12);
+  }
+  const auto plant = run(
+      {{"robot.links[1].joint", "{name: elbow, type: revolute, axis: [0, 0, 1], origin: {position: [0.8, 0, 0]}}"}});
+  plant->begin();
+  plant->step(0.01, {0, 0});
+  const PlantOutputs before = plant->outputs();
+  EXPECT_THROW(plant->step(0.05, {0, 1e6}), PlantError);
+  EXPECT_NEAR(plant->outputs().joints[1].position, before.joints[1].position, 1e-15);
+}
+
+TEST_F(Plants, SayWhyTheyCannotBe) {
+  EXPECT_EQ(refusal({}), "");
+  EXPECT_NE(refusal({{"robot.base.mode", "fixed"}}, true).find("so no torque turns it"), std::string::npos);
+  CaptureProblem still = problem();
+  still.approach.reset(), still.post_impact.reset();
+  EXPECT_THROW(plant_of(still, false), PlantError);
+}
+
+TEST_F(Plants, ComeWithAllTheirFiles) {
+  std::vector<Fault> warnings;
+  const GatheredPlant gathered = gather_plant(folder_ / "short.yaml", {"targets[0].mass=12", "approach.duration=2 s"},
+                                              {"targets[0].mass", "approach.duration"}, false, &warnings);
+  ASSERT_EQ(gathered.files.size(), 2u);
+  EXPECT_EQ(gathered.files[0].to, "scenario/short.yaml");
+  EXPECT_EQ(gathered.files[1].to, "scenario/robot.yaml");
+  ASSERT_EQ(gathered.package.parameters.size(), 2u);
+  EXPECT_EQ(gathered.package.parameters[0].start, 12);
+  EXPECT_EQ(gathered.package.parameters[1].unit, "s");
+  // There and back.
+  write("plant.json", plant_json(gathered.package));
+  const PlantPackage back = read_plant(folder_);
+  EXPECT_EQ(back.scenario, gathered.package.scenario);
+  EXPECT_EQ(back.settings, gathered.package.settings);
+  EXPECT_EQ(back.parameters[1].path, "approach.duration");
+  fs::create_directories(folder_ / "scenario");
+  for (const char* file : {"short.yaml", "robot.yaml"}) fs::copy_file(folder_ / file, folder_ / "scenario" / file);
+  EXPECT_EQ(load_plant(back, folder_, {}).targets[0].mass, 12);
+  EXPECT_EQ(load_plant(back, folder_, {12, 2}).sha256, load_plant(back, folder_, {}).sha256);
+  EXPECT_EQ(load_plant(back, folder_, {20, 3}).approach->duration, 3);
+}
+
+}  // namespace plant_run_test
+}  // namespace grapnel::testing
