@@ -43,7 +43,7 @@ struct Reduced {
 class Identification {
  public:
   explicit Identification(const IdentificationTask& task)
-      : task_(task), known_(known_bodies(task)), unknown_momentum_(!task.momentum) {
+      : known_(known_bodies(task)), unknown_momentum_(!task.momentum) {
     for (const MotionSample& sample : task.samples) rows_.push_back(momentum_rows(task, known_, sample));
     const int root = task.model.bodies()[task.model.frames()[task.frame].body].root;
     const std::vector<double> deviations = rate_deviations(task.model, root, task.noise);
@@ -288,7 +288,6 @@ class Identification {
     return changes;
   }
 
-  const IdentificationTask& task_;
   const KnownBodies known_;
   const bool unknown_momentum_;
   std::vector<MomentumRows> rows_;
