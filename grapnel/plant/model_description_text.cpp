@@ -7,6 +7,7 @@
 #include <cctype>
 #include <set>
 
+#include "grapnel/text/message_text.hpp"
 #include "grapnel/text/units.hpp"
 
 namespace grapnel {
@@ -15,29 +16,10 @@ namespace {
 using VariableType = PlantVariable::Type;
 using Causality = PlantVariable::Causality;
 
+// In an attribute, whose parser would take a break of lines for a space.
 std::string escaped(const std::string& text) {
   std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\n':
-        out += "&#10;";
-        break;
-      default:
-        out += c;
-    }
-  }
+  for (const char c : escaped_markup(text)) c == '\n' ? out += "&#10;" : out += c;
   return out;
 }
 

@@ -479,7 +479,7 @@ class ControlConflicts : ConflictFinder {
       add(path, "{}: target needs law operational_space and force sensed: else the hand has its own mass", path);
     const auto touches = [](const GraspSetup& g) { return g.contact; };
     if (std::none_of(problem_.grasps.begin(), problem_.grasps.end(), touches))
-      add(path, "{}: target, and no grasp is a contact, which has a normal: grasps[...].contact: true", path);
+      add(path, "{}: target, and no grasp is a contact, which has a normal: grasps[...].model: contact", path);
   }
 
   void check_hands(const ImpedanceSetup& impedance) {

@@ -11,6 +11,7 @@
 #include "grapnel/report/base64.hpp"
 #include "grapnel/result/atomic_file.hpp"
 #include "grapnel/result/file_seal.hpp"
+#include "grapnel/text/message_text.hpp"
 
 #ifdef GRAPNEL_HAS_VIEWER
 // In viewer.S, which CMake makes.
@@ -33,29 +34,6 @@ std::string policy_hash(std::string_view text) {
 std::string policy_for(std::string_view script) {
   return "default-src 'none'; style-src 'unsafe-inline'; script-src " + policy_hash(script) +
          "; img-src data: blob:; font-src data:; base-uri 'none'; form-action 'none'";
-}
-
-std::string escaped_html(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
 }
 
 // JSON inside <script>: in JSON '<' and the line separators U+2028, U+2029 occur in texts only, where they can be
@@ -103,7 +81,7 @@ std::string report_html(const ReportData& data, const Viewer& viewer) {
   std::string page = "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">";
   page += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   page += "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy_for(script) + "\">\n";
-  page += "<title>" + escaped_html(data.title) + " – Grapnel</title>\n";
+  page += "<title>" + escaped_markup(data.title) + " – Grapnel</title>\n";
   page += "<style>" + harmless_code(viewer.style) + "</style></head>\n";
   page +=
       "<body><main id=\"report\"><noscript>This report needs JavaScript, which it holds itself.</noscript></main>\n";

@@ -44,6 +44,9 @@ std::string counted(std::size_t count, std::string_view thing);
 /// The text, cut at 60 characters, so that a message stays readable whatever a file holds.
 std::string shortened(std::string_view text);
 
+/// As HTML and XML have it, between tags and in quoted attributes.
+std::string escaped_markup(std::string_view text);
+
 // Commands that a reader copies into a shell.
 
 /// A word as a shell reads it back: quoted where it must be.
