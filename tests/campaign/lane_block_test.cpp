@@ -112,7 +112,10 @@ TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
   const std::vector<std::pair<std::string, std::vector<Override>>> scenarios{
       {"orbit-drift", {}},
       {"thesis/open-loop-case-1-stabilized", {}},
-      {"thesis/open-loop-case-1-stabilized", {{"control", "{period: 0.1, delay: 0.25}"}}}};
+      {"thesis/open-loop-case-1-stabilized",
+       {{"control", "{period: 0.1, delay: 0.25}"},
+        {"approach.base_control", "{kp: 20, kd: 180, limit: 5}"},
+        {"contact", "{gap: weld_as_found}"}}}};
   for (const auto& [name, overrides] : scenarios) {
     SCOPED_TRACE(name + (overrides.empty() ? "" : ", sampled"));
     CaptureProblem base = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name + ".yaml", overrides);
@@ -142,7 +145,7 @@ TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
       const double off = difference(campaign, rows, alone, 0, campaign.columns.size());
       std::printf("[ measured ] %s, %s: largest difference from cases alone, of a column's largest value: %.2g\n",
                   name.c_str(), std::string(lanes::name(set)).c_str(), off);
-      EXPECT_LT(off, 1e-6);
+      EXPECT_LT(off, 3e-8);  // measured 3.6e-9; commands lost on the way through the impact make 1.7e-7
     }
   }
 }
