@@ -112,7 +112,7 @@ class Planner {
 
   // Flies a segment to final values and goes on from there.
   void advance(double end, const std::vector<double>& position, const std::vector<double>& rate) {
-    PathSegment segment(base_, segment_to(end), motion_, 1e-12, 1e-14);
+    PathSegment segment(base_, segment_to(end), motion_);
     SegmentEnd at_end;
     // Where the base then is matters to what follows, and as a check.
     if (end < approach_.duration || detail_ == CaptureDetail::full) {
@@ -321,7 +321,7 @@ class Planner {
   // Where joints that follow these final values exactly bring the servicer, with everything that acts on it.
   State fly_disturbed(const ReachProblem& reach, const std::vector<double>& position, const std::vector<double>& rate) {
     std::vector<JointTrajectory> joints = plan_.joints;
-    PathSegment segment(base_, reach.start, motion_, 1e-12, 1e-14);
+    PathSegment segment(base_, reach.start, motion_);
     for (std::size_t j = 0; j < position.size(); ++j) {
       joints[j].pieces.push_back(
           {reach.start.begin, reach.start.end, segment.path(static_cast<int>(j), position[j], rate[j])});

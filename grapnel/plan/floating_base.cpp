@@ -21,59 +21,104 @@ FloatingBase::FloatingBase(const Model& model, bool floats) : model_(model), flo
   }
   q_.assign(model.coordinates(), 0.0);
   if (links[0].joint == JointType::free) q_[links[0].q + 3] = 1;
-  motion_.resize(count);
-  axis_.resize(count), composite_.resize(count), inertia_.resize(count), V_.resize(count), h_.resize(count);
+  V_.resize(count), h_.resize(count), dh_.resize(joint_link_.size());
   per_angle_ = per_rate_ = Matrix6Xd::Zero(6, joints());
 }
 
-void FloatingBase::place(std::span<const double> theta) {
+void FloatingBase::place(std::span<const double> theta, PlacedLinks& placed) {
   if (watch_) watch_->count();
   const auto& links = model_.tree().links;
+  const std::size_t count = links.size();
+  if (placed.motion.size() != count) {
+    placed.motion.resize(count), placed.axis.resize(count);
+    placed.composite.resize(count), placed.inertia.resize(count);
+    placed.joint_momentum.resize(joint_link_.size()), placed.k.resize(joint_link_.size());
+  }
   for (int j = 0; j < joints(); ++j) q_[links[joint_link_[j]].q] = theta[j];
-  link_motion<double>(model_.tree(), q_, {}, motion_);
-  // A fixed root stands at X_PF in the world; here only what is relative to it matters.
-  const Posed X_BW = inverse(motion_[0].X_WL);
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    if (links[0].joint == JointType::fixed) motion_[i].X_WL = X_BW * motion_[i].X_WL;
-    const Posed& X = motion_[i].X_WL;
-    inertia_[i] = composite_[i] = X * links[i].inertia;
+  link_motion<double>(model_.tree(), q_, {}, placed.motion);
+  if (links[0].joint == JointType::fixed) {
+    // A fixed root stands at X_PF in the world; here only what is relative to it matters.
+    const Posed X_BW = inverse(placed.motion[0].X_WL);
+    for (LinkMotion<double>& motion : placed.motion) motion.X_WL = X_BW * motion.X_WL;
+  }
+  for (std::size_t i = 0; i < count; ++i) {
+    const Posed& X = placed.motion[i].X_WL;
+    placed.inertia[i] = placed.composite[i] = X * links[i].inertia;
     if (i == 0) continue;
     const Vector3d a = links[i].sign * X.R.column(links[i].axis);
-    axis_[i] = slides_along_axis(links[i].joint) ? Twistd{Vector3d::zero(), a} : Twistd{a, cross(X.p, a)};
+    placed.axis[i] = slides_along_axis(links[i].joint) ? Twistd{Vector3d::zero(), a} : Twistd{a, cross(X.p, a)};
   }
-  for (std::size_t i = links.size(); i-- > 1;) composite_[links[i].parent] += composite_[i];
+  for (std::size_t i = count; i-- > 1;) placed.composite[links[i].parent] += placed.composite[i];
+  const RigidBodyInertiad& all = placed.composite[0];
+  placed.mass = all.mass;
+  placed.com = all.com();
   if (!floats_) return;
-  Eigen::Matrix<double, 6, 6> I_c;
-  for (int k = 0; k < 6; ++k) I_c.col(k) = column(composite_[0] * twist_from(Vector6d::Unit(k)));
-  I_c_.compute(I_c);
+  const SymmetricFactor3<double> H(all.rotational_about_com());
+  const Vector3d x = H.solve({1, 0, 0}), y = H.solve({0, 1, 0}), z = H.solve({0, 0, 1});
+  placed.H_inverse = {x[0], y[1], z[2], y[0], z[0], z[1]};
   for (int j = 0; j < joints(); ++j) {
     const int i = joint_link_[j];
-    per_rate_.col(j) = -I_c_.solve(column(composite_[i] * axis_[i]));
+    const Momentumd F = placed.composite[i] * placed.axis[i];
+    placed.joint_momentum[j] = F;
+    placed.k[j] = F.angular - cross(placed.com, F.linear);
   }
 }
 
-Vector6d FloatingBase::momentum_part(const Momentumd& h_B) const {
-  return floats_ ? Vector6d(I_c_.solve(column(h_B))) : Vector6d::Zero();
+void FloatingBase::place(std::span<const double> theta) {
+  place(theta, placed_);
+  if (!floats_) return;
+  for (int j = 0; j < joints(); ++j) per_rate_.col(j) = -column(twist_of(placed_, placed_.joint_momentum[j]));
 }
 
-void FloatingBase::move(std::span<const double> rates, const Momentumd& h_B) {
-  if (!floats_) return;
+Twistd FloatingBase::twist_of(const PlacedLinks& links, const Momentumd& h) {
+  const Vector3d w = links.H_inverse * (h.angular - cross(links.com, h.linear));
+  return {w, (1 / links.mass) * h.linear - cross(w, links.com)};  // (4)
+}
+
+Vector3d FloatingBase::joint_momentum(const PlacedLinks& links, std::span<const double> rates) {
+  Vector3d sum = Vector3d::zero();
+  for (std::size_t j = 0; j < rates.size(); ++j) sum += rates[j] * links.k[j];
+  return sum;
+}
+
+void FloatingBase::momentum_per_angle(const PlacedLinks& placed, std::span<const double> rates, const Twistd& V_B,
+                                      std::span<Momentumd> dh) {
   const auto& links = model_.tree().links;
-  V_B_ = momentum_part(h_B);
-  for (int j = 0; j < joints(); ++j) V_B_ += rates[j] * per_rate_.col(j);  // (1)
-  V_[0] = twist_from(V_B_);
-  h_[0] = inertia_[0] * V_[0];
+  V_[0] = V_B;
+  h_[0] = placed.inertia[0] * V_[0];
   for (std::size_t i = 1; i < links.size(); ++i) {
-    V_[i] = V_[links[i].parent] + rates[link_joint_[i]] * axis_[i];
-    h_[i] = inertia_[i] * V_[i];
+    V_[i] = V_[links[i].parent] + rates[link_joint_[i]] * placed.axis[i];
+    h_[i] = placed.inertia[i] * V_[i];
   }
   for (std::size_t i = links.size(); i-- > 1;) h_[links[i].parent] += h_[i];
   for (int j = 0; j < joints(); ++j) {
     const int i = joint_link_[j];
-    const Wrenchd dh =
-        cross_force(axis_[i], h_[i]) - composite_[i] * cross_motion(axis_[i], V_[links[i].parent]);  // (2)
-    per_angle_.col(j) = -I_c_.solve(column(dh));
+    const Wrenchd change =
+        cross_force(placed.axis[i], h_[i]) - placed.composite[i] * cross_motion(placed.axis[i], V_[links[i].parent]);
+    dh[j] = {change.angular, change.linear};  // (2)
   }
+}
+
+void FloatingBase::angular_momentum_per_angle(const PlacedLinks& links, std::span<const double> rates,
+                                              const Vector3d& w_B, std::span<Vector3d> g) {
+  // The base's velocity with which the centre of mass stays where it is: then the way that it moves as a joint turns
+  // does not count.
+  Vector3d p = Vector3d::zero();
+  for (std::size_t j = 0; j < rates.size(); ++j) p += rates[j] * links.joint_momentum[j].linear;
+  momentum_per_angle(links, rates, {w_B, (-1 / links.mass) * p - cross(w_B, links.com)}, dh_);
+  for (int j = 0; j < joints(); ++j) g[j] = dh_[j].angular - cross(links.com, dh_[j].linear);
+}
+
+Vector6d FloatingBase::momentum_part(const Momentumd& h_B) const {
+  return floats_ ? column(twist_of(placed_, h_B)) : Vector6d::Zero();
+}
+
+void FloatingBase::move(std::span<const double> rates, const Momentumd& h_B) {
+  if (!floats_) return;
+  V_B_ = momentum_part(h_B);
+  for (int j = 0; j < joints(); ++j) V_B_ += rates[j] * per_rate_.col(j);  // (1)
+  momentum_per_angle(placed_, rates, twist_from(V_B_), dh_);
+  for (int j = 0; j < joints(); ++j) per_angle_.col(j) = -column(twist_of(placed_, dh_[j]));  // (3)
 }
 
 Eigen::Matrix<double, 6, 6> FloatingBase::displacement_rate(const Momentumd& h_B) const {
@@ -82,15 +127,24 @@ Eigen::Matrix<double, 6, 6> FloatingBase::displacement_rate(const Momentumd& h_B
   const Twistd V = twist_from(V_B_);
   for (int k = 0; k < 6; ++k) {
     const Twistd xi = twist_from(Vector6d::Unit(k));
-    A.col(k) = -I_c_.solve(column(cross_force(xi, h_B))) - column(cross_motion(V, xi));
+    const Wrenchd change = cross_force(xi, h_B);
+    A.col(k) = -column(twist_of(placed_, {change.angular, change.linear})) - column(cross_motion(V, xi));
   }
   return A;
+}
+
+Eigen::Matrix3d as_matrix(const Rotationd& R) {
+  Eigen::Matrix3d M;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) M(i, j) = R(i, j);
+  }
+  return M;
 }
 
 Posed FloatingBase::frame_pose(int frame) const {
   const Frame& f = model_.frames()[frame];
   const BodyPlacement& placement = model_.bodies()[f.body].placement;
-  return motion_[placement.link].X_WL * placement.X_LB * f.X_BE;
+  return placed_.motion[placement.link].X_WL * placement.X_LB * f.X_BE;
 }
 
 bool FloatingBase::carries(int joint, int frame) const {
@@ -106,7 +160,7 @@ void FloatingBase::frame_jacobian(int frame, Matrix6Xd& J) const {
   const Vector3d p = frame_pose(frame).p;
   J.setZero(6, joints());
   for (int i = model_.bodies()[model_.frames()[frame].body].placement.link; i > 0; i = links[i].parent) {
-    J.col(link_joint_[i]) = column(shift(axis_[i], p));
+    J.col(link_joint_[i]) = column(shift(placed_.axis[i], p));
   }
 }
 

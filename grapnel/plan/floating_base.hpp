@@ -13,6 +13,14 @@
 ///                                                                                                                (2)
 /// at fixed V_B and rates, and from (1), with h_B fixed,
 ///   dV_B/dtheta_j = -I_c^-1 dh/dtheta_j,   dV_B/dtheta_dot_j = -I_c^-1 I^c_j S_j.                                (3)
+///
+/// I_c is the inertia of one rigid body: with m its mass, c its centre of mass and H its inertia about it,
+///   I_c^-1 [n; p] = [w; p/m - w x c],   w = H^-1 (n - c x p),                                                     (4)
+/// so the base's angular velocity follows from momenta about the centre of mass alone. Seen from the centre of mass,
+/// where the linear momentum vanishes, (1) and (2) become
+///   H w + sum_j k_j theta_dot_j = R_WB^T L,   k_j = n - c x p of [n; p] = I^c_j S_j                               (5)
+///   H dw/dtheta_j = -g_j,   g_j = n - c x p of [n; p] = dh/dtheta_j                                               (6)
+/// with L the angular momentum about the centre of mass in W.
 
 #include <Eigen/Core>
 #include <functional>
@@ -22,8 +30,8 @@
 #include <utility>
 #include <vector>
 
-#include "grapnel/dense/decompositions.hpp"
 #include "grapnel/dynamics/kinematics.hpp"
+#include "grapnel/dynamics/symmetric_solve.hpp"
 
 namespace grapnel {
 
@@ -68,6 +76,19 @@ class WorkWatch {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
+/// The links for one set of joint values, in B about B's origin, and what of (5) depends on them alone.
+struct PlacedLinks {
+  std::vector<LinkMotion<double>> motion;     // X_BL, per link
+  std::vector<Twistd> axis;                   // S, per link
+  std::vector<RigidBodyInertiad> composite;   // I^c, per link
+  std::vector<RigidBodyInertiad> inertia;     // of the link alone
+  std::vector<Momentumd> joint_momentum;      // I^c_j S_j, per joint
+  std::vector<Vector3d> k;                    // per joint, (5)
+  Vector3d com = Vector3d::zero();            // of all links [m]
+  double mass = 0;                            // [kg]
+  Symmetric3d H_inverse = Symmetric3d::zero();
+};
+
 /// See the file comment. Joints are counted as in Model::joints(); the model is one tree, the servicer.
 class FloatingBase {
  public:
@@ -85,6 +106,13 @@ class FloatingBase {
 
   /// Places the links for these joint values (one per joint).
   void place(std::span<const double> theta);
+  /// The same into `links`; what follows place() below does not see it.
+  void place(std::span<const double> theta, PlacedLinks& links);
+  /// Angular momentum about the centre of mass that these joint rates have while the base does not turn: the sum in (5).
+  static Vector3d joint_momentum(const PlacedLinks& links, std::span<const double> rates);
+  /// g_j of (6), per joint, at these joint rates and the base's angular velocity w_B (in B).
+  void angular_momentum_per_angle(const PlacedLinks& links, std::span<const double> rates, const Vector3d& w_B,
+                                  std::span<Vector3d> g);
   /// Base twist V_B for joint rates and momentum about B's origin in B, by (1); after place().
   void move(std::span<const double> rates, const Momentumd& h_B);
   const Vector6d& base_twist() const { return V_B_; }
@@ -100,8 +128,10 @@ class FloatingBase {
   Eigen::Matrix<double, 6, 6> displacement_rate(const Momentumd& h_B) const;
 
   /// Total centre of mass and mass; after place().
-  Vector3d com() const { return composite_[0].com(); }
-  double mass() const { return composite_[0].mass; }
+  Vector3d com() const { return placed_.com; }
+  double mass() const { return placed_.mass; }
+  /// How com() changes with a joint, the base kept still [m/rad or 1]; after place().
+  Vector3d com_per_angle(int joint) const { return (1 / placed_.mass) * placed_.joint_momentum[joint].linear; }
 
   /// Pose of a model's frame in B; after place().
   Posed frame_pose(int frame) const;
@@ -114,19 +144,22 @@ class FloatingBase {
   bool carries(int joint, int frame) const;
 
  private:
+  // V_B of (4) for a momentum about B's origin.
+  static Twistd twist_of(const PlacedLinks& links, const Momentumd& h);
+  // dh/dtheta_j of (2) per joint, for a base that moves with V_B.
+  void momentum_per_angle(const PlacedLinks& links, std::span<const double> rates, const Twistd& V_B,
+                          std::span<Momentumd> dh);
+
   const Model& model_;
   bool floats_;
   WorkWatch* watch_ = nullptr;
   std::vector<int> joint_link_;  // per joint: its link in the tree
   std::vector<int> link_joint_;  // per link: its joint, -1 for the root
   std::vector<double> q_;        // coordinates with the root at the identity
-  std::vector<LinkMotion<double>> motion_;
-  std::vector<Twistd> axis_;                  // S, per link; in B about B's origin
-  std::vector<RigidBodyInertiad> composite_;  // I^c, per link
-  std::vector<RigidBodyInertiad> inertia_;    // of the link alone
-  std::vector<Twistd> V_;                     // per link
-  std::vector<Momentumd> h_;                  // of the subtree, per link
-  Eigen::LLT<Eigen::Matrix<double, 6, 6>> I_c_;
+  PlacedLinks placed_;
+  std::vector<Twistd> V_;       // per link
+  std::vector<Momentumd> h_;    // of the subtree, per link
+  std::vector<Momentumd> dh_;   // per joint
   Vector6d V_B_ = Vector6d::Zero();
   Matrix6Xd per_angle_, per_rate_;
 };
@@ -138,6 +171,9 @@ Vector6d column(const SpatialVector<kKind, double>& x) {
   result << x.angular[0], x.angular[1], x.angular[2], x.linear[0], x.linear[1], x.linear[2];
   return result;
 }
+inline Eigen::Vector3d column(const Vector3d& v) { return {v[0], v[1], v[2]}; }
+/// The same entries as an Eigen matrix.
+Eigen::Matrix3d as_matrix(const Rotationd& R);
 inline Twistd twist_from(const Vector6d& x) { return {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}}; }
 
 }  // namespace grapnel

@@ -9,14 +9,12 @@ namespace {
 
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-Eigen::Vector3d column3(const Vector3d& v) { return {v[0], v[1], v[2]}; }
-
 // Two unit vectors across d.
 Eigen::Matrix<double, 2, 3> across(const Vector3d& d) {
   const Rotationd R = rotation_between({0, 0, 1}, d);
   Eigen::Matrix<double, 2, 3> B;
-  B.row(0) = column3(R.column(0)).transpose();
-  B.row(1) = column3(R.column(1)).transpose();
+  B.row(0) = column(R.column(0)).transpose();
+  B.row(1) = column(R.column(1)).transpose();
   return B;
 }
 
@@ -37,14 +35,6 @@ int rows_of(const Goal& goal) {
   return goal.orientation == Goal::Orientation::free ? 3 : goal.orientation == Goal::Orientation::axis ? 5 : 6;
 }
 
-Eigen::Matrix3d as_matrix(const Rotationd& R) {
-  Eigen::Matrix3d M;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) M(i, j) = R(i, j);
-  }
-  return M;
-}
-
 int error_rows(std::span<const Goal> goals) {
   int rows = 0;
   for (const Goal& g : goals) rows += rows_of(g);
@@ -61,7 +51,7 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
   for (const Goal& g : goals) {
     const Posed X_WE = X_WB * base.frame_pose(g.frame);
     frame_jacobians(base, X_WB, g.frame, J, Jb);
-    error.segment<3>(row) = column3(X_WE.p - g.X_WG.p);
+    error.segment<3>(row) = column(X_WE.p - g.X_WG.p);
     J_joint.middleRows(row, 3) = J.bottomRows(3);
     J_base.middleRows(row, 3) = Jb.bottomRows(3);
     row += 3;
@@ -69,12 +59,12 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
       const Vector3d a = X_WE.R * g.axis_E;
       const Vector3d phi = rotation_vector(rotation_between(g.direction_W, a));
       const Eigen::Matrix<double, 2, 3> B = across(g.direction_W);
-      error.segment<2>(row) = B * column3(phi);
+      error.segment<2>(row) = B * column(phi);
       J_joint.middleRows(row, 2) = B * J.topRows(3);
       J_base.middleRows(row, 2) = B * Jb.topRows(3);
       row += 2;
     } else if (g.orientation == Goal::Orientation::pose) {
-      error.segment<3>(row) = column3(rotation_vector(X_WE.R * transpose(g.X_WG.R)));
+      error.segment<3>(row) = column(rotation_vector(X_WE.R * transpose(g.X_WG.R)));
       J_joint.middleRows(row, 3) = J.topRows(3);
       J_base.middleRows(row, 3) = Jb.topRows(3);
       row += 3;
@@ -96,12 +86,12 @@ void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h
     base.generalized_jacobian(g.frame, J);
     const Twistd drift = X_WB.R * shift(V_h, base.frame_pose(g.frame).p);  // second term of (2.3)
     G.middleRows(row, 3) = R * J.bottomRows(3);
-    b.segment<3>(row) = column3(g.V_WG.linear - drift.linear);
+    b.segment<3>(row) = column(g.V_WG.linear - drift.linear);
     row += 3;
     const bool axis_only = task && g.orientation == Goal::Orientation::axis;
     if (demand == RateDemand::linear || (task && g.orientation == Goal::Orientation::free)) continue;
     const Vector3d spin = demand == RateDemand::velocity ? Vector3d::zero() : g.V_WG.angular;
-    const Eigen::Vector3d missing = column3(spin - drift.angular);
+    const Eigen::Vector3d missing = column(spin - drift.angular);
     if (axis_only) {
       const Eigen::Matrix<double, 2, 3> B = across(g.direction_W);
       G.middleRows(row, 2) = B * R * J.topRows(3);

@@ -10,9 +10,6 @@
 
 namespace grapnel {
 
-/// The same entries as an Eigen matrix.
-Eigen::Matrix3d as_matrix(const Rotationd& R);
-
 /// Goal of one end-effector.
 struct Goal {
   int frame = 0;                   // of the model

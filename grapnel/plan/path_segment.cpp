@@ -1,45 +1,58 @@
 #include "grapnel/plan/path_segment.hpp"
 
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
 #include "grapnel/dynamics/momentum.hpp"
-#include "grapnel/integrate/integrate.hpp"
 
 namespace grapnel {
 namespace {
 
-// y: position and quaternion_wxyz of the base, then, column by column, dxi/dfinal and dxi/dfinal_rate.
-constexpr int kPosition = 0, kQuaternion = 3, kPose = 7;
+constexpr int kStages = 16;  // nodes of a panel
+// The last Legendre coefficients of w over a panel, times its length, may be this large [rad]. The collocation's error
+// goes with their square.
+constexpr double kUnresolved[] = {1e-4, 1e-8};
 
-Manifold manifold(int columns) {
-  Manifold m;
-  m.size = kPose + 6 * columns;
-  m.quaternions = {kQuaternion};
-  return m;
+const GaussLegendre& method() {
+  static const GaussLegendre gauss(kStages);
+  return gauss;
 }
 
-Tolerances tolerances(double rtol, double atol) {
-  Tolerances t;
-  t.rtol = rtol, t.atol = atol;
-  return t;
+Eigen::Matrix3d matrix_of(const Symmetric3d& I) {
+  return (Eigen::Matrix3d() << I.xx, I.xy, I.xz, I.xy, I.yy, I.yz, I.xz, I.yz, I.zz).finished();
+}
+Eigen::Matrix3d cross_matrix(const Vector3d& v) {
+  return (Eigen::Matrix3d() << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0).finished();
 }
 
-StepControl control(std::int64_t most_steps) {
-  StepControl c;
-  c.max_steps = most_steps;
-  return c;
+Quaterniond sum(const Quaterniond& a, double s, const Quaterniond& b) {
+  return {a.w + s * b.w, a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
+}
+double largest(const Quaterniond& q) {
+  return std::max({std::abs(q.w), std::abs(q.x), std::abs(q.y), std::abs(q.z)});
 }
 
-Posed pose_in(std::span<const double> y) {
-  return {rotation_matrix(Quaterniond{y[kQuaternion], y[kQuaternion + 1], y[kQuaternion + 2], y[kQuaternion + 3]}),
-          {y[kPosition], y[kPosition + 1], y[kPosition + 2]}};
+Quaterniond normalized(const Quaterniond& q) {
+  const double scale = 1 / std::sqrt(q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z);
+  return {scale * q.w, scale * q.x, scale * q.y, scale * q.z};
 }
 
 }  // namespace
 
+Vector3d FreeMotion::com_at(double t) const {
+  const double s = t - time;
+  return p_WCom + (s / mass) * h.linear + (0.5 * s * s) * gravity;
+}
+
 Momentumd FreeMotion::in_base(double t, const Posed& X_WB) const {
   const double s = t - time;
-  const Vector3d com = p_WCom + (s / mass) * h.linear + (0.5 * s * s) * gravity;
   const Momentumd now{h.angular, h.linear + (mass * s) * gravity};
-  return transposed_times(X_WB.R, shift(now, X_WB.p - com));
+  return transposed_times(X_WB.R, shift(now, X_WB.p - com_at(t)));
 }
 
 FreeMotion free_motion(const Model& model, const State& state, double time, const Vector3d& gravity) {
@@ -48,52 +61,151 @@ FreeMotion free_motion(const Model& model, const State& state, double time, cons
   return {time, com, momentum_about(model, k, com), model.mass(), gravity};
 }
 
-PathSegment::PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion, double relative_tolerance,
-                         double absolute_tolerance)
-    : base_(base),
-      start_(std::move(start)),
-      motion_(motion),
-      tolerances_(tolerances(relative_tolerance, absolute_tolerance)),
-      plain_(manifold(0), tolerances_, control(start_.most_steps)),
-      with_sensitivities_(manifold(2 * base.joints()), tolerances_, control(start_.most_steps)),
-      theta_(base.joints()),
-      theta_dot_(base.joints()) {}
+PathSegment::PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion)
+    : base_(base), start_(std::move(start)), motion_(motion), theta_(base.joints()), g_(base.joints()) {}
 
 JointPath PathSegment::path(int j, double position, double rate) const {
   return {start_.profile, start_.end - start_.begin, start_.position[j], position, start_.rate[j], rate};
 }
 
-void PathSegment::rates(double t, std::span<const double> y, std::span<double> dydt, bool sensitivities) {
-  ++evaluations_;
-  const double s = t - start_.begin;
-  for (int j = 0; j < base_.joints(); ++j) {
-    const JointPoint p = evaluate(path(j, final_[j], final_rate_[j]), s);
-    theta_[j] = p.position, theta_dot_[j] = p.rate;
+void PathSegment::lay_panels(int panels) {
+  if (laid_ == panels) return;
+  laid_ = panels;
+  nodes_.resize(static_cast<std::size_t>(panels) * kStages);
+  const double T = start_.end - start_.begin, h = T / panels;
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    Node& node = nodes_[i];
+    const int stage = static_cast<int>(i) % kStages;
+    const double s = h * (static_cast<double>(i / kStages) + method().node(stage));
+    node.time = start_.begin + s;
+    node.weight = h * method().weight(stage);
+    node.a = evaluate(JointPath{start_.profile, T, 0, 1, 0, 0}, s);
+    node.b = evaluate(JointPath{start_.profile, T, 0, 0, 0, 1}, s);
+    node.c = evaluate(JointPath{start_.profile, T, 0, 0, 1, 0}, s);
+    node.rates.resize(theta_.size());
   }
-  const Posed X_WB = pose_in(y);
-  const Momentumd h_B = motion_.in_base(t, X_WB);
-  base_.place(theta_);
-  base_.move(theta_dot_, h_B);
-  const Twistd V_B = twist_from(base_.base_twist());
-  const Vector3d velocity = X_WB.R * V_B.linear;
-  const Quaterniond q{y[kQuaternion], y[kQuaternion + 1], y[kQuaternion + 2], y[kQuaternion + 3]};
-  const Quaterniond dq = quaternion_rate(q, V_B.angular);
-  for (int k = 0; k < 3; ++k) dydt[kPosition + k] = velocity[k];
-  dydt[kQuaternion] = dq.w, dydt[kQuaternion + 1] = dq.x, dydt[kQuaternion + 2] = dq.y, dydt[kQuaternion + 3] = dq.z;
-  if (!sensitivities) return;
-  // a(t) and b(t): all joints share them.
-  const double T = start_.end - start_.begin;
-  const JointPoint a = evaluate(JointPath{start_.profile, T, 0, 1, 0, 0}, s);
-  const JointPoint b = evaluate(JointPath{start_.profile, T, 0, 0, 0, 1}, s);
-  const int n = base_.joints();
-  const Eigen::Map<const Matrix6Xd> D(y.data() + kPose, 6, 2 * n);
-  Eigen::Map<Matrix6Xd> dD(dydt.data() + kPose, 6, 2 * n);
-  dD.noalias() = base_.displacement_rate(h_B).lazyProduct(D);
-  dD.leftCols(n) += a.position * base_.per_angle() + a.rate * base_.per_rate();
-  dD.rightCols(n) += b.position * base_.per_angle() + b.rate * base_.per_rate();
 }
 
-SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const double> rate, bool sensitivities) {
+void PathSegment::place_nodes(std::span<const double> position, std::span<const double> rate) {
+  for (Node& node : nodes_) {
+    for (std::size_t j = 0; j < theta_.size(); ++j) {
+      const double from = start_.position[j], way = position[j] - from, first = start_.rate[j];
+      theta_[j] = from + way * node.a.position + rate[j] * node.b.position + first * node.c.position;
+      node.rates[j] = way * node.a.rate + rate[j] * node.b.rate + first * node.c.rate;
+    }
+    base_.place(theta_, node.links);
+    node.u = FloatingBase::joint_momentum(node.links, node.rates);
+  }
+  evaluations_ += static_cast<long>(nodes_.size());
+}
+
+double PathSegment::turn_panel(std::span<Node> nodes, Quaterniond& q0) {
+  constexpr int kMost = 40;
+  constexpr double kSettled = 4e-16;
+  const double h = (start_.end - start_.begin) / laid_;
+  const Vector3d& L = motion_.h.angular;
+  std::array<Quaterniond, kStages> q, rate;
+  q.fill(q0);
+  double change = 1, before = std::numeric_limits<double>::infinity();
+  for (int iteration = 0;; ++iteration) {
+    for (int i = 0; i < kStages; ++i) {
+      Node& node = nodes[static_cast<std::size_t>(i)];
+      node.R = rotation_matrix(normalized(q[i]));
+      node.w_B = node.links.H_inverse * (transposed_times(node.R, L) - node.u);  // (1)
+      rate[i] = quaternion_rate(q[i], node.w_B);
+    }
+    // Once nothing changes but by rounding.
+    if (change <= kSettled || (change <= 1e-14 && change >= before)) break;
+    if (iteration == kMost || !std::isfinite(change)) return std::numeric_limits<double>::infinity();
+    before = change;
+    change = 0;
+    for (int i = 0; i < kStages; ++i) {
+      Quaterniond next = q0;
+      for (int j = 0; j < kStages; ++j) next = sum(next, h * method().a(i, j), rate[j]);
+      change = std::max(change, largest(sum(next, -1, q[i])));
+      q[i] = next;
+    }
+  }
+  Vector3d last = Vector3d::zero(), last_but_one = Vector3d::zero();
+  for (int i = 0; i < kStages; ++i) {
+    q0 = sum(q0, h * method().weight(i), rate[i]);
+    const Vector3d& w = nodes[static_cast<std::size_t>(i)].w_B;
+    last += method().last(i) * w, last_but_one += method().last_but_one(i) * w;
+  }
+  q0 = normalized(q0);
+  return h * std::max(norm(last), norm(last_but_one));
+}
+
+double PathSegment::turn(Quaterniond& q) {
+  double worst = 0;
+  for (std::size_t i = 0; i < nodes_.size(); i += kStages) {
+    worst = std::max(worst, turn_panel(std::span(nodes_).subspan(i, kStages), q));
+    if (!std::isfinite(worst)) break;
+  }
+  return worst;
+}
+
+// Phi of (3) at the nodes, and at the end, by the same collocation.
+Eigen::Matrix3d PathSegment::propagate_phi() {
+  Eigen::Matrix3d Phi = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d L = cross_matrix(motion_.h.angular);
+  if (L.isZero(0)) return Phi;
+  const double h = (start_.end - start_.begin) / laid_;
+  std::array<Eigen::Matrix3d, kStages> N, rate;
+  for (std::size_t first = 0; first < nodes_.size(); first += kStages) {
+    const auto nodes = std::span(nodes_).subspan(first, kStages);
+    for (int i = 0; i < kStages; ++i) {
+      Node& node = nodes[static_cast<std::size_t>(i)];
+      const Eigen::Matrix3d R = as_matrix(node.R);
+      N[i] = R * matrix_of(node.links.H_inverse) * R.transpose() * L;
+      node.Phi = Phi;
+    }
+    constexpr int kMost = 40;
+    for (int iteration = 0; iteration < kMost; ++iteration) {
+      for (int i = 0; i < kStages; ++i) rate[i] = N[i] * nodes[static_cast<std::size_t>(i)].Phi;
+      double change = 0;
+      for (int i = 0; i < kStages; ++i) {
+        Eigen::Matrix3d next = Phi;
+        for (int j = 0; j < kStages; ++j) next += h * method().a(i, j) * rate[j];
+        change = std::max(change, (next - nodes[static_cast<std::size_t>(i)].Phi).lpNorm<Eigen::Infinity>());
+        nodes[static_cast<std::size_t>(i)].Phi = next;
+      }
+      if (change <= 1e-15 * Phi.lpNorm<Eigen::Infinity>()) break;
+    }
+    for (int i = 0; i < kStages; ++i) Phi += h * method().weight(i) * rate[i];
+  }
+  return Phi;
+}
+
+void PathSegment::add_sensitivities(const Quaterniond& q, const PlacedLinks& at_end, SegmentEnd& end) {
+  const int n = base_.joints();
+  const Eigen::Matrix3d Phi = propagate_phi();
+  const bool turns = motion_.h.angular[0] != 0 || motion_.h.angular[1] != 0 || motion_.h.angular[2] != 0;
+  Eigen::Matrix3Xd per_position = Eigen::Matrix3Xd::Zero(3, n), per_rate = per_position;
+  for (const Node& node : nodes_) {
+    base_.angular_momentum_per_angle(node.links, node.rates, node.w_B, g_);
+    Eigen::Matrix3d M = -node.weight * as_matrix(node.R) * matrix_of(node.links.H_inverse);
+    if (turns) M = (node.Phi.inverse() * M).eval();
+    for (int j = 0; j < n; ++j) {
+      const Eigen::Vector3d g = M * column(g_[j]), k = M * column(node.links.k[j]);
+      per_position.col(j) += node.a.position * g + node.a.rate * k;
+      per_rate.col(j) += node.b.position * g + node.b.rate * k;
+    }
+  }
+  const Eigen::Matrix3d to_base = as_matrix(rotation_matrix(q)).transpose() * Phi;
+  const Eigen::Vector3d c = column(at_end.com);
+  end.per_position.resize(6, n), end.per_rate.resize(6, n);
+  end.per_position.topRows(3) = to_base * per_position;
+  end.per_rate.topRows(3) = to_base * per_rate;
+  for (int j = 0; j < n; ++j) {
+    const Eigen::Vector3d moved = column((1 / at_end.mass) * at_end.joint_momentum[j].linear);
+    end.per_position.col(j).tail(3) = c.cross(end.per_position.col(j).head<3>()) - moved;
+    end.per_rate.col(j).tail(3) = c.cross(end.per_rate.col(j).head<3>());
+  }
+}
+
+SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
+                            SegmentAccuracy accuracy) {
   const int n = base_.joints();
   SegmentEnd end;
   if (!base_.floats()) {
@@ -102,28 +214,32 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     end.per_position = end.per_rate = Matrix6Xd::Zero(6, n);
     return end;
   }
-  final_.assign(position.begin(), position.end());
-  final_rate_.assign(rate.begin(), rate.end());
-  auto& stepper = sensitivities ? with_sensitivities_ : plain_;
-  std::vector<double> y(stepper.manifold().size, 0.0);
-  const Quaterniond q = quaternion_from(start_.X_WB.R);
-  for (int k = 0; k < 3; ++k) y[kPosition + k] = start_.X_WB.p[k];
-  y[kQuaternion] = q.w, y[kQuaternion + 1] = q.x, y[kQuaternion + 2] = q.y, y[kQuaternion + 3] = q.z;
-  const auto rhs = [&](double t, std::span<const double> now, std::span<double> dydt) {
-    rates(t, now, dydt, sensitivities);
-  };
-  const IntegrationResult result = integrate(stepper, rhs, start_.begin, y, start_.end);
-  end.finished = result.finished();
-  if (!end.finished) {
-    end.failure = result.explanation();
-    return end;
+  const double tolerance = kUnresolved[static_cast<int>(accuracy)];
+  int& panels = panels_[static_cast<int>(accuracy)];
+  Quaterniond q;
+  for (;; panels *= 2) {
+    lay_panels(panels);
+    place_nodes(position, rate);
+    q = quaternion_from(start_.X_WB.R);
+    const double unresolved = turn(q);
+    if (unresolved <= tolerance) {
+      // A panel of twice the length resolves less by 2^stages: whether that would have done.
+      if (panels > 1 && std::ldexp(unresolved, kStages + 1) <= tolerance) panels /= 2;
+      break;
+    }
+    if (std::isnan(unresolved) || 2 * static_cast<std::int64_t>(nodes_.size()) > start_.most_nodes) {
+      end.failure = fmt::format("the base's rotation is not resolved by {} nodes on a segment of {:.6g} s",
+                                nodes_.size(), start_.end - start_.begin);
+      panels = 1;
+      return end;
+    }
   }
-  end.X_WB = pose_in(stepper.state());
-  if (sensitivities) {
-    const Eigen::Map<const Matrix6Xd> D(stepper.state().data() + kPose, 6, 2 * n);
-    end.per_position = D.leftCols(n);
-    end.per_rate = D.rightCols(n);
-  }
+  base_.place(position, end_links_);
+  ++evaluations_;
+  end.finished = true;
+  end.X_WB.R = rotation_matrix(q);
+  end.X_WB.p = motion_.com_at(start_.end) - end.X_WB.R * end_links_.com;
+  if (sensitivities) add_sensitivities(q, end_links_, end);
   return end;
 }
 

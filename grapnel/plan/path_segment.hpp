@@ -5,15 +5,25 @@
 /// answers by conservation of momentum, and where it ends depends on those values: the integral of (2.3) with its
 /// sensitivities.
 ///
-/// With x = (final values, final rates) the joints move as theta(t) = ... + a(t) final + b(t) final_rate. A
-/// displacement xi of the base, in B, obeys (FloatingBase)
-///   d(dxi/dx)/dt = A dxi/dx + dV_B/dtheta dtheta/dx + dV_B/dtheta_dot dtheta_dot/dx,   dxi/dx = 0 at the start, which
-/// is integrated beside the pose.
+/// The joints' motion is given, so everything in FloatingBase's (5) and (6) but the base's rotation R = R_WB is a known
+/// function of time, and where the centre of mass is stands fixed. What is left is a differential equation on SO(3),
+///   R' = R [w x],   w = H^-1 (R^T L - u),   u = sum_j k_j theta_dot_j                                              (1)
+/// solved for the quaternion by Gauss-Legendre collocation: H and u are worked out once at each node, the rotation at
+/// the nodes follows by fixed-point iteration, which costs no kinematics. The order is twice the number of nodes of a
+/// panel, and panels are halved until the last Legendre coefficients of w say that the nodes resolve it.
+///
+/// With x = (final values, final rates) the joints move as theta(t) = ... + a(t) final + b(t) final_rate. A small
+/// rotation eta of the base, in W, obeys
+///   d(deta/dx)/dt = N deta/dx - R H^-1 (g_j a + k_j a'),   N = R H^-1 R^T [L x],   deta/dx = 0 at the start        (2)
+/// (b for a where x is a final rate), so that with Phi' = N Phi, Phi = 1 at the start, it is a quadrature at the same
+/// nodes,
+///   deta/dx (T) = -Phi(T) integral Phi^-1 R H^-1 (g_j a + k_j a') dt.                                              (3)
+/// The base's origin is at p_WB = p_WCom - R c(theta), so its displacement follows from eta and dc/dtheta.
 
 #include <cstdint>
 #include <string>
 
-#include "grapnel/integrate/dormand_prince_853.hpp"
+#include "grapnel/integrate/gauss_legendre.hpp"
 #include "grapnel/plan/floating_base.hpp"
 #include "grapnel/simulate/joint_trajectory.hpp"
 
@@ -27,6 +37,8 @@ struct FreeMotion {
   double mass = 1;                      // [kg]
   Vector3d gravity = Vector3d::zero();  // in W [m/s^2]
 
+  /// Where the centre of mass is at time t, in W.
+  Vector3d com_at(double t) const;
   /// Momentum about B's origin in B, at time t, for a base at X_WB.
   Momentumd in_base(double t, const Posed& X_WB) const;
 };
@@ -39,7 +51,7 @@ struct SegmentStart {
   JointProfile profile = JointProfile::quintic;
   std::vector<double> position, rate;  // per joint
   Posed X_WB = Posed::identity();
-  std::int64_t most_steps = 10'000'000;  // of one integration
+  std::int64_t most_nodes = 100'000'000;  // of one integration
 };
 
 /// Where it ends.
@@ -51,31 +63,57 @@ struct SegmentEnd {
   Matrix6Xd per_rate;      // per final joint rate
 };
 
+/// How well the base's rotation is integrated: search to some 1e-8 rad, full to rounding.
+enum class SegmentAccuracy { search, full };
+
 class PathSegment {
  public:
-  /// `base` is shared scratch and must outlive the segment. Tolerances are those of the integration of the base's pose.
-  PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion, double relative_tolerance,
-              double absolute_tolerance);
+  /// `base` is shared scratch and must outlive the segment.
+  PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion);
 
   /// Flies it to these final values and rates (one per joint).
-  SegmentEnd fly(std::span<const double> position, std::span<const double> rate, bool sensitivities);
+  SegmentEnd fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
+                 SegmentAccuracy accuracy = SegmentAccuracy::full);
 
   const SegmentStart& start() const { return start_; }
   const FreeMotion& motion() const { return motion_; }
   FloatingBase& base() const { return base_; }
   /// The path of joint j for these final values.
   JointPath path(int j, double position, double rate) const;
+  /// Nodes so far, at each of which the links were placed once.
   long rhs_evaluations() const { return evaluations_; }
 
  private:
-  void rates(double t, std::span<const double> y, std::span<double> dydt, bool sensitivities);
+  // One node of the quadrature.
+  struct Node {
+    double time = 0, weight = 0;  // [s]; the weight includes the panel's length
+    JointPoint a, b, c;           // theta = start + a (final - start) + b final_rate + c start_rate
+    std::vector<double> rates;    // of the joints
+    PlacedLinks links;
+    Vector3d u = Vector3d::zero();               // (1)
+    Rotationd R = Rotationd::identity();         // R_WB
+    Vector3d w_B = Vector3d::zero();             // of the base
+    Eigen::Matrix3d Phi = Eigen::Matrix3d::Identity();  // (3)
+  };
+
+  void lay_panels(int panels);
+  void place_nodes(std::span<const double> position, std::span<const double> rate);
+  // Rotation at the nodes and at the end; how badly the nodes resolve it [rad]. Infinite where the fixed-point iteration
+  // does not converge.
+  double turn(Quaterniond& end);
+  double turn_panel(std::span<Node> nodes, Quaterniond& q);
+  Eigen::Matrix3d propagate_phi();
+  void add_sensitivities(const Quaterniond& q, const PlacedLinks& at_end, SegmentEnd& end);
 
   FloatingBase& base_;
   SegmentStart start_;
   FreeMotion motion_;
-  Tolerances tolerances_;
-  DormandPrince853<double> plain_, with_sensitivities_;
-  std::vector<double> final_, final_rate_, theta_, theta_dot_;
+  int panels_[2] = {1, 1};  // to begin with, per SegmentAccuracy
+  int laid_ = 0;            // panels of nodes_
+  std::vector<Node> nodes_;
+  std::vector<double> theta_;
+  std::vector<Vector3d> g_;
+  PlacedLinks end_links_;
   long evaluations_ = 0;
 };
 

@@ -97,7 +97,7 @@ SettledArms settle_arms(FloatingBase& base, const ReachProblem& problem, std::ve
   constexpr int kRounds = 4;
   SettledArms s{split_arms(base, problem.goals), {}, std::move(theta), problem.start.X_WB};
   s.nearest.resize(s.arms.size());
-  PathSegment segment(base, problem.start, problem.motion, 1e-9, 1e-11);
+  PathSegment segment(base, problem.start, problem.motion);
   const std::vector<double> at_rest(s.theta.size(), 0.0);
   for (int i = 0; i < kRounds; ++i) {
     for (std::size_t a = 0; a < s.arms.size(); ++a) {

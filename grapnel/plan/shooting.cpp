@@ -11,8 +11,6 @@ namespace grapnel {
 
 namespace {
 
-// The base's motion is integrated this well; positions come out to about 1e-12 m.
-constexpr double kRelativeTolerance = 1e-12, kAbsoluteTolerance = 1e-14;
 // Faster rates at the end, that would turn a joint this far within the segment, are no plan and cost endless steps.
 constexpr double kFast = 1;       // [rad/s or m/s]
 constexpr double kWildest = 200;  // [rad or m]
@@ -29,9 +27,7 @@ Posed displaced(const Posed& X, const Vector6d& xi) {
 }  // namespace
 
 Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
-    : base_(base),
-      problem_(problem),
-      segment_(base, problem.start, problem.motion, kRelativeTolerance, kAbsoluteTolerance) {}
+    : base_(base), problem_(problem), segment_(base, problem.start, problem.motion) {}
 
 // rho of (1) at the configuration that is placed.
 Eigen::VectorXd Shooting::rho(const Posed& X_WB, double* unmet) const {

@@ -55,8 +55,7 @@ TEST(PathSegment, EndsWhereForwardDynamicsEnds) {
     SCOPED_TRACE(seed_note(i));
     const Flight f = random_flight(i);
     FloatingBase base(f.servicer.model, true);
-    PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity), 1e-12,
-                        1e-14);
+    PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity));
     const SegmentEnd end = segment.fly(f.position, f.rate, false);
     ASSERT_TRUE(end.finished) << end.failure;
     const Posed expected = simulated_end(f);
@@ -72,8 +71,7 @@ TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
     SCOPED_TRACE(seed_note(i));
     const Flight f = random_flight(i);
     FloatingBase base(f.servicer.model, true);
-    PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity), 1e-12,
-                        1e-14);
+    PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity));
     const SegmentEnd end = segment.fly(f.position, f.rate, true);
     ASSERT_TRUE(end.finished) << end.failure;
     const double h = 1e-4;

@@ -208,7 +208,7 @@ TEST(RandomPlan, FindsWhatAFlightHasReached) {
     std::vector<double> position = p.start.position, rate(position.size());
     for (double& x : position) x += random.uniform(-0.7, 0.7);
     for (double& x : rate) x = random.uniform(-0.2, 0.2);
-    PathSegment segment(base, p.start, p.motion, 1e-12, 1e-14);
+    PathSegment segment(base, p.start, p.motion);
     const SegmentEnd end = segment.fly(position, rate, false);
     base.place(position);
     const Momentumd h_B = p.motion.in_base(p.start.end, end.X_WB);

@@ -49,7 +49,7 @@ void add_arm(ModelBuilder& builder, const std::string& prefix, const std::string
 // Rates that bring the hands to a target moving with V at `goals`, which are put where the hands then are.
 bool settle_goals(FloatingBase& base, const Twistd& V_WO, const std::vector<double>& position, ReachProblem& p) {
   std::vector<double> rate(position.size(), 0.0);
-  PathSegment segment(base, p.start, p.motion, 1e-12, 1e-14);
+  PathSegment segment(base, p.start, p.motion);
   for (int i = 0; i < 12; ++i) {
     const SegmentEnd end = segment.fly(position, rate, false);
     if (!end.finished) return false;

@@ -34,7 +34,7 @@ TEST(RandomSharedTarget, IsReachedByAllHandsAtOnce) {
     ++solved, at_once += r.starts == 1;
     unmet.note(r.unmet_rate, i);
     // Flown again, the hands are where the target has its points.
-    PathSegment segment(base, p.start, p.motion, 1e-12, 1e-14);
+    PathSegment segment(base, p.start, p.motion);
     const SegmentEnd end = segment.fly(r.position, r.rate, false);
     base.place(r.position);
     for (const Goal& g : p.goals) {
