@@ -1,5 +1,7 @@
 #include "grapnel/dense/decompositions.hpp"
 
+#include <cmath>
+
 #include <utility>
 
 template class Eigen::LLT<Eigen::MatrixXd>;
@@ -80,6 +82,33 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A, double threshold) {
   decomposition.setThreshold(threshold);
   decomposition.compute(A);
   return decomposition.pseudoInverse();
+}
+
+std::optional<Eigen::VectorXd> least_norm_above(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double edge) {
+  constexpr double kNoRow = 1e-9;
+  const Eigen::VectorXd length = A.rowwise().norm();
+  const double longest = length.size() > 0 ? length.maxCoeff() : 0;
+  if (!(longest > 0) || !std::isfinite(longest)) return {};
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < A.rows(); ++i) {
+    if (length[i] > kNoRow * longest) rows.push_back(i);
+  }
+  const bool all = static_cast<Eigen::Index>(rows.size()) == A.rows();
+  if (static_cast<Eigen::Index>(rows.size()) > A.cols()) return {};
+  Eigen::MatrixXd some;
+  if (!all) some = A(rows, Eigen::all);
+  const Eigen::MatrixXd& G = all ? A : some;
+  const Eigen::VectorXd wanted = all ? b : Eigen::VectorXd(b(rows));
+  Eigen::MatrixXd gram = G * G.transpose();
+  gram.diagonal().array() -= edge * edge;
+  if (Cholesky(gram).info() != Eigen::Success) return {};
+  gram.diagonal().array() += edge * edge;
+  const Cholesky factor(gram);
+  if (factor.info() != Eigen::Success) return {};
+  Eigen::VectorXd x = G.transpose() * factor.solve(wanted);
+  // The normal equations square the condition number; one step of refinement makes up for it.
+  x += G.transpose() * factor.solve(wanted - G * x);
+  return x;
 }
 
 int rank_of(const Eigen::MatrixXd& A) { return static_cast<int>(A.colPivHouseholderQr().rank()); }

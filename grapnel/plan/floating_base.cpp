@@ -25,7 +25,7 @@ FloatingBase::FloatingBase(const Model& model, bool floats) : model_(model), flo
   per_angle_ = per_rate_ = Matrix6Xd::Zero(6, joints());
 }
 
-void FloatingBase::place(std::span<const double> theta, PlacedLinks& placed) {
+void FloatingBase::place_links(std::span<const double> theta, PlacedLinks& placed) {
   if (watch_) watch_->count();
   const auto& links = model_.tree().links;
   const std::size_t count = links.size();
@@ -41,12 +41,21 @@ void FloatingBase::place(std::span<const double> theta, PlacedLinks& placed) {
     const Posed X_BW = inverse(placed.motion[0].X_WL);
     for (LinkMotion<double>& motion : placed.motion) motion.X_WL = X_BW * motion.X_WL;
   }
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 1; i < count; ++i) {
     const Posed& X = placed.motion[i].X_WL;
-    placed.inertia[i] = placed.composite[i] = X * links[i].inertia;
-    if (i == 0) continue;
     const Vector3d a = links[i].sign * X.R.column(links[i].axis);
     placed.axis[i] = slides_along_axis(links[i].joint) ? Twistd{Vector3d::zero(), a} : Twistd{a, cross(X.p, a)};
+  }
+}
+
+void FloatingBase::place_frames(std::span<const double> theta) { place_links(theta, placed_); }
+
+void FloatingBase::place(std::span<const double> theta, PlacedLinks& placed) {
+  place_links(theta, placed);
+  const auto& links = model_.tree().links;
+  const std::size_t count = links.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    placed.inertia[i] = placed.composite[i] = placed.motion[i].X_WL * links[i].inertia;
   }
   for (std::size_t i = count; i-- > 1;) placed.composite[links[i].parent] += placed.composite[i];
   const RigidBodyInertiad& all = placed.composite[0];
@@ -114,22 +123,28 @@ Vector6d FloatingBase::momentum_part(const Momentumd& h_B) const {
 }
 
 void FloatingBase::move(std::span<const double> rates, const Momentumd& h_B) {
-  if (!floats_) return;
   V_B_ = momentum_part(h_B);
   for (int j = 0; j < joints(); ++j) V_B_ += rates[j] * per_rate_.col(j);  // (1)
   momentum_per_angle(placed_, rates, twist_from(V_B_), dh_);
+  if (!floats_) return;
   for (int j = 0; j < joints(); ++j) per_angle_.col(j) = -column(twist_of(placed_, dh_[j]));  // (3)
 }
 
+Eigen::Matrix<double, 6, 6> FloatingBase::twist_per_displacement(const Momentumd& h_B) const {
+  Eigen::Matrix<double, 6, 6> D = Eigen::Matrix<double, 6, 6>::Zero();
+  if (!floats_) return D;
+  for (int k = 0; k < 6; ++k) {
+    const Wrenchd change = cross_force(twist_from(Vector6d::Unit(k)), h_B);
+    D.col(k) = -column(twist_of(placed_, {change.angular, change.linear}));
+  }
+  return D;
+}
+
 Eigen::Matrix<double, 6, 6> FloatingBase::displacement_rate(const Momentumd& h_B) const {
-  Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
+  Eigen::Matrix<double, 6, 6> A = twist_per_displacement(h_B);
   if (!floats_) return A;
   const Twistd V = twist_from(V_B_);
-  for (int k = 0; k < 6; ++k) {
-    const Twistd xi = twist_from(Vector6d::Unit(k));
-    const Wrenchd change = cross_force(xi, h_B);
-    A.col(k) = -column(twist_of(placed_, {change.angular, change.linear})) - column(cross_motion(V, xi));
-  }
+  for (int k = 0; k < 6; ++k) A.col(k) -= column(cross_motion(V, twist_from(Vector6d::Unit(k))));
   return A;
 }
 
@@ -145,6 +160,28 @@ Posed FloatingBase::frame_pose(int frame) const {
   const Frame& f = model_.frames()[frame];
   const BodyPlacement& placement = model_.bodies()[f.body].placement;
   return placed_.motion[placement.link].X_WL * placement.X_LB * f.X_BE;
+}
+
+Twistd FloatingBase::frame_twist(int frame) const {
+  const int link = model_.bodies()[model_.frames()[frame].body].placement.link;
+  return shift(V_[link], frame_pose(frame).p);
+}
+
+void FloatingBase::frame_twist_per_angle(int frame, Matrix6Xd& D) const {
+  const auto& links = model_.tree().links;
+  const int link = model_.bodies()[model_.frames()[frame].body].placement.link;
+  const Vector3d p = frame_pose(frame).p;
+  D.resize(6, joints());
+  for (int j = 0; j < joints(); ++j) D.col(j) = column(shift(twist_from(per_angle_.col(j)), p));
+  // What a joint carries turns with its axis: the part of the twist that stems from it and those beyond, and the
+  // frame's origin.
+  for (int i = link; i > 0; i = links[i].parent) {
+    const Twistd& S = placed_.axis[i];
+    const auto turned = cross_motion(S, V_[link] - V_[links[i].parent]);
+    const Vector3d moved = S.linear + cross(S.angular, p);
+    const Twistd change{turned.angular, turned.linear + cross(turned.angular, p) + cross(V_[link].angular, moved)};
+    D.col(link_joint_[i]) += column(change);
+  }
 }
 
 bool FloatingBase::carries(int joint, int frame) const {

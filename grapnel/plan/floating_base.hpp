@@ -106,7 +106,9 @@ class FloatingBase {
 
   /// Places the links for these joint values (one per joint).
   void place(std::span<const double> theta);
-  /// The same into `links`; what follows place() below does not see it.
+  /// The links' poses alone, for frame_pose() and frame_jacobian(): a third of the work.
+  void place_frames(std::span<const double> theta);
+  /// The same as place() into `links`; what follows place() below does not see it.
   void place(std::span<const double> theta, PlacedLinks& links);
   /// Angular momentum about the centre of mass that these joint rates have while the base does not turn: the sum in (5).
   static Vector3d joint_momentum(const PlacedLinks& links, std::span<const double> rates);
@@ -127,6 +129,10 @@ class FloatingBase {
   /// move(). With X' = X V_B and h_B = Ad*(X) h: A = -I_c^-1 [. x* h_B] - [V_B x .].
   Eigen::Matrix<double, 6, 6> displacement_rate(const Momentumd& h_B) const;
 
+  /// How the base's twist changes with a small displacement xi of the base alone, in B: -I_c^-1 [. x* h_B]; after
+  /// place().
+  Eigen::Matrix<double, 6, 6> twist_per_displacement(const Momentumd& h_B) const;
+
   /// Total centre of mass and mass; after place().
   Vector3d com() const { return placed_.com; }
   double mass() const { return placed_.mass; }
@@ -140,10 +146,18 @@ class FloatingBase {
   /// The same with the base's answer at constant momentum: the generalized Jacobian J_g (2.5), in B.
   void generalized_jacobian(int frame, Matrix6Xd& J) const;
 
+  /// Twist of the frame relative to W, in B, at the frame's origin; after move().
+  Twistd frame_twist(int frame) const;
+  /// How it changes with joint values (6 x joints) at these rates and at a base that stays where it is, its twist
+  /// following by (3); after move().
+  void frame_twist_per_angle(int frame, Matrix6Xd& D) const;
+
   /// Whether joint j carries the frame.
   bool carries(int joint, int frame) const;
 
  private:
+  // Poses and axes.
+  void place_links(std::span<const double> theta, PlacedLinks& placed);
   // V_B of (4) for a momentum about B's origin.
   static Twistd twist_of(const PlacedLinks& links, const Momentumd& h);
   // dh/dtheta_j of (2) per joint, for a base that moves with V_B.

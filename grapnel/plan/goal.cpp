@@ -72,47 +72,171 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
   }
 }
 
-void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B, std::span<const Goal> goals,
-                 RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b) {
-  const bool task = demand == RateDemand::task;
+namespace {
+
+// How much of a twist [angular; linear] a demand looks at: always the velocity, and of the spin nothing, two components
+// across the goal's direction, or all.
+int spin_rows(const Goal& g, RateDemand demand) {
+  if (demand == RateDemand::linear) return 0;
+  if (demand != RateDemand::task) return 3;
+  return rows_of(g) - 3;
+}
+
+int demanded_rows(std::span<const Goal> goals, RateDemand demand) {
   int rows = 0;
-  for (const Goal& g : goals) rows += demand == RateDemand::linear ? 3 : task ? rows_of(g) : 6;
-  G.resize(rows, base.joints()), b.resize(rows);
-  const Twistd V_h = twist_from(base.momentum_part(h_B));
-  const Eigen::Matrix3d R = as_matrix(X_WB.R);
-  Matrix6Xd J;
+  for (const Goal& g : goals) rows += 3 + spin_rows(g, demand);
+  return rows;
+}
+
+// Calls visit(goal, first row, spin rows) per goal.
+template <class Visit>
+void for_each_goal(std::span<const Goal> goals, RateDemand demand, Visit&& visit) {
   int row = 0;
   for (const Goal& g : goals) {
-    base.generalized_jacobian(g.frame, J);
-    const Twistd drift = X_WB.R * shift(V_h, base.frame_pose(g.frame).p);  // second term of (2.3)
-    G.middleRows(row, 3) = R * J.bottomRows(3);
-    b.segment<3>(row) = column(g.V_WG.linear - drift.linear);
-    row += 3;
-    const bool axis_only = task && g.orientation == Goal::Orientation::axis;
-    if (demand == RateDemand::linear || (task && g.orientation == Goal::Orientation::free)) continue;
-    const Vector3d spin = demand == RateDemand::velocity ? Vector3d::zero() : g.V_WG.angular;
-    const Eigen::Vector3d missing = column(spin - drift.angular);
-    if (axis_only) {
-      const Eigen::Matrix<double, 2, 3> B = across(g.direction_W);
-      G.middleRows(row, 2) = B * R * J.topRows(3);
-      b.segment<2>(row) = B * missing;
-      row += 2;
-    } else {
-      G.middleRows(row, 3) = R * J.topRows(3);
-      b.segment<3>(row) = missing;
-      row += 3;
-    }
+    const int spin = spin_rows(g, demand);
+    visit(g, row, spin);
+    row += 3 + spin;
   }
+}
+
+// The rows of twists in W, one per column.
+template <class Twists, class Rows>
+void put_rows(const Goal& g, int spin, const Twists& V, Rows&& rows) {
+  rows.topRows(3) = V.bottomRows(3);
+  if (spin == 3) rows.bottomRows(3) = V.topRows(3);
+  if (spin == 2) rows.bottomRows(2) = across(g.direction_W) * V.topRows(3);
+}
+
+// [angular; linear] in W with the same product with every twist as the rows' weights have with its rows.
+Vector6d weights_as_wrench(const Goal& g, int spin, const Eigen::VectorXd& weights) {
+  Vector6d F = Vector6d::Zero();
+  F.tail<3>() = weights.head<3>();
+  if (spin == 3) F.head<3>() = weights.tail<3>();
+  if (spin == 2) F.head<3>() = across(g.direction_W).transpose() * weights.tail<2>();
+  return F;
+}
+
+// R on both parts.
+Eigen::Matrix<double, 6, 6> both(const Eigen::Matrix3d& R) {
+  Eigen::Matrix<double, 6, 6> X = Eigen::Matrix<double, 6, 6>::Zero();
+  X.topLeftCorner<3, 3>() = X.bottomRightCorner<3, 3>() = R;
+  return X;
+}
+
+}  // namespace
+
+void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B, std::span<const Goal> goals,
+                 RateDemand demand, Eigen::MatrixXd& G, Eigen::VectorXd& b) {
+  const int rows = demanded_rows(goals, demand);
+  G.resize(rows, base.joints()), b.resize(rows);
+  const Twistd V_h = twist_from(base.momentum_part(h_B));
+  const auto R = both(as_matrix(X_WB.R));
+  Matrix6Xd J;
+  for_each_goal(goals, demand, [&](const Goal& g, int row, int spin) {
+    base.generalized_jacobian(g.frame, J);
+    J = (R * J).eval();
+    put_rows(g, spin, J, G.middleRows(row, 3 + spin));
+    const Twistd drift = X_WB.R * shift(V_h, base.frame_pose(g.frame).p);  // second term of (2.3)
+    const Vector3d spin_wanted = demand == RateDemand::velocity ? Vector3d::zero() : g.V_WG.angular;
+    put_rows(g, spin, column(Twistd{spin_wanted, g.V_WG.linear} - drift), b.segment(row, 3 + spin));
+  });
 }
 
 DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
                              std::span<const Goal> goals, RateDemand demand) {
-  Eigen::MatrixXd G;
   Eigen::VectorXd b;
-  demand_rows(base, X_WB, h_B, goals, demand, G, b);
   DemandedRates result;
-  result.rates = least_norm_solution(G, b, 1e-10);
-  result.unmet = b.size() ? (G * result.rates - b).lpNorm<Eigen::Infinity>() : 0;
+  demand_rows(base, X_WB, h_B, goals, demand, result.G, b);
+  result.G_inverse = pseudo_inverse(result.G, 1e-10);
+  result.rates = result.G_inverse * b;
+  result.unmet_part = b - result.G * result.rates;
+  // The pseudo-inverse is accurate to rounding of its own entries; its product with what is left to that of the rates.
+  const Eigen::VectorXd rest = result.G_inverse * result.unmet_part;
+  result.rates += rest;
+  result.unmet_part -= result.G * rest;
+  result.unmet = b.size() ? result.unmet_part.lpNorm<Eigen::Infinity>() : 0;
+  return result;
+}
+
+namespace {
+
+// dG^T weights: per joint of the rates (rows) and joint value or component of a small rotation of the base in B
+// (columns).
+struct WeightedChange {
+  Eigen::MatrixXd per_angle, per_rotation;
+};
+
+WeightedChange change_of_rows(FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, RateDemand demand,
+                              const Eigen::VectorXd& weights) {
+  const int n = base.joints();
+  WeightedChange change{Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Zero(n, 3)};
+  const Eigen::Matrix<double, 6, 6> to_base = both(as_matrix(X_WB.R).transpose());
+  std::vector<Vector6d> F;  // per goal, in B
+  Matrix6Xd J;
+  for_each_goal(goals, demand, [&](const Goal& g, int row, int spin) {
+    F.push_back(to_base * weights_as_wrench(g, spin, weights.segment(row, 3 + spin)));
+    base.generalized_jacobian(g.frame, J);
+    for (int j = 0; j < n; ++j) {
+      change.per_rotation.row(j) += J.col(j).head<3>().cross(F.back().head<3>()) +
+                                    J.col(j).tail<3>().cross(F.back().tail<3>());
+    }
+  });
+  std::vector<double> one(n, 0.0);
+  for (int j = 0; j < n; ++j) {
+    one[j] = 1;
+    base.move(one, Momentumd::zero());
+    one[j] = 0;
+    for (std::size_t i = 0; i < goals.size(); ++i) {
+      base.frame_twist_per_angle(goals[i].frame, J);
+      change.per_angle.row(j) += F[i].transpose() * J;
+    }
+  }
+  return change;
+}
+
+}  // namespace
+
+RateSensitivity rate_sensitivity(FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
+                                 std::span<const Goal> goals, RateDemand demand, const DemandedRates& demanded) {
+  const int n = base.joints();
+  const auto rows = demanded.G.rows();
+  const Eigen::MatrixXd& inverse = demanded.G_inverse;
+  Eigen::MatrixXd per_angle(rows, n), per_displacement(rows, 6);  // d(G rho - b)
+  const std::vector<double> rates(demanded.rates.begin(), demanded.rates.end());
+  base.move(rates, h_B);
+  const auto R = both(as_matrix(X_WB.R));
+  const Eigen::Matrix<double, 6, 6> of_base = base.twist_per_displacement(h_B);
+  Matrix6Xd D;
+  Eigen::Matrix<double, 6, 6> D_xi;
+  for_each_goal(goals, demand, [&](const Goal& g, int row, int spin) {
+    base.frame_twist_per_angle(g.frame, D);
+    D = (R * D).eval();
+    put_rows(g, spin, D, per_angle.middleRows(row, 3 + spin));
+    const Vector3d p = base.frame_pose(g.frame).p;
+    const Twistd V = base.frame_twist(g.frame);
+    for (int k = 0; k < 6; ++k) {
+      D_xi.col(k) = column(shift(twist_from(of_base.col(k)), p));
+      if (k >= 3) continue;
+      const Vector3d axis{k == 0 ? 1.0 : 0.0, k == 1 ? 1.0 : 0.0, k == 2 ? 1.0 : 0.0};
+      D_xi.col(k) += column(Twistd{cross(axis, V.angular), cross(axis, V.linear)});
+    }
+    D_xi = (R * D_xi).eval();
+    put_rows(g, spin, D_xi, per_displacement.middleRows(row, 3 + spin));
+  });
+  RateSensitivity result{-inverse * per_angle, -inverse * per_displacement};
+  const Eigen::MatrixXd null = Eigen::MatrixXd::Identity(n, n) - inverse * demanded.G;
+  constexpr double kNothing = 1e-9;
+  if (null.lpNorm<Eigen::Infinity>() > kNothing) {
+    const WeightedChange change =
+        change_of_rows(base, X_WB, goals, demand, inverse.transpose() * demanded.rates);
+    result.per_angle += null * change.per_angle;
+    result.per_displacement.leftCols(3) += null * change.per_rotation;
+  }
+  if (demanded.unmet > kNothing) {
+    const WeightedChange change = change_of_rows(base, X_WB, goals, demand, demanded.unmet_part);
+    result.per_angle += inverse * (inverse.transpose() * change.per_angle);
+    result.per_displacement.leftCols(3) += inverse * (inverse.transpose() * change.per_rotation);
+  }
   return result;
 }
 

@@ -49,10 +49,23 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
 struct DemandedRates {
   Eigen::VectorXd rates;
   double unmet = 0;  // largest component [m/s or rad/s]
+  Eigen::MatrixXd G, G_inverse;  // of demand_rows(), and its pseudo-inverse
+  Eigen::VectorXd unmet_part;    // b - G rates
 };
 /// `h_B`: momentum about B's origin in B. Base must be placed. Not for RateDemand::given.
 DemandedRates demanded_rates(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
                              std::span<const Goal> goals, RateDemand demand);
+
+/// How the demanded rates change: with joint values at a base that stays where it is (joints x joints), and with a
+/// displacement of the base in B (joints x 6). With G of demand_rows(), G^+ its pseudo-inverse, rho = G^+ b,
+///   d rho = -G^+ d(G rho - b) + (1 - G^+ G) dG^T G^+T rho + G^+ G^+T dG^T (b - G rho)                              (1)
+/// where d(G rho - b) holds rho fixed (Golub and Pereyra 1973); the last two terms are what redundant joints and
+/// demands that cannot be met add. Moves the base.
+struct RateSensitivity {
+  Eigen::MatrixXd per_angle, per_displacement;
+};
+RateSensitivity rate_sensitivity(FloatingBase& base, const Posed& X_WB, const Momentumd& h_B,
+                                 std::span<const Goal> goals, RateDemand demand, const DemandedRates& demanded);
 
 /// The rows of the demand: G theta_dot = b.
 void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h_B, std::span<const Goal> goals,

@@ -16,7 +16,7 @@ namespace {
 constexpr int kStages = 16;  // nodes of a panel
 // The last Legendre coefficients of w over a panel, times its length, may be this large [rad]. The collocation's error
 // goes with their square.
-constexpr double kUnresolved[] = {1e-4, 1e-8};
+constexpr double kUnresolved[] = {1e-5, 1e-8};
 
 const GaussLegendre& method() {
   static const GaussLegendre gauss(kStages);
@@ -28,13 +28,6 @@ Eigen::Matrix3d matrix_of(const Symmetric3d& I) {
 }
 Eigen::Matrix3d cross_matrix(const Vector3d& v) {
   return (Eigen::Matrix3d() << 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0).finished();
-}
-
-Quaterniond sum(const Quaterniond& a, double s, const Quaterniond& b) {
-  return {a.w + s * b.w, a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
-}
-double largest(const Quaterniond& q) {
-  return std::max({std::abs(q.w), std::abs(q.x), std::abs(q.y), std::abs(q.z)});
 }
 
 Quaterniond normalized(const Quaterniond& q) {
@@ -104,35 +97,44 @@ double PathSegment::turn_panel(std::span<Node> nodes, Quaterniond& q0) {
   constexpr double kSettled = 4e-16;
   const double h = (start_.end - start_.begin) / laid_;
   const Vector3d& L = motion_.h.angular;
-  std::array<Quaterniond, kStages> q, rate;
-  q.fill(q0);
+  const bool driven = dot(L, L) > 0;
+  // One quaternion per column.
+  using Quaternions = Eigen::Matrix<double, 4, kStages>;
+  const Eigen::Vector4d begin(q0.w, q0.x, q0.y, q0.z);
+  Quaternions q = begin.replicate<1, kStages>(), rate;
+  const auto at = [](const Quaternions& all, int i) { return Quaterniond{all(0, i), all(1, i), all(2, i), all(3, i)}; };
+  for (Node& node : nodes) node.w_B = node.links.H_inverse * -node.u;
   double change = 1, before = std::numeric_limits<double>::infinity();
   for (int iteration = 0;; ++iteration) {
     for (int i = 0; i < kStages; ++i) {
       Node& node = nodes[static_cast<std::size_t>(i)];
-      node.R = rotation_matrix(normalized(q[i]));
-      node.w_B = node.links.H_inverse * (transposed_times(node.R, L) - node.u);  // (1)
-      rate[i] = quaternion_rate(q[i], node.w_B);
+      if (driven) {
+        node.R = rotation_matrix(normalized(at(q, i)));
+        node.w_B = node.links.H_inverse * (transposed_times(node.R, L) - node.u);  // (1)
+      }
+      const Quaterniond r = quaternion_rate(at(q, i), node.w_B);
+      rate.col(i) << h * r.w, h * r.x, h * r.y, h * r.z;
     }
     // Once nothing changes but by rounding.
     if (change <= kSettled || (change <= 1e-14 && change >= before)) break;
     if (iteration == kMost || !std::isfinite(change)) return std::numeric_limits<double>::infinity();
     before = change;
-    change = 0;
-    for (int i = 0; i < kStages; ++i) {
-      Quaterniond next = q0;
-      for (int j = 0; j < kStages; ++j) next = sum(next, h * method().a(i, j), rate[j]);
-      change = std::max(change, largest(sum(next, -1, q[i])));
-      q[i] = next;
+    Quaternions next = begin.replicate<1, kStages>();
+    for (int j = 0; j < kStages; ++j) {
+      for (int i = 0; i < kStages; ++i) next.col(i) += method().a(i, j) * rate.col(j);
     }
+    change = (next - q).cwiseAbs().maxCoeff();
+    q = next;
   }
   Vector3d last = Vector3d::zero(), last_but_one = Vector3d::zero();
+  Eigen::Vector4d end = begin;
   for (int i = 0; i < kStages; ++i) {
-    q0 = sum(q0, h * method().weight(i), rate[i]);
-    const Vector3d& w = nodes[static_cast<std::size_t>(i)].w_B;
-    last += method().last(i) * w, last_but_one += method().last_but_one(i) * w;
+    Node& node = nodes[static_cast<std::size_t>(i)];
+    node.R = rotation_matrix(normalized(at(q, i)));
+    end += method().weight(i) * rate.col(i);
+    last += method().last(i) * node.w_B, last_but_one += method().last_but_one(i) * node.w_B;
   }
-  q0 = normalized(q0);
+  q0 = normalized({end[0], end[1], end[2], end[3]});
   return h * std::max(norm(last), norm(last_but_one));
 }
 
@@ -224,7 +226,10 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     const double unresolved = turn(q);
     if (unresolved <= tolerance) {
       // A panel of twice the length resolves less by 2^stages: whether that would have done.
-      if (panels > 1 && std::ldexp(unresolved, kStages + 1) <= tolerance) panels /= 2;
+      for (double longer = unresolved; panels > 1; panels /= 2) {
+        longer = std::ldexp(longer, kStages + 1);
+        if (longer > tolerance) break;
+      }
       break;
     }
     if (std::isnan(unresolved) || 2 * static_cast<std::int64_t>(nodes_.size()) > start_.most_nodes) {

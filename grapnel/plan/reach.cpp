@@ -16,6 +16,8 @@ namespace {
 
 constexpr double kDamping = 1e-3;     // singular values below are damped [m/rad]
 constexpr double kLongestStep = 0.6;  // of one joint in one iteration [rad or m]
+// Errors from which on the base's motion is worked out fully [m or rad]: for the next shot, and at once.
+constexpr double kNear = 1e-3, kNearSearch = 1e-5;
 
 std::vector<double> moved(const std::vector<double>& x, const Eigen::VectorXd& d, double fraction,
                           const ReachProblem& problem) {
@@ -91,13 +93,14 @@ class Search {
   void attempt(const std::vector<double>& from) {
     ++result_.starts;
     const std::vector<double> rest(from.size(), 0.0);
-    Shot first = shooting_.shoot(from, rest);
+    Shot first = shooting_.shoot(from, rest, SegmentAccuracy::search);
     if (result_.starts == 1 && first.valid) first_error_ = first.size();
     std::optional<Shot> end = newton(std::move(first));
     if (end) solutions_.push_back(std::move(*end));
   }
 
-  // Newton's method with steps of least norm, shortened until the error falls. Empty if it comes to rest elsewhere.
+  // Newton's method with steps of least norm, shortened until the error falls: while it is large, with the base's motion
+  // as well as a search needs it, in the end fully. Empty if it comes to rest elsewhere.
   std::optional<Shot> newton(Shot shot) {
     constexpr int kMost = 60, kPatience = 8;
     double before = std::numeric_limits<double>::infinity();
@@ -106,21 +109,28 @@ class Search {
         if (shot.size() > 0.5 * before) return std::nullopt;  // creeping
         before = shot.size();
       }
+      if (shot.accuracy == SegmentAccuracy::search && shot.largest_error() <= kNearSearch) {
+        shot = shooting_.shoot(shot.position, shot.rate, SegmentAccuracy::full);
+        if (!shot.valid) return std::nullopt;
+      }
       if (!closest_.valid || shot.size() < closest_.size()) closest_ = shot;
-      if (shot.error.size() == 0 || shot.error.lpNorm<Eigen::Infinity>() <= 1e-2 * kArrived) return shot;
+      if (shot.largest_error() <= 1e-2 * kArrived) return shot;
       const NewtonStep step =
           least_norm_step(shot.J, shot.error, shot.position, problem_.lower, problem_.upper, kDamping);
       ++result_.iterations;
       const double longest = step.d.lpNorm<Eigen::Infinity>();
       double fraction = longest > kLongestStep ? kLongestStep / longest : 1.0;
       Shot next;
+      // What the next step leaves is of the order of the error's square.
+      const SegmentAccuracy accuracy = shot.largest_error() < kNear ? SegmentAccuracy::full : SegmentAccuracy::search;
       for (int halvings = 0; halvings < 9; ++halvings, fraction *= 0.5) {
-        next = shooting_.shoot(moved(shot.position, step.d, fraction, problem_), shot.rate);
+        const std::vector<double> position = moved(shot.position, step.d, fraction, problem_);
+        next = shooting_.shoot(position, shot.rate_at(position), accuracy);
         if (next.valid && next.size() < (1 - 1e-3 * fraction) * shot.size()) break;
         next.valid = false;
       }
       if (!next.valid) {
-        return shot.error.lpNorm<Eigen::Infinity>() <= kArrived ? std::optional<Shot>(shot) : std::nullopt;
+        return shot.largest_error() <= kArrived ? std::optional<Shot>(shot) : std::nullopt;
       }
       shot = std::move(next);
     }
@@ -194,8 +204,7 @@ class Search {
     if (!shot.valid) return;
     result_.within_rate_limits = within_rate_limits(shot);
     result_.objective = objective(shot);
-    result_.smallest_singular_value =
-        least_norm_step(shot.J, shot.error, shot.position, problem_.lower, problem_.upper, 0).smallest_singular_value;
+    result_.smallest_singular_value = smallest_singular_value(shot.J);
   }
 
   FloatingBase& base_;

@@ -14,8 +14,10 @@ namespace {
 // Faster rates at the end, that would turn a joint this far within the segment, are no plan and cost endless steps.
 constexpr double kFast = 1;       // [rad/s or m/s]
 constexpr double kWildest = 200;  // [rad or m]
-// Steps of the central differences of rho: it is cheap, smooth and of order one.
-constexpr double kStep = 1e-5;
+// How much of the final rates may be left to the linear prediction of settled ones, of the rates' scale; and how far
+// the iteration has to come in any case.
+constexpr double kPredicted[] = {1e-7, 1e-9};
+constexpr int kMostSettlings = 25;
 
 Posed displaced(const Posed& X, const Vector6d& xi) {
   const Vector3d w{xi[0], xi[1], xi[2]};
@@ -29,81 +31,58 @@ Posed displaced(const Posed& X, const Vector6d& xi) {
 Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), segment_(base, problem.start, problem.motion) {}
 
-// rho of (1) at the configuration that is placed.
-Eigen::VectorXd Shooting::rho(const Posed& X_WB, double* unmet) const {
-  const Momentumd h_B = problem_.motion.in_base(problem_.start.end, X_WB);
-  const DemandedRates d = demanded_rates(base_, X_WB, h_B, problem_.goals, problem_.demand);
-  if (unmet) *unmet = d.unmet;
-  return d.rates;
+std::vector<double> Shot::rate_at(const std::vector<double>& other) const {
+  std::vector<double> result = rate;
+  if (K.size() == 0) return result;
+  const Eigen::VectorXd change = K * (as_vector(other) - as_vector(position));
+  // A far place is no matter of derivatives.
+  constexpr double kFar = 0.1;  // [rad/s or m/s]
+  const double largest = change.lpNorm<Eigen::Infinity>();
+  if (!(largest <= std::max(kFar, as_vector(rate).lpNorm<Eigen::Infinity>()))) return result;
+  for (std::size_t j = 0; j < result.size(); ++j) result[j] += change[static_cast<Eigen::Index>(j)];
+  return result;
 }
 
-Eigen::MatrixXd Shooting::rho_per_displacement(const Posed& X_WB) const {
-  Eigen::MatrixXd D = Eigen::MatrixXd::Zero(base_.joints(), 6);
-  if (!base_.floats()) return D;
-  for (int k = 0; k < 6; ++k) {
-    const Vector6d xi = kStep * Vector6d::Unit(k);
-    D.col(k) = (rho(displaced(X_WB, xi)) - rho(displaced(X_WB, -xi))) / (2 * kStep);
-  }
-  return D;
-}
-
-Eigen::MatrixXd Shooting::rho_per_position(const std::vector<double>& position, const Posed& X_WB) const {
-  const int n = base_.joints();
-  Eigen::MatrixXd D(n, n);
-  std::vector<double> x = position;
-  for (int j = 0; j < n; ++j) {
-    x[j] = position[j] + kStep;
-    base_.place(x);
-    const Eigen::VectorXd above = rho(X_WB);
-    x[j] = position[j] - kStep;
-    base_.place(x);
-    D.col(j) = (above - rho(X_WB)) / (2 * kStep);
-    x[j] = position[j];
-  }
-  base_.place(position);
-  return D;
-}
-
-Shot Shooting::shoot(const std::vector<double>& position, const std::vector<double>& rate) {
+Shot Shooting::shoot(const std::vector<double>& position, const std::vector<double>& rate, SegmentAccuracy accuracy) {
   const int n = base_.joints();
   Shot shot;
+  shot.accuracy = accuracy;
   shot.position = position;
   shot.rate = rate;
   const bool given = problem_.demand == RateDemand::given;
   if (given) shot.rate = problem_.given_rates.empty() ? std::vector<double>(n, 0.0) : problem_.given_rates;
 
-  constexpr int kMost = 25;
   SegmentEnd end;
-  Eigen::MatrixXd rho_xi = Eigen::MatrixXd::Zero(n, 6);
-  double last = std::numeric_limits<double>::infinity();
+  RateSensitivity rho;
+  Eigen::MatrixXd A;  // 1 - rho_xi xi_rate
   for (int i = 0;; ++i) {
-    end = segment_.fly(shot.position, shot.rate, true);
+    end = segment_.fly(shot.position, shot.rate, true, accuracy);
     if (!end.finished) trouble_ = end.failure;
-    if (!end.finished || i == kMost) return shot;
+    if (!end.finished || i == kMostSettlings) return shot;
+    shot.X_WB = end.X_WB;
     base_.place(shot.position);
     if (given || n == 0) break;
-    const Eigen::VectorXd wanted = rho(end.X_WB, &shot.unmet);
-    const Eigen::VectorXd gap = wanted - Eigen::Map<const Eigen::VectorXd>(shot.rate.data(), n);
+    const Momentumd h_B = problem_.motion.in_base(problem_.start.end, end.X_WB);
+    const DemandedRates demanded = demanded_rates(base_, end.X_WB, h_B, problem_.goals, problem_.demand);
+    shot.unmet = demanded.unmet;
+    const Eigen::VectorXd gap = demanded.rates - as_vector(shot.rate);
     if (!gap.allFinite()) return shot;
-    const double fastest = wanted.lpNorm<Eigen::Infinity>();
+    const double fastest = demanded.rates.lpNorm<Eigen::Infinity>();
     if (fastest > kFast && fastest * (problem_.start.end - problem_.start.begin) > kWildest) return shot;
-    const double size = gap.lpNorm<Eigen::Infinity>(), scale = std::max(1.0, wanted.lpNorm<Eigen::Infinity>());
-    rho_xi = rho_per_displacement(end.X_WB);
-    if (size <= 1e-13 * scale || (size <= 1e-10 * scale && size > 0.3 * last)) break;
-    if (i > 4 && size > 2 * last) return shot;
-    last = size;
-    // d(gap)/d(rate) = rho_xi xi_rate - 1.
-    const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n) - rho_xi * end.per_rate;
+    rho = rate_sensitivity(base_, end.X_WB, h_B, problem_.goals, problem_.demand, demanded);
+    A = Eigen::MatrixXd::Identity(n, n) - rho.per_displacement * end.per_rate;
     const Eigen::VectorXd step = lu_solution(A, gap);
+    if (!step.allFinite()) return shot;
     for (int j = 0; j < n; ++j) shot.rate[j] += step[j];
+    if (step.lpNorm<Eigen::Infinity>() > kPredicted[static_cast<int>(accuracy)] * std::max(1.0, fastest)) continue;
+    shot.X_WB = displaced(end.X_WB, end.per_rate * step);
+    break;
   }
-  shot.X_WB = end.X_WB;
   Eigen::MatrixXd E_theta, E_xi;
-  goal_error(base_, end.X_WB, problem_.goals, shot.error, E_theta, E_xi);
+  goal_error(base_, shot.X_WB, problem_.goals, shot.error, E_theta, E_xi);
   shot.K = Eigen::MatrixXd::Zero(n, n);
   if (!given && n > 0) {
-    const Eigen::MatrixXd A = Eigen::MatrixXd::Identity(n, n) - rho_xi * end.per_rate;
-    shot.K = lu_solution(A, rho_per_position(shot.position, end.X_WB) + rho_xi * end.per_position);
+    shot.K = lu_solution(A, Eigen::MatrixXd(rho.per_angle + rho.per_displacement * end.per_position));
   }
   shot.J = E_theta + E_xi * (end.per_position + end.per_rate * shot.K);  // (2)
   shot.valid = shot.error.allFinite() && shot.J.allFinite();
@@ -125,7 +104,7 @@ struct Problem {
 
   // Evaluates unless it is the point known.
   const Shot& at(const std::vector<double>& x) {
-    if (x != shot.position) shot = shooting.shoot(x, shot.rate);
+    if (x != shot.position) shot = shooting.shoot(x, shot.rate_at(x), SegmentAccuracy::search);
     return shot;
   }
 };
@@ -173,6 +152,31 @@ void constraints(unsigned m, double* result, unsigned n, const double* x, double
   }
 }
 
+// One run of the optimizer from x; false where it ended early: x is as far as it came.
+bool improve(Problem& data, const std::vector<double>& lower, const std::vector<double>& upper,
+             std::vector<double>& x) {
+  nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(x.size()));
+  optimizer.set_lower_bounds(lower);
+  optimizer.set_upper_bounds(upper);
+  optimizer.set_min_objective(objective, &data);
+  optimizer.add_equality_mconstraint(constraints, &data, std::vector<double>(data.rows.rows(), 1e-7));
+  const auto limited = 2 * std::count_if(data.reach.rate_limit.begin(), data.reach.rate_limit.end(),
+                                         [](double limit) { return std::isfinite(limit); });
+  if (limited > 0) optimizer.add_inequality_mconstraint(rate_limits, &data, std::vector<double>(limited, 1e-9));
+  // Near the optimum the objective goes with the square of the distance.
+  optimizer.set_xtol_abs(1e-7);
+  optimizer.set_ftol_rel(1e-12);
+  optimizer.set_maxeval(120);
+  double least = 0;
+  try {
+    optimizer.optimize(x, least);
+  } catch (const std::exception&) {
+    // Roundoff or a point that cannot be evaluated: what was reached so far is in x, and may be good enough.
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooting, const Shot& solution) {
@@ -183,25 +187,26 @@ Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooti
   const int n = base.joints();
   if (rank == 0 || rank >= n) return solution;  // nothing is left free
   Problem data{base, problem, shooting, svd.matrixU().leftCols(rank).transpose(), solution};
-  nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(n));
-  optimizer.set_lower_bounds(problem.lower);
-  optimizer.set_upper_bounds(problem.upper);
-  optimizer.set_min_objective(objective, &data);
-  optimizer.add_equality_mconstraint(constraints, &data, std::vector<double>(rank, 1e-9));
-  const auto limited = 2 * std::count_if(problem.rate_limit.begin(), problem.rate_limit.end(),
-                                         [](double limit) { return std::isfinite(limit); });
-  if (limited > 0) optimizer.add_inequality_mconstraint(rate_limits, &data, std::vector<double>(limited, 1e-9));
-  optimizer.set_xtol_rel(1e-9);
-  optimizer.set_xtol_abs(1e-9);
-  optimizer.set_maxeval(120);
+  // Quadratic models hold near where they are made: each round goes no farther than this, and the next begins there.
+  constexpr double kFarthest = 1;  // [rad or m]
+  constexpr int kRounds = 4;
   std::vector<double> x = solution.position;
-  double least = 0;
-  try {
-    optimizer.optimize(x, least);
-  } catch (const std::exception&) {
-    // Roundoff or a point that cannot be evaluated: what was reached so far is in x, and may be good enough.
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<double> lower = problem.lower, upper = problem.upper;
+    for (int j = 0; j < n; ++j) {
+      lower[j] = std::max(lower[j], x[j] - kFarthest), upper[j] = std::min(upper[j], x[j] + kFarthest);
+    }
+    if (!improve(data, lower, upper, x)) break;
+    bool at_edge = false;
+    for (int j = 0; j < n; ++j) {
+      at_edge = at_edge || (x[j] <= lower[j] && x[j] > problem.lower[j]) || (x[j] >= upper[j] && x[j] < problem.upper[j]);
+    }
+    if (!at_edge) break;
   }
-  Shot end = shooting.shoot(x, data.shot.valid ? data.shot.rate : solution.rate);
+  Shot end = data.shot.valid && data.shot.position == x
+                 ? data.shot
+                 : shooting.shoot(x, data.shot.valid ? data.shot.rate_at(x) : solution.rate_at(x),
+                                  SegmentAccuracy::search);
   return end.valid ? end : solution;
 }
 
@@ -209,19 +214,27 @@ namespace {
 
 constexpr double kStructural = 1e-9;  // of the largest singular value: this direction does not exist
 
-Eigen::VectorXd solve(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, NewtonStep& step) {
+Eigen::VectorXd solve(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, Damping kind,
+                      NewtonStep& step) {
+  step.filtered = false;
+  if (damping > 0) {
+    if (const auto d = least_norm_above(J, -e, damping)) return *d;
+    if (kind == Damping::regular) {
+      step.filtered = true;
+      Eigen::MatrixXd gram = J * J.transpose();
+      gram.diagonal().array() += damping * damping;
+      return J.transpose() * cholesky_solution(Cholesky(gram), Eigen::VectorXd(-e));
+    }
+  }
   const Eigen::BDCSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
   Eigen::VectorXd y = svd.matrixU().transpose() * -e;
-  step.smallest_singular_value = sigma.size() ? sigma[0] : 0;
-  step.filtered = false;
   for (Eigen::Index i = 0; i < sigma.size(); ++i) {
     const double s = sigma[i];
     if (s <= kStructural * sigma[0] || s == 0) {
       y[i] = 0;
       continue;
     }
-    step.smallest_singular_value = std::min(step.smallest_singular_value, s);
     const double lack = std::max(0.0, damping - s);
     if (lack > 0) step.filtered = true;
     y[i] *= s / (s * s + lack * lack);
@@ -231,8 +244,19 @@ Eigen::VectorXd solve(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double
 
 }  // namespace
 
+double smallest_singular_value(const Eigen::MatrixXd& J) {
+  if (J.size() == 0) return 0;
+  const Eigen::VectorXd sigma = Eigen::BDCSVD<Eigen::MatrixXd>(J).singularValues();
+  double smallest = sigma[0];
+  for (double s : sigma) {
+    if (s > kStructural * sigma[0]) smallest = std::min(smallest, s);
+  }
+  return smallest;
+}
+
 NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
-                           const std::vector<double>& lower, const std::vector<double>& upper, double damping) {
+                           const std::vector<double>& lower, const std::vector<double>& upper, double damping,
+                           Damping kind) {
   const int n = static_cast<int>(x.size());
   NewtonStep step;
   step.d = Eigen::VectorXd::Zero(n);
@@ -241,7 +265,7 @@ NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, c
   for (int j = 0; j < n; ++j) free[j] = j;
   Eigen::VectorXd rest = e;  // what the fixed variables leave
   while (!free.empty()) {
-    const Eigen::VectorXd d = solve(J(Eigen::all, free), rest, damping, step);
+    const Eigen::VectorXd d = solve(J(Eigen::all, free), rest, damping, kind, step);
     std::size_t worst = free.size();
     double worst_excess = 1e-12, put = 0;
     for (std::size_t k = 0; k < free.size(); ++k) {

@@ -14,6 +14,7 @@ namespace grapnel {
 /// An iterate.
 struct Shot {
   bool valid = false;  // the rates were settled and everything is finite
+  SegmentAccuracy accuracy = SegmentAccuracy::search;
   std::vector<double> position, rate;
   Posed X_WB = Posed::identity();
   Eigen::VectorXd error;  // of the goals
@@ -21,22 +22,23 @@ struct Shot {
   Eigen::MatrixXd K;      // d rate / d position (2)
   double unmet = 0;       // of the demanded rates
   double size() const { return error.size() ? error.norm() : 0; }
+  double largest_error() const { return error.size() ? error.lpNorm<Eigen::Infinity>() : 0; }
+  /// Rates to expect at other final values, by K.
+  std::vector<double> rate_at(const std::vector<double>& other) const;
 };
 
 class Shooting {
  public:
   Shooting(FloatingBase& base, const ReachProblem& problem);
-  /// Evaluates at `position`; `rate` is where settling begins.
-  Shot shoot(const std::vector<double>& position, const std::vector<double>& rate);
+  /// Evaluates at `position`; `rate` is where settling begins. The last step of settling is taken by (2)'s linear
+  /// prediction, which leaves its square: some 1e-6 for a search, rounding for full accuracy.
+  Shot shoot(const std::vector<double>& position, const std::vector<double>& rate,
+             SegmentAccuracy accuracy = SegmentAccuracy::full);
   long rhs_evaluations() const { return segment_.rhs_evaluations(); }
   /// Why the latest integration that did not reach its end stopped; empty if all did.
   const std::string& trouble() const { return trouble_; }
 
  private:
-  Eigen::VectorXd rho(const Posed& X_WB, double* unmet = nullptr) const;
-  Eigen::MatrixXd rho_per_displacement(const Posed& X_WB) const;
-  Eigen::MatrixXd rho_per_position(const std::vector<double>& position, const Posed& X_WB) const;
-
   FloatingBase& base_;
   const ReachProblem& problem_;
   PathSegment segment_;
@@ -56,15 +58,21 @@ Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooti
 struct NewtonStep {
   Eigen::VectorXd d;
   std::vector<int> at_bound;  // variables that the bounds stopped
-  double smallest_singular_value =
-      0;                  // of J's columns that are free, structural zeros (below 1e-9 of the largest) left out
-  bool filtered = false;  // a singular value was so small that its direction was damped
+  bool filtered = false;      // a singular value was so small that its direction was damped
 };
+
+/// How directions with small singular values are damped. filtered: these alone, see least_norm_step. regular: where there
+/// are any, all by s/(s^2 + damping^2) (Levenberg's method), which takes no singular value decomposition.
+enum class Damping { filtered, regular };
 
 /// Least-norm d with e + J d = 0 in the least-squares sense and lower <= x + d <= upper: the variable that goes
 /// farthest beyond its bound is put on it, and the others are solved for again. Directions whose singular value s is
 /// below `damping` are damped by s^2/(s^2 + (damping - s)^2) (numerical filtering: Maciejewski and Klein 1988).
 NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
-                           const std::vector<double>& lower, const std::vector<double>& upper, double damping);
+                           const std::vector<double>& lower, const std::vector<double>& upper, double damping,
+                           Damping kind = Damping::filtered);
+
+/// Of J, structural zeros (below 1e-9 of the largest) left out; 0 of a matrix without entries.
+double smallest_singular_value(const Eigen::MatrixXd& J);
 
 }  // namespace grapnel

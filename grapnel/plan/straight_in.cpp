@@ -8,6 +8,7 @@
 
 #include "grapnel/dense/decompositions.hpp"
 #include "grapnel/integrate/integrate.hpp"
+#include "grapnel/plan/shooting.hpp"
 
 namespace grapnel {
 namespace {
@@ -16,7 +17,6 @@ constexpr double kGain = 5;            // k of (1) [1/s]: pulls in what damping 
 constexpr double kNoDirection = 1e-9;  // singular values below, relative to the largest: directions there are not
 constexpr double kDampedBelow = 0.02;  // relative to the largest
 constexpr int kDegree = 16;            // of the series, per piece
-constexpr int kMostPieces = 64;
 constexpr double kFitTolerance = 1e-12;  // [rad or m]
 
 // Inverse of a symmetric matrix times a vector.
@@ -79,7 +79,7 @@ class Motion {
     }
   }
 
-  // Joint rates at a state; `record` notes damping and what is unmet.
+  // Joint rates at a state; notes damping and what is unmet.
   const std::vector<double>& rates(double t, std::span<const double> y) {
     const Posed X_WB{rotation_matrix(quaternion(&y[n_ + 3])), {y[n_], y[n_ + 1], y[n_ + 2]}};
     record_ = true;
@@ -121,6 +121,16 @@ class Motion {
     goal_error(base_, X_WB, goals, error_, J_joint_, J_base_);
     demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_);
     b_ -= kGain * error_;  // rows of task and error agree
+    // Nothing is damped where every singular value is above the edge, for which a bound of the largest will do.
+    const double largest = std::sqrt((G_ * G_.transpose()).cwiseAbs().rowwise().sum().maxCoeff());
+    if (const auto rates = least_norm_above(G_, b_, kDampedBelow * largest)) {
+      for (int j = 0; j < n_; ++j) theta_dot_[j] = (*rates)[j];
+      if (!record_) return;
+      path_.miss = misses(goals, error_);
+      const double smallest = smallest_singular_value(G_);
+      note(t, smallest, smallest, (G_ * *rates - b_).lpNorm<Eigen::Infinity>());
+      return;
+    }
     const Eigen::BDCSVD<Eigen::MatrixXd> svd(G_, Eigen::ComputeThinU | Eigen::ComputeThinV);
     const Eigen::VectorXd& sigma = svd.singularValues();
     Eigen::VectorXd z = svd.matrixU().transpose() * b_;
@@ -179,37 +189,58 @@ ChebyshevPiece integrated(const ChebyshevPiece& rates, double half, double begin
   return position;
 }
 
-// Integrates once with samples at the series' points and fits the rates; positions are the series' integrals. So rates
-// do not jump from piece to piece, however well the series fits: a jump would be an impulse that no ledger knows. The
-// largest last coefficient tells how well it does.
-bool fit(FloatingBase& base, const StraightInProblem& problem, int pieces, StraightInPath& path) {
-  const int n = base.joints();
-  Motion motion(base, problem, path);
-  Tolerances tolerances;
-  tolerances.rtol = 1e-12, tolerances.atol = 1e-13;
-  StepControl control;
-  control.max_steps = problem.most_steps;
-  DormandPrince853<double> stepper(motion.manifold(), tolerances, control);
+// Ends of the pieces and the series' points on them, increasing: of piece i those from i kDegree to (i + 1) kDegree.
+std::vector<double> piece_times(const StraightInProblem& problem, int pieces) {
   std::vector<double> times;
   const double h = (problem.end - problem.begin) / pieces;
   for (int i = 0; i < pieces; ++i) {
     const double a = problem.begin + i * h, b = i + 1 == pieces ? problem.end : problem.begin + (i + 1) * h;
     for (int k = i == 0 ? 0 : 1; k <= kDegree; ++k) times.push_back(chebyshev_point(a, b, k, kDegree));
   }
+  return times;
+}
+
+// The motion at the points of several numbers of pieces, from one integration.
+struct Flown {
+  IntegrationResult result;
+  std::vector<double> times;  // increasing
+  std::vector<std::vector<double>> states;
+};
+
+Flown fly(FloatingBase& base, const StraightInProblem& problem, std::span<const int> numbers, StraightInPath& path) {
+  Motion motion(base, problem, path);
+  Tolerances tolerances;
+  tolerances.rtol = 1e-12, tolerances.atol = 1e-13;
+  StepControl control;
+  control.max_steps = problem.most_steps;
+  DormandPrince853<double> stepper(motion.manifold(), tolerances, control);
+  Flown flown;
+  for (int pieces : numbers) {
+    const std::vector<double> times = piece_times(problem, pieces);
+    flown.times.insert(flown.times.end(), times.begin(), times.end());
+  }
+  std::sort(flown.times.begin(), flown.times.end());
+  flown.times.erase(std::unique(flown.times.begin(), flown.times.end()), flown.times.end());
+  const auto observe = [&](double, std::span<const double> y) { flown.states.emplace_back(y.begin(), y.end()); };
+  const std::vector<double> y0 = motion.initial();
+  flown.result = integrate(stepper, motion, problem.begin, y0, problem.end, flown.times, observe);
+  return flown;
+}
+
+// Fits the rates at the series' points; positions are the series' integrals. So rates do not jump from piece to piece,
+// however well the series fits: a jump would be an impulse that no ledger knows. The largest last coefficient tells how
+// well it does.
+void fit(FloatingBase& base, const StraightInProblem& problem, const Flown& flown, int pieces, StraightInPath& path) {
+  const int n = base.joints();
+  Motion motion(base, problem, path);
+  const std::vector<double> times = piece_times(problem, pieces);
   std::vector<std::vector<double>> values(n);
-  const auto observe = [&](double t, std::span<const double> y) {
-    const std::vector<double>& rates = motion.rates(t, y);
+  for (double t : times) {
+    const auto at = std::lower_bound(flown.times.begin(), flown.times.end(), t) - flown.times.begin();
+    const std::vector<double>& rates = motion.rates(t, flown.states[static_cast<std::size_t>(at)]);
     if (t == problem.begin) path.rate_begin = rates;
     if (t == problem.end) path.rate_end = rates;
     for (int j = 0; j < n; ++j) values[j].push_back(rates[j]);
-  };
-  const std::vector<double> y0 = motion.initial();
-  const IntegrationResult result = integrate(stepper, motion, problem.begin, y0, problem.end, times, observe);
-  path.rhs_evaluations += result.statistics.rhs_evaluations;
-  path.finished = result.finished();
-  if (!path.finished) {
-    path.failure = result.explanation();
-    return true;  // no use in trying again
   }
   path.joints.assign(n, {});
   path.fit_error = 0;
@@ -226,7 +257,6 @@ bool fit(FloatingBase& base, const StraightInProblem& problem, int pieces, Strai
       path.joints[j].pieces.push_back({a, b, std::move(piece)});
     }
   }
-  return path.fit_error <= kFitTolerance;
 }
 
 }  // namespace
@@ -252,14 +282,26 @@ std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const Fre
 }
 
 StraightInPath plan_straight_in(FloatingBase& base, const StraightInProblem& problem) {
+  // What is integrated once serves these numbers of pieces; most motions need no more.
+  constexpr int kNumbers[2][3] = {{2, 4, 8}, {16, 32, 64}};
+  StraightInPath path;
   long evaluations = 0;
-  for (int pieces = 2;; pieces *= 2) {
-    StraightInPath path;
-    const bool done = fit(base, problem, pieces, path);
-    evaluations += path.rhs_evaluations;
-    path.rhs_evaluations = evaluations;
-    if (done || 2 * pieces > kMostPieces) return path;
+  for (const auto& numbers : kNumbers) {
+    const Flown flown = fly(base, problem, numbers, path);
+    evaluations += flown.result.statistics.rhs_evaluations;
+    for (int pieces : numbers) {
+      path = {};
+      path.rhs_evaluations = evaluations;
+      path.finished = flown.result.finished();
+      if (!path.finished) {
+        path.failure = flown.result.explanation();
+        return path;  // no use in trying again
+      }
+      fit(base, problem, flown, pieces, path);
+      if (path.fit_error <= kFitTolerance) return path;
+    }
   }
+  return path;
 }
 
 }  // namespace grapnel

@@ -53,7 +53,7 @@ TEST(NewtonStep, DampsSmallSingularValuesAndLeavesOutStructuralZeros) {
   EXPECT_NEAR(step.d[1], 1e-4 / (1e-8 + 0.0099 * 0.0099), 1e-12);
   EXPECT_EQ(step.d[2], 0);
   EXPECT_TRUE(step.filtered);
-  EXPECT_DOUBLE_EQ(step.smallest_singular_value, 1e-4);
+  EXPECT_DOUBLE_EQ(smallest_singular_value(J), 1e-4);
 }
 
 }  // namespace newton_step_test

@@ -1,0 +1,108 @@
+#pragma once
+
+/// @file
+/// Two arms of seven joints with tilted axes on a free base, drawn at random, and grasp points that they can reach
+/// because a flight has: what planning is hard on, since no two axes are parallel and the base turns in all directions.
+
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+#include "grapnel/plan/reach.hpp"
+
+namespace grapnel::testing {
+
+struct TiltedArms {
+  Model model;
+  State state;
+  ReachProblem problem;  // to be read with `model` in place
+};
+
+/// Drawn from `seed`: a base of some 400 kg, per arm seven joints whose axes are turned against each other by up to
+/// 1.2 rad, links of 0.1 to 0.5 m and 2 to 12 kg, joints within 2.8 rad; after `duration` the tips are to be at poses
+/// that move, in which a flight from the start with joint motions of up to 1.2 rad has brought them. Four initial
+/// guesses, the first where the joints start; the least excursion.
+inline TiltedArms tilted_arms(unsigned seed, double duration = 30) {
+  std::mt19937 generator(seed);
+  // Not the library's distributions, whose numbers differ from one standard library to the next.
+  const auto uniform = [&](double low, double high) { return low + (high - low) * (generator() * 0x1p-32); };
+  const auto vector = [&](double size) {
+    return Vector3d{uniform(-size, size), uniform(-size, size), uniform(-size, size)};
+  };
+  const auto turned = [&](double most) {
+    const Vector3d w = vector(1);
+    return rotation_about((1 / norm(w)) * w, uniform(0.3 * most, most));
+  };
+  ModelBuilder builder;
+  BodyDescription base;
+  base.name = "base";
+  base.joint.type = JointType::free;
+  base.mass = uniform(300, 500);
+  base.com = vector(0.05);
+  base.inertia = {uniform(80, 120), uniform(80, 120), uniform(80, 120), uniform(-5, 5), uniform(-5, 5), uniform(-5, 5)};
+  builder.add(base);
+  for (int arm = 1; arm <= 2; ++arm) {
+    std::string parent = "base";
+    double length = 0;
+    for (int j = 1; j <= 7; ++j) {
+      BodyDescription link;
+      link.name = "arm-" + std::to_string(arm) + "-link-" + std::to_string(j);
+      link.parent = parent;
+      link.X_PF = j == 1 ? Posed{turned(1), {arm == 1 ? 0.6 : -0.6, uniform(-0.3, 0.3), uniform(-0.3, 0.3)}}
+                         : Posed{turned(1.2), {0, 0, length}};
+      link.joint.type = JointType::revolute;
+      link.joint.name = "arm-" + std::to_string(arm) + "-joint-" + std::to_string(j);
+      link.joint.axis = {0, 0, 1};
+      if (j % 2 == 0) link.joint.axis = {1, 0, 0};
+      link.joint.limits.lower = -2.8, link.joint.limits.upper = 2.8;
+      link.mass = uniform(2, 12);
+      length = uniform(0.1, 0.5);
+      link.com = {0, 0, 0.5 * length};
+      const double across = link.mass * (0.004 + length * length / 12);
+      link.inertia = Symmetric3d::diagonal(across, across, link.mass * 0.004);
+      builder.add(link);
+      parent = link.name;
+    }
+    FrameDescription tip;
+    tip.name = "tip-" + std::to_string(arm);
+    tip.body = parent;
+    tip.X_BE.p = {0, 0, length};
+    builder.add(tip);
+  }
+  TiltedArms result{builder.build(), {}, {}};
+  result.state = zero_state(result.model);
+  ReachProblem& p = result.problem;
+  std::vector<double> flown;
+  for (int b : result.model.joints()) {
+    const double at = uniform(-1.2, 1.2);
+    result.state.q[result.model.bodies()[b].q] = at;
+    p.start.position.push_back(at);
+    flown.push_back(at + uniform(-1.2, 1.2));
+  }
+  const std::size_t n = flown.size();
+  p.start.begin = 0, p.start.end = duration;
+  p.start.rate.assign(n, 0.0);
+  p.start.X_WB = root_pose(result.model, result.state, 0);
+  p.motion = free_motion(result.model, result.state, 0, {0, 0, 0});
+  p.lower.assign(n, -2.8), p.upper.assign(n, 2.8);
+  p.guess = p.start.position;
+  p.starts = 4;
+  p.objective = Objective(Objective::Kind::excursion, p.start, p.guess, p.lower, p.upper);
+  FloatingBase floating(result.model, true);
+  PathSegment segment(floating, p.start, p.motion);
+  const SegmentEnd end = segment.fly(flown, std::vector<double>(n, 0.0), false);
+  if (!end.finished) throw std::runtime_error(end.failure);
+  floating.place(flown);
+  for (int arm = 1; arm <= 2; ++arm) {
+    Goal g;
+    g.name = "tip-" + std::to_string(arm);
+    g.frame = result.model.frame_index(g.name);
+    g.X_WG = end.X_WB * floating.frame_pose(g.frame);
+    g.orientation = Goal::Orientation::pose;
+    g.V_WG = {vector(0.02), vector(0.02)};
+    p.goals.push_back(g);
+  }
+  return result;
+}
+
+}  // namespace grapnel::testing
