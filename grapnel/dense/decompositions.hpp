@@ -99,8 +99,8 @@ Eigen::VectorXd least_norm_solution(const Eigen::MatrixXd& A, const Eigen::Vecto
 /// The matrix that makes these solutions of all b.
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A, double threshold);
 /// The x of least norm with A x = b, if every singular value of A is above `edge` (so A has no more rows than columns);
-/// else nothing. Rows below 1e-9 of the longest are left out, with their b: no x meets them. Whether a singular value is
-/// below the edge, Cholesky's decomposition of A A^T - edge^2 1 tells, which costs a hundredth of the singular value
+/// else nothing. Rows below 1e-9 of the longest are left out, with their b: no x meets them. Whether a singular value
+/// is below the edge, Cholesky's decomposition of A A^T - edge^2 1 tells, which costs a hundredth of the singular value
 /// decomposition.
 std::optional<Eigen::VectorXd> least_norm_above(const Eigen::MatrixXd& A, const Eigen::VectorXd& b, double edge);
 /// Rank, by pivots against Eigen's own threshold, of the size of rounding.

@@ -1,9 +1,9 @@
 #pragma once
 
 /// @file
-/// Gauss–Legendre collocation: the nodes and weights of Gauss's quadrature on [0, 1], and what turns it into an implicit
-/// Runge–Kutta method of order 2 m with m stages (Hairer, Lubich and Wanner, Geometric Numerical Integration, II.1.3).
-/// The method keeps quadratic invariants, so that a quaternion keeps its length.
+/// Gauss–Legendre collocation: the nodes and weights of Gauss's quadrature on [0, 1], and what turns it into an
+/// implicit Runge–Kutta method of order 2 m with m stages (Hairer, Lubich and Wanner, Geometric Numerical Integration,
+/// II.1.2). The method keeps quadratic invariants, so that a quaternion keeps its length.
 ///
 /// With P_k the Legendre polynomials on [-1, 1] and x = 2 c - 1, the polynomial that passes through values f_j at the
 /// nodes is sum_k f^_k P_k with

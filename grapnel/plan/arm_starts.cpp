@@ -84,7 +84,7 @@ bool still_base_ik(FloatingBase& base, const Posed& X_WB, const Arm& arm, const 
       if (e.norm() > 0.7 * last) return false;
       last = e.norm();
     }
-    NewtonStep step = least_norm_step(J(Eigen::all, joints), e, x, lower, upper, 0.02, Damping::regular);
+    NewtonStep step = least_norm_step(J(Eigen::all, joints), e, x, lower, upper, 0.02);
     const double longest = step.d.lpNorm<Eigen::Infinity>();
     if (longest > 0.5) step.d *= 0.5 / longest;
     for (std::size_t k = 0; k < joints.size(); ++k) {

@@ -78,14 +78,14 @@ using Matrix6Xd = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
 /// The links for one set of joint values, in B about B's origin, and what of (5) depends on them alone.
 struct PlacedLinks {
-  std::vector<LinkMotion<double>> motion;     // X_BL, per link
-  std::vector<Twistd> axis;                   // S, per link
-  std::vector<RigidBodyInertiad> composite;   // I^c, per link
-  std::vector<RigidBodyInertiad> inertia;     // of the link alone
-  std::vector<Momentumd> joint_momentum;      // I^c_j S_j, per joint
-  std::vector<Vector3d> k;                    // per joint, (5)
-  Vector3d com = Vector3d::zero();            // of all links [m]
-  double mass = 0;                            // [kg]
+  std::vector<LinkMotion<double>> motion;    // X_BL, per link
+  std::vector<Twistd> axis;                  // S, per link
+  std::vector<RigidBodyInertiad> composite;  // I^c, per link
+  std::vector<RigidBodyInertiad> inertia;    // of the link alone
+  std::vector<Momentumd> joint_momentum;     // I^c_j S_j, per joint
+  std::vector<Vector3d> k;                   // per joint, (5)
+  Vector3d com = Vector3d::zero();           // of all links [m]
+  double mass = 0;                           // [kg]
   Symmetric3d H_inverse = Symmetric3d::zero();
 };
 
@@ -110,7 +110,8 @@ class FloatingBase {
   void place_frames(std::span<const double> theta);
   /// The same as place() into `links`; what follows place() below does not see it.
   void place(std::span<const double> theta, PlacedLinks& links);
-  /// Angular momentum about the centre of mass that these joint rates have while the base does not turn: the sum in (5).
+  /// Angular momentum about the centre of mass that these joint rates have while the base does not turn: the sum in
+  /// (5).
   static Vector3d joint_momentum(const PlacedLinks& links, std::span<const double> rates);
   /// g_j of (6), per joint, at these joint rates and the base's angular velocity w_B (in B).
   void angular_momentum_per_angle(const PlacedLinks& links, std::span<const double> rates, const Vector3d& w_B,
@@ -171,9 +172,9 @@ class FloatingBase {
   std::vector<int> link_joint_;  // per link: its joint, -1 for the root
   std::vector<double> q_;        // coordinates with the root at the identity
   PlacedLinks placed_;
-  std::vector<Twistd> V_;       // per link
-  std::vector<Momentumd> h_;    // of the subtree, per link
-  std::vector<Momentumd> dh_;   // per joint
+  std::vector<Twistd> V_;      // per link
+  std::vector<Momentumd> h_;   // of the subtree, per link
+  std::vector<Momentumd> dh_;  // per joint
   Vector6d V_B_ = Vector6d::Zero();
   Matrix6Xd per_angle_, per_rate_;
 };

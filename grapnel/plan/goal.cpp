@@ -177,8 +177,8 @@ WeightedChange change_of_rows(FloatingBase& base, const Posed& X_WB, std::span<c
     F.push_back(to_base * weights_as_wrench(g, spin, weights.segment(row, 3 + spin)));
     base.generalized_jacobian(g.frame, J);
     for (int j = 0; j < n; ++j) {
-      change.per_rotation.row(j) += J.col(j).head<3>().cross(F.back().head<3>()) +
-                                    J.col(j).tail<3>().cross(F.back().tail<3>());
+      change.per_rotation.row(j) +=
+          J.col(j).head<3>().cross(F.back().head<3>()) + J.col(j).tail<3>().cross(F.back().tail<3>());
     }
   });
   std::vector<double> one(n, 0.0);
@@ -227,8 +227,7 @@ RateSensitivity rate_sensitivity(FloatingBase& base, const Posed& X_WB, const Mo
   const Eigen::MatrixXd null = Eigen::MatrixXd::Identity(n, n) - inverse * demanded.G;
   constexpr double kNothing = 1e-9;
   if (null.lpNorm<Eigen::Infinity>() > kNothing) {
-    const WeightedChange change =
-        change_of_rows(base, X_WB, goals, demand, inverse.transpose() * demanded.rates);
+    const WeightedChange change = change_of_rows(base, X_WB, goals, demand, inverse.transpose() * demanded.rates);
     result.per_angle += null * change.per_angle;
     result.per_displacement.leftCols(3) += null * change.per_rotation;
   }

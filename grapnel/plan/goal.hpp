@@ -48,7 +48,7 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
 /// (2.5) and the part of the twist that momentum carries (2.3), and what they leave unmet.
 struct DemandedRates {
   Eigen::VectorXd rates;
-  double unmet = 0;  // largest component [m/s or rad/s]
+  double unmet = 0;              // largest component [m/s or rad/s]
   Eigen::MatrixXd G, G_inverse;  // of demand_rows(), and its pseudo-inverse
   Eigen::VectorXd unmet_part;    // b - G rates
 };

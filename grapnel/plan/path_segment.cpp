@@ -17,6 +17,8 @@ constexpr int kStages = 16;  // nodes of a panel
 // The last Legendre coefficients of w over a panel, times its length, may be this large [rad]. The collocation's error
 // goes with their square.
 constexpr double kUnresolved[] = {1e-5, 1e-8};
+// More nodes a search does not spend on one motion: joints that swing that far are no plan.
+constexpr std::int64_t kMostSearched = 4096;
 
 const GaussLegendre& method() {
   static const GaussLegendre gauss(kStages);
@@ -217,6 +219,8 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     return end;
   }
   const double tolerance = kUnresolved[static_cast<int>(accuracy)];
+  const std::int64_t most =
+      accuracy == SegmentAccuracy::search ? std::min(kMostSearched, start_.most_nodes) : start_.most_nodes;
   int& panels = panels_[static_cast<int>(accuracy)];
   Quaterniond q;
   for (;; panels *= 2) {
@@ -232,7 +236,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
       }
       break;
     }
-    if (std::isnan(unresolved) || 2 * static_cast<std::int64_t>(nodes_.size()) > start_.most_nodes) {
+    if (std::isnan(unresolved) || 2 * static_cast<std::int64_t>(nodes_.size()) > most) {
       end.failure = fmt::format("the base's rotation is not resolved by {} nodes on a segment of {:.6g} s",
                                 nodes_.size(), start_.end - start_.begin);
       panels = 1;

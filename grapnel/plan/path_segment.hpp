@@ -90,16 +90,16 @@ class PathSegment {
     JointPoint a, b, c;           // theta = start + a (final - start) + b final_rate + c start_rate
     std::vector<double> rates;    // of the joints
     PlacedLinks links;
-    Vector3d u = Vector3d::zero();               // (1)
-    Rotationd R = Rotationd::identity();         // R_WB
-    Vector3d w_B = Vector3d::zero();             // of the base
+    Vector3d u = Vector3d::zero();                      // (1)
+    Rotationd R = Rotationd::identity();                // R_WB
+    Vector3d w_B = Vector3d::zero();                    // of the base
     Eigen::Matrix3d Phi = Eigen::Matrix3d::Identity();  // (3)
   };
 
   void lay_panels(int panels);
   void place_nodes(std::span<const double> position, std::span<const double> rate);
-  // Rotation at the nodes and at the end; how badly the nodes resolve it [rad]. Infinite where the fixed-point iteration
-  // does not converge.
+  // Rotation at the nodes and at the end; how badly the nodes resolve it [rad]. Infinite where the fixed-point
+  // iteration does not converge.
   double turn(Quaterniond& end);
   double turn_panel(std::span<Node> nodes, Quaterniond& q);
   Eigen::Matrix3d propagate_phi();

@@ -99,8 +99,8 @@ class Search {
     if (end) solutions_.push_back(std::move(*end));
   }
 
-  // Newton's method with steps of least norm, shortened until the error falls: while it is large, with the base's motion
-  // as well as a search needs it, in the end fully. Empty if it comes to rest elsewhere.
+  // Newton's method with steps of least norm, shortened until the error falls: while it is large, with the base's
+  // motion as well as a search needs it, in the end fully. Empty if it comes to rest elsewhere.
   std::optional<Shot> newton(Shot shot) {
     constexpr int kMost = 60, kPatience = 8;
     double before = std::numeric_limits<double>::infinity();

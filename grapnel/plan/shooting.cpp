@@ -164,8 +164,8 @@ bool improve(Problem& data, const std::vector<double>& lower, const std::vector<
                                          [](double limit) { return std::isfinite(limit); });
   if (limited > 0) optimizer.add_inequality_mconstraint(rate_limits, &data, std::vector<double>(limited, 1e-9));
   // Near the optimum the objective goes with the square of the distance.
-  optimizer.set_xtol_abs(1e-7);
-  optimizer.set_ftol_rel(1e-12);
+  optimizer.set_xtol_abs(1e-8);
+  optimizer.set_ftol_rel(1e-13);
   optimizer.set_maxeval(120);
   double least = 0;
   try {
@@ -199,14 +199,15 @@ Shot best_near(FloatingBase& base, const ReachProblem& problem, Shooting& shooti
     if (!improve(data, lower, upper, x)) break;
     bool at_edge = false;
     for (int j = 0; j < n; ++j) {
-      at_edge = at_edge || (x[j] <= lower[j] && x[j] > problem.lower[j]) || (x[j] >= upper[j] && x[j] < problem.upper[j]);
+      at_edge =
+          at_edge || (x[j] <= lower[j] && x[j] > problem.lower[j]) || (x[j] >= upper[j] && x[j] < problem.upper[j]);
     }
     if (!at_edge) break;
   }
-  Shot end = data.shot.valid && data.shot.position == x
-                 ? data.shot
-                 : shooting.shoot(x, data.shot.valid ? data.shot.rate_at(x) : solution.rate_at(x),
-                                  SegmentAccuracy::search);
+  Shot end =
+      data.shot.valid && data.shot.position == x
+          ? data.shot
+          : shooting.shoot(x, data.shot.valid ? data.shot.rate_at(x) : solution.rate_at(x), SegmentAccuracy::search);
   return end.valid ? end : solution;
 }
 
@@ -214,17 +215,10 @@ namespace {
 
 constexpr double kStructural = 1e-9;  // of the largest singular value: this direction does not exist
 
-Eigen::VectorXd solve(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, Damping kind,
-                      NewtonStep& step) {
+Eigen::VectorXd solve(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, double damping, NewtonStep& step) {
   step.filtered = false;
   if (damping > 0) {
     if (const auto d = least_norm_above(J, -e, damping)) return *d;
-    if (kind == Damping::regular) {
-      step.filtered = true;
-      Eigen::MatrixXd gram = J * J.transpose();
-      gram.diagonal().array() += damping * damping;
-      return J.transpose() * cholesky_solution(Cholesky(gram), Eigen::VectorXd(-e));
-    }
   }
   const Eigen::BDCSVD<Eigen::MatrixXd> svd(J, Eigen::ComputeThinU | Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
@@ -255,8 +249,7 @@ double smallest_singular_value(const Eigen::MatrixXd& J) {
 }
 
 NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
-                           const std::vector<double>& lower, const std::vector<double>& upper, double damping,
-                           Damping kind) {
+                           const std::vector<double>& lower, const std::vector<double>& upper, double damping) {
   const int n = static_cast<int>(x.size());
   NewtonStep step;
   step.d = Eigen::VectorXd::Zero(n);
@@ -265,7 +258,7 @@ NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, c
   for (int j = 0; j < n; ++j) free[j] = j;
   Eigen::VectorXd rest = e;  // what the fixed variables leave
   while (!free.empty()) {
-    const Eigen::VectorXd d = solve(J(Eigen::all, free), rest, damping, kind, step);
+    const Eigen::VectorXd d = solve(J(Eigen::all, free), rest, damping, step);
     std::size_t worst = free.size();
     double worst_excess = 1e-12, put = 0;
     for (std::size_t k = 0; k < free.size(); ++k) {

@@ -61,16 +61,11 @@ struct NewtonStep {
   bool filtered = false;      // a singular value was so small that its direction was damped
 };
 
-/// How directions with small singular values are damped. filtered: these alone, see least_norm_step. regular: where there
-/// are any, all by s/(s^2 + damping^2) (Levenberg's method), which takes no singular value decomposition.
-enum class Damping { filtered, regular };
-
 /// Least-norm d with e + J d = 0 in the least-squares sense and lower <= x + d <= upper: the variable that goes
 /// farthest beyond its bound is put on it, and the others are solved for again. Directions whose singular value s is
 /// below `damping` are damped by s^2/(s^2 + (damping - s)^2) (numerical filtering: Maciejewski and Klein 1988).
 NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, const std::vector<double>& x,
-                           const std::vector<double>& lower, const std::vector<double>& upper, double damping,
-                           Damping kind = Damping::filtered);
+                           const std::vector<double>& lower, const std::vector<double>& upper, double damping);
 
 /// Of J, structural zeros (below 1e-9 of the largest) left out; 0 of a matrix without entries.
 double smallest_singular_value(const Eigen::MatrixXd& J);

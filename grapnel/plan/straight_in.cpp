@@ -13,10 +13,10 @@
 namespace grapnel {
 namespace {
 
-constexpr double kGain = 5;            // k of (1) [1/s]: pulls in what damping or rounding left
-constexpr double kNoDirection = 1e-9;  // singular values below, relative to the largest: directions there are not
-constexpr double kDampedBelow = 0.02;  // relative to the largest
-constexpr int kDegree = 16;            // of the series, per piece
+constexpr double kGain = 5;              // k of (1) [1/s]: pulls in what damping or rounding left
+constexpr double kNoDirection = 1e-9;    // singular values below, relative to the largest: directions there are not
+constexpr double kDampedBelow = 0.02;    // relative to the largest
+constexpr int kDegree = 16;              // of the series, per piece
 constexpr double kFitTolerance = 1e-12;  // [rad or m]
 
 // Inverse of a symmetric matrix times a vector.

@@ -105,6 +105,37 @@ TEST(FloatingBase, DerivativesAreThoseOfDifferences) {
   }
 }
 
+TEST(FloatingBase, FrameTwistsChangeAsDifferencesSay) {
+  Worst worst("change of a frame's twist with joint values");
+  for (int i = 0; i < kServicers; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const bool free_root = i % 3 != 2;
+    const Servicer s = random_servicer(i, free_root);
+    FloatingBase base(s.model, free_root);
+    const Momentumd h_B =
+        free_root ? free_motion(s.model, s.state, 0, {0, 0, 0}).in_base(0, s.X_WB()) : Momentumd::zero();
+    const std::vector<double> theta = s.theta(), rates = s.rates();
+    const auto twist_at = [&](const std::vector<double>& x, int frame) {
+      base.place(x);
+      base.move(rates, h_B);
+      return column(base.frame_twist(frame));
+    };
+    const double h = 1e-5;
+    for (int f = 0; f < static_cast<int>(s.model.frames().size()); ++f) {
+      base.place(theta);
+      base.move(rates, h_B);
+      Matrix6Xd D;
+      base.frame_twist_per_angle(f, D);
+      for (int j = 0; j < base.joints(); ++j) {
+        std::vector<double> up = theta, down = theta;
+        up[j] += h, down[j] -= h;
+        const Vector6d expected = (twist_at(up, f) - twist_at(down, f)) / (2 * h);
+        EXPECT_LT(worst.note((D.col(j) - expected).norm(), i), 1e-8);
+      }
+    }
+  }
+}
+
 TEST(FloatingBase, StandsStillWhereItIsHeld) {
   const Servicer s = random_servicer(3);
   FloatingBase base(s.model, false);

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include "grapnel/plan/path_segment.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 #include "plan/plan_case.hpp"
@@ -92,6 +94,37 @@ TEST(PathSegment, SensitivitiesAreThoseOfDifferences) {
       // measured 3e-7
     }
   }
+}
+
+// What a search takes for good is good enough for it, and costs less.
+TEST(PathSegment, SearchesWithLessAccuracyAndWork) {
+  Worst angle("end of a segment as a search sees it [rad]");
+  for (int i = 0; i < 24; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Flight f = random_flight(i);
+    for (double& rate : f.rate) rate *= 10;  // joints that swing
+    FloatingBase base(f.servicer.model, true);
+    const FreeMotion motion = free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity);
+    PathSegment full(base, f.start, motion), search(base, f.start, motion);
+    const SegmentEnd exact = full.fly(f.position, f.rate, false);
+    const SegmentEnd rough = search.fly(f.position, f.rate, false, SegmentAccuracy::search);
+    ASSERT_TRUE(exact.finished && rough.finished);
+    EXPECT_LT(angle.note(rotation_angle(transpose(exact.X_WB.R) * rough.X_WB.R), i), 1e-8);
+    EXPECT_LE(search.rhs_evaluations(), full.rhs_evaluations());
+  }
+}
+
+TEST(PathSegment, SaysThatItsNodesDoNotResolveTheMotion) {
+  Flight f = random_flight(0);
+  f.start.most_nodes = 16;
+  for (double& rate : f.rate) rate *= 50;
+  FloatingBase base(f.servicer.model, true);
+  PathSegment segment(base, f.start, free_motion(f.servicer.model, f.servicer.state, f.start.begin, f.gravity));
+  const SegmentEnd end = segment.fly(f.position, f.rate, true);
+  EXPECT_FALSE(end.finished);
+  EXPECT_EQ(end.failure, "the base's rotation is not resolved by 16 nodes on a segment of 3 s");
+  f.rate[0] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(segment.fly(f.position, f.rate, true).finished);
 }
 
 }  // namespace path_segment_test

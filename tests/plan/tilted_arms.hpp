@@ -25,7 +25,9 @@ struct TiltedArms {
 inline TiltedArms tilted_arms(unsigned seed, double duration = 30) {
   std::mt19937 generator(seed);
   // Not the library's distributions, whose numbers differ from one standard library to the next.
-  const auto uniform = [&](double low, double high) { return low + (high - low) * (generator() * 0x1p-32); };
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * (static_cast<double>(generator()) * 0x1p-32);
+  };
   const auto vector = [&](double size) {
     return Vector3d{uniform(-size, size), uniform(-size, size), uniform(-size, size)};
   };
