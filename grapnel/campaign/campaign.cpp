@@ -289,9 +289,10 @@ class LaneBlock {
         if (flight.trouble) std::rethrow_exception(flight.trouble);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
                               structure.integration.max_steps < flight.task->integration.max_steps;
-        // Alone it says what runs away.
-        const bool unstable = outcome.status == lanes::LaneStatus::unstable_control;
-        if (!too_long && !unstable) {
+        // Alone it says what runs away, and changes modes at a wheel's largest rate.
+        const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
+                               outcome.status == lanes::LaneStatus::at_largest_rate;
+        if (!too_long && !for_alone) {
           const std::shared_ptr<ControlClock>& clock = flight.task->setup->clock;
           if (clock && outcome.finished()) lanes::end_control(*lane.motion, outcome, *clock);
           flight.steps->integrated(outcome_of(outcome), measures_of(outcome));

@@ -114,7 +114,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
   describe(name, end, controlled);
   task_.only_here = reason_for_here(run, stop_ != nullptr);
   if (!task_.only_here.empty() || !monitor.watches()) return;
-  task_.longest_look = (end - bodies.time) / kLeastWatched;
+  if (monitor.watches_closely()) task_.longest_look = (end - bodies.time) / kLeastWatched;
   task_.watch = [this](double t, const State& state, std::span<const double> motor) {
     watched_elsewhere_ = true;
     run_.monitor.watch(t, state, motor);

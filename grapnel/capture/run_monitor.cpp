@@ -38,6 +38,7 @@ void RunMonitor::begin_phase(Phase phase) {
   if (seeks_loads()) loads_.begin_phase(name_, phase.system, phase.dynamics);
   gyros_.begin_phase(phase.dynamics);
   thrusters_.begin_phase(phase.system, phase.dynamics);
+  wheels_.begin_phase();
   kinematics_ = Kinematics(phase.system.model);
   motor_.assign(phase.system.model.joints().size(), 0.0);
 }
@@ -78,6 +79,16 @@ void RunMonitor::look(double time, const State& state, const PhaseIntegrals& int
   wheels_.look(*system_, state, {});
   gyros_.look(*system_, state, {});
   last_look_ = time;
+}
+
+void RunMonitor::watch(double time, const State& state, std::span<const double> motor) {
+  if (watches_.watching()) watches_.sample(time, state, motor);
+  wheels_.look(*system_, state, {});
+}
+
+void RunMonitor::restart_watch() {
+  if (watches_.watching()) watches_.restart_phase();
+  wheels_.restart_phase();
 }
 
 StepProbe RunMonitor::load_probe() {

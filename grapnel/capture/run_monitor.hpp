@@ -38,7 +38,9 @@ class RunMonitor {
   /// Whether samples are recorded.
   bool records() const { return recorder_.has_value(); }
   /// Whether clearance or joint limits are observed in the phase.
-  bool watches() const { return watches_.watching(); }
+  bool watches() const { return watches_.watching() || wheels_.any(); }
+  /// Whether what is watched may be over between the ends of long steps.
+  bool watches_closely() const { return watches_.watching(); }
   /// Whether loads are looked for in every step of a phase.
   bool seeks_loads() const { return detail_ != CaptureDetail::columns; }
   /// Whether the phase needs samples; else looks between steps are enough.
@@ -51,9 +53,9 @@ class RunMonitor {
   /// Looks into every step, for loads and plumes; empty where nobody wants to.
   StepProbe load_probe();
   /// Of a phase that is integrated by somebody else: clearance and joint limits,
-  void watch(double time, const State& state, std::span<const double> motor) { watches_.sample(time, state, motor); }
+  void watch(double time, const State& state, std::span<const double> motor);
   /// forgetting them again, since the phase is integrated here after all,
-  void restart_watch() { watches_.restart_phase(); }
+  void restart_watch();
   /// and what its conservation checks have found.
   void take(const PhaseMeasures& measures) { conservation_.take(measures); }
   void note_last_look(double time) { last_look_ = time; }

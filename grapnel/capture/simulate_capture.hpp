@@ -5,6 +5,7 @@
 /// Public, kept stable.
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -46,7 +47,7 @@ struct MotionTask {
   /// `end`; efforts are the motors', per joint of the model [N m or N]. integrated() comes afterwards; next() without
   /// it begins the looking anew. Valid until then.
   std::function<void(double t, const State&, std::span<const double> motor)> watch;
-  double longest_look = 0;  // [s]
+  double longest_look = std::numeric_limits<double>::infinity();  // [s]
 };
 
 /// The same captures with their pieces of motion handed out, so that they may be integrated elsewhere, as in lanes with

@@ -26,6 +26,10 @@ void WheelMonitor::look(const CaptureSystem& system, const State& state, std::sp
   any_ = true;
 }
 
+void WheelMonitor::begin_phase() { before_ = reports_, any_before_ = any_; }
+
+void WheelMonitor::restart_phase() { reports_ = before_, any_ = any_before_; }
+
 void WheelMonitor::write(CaptureResult& result) const {
   if (any_) result.wheels = reports_;
 }

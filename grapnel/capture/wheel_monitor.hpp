@@ -17,12 +17,18 @@ class WheelMonitor {
 
   /// The system at some time. `motor`: efforts per Model::joints(); empty where nobody worked them out.
   void look(const CaptureSystem& system, const State& state, std::span<const double> motor);
+  bool any() const { return !reports_.empty(); }
+  /// A phase begins, and begins again: what was looked at in it is forgotten.
+  void begin_phase();
+  void restart_phase();
   /// Nothing without wheels, or if nothing was looked at.
   void write(CaptureResult& result) const;
 
  private:
   std::vector<WheelReport> reports_;
   bool any_ = false;
+  std::vector<WheelReport> before_;  // the phase
+  bool any_before_ = false;
 };
 
 }  // namespace grapnel

@@ -21,6 +21,7 @@
 #include "grapnel/lanes/lane_free_bodies.hpp"
 #include "grapnel/lanes/lane_outside.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
+#include "grapnel/lanes/lane_wheels.hpp"
 #include "grapnel/lanes/pack.hpp"
 
 namespace grapnel::lanes {
@@ -201,6 +202,9 @@ class LaneDynamics {
   /// prescribed joints in y.
   void sample(const S& t, S* y);
   LaneCommands<S>& commands() { return commands_; }
+  const LaneWheels<S>& wheels() const { return wheels_; }
+  /// Whether a velocity is a wheel's rate.
+  bool is_wheel(int velocity) const { return is_wheel_[velocity] != 0; }
   /// From now on the noise is that between t and t + step (a short step for a step of 0), and no other.
   void enter_step(const S& t, const S& step) { noise_.expand(t, step); }
   /// The longest step that a case's noise allows.
@@ -239,6 +243,7 @@ class LaneDynamics {
   Tree<S> jointed_;         // and the others with what they carry
   DynamicsWorkspace<S> jointed_workspace_;
   LaneOutside<S> outside_;
+  LaneWheels<S> wheels_;
   LaneArray<S, LaneDriveValues<S>> drives_;  // per link, as what follows
   LaneArray<S, BasicJointPoint<S>> references_;
   LaneArray<S> motor_, friction_;
@@ -248,7 +253,7 @@ class LaneDynamics {
   bool is_sampling_ = false;
   LaneArray<S> force_, given_, vdot_;  // per velocity: applied forces, prescribed accelerations, accelerations
   LaneArray<S> solved_;                // per velocity: forces, those that prescribed accelerations take included
-  LaneArray<S, std::uint8_t> prescribed_, commanded_;
+  LaneArray<S, std::uint8_t> prescribed_, commanded_, is_wheel_;
   LaneArray<S, RootMomentum<S>> momenta_, fresh_;
   int roots_ = 0;
   bool any_driven_ = false, any_computed_ = false;
@@ -260,6 +265,7 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     : tables_(tables),
       free_(tables),
       outside_(tables, free_),
+      wheels_(tables),
       drives_(tables.link_count),
       references_(tables.link_count),
       motor_(tables.link_count),
@@ -273,6 +279,7 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
       solved_(tables.velocities),
       prescribed_(tables.velocities),
       commanded_(tables.velocities),
+      is_wheel_(tables.velocities),
       momenta_(tables.link_count),
       fresh_(tables.link_count) {
   tree_.coordinates = tables.coordinates;
@@ -288,6 +295,7 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     if (!has_one_axis(l.joint)) continue;
     prescribed_[l.v] = is_prescribed;
     commanded_[l.v] = is_prescribed || is_computed;
+    is_wheel_[l.v] = l.wheel >= 0;
   }
   workspace_ = DynamicsWorkspace<S>(tree_);
   jointed_.coordinates = tables.coordinates;
@@ -334,6 +342,7 @@ void LaneDynamics<S>::load_case(int lane, const CaseRecord& record) {
   }
   noise_.load_case(lane, record.noise);
   outside_.load_case(lane, record);
+  wheels_.load_case(lane, record);
   if (record.commands != nullptr) {
     commands_.load(lane, record.commands, record.on_their_way);
   } else {
@@ -503,13 +512,16 @@ void LaneDynamics<S>::drive(const S& t, S* y) {
     refer(t);
     impose(y);
   }
-  if (outside_.acts()) {
-    if (!laws_speak()) {
+  if (tables_.outside.attitude_link >= 0) {
+    if (laws_speak()) {
+      outside_.steer(coordinates(y), velocities(y));
+    } else {
       for (int k = 0; k < 3; ++k) outside_.attitude_torque()[k] = commands_.held(tables_.control.channels + k);
     }
-    outside_.act(tree_, t, pieces_.data(), coordinates(y), velocities(y), laws_speak());
   }
+  if (outside_.acts()) outside_.act(tree_, t, pieces_.data(), coordinates(y), velocities(y));
   actuate(y);
+  if (wheels_.any()) wheels_.give(outside_.attitude_torque(), motor_.data());
   if (any_computed_ && laws_speak()) command(y);
 }
 

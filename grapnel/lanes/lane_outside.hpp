@@ -47,9 +47,11 @@ class LaneOutside {
   /// Takes a case's numbers into a lane.
   void load_case(int lane, const CaseRecord& record);
 
-  /// Places the links of a state and finds what acts on them at time t. `pieces`: the interval's block. `controls`:
-  /// attitude control speaks; else attitude_torque() acts as it is.
-  void act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v, bool controls);
+  /// Attitude control speaks in a state; attitude_torque() is what it says.
+  void steer(std::span<const S> q, std::span<const S> v) { attitude_torque_ = law_torque(q, v); }
+  /// Places the links of a state and finds what acts on them at time t, attitude_torque() as it is among it. `pieces`:
+  /// the interval's block.
+  void act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v);
   /// Of attitude control, in the base's axes [N m].
   Vector3<S>& attitude_torque() { return attitude_torque_; }
   // What follows is of the state in which act() was called last.
@@ -112,13 +114,13 @@ LaneOutside<S>::LaneOutside(const PhaseTables& tables, const LaneFreeBodies<S>& 
     if (tables.outside.has_orbit) mark(i);
   }
   for (int k = 0; k < tables.outside.load_count; ++k) mark(tables.loads[k].link);
-  if (tables.outside.attitude_link >= 0) mark(tables.outside.attitude_link);
+  if (tables.outside.has_outer_torque()) mark(tables.outside.attitude_link);
 }
 
 template <class S>
 void LaneOutside<S>::load_case(int lane, const CaseRecord& record) {
-  if (!acts()) return;
   for (int i = 0; i < tables_.outside_numbers; ++i) numbers_[i].set(lane, record.outside[i]);
+  if (!acts()) return;
   for (int t = 0; t < tables_.tree_count; ++t) trees_[t].mass.set(lane, 0.0);
   for (int i = 0; i < tables_.link_count; ++i) {
     const double* n = record.links + static_cast<long>(i) * kLinkNumbers;
@@ -234,8 +236,7 @@ Vector3<S> LaneOutside<S>::law_torque(std::span<const S> q, std::span<const S> v
 // --- All of it -------------------------------------------------------------------------------------------------------
 
 template <class S>
-void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v,
-                         bool controls) {
+void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, std::span<const S> q, std::span<const S> v) {
   link_motion<S>(tree, q, v, std::span<LinkMotion<S>>(motion_.data(), tree.links.size()));
   for (int i = 0; i < tables_.link_count; ++i) wrench_[i] = Wrench<S>::zero();
   BasicOrbitPoint<S> at;
@@ -247,8 +248,8 @@ void LaneOutside<S>::act(const Tree<S>& tree, const S& t, const S* pieces, std::
     const LoadTable& load = tables_.loads[k];
     act_by(load, numbers_.data() + kLoads + k * kLoadNumbers, pieces + load.piece, t, at);
   }
-  if (const int base = tables_.outside.attitude_link; base >= 0) {
-    if (controls) attitude_torque_ = law_torque(q, v);
+  if (tables_.outside.has_outer_torque()) {
+    const int base = tables_.outside.attitude_link;
     wrench_[base].angular += motion_[base].X_WL.R * attitude_torque_;
   }
   for (int i = 0; i < tables_.link_count; ++i) {

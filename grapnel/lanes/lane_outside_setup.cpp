@@ -46,6 +46,7 @@ OutsideTable outside_table(const Model& model, const PhaseSetup& setup) {
   table.is_circular = setup.orbit && setup.orbit->eccentricity == 0;
   table.attitude_link = setup.attitude ? placement_of(model, setup.attitude->root).link : -1;
   table.load_count = static_cast<int>(setup.loads.size());
+  table.wheel_count = static_cast<int>(setup.wheels.size());
   return table;
 }
 
@@ -87,6 +88,14 @@ void write_attitude(const AttitudeControl& control, double* out) {
   const double numbers[] = {q.w, q.x, q.y, q.z};
   std::copy(std::begin(numbers), std::end(numbers), out);
   put(control.kp, out + 4), put(control.kd, out + 7), put(control.limit, out + 10);
+}
+
+void write_wheels(const std::vector<ReactionWheel>& wheels, double* out) {
+  const WheelArray array(wheels);
+  for (std::size_t w = 0; w < wheels.size(); ++w, out += kWheelNumbers) {
+    put(array.shares()[w], out + kWheelRow);
+    out[kWheelTorque] = wheels[w].torque, out[kWheelRate] = wheels[w].rate;
+  }
 }
 
 void write_load(const Model& model, const ExternalLoad& load, double* out) {
@@ -153,6 +162,7 @@ std::vector<double> outside_numbers(const LaneStructure& structure, const Model&
     write_load(model, load, out);
     out += kLoadNumbers;
   }
+  write_wheels(setup.wheels, out);
   return numbers;
 }
 

@@ -206,6 +206,9 @@ std::string explanation(const LaneOutcome& outcome) {
     case LaneStatus::unstable_control:
       return fmt::format("sampled control is unstable: at t = {:.9g} s a rate is beyond {:g} rad/s or m/s",
                          outcome.time, kRunaway);
+    case LaneStatus::at_largest_rate:
+      return fmt::format("at t = {:.9g} s a reaction wheel comes near its largest rate, which lanes do not follow",
+                         outcome.time);
     case LaneStatus::finished:
       break;
   }

@@ -31,9 +31,12 @@ struct LaneStructure {
   std::vector<int> quaternions;  // offsets among the coordinates
   int piece_numbers = 0;         // of all driven links' pieces and all loads: a block
   int noise_numbers = 0;
-  OutsideTable outside{false, false, false, -1, 0};
+  OutsideTable outside{false, false, false, -1, 0, 0};
   std::vector<LoadTable> loads;
-  int outside_numbers() const { return outside.acts() ? kLoads + kLoadNumbers * static_cast<int>(loads.size()) : 0; }
+  int outside_numbers() const {
+    if (!outside.has_numbers()) return 0;
+    return kLoads + kLoadNumbers * static_cast<int>(loads.size()) + kWheelNumbers * outside.wheel_count;
+  }
   bool recover_roots = true;
   ControlTable control{false, 0, 0};
   IntegrationSetup integration;  // tolerances, max_step, max_steps; method adaptive_8

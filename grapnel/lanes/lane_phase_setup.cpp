@@ -53,7 +53,7 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     t.parent = link.parent, t.joint = link.joint, t.axis = link.axis, t.rotated = link.rotated;
     t.has_armature = link.armature != 0;
     t.q = link.q, t.v = link.v, t.sign = link.sign;
-    t.piece = t.tones = t.channel = -1;
+    t.piece = t.tones = t.channel = t.wheel = -1;
     tables.push_back(t);
   }
   for (std::size_t j = 0; j < model.joints().size(); ++j) {
@@ -70,6 +70,11 @@ std::vector<LinkTable> link_tables(const Model& model, const PhaseSetup& setup) 
     t.series = 1;
     for (const JointPiece& piece : drive.trajectory.pieces) t.series = std::max(t.series, coefficients(piece));
     if (!drive.noise.tones().empty()) t.tones = 0;
+  }
+  for (std::size_t w = 0; w < setup.wheels.size(); ++w) {
+    const int joint = model.joints()[static_cast<std::size_t>(setup.wheels[w].joint)];
+    const Body& body = model.bodies()[static_cast<std::size_t>(joint)];
+    tables[static_cast<std::size_t>(body.placement.link)].wheel = static_cast<int>(w);
   }
   if (!setup.clock) return tables;
   const std::vector<int> channels = channels_of(model, setup);
@@ -177,7 +182,7 @@ void write_link(const TreeLink<double>& link, double* out) {
 bool matches(const LinkTable& own, const LinkTable& shared) {
   const bool same_tree = own.parent == shared.parent && own.joint == shared.joint && own.axis == shared.axis &&
                          own.q == shared.q && own.v == shared.v && own.sign == shared.sign &&
-                         own.control == shared.control && own.channel == shared.channel;
+                         own.control == shared.control && own.channel == shared.channel && own.wheel == shared.wheel;
   const auto allowed = [](bool needed, bool provided) { return provided || !needed; };
   return same_tree && allowed(own.rotated, shared.rotated) && allowed(own.has_armature, shared.has_armature) &&
          allowed(own.is_viscous, shared.is_viscous) && allowed(own.has_coulomb, shared.has_coulomb) &&
@@ -202,7 +207,8 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
                                 one_by_one] = actuators;
   if (thrusters) return "thrusters push the base";
   if (feedforward) return "the base's torque follows the arms";
-  if (!wheels.empty()) return "reaction wheels give the base's torque";
+  if (!wheels.empty() && !attitude) return "reaction wheels turn without attitude control";
+  if (!wheels.empty() && wheel_speed_rate != 0) return "reaction wheels keep speeds of their own";
   if (!gyros.empty() || steering || one_by_one) return "motors of control moment gyros work";
   if (held_root >= 0) return "a base is held";
   if (!model.rotors().empty()) return "rotors store momentum";

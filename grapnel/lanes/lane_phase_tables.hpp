@@ -34,6 +34,7 @@ struct LinkTable {
   int series;   // coefficients in it
   int tones;    // where its part of the noise block begins; -1: silent
   int channel;  // of sampled control; -1: none
+  int wheel;    // among the wheels that give the base's torque; -1: none
   bool operator==(const LinkTable&) const = default;
 };
 
@@ -87,16 +88,21 @@ struct OutsideTable {
   bool is_circular;   // the orbit, in all cases
   int attitude_link;  // free root under attitude control; -1: none
   int load_count;
+  int wheel_count;  // that give attitude control's torque; none: it acts from outside
   bool operator==(const OutsideTable&) const = default;
-  constexpr bool acts() const { return has_gravity || has_orbit || attitude_link >= 0 || load_count > 0; }
+  constexpr bool acts() const { return has_gravity || has_orbit || has_outer_torque() || load_count > 0; }
+  constexpr bool has_outer_torque() const { return attitude_link >= 0 && wheel_count == 0; }
+  constexpr bool has_numbers() const { return acts() || attitude_link >= 0; }
 };
 /// A case's numbers of what acts from outside: gravity; the orbit's constants in the order of OrbitConstants; attitude
 /// control's q_WD, kp, kd, limit; then of every load its point of attack in the link's frame, the amplitude (in the
 /// link's axes where it turns with the body), the stream's direction, normal (in the link's axes), pressure times area,
-/// share mirrored, share scattered. What a structure does not have is zero.
+/// share mirrored, share scattered; then of every wheel its row of A^+ (WheelArray), the largest torque and rate. What
+/// a structure does not have is zero.
 inline constexpr int kGravity = 0, kOrbit = 3, kOrbitNumbers = 20, kAttitude = kOrbit + kOrbitNumbers,
                      kLoads = kAttitude + 13, kLoadPoint = 0, kLoadAmplitude = 3, kLoadDirection = 9, kLoadNormal = 12,
                      kLoadReach = 15, kLoadSpecular = 16, kLoadDiffuse = 17, kLoadNumbers = 18;
+inline constexpr int kWheelRow = 0, kWheelTorque = 3, kWheelRate = 4, kWheelNumbers = 5;
 
 /// Sampled control, as all cases have it. A command has an effort per channel and a torque on the base (3).
 struct ControlTable {
@@ -150,7 +156,16 @@ struct CaseRecord {
   int on_their_way;        // its way then
 };
 
-enum class LaneStatus : std::uint8_t { finished, step_too_small, too_many_steps, non_finite, unstable_control };
+/// at_largest_rate: a wheel comes near its largest rate, where modes change at events, which lanes do not have; the
+/// case is to be integrated alone.
+enum class LaneStatus : std::uint8_t {
+  finished,
+  step_too_small,
+  too_many_steps,
+  non_finite,
+  unstable_control,
+  at_largest_rate
+};
 
 /// One tree of the system at one instant, as capture/conservation_monitor.hpp has it.
 struct LaneTree {

@@ -96,6 +96,7 @@ struct LaneState {
   bool last = false;       // the step under way ends the interval
   bool broken = false;     // the derivative at its start is not finite
   bool runs_away = false;  // sampled control is unstable
+  bool leaves = false;     // a wheel comes near its largest rate
   CaseRecord record{};
   const LaneInterval* interval = nullptr;
   double time = 0;
@@ -141,6 +142,8 @@ class LaneStepper {
   // Where the step under way ends at a break that another interval follows.
   static bool enters(const LaneState<S>& lane) { return lane.last && lane.end != lane.record.end_time; }
   S enter_intervals(unsigned accepted);
+  void leave_near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt, const S* dydt_end,
+                               const S& h);
   void take_commands(unsigned beginning, unsigned entering, const S& t, S* y);
   void check_conservation();
   PackIntegrals<S> since_start(int tree) const;
@@ -298,7 +301,20 @@ void LaneStepper<S>::begin(unsigned starting) {
     now_trees_[i].take(lanes, fresh_trees_[i]);
     deviations_[i].begin(lanes, fresh_trees_[i].size);
   }
+  if (dynamics_.wheels().any()) leave_near_largest_rate(starting, y_.data(), y_.data(), stage(1), stage(1), S(0.0));
   choose_first_steps(starting);
+}
+
+// Of these lanes, those in which a wheel may have come to its largest rate between two states.
+template <class S>
+void LaneStepper<S>::leave_near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt,
+                                             const S* dydt_end, const S& h) {
+  const int nq = tables_.coordinates;
+  const unsigned near =
+      lanes & dynamics_.wheels().near_largest_rate(y + nq, y_end + nq, dydt + nq, dydt_end + nq, h).bits();
+  for (int l = 0; l < kWidth; ++l) {
+    if (((near >> l) & 1U) != 0) lanes_[l].leaves = true;
+  }
 }
 
 // See DormandPrince853::choose_initial_step.
@@ -397,6 +413,7 @@ bool LaneStepper<S>::plan() {
 template <class S>
 bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
   if (lane.runs_away) return status = LaneStatus::unstable_control, false;
+  if (lane.leaves) return status = LaneStatus::at_largest_rate, false;
   if (lane.broken) return status = LaneStatus::non_finite, false;
   if (lane.time == lane.record.end_time) return status = LaneStatus::finished, false;
   if (lane.accepted + lane.rejections >= tables_.max_steps) return status = LaneStatus::too_many_steps, false;
@@ -466,6 +483,7 @@ void LaneStepper<S>::attempt() {
     good = accepted & finite(stage(13)).bits();
     show(good, end_.data());
     const Mask lanes = Mask::from_bits(good);
+    if (dynamics_.wheels().any()) leave_near_largest_rate(good, y_.data(), end_.data(), stage(1), stage(13), h);
     for (int i = 0; i < size_; ++i) {
       y_[i] = select(lanes, end_[i], y_[i]);
       stage(1)[i] = select(lanes, stage(13)[i], stage(1)[i]);
@@ -503,7 +521,10 @@ void LaneStepper<S>::take_commands(unsigned beginning, unsigned entering, const 
   }
   if (sampling != 0) {
     S fastest(0.0);
-    for (int i = 0; i < tables_.velocities; ++i) fastest = max(fastest, abs(y[tables_.coordinates + i]));
+    for (int i = 0; i < tables_.velocities; ++i) {
+      if (!dynamics_.is_wheel(i))
+        fastest = max(fastest, abs(y[tables_.coordinates + i]));  // wheels may be fast for good
+    }
     for (int l = 0; l < kWidth; ++l) {
       if (((sampling >> l) & 1U) != 0 && fastest.get(l) > tables_.runaway) lanes_[l].runs_away = true;
     }

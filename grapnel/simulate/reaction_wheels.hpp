@@ -46,6 +46,8 @@ class WheelArray {
   /// Free also while it is tried.
   Mode mode(std::size_t wheel) const { return tried_ == wheel ? Mode::free : modes_[wheel]; }
   bool any_held() const;
+  /// Rows of A^+ of (1) with the wheels that are free; zero for the others.
+  const std::vector<Vector3d>& shares() const { return shares_; }
   /// Whether modes can change at all.
   bool has_rate_limits() const;
   /// Its rate while it is held [rad/s].

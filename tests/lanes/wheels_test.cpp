@@ -1,0 +1,202 @@
+/// Reaction wheels in lanes against one at a time: three in a row of axes, pyramids, slanted ones; motors at their
+/// largest torques; sampled; and what happens near largest rates.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "lanes/lane_phases.hpp"
+
+namespace grapnel::testing {
+namespace wheels_test {
+
+struct Wheels {
+  std::vector<Vector3d> axes;
+  double torque = std::numeric_limits<double>::infinity();
+  double rate = std::numeric_limits<double>::infinity();
+  double fastest = 20;  // at the start [rad/s]
+  bool gravity = false;
+};
+
+const std::vector<Vector3d> kOrthogonal{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+std::vector<Vector3d> pyramid() {
+  std::vector<Vector3d> axes;
+  for (int i = 0; i < 4; ++i) {
+    const double azimuth = 1.5707963267948966 * i;
+    axes.push_back({0.8 * std::cos(azimuth), 0.8 * std::sin(azimuth), 0.6});
+  }
+  return axes;
+}
+
+std::vector<Vector3d> slanted(int count, Random& random) {
+  std::vector<Vector3d> axes;
+  for (int i = 0; i < count; ++i) axes.push_back(random.direction());
+  return axes;
+}
+
+std::string name_of(std::size_t wheel) { return "wheel-" + std::to_string(wheel); }
+
+// The same phase with wheels on the first body, which keep its attitude.
+Phase with_wheels(const Phase& p, const Wheels& wheels, Random& random) {
+  ModelBuilder builder;
+  for (const Body& b : p.model.bodies()) builder.add(b.description);
+  for (std::size_t w = 0; w < wheels.axes.size(); ++w) {
+    BodyDescription wheel;
+    wheel.name = name_of(w), wheel.parent = "b0";
+    wheel.X_PF = {rotation_between({0, 0, 1}, wheels.axes[w]), random.vector(0.2)};
+    wheel.joint.type = JointType::revolute;
+    wheel.joint.name = name_of(w);
+    wheel.joint.axis = {0, 0, 1};
+    wheel.joint.friction.viscous = 1e-4;
+    wheel.mass = random.uniform(1, 2);
+    const double inertia = random.uniform(0.01, 0.03);
+    wheel.inertia = Symmetric3d::diagonal(0.6 * inertia, 0.6 * inertia, inertia);
+    builder.add(wheel);
+  }
+  Phase result{builder.build(), p.setup, {}, p.begin, p.end};
+  const Model& model = result.model;
+  result.start = zero_state(model);
+  for (const Body& b : p.model.bodies()) {
+    const Body& same = model.bodies()[static_cast<std::size_t>(model.body_index(b.description.name))];
+    const JointTraits& traits = traits_of(b.description.joint.type);
+    for (int k = 0; k < traits.coordinates; ++k) result.start.q[same.q + k] = p.start.q[b.q + k];
+    for (int k = 0; k < traits.velocities; ++k) result.start.v[same.v + k] = p.start.v[b.v + k];
+  }
+  // Joints keep their drives, wherever they are among the joints now.
+  result.setup.drives.assign(model.joints().size(), JointDrive{});
+  result.setup.channels.assign(p.model.joints().size(), 0);
+  result.setup.wheels.resize(wheels.axes.size());
+  for (std::size_t j = 0; j < model.joints().size(); ++j) {
+    const Body& body = model.bodies()[static_cast<std::size_t>(model.joints()[j])];
+    const std::string& name = body.description.name;
+    if (name.rfind("wheel-", 0) == 0) {
+      const std::size_t w = std::stoul(name.substr(6));
+      result.setup.wheels[w] = {static_cast<int>(j), body.v,      wheels.axes[w],
+                                wheels.torque,       wheels.rate, body.description.inertia.zz};
+      result.start.v[static_cast<std::size_t>(body.v)] = random.uniform(-wheels.fastest, wheels.fastest);
+      continue;
+    }
+    for (std::size_t i = 0; i < p.model.joints().size(); ++i) {
+      if (p.model.bodies()[static_cast<std::size_t>(p.model.joints()[i])].description.name != name) continue;
+      if (!p.setup.drives.empty()) result.setup.drives[j] = p.setup.drives[i];
+      result.setup.channels[i] = static_cast<int>(j);
+    }
+  }
+  if (!p.setup.clock) result.setup.channels.clear();
+  result.setup.attitude =
+      AttitudeControl{model.body_index("b0"), result.start_attitude(), {4, 5, 6}, {3, 3.5, 4}, {2, 2, 2}};
+  if (wheels.gravity) result.setup.gravity = random.vector(2);
+  return result;
+}
+
+std::vector<Phase> phases_with(const Wheels& wheels, int index, int count, const Kind& kind = {}) {
+  Random random(2000 + index);
+  std::vector<Phase> phases;
+  for (const Phase& p : random_phases(index, count, kind)) phases.push_back(with_wheels(p, wheels, random));
+  return phases;
+}
+
+// What wheels give must not be small, so that agreement says something.
+void expect_wheels_work(const std::vector<Phase>& phases, double least) {
+  const Phase& p = phases[0];
+  PhaseDynamics dynamics(p.model, p.own_setup());
+  const State end = simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight()).end_state;
+  double change = 0;
+  for (const ReactionWheel& wheel : p.setup.wheels) {
+    const auto v = static_cast<std::size_t>(wheel.velocity);
+    change = std::max(change, std::abs(end.v[v] - p.start.v[v]));
+  }
+  EXPECT_GT(change, least);
+}
+
+void expect_wheels_alike(const char* what, const Wheels& wheels, int index, const Kind& kind = {}) {
+  const std::vector<Phase> phases = phases_with(wheels, index, 9, kind);
+  expect_wheels_work(phases, 1);
+  expect_alike(what, phases, 3e-8, tight(1e-14));  // measured 1e-9
+}
+
+TEST(LaneWheels, ArraysAgree) {
+  Random random(5);
+  expect_wheels_alike("three wheels", {kOrthogonal}, 80);
+  expect_wheels_alike("a pyramid", {pyramid()}, 81);
+  expect_wheels_alike("five slanted wheels", {slanted(5, random)}, 82);
+  expect_wheels_alike("two wheels", {slanted(2, random)}, 83);
+}
+
+TEST(LaneWheels, MotorsAtTheirLargestTorquesAgree) { expect_wheels_alike("largest torques", {pyramid(), 0.3}, 84); }
+
+TEST(LaneWheels, AgreeUnderEveryDriveAndGravity) {
+  Wheels wheels{pyramid()};
+  wheels.gravity = true;
+  Kind pd, prescribed, computed;
+  pd.control = JointControl::pd, pd.effort = 5;
+  prescribed.control = JointControl::prescribed;
+  computed.control = JointControl::computed_torque, computed.friction = true;
+  int index = 85;
+  for (const Kind& kind : {pd, prescribed, computed}) expect_wheels_alike("wheels and drives", wheels, index++, kind);
+}
+
+TEST(LaneWheels, SampledControlAgrees) {
+  Kind kind;
+  kind.control = JointControl::pd;
+  kind.sampled = ControlTiming{0.1, 0.15};
+  expect_wheels_alike("sampled", {pyramid(), 0.5}, 90, kind);
+}
+
+TEST(LaneWheels, BitsDependOnTheCaseAlone) {
+  expect_bits_of_the_case_alone(phases_with({pyramid(), 0.3}, 91, 13));
+  Wheels limited{kOrthogonal};
+  limited.rate = 120, limited.fastest = 100;  // some cases leave
+  expect_bits_of_the_case_alone(phases_with(limited, 92, 13));
+}
+
+// Lanes hand back what comes near a largest rate, and nothing that does not; alone, such wheels are held.
+TEST(LaneWheels, LeaveNearLargestRates) {
+  Wheels wheels{kOrthogonal};
+  wheels.rate = 105, wheels.torque = 1, wheels.fastest = 100;
+  const std::vector<Phase> phases = phases_with(wheels, 93, 24);
+  const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-10));
+  int left = 0;
+  for (InstructionSet set : supported_instruction_sets()) {
+    SCOPED_TRACE(std::string(name(set)));
+    left = 0;
+    for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
+      const Phase& p = phases[id];
+      PhaseDynamics dynamics(p.model, p.own_setup());
+      double fastest = 0;
+      const auto look = [&](const PhaseSample& sample) {
+        for (const ReactionWheel& wheel : p.setup.wheels)
+          fastest = std::max(fastest, std::abs(sample.state.v[static_cast<std::size_t>(wheel.velocity)]));
+      };
+      const PhaseOutcome alone = simulate_phase(dynamics, p.start, p.begin, p.end, 0.01, tight(1e-10), look);
+      EXPECT_TRUE(alone.finished) << alone.failure;
+      const bool reaches = fastest >= wheels.rate * (1 - 1e-9);
+      if (reaches) {
+        EXPECT_EQ(o.status, LaneStatus::at_largest_rate) << id;
+      }
+      if (o.finished()) {
+        EXPECT_LT(difference({o.q, o.v}, alone.end_state), 1e-6) << id;
+      } else {
+        ++left;
+        EXPECT_NE(explanation(o).find("a reaction wheel comes near its largest rate"), std::string::npos);
+        EXPECT_GT(fastest, 0.7 * wheels.rate) << id;
+      }
+    }
+    EXPECT_GT(left, 2);
+    EXPECT_LT(left, 22);
+  }
+}
+
+TEST(LaneWheels, NeedAttitudeControl) {
+  std::vector<Phase> phases = phases_with({kOrthogonal}, 94, 1);
+  PhaseSetup setup = phases[0].setup;
+  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "");
+  setup.actuators.wheel_speed_rate = 0.1;
+  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels keep speeds of their own");
+  setup.attitude.reset();
+  EXPECT_EQ(lane_obstacle(phases[0].model, setup, tight()), "reaction wheels turn without attitude control");
+}
+
+}  // namespace wheels_test
+}  // namespace grapnel::testing
