@@ -10,6 +10,7 @@
 #include "grapnel/campaign/run_campaign.hpp"
 #include "grapnel/scenario/scenario.hpp"
 #include "grapnel/study/quantity.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace lane_block_test {
@@ -131,7 +132,7 @@ TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
     base.clearance.enabled = false;
     base.output_interval = 0;
     Campaign campaign;
-    campaign.cases = cases;
+    campaign.cases = test::kSanitized ? 3 : cases;
     campaign.columns = standard_columns(base, true);
     campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
     campaign.problem = [base](std::uint64_t k) {
@@ -162,6 +163,7 @@ TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
 // Wheels that come to their largest rates in some cases: these are integrated alone, from where the piece began, the
 // others in lanes.
 TEST(LaneBlock, WheelsAtTheirLargestRatesAreIntegratedAlone) {
+  SKIP_UNDER_SANITIZERS();
   const std::vector<Override> overrides{{"robot.wheels[0].rate", "640 rpm"}, {"post_impact.duration", "60"}};
   CaptureProblem base =
       load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/wheels-keep-attitude.yaml"), overrides);

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "lanes/lane_phases.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace wheels_test {
@@ -111,7 +112,7 @@ void expect_wheels_work(const std::vector<Phase>& phases, double least) {
 }
 
 void expect_wheels_alike(const char* what, const Wheels& wheels, int index, const Kind& kind = {}) {
-  const std::vector<Phase> phases = phases_with(wheels, index, 9, kind);
+  const std::vector<Phase> phases = phases_with(wheels, index, test::repetitions(9) + 1, kind);
   expect_wheels_work(phases, 1);
   expect_alike(what, phases, 3e-8, tight(1e-14));  // measured 1e-9
 }
