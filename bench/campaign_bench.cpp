@@ -113,6 +113,7 @@ void register_campaign() {
   }
   register_disturbed("orbit-drift", "orbit");                                // an orbit's field, two streams
   register_disturbed("thesis/open-loop-case-1-stabilized", "base_control");  // attitude control, computed torque
+  register_disturbed("wheels-keep-attitude", "wheels");                      // by four reaction wheels, PD
 }
 
 }  // namespace grapnel::bench
