@@ -106,9 +106,7 @@ class Planner {
   // --- Segments
   // ---------------------------------------------------------------------------------------------------------
 
-  SegmentStart segment_to(double end) const {
-    return {time_, end, approach_.profile, position_, rate_, X_WB_, problem_.integration.max_steps};
-  }
+  SegmentStart segment_to(double end) const { return {time_, end, approach_.profile, position_, rate_, X_WB_}; }
 
   // Flies a segment to final values and goes on from there.
   void advance(double end, const std::vector<double>& position, const std::vector<double>& rate) {

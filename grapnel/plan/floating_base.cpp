@@ -84,7 +84,7 @@ Twistd FloatingBase::twist_of(const PlacedLinks& links, const Momentumd& h) {
   return {w, (1 / links.mass) * h.linear - cross(w, links.com)};  // (4)
 }
 
-Vector3d FloatingBase::joint_momentum(const PlacedLinks& links, std::span<const double> rates) {
+Vector3d FloatingBase::momentum_of_rates(const PlacedLinks& links, std::span<const double> rates) {
   Vector3d sum = Vector3d::zero();
   for (std::size_t j = 0; j < rates.size(); ++j) sum += rates[j] * links.k[j];
   return sum;

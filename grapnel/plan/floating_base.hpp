@@ -112,7 +112,7 @@ class FloatingBase {
   void place(std::span<const double> theta, PlacedLinks& links);
   /// Angular momentum about the centre of mass that these joint rates have while the base does not turn: the sum in
   /// (5).
-  static Vector3d joint_momentum(const PlacedLinks& links, std::span<const double> rates);
+  static Vector3d momentum_of_rates(const PlacedLinks& links, std::span<const double> rates);
   /// g_j of (6), per joint, at these joint rates and the base's angular velocity w_B (in B).
   void angular_momentum_per_angle(const PlacedLinks& links, std::span<const double> rates, const Vector3d& w_B,
                                   std::span<Vector3d> g);

@@ -17,8 +17,9 @@ constexpr int kStages = 16;  // nodes of a panel
 // The last Legendre coefficients of w over a panel, times its length, may be this large [rad]. The collocation's error
 // goes with their square.
 constexpr double kUnresolved[] = {1e-5, 1e-8};
-// More nodes a search does not spend on one motion: joints that swing that far are no plan.
-constexpr std::int64_t kMostSearched = 4096;
+// More nodes are not spent on one motion: in a search joints that swing so far are no plan, and all nodes are kept in
+// memory. Some three are needed per radian that joints or the base turn.
+constexpr std::size_t kMostNodes[] = {4096, 8192};
 
 const GaussLegendre& method() {
   static const GaussLegendre gauss(kStages);
@@ -89,7 +90,7 @@ void PathSegment::place_nodes(std::span<const double> position, std::span<const 
       node.rates[j] = way * node.a.rate + rate[j] * node.b.rate + first * node.c.rate;
     }
     base_.place(theta_, node.links);
-    node.u = FloatingBase::joint_momentum(node.links, node.rates);
+    node.u = FloatingBase::momentum_of_rates(node.links, node.rates);
   }
   evaluations_ += static_cast<long>(nodes_.size());
 }
@@ -153,7 +154,7 @@ double PathSegment::turn(Quaterniond& q) {
 Eigen::Matrix3d PathSegment::propagate_phi() {
   Eigen::Matrix3d Phi = Eigen::Matrix3d::Identity();
   const Eigen::Matrix3d L = cross_matrix(motion_.h.angular);
-  if (L.isZero(0)) return Phi;
+  if (!(dot(motion_.h.angular, motion_.h.angular) > 0)) return Phi;
   const double h = (start_.end - start_.begin) / laid_;
   std::array<Eigen::Matrix3d, kStages> N, rate;
   for (std::size_t first = 0; first < nodes_.size(); first += kStages) {
@@ -184,7 +185,7 @@ Eigen::Matrix3d PathSegment::propagate_phi() {
 void PathSegment::add_sensitivities(const Quaterniond& q, const PlacedLinks& at_end, SegmentEnd& end) {
   const int n = base_.joints();
   const Eigen::Matrix3d Phi = propagate_phi();
-  const bool turns = motion_.h.angular[0] != 0 || motion_.h.angular[1] != 0 || motion_.h.angular[2] != 0;
+  const bool turns = dot(motion_.h.angular, motion_.h.angular) > 0;
   Eigen::Matrix3Xd per_position = Eigen::Matrix3Xd::Zero(3, n), per_rate = per_position;
   for (const Node& node : nodes_) {
     base_.angular_momentum_per_angle(node.links, node.rates, node.w_B, g_);
@@ -219,8 +220,6 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     return end;
   }
   const double tolerance = kUnresolved[static_cast<int>(accuracy)];
-  const std::int64_t most =
-      accuracy == SegmentAccuracy::search ? std::min(kMostSearched, start_.most_nodes) : start_.most_nodes;
   int& panels = panels_[static_cast<int>(accuracy)];
   Quaterniond q;
   for (;; panels *= 2) {
@@ -236,7 +235,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
       }
       break;
     }
-    if (std::isnan(unresolved) || 2 * static_cast<std::int64_t>(nodes_.size()) > most) {
+    if (std::isnan(unresolved) || 2 * nodes_.size() > kMostNodes[static_cast<int>(accuracy)]) {
       end.failure = fmt::format("the base's rotation is not resolved by {} nodes on a segment of {:.6g} s",
                                 nodes_.size(), start_.end - start_.begin);
       panels = 1;

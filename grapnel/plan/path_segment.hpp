@@ -20,7 +20,6 @@
 ///   deta/dx (T) = -Phi(T) integral Phi^-1 R H^-1 (g_j a + k_j a') dt.                                              (3)
 /// The base's origin is at p_WB = p_WCom - R c(theta), so its displacement follows from eta and dc/dtheta.
 
-#include <cstdint>
 #include <string>
 
 #include "grapnel/integrate/gauss_legendre.hpp"
@@ -51,7 +50,6 @@ struct SegmentStart {
   JointProfile profile = JointProfile::quintic;
   std::vector<double> position, rate;  // per joint
   Posed X_WB = Posed::identity();
-  std::int64_t most_nodes = 100'000'000;  // of one integration
 };
 
 /// Where it ends.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <limits>
 #include <nlopt.hpp>
 
 #include "grapnel/dense/decompositions.hpp"
@@ -55,6 +56,7 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
   SegmentEnd end;
   RateSensitivity rho;
   Eigen::MatrixXd A;  // 1 - rho_xi xi_rate
+  double last = std::numeric_limits<double>::infinity();
   for (int i = 0;; ++i) {
     end = segment_.fly(shot.position, shot.rate, true, accuracy);
     if (!end.finished) trouble_ = end.failure;
@@ -73,8 +75,11 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
     A = Eigen::MatrixXd::Identity(n, n) - rho.per_displacement * end.per_rate;
     const Eigen::VectorXd step = lu_solution(A, gap);
     if (!step.allFinite()) return shot;
+    const double size = step.lpNorm<Eigen::Infinity>();
+    if (i > 4 && size > 2 * last) return shot;  // settles nowhere
+    last = size;
     for (int j = 0; j < n; ++j) shot.rate[j] += step[j];
-    if (step.lpNorm<Eigen::Infinity>() > kPredicted[static_cast<int>(accuracy)] * std::max(1.0, fastest)) continue;
+    if (size > kPredicted[static_cast<int>(accuracy)] * std::max(1.0, fastest)) continue;
     shot.X_WB = displaced(end.X_WB, end.per_rate * step);
     break;
   }

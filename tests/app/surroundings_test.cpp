@@ -27,7 +27,9 @@ using testing::Not;
 const std::string kCase1 = "thesis/open-loop-case-1.yaml";
 const std::string kShort = " --set approach.duration=2 --set post_impact.duration=1 ";
 // The search with wide swings at its ends: a long segment.
-const std::string kEndless = " --set approach.plan.max_evaluations=1000000000000 --set approach.duration=200000 ";
+const std::string kEndless =
+    " --set approach.plan.max_evaluations=1000000000000 --set approach.plan.starts=1000 --set "
+    "approach.duration=200000 ";
 
 class Surroundings : public test::ProgramRun {
  protected:
@@ -111,7 +113,7 @@ TEST_F(Surroundings, PlanningEndsAtItsLimitAndSaysWhatWouldHelp) {
   EXPECT_EQ(summary("r")["status"], "failed");
   const Outcome steps = run("run " + first + " --set integration.max_steps=5 --no-report -o r");
   EXPECT_EQ(steps.code, 1);
-  EXPECT_THAT(steps.err, AllOf(HasSubstr("planning the approach"), HasSubstr("steps")));
+  EXPECT_THAT(steps.err, HasSubstr("steps"));
 }
 
 TEST_F(Surroundings, ARunThatPlansForEverHearsTheSignalAndKeepsWhatIsThere) {
@@ -131,7 +133,7 @@ TEST_F(Surroundings, ACampaignThatPlansEachCaseHearsSignalsAndTheTimeLimit) {
   std::string text = read_text(scenario("first-plan.yaml"));
   text.replace(text.find("../robots"), 9, GRAPNEL_SOURCE_DIR "/robots");
   text.replace(text.find("duration: 20"), 12, "duration: 200000");
-  text.replace(text.find("plan: {}"), 8, "plan: {max_evaluations: 1000000000000}");
+  text.replace(text.find("plan: {}"), 8, "plan: {max_evaluations: 1000000000000, starts: 1000}");
   write("endless.yaml", text);
   const pid_t child = start("campaign campaign.yaml -j 1 -o c");
   await("c/shards");
