@@ -114,7 +114,8 @@ void expect_wheels_work(const std::vector<Phase>& phases, double least) {
 void expect_wheels_alike(const char* what, const Wheels& wheels, int index, const Kind& kind = {}) {
   const std::vector<Phase> phases = phases_with(wheels, index, test::repetitions(9) + 1, kind);
   expect_wheels_work(phases, 1);
-  expect_alike(what, phases, 3e-8, tight(1e-14));  // measured 1e-9
+  // At this tolerance rounding has a say in the steps.
+  expect_alike(what, phases, 3e-8, tight(1e-14), 1e-11, 0.2);  // measured 1e-9
 }
 
 TEST(LaneWheels, ArraysAgree) {
