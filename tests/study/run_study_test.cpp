@@ -30,7 +30,7 @@ std::string mixed_study() {
          "      - {label: 'one, two', scenario: " +
          thesis("open-loop-case-1-planned.yaml") + "}\n" +
          "      - {label: three, scenario: " + thesis("open-loop-case-3-planned.yaml") + "}\n" +
-         "  - {quantity: approach_angle, values: [0, 90, 20], unit: deg}\n"
+         "  - {quantity: approach_angle, values: [0, 180, 20], unit: deg}\n"
          "  - {quantity: relative_speed, values: [0, 0.1]}\n";
 }
 
@@ -64,7 +64,7 @@ TEST(RunStudy, TheSameBitsForAnyNumberOfThreads) {
   EXPECT_THAT(csv, StartsWith("point,case,approach_angle [deg],relative_speed [m/s],status,reason,captured [1],"));
   EXPECT_THAT(csv, HasSubstr("\n0,\"one, two\",0,0,ok,,1,"));
   EXPECT_THAT(csv, HasSubstr("\n11,three,20,0.1,ok,,1,"));
-  EXPECT_THAT(csv, HasSubstr("\n2,\"one, two\",90,0,unreachable,"));
+  EXPECT_THAT(csv, HasSubstr("\n2,\"one, two\",180,0,unreachable,"));
 }
 
 TEST(RunStudy, APointThatFailsHasItsReasonAndTheOthersGoOn) {
