@@ -90,10 +90,11 @@ ImpactSolution solve(const Eigen::MatrixXd& M, const BilateralRows& rows, const 
 // Per component of the grasp's wrench: whether every self-stress leaves it alone. Self-stresses have unit size in the
 // metric D, so a component's share is measured against the largest that unit size allows, sqrt(a D^-1 a^T) for
 // direction a.
-std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_rows,
-                                        const Eigen::MatrixXd& D) {
-  if (null_rows.cols() == 0) return std::vector<bool>(6, true);
-  const Eigen::MatrixXd stress = directions.transpose() * null_rows;  // 6 x (rows - rank)
+std::vector<bool> determined_components(const Eigen::MatrixXd& directions, const Eigen::MatrixXd& null_space,
+                                        Eigen::Index row, const Eigen::MatrixXd& D) {
+  if (null_space.cols() == 0) return std::vector<bool>(6, true);
+  const Eigen::MatrixXd stress =
+      directions.transpose() * null_space.middleRows(row, directions.rows());  // 6 x (rows - rank)
   const Eigen::MatrixXd largest = directions.transpose() * cholesky_solution(Cholesky(D), directions);
   std::vector<bool> determined(6, true);
   for (int i = 0; i < 6; ++i) determined[i] = stress.row(i).norm() <= 1e-8 * std::sqrt(largest(i, i));
@@ -194,9 +195,8 @@ ImpactSolution solve_rows(const Eigen::MatrixXd& M, const BilateralRows& rows, c
     const int count = row_count(g.model);
     const Eigen::MatrixXd A = constrained_directions(g);
     const Eigen::VectorXd P = A.transpose() * impulse.segment(row, count);
-    result.contacts.push_back(
-        {{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}},
-         determined_components(A, result.null_space.middleRows(row, count), rows.D.block(row, row, count, count))});
+    result.contacts.push_back({{{P[0], P[1], P[2]}, {P[3], P[4], P[5]}},
+                               determined_components(A, result.null_space, row, rows.D.block(row, row, count, count))});
     row += count;
   }
   for (std::size_t i = 0; i < held.size(); ++i) result.held_impulses.push_back(impulse[row++]);

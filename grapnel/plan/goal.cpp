@@ -23,8 +23,10 @@ void frame_jacobians(const FloatingBase& base, const Posed& X_WB, int frame, Mat
                      Eigen::Matrix<double, 6, 6>& J_base) {
   base.frame_jacobian(frame, J_joint);
   const Eigen::Matrix3d R = as_matrix(X_WB.R);
-  J_joint.topRows(3) = (R * J_joint.topRows(3)).eval();
-  J_joint.bottomRows(3) = (R * J_joint.bottomRows(3)).eval();
+  if (J_joint.cols() > 0) {  // Eigen moves a null pointer to take rows of a matrix without columns
+    J_joint.topRows(3) = (R * J_joint.topRows(3)).eval();
+    J_joint.bottomRows(3) = (R * J_joint.bottomRows(3)).eval();
+  }
   const Vector3d p = base.frame_pose(frame).p;
   for (int k = 0; k < 6; ++k) J_base.col(k) = column(X_WB.R * shift(twist_from(Vector6d::Unit(k)), p));
 }
@@ -48,11 +50,12 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
   Matrix6Xd J;
   Eigen::Matrix<double, 6, 6> Jb;
   int row = 0;
+  const bool joints = base.joints() > 0;
   for (const Goal& g : goals) {
     const Posed X_WE = X_WB * base.frame_pose(g.frame);
     frame_jacobians(base, X_WB, g.frame, J, Jb);
     error.segment<3>(row) = column(X_WE.p - g.X_WG.p);
-    J_joint.middleRows(row, 3) = J.bottomRows(3);
+    if (joints) J_joint.middleRows(row, 3) = J.bottomRows(3);
     J_base.middleRows(row, 3) = Jb.bottomRows(3);
     row += 3;
     if (g.orientation == Goal::Orientation::axis) {
@@ -60,12 +63,12 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
       const Vector3d phi = rotation_vector(rotation_between(g.direction_W, a));
       const Eigen::Matrix<double, 2, 3> B = across(g.direction_W);
       error.segment<2>(row) = B * column(phi);
-      J_joint.middleRows(row, 2) = B * J.topRows(3);
+      if (joints) J_joint.middleRows(row, 2) = B * J.topRows(3);
       J_base.middleRows(row, 2) = B * Jb.topRows(3);
       row += 2;
     } else if (g.orientation == Goal::Orientation::pose) {
       error.segment<3>(row) = column(rotation_vector(X_WE.R * transpose(g.X_WG.R)));
-      J_joint.middleRows(row, 3) = J.topRows(3);
+      if (joints) J_joint.middleRows(row, 3) = J.topRows(3);
       J_base.middleRows(row, 3) = Jb.topRows(3);
       row += 3;
     }
@@ -99,9 +102,11 @@ void for_each_goal(std::span<const Goal> goals, RateDemand demand, Visit&& visit
   }
 }
 
-// The rows of twists in W, one per column.
-template <class Twists, class Rows>
-void put_rows(const Goal& g, int spin, const Twists& V, Rows&& rows) {
+// The goal's rows, from `row` on, of twists in W, one per column. Of a robot without joints there is none.
+template <class Twists, class Matrix>
+void put_rows(const Goal& g, int row, int spin, const Twists& V, Matrix& all) {
+  if (V.cols() == 0) return;
+  auto rows = all.middleRows(row, 3 + spin);
   rows.topRows(3) = V.bottomRows(3);
   if (spin == 3) rows.bottomRows(3) = V.topRows(3);
   if (spin == 2) rows.bottomRows(2) = across(g.direction_W) * V.topRows(3);
@@ -135,10 +140,10 @@ void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h
   for_each_goal(goals, demand, [&](const Goal& g, int row, int spin) {
     base.generalized_jacobian(g.frame, J);
     J = (R * J).eval();
-    put_rows(g, spin, J, G.middleRows(row, 3 + spin));
+    put_rows(g, row, spin, J, G);
     const Twistd drift = X_WB.R * shift(V_h, base.frame_pose(g.frame).p);  // second term of (2.3)
     const Vector3d spin_wanted = demand == RateDemand::velocity ? Vector3d::zero() : g.V_WG.angular;
-    put_rows(g, spin, column(Twistd{spin_wanted, g.V_WG.linear} - drift), b.segment(row, 3 + spin));
+    put_rows(g, row, spin, column(Twistd{spin_wanted, g.V_WG.linear} - drift), b);
   });
 }
 
@@ -211,7 +216,7 @@ RateSensitivity rate_sensitivity(FloatingBase& base, const Posed& X_WB, const Mo
   for_each_goal(goals, demand, [&](const Goal& g, int row, int spin) {
     base.frame_twist_per_angle(g.frame, D);
     D = (R * D).eval();
-    put_rows(g, spin, D, per_angle.middleRows(row, 3 + spin));
+    put_rows(g, row, spin, D, per_angle);
     const Vector3d p = base.frame_pose(g.frame).p;
     const Twistd V = base.frame_twist(g.frame);
     for (int k = 0; k < 6; ++k) {
@@ -221,7 +226,7 @@ RateSensitivity rate_sensitivity(FloatingBase& base, const Posed& X_WB, const Mo
       D_xi.col(k) += column(Twistd{cross(axis, V.angular), cross(axis, V.linear)});
     }
     D_xi = (R * D_xi).eval();
-    put_rows(g, spin, D_xi, per_displacement.middleRows(row, 3 + spin));
+    put_rows(g, row, spin, D_xi, per_displacement);
   });
   RateSensitivity result{-inverse * per_angle, -inverse * per_displacement};
   const Eigen::MatrixXd null = Eigen::MatrixXd::Identity(n, n) - inverse * demanded.G;
@@ -244,6 +249,7 @@ namespace {
 // -sum log sigma over goals of the generalized Jacobian's rows: velocity, and spin where the goal has an orientation.
 double lost_manipulability(FloatingBase& base, std::span<const Goal> goals, std::span<const double> position) {
   base.place(position);
+  if (base.joints() == 0) return 0;
   double sum = 0;
   Matrix6Xd J;
   for (const Goal& g : goals) {

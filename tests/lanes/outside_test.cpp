@@ -98,10 +98,11 @@ void expect_much_comes_in(const std::vector<Phase>& phases) {
 }
 
 // Differences of rounding grow with the motion, by up to 1e5 in these: 6e-8 at most over four seeds.
-void expect_outside_alike(const char* what, const Outside& outside, int index, const Kind& kind = {}) {
+void expect_outside_alike(const char* what, const Outside& outside, int index, const Kind& kind = {},
+                          double tolerance = 1e-14) {
   const std::vector<Phase> phases = phases_with(outside, index, 9, kind);
   expect_much_comes_in(phases);
-  expect_alike(what, phases, 3e-7, tight(1e-14), 5e-11);  // momentum: up to 1.1e-11 over four seeds
+  expect_alike(what, phases, 3e-7, tight(tolerance), 5e-11);  // momentum: up to 1.1e-11 over four seeds
 }
 
 TEST(LaneOutside, LoadsOfEveryShapeAgree) {
@@ -165,7 +166,8 @@ TEST(LaneOutside, EverythingAgreesUnderEveryDrive) {
   for (const Kind& kind : kinds()) expect_outside_alike("everything", everything(), index++, kind);
   Kind spherical;
   spherical.spherical = true;
-  expect_outside_alike("everything, spherical joints", everything(), index++, spherical);
+  // Steps of 1e-14 are chosen by rounding in these: 691 or 1169, as the compiler has it; of 1e-13 there are 535 +- 2.
+  expect_outside_alike("everything, spherical joints", everything(), index++, spherical, 1e-13);
 }
 
 TEST(LaneOutside, BitsDependOnTheCaseAlone) {

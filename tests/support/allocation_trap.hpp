@@ -11,10 +11,11 @@
 #include <cstddef>
 #include <cstdlib>
 #include <new>
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#if defined(GRAPNEL_SANITIZED)
 inline constexpr bool kTrapWorks = false;
 #else
 inline constexpr bool kTrapWorks = true;
@@ -44,7 +45,7 @@ class AllocationTrap {
 
 }  // namespace grapnel::testing
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#if !defined(GRAPNEL_SANITIZED)
 
 extern "C" {
 void* __libc_malloc(std::size_t);
