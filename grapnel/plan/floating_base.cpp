@@ -67,10 +67,16 @@ void FloatingBase::place(std::span<const double> theta, PlacedLinks& placed) {
   placed.H_inverse = {x[0], y[1], z[2], y[0], z[0], z[1]};
   for (int j = 0; j < joints(); ++j) {
     const int i = joint_link_[j];
-    const Momentumd F = placed.composite[i] * placed.axis[i];
+    Momentumd F = placed.composite[i] * placed.axis[i];
+    if (links[i].has_rotor) F.angular += rotor_momentum(placed, i);
     placed.joint_momentum[j] = F;
     placed.k[j] = F.angular - cross(placed.com, F.linear);
   }
+}
+
+Vector3d FloatingBase::rotor_momentum(const PlacedLinks& placed, int link) const {
+  const TreeLink<double>& l = model_.tree().links[link];
+  return placed.motion[l.parent].X_WL.R * (l.sign * l.rotor);
 }
 
 void FloatingBase::place(std::span<const double> theta) {
@@ -98,6 +104,11 @@ void FloatingBase::momentum_per_angle(const PlacedLinks& placed, std::span<const
   for (std::size_t i = 1; i < links.size(); ++i) {
     V_[i] = V_[links[i].parent] + rates[link_joint_[i]] * placed.axis[i];
     h_[i] = placed.inertia[i] * V_[i];
+  }
+  // A rotor turns with the link that carries it, and so does its spin.
+  for (std::size_t i = 1; i < links.size(); ++i) {
+    if (!links[i].has_rotor) continue;
+    h_[links[i].parent].angular += rates[link_joint_[i]] * rotor_momentum(placed, static_cast<int>(i));
   }
   for (std::size_t i = links.size(); i-- > 1;) h_[links[i].parent] += h_[i];
   for (int j = 0; j < joints(); ++j) {

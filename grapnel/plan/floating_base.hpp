@@ -21,6 +21,9 @@
 ///   H w + sum_j k_j theta_dot_j = R_WB^T L,   k_j = n - c x p of [n; p] = I^c_j S_j                               (5)
 ///   H dw/dtheta_j = -g_j,   g_j = n - c x p of [n; p] = dh/dtheta_j                                               (6)
 /// with L the angular momentum about the centre of mass in W.
+///
+/// Where the axis of a joint's rotor is stated, the rotor's spin r_j theta_dot_j (19.6) adds to I^c_j S_j in (1), (3)
+/// and (5), and to the momentum h of the link that carries it, with which it turns, in (2).
 
 #include <Eigen/Core>
 #include <functional>
@@ -82,7 +85,7 @@ struct PlacedLinks {
   std::vector<Twistd> axis;                  // S, per link
   std::vector<RigidBodyInertiad> composite;  // I^c, per link
   std::vector<RigidBodyInertiad> inertia;    // of the link alone
-  std::vector<Momentumd> joint_momentum;     // I^c_j S_j, per joint
+  std::vector<Momentumd> joint_momentum;     // I^c_j S_j, with the spin of the joint's rotor, per joint
   std::vector<Vector3d> k;                   // per joint, (5)
   Vector3d com = Vector3d::zero();           // of all links [m]
   double mass = 0;                           // [kg]
@@ -159,6 +162,8 @@ class FloatingBase {
  private:
   // Poses and axes.
   void place_links(std::span<const double> theta, PlacedLinks& placed);
+  // Spin momentum, in B, that the rotor of a link's joint has per rate of the joint.
+  Vector3d rotor_momentum(const PlacedLinks& placed, int link) const;
   // V_B of (4) for a momentum about B's origin.
   static Twistd twist_of(const PlacedLinks& links, const Momentumd& h);
   // dh/dtheta_j of (2) per joint, for a base that moves with V_B.

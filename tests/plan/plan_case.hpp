@@ -11,7 +11,7 @@
 
 namespace grapnel::testing {
 
-/// A random branched servicer of one tree, its base free or fixed, and a state.
+/// A random branched servicer of one tree, its base free or fixed, and a state. Rotors spin in every second one.
 struct Servicer {
   Model model;
   State state;
@@ -28,6 +28,19 @@ struct Servicer {
   Posed X_WB() const { return root_pose(model, state, 0); }
 };
 
+/// The model with axes of rotors where joints have rotors, so that their spins carry momentum.
+inline Model with_spinning_rotors(const Model& model, Random& random) {
+  ModelBuilder builder;
+  for (const Body& b : model.bodies()) {
+    BodyDescription d = b.description;
+    if (d.joint.rotor_inertia > 0) d.joint.rotor_axis = random.direction();
+    builder.add(d);
+  }
+  for (const Frame& f : model.frames())
+    builder.add(FrameDescription{f.name, model.bodies()[f.body].description.name, f.X_BE});
+  return builder.build();
+}
+
 inline Servicer random_servicer(int index, bool free_root = true) {
   RobotOptions options;
   options.least_bodies = 3, options.most_bodies = 12;
@@ -35,6 +48,7 @@ inline Servicer random_servicer(int index, bool free_root = true) {
   Random random(index);
   Model model = random_model(options, random);
   State state = random_state(model, random, 0.5);
+  if (index % 2 == 1) model = with_spinning_rotors(model, random);
   return {std::move(model), std::move(state)};
 }
 
