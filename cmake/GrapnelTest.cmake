@@ -35,6 +35,9 @@ function(grapnel_test name)
   if(NOT ARG_TIMEOUT)
     # For one case, sanitizers included: it stops what hangs, and times nothing.
     set(ARG_TIMEOUT 300)
+    if(GRAPNEL_SANITIZE)
+      set(ARG_TIMEOUT 900)  # they take some ten times as long
+    endif()
     if("slow" IN_LIST ARG_LABELS)
       set(ARG_TIMEOUT 1200)
     endif()
