@@ -114,6 +114,7 @@ void register_campaign() {
   register_disturbed("orbit-drift", "orbit");                                // an orbit's field, two streams
   register_disturbed("thesis/open-loop-case-1-stabilized", "base_control");  // attitude control, computed torque
   register_disturbed("wheels-keep-attitude", "wheels");                      // by four reaction wheels, PD
+  register_disturbed("thesis/closed-loop", "closed_loop");                   // both arms on one target, joints free
 }
 
 }  // namespace grapnel::bench

@@ -106,18 +106,56 @@ TEST(LaneBlock, WatchesWhatIsWatchedAlone) {
   }
 }
 
+// A scenario with some changes, and another mass of the first target in every case.
+struct Varied {
+  std::string name;
+  std::vector<Override> overrides;
+  std::uint64_t cases = 9;
+  double bound = 3e-8;
+};
+
+// All of the motion is in lanes, and ends as alone, with conservation checks of its own.
+void expect_lanes_as_alone(const Varied& varied) {
+  const auto& [name, overrides, cases, bound] = varied;
+  SCOPED_TRACE(name + (overrides.empty() ? "" : ", with " + overrides.back().path));
+  CaptureProblem base = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name + ".yaml", overrides);
+  base.clearance.enabled = false;
+  base.output_interval = 0;
+  Campaign campaign;
+  campaign.cases = test::kSanitized ? 3 : cases;
+  campaign.columns = standard_columns(base, true);
+  campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
+  campaign.problem = [base](std::uint64_t k) {
+    StudyCase point{base, inward_normals(base)};
+    point.problem.targets[0].mass *= 1 + 0.02 * static_cast<double>(k);
+    return point;
+  };
+  for (const std::string& line : slow_settings(campaign, 0))
+    EXPECT_EQ(line.find("case by case"), std::string::npos) << line;
+  const std::vector<CaseRow> alone = one_by_one(campaign);
+  const std::size_t pass = column(campaign, "ledger/pass");
+  for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
+    const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
+    ASSERT_EQ(rows.size(), alone.size());
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      ASSERT_EQ(rows[k].status, CaseStatus::ok) << rows[k].reason;
+      EXPECT_EQ(rows[k].values[pass], 1);
+      EXPECT_EQ(alone[k].values[pass], 1);
+    }
+    const double off = difference(campaign, rows, alone, 0, campaign.columns.size());
+    std::printf("[ measured ] %s, %s: largest difference from cases alone, of a column's largest value: %.2g\n",
+                name.c_str(), std::string(lanes::name(set)).c_str(), off);
+    EXPECT_LT(off, bound);
+  }
+}
+
 // Loads, the field of an orbit, attitude control of the base and sampled control, as shipped scenarios have them: all
 // of the motion is in lanes, with conservation checks of its own, and ends as alone. What an on-board computer holds,
 // and what is on its way, goes on through the impact.
 TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
-  struct Case {
-    std::string name;
-    std::vector<Override> overrides;
-    std::uint64_t cases = 9;
-    double bound = 3e-8;  // measured 3.6e-9; commands lost on the way through the impact make 1.7e-7
-  };
-  // Wheels at their rates make more of rounding.
-  const std::vector<Case> scenarios{
+  // Measured 3.6e-9; commands lost on the way through the impact make 1.7e-7. Wheels at their rates make more of
+  // rounding.
+  const std::vector<Varied> scenarios{
       {"orbit-drift", {}},
       {"thesis/open-loop-case-1-stabilized", {}},
       {"thesis/open-loop-case-1-stabilized",
@@ -126,38 +164,19 @@ TEST(LaneBlock, WhatActsFromOutsideActsInLanes) {
         {"contact", "{gap: weld_as_found}"}}},
       {"wheels-keep-attitude", {{"post_impact.duration", "100"}}, 5, 3e-7},
       {"wheels-keep-attitude", {{"post_impact.duration", "30"}, {"control", "{period: 0.1}"}}, 5, 3e-7}};
-  for (const auto& [name, overrides, cases, bound] : scenarios) {
-    SCOPED_TRACE(name + (overrides.empty() ? "" : ", with " + overrides.back().path));
-    CaptureProblem base = load_scenario(std::string(GRAPNEL_SOURCE_DIR "/scenarios/") + name + ".yaml", overrides);
-    base.clearance.enabled = false;
-    base.output_interval = 0;
-    Campaign campaign;
-    campaign.cases = test::kSanitized ? 3 : cases;
-    campaign.columns = standard_columns(base, true);
-    campaign.draw = [](std::uint64_t) { return std::vector<double>(); };
-    campaign.problem = [base](std::uint64_t k) {
-      StudyCase point{base, inward_normals(base)};
-      point.problem.targets[0].mass *= 1 + 0.02 * static_cast<double>(k);
-      return point;
-    };
-    for (const std::string& line : slow_settings(campaign, 0))
-      EXPECT_EQ(line.find("case by case"), std::string::npos) << line;
-    const std::vector<CaseRow> alone = one_by_one(campaign);
-    const std::size_t pass = column(campaign, "ledger/pass");
-    for (lanes::InstructionSet set : lanes::supported_instruction_sets()) {
-      const std::vector<CaseRow> rows = run_block_in_lanes(campaign, {0, 0, campaign.cases}, set, {});
-      ASSERT_EQ(rows.size(), alone.size());
-      for (std::size_t k = 0; k < rows.size(); ++k) {
-        ASSERT_EQ(rows[k].status, CaseStatus::ok) << rows[k].reason;
-        EXPECT_EQ(rows[k].values[pass], 1);
-        EXPECT_EQ(alone[k].values[pass], 1);
-      }
-      const double off = difference(campaign, rows, alone, 0, campaign.columns.size());
-      std::printf("[ measured ] %s, %s: largest difference from cases alone, of a column's largest value: %.2g\n",
-                  name.c_str(), std::string(lanes::name(set)).c_str(), off);
-      EXPECT_LT(off, bound);
-    }
-  }
+  for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
+}
+
+// Both arms, or three, hold one target: loops are closed, in the plane (where rows are redundant) and in space, with
+// joints free, driven or braked.
+TEST(LaneBlock, ClosedLoopsAreInLanes) {
+  const std::vector<Varied> scenarios{
+      {"thesis/closed-loop", {}, 9, 3e-8},
+      {"thesis/closed-loop-published-angles", {{"post_impact.duration", "20"}}, 5, 3e-8},
+      {"dual-arm-satellite-handles", {{"post_impact.duration", "10"}}, 5, 3e-8},
+      {"triple-arm-satellite", {{"post_impact.duration", "10"}}, 5, 3e-8},
+      {"thesis/closed-loop", {{"post_impact", "{duration: 5, joints: braked}"}}, 5, 3e-8}};
+  for (const Varied& varied : scenarios) expect_lanes_as_alone(varied);
 }
 
 // Wheels that come to their largest rates in some cases: these are integrated alone, from where the piece began, the
