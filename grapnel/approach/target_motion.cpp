@@ -179,7 +179,7 @@ Objective::Kind kind_of(PlanSetup::Objective objective) {
       return Objective::Kind::limits;
     case PlanSetup::Objective::manipulability:
       return Objective::Kind::manipulability;
-    case PlanSetup::Objective::as_found:
+    default:
       break;
   }
   return Objective::Kind::as_found;

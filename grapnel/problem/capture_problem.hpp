@@ -231,19 +231,56 @@ struct ControlSetup {
 
 /// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
 /// grasp point.
+/// Weights of a plan's objectives, of which the weighted sum is minimized. What each is, with its unit: PlanTerm.
+struct PlanWeights {
+  double excursion = 0;
+  double nearest = 0;
+  double limits = 0;
+  double manipulability = 0;
+  double effort = 0;
+  double base_attitude = 0;
+  double base_motion = 0;
+  double impulse = 0;
+  double clearance = 0;
+};
+
 struct PlanSetup {
   /// What is minimized among the solutions. excursion: the joints' motion on the way (Objective). nearest: squares of
   /// the distances from `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to
   /// the ranges. manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian). as_found: nothing;
   /// Newton's method with steps of least norm from the guess, or from the first other initial guess that leads to a
-  /// solution.
-  enum class Objective { excursion, nearest, limits, manipulability, as_found };
+  /// solution. effort: squares of the joints' efforts, on the mean over the way. base_attitude: the square of the
+  /// base's turn at the capture. base_motion: squares of the base's angular velocity on the way. impulse: squares of
+  /// the grasps' linear impulses at a plastic impact. clearance: minus the minimum distance on the way.
+  enum class Objective {
+    excursion,
+    nearest,
+    limits,
+    manipulability,
+    as_found,
+    effort,
+    base_attitude,
+    base_motion,
+    impulse,
+    clearance
+  };
   Objective objective = Objective::excursion;
-  std::vector<double> guess;  // per joint: where the search begins; empty: the initial values
-  int starts = 16;            // at most so many initial guesses, the guess first
-  std::uint64_t seed = 0;     // of the others
+  std::optional<PlanWeights> weights;  // in place of `objective`
+  std::vector<double> guess;           // per joint: where the search begins; empty: the initial values
+  int starts = 16;                     // at most so many initial guesses, the guess first
+  std::uint64_t seed = 0;              // of the others
   /// Where planning gives up: evaluations of the servicer's kinematics and momentum, over the whole approach.
   long max_evaluations = 30'000'000;
+
+  // What the last segment that is planned keeps all the way.
+  /// Where the joints' limits hold. at_end: positions and rates at the segment's end. on_the_way: positions, rates and
+  /// efforts all the way.
+  enum class Limits { at_end, on_the_way };
+  Limits limits = Limits::at_end;
+  std::optional<double> clearance;   // least distance of the bodies that are watched [m]
+  std::optional<double> near_grasp;  // from its grasp point, within which an end-effector may touch its target [m]
+  std::optional<double> base_turn;   // largest turn of the base from its initial attitude [rad]
+  std::optional<int> knots;          // inner knots of the joints' splines; absent: those that it takes
 };
 
 /// A place to pass on the way. Either joint values, or places of some end-effectors, found by planning.
@@ -267,6 +304,16 @@ struct StraightIn {
   double final_speed = 0;  // towards the grasp point, relative to it, at the end [m/s]
 };
 
+/// The time of capture is looked for between two times.
+struct CaptureWindow {
+  double earliest = 0, latest = 0;  // [s]
+  double step = 0;                  // between the times that are looked at; 0: a fiftieth of the window [s]
+  /// objective: the time whose plan has the least objective. soonest: the first that can be reached. slowest: the one
+  /// at which the grasp points move slowest against the servicer's centre of mass.
+  enum class Choose { objective, soonest, slowest };
+  Choose choose = Choose::objective;
+};
+
 /// Joint positions over time from outside.
 struct SampledMotion {
   std::vector<double> times;                   // [s], from the start of the approach
@@ -282,7 +329,8 @@ struct MotionPiece {
 };
 
 struct ApproachSetup {
-  double duration = 0;  // T [s]
+  double duration = 0;                  // T [s]
+  std::optional<CaptureWindow> window;  // in which T is looked for; with plan only
   JointProfile profile = JointProfile::quartic;
   /// Where the joints go: exactly one of these four.
   std::vector<double> final_position;  // per joint

@@ -33,7 +33,13 @@ template <>
 struct Described<JointProfile> : Enumeration<JointProfile, "JointProfile", "quartic", "cycloidal", "quintic"> {};
 template <>
 struct Described<PlanSetup::Objective>
-    : Enumeration<PlanSetup::Objective, "Objective", "excursion", "nearest", "limits", "manipulability", "as_found"> {};
+    : Enumeration<PlanSetup::Objective, "Objective", "excursion", "nearest", "limits", "manipulability", "as_found",
+                  "effort", "base_attitude", "base_motion", "impulse", "clearance"> {};
+template <>
+struct Described<PlanSetup::Limits> : Enumeration<PlanSetup::Limits, "PlanLimits", "at_end", "on_the_way"> {};
+template <>
+struct Described<CaptureWindow::Choose>
+    : Enumeration<CaptureWindow::Choose, "Choose", "objective", "soonest", "slowest"> {};
 template <>
 struct Described<ApproachSetup::CaptureAt> : Enumeration<ApproachSetup::CaptureAt, "CaptureAt", "end", "envelope"> {};
 template <>

@@ -44,6 +44,43 @@ struct StraightInReport {
   double fit_error = 0;
 };
 
+/// One of the terms that a plan's objective is the sum of.
+struct PlanTerm {
+  std::string name;
+  double weight = 0;
+  double value = 0;
+};
+
+/// What a planned segment does on its way.
+struct PlannedWay {
+  int knots = 0;
+  std::optional<double> position_margin;
+  std::optional<double> rate_share;
+  std::optional<double> effort_share;
+  std::optional<double> clearance;
+  std::string body_a, body_b;
+  double clearance_time = 0;
+  double base_turn = 0;
+};
+
+/// A time of capture that was looked at.
+struct WindowPoint {
+  double time = 0;
+  bool reachable = false;
+  std::string reason;
+  double objective = 0;
+  double speed = 0;
+  double direction_angle = 0;
+  double reach_share = 0;
+};
+
+/// The times of capture that were looked at, and the one that was taken.
+struct WindowReport {
+  double time = 0;
+  std::optional<double> not_before;
+  std::vector<WindowPoint> points;
+};
+
 struct PlanReport {
   std::vector<std::string> joints;
   std::vector<double> final_position;
@@ -54,13 +91,17 @@ struct PlanReport {
   bool found = false;
   std::string objective;
   double objective_value = 0;
+  std::vector<PlanTerm> terms;
   std::vector<PlannedMiss> miss;
   int starts = 0;
   int solutions = 0;
+  int distinct_solutions = 0;
   int iterations = 0;
   long rhs_evaluations = 0;
   double smallest_singular_value = 0;
   std::optional<StraightInReport> straight_in;
+  std::optional<PlannedWay> way;
+  std::optional<WindowReport> window;
 };
 
 /// How a run ended. Pessimistic until proven otherwise.

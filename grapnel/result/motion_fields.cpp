@@ -105,6 +105,76 @@ const Type& type_of<StraightInReport>() {
 }
 
 template <>
+const Type& type_of<PlanTerm>() {
+  static constexpr Field fields[] = {
+      field<&PlanTerm::name>("name", "as in approach.plan.weights"),
+      field<&PlanTerm::weight>("weight", "1", "in the reciprocal of the value's unit"),
+      field<&PlanTerm::value>("value", "1",
+                              "[rad^2; manipulability and limits: 1; effort: N^2 m^2; impulse: N^2 s^2; clearance: m]")
+          .or_null(),
+  };
+  static constexpr Type type =
+      structure<PlanTerm>("PlanTerm", "one of the terms that a plan's objective is the sum of.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<PlannedWay>() {
+  using P = PlannedWay;
+  static constexpr Field fields[] = {
+      field<&P::knots>("knots", "1", "inner knots of the joints' splines; 0: one polynomial"),
+      field<&P::position_margin>("position_margin", "rad or m",
+                                 "least distance of a joint from a limit of its position; negative: beyond it"),
+      field<&P::rate_share>("rate_share", "1", "largest joint rate over its limit"),
+      field<&P::effort_share>("effort_share", "1", "largest joint effort over its limit; only where it was looked at"),
+      field<&P::clearance>("clearance", "m",
+                           "least distance of two bodies, a hand near its grasp point and its target left out; "
+                           "only where it was looked at"),
+      field<&P::body_a>("body_a", "they are this one"),
+      field<&P::body_b>("body_b", "and this one"),
+      field<&P::clearance_time>("clearance_time", "s", "when they are so near"),
+      field<&P::base_turn>("base_turn", "rad", "largest turn of the base from its initial attitude"),
+  };
+  static constexpr Type type = structure<P>(
+      "PlannedWay", "what the last segment that was planned does on its way, the joints following it exactly.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<WindowPoint>() {
+  using P = WindowPoint;
+  static constexpr Field fields[] = {
+      field<&P::time>("time", "s", "of the capture"),
+      field<&P::reachable>("reachable", "whether a plan was found for it"),
+      field<&P::reason>("reason", "why not; empty: there is one"),
+      field<&P::objective>("objective", "1", "of the plan; null: there is none").or_null(),
+      field<&P::speed>("speed", "m/s", "of the fastest grasp point against the servicer's centre of mass"),
+      field<&P::direction_angle>("direction_angle", "rad",
+                                 "largest angle between an approach direction and the way from the arm's first joint "
+                                 "to the grasp point; null: no grasp point has a direction")
+          .or_null(),
+      field<&P::reach_share>("reach_share", "1",
+                             "largest distance of a grasp point from what its arm and the base can bring there, over "
+                             "their reach; above 1 it cannot be reached"),
+  };
+  static constexpr Type type = structure<P>("WindowPoint", "a time of capture that was looked at.", fields);
+  return type;
+}
+
+template <>
+const Type& type_of<WindowReport>() {
+  using P = WindowReport;
+  static constexpr Field fields[] = {
+      field<&P::time>("time", "s", "of the capture that was chosen; null: none can be reached").or_null(),
+      field<&P::not_before>("not_before", "s", "before which no grasp can be reached, by distance alone"),
+      field<&P::points>("points", "all that were looked at, in the order of time"),
+  };
+  static constexpr Type type =
+      structure<P>("WindowReport", "times of capture within the window, and the one that was chosen.", fields);
+  return type;
+}
+
+template <>
 const Type& type_of<PlanReport>() {
   using P = PlanReport;
   constexpr auto searched = [](const P& p) { return p.searched; };
@@ -122,15 +192,20 @@ const Type& type_of<PlanReport>() {
           .when<searched>(),
       field<&P::objective>("objective", "what was made least").when<searched>(),
       field<&P::objective_value>("objective_value", "1", "how small that became").when<searched>().or_null(),
+      field<&P::terms>("terms", "of which it is the weighted sum").when<searched>(),
       field<&P::miss>("miss", "per end-effector").when<searched>(),
       field<&P::starts>("starts", "1", "initial guesses tried").when<searched>(),
       field<&P::solutions>("solutions", "1", "how many of them led to a solution").when<searched>(),
+      field<&P::distinct_solutions>("distinct_solutions", "1", "how many of these differ by more than 1e-3 rad or m")
+          .when<searched>(),
       field<&P::iterations>("iterations", "1", "Newton steps over all of them").when<searched>(),
       field<&P::smallest_singular_value>("smallest_singular_value", "m/rad",
                                          "of the goals' error against final joint values; small: near a singularity")
           .when<searched>()
           .or_null(),
       field<&P::straight_in>("straight_in", "the last piece, where the scenario asks for one"),
+      field<&P::way>("way", "of the last segment that was planned, where its way is looked at"),
+      field<&P::window>("window", "times of capture, where the scenario has one looked for"),
   };
   static constexpr Type type =
       structure<P>("PlanReport", "where the joints were to go, and how that was found.", fields);

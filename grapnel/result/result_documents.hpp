@@ -64,6 +64,14 @@ const Type& type_of<PhaseEnd>();
 template <>
 const Type& type_of<GraspOutcome>();
 template <>
+const Type& type_of<PlanTerm>();
+template <>
+const Type& type_of<PlannedWay>();
+template <>
+const Type& type_of<WindowPoint>();
+template <>
+const Type& type_of<WindowReport>();
+template <>
 const Type& type_of<PlanReport>();
 template <>
 const Type& type_of<GraspImpulse>();

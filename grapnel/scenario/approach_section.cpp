@@ -166,6 +166,45 @@ struct Described<TrackingSetup> {
 };
 
 template <>
+struct Described<PlanWeights> {
+  using T = PlanWeights;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::excursion>("excursion", "1/rad^2", "Of the joints' ways.").at_least(0),
+      field<&T::nearest>("nearest", "1/rad^2", "Of the distance from guess.").at_least(0),
+      field<&T::limits>("limits", "1", "Of the distance from the middle of the joints' ranges.").at_least(0),
+      field<&T::manipulability>("manipulability", "1", "Of minus the manipulability of the arms.").at_least(0),
+      field<&T::effort>("effort", "1/(N m)^2", "Of half the mean square of the joints' efforts.").at_least(0),
+      field<&T::base_attitude>("base_attitude", "1/rad^2", "Of half the square of the base's turn at the capture.")
+          .at_least(0),
+      field<&T::base_motion>("base_motion", "1/rad^2",
+                             "Of half the mean square of the base's angular velocity, times "
+                             "the square of the segment's duration.")
+          .at_least(0),
+      field<&T::impulse>("impulse", "1/(N s)^2", "Of half the sum of squares of the grasps' linear impulses.")
+          .at_least(0),
+      field<&T::clearance>("clearance", "1/m", "Of minus the minimum clearance on the way.").at_least(0),
+  });
+  static constexpr Type type = structure<T>(
+      "weights", "Weights of objectives, the sum of which is minimized; those left out count nothing.", fields);
+};
+
+template <>
+struct Described<CaptureWindow> {
+  using T = CaptureWindow;
+  static constexpr auto fields = std::to_array<Field>({
+      field<&T::earliest>("earliest", "s", "First time of capture that is looked at.").above(0).required(),
+      field<&T::latest>("latest", "s", "Last one; after earliest.").above(0).required(),
+      field<&T::step>("step", "s", "Between the times that are looked at; 0: a fiftieth of the window.").at_least(0),
+      field<&T::choose>("choose", "",
+                        "objective: the time whose plan has the least objective. soonest: the first time that can be "
+                        "reached. slowest: the time at which the grasp points move slowest against the servicer's "
+                        "centre of mass."),
+  });
+  static constexpr Type type =
+      structure<T>("window", "The time of capture, the approach's duration, is looked for between two times.", fields);
+};
+
+template <>
 struct Described<PlanSetup> {
   using T = PlanSetup;
   static constexpr auto fields = std::to_array<Field>({
@@ -173,7 +212,12 @@ struct Described<PlanSetup> {
           "objective", "",
           "What is minimized among the solutions. excursion: the joints' ways. nearest: the distance from "
           "guess. limits: the distance from the middle of the joints' ranges. manipulability: minus the "
-          "manipulability of the arms. as_found: nothing; the first solution from the guess is taken."),
+          "manipulability of the arms. as_found: nothing; the first solution from the guess is taken. effort: squares "
+          "of "
+          "the joints' efforts on the way. base_attitude: the base's turn at the capture. base_motion: squares of the "
+          "base's angular velocity on the way. impulse: squares of the grasps' linear impulses. clearance: minus the "
+          "minimum clearance on the way."),
+      field<&T::weights>("weights", "", "").optional(),
       field<&T::guess>("guess", "rad or m",
                        "Every moving joint's value where the search begins; absent: the initial values.")
           .as("joint values")
@@ -188,8 +232,35 @@ struct Described<PlanSetup> {
           "Where planning gives up: evaluations of the servicer's kinematics and momentum, over the whole approach.")
           .at_least(1)
           .at_most(1000000000000),
+      field<&T::limits>("limits", "",
+                        "Where the joints' limits hold on the last segment that is planned. at_end: positions and "
+                        "rates at its end. on_the_way: positions, rates and efforts all the way."),
+      field<&T::clearance>("clearance", "m",
+                           "Least distance, all the way, of the bodies that clearance watches, an end-effector and its "
+                           "own target included until it is near the grasp point; absent: not looked at.")
+          .at_least(0)
+          .optional(),
+      field<&T::near_grasp>("near_grasp", "m",
+                            "Distance of its end-effector from the grasp point within which a hand may touch its "
+                            "target; absent: as far as the hand reaches, and clearance.")
+          .at_least(0)
+          .optional(),
+      field<&T::base_turn>("base_turn", "rad",
+                           "Largest turn of the base from its initial attitude, all the way; absent: any.")
+          .above(0)
+          .optional(),
+      field<&T::knots>("knots", "",
+                       "Inner knots of splines that give the joints more freedom on the way than one polynomial; "
+                       "absent: none, and where limits, clearance or base_turn are not kept without, 4.")
+          .at_least(0)
+          .at_most(30)
+          .optional(),
   });
-  static constexpr auto rules = std::to_array<Rule>({when("objective", "nearest").require("guess")});
+  static constexpr auto rules = std::to_array<Rule>({
+      when("objective", "nearest").require("guess"),
+      not_both("objective, weights"),
+      needs("near_grasp", "clearance"),
+  });
   static constexpr Type type = structure<T>("plan",
                                             "Final joint values are looked for: those with which the "
                                             "momentum-conserving motion brings every end-effector to its grasp point.",
@@ -274,6 +345,7 @@ struct Described<ApproachSetup> {
       field<&T::duration>("duration", "s", "T. With a trajectory or pieces it may be left out: then it is their end.")
           .above(0)
           .optional(),
+      field<&T::window>("window", "", "").optional(),
       field<&T::profile>("profile", "", "Joint motion over time; quartic is the thesis's (3.1)."),
       field<&T::final_position>("final_joints", "rad or m", "Every moving joint's value at the end.")
           .as("joint values")
