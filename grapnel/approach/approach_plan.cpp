@@ -10,6 +10,7 @@
 #include "grapnel/approach/flown_solution.hpp"
 #include "grapnel/approach/phase_setups.hpp"
 #include "grapnel/approach/target_motion.hpp"
+#include "grapnel/approach/way_setup.hpp"
 #include "grapnel/plan/reach.hpp"
 #include "grapnel/plan/reach_failure.hpp"
 #include "grapnel/plan/shooting.hpp"
@@ -57,6 +58,7 @@ class Planner {
       lower_.push_back(joint.limits.lower);
       upper_.push_back(joint.limits.upper);
       rate_limit_.push_back(joint.limits.rate);
+      effort_limit_.push_back(joint.limits.effort);
     }
   }
 
@@ -109,16 +111,20 @@ class Planner {
   SegmentStart segment_to(double end) const { return {time_, end, approach_.profile, position_, rate_, X_WB_}; }
 
   // Flies a segment to final values and goes on from there.
-  void advance(double end, const std::vector<double>& position, const std::vector<double>& rate) {
-    PathSegment segment(base_, segment_to(end), motion_);
+  void advance(double end, const std::vector<double>& position, const std::vector<double>& rate, int knots = 0,
+               const std::vector<double>& coefficients = {}) {
+    SegmentStart start = segment_to(end);
+    start.knots = knots;
+    PathSegment segment(base_, start, motion_);
     SegmentEnd at_end;
     // Where the base then is matters to what follows, and as a check.
     if (end < approach_.duration || detail_ == CaptureDetail::full) {
-      at_end = segment.fly(position, rate, false);
+      at_end = segment.fly(position, rate, false, SegmentAccuracy::full, coefficients);
       if (!at_end.finished) throw std::runtime_error("planning the approach: " + at_end.failure);
     }
     for (std::size_t j = 0; j < position.size(); ++j) {
-      plan_.joints[j].pieces.push_back({time_, end, segment.path(static_cast<int>(j), position[j], rate[j])});
+      const auto pieces = segment.pieces(static_cast<int>(j), position[j], rate[j], coefficients);
+      plan_.joints[j].pieces.insert(plan_.joints[j].pieces.end(), pieces.begin(), pieces.end());
     }
     plan_.report.rhs_evaluations += segment.rhs_evaluations();
     time_ = end, position_ = position, rate_ = rate, X_WB_ = at_end.X_WB;
@@ -142,7 +148,29 @@ class Planner {
     const PlanSetup& plan = *approach_.plan;
     reach.starts = plan.starts, reach.seed = plan.seed;
     if (!plan.guess.empty()) reach.guess = plan.guess;
-    reach.objective = Objective(kind_of(plan.objective), reach.start, reach.guess, lower_, upper_);
+    reach.objective = Objective(objective_terms(plan), reach.start, reach.guess, lower_, upper_);
+    WaySetup& way = reach.way;
+    way.limits = plan.limits == PlanSetup::Limits::on_the_way;
+    way.effort_limit = effort_limit_;
+    way.base_turn = plan.base_turn.value_or(way.base_turn);
+    way.R_WB0 = problem_.X_WB.R;
+    way.clearance = plan.clearance;
+    way.knots = plan.knots;
+    if (plan.clearance || weight_of(plan, Objective::Kind::clearance) > 0) {
+      way.bodies =
+          way_bodies(problem_, servicer_, [this](std::size_t target, double t) { return target_at(target, t); });
+    }
+    require_undisturbed(reach);
+  }
+
+  // Where something acts from outside, where the base is on its way is not what momentum says.
+  void require_undisturbed(const ReachProblem& reach) const {
+    if (!disturbed() || !asks_of_way(reach)) return;
+    throw Unplannable(
+        fmt::format("planning the approach: limits on the way, clearance, base_turn, knots and the objectives effort, "
+                    "base_attitude, base_motion and clearance are planned by the conservation of momentum, which {} "
+                    "disturb; leave them out, or these",
+                    disturbances()));
   }
 
   ReachSolution solve(const ReachProblem& reach, const std::string& what) {
@@ -159,16 +187,41 @@ class Planner {
     PlanReport& r = plan_.report;
     r.searched = true;
     r.found = solution.found;
-    r.objective = approach_.plan ? name_of(approach_.plan->objective) : "excursion";
+    r.objective = !approach_.plan           ? "excursion"
+                  : approach_.plan->weights ? "weights"
+                                            : name_of(approach_.plan->objective);
     r.objective_value = solution.objective;
+    r.terms.clear();
+    for (std::size_t i = 0; i < solution.terms.size(); ++i) {
+      const Objective::Term& term = reach.objective.terms()[i];
+      r.terms.push_back({name_of(objective_of(term.kind)), term.weight, solution.terms[i]});
+    }
+    if (solution.way) r.way = planned_way(reach, solution);
     r.miss.clear();
     for (std::size_t i = 0; i < reach.goals.size(); ++i) {
       r.miss.push_back({reach.goals[i].name, solution.miss[i].distance, solution.miss[i].angle});
     }
-    r.starts = solution.starts, r.solutions = solution.solutions, r.iterations = solution.iterations;
+    r.starts = solution.starts, r.solutions = solution.solutions, r.distinct_solutions = solution.distinct;
+    r.iterations = solution.iterations;
     r.smallest_singular_value = solution.smallest_singular_value;
     r.unmet_rate = solution.unmet_rate;
     if (!solution.found) position_ = solution.position, rate_ = solution.rate;
+  }
+
+  static PlannedWay planned_way(const ReachProblem& reach, const ReachSolution& solution) {
+    const WayFigures& f = *solution.way;
+    PlannedWay way;
+    way.knots = solution.knots;
+    if (std::isfinite(f.position_margin)) way.position_margin = f.position_margin;
+    way.rate_share = f.rate_share > 0 ? std::optional(f.rate_share) : std::nullopt;
+    way.effort_share = f.effort_share;
+    if (f.clearance.pair >= 0) {
+      way.clearance = f.clearance.distance, way.clearance_time = f.clearance_time;
+      way.body_a = reach.way.bodies->names[static_cast<std::size_t>(f.clearance.body_a)];
+      way.body_b = reach.way.bodies->names[static_cast<std::size_t>(f.clearance.body_b)];
+    }
+    way.base_turn = f.base_turn;
+    return way;
   }
 
   // --- Waypoints ----------------------------------------------------------------------------------------------------
@@ -214,7 +267,8 @@ class Planner {
   void final_segment(double end) {
     ReachProblem reach = reach_to(end, capture_goals(problem_, servicer_.model, targets_), rate_demand(approach_));
     if (approach_.final_rates) reach.given_rates = *approach_.final_rates;
-    std::vector<double> position = approach_.final_position, rate;
+    std::vector<double> position = approach_.final_position, rate, coefficients;
+    int knots = 0;
     if (approach_.plan) {
       set_search(reach);
       ReachSolution s = solve(reach, "");
@@ -222,13 +276,14 @@ class Planner {
       if (disturbed() && !s.approximate) s = allow_for_disturbance(reach, s, "");
       report(reach, s);
       position = s.position, rate = s.rate;
+      knots = s.knots, coefficients = s.coefficients;
       warn_of_unmet(s.unmet_rate, rate);
       warn_of_rates(rate, end);
     } else {
       rate = settled_rates(reach, position);
       if (disturbed() && reach.demand != RateDemand::given) rate = disturbed_rates(reach, position, rate);
     }
-    advance(end, position, rate);
+    advance(end, position, rate, knots, coefficients);
   }
 
   // Rates that meet the demand at given final values.
@@ -425,7 +480,7 @@ class Planner {
     set_search(reach);
     const ReachSolution s = solve(reach, ", stand-off");
     report(reach, s);
-    advance(begin, s.position, s.rate);
+    advance(begin, s.position, s.rate, s.knots, s.coefficients);
     in.position = position_, in.X_WB = X_WB_;
     take_straight_in(in, plan_straight_in(base_, in));
     if (approach_.base_control || !loads_on(servicer_.model, problem_.loads).empty() || targets_loaded()) {
@@ -546,7 +601,7 @@ class Planner {
   FreeMotion motion_;
   mutable WorkWatch watch_;
   double time_;
-  std::vector<double> position_, rate_, lower_, upper_, rate_limit_;
+  std::vector<double> position_, rate_, lower_, upper_, rate_limit_, effort_limit_;
   Posed X_WB_;
 };
 

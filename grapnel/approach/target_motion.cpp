@@ -169,20 +169,4 @@ RateDemand rate_demand(const ApproachSetup& approach) {
   return RateDemand::linear;
 }
 
-Objective::Kind kind_of(PlanSetup::Objective objective) {
-  switch (objective) {
-    case PlanSetup::Objective::excursion:
-      return Objective::Kind::excursion;
-    case PlanSetup::Objective::nearest:
-      return Objective::Kind::nearest;
-    case PlanSetup::Objective::limits:
-      return Objective::Kind::limits;
-    case PlanSetup::Objective::manipulability:
-      return Objective::Kind::manipulability;
-    default:
-      break;
-  }
-  return Objective::Kind::as_found;
-}
-
 }  // namespace grapnel

@@ -50,7 +50,4 @@ std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Mo
 /// What the final rates of an approach are to do.
 RateDemand rate_demand(const ApproachSetup& approach);
 
-/// The objective of a plan as planning knows it.
-Objective::Kind kind_of(PlanSetup::Objective objective);
-
 }  // namespace grapnel

@@ -11,21 +11,6 @@
 namespace grapnel {
 namespace {
 
-// A body's name as a user knows it: a target without its prefix.
-std::string shown_name(const std::string& name) {
-  const std::string prefix = target_body_name("");
-  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
-}
-
-// Bodies that a fixed joint ties to this one.
-std::vector<int> tied_to(const Model& model, int body) {
-  std::vector<int> bodies;
-  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
-    if (model.bodies()[i].placement.link == model.bodies()[body].placement.link) bodies.push_back(static_cast<int>(i));
-  }
-  return bodies;
-}
-
 // Why nobody looked whether bodies keep clear of each other, or not at all of them; empty: somebody did.
 std::string clearance_not_checked(const CaptureProblem& problem) {
   if (!problem.clearance.enabled) return "switched off by clearance.enabled";
@@ -50,32 +35,6 @@ std::string clearance_not_checked(const CaptureProblem& problem) {
 }
 
 }  // namespace
-
-ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system) {
-  const Model& model = system.model;
-  std::vector<BodyShape> shapes;
-  if (!problem.clearance.enabled) return {};
-  for (const auto& [body, geometry] : problem.robot.geometry) shapes.push_back({model.body_index(body), geometry});
-  for (const TargetSetup& t : problem.targets) {
-    const int body = model.body_index(target_body_name(t.name));
-    for (Geometry geometry : t.geometry) {
-      if (geometry.shape == Geometry::Shape::none) continue;
-      geometry.X_BG = own_frame(model, body) * geometry.X_BG;
-      shapes.push_back({body, std::move(geometry)});
-    }
-  }
-  std::vector<std::pair<int, int>> ignored;
-  for (const auto& [a, b] : problem.clearance.ignore) ignored.emplace_back(model.body_index(a), model.body_index(b));
-  for (const GraspSetup& g : problem.grasps) {
-    const int end_effector = model.frames()[model.frame_index(g.end_effector)].body;
-    const int target = model.body_index(target_body_name(g.target));
-    for (int body : tied_to(model, end_effector)) ignored.emplace_back(body, target);
-  }
-  // A target that is caught is a child of the grasping link, and still may touch that link alone.
-  std::vector<int> targets;
-  for (const TargetSetup& t : problem.targets) targets.push_back(model.body_index(target_body_name(t.name)));
-  return ClearanceModel(model, std::move(shapes), ignored, targets);
-}
 
 SafetyMonitor::SafetyMonitor(const CaptureProblem& problem)
     : problem_(problem), clearance_(problem.clearance.required) {}

@@ -14,10 +14,6 @@
 
 namespace grapnel {
 
-/// Shapes of robot and targets on the bodies of a model of the capture, and the pairs that may touch: those a user
-/// names, and a grasping link with its target.
-ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system);
-
 class SafetyMonitor {
  public:
   explicit SafetyMonitor(const CaptureProblem& problem);

@@ -90,6 +90,10 @@ class ClearanceModel {
   /// The minimum distance of all pairs. Reads X_WB of `kinematics`, which must be of the model that this was built for.
   /// Allocates a few numbers per shape.
   Clearance minimum(const Kinematics& kinematics) const;
+  /// A number not below the distance of a shape's farthest point from a point of its body, in the body's frame [m].
+  double farthest(int shape, const Vector3d& p_B) const {
+    return norm(bounds_[static_cast<std::size_t>(shape)].center - p_B) + bounds_[static_cast<std::size_t>(shape)].reach;
+  }
   /// Distance of one pair.
   ShapeDistance distance(int pair, const Kinematics& kinematics) const;
   /// Numbers not above the distance of a pair, for a fraction of its cost: by spheres, and by spheres and capsules.

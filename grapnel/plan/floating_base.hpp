@@ -156,6 +156,8 @@ class FloatingBase {
   /// following by (3); after move().
   void frame_twist_per_angle(int frame, Matrix6Xd& D) const;
 
+  /// The joint whose link it is.
+  int joint_of_link(int link) const { return link_joint_[static_cast<std::size_t>(link)]; }
   /// Whether joint j carries the frame.
   bool carries(int joint, int frame) const;
 

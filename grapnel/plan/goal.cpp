@@ -1,5 +1,6 @@
 #include "grapnel/plan/goal.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "grapnel/dense/decompositions.hpp"
@@ -265,76 +266,107 @@ double lost_manipulability(FloatingBase& base, std::span<const Goal> goals, std:
   return sum;
 }
 
-// Half the square of a distance of each joint from a place, over a length.
-double half_squares(std::span<const double> position, const std::vector<double>& place, Objective::Gradient* gradient) {
+// Half the square of a distance of each joint from a place.
+double half_squares(std::span<const double> position, const std::vector<double>& place, double weight,
+                    Objective::Gradient* gradient) {
   double sum = 0;
   for (std::size_t j = 0; j < position.size(); ++j) {
     const double d = position[j] - place[j];
     sum += 0.5 * d * d;
-    if (gradient) gradient->position[j] = d;
+    if (gradient) gradient->position[j] += weight * d;
   }
   return sum;
+}
+
+// Integrals over a segment of products of the derivatives of s, e, b and N_k for x, over that of s'^2.
+Eigen::MatrixXd excursion_products(const SegmentStart& start) {
+  const JointSpline spline(start.knots);
+  // Simpson's rule on polynomials of order 8, piece by piece, or a cycloid: 1e-9.
+  const int intervals = start.knots == 0 ? 200 : 40 * (start.knots + 1);
+  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(3 + start.knots, 3 + start.knots);
+  std::vector<JointPoint> N(static_cast<std::size_t>(start.knots));
+  Eigen::VectorXd slopes(3 + start.knots);
+  for (int i = 0; i <= intervals; ++i) {
+    const double x = static_cast<double>(i) / intervals;
+    slopes[0] = evaluate(JointPath{start.profile, 1, 0, 1, 0, 0}, x).rate;
+    slopes[1] = evaluate(JointPath{start.profile, 1, 0, 0, 0, 1}, x).rate;
+    slopes[2] = evaluate(JointPath{start.profile, 1, 0, 0, 1, 0}, x).rate;
+    spline.evaluate(x, N);
+    for (int k = 0; k < start.knots; ++k) slopes[3 + k] = N[static_cast<std::size_t>(k)].rate;
+    const double weight = i == 0 || i == intervals ? 1 : i % 2 == 1 ? 4 : 2;
+    sum += weight * slopes * slopes.transpose();
+  }
+  return sum / sum(0, 0);
 }
 
 }  // namespace
 
-Objective::Objective(Kind kind, const SegmentStart& start, std::vector<double> guess, std::vector<double> lower,
-                     std::vector<double> upper)
-    : kind_(kind), start_(start), guess_(std::move(guess)), lower_(std::move(lower)), upper_(std::move(upper)) {
-  if (kind != Kind::excursion) return;
-  // Simpson's rule on polynomials of order 8 or a cycloid: 1e-9.
-  constexpr int kIntervals = 200;
-  double ss = 0;
-  for (int i = 0; i <= kIntervals; ++i) {
-    const double x = static_cast<double>(i) / kIntervals;
-    const double weight = i == 0 || i == kIntervals ? 1 : i % 2 == 1 ? 4 : 2;
-    const double s = evaluate(JointPath{start.profile, 1, 0, 1, 0, 0}, x).rate;
-    const double e = evaluate(JointPath{start.profile, 1, 0, 0, 0, 1}, x).rate;
-    const double b = evaluate(JointPath{start.profile, 1, 0, 0, 1, 0}, x).rate;
-    ss += weight * s * s, se_ += weight * s * e, sb_ += weight * s * b;
-    ee_ += weight * e * e, eb_ += weight * e * b, bb_ += weight * b * b;
-  }
-  se_ /= ss, sb_ /= ss, ee_ /= ss, eb_ /= ss, bb_ /= ss;
+Objective::Objective(std::vector<Term> terms, const SegmentStart& start, std::vector<double> guess,
+                     std::vector<double> lower, std::vector<double> upper)
+    : terms_(std::move(terms)),
+      start_(start),
+      guess_(std::move(guess)),
+      lower_(std::move(lower)),
+      upper_(std::move(upper)) {
+  std::erase_if(terms_, [](const Term& t) { return t.kind == Kind::as_found || t.weight == 0; });
+  const auto is_excursion = [](const Term& t) { return t.kind == Kind::excursion; };
+  if (std::any_of(terms_.begin(), terms_.end(), is_excursion)) excursion_ = excursion_products(start);
 }
 
-double Objective::excursion(std::span<const double> position, std::span<const double> rate, Gradient* gradient) const {
+bool Objective::depends_on_end_alone() const {
+  return std::all_of(terms_.begin(), terms_.end(), [](const Term& t) {
+    return t.kind == Kind::excursion || t.kind == Kind::nearest || t.kind == Kind::limits ||
+           t.kind == Kind::manipulability;
+  });
+}
+
+Objective Objective::with_knots(int knots) const {
+  SegmentStart start = start_;
+  start.knots = knots;
+  return {terms_, start, guess_, lower_, upper_};
+}
+
+double Objective::excursion(std::span<const double> position, std::span<const double> rate,
+                            std::span<const double> coefficients, double weight, Gradient* gradient) const {
   const double T = start_.end - start_.begin;
+  const std::size_t n = position.size();
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(excursion_.rows());
   double sum = 0;
-  for (std::size_t j = 0; j < position.size(); ++j) {
-    const double d = position[j] - start_.position[j], b = T * start_.rate[j];
-    const double e = rate.empty() ? 0.0 : T * rate[j];
-    sum += 0.5 * (d * d + ee_ * e * e + bb_ * b * b) + se_ * d * e + sb_ * d * b + eb_ * e * b;
+  for (std::size_t j = 0; j < n; ++j) {
+    v[0] = position[j] - start_.position[j];
+    v[1] = rate.empty() ? 0.0 : T * rate[j];
+    v[2] = T * start_.rate[j];
+    for (std::size_t i = j, k = 3; i < coefficients.size(); i += n) v[static_cast<Eigen::Index>(k++)] = coefficients[i];
+    const Eigen::VectorXd slope = excursion_ * v;
+    sum += 0.5 * v.dot(slope);
     if (!gradient) continue;
-    gradient->position[j] = d + se_ * e + sb_ * b;
-    gradient->rate[j] = T * (ee_ * e + se_ * d + eb_ * b);
+    gradient->position[j] += weight * slope[0];
+    gradient->rate[j] += weight * T * slope[1];
+    for (std::size_t i = j, k = 3; i < coefficients.size(); i += n) {
+      gradient->coefficients[i] += weight * slope[static_cast<Eigen::Index>(k++)];
+    }
   }
   return sum;
 }
 
-double Objective::value(FloatingBase& base, std::span<const Goal> goals, std::span<const double> position,
-                        std::span<const double> rate, Gradient* gradient) const {
+double Objective::term(const Term& term, FloatingBase& base, std::span<const Goal> goals,
+                       std::span<const double> position, std::span<const double> rate, Gradient* gradient,
+                       std::span<const double> coefficients) const {
   const std::size_t n = position.size();
-  if (gradient) gradient->position.assign(n, 0.0), gradient->rate.assign(n, 0.0);
-  double sum = 0;
-  switch (kind_) {
-    case Kind::excursion:
-      return excursion(position, rate, gradient);
-    case Kind::nearest:
-      return half_squares(position, guess_, gradient);
-    case Kind::as_found:
-      return 0;
-    case Kind::limits:
-      for (std::size_t j = 0; j < n; ++j) {
-        const double range = upper_[j] - lower_[j];
-        if (!std::isfinite(range) || range <= 0) continue;
-        const double d = (position[j] - 0.5 * (lower_[j] + upper_[j])) / range;
-        sum += 0.5 * d * d;
-        if (gradient) gradient->position[j] = d / range;
-      }
-      return sum;
-    case Kind::manipulability:
-      break;
+  if (term.kind == Kind::excursion) return excursion(position, rate, coefficients, term.weight, gradient);
+  if (term.kind == Kind::nearest) return half_squares(position, guess_, term.weight, gradient);
+  if (term.kind == Kind::limits) {
+    double sum = 0;
+    for (std::size_t j = 0; j < n; ++j) {
+      const double range = upper_[j] - lower_[j];
+      if (!std::isfinite(range) || range <= 0) continue;
+      const double d = (position[j] - 0.5 * (lower_[j] + upper_[j])) / range;
+      sum += 0.5 * d * d;
+      if (gradient) gradient->position[j] += term.weight * d / range;
+    }
+    return sum;
   }
+  if (term.kind != Kind::manipulability) return 0;
   if (gradient) {
     constexpr double kDifference = 1e-6;
     std::vector<double> x(position.begin(), position.end());
@@ -342,11 +374,23 @@ double Objective::value(FloatingBase& base, std::span<const Goal> goals, std::sp
       x[j] = position[j] + kDifference;
       const double above = lost_manipulability(base, goals, x);
       x[j] = position[j] - kDifference;
-      gradient->position[j] = (above - lost_manipulability(base, goals, x)) / (2 * kDifference);
+      gradient->position[j] += term.weight * (above - lost_manipulability(base, goals, x)) / (2 * kDifference);
       x[j] = position[j];
     }
   }
   return lost_manipulability(base, goals, position);
+}
+
+double Objective::value(FloatingBase& base, std::span<const Goal> goals, std::span<const double> position,
+                        std::span<const double> rate, Gradient* gradient, std::span<const double> coefficients) const {
+  const std::size_t n = position.size();
+  if (gradient) {
+    gradient->position.assign(n, 0.0), gradient->rate.assign(n, 0.0);
+    gradient->coefficients.assign(coefficients.size(), 0.0);
+  }
+  double sum = 0;
+  for (const Term& t : terms_) sum += t.weight * term(t, base, goals, position, rate, gradient, coefficients);
+  return sum;
 }
 
 }  // namespace grapnel

@@ -74,41 +74,69 @@ void demand_rows(const FloatingBase& base, const Posed& X_WB, const Momentumd& h
 // What makes one of many solutions the better one. Thread safety: plain values; values use the FloatingBase they are
 // given as scratch.
 
-/// A number that is to be least, of the final joint values and rates of a segment. See PlanSetup::Objective.
+/// A number that is to be least, of a segment's motion: a weighted sum. See PlanSetup::Objective.
 class Objective {
  public:
-  enum class Kind { excursion, nearest, limits, manipulability, as_found };
+  enum class Kind {
+    excursion,
+    nearest,
+    limits,
+    manipulability,
+    as_found,
+    effort,
+    base_attitude,
+    base_motion,
+    clearance
+  };
+  struct Term {
+    Kind kind = Kind::as_found;
+    double weight = 1;
+  };
 
   Objective() = default;
-  /// For a segment that begins as `start` says. `guess` is read by nearest, limits by limits.
-  Objective(Kind kind, const SegmentStart& start, std::vector<double> guess, std::vector<double> lower,
+  /// For a segment that begins as `start` says. `guess` is read by nearest, limits by limits. Terms of kind as_found
+  /// count nothing.
+  Objective(std::vector<Term> terms, const SegmentStart& start, std::vector<double> guess, std::vector<double> lower,
             std::vector<double> upper);
+  Objective(Kind kind, const SegmentStart& start, std::vector<double> guess, std::vector<double> lower,
+            std::vector<double> upper)
+      : Objective(std::vector<Term>{{kind, 1}}, start, std::move(guess), std::move(lower), std::move(upper)) {}
 
-  Kind kind() const { return kind_; }
+  /// Without those that count nothing; empty: the first solution will do.
+  const std::vector<Term>& terms() const { return terms_; }
+  bool is_empty() const { return terms_.empty(); }
+  /// Whether final values and rates are all that it depends on; else WayCost (way.hpp) knows the rest.
+  bool depends_on_end_alone() const;
+  /// The same for a segment with so many knots.
+  Objective with_knots(int knots) const;
 
-  /// Derivatives with final values and rates, one per joint each.
+  /// Derivatives with final values and rates, one per joint each, and with the coefficients of the splines.
   struct Gradient {
-    std::vector<double> position, rate;
+    std::vector<double> position, rate, coefficients;
   };
-  /// Value, and its gradient unless null. `rate` may be empty: zero.
+  /// Sum of the terms that final values and rates are enough for, and its gradient unless null. `rate` may be empty:
+  /// zero; `coefficients`: as in PathSegment::fly.
   /// excursion: how much the joints move on the way,
   ///   1/2 sum_j integral_0^1 (d theta_j/dx)^2 dx / integral_0^1 s'(x)^2 dx,   x = (t - begin)/(end - begin)
   /// with s of (6.1): half the sum of squares of the ways from rest to rest, more where the rates at the ends make the
   /// joints swing. nearest: half the sum of squares of the distances from the guess. limits: the same from the middles
   /// of the ranges, over the ranges, of joints with two finite limits. manipulability: -log sqrt det(J_g J_g^T) summed
   /// over goals, of the rows that a goal constrains, dependent rows left out; its gradient by central differences.
-  /// as_found: 0.
   double value(FloatingBase& base, std::span<const Goal> goals, std::span<const double> position,
-               std::span<const double> rate, Gradient* gradient) const;
+               std::span<const double> rate, Gradient* gradient, std::span<const double> coefficients = {}) const;
+  /// One term of it, without its weight; the gradient is added to, with the weight.
+  double term(const Term& term, FloatingBase& base, std::span<const Goal> goals, std::span<const double> position,
+              std::span<const double> rate, Gradient* gradient, std::span<const double> coefficients = {}) const;
 
  private:
-  double excursion(std::span<const double> position, std::span<const double> rate, Gradient* gradient) const;
+  double excursion(std::span<const double> position, std::span<const double> rate, std::span<const double> coefficients,
+                   double weight, Gradient* gradient) const;
 
-  Kind kind_ = Kind::as_found;
+  std::vector<Term> terms_;
   SegmentStart start_;
   std::vector<double> guess_, lower_, upper_;
-  // Integrals of products of s', e', b' of (6.1) over that of s'^2.
-  double se_ = 0, sb_ = 0, ee_ = 0, eb_ = 0, bb_ = 0;
+  // Integrals of products of s', e', b' of (6.1) and the N_k' over that of s'^2.
+  Eigen::MatrixXd excursion_;
 };
 
 }  // namespace grapnel

@@ -58,10 +58,24 @@ FreeMotion free_motion(const Model& model, const State& state, double time, cons
 }
 
 PathSegment::PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion)
-    : base_(base), start_(std::move(start)), motion_(motion), theta_(base.joints()), g_(base.joints()) {}
+    : base_(base),
+      start_(std::move(start)),
+      motion_(motion),
+      spline_(start_.knots),
+      theta_(base.joints()),
+      g_(base.joints()) {}
 
 JointPath PathSegment::path(int j, double position, double rate) const {
   return {start_.profile, start_.end - start_.begin, start_.position[j], position, start_.rate[j], rate};
+}
+
+std::vector<JointPiece> PathSegment::pieces(int j, double position, double rate,
+                                            std::span<const double> coefficients) const {
+  std::vector<double> own;
+  for (std::size_t k = static_cast<std::size_t>(j); k < coefficients.size(); k += theta_.size()) {
+    own.push_back(coefficients[k]);
+  }
+  return pieces_of(start_.begin, path(j, position, rate), own);
 }
 
 void PathSegment::lay_panels(int panels) {
@@ -78,16 +92,25 @@ void PathSegment::lay_panels(int panels) {
     node.a = evaluate(JointPath{start_.profile, T, 0, 1, 0, 0}, s);
     node.b = evaluate(JointPath{start_.profile, T, 0, 0, 0, 1}, s);
     node.c = evaluate(JointPath{start_.profile, T, 0, 0, 1, 0}, s);
+    node.N.resize(static_cast<std::size_t>(spline_.knots()));
+    spline_.evaluate(s / T, node.N);
+    for (JointPoint& N : node.N) N.rate /= T, N.acceleration /= T * T;
     node.rates.resize(theta_.size());
   }
 }
 
-void PathSegment::place_nodes(std::span<const double> position, std::span<const double> rate) {
+void PathSegment::place_nodes(std::span<const double> position, std::span<const double> rate,
+                              std::span<const double> coefficients) {
   for (Node& node : nodes_) {
     for (std::size_t j = 0; j < theta_.size(); ++j) {
       const double from = start_.position[j], way = position[j] - from, first = start_.rate[j];
       theta_[j] = from + way * node.a.position + rate[j] * node.b.position + first * node.c.position;
       node.rates[j] = way * node.a.rate + rate[j] * node.b.rate + first * node.c.rate;
+    }
+    for (std::size_t i = 0; i < coefficients.size(); ++i) {
+      const JointPoint& N = node.N[i / theta_.size()];
+      theta_[i % theta_.size()] += coefficients[i] * N.position;
+      node.rates[i % theta_.size()] += coefficients[i] * N.rate;
     }
     base_.place(theta_, node.links);
     node.u = FloatingBase::momentum_of_rates(node.links, node.rates);
@@ -183,40 +206,125 @@ Eigen::Matrix3d PathSegment::propagate_phi() {
 }
 
 void PathSegment::add_sensitivities(const Quaterniond& q, const PlacedLinks& at_end, SegmentEnd& end) {
-  const int n = base_.joints();
+  const int n = joints(), knots = spline_.knots();
   const Eigen::Matrix3d Phi = propagate_phi();
   const bool turns = dot(motion_.h.angular, motion_.h.angular) > 0;
-  Eigen::Matrix3Xd per_position = Eigen::Matrix3Xd::Zero(3, n), per_rate = per_position;
-  for (const Node& node : nodes_) {
+  Eigen::Matrix3Xd sum = Eigen::Matrix3Xd::Zero(3, unknowns());  // the integral of (3)
+  turned_.clear();
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    Node& node = nodes_[i];
+    if (keeps_way_) {
+      node.turning.setZero(3, unknowns());
+      if (i % kStages == 0) turned_.push_back(sum);
+    }
     base_.angular_momentum_per_angle(node.links, node.rates, node.w_B, g_);
-    Eigen::Matrix3d M = -node.weight * as_matrix(node.R) * matrix_of(node.links.H_inverse);
+    Eigen::Matrix3d M = -as_matrix(node.R) * matrix_of(node.links.H_inverse);
     if (turns) M = (node.Phi.inverse() * M).eval();
     for (int j = 0; j < n; ++j) {
       const Eigen::Vector3d g = M * column(g_[j]), k = M * column(node.links.k[j]);
-      per_position.col(j) += node.a.position * g + node.a.rate * k;
-      per_rate.col(j) += node.b.position * g + node.b.rate * k;
+      const auto add = [&](int unknown, const JointPoint& basis) {
+        const Eigen::Vector3d turning = basis.position * g + basis.rate * k;
+        sum.col(unknown) += node.weight * turning;
+        if (keeps_way_) node.turning.col(unknown) = turning;
+      };
+      add(j, node.a);
+      add(n + j, node.b);
+      for (int c = 0; c < knots; ++c) add((2 + c) * n + j, node.N[static_cast<std::size_t>(c)]);
     }
   }
   const Eigen::Matrix3d to_base = as_matrix(rotation_matrix(q)).transpose() * Phi;
   const Eigen::Vector3d c = column(at_end.com);
-  end.per_position.resize(6, n), end.per_rate.resize(6, n);
-  end.per_position.topRows(3) = to_base * per_position;
-  end.per_rate.topRows(3) = to_base * per_rate;
-  for (int j = 0; j < n; ++j) {
-    const Eigen::Vector3d moved = column((1 / at_end.mass) * at_end.joint_momentum[j].linear);
-    end.per_position.col(j).tail(3) = c.cross(end.per_position.col(j).head<3>()) - moved;
-    end.per_rate.col(j).tail(3) = c.cross(end.per_rate.col(j).head<3>());
+  Matrix6Xd all(6, unknowns());
+  all.topRows(3) = to_base * sum;
+  for (int j = 0; j < unknowns(); ++j) {
+    all.col(j).tail(3) = c.cross(all.col(j).head<3>());
+    if (j < n) all.col(j).tail(3) -= column((1 / at_end.mass) * at_end.joint_momentum[j].linear);
   }
+  end.per_position = all.leftCols(n);
+  end.per_rate = all.middleCols(n, n);
+  end.per_coefficient = all.rightCols(knots * n);
+}
+
+void PathSegment::keep_way(int least_panels) {
+  keeps_way_ = true;
+  least_panels_ = least_panels;
+  for (int& panels : panels_) panels = std::max(panels, least_panels);
+}
+
+PathSegment::WayPoint PathSegment::way_point(int index) const {
+  const Node& node = nodes_[static_cast<std::size_t>(index)];
+  WayPoint at;
+  at.time = node.time, at.weight = node.weight;
+  at.a = node.a, at.b = node.b, at.N = node.N;
+  at.links = &node.links, at.w_B = node.w_B;
+  at.rate = node.rates;
+  const std::size_t n = theta_.size();
+  for (std::size_t j = 0; j < n; ++j) {
+    const double from = start_.position[j], way = position_[j] - from, first = start_.rate[j];
+    at.position.push_back(from + way * node.a.position + rate_[j] * node.b.position + first * node.c.position);
+    at.acceleration.push_back(way * node.a.acceleration + rate_[j] * node.b.acceleration + first * node.c.acceleration);
+  }
+  for (std::size_t i = 0; i < coefficients_.size(); ++i) {
+    at.position[i % n] += coefficients_[i] * node.N[i / n].position;
+    at.acceleration[i % n] += coefficients_[i] * node.N[i / n].acceleration;
+  }
+  at.X_WB = start_.X_WB;
+  if (base_.floats()) at.X_WB = {node.R, motion_.com_at(node.time) - node.R * node.links.com};
+  return at;
+}
+
+Eigen::Matrix3Xd PathSegment::turn_per_unknown(int index) const {
+  if (!base_.floats()) return Eigen::Matrix3Xd::Zero(3, unknowns());
+  const std::size_t panel = static_cast<std::size_t>(index) / kStages, first = panel * kStages;
+  const double h = (start_.end - start_.begin) / laid_;
+  Eigen::Matrix3Xd sum = turned_[panel];
+  for (int j = 0; j < kStages; ++j) {
+    sum += h * method().a(index % kStages, j) * nodes_[first + static_cast<std::size_t>(j)].turning;
+  }
+  return nodes_[static_cast<std::size_t>(index)].Phi * sum;
+}
+
+Eigen::Matrix3Xd PathSegment::w_per_unknown(int index) {
+  const int n = joints();
+  Eigen::Matrix3Xd D = Eigen::Matrix3Xd::Zero(3, unknowns());
+  if (!base_.floats()) return D;
+  const Node& node = nodes_[static_cast<std::size_t>(index)];
+  // (1): H dw = -g dtheta - k dtheta' + d(R^T L), and R^T L changes by (R^T L) x (R^T eta).
+  base_.angular_momentum_per_angle(node.links, node.rates, node.w_B, g_);
+  const Eigen::Matrix3d H_inverse = matrix_of(node.links.H_inverse);
+  for (int j = 0; j < n; ++j) {
+    const Eigen::Vector3d g = H_inverse * column(g_[j]), k = H_inverse * column(node.links.k[j]);
+    const auto put = [&](int unknown, const JointPoint& basis) {
+      D.col(unknown) = -(basis.position * g + basis.rate * k);
+    };
+    put(j, node.a);
+    put(n + j, node.b);
+    for (int c = 0; c < spline_.knots(); ++c) put((2 + c) * n + j, node.N[static_cast<std::size_t>(c)]);
+  }
+  if (dot(motion_.h.angular, motion_.h.angular) > 0) {
+    const Eigen::Matrix3d Rt = as_matrix(node.R).transpose();
+    D += H_inverse * cross_matrix(transposed_times(node.R, motion_.h.angular)) * Rt * turn_per_unknown(index);
+  }
+  return D;
 }
 
 SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
-                            SegmentAccuracy accuracy) {
+                            SegmentAccuracy accuracy, std::span<const double> coefficients) {
   const int n = base_.joints();
   SegmentEnd end;
+  if (keeps_way_) {
+    position_.assign(position.begin(), position.end()), rate_.assign(rate.begin(), rate.end());
+    coefficients_.assign(coefficients.begin(), coefficients.end());
+  }
   if (!base_.floats()) {
     end.finished = true;
     end.X_WB = start_.X_WB;
     end.per_position = end.per_rate = Matrix6Xd::Zero(6, n);
+    end.per_coefficient = Matrix6Xd::Zero(6, spline_.knots() * n);
+    if (keeps_way_) {
+      lay_panels(least_panels_);
+      place_nodes(position, rate, coefficients);
+    }
     return end;
   }
   const double tolerance = kUnresolved[static_cast<int>(accuracy)];
@@ -224,12 +332,12 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
   Quaterniond q;
   for (;; panels *= 2) {
     lay_panels(panels);
-    place_nodes(position, rate);
+    place_nodes(position, rate, coefficients);
     q = quaternion_from(start_.X_WB.R);
     const double unresolved = turn(q);
     if (unresolved <= tolerance) {
       // A panel of twice the length resolves less by 2^stages: whether that would have done.
-      for (double longer = unresolved; panels > 1; panels /= 2) {
+      for (double longer = unresolved; panels > least_panels_; panels /= 2) {
         longer = std::ldexp(longer, kStages + 1);
         if (longer > tolerance) break;
       }
@@ -238,7 +346,7 @@ SegmentEnd PathSegment::fly(std::span<const double> position, std::span<const do
     if (std::isnan(unresolved) || 2 * nodes_.size() > kMostNodes[static_cast<int>(accuracy)]) {
       end.failure = fmt::format("the base's rotation is not resolved by {} nodes on a segment of {:.6g} s",
                                 nodes_.size(), start_.end - start_.begin);
-      panels = 1;
+      panels = least_panels_;
       return end;
     }
   }

@@ -18,13 +18,16 @@
 /// (b for a where x is a final rate), so that with Phi' = N Phi, Phi = 1 at the start, it is a quadrature at the same
 /// nodes,
 ///   deta/dx (T) = -Phi(T) integral Phi^-1 R H^-1 (g_j a + k_j a') dt.                                              (3)
-/// The base's origin is at p_WB = p_WCom - R c(theta), so its displacement follows from eta and dc/dtheta.
+/// The base's origin is at p_WB = p_WCom - R c(theta), so its displacement follows from eta and dc/dtheta. Where a
+/// spline gives the joints more freedom (joint_spline.hpp) its coefficients stand beside final values and rates, with
+/// N_k for a. At a node on the way (3) is the sum over the panels before and the collocation's own integral in its
+/// panel.
 
 #include <string>
 
 #include "grapnel/integrate/gauss_legendre.hpp"
 #include "grapnel/plan/floating_base.hpp"
-#include "grapnel/simulate/joint_trajectory.hpp"
+#include "grapnel/plan/joint_spline.hpp"
 
 namespace grapnel {
 
@@ -50,6 +53,7 @@ struct SegmentStart {
   JointProfile profile = JointProfile::quintic;
   std::vector<double> position, rate;  // per joint
   Posed X_WB = Posed::identity();
+  int knots = 0;  // inner knots of the joints' splines
 };
 
 /// Where it ends.
@@ -57,8 +61,9 @@ struct SegmentEnd {
   bool finished = false;
   std::string failure;
   Posed X_WB = Posed::identity();
-  Matrix6Xd per_position;  // displacement of the base, in B, per final joint value; with sensitivities only
-  Matrix6Xd per_rate;      // per final joint rate
+  Matrix6Xd per_position;     // displacement of the base, in B, per final joint value; with sensitivities only
+  Matrix6Xd per_rate;         // per final joint rate
+  Matrix6Xd per_coefficient;  // per coefficient of the splines
 };
 
 /// How well the base's rotation is integrated: search to some 1e-8 rad, full to rounding.
@@ -69,15 +74,38 @@ class PathSegment {
   /// `base` is shared scratch and must outlive the segment.
   PathSegment(FloatingBase& base, SegmentStart start, FreeMotion motion);
 
-  /// Flies it to these final values and rates (one per joint).
+  /// Flies it to these final values and rates (one per joint). `coefficients`: c_kj of (1) of joint_spline.hpp, those
+  /// of N_0 for all joints first; empty: zero.
   SegmentEnd fly(std::span<const double> position, std::span<const double> rate, bool sensitivities,
-                 SegmentAccuracy accuracy = SegmentAccuracy::full);
+                 SegmentAccuracy accuracy = SegmentAccuracy::full, std::span<const double> coefficients = {});
+
+  /// The way at the nodes is kept by each flight from now on, sensitivities too where the flight has them; there are at
+  /// least so many panels.
+  void keep_way(int least_panels);
+  /// Where the servicer is at a node of the last flight.
+  struct WayPoint {
+    double time = 0, weight = 0;                       // [s]; weights add up to the segment's duration
+    std::vector<double> position, rate, acceleration;  // of the joints
+    Posed X_WB = Posed::identity();
+    Vector3d w_B = Vector3d::zero();  // of the base, in B
+    const PlacedLinks* links = nullptr;
+    JointPoint a, b;                // of (2), per final value and final rate
+    std::span<const JointPoint> N;  // per coefficient
+  };
+  int way_points() const { return static_cast<int>(nodes_.size()); }
+  WayPoint way_point(int node) const;
+  /// eta of (3) at a node, 3 x [final values, final rates, coefficients].
+  Eigen::Matrix3Xd turn_per_unknown(int node) const;
+  /// How w_B changes with them there, 3 x the same.
+  Eigen::Matrix3Xd w_per_unknown(int node);
 
   const SegmentStart& start() const { return start_; }
   const FreeMotion& motion() const { return motion_; }
   FloatingBase& base() const { return base_; }
   /// The path of joint j for these final values.
   JointPath path(int j, double position, double rate) const;
+  /// The same with the spline.
+  std::vector<JointPiece> pieces(int j, double position, double rate, std::span<const double> coefficients) const;
   /// Nodes so far, at each of which the links were placed once.
   long rhs_evaluations() const { return evaluations_; }
 
@@ -86,16 +114,22 @@ class PathSegment {
   struct Node {
     double time = 0, weight = 0;  // [s]; the weight includes the panel's length
     JointPoint a, b, c;           // theta = start + a (final - start) + b final_rate + c start_rate
+    std::vector<JointPoint> N;    // of the spline, likewise with the coefficients
     std::vector<double> rates;    // of the joints
     PlacedLinks links;
     Vector3d u = Vector3d::zero();                      // (1)
     Rotationd R = Rotationd::identity();                // R_WB
     Vector3d w_B = Vector3d::zero();                    // of the base
     Eigen::Matrix3d Phi = Eigen::Matrix3d::Identity();  // (3)
+    Eigen::Matrix3Xd turning;                           // the integrand of (3), only where the way is kept
   };
 
+  int joints() const { return static_cast<int>(theta_.size()); }
+  int unknowns() const { return joints() * (2 + spline_.knots()); }
+
   void lay_panels(int panels);
-  void place_nodes(std::span<const double> position, std::span<const double> rate);
+  void place_nodes(std::span<const double> position, std::span<const double> rate,
+                   std::span<const double> coefficients);
   // Rotation at the nodes and at the end; how badly the nodes resolve it [rad]. Infinite where the fixed-point
   // iteration does not converge.
   double turn(Quaterniond& end);
@@ -106,8 +140,13 @@ class PathSegment {
   FloatingBase& base_;
   SegmentStart start_;
   FreeMotion motion_;
-  int panels_[2] = {1, 1};  // to begin with, per SegmentAccuracy
-  int laid_ = 0;            // panels of nodes_
+  JointSpline spline_;
+  bool keeps_way_ = false;
+  int least_panels_ = 1;
+  std::vector<double> position_, rate_, coefficients_;  // of the last flight
+  std::vector<Eigen::Matrix3Xd> turned_;                // integral of (3) up to the begin of each panel
+  int panels_[2] = {1, 1};                              // to begin with, per SegmentAccuracy
+  int laid_ = 0;                                        // panels of nodes_
   std::vector<Node> nodes_;
   std::vector<double> theta_;
   std::vector<Vector3d> g_;

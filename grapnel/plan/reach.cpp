@@ -42,14 +42,20 @@ void check(const FloatingBase& base, const ReachProblem& p) {
 class Search {
  public:
   Search(FloatingBase& base, const ReachProblem& problem)
-      : base_(base), problem_(problem), shooting_(base, problem), closest_() {}
+      : base_(base), problem_(problem), guided_(problem), shooting_(base, problem), closest_() {
+    // What depends on the way is made least from where the joints move least.
+    if (!problem.objective.depends_on_end_alone()) {
+      guided_.objective =
+          Objective(Objective::Kind::excursion, problem.start, problem.guess, problem.lower, problem.upper);
+    }
+  }
 
   ReachSolution run() {
     std::vector<double> guess = problem_.guess;
     for (std::size_t j = 0; j < guess.size(); ++j)
       guess[j] = std::clamp(guess[j], problem_.lower[j], problem_.upper[j]);
     attempt(guess);
-    const bool first_is_enough = problem_.objective.kind() == Objective::Kind::as_found;
+    const bool first_is_enough = problem_.objective.is_empty();
     if (problem_.starts > 1 && !(first_is_enough && !solutions_.empty())) {
       // The base is kept where the best attempt so far has taken it, unless that led nowhere.
       const bool near = closest_.valid && closest_.size() < 0.3 * first_error_;
@@ -57,15 +63,13 @@ class Search {
     }
     if (solutions_.empty() && result_.starts < problem_.starts) attempt_with_base_settled();
     choose();
-    result_.rhs_evaluations = shooting_.rhs_evaluations();
+    result_.rhs_evaluations += shooting_.rhs_evaluations();
     return result_;
   }
 
  private:
   // A few different solutions give the objective its choice; more cost time for little.
-  bool enough() const {
-    return solutions_.size() >= (problem_.objective.kind() == Objective::Kind::as_found ? 1u : 4u);
-  }
+  bool enough() const { return solutions_.size() >= (problem_.objective.is_empty() ? 1u : 4u); }
 
   // Some initial guesses are kept for a base that ends elsewhere.
   int half() const { return (problem_.starts + 1) / 2; }
@@ -138,7 +142,7 @@ class Search {
   }
 
   double objective(const Shot& shot) {
-    return problem_.objective.value(base_, problem_.goals, shot.position, shot.rate, nullptr);
+    return guided_.objective.value(base_, problem_.goals, shot.position, shot.rate, nullptr);
   }
 
   bool within_rate_limits(const Shot& shot) const {
@@ -168,6 +172,7 @@ class Search {
   // The best of the solutions, each made better within what the goals leave free.
   void choose() {
     result_.solutions = static_cast<int>(solutions_.size());
+    result_.distinct = distinct();
     if (solutions_.empty() && is_acceptable(closest_)) {
       solutions_.push_back(closest_);
       result_.approximate = true;
@@ -185,14 +190,72 @@ class Search {
     std::stable_sort(solutions_.begin(), solutions_.end(),
                      [&](const Shot& a, const Shot& b) { return is_better(a, b); });
     Shot best = solutions_.front();
-    if (problem_.objective.kind() != Objective::Kind::as_found && !result_.approximate) {
+    if (!problem_.objective.is_empty() && !result_.approximate) {
       constexpr std::size_t kImproved = 2;
       for (std::size_t i = 0; i < std::min(kImproved, solutions_.size()); ++i) {
-        const std::optional<Shot> better = newton(best_near(base_, problem_, shooting_, solutions_[i]));
+        const std::optional<Shot> better = newton(best_near(base_, guided_, shooting_, solutions_[i]));
         if (better && is_better(*better, best)) best = *better;
       }
     }
-    take(best);
+    if (asks_of_way(problem_)) {
+      keep(std::move(best));
+    } else {
+      take(best);
+    }
+  }
+
+  int distinct() const {
+    constexpr double kSame = 1e-3;  // [rad or m]
+    int count = 0;
+    for (std::size_t i = 0; i < solutions_.size(); ++i) {
+      const auto is_like = [&](const Shot& other) {
+        double largest = 0;
+        for (std::size_t j = 0; j < other.position.size(); ++j) {
+          largest = std::max(largest, std::abs(other.position[j] - solutions_[i].position[j]));
+        }
+        return largest <= kSame;
+      };
+      count += std::none_of(solutions_.begin(), solutions_.begin() + static_cast<std::ptrdiff_t>(i), is_like);
+    }
+    return count;
+  }
+
+  // What is asked of the way, from the best solution, then from others, and with a spline that was not asked for where
+  // nothing else does. Of a few that keep it the one with the least objective is taken.
+  void keep(Shot best) {
+    constexpr std::size_t kFrom = 2;  // solutions
+    constexpr int kRandom = 3;        // further beginnings with random splines
+    std::vector<Shot> from = {best};
+    for (std::size_t i = 0; i < solutions_.size() && from.size() < kFrom; ++i) {
+      from.push_back(solutions_[i]);
+    }
+    std::optional<WayEnd> kept, nearest;
+    const auto attempt = [&](const Shot& solution, int knots, int number) {
+      WayEnd end = keep_way(base_, problem_, solution, knots, number);
+      result_.rhs_evaluations += end.rhs_evaluations;
+      if (end.kept && (!kept || end.objective < kept->objective)) kept = end;
+      if (!end.kept && end.shot && (!nearest || end.violation < nearest->violation)) nearest = std::move(end);
+    };
+    std::vector<int> counts = {problem_.way.knots.value_or(0)};
+    if (!problem_.way.knots && problem_.way.keeps_something()) counts.push_back(WaySetup::kKnots);
+    for (const int knots : counts) {
+      for (const Shot& solution : from) attempt(solution, knots, 0);
+      for (int i = 1; i <= kRandom && knots > 0 && !kept; ++i) attempt(best, knots, i);
+      if (kept) break;
+    }
+    if (!kept) {
+      result_.found = false;
+      take(nearest ? *nearest->shot : best);
+      result_.failure = fmt::format(
+          "the end-effectors arrive, but no way there was found that keeps what approach.plan asks for, with up to {} "
+          "knots: in the nearest attempt {}; more knots, a longer segment, waypoints or another guess may help",
+          counts.back(), nearest ? nearest->trouble : "the motion is not resolved");
+      return;
+    }
+    take(*kept->shot);
+    result_.knots = kept->knots, result_.coefficients = kept->coefficients;
+    result_.way = kept->figures;
+    result_.objective = kept->objective, result_.terms = kept->terms;
   }
 
   void take(const Shot& shot) {
@@ -204,11 +267,15 @@ class Search {
     if (!shot.valid) return;
     result_.within_rate_limits = within_rate_limits(shot);
     result_.objective = objective(shot);
+    for (const Objective::Term& t : problem_.objective.terms()) {
+      result_.terms.push_back(problem_.objective.term(t, base_, problem_.goals, shot.position, shot.rate, nullptr));
+    }
     result_.smallest_singular_value = smallest_singular_value(shot.J);
   }
 
   FloatingBase& base_;
   const ReachProblem& problem_;
+  ReachProblem guided_;  // the problem with the objective that the search itself makes least
   Shooting shooting_;
   std::vector<Shot> solutions_;
   Shot closest_;

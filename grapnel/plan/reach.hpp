@@ -22,6 +22,7 @@
 
 #include "grapnel/plan/goal.hpp"
 #include "grapnel/plan/path_segment.hpp"
+#include "grapnel/plan/way.hpp"
 
 namespace grapnel {
 
@@ -34,6 +35,7 @@ struct ReachProblem {
   std::vector<double> lower, upper;  // of final joint values; infinite where there are none
   std::vector<double> rate_limit;    // of the sizes of final rates; infinite where there are none; empty: none
   Objective objective;
+  WaySetup way;
   std::vector<double> guess;  // where the search begins
   int starts = 16;            // at most so many initial guesses, the guess among them
   std::uint64_t seed = 0;
@@ -49,14 +51,19 @@ struct ReachSolution {
   bool found = false;
   bool approximate = false;            // found only to what the goals accept
   std::vector<double> position, rate;  // final, per joint; of the closest attempt if not found
-  Posed X_WB = Posed::identity();      // of the base at the end
-  std::vector<GoalMiss> miss;          // per goal
-  bool within_rate_limits = true;      // whether the final rates are
-  double unmet_rate = 0;               // largest component of the demanded motion that no joint rates give
+  int knots = 0;                       // of the joints' splines, and their coefficients, as in PathSegment::fly
+  std::vector<double> coefficients;
+  std::optional<WayFigures> way;   // where something is asked of the way
+  Posed X_WB = Posed::identity();  // of the base at the end
+  std::vector<GoalMiss> miss;      // per goal
+  bool within_rate_limits = true;  // whether the final rates are
+  double unmet_rate = 0;           // largest component of the demanded motion that no joint rates give
   double objective = 0;
-  int starts = 0;      // initial guesses tried
-  int solutions = 0;   // of them that led to a solution
-  int iterations = 0;  // Newton's, over all initial guesses
+  std::vector<double> terms;  // of it, in the order of Objective::terms(), without weights
+  int starts = 0;             // initial guesses tried
+  int solutions = 0;          // of them that led to a solution
+  int distinct = 0;           // solutions that differ by more than 1e-3 in a joint [rad or m]
+  int iterations = 0;         // Newton's, over all initial guesses
   long rhs_evaluations = 0;
   double smallest_singular_value = 0;  // of the goals' error against final joint values, where it is not structural
   std::string failure;                 // if not found: which end-effector misses by how much, and what stops it

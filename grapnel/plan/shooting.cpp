@@ -32,10 +32,14 @@ Posed displaced(const Posed& X, const Vector6d& xi) {
 Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), segment_(base, problem.start, problem.motion) {}
 
-std::vector<double> Shot::rate_at(const std::vector<double>& other) const {
+std::vector<double> Shot::rate_at(const std::vector<double>& other, std::span<const double> others) const {
   std::vector<double> result = rate;
   if (K.size() == 0) return result;
-  const Eigen::VectorXd change = K * (as_vector(other) - as_vector(position));
+  const auto n = static_cast<Eigen::Index>(position.size());
+  Eigen::VectorXd change = K.leftCols(n) * (as_vector(other) - as_vector(position));
+  for (std::size_t i = 0; i < others.size(); ++i) {
+    change += (others[i] - coefficients[i]) * K.col(n + static_cast<Eigen::Index>(i));
+  }
   // A far place is no matter of derivatives.
   constexpr double kFar = 0.1;  // [rad/s or m/s]
   const double largest = change.lpNorm<Eigen::Infinity>();
@@ -44,9 +48,12 @@ std::vector<double> Shot::rate_at(const std::vector<double>& other) const {
   return result;
 }
 
-Shot Shooting::shoot(const std::vector<double>& position, const std::vector<double>& rate, SegmentAccuracy accuracy) {
-  const int n = base_.joints();
+Shot Shooting::shoot(const std::vector<double>& position, const std::vector<double>& rate, SegmentAccuracy accuracy,
+                     std::span<const double> coefficients) {
+  const int n = base_.joints(), unknowns = n * (1 + problem_.start.knots);
   Shot shot;
+  shot.coefficients.assign(coefficients.begin(), coefficients.end());
+  shot.coefficients.resize(static_cast<std::size_t>(unknowns - n));
   shot.accuracy = accuracy;
   shot.position = position;
   shot.rate = rate;
@@ -58,7 +65,7 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
   Eigen::MatrixXd A;  // 1 - rho_xi xi_rate
   double last = std::numeric_limits<double>::infinity();
   for (int i = 0;; ++i) {
-    end = segment_.fly(shot.position, shot.rate, true, accuracy);
+    end = segment_.fly(shot.position, shot.rate, true, accuracy, shot.coefficients);
     if (!end.finished) trouble_ = end.failure;
     if (!end.finished || i == kMostSettlings) return shot;
     shot.X_WB = end.X_WB;
@@ -85,11 +92,18 @@ Shot Shooting::shoot(const std::vector<double>& position, const std::vector<doub
   }
   Eigen::MatrixXd E_theta, E_xi;
   goal_error(base_, shot.X_WB, problem_.goals, shot.error, E_theta, E_xi);
-  shot.K = Eigen::MatrixXd::Zero(n, n);
+  Matrix6Xd per_unknown(6, unknowns);
+  per_unknown << end.per_position, end.per_coefficient;
+  shot.K = Eigen::MatrixXd::Zero(n, unknowns);
   if (!given && n > 0) {
-    shot.K = lu_solution(A, Eigen::MatrixXd(rho.per_angle + rho.per_displacement * end.per_position));
+    Eigen::MatrixXd change = rho.per_displacement * per_unknown;
+    change.leftCols(n) += rho.per_angle;
+    shot.K = lu_solution(A, change);
   }
-  shot.J = E_theta + E_xi * (end.per_position + end.per_rate * shot.K);  // (2)
+  per_unknown += end.per_rate * shot.K;
+  shot.J = E_xi * per_unknown;  // (2)
+  shot.J.leftCols(n) += E_theta;
+  shot.per_unknown = per_unknown;
   shot.valid = shot.error.allFinite() && shot.J.allFinite();
   return shot;
 }

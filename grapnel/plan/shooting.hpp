@@ -5,6 +5,7 @@
 /// and its total derivative out.
 
 #include <Eigen/Core>
+#include <span>
 #include <vector>
 
 #include "grapnel/plan/reach.hpp"
@@ -16,15 +17,17 @@ struct Shot {
   bool valid = false;  // the rates were settled and everything is finite
   SegmentAccuracy accuracy = SegmentAccuracy::search;
   std::vector<double> position, rate;
+  std::vector<double> coefficients;  // of the joints' splines, if the segment has knots
   Posed X_WB = Posed::identity();
   Eigen::VectorXd error;  // of the goals
-  Eigen::MatrixXd J;      // d error / d position, rates following (2)
-  Eigen::MatrixXd K;      // d rate / d position (2)
+  Eigen::MatrixXd J;      // d error / d [position, coefficients], rates following (2)
+  Eigen::MatrixXd K;      // d rate / d [position, coefficients] (2)
+  Matrix6Xd per_unknown;  // displacement of the base, in B, likewise
   double unmet = 0;       // of the demanded rates
   double size() const { return error.size() ? error.norm() : 0; }
   double largest_error() const { return error.size() ? error.lpNorm<Eigen::Infinity>() : 0; }
-  /// Rates to expect at other final values, by K.
-  std::vector<double> rate_at(const std::vector<double>& other) const;
+  /// Rates to expect at other final values (and coefficients), by K.
+  std::vector<double> rate_at(const std::vector<double>& other, std::span<const double> others = {}) const;
 };
 
 class Shooting {
@@ -33,7 +36,9 @@ class Shooting {
   /// Evaluates at `position`; `rate` is where settling begins. The last step of settling is taken by (2)'s linear
   /// prediction, which leaves its square: some 1e-6 for a search, rounding for full accuracy.
   Shot shoot(const std::vector<double>& position, const std::vector<double>& rate,
-             SegmentAccuracy accuracy = SegmentAccuracy::full);
+             SegmentAccuracy accuracy = SegmentAccuracy::full, std::span<const double> coefficients = {});
+  /// Of the last shot, whose way it keeps if told to.
+  PathSegment& segment() { return segment_; }
   long rhs_evaluations() const { return segment_.rhs_evaluations(); }
   /// Why the latest integration that did not reach its end stopped; empty if all did.
   const std::string& trouble() const { return trouble_; }

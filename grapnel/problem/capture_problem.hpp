@@ -240,7 +240,6 @@ struct PlanWeights {
   double effort = 0;
   double base_attitude = 0;
   double base_motion = 0;
-  double impulse = 0;
   double clearance = 0;
 };
 
@@ -250,8 +249,8 @@ struct PlanSetup {
   /// the ranges. manipulability: -log det of J_g J_g^T, arm by arm (J_g: generalized Jacobian). as_found: nothing;
   /// Newton's method with steps of least norm from the guess, or from the first other initial guess that leads to a
   /// solution. effort: squares of the joints' efforts, on the mean over the way. base_attitude: the square of the
-  /// base's turn at the capture. base_motion: squares of the base's angular velocity on the way. impulse: squares of
-  /// the grasps' linear impulses at a plastic impact. clearance: minus the minimum distance on the way.
+  /// base's turn at the capture. base_motion: squares of the base's angular velocity on the way. clearance: minus the
+  /// minimum distance on the way.
   enum class Objective {
     excursion,
     nearest,
@@ -261,7 +260,6 @@ struct PlanSetup {
     effort,
     base_attitude,
     base_motion,
-    impulse,
     clearance
   };
   Objective objective = Objective::excursion;

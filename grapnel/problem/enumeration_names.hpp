@@ -34,7 +34,7 @@ struct Described<JointProfile> : Enumeration<JointProfile, "JointProfile", "quar
 template <>
 struct Described<PlanSetup::Objective>
     : Enumeration<PlanSetup::Objective, "Objective", "excursion", "nearest", "limits", "manipulability", "as_found",
-                  "effort", "base_attitude", "base_motion", "impulse", "clearance"> {};
+                  "effort", "base_attitude", "base_motion", "clearance"> {};
 template <>
 struct Described<PlanSetup::Limits> : Enumeration<PlanSetup::Limits, "PlanLimits", "at_end", "on_the_way"> {};
 template <>

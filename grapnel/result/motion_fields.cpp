@@ -109,8 +109,7 @@ const Type& type_of<PlanTerm>() {
   static constexpr Field fields[] = {
       field<&PlanTerm::name>("name", "as in approach.plan.weights"),
       field<&PlanTerm::weight>("weight", "1", "in the reciprocal of the value's unit"),
-      field<&PlanTerm::value>("value", "1",
-                              "[rad^2; manipulability and limits: 1; effort: N^2 m^2; impulse: N^2 s^2; clearance: m]")
+      field<&PlanTerm::value>("value", "1", "[rad^2; manipulability and limits: 1; effort: N^2 m^2; clearance: m]")
           .or_null(),
   };
   static constexpr Type type =

@@ -180,8 +180,6 @@ struct Described<PlanWeights> {
                              "Of half the mean square of the base's angular velocity, times "
                              "the square of the segment's duration.")
           .at_least(0),
-      field<&T::impulse>("impulse", "1/(N s)^2", "Of half the sum of squares of the grasps' linear impulses.")
-          .at_least(0),
       field<&T::clearance>("clearance", "1/m", "Of minus the minimum clearance on the way.").at_least(0),
   });
   static constexpr Type type = structure<T>(
@@ -215,7 +213,7 @@ struct Described<PlanSetup> {
           "manipulability of the arms. as_found: nothing; the first solution from the guess is taken. effort: squares "
           "of "
           "the joints' efforts on the way. base_attitude: the base's turn at the capture. base_motion: squares of the "
-          "base's angular velocity on the way. impulse: squares of the grasps' linear impulses. clearance: minus the "
+          "base's angular velocity on the way. clearance: minus the "
           "minimum clearance on the way."),
       field<&T::weights>("weights", "", "").optional(),
       field<&T::guess>("guess", "rad or m",

@@ -1,0 +1,148 @@
+#include "grapnel/approach/way_setup.hpp"
+
+#include <algorithm>
+
+#include "grapnel/problem/capture_problem.hpp"
+
+namespace grapnel {
+
+std::string shown_name(const std::string& name) {
+  const std::string prefix = target_body_name("");
+  return name.starts_with(prefix) ? name.substr(prefix.size()) : name;
+}
+
+std::vector<int> tied_to(const Model& model, int body) {
+  std::vector<int> bodies;
+  for (std::size_t i = 0; i < model.bodies().size(); ++i) {
+    if (model.bodies()[i].placement.link == model.bodies()[body].placement.link) bodies.push_back(static_cast<int>(i));
+  }
+  return bodies;
+}
+
+ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system, bool hands_too) {
+  const Model& model = system.model;
+  std::vector<BodyShape> shapes;
+  if (!problem.clearance.enabled) return {};
+  for (const auto& [body, geometry] : problem.robot.geometry) shapes.push_back({model.body_index(body), geometry});
+  for (const TargetSetup& t : problem.targets) {
+    const int body = model.body_index(target_body_name(t.name));
+    for (Geometry geometry : t.geometry) {
+      if (geometry.shape == Geometry::Shape::none) continue;
+      geometry.X_BG = own_frame(model, body) * geometry.X_BG;
+      shapes.push_back({body, std::move(geometry)});
+    }
+  }
+  std::vector<std::pair<int, int>> ignored;
+  for (const auto& [a, b] : problem.clearance.ignore) ignored.emplace_back(model.body_index(a), model.body_index(b));
+  for (const GraspSetup& g : problem.grasps) {
+    if (hands_too) break;
+    const int end_effector = model.frames()[model.frame_index(g.end_effector)].body;
+    const int target = model.body_index(target_body_name(g.target));
+    for (int body : tied_to(model, end_effector)) ignored.emplace_back(body, target);
+  }
+  // A target that is caught is a child of the grasping link, and still may touch that link alone.
+  std::vector<int> targets;
+  for (const TargetSetup& t : problem.targets) targets.push_back(model.body_index(target_body_name(t.name)));
+  return ClearanceModel(model, std::move(shapes), ignored, targets);
+}
+
+namespace {
+
+using Kind = Objective::Kind;
+
+// Weights of a plan and the terms that they are of, which carry the names of the objectives.
+struct Weighing {
+  double PlanWeights::*weight;
+  Kind kind;
+  PlanSetup::Objective objective;
+};
+constexpr Weighing kWeighings[] = {
+    {&PlanWeights::excursion, Kind::excursion, PlanSetup::Objective::excursion},
+    {&PlanWeights::nearest, Kind::nearest, PlanSetup::Objective::nearest},
+    {&PlanWeights::limits, Kind::limits, PlanSetup::Objective::limits},
+    {&PlanWeights::manipulability, Kind::manipulability, PlanSetup::Objective::manipulability},
+    {&PlanWeights::effort, Kind::effort, PlanSetup::Objective::effort},
+    {&PlanWeights::base_attitude, Kind::base_attitude, PlanSetup::Objective::base_attitude},
+    {&PlanWeights::base_motion, Kind::base_motion, PlanSetup::Objective::base_motion},
+    {&PlanWeights::clearance, Kind::clearance, PlanSetup::Objective::clearance},
+};
+
+}  // namespace
+
+std::vector<Objective::Term> objective_terms(const PlanSetup& plan) {
+  std::vector<Objective::Term> terms;
+  for (const Weighing& w : kWeighings) {
+    const double weight = plan.weights ? (*plan.weights).*w.weight : plan.objective == w.objective ? 1.0 : 0.0;
+    if (weight > 0) terms.push_back({w.kind, weight});
+  }
+  return terms;
+}
+
+double weight_of(const PlanSetup& plan, Objective::Kind kind) {
+  for (const Objective::Term& term : objective_terms(plan)) {
+    if (term.kind == kind) return term.weight;
+  }
+  return 0;
+}
+
+PlanSetup::Objective objective_of(Objective::Kind kind) {
+  for (const Weighing& w : kWeighings) {
+    if (w.kind == kind) return w.objective;
+  }
+  return PlanSetup::Objective::as_found;
+}
+
+std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& problem, const CaptureSystem& servicer,
+                                            std::function<TargetMotion(std::size_t target, double time)> target_at) {
+  const CaptureSystem system = make_capture_system(problem);
+  const Model& model = system.model;
+  auto bodies = std::make_shared<WayBodies>();
+  bodies->model = make_clearance_model(problem, system, true);
+  std::vector<int> targets;  // bodies
+  for (const TargetSetup& t : problem.targets) targets.push_back(model.body_index(target_body_name(t.name)));
+  for (std::size_t b = 0; b < model.bodies().size(); ++b) {
+    const std::string& name = model.bodies()[b].description.name;
+    bodies->names.push_back(shown_name(name));
+    bodies->link.push_back(-1), bodies->X_LB.push_back(Posed::identity());
+    const bool is_target = std::find(targets.begin(), targets.end(), static_cast<int>(b)) != targets.end();
+    if (is_target || is_inside_base(name)) continue;
+    const BodyPlacement& placement = servicer.model.bodies()[servicer.model.body_index(name)].placement;
+    bodies->link.back() = placement.link, bodies->X_LB.back() = placement.X_LB;
+  }
+  // A target's shapes are given in its own frame, as its motion is.
+  std::vector<Posed> X_TB;
+  for (int body : targets) X_TB.push_back(inverse(own_frame(model, body)));
+  bodies->place_others = [targets, X_TB, target_at = std::move(target_at)](double time, std::vector<Posed>& X_WB) {
+    for (std::size_t t = 0; t < targets.size(); ++t) {
+      X_WB[static_cast<std::size_t>(targets[t])] = target_at(t, time).X_WT * X_TB[t];
+    }
+  };
+  bodies->hand.assign(bodies->model.pairs().size(), -1);
+  for (const GraspSetup& g : problem.grasps) {
+    const Frame& frame = model.frames()[model.frame_index(g.end_effector)];
+    const std::vector<int> hand = tied_to(model, frame.body);
+    WayBodies::Hand h;
+    h.frame = servicer.model.frame_index(g.end_effector);
+    h.target = targets[target_index(problem, g.target)];
+    h.p_TG = own_frame(model, h.target) * grasp_point_of(problem, g).X_TG.p;
+    double reach = 0;  // of the hand's shapes from the end-effector
+    for (std::size_t s = 0; s < bodies->model.shapes().size(); ++s) {
+      const int body = bodies->model.shapes()[s].body;
+      if (std::find(hand.begin(), hand.end(), body) == hand.end()) continue;
+      const Posed X_BE =
+          inverse(model.bodies()[body].placement.X_LB) * model.bodies()[frame.body].placement.X_LB * frame.X_BE;
+      reach = std::max(reach, bodies->model.farthest(static_cast<int>(s), X_BE.p));
+    }
+    h.near = problem.approach->plan->near_grasp.value_or(reach + problem.approach->plan->clearance.value_or(0));
+    for (std::size_t p = 0; p < bodies->hand.size(); ++p) {
+      const ClearancePair& pair = bodies->model.pairs()[p];
+      const auto is_hand = [&](int body) { return std::find(hand.begin(), hand.end(), body) != hand.end(); };
+      if ((is_hand(pair.body_a) && pair.body_b == h.target) || (is_hand(pair.body_b) && pair.body_a == h.target))
+        bodies->hand[p] = static_cast<int>(bodies->hands.size());
+    }
+    bodies->hands.push_back(h);
+  }
+  return bodies;
+}
+
+}  // namespace grapnel

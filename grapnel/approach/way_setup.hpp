@@ -1,0 +1,36 @@
+#pragma once
+
+/// @file
+/// From a problem's settings to what planning makes least and keeps on the way (way.hpp).
+
+#include <functional>
+#include <memory>
+
+#include "grapnel/approach/target_motion.hpp"
+#include "grapnel/plan/reach.hpp"
+
+namespace grapnel {
+
+/// A body's name as a user knows it: a target without its prefix.
+std::string shown_name(const std::string& name);
+/// Bodies that a fixed joint ties to this one.
+std::vector<int> tied_to(const Model& model, int body);
+/// What CaptureProblem::clearance watches in a model of the problem, captured targets included; `hands_too`:
+/// end-effectors against their own targets as well.
+ClearanceModel make_clearance_model(const CaptureProblem& problem, const CaptureSystem& system, bool hands_too = false);
+
+/// The objective's terms with their weights.
+std::vector<Objective::Term> objective_terms(const PlanSetup& plan);
+/// The weight of one of them; zero where it is none.
+double weight_of(const PlanSetup& plan, Objective::Kind kind);
+/// What a term is called.
+PlanSetup::Objective objective_of(Objective::Kind kind);
+
+/// The bodies that `clearance` watches, and besides them end-effectors with their own targets: these may touch within
+/// PlanSetup::near_grasp of the grasp point, by default as far as the shapes of the hand reach from its end-effector,
+/// and the clearance asked for. `target_at`: motion of a target at a time. The result refers to none of the arguments
+/// but what `target_at` refers to.
+std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& problem, const CaptureSystem& servicer,
+                                            std::function<TargetMotion(std::size_t target, double time)> target_at);
+
+}  // namespace grapnel

@@ -1,0 +1,101 @@
+#pragma once
+
+/// @file
+/// What a planned segment does on its way, and what it is to keep there: joints within their limits, bodies clear of
+/// each other, the base within an angle of its attitude, while an objective of the whole way becomes least.
+///
+/// Unknowns are the final joint values theta_f and the coefficients c of the joints' splines (joint_spline.hpp); final
+/// rates follow by (2) of reach.hpp. Wanted is
+///   min f(theta_f, c)   with   e = 0   and   g_i(theta_f, c; t) <= 0 for all t                                     (1)
+/// a semi-infinite program. It is solved by exchange (Hettich and Kortanek, SIAM Review 35 (1993) 380-429): the g_i are
+/// kept at those instants only at which an iterate comes near to violating them, by sequential quadratic programming
+/// (NLopt's SLSQP), and the instants of the new worst violations are added until there are none. Instants are the nodes
+/// of the segment's quadrature. What happens between them is looked at on four times as many; where more than a
+/// tolerance is missing there, that much more is asked for.
+///
+/// A distance d of two bodies with nearest points p_a, p_b and normal n changes by n . (dp_b - dp_a). A point at r in
+/// B, carried by the joints J, moves as its place in W is p_WCom + R (r - c):
+///   dp = eta x R (r - c) + R [sum_J (S_j x r) dtheta_j - sum_j dc/dtheta_j dtheta_j]                               (2)
+/// with eta of (3) of path_segment.hpp. Efforts (joint_efforts.hpp) are differentiated by differences.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "grapnel/clearance/clearance_model.hpp"
+#include "grapnel/plan/goal.hpp"
+
+namespace grapnel {
+
+struct ReachProblem;
+struct Shot;
+
+/// The bodies whose distances are looked at: a model of the servicer and everything else, against the servicer's own
+/// model, which is planned with.
+struct WayBodies {
+  ClearanceModel model;
+  std::vector<std::string> names;  // per body of that model, as users know them
+  std::vector<int> link;           // per body: the servicer's link that carries it; -1: none, it is somewhere else
+  std::vector<Posed> X_LB;         // per body: on that link
+  /// Places those that the servicer does not carry, in W.
+  std::function<void(double time, std::vector<Posed>& X_WB)> place_others;
+  /// A hand may touch its target where its frame is within `near` of the grasp point.
+  struct Hand {
+    int frame = 0;   // of the servicer's model
+    int target = 0;  // body
+    Vector3d p_TG = Vector3d::zero();
+    double near = 0;  // [m]
+  };
+  std::vector<Hand> hands;
+  std::vector<int> hand;  // per pair of `model`: which; -1: none
+};
+
+/// What is asked of the way, of a ReachProblem.
+struct WaySetup {
+  bool limits = false;               // positions, rates and efforts keep within the limits of ReachProblem
+  std::vector<double> effort_limit;  // per joint; infinite where there is none
+  double base_turn = std::numeric_limits<double>::infinity();  // from R_WB0 [rad]
+  Rotationd R_WB0 = Rotationd::identity();
+  std::optional<double> clearance;          // least distance [m]
+  std::shared_ptr<const WayBodies> bodies;  // for clearance, kept or wanted
+  std::optional<int> knots;                 // absent: none, and where that does not do, kKnots
+  static constexpr int kKnots = 4;
+  bool keeps_something() const {
+    return limits || base_turn < std::numeric_limits<double>::infinity() || clearance.has_value();
+  }
+};
+
+/// How a way turns out.
+struct WayFigures {
+  double position_margin = std::numeric_limits<double>::infinity();  // least, of all joints with limits [rad or m]
+  double rate_share = 0;                                             // largest, of those with limits
+  std::optional<double> effort_share;                                // likewise, where it was looked at
+  Clearance clearance;                                               // the least, where it was looked at
+  double clearance_time = 0;                                         // [s]
+  double base_turn = 0;                                              // largest [rad]
+};
+
+/// A solution that keeps what is asked, or the nearest to it.
+struct WayEnd {
+  bool kept = false;
+  std::string trouble;  // if not: what is violated most, by how much and when
+  double violation = 0;
+  int knots = 0;
+  std::vector<double> position, rate, coefficients;
+  double objective = 0;
+  std::vector<double> terms;  // of it, in the order of Objective::terms(), without weights
+  WayFigures figures;
+  std::shared_ptr<Shot> shot;
+  long rhs_evaluations = 0;
+};
+
+/// From a solution of the goals without a spline (or with zero coefficients) to one that keeps the problem's way and
+/// has the least objective near it, on a segment with `knots`. `attempt`: 0 begins with zero coefficients, others with
+/// random ones.
+WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt);
+
+/// Whether the problem asks anything of the way, or has an objective that depends on it.
+bool asks_of_way(const ReachProblem& problem);
+
+}  // namespace grapnel

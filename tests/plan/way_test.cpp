@@ -1,0 +1,323 @@
+/// What a segment does on its way: splines, sensitivities at its nodes, efforts, and what is kept there.
+
+#include "grapnel/plan/way.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "grapnel/dynamics/free_floating.hpp"
+#include "grapnel/plan/joint_efforts.hpp"
+#include "grapnel/plan/shooting.hpp"
+#include "grapnel/simulate/simulate_phase.hpp"
+#include "plan/plan_case.hpp"
+#include "plan/tilted_arms.hpp"
+#include "support/worst.hpp"
+
+namespace grapnel::testing {
+namespace way_test {
+
+constexpr int kKnots = 3;
+
+TEST(JointSpline, IsSmoothAndAtRestAtItsEnds) {
+  for (const int knots : {1, 2, 3, 7, 30}) {
+    const JointSpline spline(knots);
+    std::vector<JointPoint> at(knots), up(knots), down(knots);
+    for (const double x : {0.0, 1.0}) {
+      spline.evaluate(x, at);
+      for (const JointPoint& N : at) {
+        EXPECT_NEAR(N.position, 0, 1e-15);
+        EXPECT_NEAR(N.rate, 0, 1e-13);
+        EXPECT_NEAR(N.acceleration, 0, 1e-11);
+      }
+    }
+    double largest = 0;
+    const double h = 1e-5;
+    for (double x = 0.01; x < 0.99; x += 0.0137) {
+      spline.evaluate(x, at), spline.evaluate(x + h, up), spline.evaluate(x - h, down);
+      for (int k = 0; k < knots; ++k) {
+        largest = std::max(largest, at[k].position);
+        EXPECT_GE(at[k].position, -1e-16);
+        const double scale = std::pow(knots + 1, 3);
+        EXPECT_NEAR((up[k].position - down[k].position) / (2 * h), at[k].rate, 1e-8 * scale);
+        EXPECT_NEAR((up[k].rate - down[k].rate) / (2 * h), at[k].acceleration, 1e-7 * scale);
+      }
+    }
+    EXPECT_GT(largest, 0.3);
+  }
+}
+
+struct Flight {
+  Servicer servicer;
+  SegmentStart start;
+  std::vector<double> position, rate, coefficients;
+};
+
+Flight random_flight(int i) {
+  constexpr JointProfile kProfiles[] = {JointProfile::quintic, JointProfile::cycloidal};
+  Flight f{random_servicer(i, i % 4 != 3), {}, {}, {}, {}};
+  Random random(2000 + i);
+  f.start = {1.0, 4.0, kProfiles[i % 2], f.servicer.theta(), f.servicer.rates(), f.servicer.X_WB(), kKnots};
+  for (double x : f.start.position) {
+    f.position.push_back(x + random.uniform(-1, 1));
+    f.rate.push_back(random.uniform(-0.4, 0.4));
+  }
+  for (std::size_t k = 0; k < kKnots * f.position.size(); ++k) f.coefficients.push_back(random.uniform(-1, 1));
+  return f;
+}
+
+FreeMotion motion_of(const Flight& f) {
+  return free_motion(f.servicer.model, f.servicer.state, f.start.begin, {0, 0, 0});
+}
+
+TEST(PathSegment, WithASplineEndsWhereForwardDynamicsEnds) {
+  Worst worst("end of a segment with splines against the simulation");
+  for (int i = 0; i < 12; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Flight f = random_flight(i);
+    if (i % 4 == 3) continue;
+    FloatingBase base(f.servicer.model, true);
+    PathSegment segment(base, f.start, motion_of(f));
+    const SegmentEnd end = segment.fly(f.position, f.rate, false, SegmentAccuracy::full, f.coefficients);
+    ASSERT_TRUE(end.finished) << end.failure;
+    PhaseSetup setup;
+    for (std::size_t j = 0; j < f.position.size(); ++j) {
+      JointDrive drive;
+      drive.control = JointControl::prescribed;
+      drive.trajectory.pieces = segment.pieces(static_cast<int>(j), f.position[j], f.rate[j], f.coefficients);
+      EXPECT_NO_THROW(validate(drive.trajectory));
+      setup.drives.push_back(drive);
+    }
+    setup.recover_roots = false;
+    PhaseDynamics dynamics(f.servicer.model, setup);
+    const PhaseOutcome outcome = simulate_phase(dynamics, f.servicer.state, f.start.begin, f.start.end, 0, {});
+    ASSERT_TRUE(outcome.finished) << outcome.failure;
+    const Posed expected = root_pose(f.servicer.model, outcome.end_state, 0);
+    EXPECT_LT(worst.note(norm(end.X_WB.p - expected.p), i), 1e-9);
+    EXPECT_LT(worst.note(rotation_angle(transpose(end.X_WB.R) * expected.R), i), 1e-9);
+  }
+}
+
+// At the end and at the nodes, in all unknowns.
+TEST(PathSegment, SensitivitiesOnTheWayAreThoseOfDifferences) {
+  Worst at_end("at the end"), turn("turn of the base at nodes"), spin("its angular velocity at nodes");
+  for (int i = 0; i < 8; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Flight f = random_flight(i);
+    const bool floats = i % 4 != 3;
+    FloatingBase base(f.servicer.model, floats);
+    PathSegment segment(base, f.start, motion_of(f));
+    segment.keep_way(8);
+    const int n = base.joints(), unknowns = n * (2 + kKnots);
+    std::vector<double> x = f.position;
+    x.insert(x.end(), f.rate.begin(), f.rate.end());
+    x.insert(x.end(), f.coefficients.begin(), f.coefficients.end());
+    const auto fly = [&](const std::vector<double>& y) {
+      const std::span<const double> all(y);
+      return segment.fly(all.first(n), all.subspan(n, n), true, SegmentAccuracy::full, all.subspan(2 * n));
+    };
+    const SegmentEnd end = fly(x);
+    ASSERT_TRUE(end.finished);
+    const std::vector<int> nodes = {5, 40, segment.way_points() - 3};
+    std::vector<Eigen::Matrix3Xd> turns, spins;
+    std::vector<PathSegment::WayPoint> points;
+    for (int node : nodes) {
+      turns.push_back(segment.turn_per_unknown(node));
+      spins.push_back(segment.w_per_unknown(node));
+      points.push_back(segment.way_point(node));
+    }
+    Matrix6Xd all(6, unknowns);
+    all << end.per_position, end.per_rate, end.per_coefficient;
+    const double h = 1e-4;
+    for (int u = 0; u < unknowns; ++u) {
+      std::vector<double> up = x, down = x;
+      up[u] += h, down[u] -= h;
+      const Posed X1 = fly(up).X_WB;
+      std::vector<PathSegment::WayPoint> above, below;
+      for (int node : nodes) above.push_back(segment.way_point(node));
+      const Posed X0 = fly(down).X_WB;
+      for (int node : nodes) below.push_back(segment.way_point(node));
+      const Vector3d w = rotation_vector(transpose(X0.R) * X1.R), p = transposed_times(end.X_WB.R, X1.p - X0.p);
+      const Vector6d d = (Vector6d() << w[0], w[1], w[2], p[0], p[1], p[2]).finished() / (2 * h);
+      EXPECT_LT(at_end.note((d - all.col(u)).norm(), i), 1e-6);
+      for (std::size_t k = 0; k < nodes.size(); ++k) {
+        ASSERT_EQ(above[k].time, points[k].time);
+        const Vector3d eta = rotation_vector(above[k].X_WB.R * transpose(below[k].X_WB.R));
+        EXPECT_LT(turn.note((column(eta) / (2 * h) - turns[k].col(u)).norm(), i), 1e-6);
+        EXPECT_LT(spin.note((column(above[k].w_B - below[k].w_B) / (2 * h) - spins[k].col(u)).norm(), i), 1e-5);
+      }
+    }
+  }
+}
+
+// Against (2.8), whose mass matrix knows nothing of the recursion.
+TEST(JointEfforts, AreThoseOfTheReducedEquation) {
+  Worst worst("efforts against the reduced equation, relative");
+  for (int i = 0; i < 30; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    const Servicer s = random_servicer(i);
+    Random random(i);
+    FloatingBase base(s.model, true);
+    const Vector3d gravity = random.vector(5);
+    const FreeMotion motion = free_motion(s.model, s.state, 0, gravity);
+    const std::vector<double> acceleration = random.values(base.joints(), 1);
+    std::vector<double> effort(acceleration.size());
+    JointEfforts(base, gravity)
+        .evaluate(s.theta(), s.rates(), acceleration, s.X_WB(), motion.in_base(0, s.X_WB()), effort);
+    const ReducedEquation eq = reduced_equation(s.model, s.state, 0, {}, gravity);
+    // Its joints stand in the order of velocities.
+    const std::vector<int> order = joint_velocities(s.model, 0);
+    Eigen::VectorXd a(base.joints()), expected(base.joints());
+    std::vector<int> place(base.joints());
+    for (int j = 0; j < base.joints(); ++j) {
+      const int v = s.model.bodies()[s.model.joints()[j]].v;
+      place[j] = static_cast<int>(std::find(order.begin(), order.end(), v) - order.begin());
+      a[place[j]] = acceleration[j];
+    }
+    expected = eq.I * a + eq.c - eq.tau;
+    double scale = 1;
+    for (double x : expected) scale = std::max(scale, std::abs(x));
+    for (int j = 0; j < base.joints(); ++j) {
+      EXPECT_LT(worst.note(std::abs(effort[j] - expected[place[j]]) / scale, i), 1e-10);
+    }
+  }
+}
+
+// --- What is kept
+
+// The largest of something over the way that a solution takes.
+template <class Of>
+double largest_on(const Model& model, const ReachProblem& p, const ReachSolution& r, Of&& of) {
+  FloatingBase base(model, true);
+  SegmentStart start = p.start;
+  start.knots = r.knots;
+  PathSegment segment(base, start, p.motion);
+  segment.keep_way(60);
+  EXPECT_TRUE(segment.fly(r.position, r.rate, false, SegmentAccuracy::full, r.coefficients).finished);
+  double largest = -kNone;
+  for (int i = 0; i < segment.way_points(); ++i) largest = std::max(largest, of(segment.way_point(i)));
+  return largest;
+}
+
+double fastest(const PathSegment::WayPoint& w) {
+  double rate = 0;
+  for (double x : w.rate) rate = std::max(rate, std::abs(x));
+  return rate;
+}
+
+void expect_arrival(const Model& model, const ReachProblem& p, const ReachSolution& r) {
+  FloatingBase base(model, true);
+  SegmentStart start = p.start;
+  start.knots = r.knots;
+  PathSegment segment(base, start, p.motion);
+  const SegmentEnd end = segment.fly(r.position, r.rate, false, SegmentAccuracy::full, r.coefficients);
+  base.place(r.position);
+  Eigen::VectorXd error;
+  Eigen::MatrixXd unused, unused_too;
+  goal_error(base, end.X_WB, p.goals, error, unused, unused_too);
+  EXPECT_LT(error.lpNorm<Eigen::Infinity>(), kArrived);
+}
+
+class Kept : public ::testing::TestWithParam<unsigned> {};
+INSTANTIATE_TEST_SUITE_P(Seeds, Kept, ::testing::Values(1u, 2u, 3u));
+
+TEST_P(Kept, RatesStayWithinTheirLimits) {
+  TiltedArms arms = tilted_arms(GetParam());
+  FloatingBase base(arms.model, true);
+  const ReachSolution free = plan_reach(base, arms.problem);
+  ASSERT_TRUE(free.found) << free.failure;
+  const double before = largest_on(arms.model, arms.problem, free, fastest);
+  arms.problem.rate_limit.assign(base.joints(), 0.85 * before);
+  arms.problem.way.limits = true;
+  const ReachSolution kept = plan_reach(base, arms.problem);
+  ASSERT_TRUE(kept.found) << kept.failure;
+  expect_arrival(arms.model, arms.problem, kept);
+  EXPECT_LE(largest_on(arms.model, arms.problem, kept, fastest), 0.85 * before * (1 + 2e-6));
+  EXPECT_LE(kept.way->rate_share, 1 + 1e-6);
+  EXPECT_GE(kept.way->rate_share, 0.99);  // it gives away no more than it has to
+}
+
+TEST_P(Kept, EffortsStayWithinTheirLimits) {
+  TiltedArms arms = tilted_arms(GetParam());
+  FloatingBase base(arms.model, true);
+  ReachProblem& p = arms.problem;
+  p.way.limits = true;
+  p.way.effort_limit.assign(base.joints(), 1.0);
+  p.way.effort_limit[0] = 1e6;
+  const ReachSolution free = plan_reach(base, p);
+  JointEfforts efforts(base, {0, 0, 0});
+  std::vector<double> effort(base.joints());
+  const auto strongest = [&](const PathSegment::WayPoint& w) {
+    efforts.evaluate(w.position, w.rate, w.acceleration, w.X_WB, p.motion.in_base(w.time, w.X_WB), effort);
+    double most = 0;
+    for (std::size_t j = 1; j < effort.size(); ++j) most = std::max(most, std::abs(effort[j]));
+    return most;
+  };
+  p.way.limits = false;
+  const ReachSolution simple = plan_reach(base, p);
+  ASSERT_TRUE(simple.found);
+  const double before = largest_on(arms.model, p, simple, strongest);
+  p.way.limits = true;
+  p.way.effort_limit.assign(base.joints(), 0.8 * before);
+  const ReachSolution kept = plan_reach(base, p);
+  ASSERT_TRUE(kept.found) << kept.failure;
+  expect_arrival(arms.model, p, kept);
+  EXPECT_LE(largest_on(arms.model, p, kept, strongest), 0.8 * before * (1 + 1e-5));
+  (void)free;
+}
+
+TEST_P(Kept, TheBaseStaysNearItsAttitude) {
+  TiltedArms arms = tilted_arms(GetParam());
+  FloatingBase base(arms.model, true);
+  ReachProblem& p = arms.problem;
+  const Rotationd R = p.start.X_WB.R;
+  const auto turn = [&](const PathSegment::WayPoint& w) { return rotation_angle(transpose(R) * w.X_WB.R); };
+  const ReachSolution free = plan_reach(base, p);
+  ASSERT_TRUE(free.found);
+  const double before = largest_on(arms.model, p, free, turn);
+  p.way.R_WB0 = R;
+  p.way.base_turn = 0.7 * before;
+  const ReachSolution kept = plan_reach(base, p);
+  ASSERT_TRUE(kept.found) << kept.failure;
+  expect_arrival(arms.model, p, kept);
+  EXPECT_LE(largest_on(arms.model, p, kept, turn), p.way.base_turn + 2e-6);
+  EXPECT_LE(kept.way->base_turn, p.way.base_turn + 1e-6);
+}
+
+// Each objective against what the other solutions have of it, and its gradient by the fact that no small change is
+// better.
+TEST(WayObjective, BecomesLeast) {
+  using Kind = Objective::Kind;
+  TiltedArms arms = tilted_arms(4);
+  FloatingBase base(arms.model, true);
+  ReachProblem& p = arms.problem;
+  p.way.R_WB0 = p.start.X_WB.R;
+  const auto solve = [&](Kind kind, int knots) {
+    p.objective = Objective(kind, p.start, p.guess, p.lower, p.upper);
+    p.way.knots = knots;
+    return plan_reach(base, p);
+  };
+  for (const Kind kind : {Kind::base_attitude, Kind::base_motion, Kind::effort}) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    const ReachSolution one = solve(kind, 0), three = solve(kind, 3);
+    ASSERT_TRUE(one.found) << one.failure;
+    ASSERT_TRUE(three.found) << three.failure;
+    expect_arrival(arms.model, p, three);
+    ASSERT_EQ(one.terms.size(), 1u);
+    EXPECT_EQ(one.terms[0], one.objective);
+    EXPECT_LT(three.objective, one.objective * (1 + 1e-6) + 1e-9);
+    p.objective = Objective(Kind::excursion, p.start, p.guess, p.lower, p.upper);
+    p.way.knots = 0;
+    const ReachSolution least_way = plan_reach(base, p);
+    // The same term of the plan that moves the joints least.
+    p.objective = Objective(std::vector<Objective::Term>{{Kind::excursion, 1}, {kind, 1e-12}}, p.start, p.guess,
+                            p.lower, p.upper);
+    const ReachSolution measured = plan_reach(base, p);
+    ASSERT_EQ(measured.terms.size(), 2u);
+    EXPECT_NEAR(measured.terms[0], least_way.objective, 1e-6 * least_way.objective);
+    EXPECT_LT(three.objective, 0.9 * measured.terms[1]);
+  }
+}
+
+}  // namespace way_test
+}  // namespace grapnel::testing
