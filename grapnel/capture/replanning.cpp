@@ -70,7 +70,9 @@ void replan_if_due(CaptureRun& run) {
       {now, found, plan.report.rhs_evaluations, estimate_errors(problem, seems, truth), plan.failure});
   for (const std::string& warning : plan.warnings) run.result.warnings.push_back(warning);
   if (!found) return;
+  std::optional<WindowReport> window = std::move(run.result.plan->window);
   run.result.plan = plan.report;
+  run.result.plan->window = std::move(window);
   run.joints.follow(std::move(plan.joints));
 }
 

@@ -1,9 +1,11 @@
 #include "grapnel/capture/simulate_capture.hpp"
 
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
 
 #include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/approach/capture_window.hpp"
 #include "grapnel/approach/navigation.hpp"
 #include "grapnel/capture/finite_result.hpp"
 #include "grapnel/capture/grasp_events.hpp"
@@ -16,7 +18,7 @@ namespace {
 
 // The phases, below, in the order in which they come.
 void warn_of_comparisons(CaptureRun& run);
-void plan_motion(CaptureRun& run);
+void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen);
 MotionPhase begin_approach(CaptureRun& run);
 bool goes_on(const CaptureRun& run);
 MotionPhase begin_post_impact(CaptureRun& run);
@@ -24,11 +26,11 @@ void check_and_report(CaptureRun& run);
 
 // A capture from its plan to its report, or its impact alone. Stops at every piece of motion; who resumes it may have
 // integrated that elsewhere, else it is integrated then.
-Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part) {
+Resumable<PhaseSegment> capture(CaptureRun& run, CaptureSteps::Part part, const std::optional<CaptureTime>& chosen) {
   try {
     // Planning: where targets will be, and how the joints get there.
     warn_of_comparisons(run);
-    plan_motion(run);
+    plan_motion(run, chosen);
 
     // The approach: pieces of motion between grasps that close at stated times or on arrival.
     if (run.problem.approach && part == CaptureSteps::Part::impact_only && !run.problem.approach->replan) {
@@ -105,16 +107,23 @@ void place_bodies(const CaptureProblem& problem, const TargetPlan& targets, RunB
 }
 
 // The targets' motion, where everything is at the start, and what the joints follow in the approach.
-void plan_motion(CaptureRun& run) {
+void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen) {
   const auto planning = [&](double) { run.progress(kPlanning, 0, 0); };
   const TargetPlan targets = plan_targets(run.problem, run.progress ? std::function<void(double)>(planning) : nullptr);
   place_bodies(run.problem, targets, run.bodies);
   if (!run.problem.approach) return;
+  if (chosen && !chosen->failure.empty()) {
+    run.result.plan = chosen->closest;
+    run.result.plan->searched = true;
+    run.result.plan->window = chosen->window;
+    throw RunFailure(chosen->failure);
+  }
   std::optional<ApproachPlan> plan;
   if (run.detail != CaptureDetail::full && !navigates(run.problem))
     plan = stated_approach(run.problem, run.bodies.system);
   if (!plan) plan = plan_on_estimates(run, targets);
   run.result.plan = plan->report;
+  if (chosen) run.result.plan->window = chosen->window;
   for (const std::string& warning : plan->warnings) run.result.warnings.push_back(warning);
   if (!plan->failure.empty()) throw RunFailure(plan->failure);
   run.joints.follow(std::move(plan->joints));
@@ -160,6 +169,20 @@ void check_and_report(CaptureRun& run) {
   }
 }
 
+// When to capture, where the scenario leaves that open.
+std::optional<CaptureTime> chosen_time(const CaptureProblem& problem, const CaptureProgress& progress) {
+  if (!problem.approach || !problem.approach->window) return {};
+  try {
+    return choose_capture_time(problem, progress);
+  } catch (const std::runtime_error& error) {
+    CaptureTime none{problem, {}, error.what(), {}};
+    none.problem.approach->duration = problem.approach->window->latest;
+    none.problem.approach->window.reset();
+    none.window.time = std::nan("");
+    return none;
+  }
+}
+
 OrbitReport describe_orbit(const OrbitSetup& setup) {
   const ReferenceOrbit orbit = reference_orbit(setup);
   const OrbitPoint start = orbit_point(orbit, 0);
@@ -172,10 +195,11 @@ OrbitReport describe_orbit(const OrbitSetup& setup) {
 
 struct CaptureSteps::Work {
   Work(const CaptureProblem& problem, CaptureDetail detail, CaptureProgress progress, Part part, SeriesSink* sink)
-      : frame(moving_frame(problem)),
-        seen(frame.is_world() ? nullptr : std::make_unique<CaptureProblem>(seen_from(frame, problem))),
-        run(seen ? *seen : problem, frame, detail, std::move(progress), sink, result),
-        body(capture(run, part)) {
+      : chosen(chosen_time(problem, progress)),
+        frame(moving_frame(problem)),
+        seen(frame.is_world() ? nullptr : std::make_unique<CaptureProblem>(seen_from(frame, timed(problem)))),
+        run(seen ? *seen : timed(problem), frame, detail, std::move(progress), sink, result),
+        body(capture(run, part, chosen)) {
     result.scenario_name = problem.name;
     result.scenario_sha256 = problem.sha256;
     result.status = CaptureStatus::failed;  // until it has been completed
@@ -186,7 +210,11 @@ struct CaptureSteps::Work {
     if (detail == CaptureDetail::full && part == Part::whole) result.scene = scene_of(problem);
   }
 
+  // The problem with a duration, whether it states it or has it looked for.
+  const CaptureProblem& timed(const CaptureProblem& problem) const { return chosen ? chosen->problem : problem; }
+
   CaptureResult result;
+  const std::optional<CaptureTime> chosen;  // of a problem with a window
   const MovingFrame frame;
   const std::unique_ptr<const CaptureProblem> seen;  // in the frame in which it is computed; null: the problem itself
   CaptureRun run;

@@ -140,6 +140,12 @@ void check_way(const CaptureProblem& problem, std::size_t joints, std::vector<st
     if (!guess.empty() && (guess.size() != joints || !finite(guess)))
       faults.push_back(fmt::format("approach: plan: guess: {} values for {} joints", guess.size(), joints));
   }
+  if (const auto& window = approach.window) {
+    if (!approach.plan) faults.push_back("approach: a window of capture times needs plan");
+    if (!(window->earliest > 0 && window->latest > window->earliest) || !std::isfinite(window->latest) ||
+        !(window->step >= 0) || !std::isfinite(window->step))
+      faults.push_back("approach: window: times must be positive and increase, and the step must not be negative");
+  }
   if (approach.sampled) check_samples(*approach.sampled, joints, faults);
   if (!approach.pieces.empty()) check_pieces(approach, joints, faults);
   if ((approach.sampled || !approach.pieces.empty()) &&

@@ -69,6 +69,19 @@ class ConflictFinder {
     return phase->duration;
   }
 
+  // Of an approach whose time of capture is looked for: the shortest that it can be.
+  static std::optional<double> shortest(const std::optional<ApproachSetup>& approach) {
+    if (!approach || !approach->window) return duration_of(approach);
+    const double earliest = approach->window->earliest;
+    return earliest > 0 && std::isfinite(earliest) ? std::optional(earliest) : std::nullopt;
+  }
+  // The longest.
+  static std::optional<double> longest(const std::optional<ApproachSetup>& approach) {
+    if (!approach || !approach->window) return duration_of(approach);
+    const double latest = approach->window->latest;
+    return latest > 0 && std::isfinite(latest) ? std::optional(latest) : std::nullopt;
+  }
+
   const CaptureProblem& problem_;
   std::vector<ProblemFault>& found_;
 };

@@ -126,12 +126,14 @@ class Conflicts : ConflictFinder {
       add_key("approach.plan", "approach.plan needs 'grasps': there is nothing to reach").relies_on = "grasps";
     if (approach.capture_at == ApproachSetup::CaptureAt::envelope) check_envelopes();
     if (approach.straight_in) check_directions();
+    if (approach.window) check_window(approach, *approach.window);
     const double straight = approach.straight_in ? approach.straight_in->duration : 0;
-    if (approach.straight_in && approach.duration > 0 && straight >= approach.duration) {
-      add("approach.straight_in.duration",
-          "approach.straight_in.duration is {} [s], must be less than the approach's {}", straight, approach.duration);
+    const double duration = shortest(problem_.approach).value_or(0);
+    if (approach.straight_in && duration > 0 && straight >= duration) {
+      add("approach.straight_in.duration", "approach.straight_in.duration is {} [s], must be less than {} {}", straight,
+          approach.window ? "approach.window.earliest," : "the approach's", duration);
     }
-    const double end = approach.duration - straight;
+    const double end = duration - straight;
     double before = 0;
     for (std::size_t i = 0; i < approach.waypoints.size(); ++i) {
       const double time = approach.waypoints[i].time;
@@ -140,7 +142,9 @@ class Conflicts : ConflictFinder {
         add(path, "{} is {} [s], must be greater than {} of the waypoint before", path, time, before);
       } else if (time > 0 && end > 0 && time >= end) {
         add(path, "{} is {} [s], must be less than {}, {}", path, time, end,
-            straight > 0 ? "where straight_in begins" : "the approach's duration");
+            straight > 0      ? "where straight_in begins"
+            : approach.window ? "approach.window.earliest"
+                              : "the approach's duration");
       }
       before = std::max(before, time);
     }
@@ -151,6 +155,26 @@ class Conflicts : ConflictFinder {
         add(path, "{} is {} [s], must be greater than {} of the piece before", path, until, begin);
     }
     if (!approach.sampled && approach.pieces.empty()) check_start(approach);
+  }
+
+  // More times than this are a slip of the pen: a plan takes some 10 ms.
+  static constexpr double kMostTimes = 10'000;
+
+  void check_window(const ApproachSetup& approach, const CaptureWindow& window) {
+    const double length = window.latest - window.earliest;
+    if (window.earliest > 0 && window.latest > 0 && !(length > 0)) {
+      add("approach.window.latest", "approach.window.latest is {} [s], must be greater than {}, earliest",
+          window.latest, window.earliest);
+    } else if (window.step > 0 && length / window.step > kMostTimes) {
+      add("approach.window.step",
+          "approach.window.step is {} [s], which makes {:.3g} times; at most {:.0f} are allowed", window.step,
+          length / window.step, kMostTimes);
+    }
+    if (!approach.plan || window.choose != CaptureWindow::Choose::objective) return;
+    if (approach.plan->objective != PlanSetup::Objective::as_found || approach.plan->weights) return;
+    add("approach.window.choose",
+        "approach.window.choose: objective has nothing to compare where approach.plan.objective is as_found; choose "
+        "soonest or slowest, or another objective");
   }
 
   // What capture_at: envelope waits for.
@@ -223,7 +247,7 @@ class Conflicts : ConflictFinder {
   }
 
   void check_closing_time(double time, const std::string& path) {
-    const auto approach = duration_of(problem_.approach), after = duration_of(problem_.post_impact);
+    const auto approach = shortest(problem_.approach), after = duration_of(problem_.post_impact);
     if (!(time > 0) || !approach) return;
     if (time > *approach && !problem_.post_impact) {
       const std::string end = *approach > 0 ? fmt::format("after the approach's end at {}", *approach)
@@ -359,7 +383,7 @@ class Conflicts : ConflictFinder {
 
   // Sample and step counts that cannot be meant.
   void check_lengths() {
-    const double approach = duration_of(problem_.approach).value_or(0);
+    const double approach = longest(problem_.approach).value_or(0);
     const double post = duration_of(problem_.post_impact).value_or(0);
     const double samples = (approach + post) / problem_.output_interval;
     if (problem_.output_interval > 0 && samples > kMostSamples) {

@@ -79,11 +79,12 @@ class SensorConflicts : ConflictFinder {
       add_key("approach.replan",
               "approach.replan: the quartic profile starts from rest, and joints move when they are planned anew; use "
               "profile: quintic or cycloidal");
-    if (approach.duration > 0 && approach.replan->every >= approach.duration)
-      add("approach.replan.every", "approach.replan.every is {} [s], must be less than {}, the approach's duration",
-          approach.replan->every, approach.duration);
+    const double least = shortest(problem_.approach).value_or(0), most = longest(problem_.approach).value_or(0);
+    if (least > 0 && approach.replan->every >= least)
+      add("approach.replan.every", "approach.replan.every is {} [s], must be less than {}, {}", approach.replan->every,
+          least, approach.window ? "approach.window.earliest" : "the approach's duration");
     constexpr double kMost = 10000;
-    if (approach.replan->every > 0 && approach.duration / approach.replan->every > kMost)
+    if (approach.replan->every > 0 && most / approach.replan->every > kMost)
       add("approach.replan.every", "approach.replan.every is {} [s], which makes more than {} plans",
           approach.replan->every, kMost);
   }

@@ -340,7 +340,9 @@ template <>
 struct Described<ApproachSetup> {
   using T = ApproachSetup;
   static constexpr auto fields = std::to_array<Field>({
-      field<&T::duration>("duration", "s", "T. With a trajectory or pieces it may be left out: then it is their end.")
+      field<&T::duration>(
+          "duration", "s",
+          "T. With a trajectory or pieces it may be left out: then it is their end. With window it is looked for.")
           .above(0)
           .optional(),
       field<&T::window>("window", "", "").optional(),
@@ -377,7 +379,8 @@ struct Described<ApproachSetup> {
   static constexpr auto rules = std::to_array<Rule>({
       one_of("final_joints, plan, trajectory, pieces"),
       needs("final_joints", "duration"),
-      needs("plan", "duration"),
+      when("plan").require_one_of("duration, window"),
+      needs("window", "plan"),
       needs("straight_in", "plan"),
       when("trajectory").forbid("profile, waypoints", "the file says where the joints are at all times"),
       when("trajectory").forbid("final_rates", "the rates at the end follow from the file"),
@@ -474,6 +477,8 @@ class ApproachReader {
   void finish(const TrajectoryFile* file) {
     if (file) read_samples(*file);
     if (const Node* pieces = node_.find("pieces")) follow_pieces(*pieces);
+    // Until a time has been chosen the approach is as long as it can become.
+    if (approach_.window && !node_.find("duration")) approach_.duration = approach_.window->latest;
     const Node* rates = node_.find("final_rates");
     if (!rates && approach_.plan && !node_.find("straight_in")) approach_.match = RateMatch::twist;
     const NodeEntry* match = rates ? rates->entry("match") : nullptr;

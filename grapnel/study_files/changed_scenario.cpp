@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/approach/capture_window.hpp"
 #include "grapnel/problem/captured_model.hpp"
 #include "grapnel/ready_made/ready_made.hpp"
 #include "grapnel/scenario/forms.hpp"
@@ -318,14 +319,23 @@ bool has_something_to_plan(const ApproachSetup& approach) {
          std::any_of(approach.waypoints.begin(), approach.waypoints.end(), by_places);
 }
 
-void freeze_plan(const CaptureProblem& problem, Node& scenario) {
-  if (!problem.approach || !has_something_to_plan(*problem.approach)) return;
+void freeze_plan(const CaptureProblem& stated, Node& scenario) {
+  if (!stated.approach || !has_something_to_plan(*stated.approach)) return;
+  Node& node = *scenario.find("approach");
+  CaptureProblem problem = stated;
+  if (stated.approach->window) {
+    CaptureTime chosen = choose_capture_time(stated);
+    if (!chosen.failure.empty()) throw std::runtime_error(chosen.failure);
+    problem = std::move(chosen.problem);
+    const Mark mark = mark_of(node, "window");
+    drop(node, "window");
+    set(node, "duration", number_node(problem.approach->duration, mark));
+  }
   const ApproachSetup& approach = *problem.approach;
   // In the frame in which runs plan too: searches end within a tolerance, in another frame at another rounding.
   const CaptureProblem seen = seen_from(moving_frame(problem), problem);
   const ApproachPlan plan = plan_approach(seen, plan_targets(seen));
   if (!plan.failure.empty()) throw std::runtime_error(plan.failure);
-  Node& node = *scenario.find("approach");
   if (approach.straight_in || is_too_fast(problem, plan))
     freeze_motion(plan, node);
   else

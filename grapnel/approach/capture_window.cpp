@@ -1,0 +1,409 @@
+#include "grapnel/approach/capture_window.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/approach/navigation.hpp"
+#include "grapnel/approach/phase_setups.hpp"
+#include "grapnel/approach/reach_bound.hpp"
+#include "grapnel/plan/arm_starts.hpp"
+#include "grapnel/plan/path_segment.hpp"
+#include "grapnel/problem/captured_model.hpp"
+
+namespace grapnel {
+namespace {
+
+using Choose = CaptureWindow::Choose;
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kRefined = 1e-3;  // of the step: how well the chosen time is found
+constexpr int kFewStarts = 4;      // of a first try after a time without a plan
+
+// Where a servicer is that only its own joints move: its centre of mass on its way, or the base that stands still; and
+// how far each grasp's end-effector reaches from there.
+class Servicer {
+ public:
+  explicit Servicer(const CaptureProblem& problem) : system_(make_servicer(problem)) {
+    const Model& model = system_.model;
+    const CaptureSystem flown = make_servicer_with_wheels(problem);
+    const State state = without_wheels(flown, initial_servicer_state(problem, flown), system_);
+    floats_ = problem.robot.base_mode == RobotSetup::Base::free;
+    motion_ = free_motion(model, state, 0, problem.gravity);
+    const Kinematics kinematics = forward_kinematics(model, state);
+    const Posed& X_WB = kinematics.X_WB[system_.base];
+    for (const GraspSetup& grasp : problem.grasps) {
+      const int frame = model.frame_index(grasp.end_effector);
+      const ReachBound bound = reach_bound(model, system_.base, frame, floats_);
+      const int first = arm_reach(model, frame).first_body;
+      arms_.push_back({bound.length, X_WB * bound.from, kinematics.X_WB[first < 0 ? system_.base : first].p});
+    }
+  }
+
+  bool floats() const { return floats_; }
+  const Model& model() const { return system_.model; }
+  /// From which a grasp's reach counts.
+  Vector3d origin(std::size_t grasp, double t) const { return floats_ ? motion_.com_at(t) : arms_[grasp].from; }
+  double reach(std::size_t grasp) const { return arms_[grasp].reach; }
+  /// Where its arm's first joint would be if the base did not answer to the joints.
+  Vector3d first_joint(std::size_t grasp, double t) const {
+    return floats_ ? arms_[grasp].first_joint + motion_.com_at(t) - motion_.com_at(0) : arms_[grasp].first_joint;
+  }
+  Vector3d velocity(double t) const {
+    if (!floats_) return Vector3d::zero();
+    return (1 / motion_.mass) * motion_.h.linear + t * motion_.gravity;
+  }
+
+ private:
+  struct Arm {
+    double reach;          // [m]
+    Vector3d from;         // of a base that stands still, in W
+    Vector3d first_joint;  // at the start, in W
+  };
+  CaptureSystem system_;
+  bool floats_ = true;
+  FreeMotion motion_;
+  std::vector<Arm> arms_;  // per grasp
+};
+
+// Whether forces from outside may move what is to meet, other than gravity: then nothing is known of distances without
+// the motion itself.
+bool is_pushed(const CaptureProblem& problem) {
+  const auto& control = problem.approach->base_control;
+  const bool fires = control && (control->actuators == BaseControlSetup::Actuators::thrusters || control->dumping);
+  return problem.orbit.has_value() || !problem.loads.empty() || fires;
+}
+
+// One search. Everything is as planning sees it: in W, targets where they are estimated to be.
+class WindowSearch {
+ public:
+  WindowSearch(const CaptureProblem& problem, const CaptureProgress& progress)
+      : problem_(problem),
+        window_(*problem.approach->window),
+        seen_(navigates(problem) ? estimated_problem(problem) : problem),
+        frame_(moving_frame(problem)),
+        servicer_(seen_),
+        progress_(progress),
+        most_(problem.approach->plan->max_evaluations),
+        step_(window_.step > 0 ? window_.step : (window_.latest - window_.earliest) / 50) {
+    problem_.approach->window.reset();
+    seen_.approach->window.reset();
+    if (is_pushed(seen_)) return;
+    for (const GraspSetup& grasp : seen_.grasps) fastest_.push_back(fastest_change(grasp));
+  }
+
+  CaptureTime run() {
+    report_.time = kNone;
+    if (!fastest_.empty()) report_.not_before = first_within_reach();
+    for (const double t : times()) look(t);
+    std::optional<std::size_t> best = chosen();
+    if (best) {
+      if (window_.choose == Choose::soonest)
+        bisect(*best);
+      else
+        refine(*best);
+      best = chosen();
+      report_.time = report_.points[*best].time;
+    }
+    CaptureTime result{problem_, {}, "", closest_plan_};
+    if (!best) result.failure = why_not();
+    result.problem.approach->duration = best ? report_.time : nearest().time;
+    result.window = std::move(report_);
+    return result;
+  }
+
+ private:
+  // --- Times ---
+
+  std::vector<double> times() const {
+    std::vector<double> all;
+    // A multiple of the step that meets the end but for rounding is the end.
+    const double length = window_.latest - window_.earliest;
+    for (long k = 0; static_cast<double>(k) * step_ < length * (1 - 1e-9); ++k)
+      all.push_back(window_.earliest + static_cast<double>(k) * step_);
+    all.push_back(window_.latest);
+    return all;
+  }
+
+  // The point that the choice falls on, of those that have been looked at; of equals the first.
+  std::optional<std::size_t> chosen() const {
+    std::optional<std::size_t> best;
+    for (std::size_t i = 0; i < report_.points.size(); ++i) {
+      if (report_.points[i].reachable && (!best || value(report_.points[i]) < value(report_.points[*best]))) best = i;
+    }
+    return best;
+  }
+
+  double value(const WindowPoint& point) const {
+    if (!point.reachable) return kInfinite;
+    switch (window_.choose) {
+      case Choose::soonest:
+        return point.time;
+      case Choose::slowest:
+        return point.speed;
+      case Choose::objective:
+        break;
+    }
+    return point.objective;
+  }
+
+  // Between the first that can be reached and the one before, which cannot.
+  void bisect(std::size_t first) {
+    if (first == 0) return;
+    double out = report_.points[first - 1].time, in = report_.points[first].time;
+    while (in - out > kRefined * step_) {
+      const double middle = 0.5 * (out + in);
+      (look(middle).reachable ? in : out) = middle;
+    }
+  }
+
+  // Golden section about the best of the samples; its neighbours are worse, or there are none.
+  void refine(std::size_t best) {
+    constexpr double kGolden = 0.3819660112501051;  // (3 - sqrt 5)/2
+    double middle = report_.points[best].time, least = value(report_.points[best]);
+    double begin = best > 0 ? report_.points[best - 1].time : middle;
+    double end = best + 1 < report_.points.size() ? report_.points[best + 1].time : middle;
+    while (end - begin > 2 * kRefined * step_) {
+      const bool above = end - middle > middle - begin;
+      const double t = middle + kGolden * (above ? end - middle : begin - middle);
+      const double there = value(look(t));
+      if (there < least) {
+        (above ? begin : end) = middle;
+        middle = t, least = there;
+      } else {
+        (above ? end : begin) = t;
+      }
+    }
+  }
+
+  // --- One time ---
+
+  const WindowPoint& look(double t) {
+    WindowPoint point = where_things_are(t);
+    if (point.reason.empty()) plan(point);
+    const auto place = std::upper_bound(report_.points.begin(), report_.points.end(), t,
+                                        [](double time, const WindowPoint& p) { return time < p.time; });
+    return *report_.points.insert(place, std::move(point));
+  }
+
+  TargetMotion target_at(const TargetSetup& target, double t) const {
+    const TargetMotion given{target.X_WT, target.V_WT};
+    if (target.given_at == TargetSetup::Instant::capture) return given;
+    return propagate_target(seen_, target, given, 0, t, [this](double) { tell(0); });
+  }
+
+  // Goals as a run of this duration has them.
+  std::vector<Goal> goals_at(double t) const {
+    TargetPlan targets;
+    for (const TargetSetup& target : seen_.targets) targets.capture.push_back(target_at(target, t));
+    targets.start = targets.capture;
+    std::vector<Goal> goals = capture_goals(seen_, servicer_.model(), targets);
+    for (std::size_t g = 0; g < goals.size(); ++g) {
+      // What moves is the grasp point, however the end-effector is to meet it.
+      goals[g].V_WG.linear -= seen_.grasps[g].relative_velocity;
+      goals[g].V_WG.angular -= seen_.grasps[g].relative_angular_velocity;
+    }
+    return goals;
+  }
+
+  double reach(std::size_t grasp, const Goal& goal) const { return servicer_.reach(grasp) + goal.accepted_distance; }
+
+  // All that is known without a plan; a reason where that is enough to rule one out.
+  WindowPoint where_things_are(double t) const {
+    constexpr double kRounding = 1e-12;  // relative; a place at the limit counts as within reach
+    WindowPoint point;
+    point.time = t;
+    point.objective = point.direction_angle = kNone;
+    const std::vector<Goal> goals = goals_at(t);
+    for (std::size_t g = 0; g < goals.size(); ++g) {
+      const GraspSetup& grasp = seen_.grasps[g];
+      const Goal& goal = goals[g];
+      const double away = norm(goal.X_WG.p - servicer_.origin(g, t)), reach = this->reach(g, goal);
+      const double share = std::isfinite(reach) ? away / reach : 0;
+      point.speed = std::max(point.speed, norm(goal.V_WG.linear - servicer_.velocity(t)));
+      if (share > 1 + kRounding && share > point.reach_share && !fastest_.empty()) {
+        point.reason =
+            fmt::format("grasp point '{}' of '{}' is {:.4g} m from the {}; end-effector '{}' reaches {:.4g} m",
+                        goal.point, goal.target, away, origin_name(), goal.name, reach);
+      }
+      point.reach_share = std::max(point.reach_share, share);
+      const GraspPoint& grasp_point = grasp_point_of(seen_, grasp);
+      if (!grasp_point.approach_direction) continue;
+      const double angle = angle_between(goal.direction_W, goal.X_WG.p - servicer_.first_joint(g, t));
+      const bool asked_for = seen_.approach->straight_in || grasp.orientation != GraspSetup::Orientation::free;
+      if (asked_for && angle > 0.5 * std::numbers::pi && point.reason.empty()) {
+        point.reason = fmt::format(
+            "the approach direction of grasp point '{}' of '{}' leads towards the servicer: it is {:.3g} deg off the "
+            "way "
+            "from the arm's first joint to the point",
+            goal.point, goal.target, angle * 180 / std::numbers::pi);
+      }
+      if (!(angle <= point.direction_angle)) point.direction_angle = angle;
+    }
+    return point;
+  }
+
+  const char* origin_name() const {
+    return servicer_.floats() ? "servicer's centre of mass" : "place where the base carries the arm";
+  }
+
+  static double angle_between(const Vector3d& a, const Vector3d& b) { return std::atan2(norm(cross(a, b)), dot(a, b)); }
+
+  void plan(WindowPoint& point) {
+    if (evaluations_ >= most_) {
+      throw std::runtime_error(fmt::format(
+          "looking for the time of capture: given up after {} evaluations of the servicer's motion, at t = {:.6g} s of "
+          "a "
+          "window from {:.6g} to {:.6g} s; a longer approach.window.step or fewer approach.plan.starts take less, and "
+          "approach.plan.max_evaluations allows more",
+          evaluations_, point.time, window_.earliest, window_.latest));
+    }
+    const int starts = seen_.approach->plan->starts;
+    ApproachPlan plan;
+    if (!found_before_ && starts > kFewStarts) {
+      plan = plan_at(point.time, kFewStarts);
+      if (plan.failure.empty()) plan = plan_at(point.time, starts);
+    } else {
+      plan = plan_at(point.time, starts);
+    }
+    found_before_ = point.reachable = plan.failure.empty();
+    point.reason = plan.failure;
+    if (point.reachable) {
+      point.objective = plan.report.objective_value;
+    } else if (!closest_ || point.reach_share < closest_->reach_share) {
+      closest_ = point;
+      closest_plan_ = std::move(plan.report);
+    }
+  }
+
+  ApproachPlan plan_at(double t, int starts) {
+    CaptureProblem at = problem_;
+    at.approach->duration = t;
+    at.approach->plan->starts = starts;
+    // In the frame in which runs plan too: searches end within a tolerance, in another frame at another rounding.
+    if (!frame_.is_world()) at = seen_from(frame_, std::move(at));
+    if (navigates(at)) at = estimated_problem(at);
+    long done = 0;
+    const auto told = [&](const std::string&, double evaluations, double) {
+      done = static_cast<long>(evaluations);
+      tell(done);
+    };
+    ApproachPlan plan;
+    try {
+      plan = plan_approach(at, plan_targets(at), CaptureDetail::columns, told);
+    } catch (const std::runtime_error& error) {
+      if (stopped_) throw;
+      plan.failure = error.what();
+    }
+    evaluations_ += std::max(done, plan.report.rhs_evaluations);
+    return plan;
+  }
+
+  void tell(long done) const {
+    if (!progress_) return;
+    try {
+      progress_(kPlanning, static_cast<double>(std::min(evaluations_ + done, most_)), static_cast<double>(most_));
+    } catch (...) {
+      stopped_ = true;
+      throw;
+    }
+  }
+
+  // --- By distance alone ---
+
+  // How fast a grasp point's distance from where its arm's reach counts from can change at most, as T does [m/s].
+  double fastest_change(const GraspSetup& grasp) const {
+    const TargetSetup& target = target_of(seen_, grasp);
+    const double falls = servicer_.floats() ? 0 : 10 * window_.latest * norm(seen_.gravity);
+    if (target.given_at == TargetSetup::Instant::capture)  // the same whenever it is
+      return norm(servicer_.velocity(0)) + (servicer_.floats() ? 10 * window_.latest * norm(seen_.gravity) : 0);
+    const Vector3d to_com = target.X_WT.R * target.com;
+    const Vector3d velocity = target.V_WT.linear + cross(target.V_WT.angular, to_com);
+    const Vector3d w_T = transposed_times(target.X_WT.R, target.V_WT.angular);
+    const double momentum = norm(target.inertia * w_T);
+    const Symmetric3d& I = target.inertia;
+    const Eigen::Matrix3d inertia{{I.xx, I.xy, I.xz}, {I.xy, I.yy, I.yz}, {I.xz, I.yz, I.zz}};
+    const double least =
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia, Eigen::EigenvaluesOnly).eigenvalues()[0];
+    // |w| <= |L| / J_min, and L is constant.
+    return norm(velocity - servicer_.velocity(0)) + falls +
+           momentum / least * norm(grasp_point_of(seen_, grasp).X_TG.p - target.com);
+  }
+
+  // The time before which distances rule every capture out; absent where they do not at the window's beginning. From
+  // any time on, one is ruled out for as long as the farthest grasp point's way to its end-effector's reach takes at
+  // least. Looks beyond the window too: who waits wants to know for how long.
+  std::optional<double> first_within_reach() const {
+    constexpr int kMostSteps = 20'000;
+    const double horizon = 10 * window_.latest;
+    double t = window_.earliest;
+    for (int i = 0; i < kMostSteps; ++i) {
+      const std::vector<Goal> goals = goals_at(t);
+      double wait = 0;
+      for (std::size_t g = 0; g < goals.size(); ++g) {
+        const double gap = norm(goals[g].X_WG.p - servicer_.origin(g, t)) - reach(g, goals[g]);
+        if (gap > 0) wait = std::max(wait, gap / fastest_[g]);
+      }
+      if (!(wait > 0)) break;
+      if (t + wait >= horizon) return horizon;
+      t += wait;
+      if (wait < 1e-6 * step_) break;
+    }
+    return t > window_.earliest ? std::optional(t) : std::nullopt;
+  }
+
+  // --- Nothing can be reached ---
+
+  // Of points that have come as far as planning the one that is best within reach; else of all.
+  const WindowPoint& nearest() const {
+    const auto nearer = [](const WindowPoint& a, const WindowPoint& b) { return a.reach_share < b.reach_share; };
+    return closest_ ? *closest_ : *std::min_element(report_.points.begin(), report_.points.end(), nearer);
+  }
+
+  std::string why_not() const {
+    std::string text =
+        fmt::format("no capture can be planned between t = {:.6g} and {:.6g} s", window_.earliest, window_.latest);
+    if (report_.not_before) {
+      text += fmt::format("; by distance none can be reached before t = {:.6g} s{}", *report_.not_before,
+                          *report_.not_before >= 10 * window_.latest ? ", which is as far as was looked" : "");
+    }
+    const WindowPoint& at = nearest();
+    return text + fmt::format("; at t = {:.6g} s, which comes nearest: {}", at.time, at.reason);
+  }
+
+  CaptureProblem problem_;  // as it stands
+  const CaptureWindow window_;
+  CaptureProblem seen_;  // as planning sees it
+  const MovingFrame frame_;
+  const Servicer servicer_;
+  const CaptureProgress& progress_;
+  const long most_;
+  const double step_;
+  std::vector<double> fastest_;  // per grasp; empty: nothing is known by distance alone
+  WindowReport report_;
+  std::optional<WindowPoint> closest_;  // of those at which planning has failed, with the grasp points nearest
+  PlanReport closest_plan_;             // what it said there
+  bool found_before_ = false;
+  long evaluations_ = 0;
+  mutable bool stopped_ = false;
+};
+
+}  // namespace
+
+CaptureTime choose_capture_time(const CaptureProblem& problem, const CaptureProgress& progress) {
+  // Checked at both ends: what stands before the capture has to come before the earliest.
+  CaptureProblem checked = problem;
+  for (const double duration : {problem.approach->window->latest, problem.approach->window->earliest}) {
+    checked.approach->duration = duration;
+    make_capture_system(checked);
+  }
+  return WindowSearch(problem, progress).run();
+}
+
+}  // namespace grapnel
