@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <string_view>
 
 #include "grapnel/approach/approach_plan.hpp"
 #include "grapnel/approach/navigation.hpp"
@@ -24,7 +25,10 @@ using Choose = CaptureWindow::Choose;
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr double kRefined = 1e-3;  // of the step: how well the chosen time is found
-constexpr int kFewStarts = 4;      // of a first try after a time without a plan
+constexpr int kFewStarts = 4;      // of a first try where the time before has no plan
+// What planning says where nothing but the search itself stands in the way (explain_failure); then others may find it.
+constexpr std::string_view kUnexplained = "every arm by itself reaches its point";
+constexpr int kBetweenTries = 8;  // times without a plan, from one such try to the next
 
 // Where a servicer is that only its own joints move: its centre of mass on its way, or the base that stands still; and
 // how far each grasp's end-effector reaches from there.
@@ -158,6 +162,7 @@ class WindowSearch {
     if (first == 0) return;
     double out = report_.points[first - 1].time, in = report_.points[first].time;
     while (in - out > kRefined * step_) {
+      failures_ = kBetweenTries;  // a few guesses at each of these times
       const double middle = 0.5 * (out + in);
       (look(middle).reachable ? in : out) = middle;
     }
@@ -186,7 +191,11 @@ class WindowSearch {
 
   const WindowPoint& look(double t) {
     WindowPoint point = where_things_are(t);
-    if (point.reason.empty()) plan(point);
+    if (point.reason.empty())
+      plan(point);
+    else
+      failed_from_.clear();
+    found_before_ = point.reachable;
     const auto place = std::upper_bound(report_.points.begin(), report_.points.end(), t,
                                         [](double time, const WindowPoint& p) { return time < p.time; });
     return *report_.points.insert(place, std::move(point));
@@ -264,16 +273,12 @@ class WindowSearch {
           "approach.plan.max_evaluations allows more",
           evaluations_, point.time, window_.earliest, window_.latest));
     }
-    const int starts = seen_.approach->plan->starts;
-    ApproachPlan plan;
-    if (!found_before_ && starts > kFewStarts) {
-      plan = plan_at(point.time, kFewStarts);
-      if (plan.failure.empty()) plan = plan_at(point.time, starts);
-    } else {
-      plan = plan_at(point.time, starts);
-    }
-    found_before_ = point.reachable = plan.failure.empty();
+    ApproachPlan plan = first_try(point.time);
+    if (plan.failure.empty() && !is_whole_try_) plan = plan_at(point.time, *problem_.approach->plan);
+    point.reachable = plan.failure.empty();
     point.reason = plan.failure;
+    failed_from_ = point.reachable ? std::vector<double>{} : plan.report.final_position;
+    failures_ = point.reachable ? 0 : failures_ + 1;
     if (point.reachable) {
       point.objective = plan.report.objective_value;
     } else if (!closest_ || point.reach_share < closest_->reach_share) {
@@ -282,10 +287,28 @@ class WindowSearch {
     }
   }
 
-  ApproachPlan plan_at(double t, int starts) {
+  // Whether it is worth to plan as the run does. Where the time before has a plan this is that plan already. Else a
+  // search from where the last one came to rest costs a tenth, and if it says what keeps the arm from its point hardly
+  // any other guess finds a way. Now and then a few others are tried all the same.
+  ApproachPlan first_try(double t) {
+    PlanSetup setup = *problem_.approach->plan;
+    is_whole_try_ = found_before_;
+    if (is_whole_try_) return plan_at(t, setup);
+    setup.objective = PlanSetup::Objective::as_found;
+    setup.weights.reset();
+    PlanSetup few = setup;
+    few.starts = std::min(setup.starts, kFewStarts);
+    if (failures_ % kBetweenTries == 0 || failed_from_.empty()) return plan_at(t, few);
+    setup.guess = failed_from_;
+    setup.starts = 1;
+    ApproachPlan plan = plan_at(t, setup);
+    return plan.failure.find(kUnexplained) == std::string::npos ? plan : plan_at(t, few);
+  }
+
+  ApproachPlan plan_at(double t, const PlanSetup& setup) {
     CaptureProblem at = problem_;
     at.approach->duration = t;
-    at.approach->plan->starts = starts;
+    at.approach->plan = setup;
     // In the frame in which runs plan too: searches end within a tolerance, in another frame at another rounding.
     if (!frame_.is_world()) at = seen_from(frame_, std::move(at));
     if (navigates(at)) at = estimated_problem(at);
@@ -389,7 +412,10 @@ class WindowSearch {
   WindowReport report_;
   std::optional<WindowPoint> closest_;  // of those at which planning has failed, with the grasp points nearest
   PlanReport closest_plan_;             // what it said there
-  bool found_before_ = false;
+  bool found_before_ = false;           // at the time looked at last
+  bool is_whole_try_ = false;           // what first_try() has last returned
+  std::vector<double> failed_from_;     // where the last search without success came to rest; empty: it had success
+  int failures_ = 0;                    // so many in a row
   long evaluations_ = 0;
   mutable bool stopped_ = false;
 };

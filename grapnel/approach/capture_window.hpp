@@ -10,7 +10,7 @@
 ///   2. Direction. Where a grasp asks for its approach direction, one that leads back towards the arm is not free.
 ///   3. The plan itself, as the run with that duration makes it: nothing is handed on from one time to the next, so
 ///      that a scenario with the chosen duration has the same plan. After a time without a plan the next is first tried
-///      with a few initial guesses, since a search that fails costs ten times one that does not.
+///      from where that search came to rest, since one that fails altogether costs ten times one that does not.
 /// The best of them is refined between its neighbours: by golden section for what is least, by bisection for the first
 /// that can be reached, to a thousandth of the step.
 

@@ -114,7 +114,6 @@ void plan_motion(CaptureRun& run, const std::optional<CaptureTime>& chosen) {
   if (!run.problem.approach) return;
   if (chosen && !chosen->failure.empty()) {
     run.result.plan = chosen->closest;
-    run.result.plan->searched = true;
     run.result.plan->window = chosen->window;
     throw RunFailure(chosen->failure);
   }
@@ -207,7 +206,7 @@ struct CaptureSteps::Work {
       result.control = {control->timing.period, control->timing.delay,
                         control->plugin.empty() ? control->fmu : control->plugin, control->sha256};
     if (problem.orbit) result.orbit = describe_orbit(*problem.orbit);
-    if (detail == CaptureDetail::full && part == Part::whole) result.scene = scene_of(problem);
+    if (detail == CaptureDetail::full && part == Part::whole) result.scene = scene_of(timed(problem));
   }
 
   // The problem with a duration, whether it states it or has it looked for.

@@ -94,6 +94,22 @@ std::string beyond(const CaptureResult& result, double time) {
   return fmt::format("; beyond validity, which ends at t = {} s", short_number(*result.valid_until));
 }
 
+// When to capture, where that was looked for.
+std::string window_line(const CaptureResult& result) {
+  if (!result.plan || !result.plan->window || result.plan->window->points.empty()) return "";
+  const WindowReport& window = *result.plan->window;
+  const auto reached = std::count_if(window.points.begin(), window.points.end(),
+                                     [](const WindowPoint& point) { return point.reachable; });
+  const std::string times =
+      fmt::format("{} times between {} and {} s", window.points.size(), short_number(window.points.front().time),
+                  short_number(window.points.back().time));
+  std::string text = std::isnan(window.time) ? fmt::format("none of {} can be reached", times)
+                                             : fmt::format("capture at t = {} s, chosen of {}; {} can be reached",
+                                                           short_number(window.time), times, reached);
+  if (window.not_before) text += fmt::format("; by distance none before t = {} s", short_number(*window.not_before));
+  return "\n" + paragraph("window: " + text, "");
+}
+
 // What planning has found, where it had to look for something.
 std::string plan_table(const CaptureResult& result) {
   if (!result.plan || !result.plan->searched) return "";
@@ -572,10 +588,10 @@ std::string ledger_table(const Ledger& ledger) {
 }  // namespace
 
 std::string result_table(const CaptureResult& result) {
-  return verdict(result) + margins_table(result) + plan_table(result) + approach_table(result) + impact_tables(result) +
-         release_lines(result) + post_impact_table(result) + law_tables(result) + wheel_table(result) +
-         gyro_table(result) + thruster_table(result) + joint_mode_table(result) + loop_tables(result) +
-         load_table(result) + clearance_table(result) + ledger_table(result.ledger);
+  return verdict(result) + margins_table(result) + window_line(result) + plan_table(result) + approach_table(result) +
+         impact_tables(result) + release_lines(result) + post_impact_table(result) + law_tables(result) +
+         wheel_table(result) + gyro_table(result) + thruster_table(result) + joint_mode_table(result) +
+         loop_tables(result) + load_table(result) + clearance_table(result) + ledger_table(result.ledger);
 }
 
 }  // namespace grapnel

@@ -82,6 +82,8 @@ class Finder {
   static bool settle(CaptureProblem& problem) {
     RobotSetup& robot = problem.robot;
     if (robot.base_mode == RobotSetup::Base::fixed) robot.bodies.at(0).X_PF = problem.X_WB;
+    auto& approach = problem.approach;
+    if (approach && approach->window) approach->duration = approach->window->latest;
     return problem_conflicts(problem).empty() && robot_conflicts(robot, {}).empty();
   }
 
@@ -129,7 +131,8 @@ class Finder {
       return true;  // its keys have no meaning
     const bool is_said_too = (owner.name == "initial" && field.key != "base") ||
                              (owner.name == "approach" && field.key == "duration") || owner.name == "joint_limits";
-    return is_stated() && is_said_too;
+    const bool is_looked_for = owner.name == "approach" && field.key == "duration" && problem_.approach->window;
+    return (is_stated() && is_said_too) || is_looked_for;
   }
 
   NumberWriter find(const Type& type, Steps steps) {

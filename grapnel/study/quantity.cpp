@@ -74,8 +74,13 @@ void set_spin(const QuantityValue& set, TargetSetup& target) {
 // --- Relative velocities ---
 
 // The target's attitude at the capture.
-Rotationd attitude_at_capture(const CaptureProblem& problem, const TargetSetup& target) {
+Rotationd attitude_at_capture(const Quantity& quantity, const CaptureProblem& problem, const TargetSetup& target) {
   if (target.given_at == TargetSetup::Instant::capture || !problem.approach) return target.X_WT.R;
+  if (problem.approach->window) {
+    refuse(quantity, fmt::format("approach.window leaves open when target '{}' is captured, and so how it is turned "
+                                 "then; state approach.duration, or the target at: capture",
+                                 target.name));
+  }
   return propagate_target(problem, target, {target.X_WT, target.V_WT}, 0, problem.approach->duration).X_WT.R;
 }
 
@@ -132,7 +137,7 @@ void set_relative_speed(const QuantityValue& set, CaptureProblem& problem, std::
   const GraspSetup& g = problem.grasps[grasp];
   Vector3d direction = set.quantity.direction.value_or(Vector3d::zero());
   if (!set.quantity.direction) {
-    direction = attitude_at_capture(problem, target_of(problem, g)) * inward_normal(problem, g);
+    direction = attitude_at_capture(set.quantity, problem, target_of(problem, g)) * inward_normal(problem, g);
     if (!(norm(direction) > 0))
       refuse(set.quantity, fmt::format("grasp point '{}' is the centre of mass and has no approach_direction; give "
                                        "'direction'",
@@ -142,7 +147,7 @@ void set_relative_speed(const QuantityValue& set, CaptureProblem& problem, std::
 }
 
 void turn_relative_velocity(const QuantityValue& set, CaptureProblem& problem, std::size_t grasp) {
-  const Rotationd R_WT = attitude_at_capture(problem, target_of(problem, problem.grasps[grasp]));
+  const Rotationd R_WT = attitude_at_capture(set.quantity, problem, target_of(problem, problem.grasps[grasp]));
   const Vector3d axis = R_WT * set.quantity.axis.value_or(Vector3d::unit(2));
   set_relative_velocity(set.quantity, rotation_about(axis, set.value) * relative_velocity(problem, grasp), problem,
                         grasp);

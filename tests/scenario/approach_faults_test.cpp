@@ -15,6 +15,12 @@ TEST_P(ApproachFault, IsReportedWithItsPlace) {
   EXPECT_EQ(faults_of(edited(kSmallScenario, fault.edits)), fault.faults);
 }
 
+// A plan for a time that is looked for, in place of the duration and the way.
+Edit window(const std::string& text) {
+  return {"  duration: 20\n  final_joints: [0.2, -0.4]\n  final_rates: {match: velocity}",
+          "  window: " + text + "\n  plan: {}"};
+}
+
 const std::vector<FaultCase> kCases{
     {"approach_axis_not_unit",
      {with_tip("approach_axis: [1, 1, 0]")},
@@ -79,6 +85,54 @@ const std::vector<FaultCase> kCases{
     {"final_joints_without_duration",
      {{"  duration: 20\n", ""}},
      {"scenario.yaml:31:3: error: 'final_joints' needs 'duration' in approach"}},
+    {"plan_without_duration",
+     {{"  duration: 20\n", ""}, way("plan: {}")},
+     {"scenario.yaml:31:3: error: missing key in approach: give 'duration' or 'window'"}},
+    {"window_beside_duration",
+     {way("plan: {}\n  window: {earliest: 5, latest: 20}")},
+     {"scenario.yaml:33:3: error: approach has both 'duration' and 'window', only one is allowed"}},
+    {"window_without_plan",
+     {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"}},
+     {"scenario.yaml:31:3: error: 'window' needs 'plan' in approach",
+      "scenario.yaml:32:3: error: 'final_joints' needs 'duration' in approach"}},
+    {"window_empty",
+     {window("{}")},
+     {"scenario.yaml:31:11: error: missing key 'earliest' in approach.window",
+      "scenario.yaml:31:11: error: missing key 'latest' in approach.window"}},
+    {"window_out_of_range",
+     {window("{earliest: 0, latest: 20, step: -1, choose: sooner}")},
+     {"scenario.yaml:31:22: error: approach.window.earliest is 0, must be greater than 0 [s]",
+      "scenario.yaml:31:43: error: approach.window.step is -1, must be at least 0 [s]",
+      "scenario.yaml:31:55: error: unknown value 'sooner' for approach.window.choose; did you mean 'soonest'?"}},
+    {"window_the_wrong_way_round",
+     {window("{earliest: 20, latest: 5}")},
+     {"scenario.yaml:31:34: error: approach.window.latest is 5 [s], must be greater than 20, earliest"}},
+    {"window_of_too_many_times",
+     {window("{earliest: 1, latest: 20, step: 1e-3}")},
+     {"scenario.yaml:31:43: error: approach.window.step is 0.001 [s], which makes 1.9e+04 times; at most 10000 are "
+      "allowed"}},
+    {"window_by_no_objective",
+     {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"}, way("plan: {objective: as_found}")},
+     {"scenario.yaml:31:11: error: approach.window.choose: objective has nothing to compare where "
+      "approach.plan.objective is as_found; choose soonest or slowest, or another objective"}},
+    {"window_with_a_straight_piece_too_long",
+     {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"},
+      way("plan: {}\n  straight_in: {stand_off: 0.1, duration: 5}"),
+      with_tip("approach_axis: [1, 0, 0]"),
+      with_point("approach_direction: [0, -1, 0]")},
+     {"scenario.yaml:33:43: error: approach.straight_in.duration is 5 [s], must be less than approach.window.earliest, "
+      "5"}},
+    {"window_with_a_waypoint_too_late",
+     {window("{earliest: 5, latest: 20}"), with_approach("waypoints: [{time: 6, joints: [0, 0]}]")},
+     {"scenario.yaml:33:22: error: approach.waypoints[0].time is 6 [s], must be less than 5, "
+      "approach.window.earliest"}},
+    {"window_with_a_grasp_too_late",
+     {window("{earliest: 5, latest: 20}"), with_grasp("closes_at: 16")},
+     {"scenario.yaml:29:63: error: grasps[0].closes_at is 16 [s], must be at most 15, the end of post_impact"}},
+    {"window_with_rare_replanning",
+     {{"  duration: 20\n", "  window: {earliest: 5, latest: 20}\n"},
+      way("profile: quintic\n  plan: {}\n  replan: {every: 5}")},
+     {"scenario.yaml:34:19: error: approach.replan.every is 5 [s], must be less than 5, approach.window.earliest"}},
     {"plan_empty", {way("plan:")}, {"scenario.yaml:32:3: error: approach.plan is empty, must be a mapping"}},
     {"plan_without_grasps",
      {way("plan: {}"),

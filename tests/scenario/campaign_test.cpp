@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "grapnel/approach/approach_plan.hpp"
+#include "grapnel/approach/capture_window.hpp"
 #include "grapnel/campaign/campaign.hpp"
 #include "grapnel/scenario/problem_setter.hpp"
 #include "grapnel/study/case_pool.hpp"
@@ -118,6 +119,27 @@ TEST(Campaign, ThePlanIsMadeOnce) {
   }
   EXPECT_EQ(once.plan, CampaignPlan::nominal);
   EXPECT_EQ(anew.plan, CampaignPlan::per_case);
+}
+
+// With it the time of capture is chosen once, and stated from then on.
+TEST(Campaign, TheTimeOfCaptureIsChosenOnce) {
+  const test::TemporaryFolder folder;
+  const std::string text =
+      head() +
+      "set: {approach: {window: {earliest: 10, latest: 20, step: 2.5, choose: slowest}, profile: quintic, plan: "
+      "{}}, targets.target-1.state.velocity: [0, 0.001, 0]}\n"
+      "uncertain:\n  - {path: 'targets.target-1.mass', uniform: {from: 9, to: 11}}\n";
+  const Campaign once = load(folder, text), anew = load(folder, text + "plan: per_case\n");
+  const CaptureProblem open = anew.problem(0).problem;
+  ASSERT_TRUE(open.approach->window);
+  const CaptureTime chosen = choose_capture_time(open);
+  ASSERT_EQ(chosen.failure, "");
+  const CaptureProblem stated = once.problem(0).problem;
+  EXPECT_FALSE(stated.approach->window);
+  EXPECT_FALSE(stated.approach->plan);
+  EXPECT_EQ(stated.approach->duration, chosen.window.time);
+  const ApproachPlan plan = plan_approach(chosen.problem, plan_targets(chosen.problem));
+  EXPECT_EQ(stated.approach->final_position, plan.report.final_position);
 }
 
 // The frozen plan is the same approach: where nothing differs from what was planned for, the run is the same.

@@ -303,18 +303,26 @@ export interface PlanReport {
   objective?: string;
   /** how small that became [1] */
   objective_value?: number | null;
+  /** of which it is the weighted sum */
+  terms?: PlanTerm[];
   /** per end-effector */
   miss?: PlannedMiss[];
   /** initial guesses tried [1] */
   starts?: number;
   /** how many of them led to a solution [1] */
   solutions?: number;
+  /** how many of these differ by more than 1e-3 rad or m [1] */
+  distinct_solutions?: number;
   /** Newton steps over all of them [1] */
   iterations?: number;
   /** of the goals' error against final joint values; small: near a singularity [m/rad] */
   smallest_singular_value?: number | null;
   /** the last piece, where the scenario asks for one */
   straight_in?: StraightInReport;
+  /** of the last segment that was planned, where its way is looked at */
+  way?: PlannedWay;
+  /** times of capture, where the scenario has one looked for */
+  window?: WindowReport;
 }
 export const kPlanReport: FieldNote[] = [
   ["joints","","names"],
@@ -325,12 +333,31 @@ export const kPlanReport: FieldNote[] = [
   ["found","","whether there is a solution; this and what follows down to `smallest_singular_value` only where final values were looked for"],
   ["objective","","what was made least"],
   ["objective_value","1","how small that became"],
+  ["terms","","of which it is the weighted sum"],
   ["miss","","per end-effector"],
   ["starts","1","initial guesses tried"],
   ["solutions","1","how many of them led to a solution"],
+  ["distinct_solutions","1","how many of these differ by more than 1e-3 rad or m"],
   ["iterations","1","Newton steps over all of them"],
   ["smallest_singular_value","m/rad","of the goals' error against final joint values; small: near a singularity"],
   ["straight_in","","the last piece, where the scenario asks for one"],
+  ["way","","of the last segment that was planned, where its way is looked at"],
+  ["window","","times of capture, where the scenario has one looked for"],
+];
+
+// one of the terms that a plan's objective is the sum of.
+export interface PlanTerm {
+  /** as in approach.plan.weights */
+  name: string;
+  /** in the reciprocal of the value's unit [1] */
+  weight: number;
+  /** [rad^2; manipulability and limits: 1; effort: N^2 m^2; impulse: N^2 s^2; clearance: m] [1] */
+  value: number | null;
+}
+export const kPlanTerm: FieldNote[] = [
+  ["name","","as in approach.plan.weights"],
+  ["weight","1","in the reciprocal of the value's unit"],
+  ["value","1","[rad^2; manipulability and limits: 1; effort: N^2 m^2; impulse: N^2 s^2; clearance: m]"],
 ];
 
 // how far an end-effector stays from its goal when the plan is followed exactly; where nothing was found, in the closest attempt.
@@ -379,6 +406,81 @@ export const kStraightInReport: FieldNote[] = [
   ["unmet","m/s or rad/s","largest component of the demanded motion that was missed, where it was damped or impossible"],
   ["unmet_time","s","when that was"],
   ["fit_error","rad or m","of the series that keep the joint motion"],
+];
+
+// what the last segment that was planned does on its way, the joints following it exactly.
+export interface PlannedWay {
+  /** inner knots of the joints' splines; 0: one polynomial [1] */
+  knots: number;
+  /** least distance of a joint from a limit of its position; negative: beyond it [rad or m] */
+  position_margin?: number;
+  /** largest joint rate over its limit [1] */
+  rate_share?: number;
+  /** largest joint effort over its limit; only where it was looked at [1] */
+  effort_share?: number;
+  /** least distance of two bodies, a hand near its grasp point and its target left out; only where it was looked at [m] */
+  clearance?: number;
+  /** they are this one */
+  body_a: string;
+  /** and this one */
+  body_b: string;
+  /** when they are so near [s] */
+  clearance_time: number;
+  /** largest turn of the base from its initial attitude [rad] */
+  base_turn: number;
+}
+export const kPlannedWay: FieldNote[] = [
+  ["knots","1","inner knots of the joints' splines; 0: one polynomial"],
+  ["position_margin","rad or m","least distance of a joint from a limit of its position; negative: beyond it"],
+  ["rate_share","1","largest joint rate over its limit"],
+  ["effort_share","1","largest joint effort over its limit; only where it was looked at"],
+  ["clearance","m","least distance of two bodies, a hand near its grasp point and its target left out; only where it was looked at"],
+  ["body_a","","they are this one"],
+  ["body_b","","and this one"],
+  ["clearance_time","s","when they are so near"],
+  ["base_turn","rad","largest turn of the base from its initial attitude"],
+];
+
+// times of capture within the window, and the one that was chosen.
+export interface WindowReport {
+  /** of the capture that was chosen; null: none can be reached [s] */
+  time: number | null;
+  /** before which no grasp can be reached, by distance alone [s] */
+  not_before?: number;
+  /** all that were looked at, in the order of time */
+  points: WindowPoint[];
+}
+export const kWindowReport: FieldNote[] = [
+  ["time","s","of the capture that was chosen; null: none can be reached"],
+  ["not_before","s","before which no grasp can be reached, by distance alone"],
+  ["points","","all that were looked at, in the order of time"],
+];
+
+// a time of capture that was looked at.
+export interface WindowPoint {
+  /** of the capture [s] */
+  time: number;
+  /** whether a plan was found for it */
+  reachable: boolean;
+  /** why not; empty: there is one */
+  reason: string;
+  /** of the plan; null: there is none [1] */
+  objective: number | null;
+  /** of the fastest grasp point against the servicer's centre of mass [m/s] */
+  speed: number;
+  /** largest angle between an approach direction and the way from the arm's first joint to the grasp point; null: no grasp point has a direction [rad] */
+  direction_angle: number | null;
+  /** largest distance of a grasp point from what its arm and the base can bring there, over their reach; above 1 it cannot be reached [1] */
+  reach_share: number;
+}
+export const kWindowPoint: FieldNote[] = [
+  ["time","s","of the capture"],
+  ["reachable","","whether a plan was found for it"],
+  ["reason","","why not; empty: there is one"],
+  ["objective","1","of the plan; null: there is none"],
+  ["speed","m/s","of the fastest grasp point against the servicer's centre of mass"],
+  ["direction_angle","rad","largest angle between an approach direction and the way from the arm's first joint to the grasp point; null: no grasp point has a direction"],
+  ["reach_share","1","largest distance of a grasp point from what its arm and the base can bring there, over their reach; above 1 it cannot be reached"],
 ];
 
 // a plan of the approach, or of what is left of it, and the estimates it rests on.

@@ -1,0 +1,431 @@
+/// When to capture: times against closed forms, the early answer where nothing can be reached, and that a run at the
+/// chosen time is the run that states it.
+
+#include "grapnel/approach/capture_window.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <numbers>
+
+#include "capture/recorded.hpp"
+#include "grapnel/approach/reach_bound.hpp"
+#include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/problem/captured_model.hpp"
+#include "support/sanitizers.hpp"
+
+namespace grapnel::testing {
+namespace capture_window_test {
+
+using Choose = CaptureWindow::Choose;
+using ::testing::HasSubstr;
+
+constexpr double kLink = 1, kLinkMass = 2, kBaseMass = 90;
+
+// A floating base whose arm of three links hangs on its centre of mass: the base may turn as it likes, so that the arm
+// reaches all within the bound, and the bound has a closed form.
+CaptureProblem one_arm() {
+  CaptureProblem p = thesis_case();
+  p.name = "one arm";
+  p.robot.bodies.clear();
+  BodyDescription base;
+  base.name = "base", base.mass = kBaseMass, base.inertia = Symmetric3d::diagonal(15, 15, 15);
+  base.joint.name = "base", base.joint.type = JointType::free;
+  p.robot.bodies.push_back(base);
+  for (int k = 1; k <= 3; ++k) {
+    BodyDescription link;
+    link.name = "link-" + std::to_string(k);
+    link.parent = p.robot.bodies.back().name;
+    link.mass = kLinkMass, link.com = {kLink / 2, 0, 0};
+    link.inertia = Symmetric3d::diagonal(0.01, 0.17, 0.17);
+    if (k > 1) link.X_PF.p = {kLink, 0, 0};
+    link.joint.name = "joint-" + std::to_string(k), link.joint.type = JointType::revolute;
+    link.joint.axis = {0, 0, 1};
+    p.robot.bodies.push_back(link);
+  }
+  EndEffectorSetup tip;
+  tip.name = "tip", tip.body = "link-3", tip.X_BE.p = {kLink, 0, 0};
+  p.robot.end_effectors = {tip};
+  p.joint_position = {0.5, -0.8, 0.6};
+  p.targets.resize(1), p.grasps.resize(1);
+  p.targets[0].given_at = TargetSetup::Instant::start;
+  p.grasps[0].end_effector = "tip";
+  p.approach->final_position.clear();
+  p.approach->match.reset();
+  p.approach->final_rates = std::vector<double>(3, 0.0);
+  p.approach->profile = JointProfile::quintic;
+  p.approach->plan.emplace();
+  p.approach->duration = 0;
+  p.impact.reset();
+  return p;
+}
+
+// Of the straight arm from the centre of mass of all.
+double arms_reach() { return 3 * kLink - kLinkMass * (0.5 + 1.5 + 2.5) * kLink / (kBaseMass + 3 * kLinkMass); }
+
+// Where the servicer's centre of mass is at the start.
+Vector3d center(const CaptureProblem& p) {
+  const CaptureSystem servicer = make_servicer(p);
+  const State state = initial_servicer_state(p, servicer);
+  const std::array<int, 1> root = {servicer.base};
+  return center_of_mass(servicer.model, forward_kinematics(servicer.model, state), root);
+}
+
+// A grasp point that comes round, 4 m from the axis of a target 6 m away: within reach for a while in every turn.
+// Returns when it comes within reach first.
+double set_coming_round(CaptureProblem& p) {
+  constexpr double kAway = 6, kArm = 4, kRate = 0.1;
+  const double R = arms_reach();
+  TargetSetup& target = p.targets[0];
+  target.X_WT.p = center(p) + Vector3d{kAway, 0, 0};
+  target.V_WT = {{0, 0, kRate}, {0, 0, 0}};
+  target.grasp_points[0].X_TG.p = {kArm, 0, 0};
+  const double away = std::acos((R * R - kAway * kAway - kArm * kArm) / (2 * kAway * kArm));
+  return away / kRate;
+}
+
+CaptureProblem coming_round(double& expected) {
+  CaptureProblem p = one_arm();
+  expected = set_coming_round(p);
+  p.approach->window = CaptureWindow{20, 32, 1, Choose::soonest};
+  return p;
+}
+
+bool same_points(const WindowReport& a, const WindowReport& b) {
+  const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
+  return a.time == b.time && a.not_before == b.not_before &&
+         std::equal(a.points.begin(), a.points.end(), b.points.begin(), b.points.end(),
+                    [&](const WindowPoint& x, const WindowPoint& y) {
+                      return x.time == y.time && x.reachable == y.reachable && x.reason == y.reason &&
+                             same(x.objective, y.objective) && x.speed == y.speed &&
+                             same(x.direction_angle, y.direction_angle) && x.reach_share == y.reach_share;
+                    });
+}
+
+TEST(CaptureWindow, TheSoonestTimeIsThatOfTheClosedForm) {
+  double expected = 0;
+  const CaptureProblem p = coming_round(expected);
+  const CaptureTime chosen = choose_capture_time(p);
+  ASSERT_EQ(chosen.failure, "");
+  std::printf("[ measured ] expected %.7f, not before %.7f, soonest %.7f s\n", expected,
+              chosen.window.not_before.value_or(0), chosen.window.time);
+  ASSERT_TRUE(chosen.window.not_before);
+  EXPECT_LE(*chosen.window.not_before, expected + 1e-9);
+  EXPECT_GT(*chosen.window.not_before, expected - 1e-5);
+  // A stretched arm is singular: a little beyond.
+  EXPECT_GT(chosen.window.time, expected);
+  EXPECT_LT(chosen.window.time, expected + 3e-3);
+  EXPECT_EQ(chosen.problem.approach->duration, chosen.window.time);
+  EXPECT_FALSE(chosen.problem.approach->window);
+  // The points are in the order of time, both ends among them, and what is out of reach says so.
+  const std::vector<WindowPoint>& points = chosen.window.points;
+  EXPECT_EQ(points.front().time, 20);
+  EXPECT_EQ(points.back().time, 32);
+  int reached = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i > 0) {
+      EXPECT_GT(points[i].time, points[i - 1].time);
+    }
+    const double distance =
+        norm(Vector3d{6 + 4 * std::cos(0.1 * points[i].time), 4 * std::sin(0.1 * points[i].time), 0});
+    EXPECT_NEAR(points[i].reach_share, distance / arms_reach(), 1e-12);
+    EXPECT_NEAR(points[i].speed, 0.4, 1e-12);
+    if (points[i].time < expected) {
+      EXPECT_THAT(points[i].reason, HasSubstr("from the servicer's centre of mass"));
+    }
+    EXPECT_EQ(points[i].reachable, points[i].reason.empty());
+    reached += points[i].reachable;
+  }
+  const auto first = std::find_if(points.begin(), points.end(), [](const WindowPoint& x) { return x.reachable; });
+  EXPECT_EQ(first->time, chosen.window.time);
+  EXPECT_EQ(reached, points.end() - first);  // and from there on all
+}
+
+// Where servicer and target drift together nothing changes, at the same place of rounding of another frame.
+TEST(CaptureWindow, ADriftThatAllHaveChangesNoTime) {
+  double expected = 0;
+  CaptureProblem p = coming_round(expected);
+  const Vector3d drift{0.3, -0.2, 0}, place{5, 7, 0};
+  p.X_WB.p = place;
+  p.V_WB = Twistd{{0, 0, 0}, drift};
+  p.targets[0].X_WT.p += place;
+  p.targets[0].V_WT.linear = drift;
+  const CaptureTime chosen = choose_capture_time(p);
+  ASSERT_EQ(chosen.failure, "");
+  EXPECT_NEAR(*chosen.window.not_before, expected, 1e-5);
+  EXPECT_GT(chosen.window.time, expected);
+  EXPECT_LT(chosen.window.time, expected + 3e-3);
+  EXPECT_NEAR(chosen.window.points.front().speed, 0.4, 1e-12);
+}
+
+// A target that is given at the capture is the same whenever that is: only the servicer's way to it changes.
+TEST(CaptureWindow, ATargetGivenAtTheCaptureWaits) {
+  CaptureProblem p = one_arm();
+  const Vector3d drift{0.2, 0, 0};
+  p.V_WB = Twistd{{0, 0, 0}, drift};
+  p.targets[0].given_at = TargetSetup::Instant::capture;
+  p.targets[0].X_WT.p = center(p) + Vector3d{7, 0, 0};
+  p.targets[0].grasp_points[0].X_TG.p = {0, 0, 0};
+  p.approach->window = CaptureWindow{10, 30, 2, Choose::soonest};
+  const double expected = (7 - arms_reach()) / 0.2;
+  const CaptureTime chosen = choose_capture_time(p);
+  ASSERT_EQ(chosen.failure, "");
+  EXPECT_NEAR(*chosen.window.not_before, expected, 1e-5);
+  EXPECT_GT(chosen.window.time, expected);
+  EXPECT_LT(chosen.window.time, expected + 6e-3);
+}
+
+// The target drifts with -v along y and turns with w: its grasp point at r from the axis is slowest where it moves
+// against the drift, which is when it lies along x.
+TEST(CaptureWindow, TheSlowestTimeIsThatOfTheClosedForm) {
+  CaptureProblem p = one_arm();
+  constexpr double kRate = 0.15, kArm = 0.5, kDrift = 0.02, kSlowest = 10.3;
+  TargetSetup& target = p.targets[0];
+  target.X_WT = {rotation_by({0, 0, -kRate * kSlowest}), center(p) + Vector3d{1.8, 0.2, 0}};
+  target.V_WT = {{0, 0, kRate}, {0, -kDrift, 0}};
+  target.grasp_points[0].X_TG.p = {kArm, 0, 0};
+  p.approach->window = CaptureWindow{4, 20, 1, Choose::slowest};
+  const CaptureTime chosen = choose_capture_time(p);
+  ASSERT_EQ(chosen.failure, "");
+  std::printf("[ measured ] slowest at %.6f s\n", chosen.window.time);
+  EXPECT_NEAR(chosen.window.time, kSlowest, 1.5e-3);
+  for (const WindowPoint& point : chosen.window.points) EXPECT_TRUE(point.reachable) << point.time;
+  EXPECT_FALSE(chosen.window.not_before);  // distances allow it from the beginning
+}
+
+// The best objective: better than at every time looked at, and than close by.
+TEST(CaptureWindow, TheObjectiveIsLeastWhereItSays) {
+  CaptureProblem p = one_arm();
+  p.targets[0].X_WT = {rotation_by({0, 0, 1}), center(p) + Vector3d{2.2, 0.3, 0}};
+  p.targets[0].V_WT = {{0, 0, 0.2}, {0, 0, 0}};
+  p.approach->window = CaptureWindow{2, 34, 2, Choose::objective};
+  const CaptureTime chosen = choose_capture_time(p);
+  ASSERT_EQ(chosen.failure, "");
+  const auto objective_at = [&](double t) {
+    CaptureProblem at = p;
+    at.approach->window.reset(), at.approach->duration = t;
+    return simulate_capture(at, {}, CaptureDetail::columns).plan->objective_value;
+  };
+  const double least = objective_at(chosen.window.time);
+  EXPECT_GT(chosen.window.time, 2);
+  EXPECT_LT(chosen.window.time, 34);
+  for (const WindowPoint& point : chosen.window.points) {
+    if (point.time == chosen.window.time) {
+      EXPECT_EQ(point.objective, least);
+    }
+    EXPECT_GE(point.objective, least);
+  }
+  for (double t = chosen.window.time - 0.1; t < chosen.window.time + 0.1; t += 0.02)
+    EXPECT_GE(objective_at(t), least - 1e-6) << t;
+}
+
+TEST(CaptureWindow, ARunIsThatOfTheChosenTime) {
+  double expected = 0;
+  CaptureProblem p = coming_round(expected);
+  p.X_WB.p = {3, -2, 0};  // planned in another frame than W
+  set_coming_round(p);
+  p.approach->window->choose = Choose::objective;
+  p.output_interval = 0.5;
+  const CaptureResult r = simulate_capture(p), again = simulate_capture(p);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  expect_passes(r);
+  ASSERT_TRUE(r.plan && r.plan->window);
+  EXPECT_TRUE(same_points(*r.plan->window, *again.plan->window));
+  EXPECT_EQ(r.plan->final_position, again.plan->final_position);
+  EXPECT_EQ(r.series.time.back(), r.plan->window->time);
+
+  CaptureProblem stated = p;
+  stated.approach->window.reset();
+  stated.approach->duration = r.plan->window->time;
+  const CaptureResult s = simulate_capture(stated);
+  ASSERT_EQ(s.status, CaptureStatus::completed) << s.failure;
+  EXPECT_FALSE(s.plan->window);
+  EXPECT_EQ(s.plan->final_position, r.plan->final_position);
+  EXPECT_EQ(s.plan->objective_value, r.plan->objective_value);
+  EXPECT_EQ(s.series.time, r.series.time);
+  EXPECT_EQ(series(s, "joints/position").data, series(r, "joints/position").data);
+  EXPECT_EQ(series(s, "base/position").data, series(r, "base/position").data);
+  const std::size_t end = last_sample(r, "approach");
+  EXPECT_LT(meeting(stated, r, 0, end).distance(), 1e-9);
+}
+
+// A plan that is made anew on the way keeps the time, and what was said of it.
+TEST(CaptureWindow, ReplanningKeepsTheTime) {
+  double expected = 0;
+  CaptureProblem p = coming_round(expected);
+  p.approach->window->choose = Choose::objective;
+  p.targets[0].estimate.emplace();
+  p.targets[0].estimate->position_error = {0.01, 0.02, 0};
+  p.approach->replan = ReplanSetup{5, 0};
+  const CaptureResult r = simulate_capture(p, {}, CaptureDetail::columns);
+  ASSERT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_GT(r.navigation.size(), 3u);
+  ASSERT_TRUE(r.plan->window);
+  EXPECT_EQ(r.approach_end->time, r.plan->window->time);
+  // The plan is made for the target where it seems to be.
+  const double t = r.plan->window->points.front().time;
+  const Vector3d seems{6 + 4 * std::cos(0.1 * t) + 0.01, 4 * std::sin(0.1 * t) + 0.02, 0};
+  EXPECT_NEAR(r.plan->window->points.front().reach_share, norm(seems) / arms_reach(), 1e-12);
+}
+
+// The thesis's robot, and a target too far for it at all times: said at once, by how much, and when not.
+TEST(CaptureWindow, OutOfReachIsSaidAtOnce) {
+  CaptureProblem p = thesis_case();
+  p.approach->final_position.clear();
+  p.approach->plan.emplace();
+  for (TargetSetup& target : p.targets) target.given_at = TargetSetup::Instant::start;
+  p.targets[1].X_WT.p = {-9, -2, 0};
+  p.targets[1].V_WT.linear = {0.05, 0, 0};
+  p.approach->window = CaptureWindow{5, 40, 0, Choose::objective};
+  const auto begin = std::chrono::steady_clock::now();
+  const CaptureResult r = simulate_capture(p);
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::printf("[ measured ] %.3f s: %s\n", took, r.failure.c_str());
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  EXPECT_THAT(
+      r.failure,
+      HasSubstr("no capture can be planned between t = 5 and 40 s; by distance none can be reached before t = "));
+  EXPECT_THAT(r.failure, HasSubstr("grasp point 'grasp' of 'target-2' is"));
+  EXPECT_LT(took, 1);
+  ASSERT_TRUE(r.plan && r.plan->window);
+  EXPECT_TRUE(std::isnan(r.plan->window->time));
+  EXPECT_EQ(r.plan->window->points.size(), 51u);
+  // After the window it can: the time is beyond it.
+  ASSERT_TRUE(r.plan->window->not_before);
+  EXPECT_GT(*r.plan->window->not_before, 40);
+  EXPECT_LT(*r.plan->window->not_before, 400);
+}
+
+// Within reach by distance, but not with these joints: the planner's own reason, in about a second.
+TEST(CaptureWindow, WhatNoPlanReachesIsSaidSoon) {
+  SKIP_UNDER_SANITIZERS();
+  CaptureProblem p = thesis_case();
+  p.approach->final_position.clear();
+  p.approach->plan.emplace();
+  p.targets[0].given_at = TargetSetup::Instant::start;
+  for (std::size_t j = 0; j < p.joint_position.size(); ++j) {
+    JointLimits& limits = p.robot.bodies[j + 1].joint.limits;
+    limits.lower = p.joint_position[j] - 0.5, limits.upper = p.joint_position[j] + 0.5;
+  }
+  p.targets.resize(1), p.grasps.resize(1);
+  p.targets[0].X_WT.p = {-2.2, 0, 0};  // behind it
+  p.approach->window = CaptureWindow{10, 30, 0, Choose::objective};
+  const auto begin = std::chrono::steady_clock::now();
+  const CaptureResult r = simulate_capture(p);
+  const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::printf("[ measured ] %.3f s: %s\n", took, r.failure.c_str());
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  EXPECT_THAT(r.failure, HasSubstr("which comes nearest: planning the approach: end-effector 'tip-1'"));
+  EXPECT_LT(took, 2);  // measured 0.1
+  ASSERT_TRUE(r.plan && r.plan->window);
+  EXPECT_FALSE(r.plan->found);
+  EXPECT_FALSE(r.plan->miss.empty());
+  for (const WindowPoint& point : r.plan->window->points) EXPECT_LT(point.reach_share, 1);
+}
+
+// A grasp point on a wheel that turns before the arm, its direction inward along the spoke: free while it faces the
+// arm.
+TEST(CaptureWindow, ADirectionThatPointsAwayIsNotFree) {
+  CaptureProblem p = one_arm();
+  p.robot.end_effectors[0].approach_axis = Vector3d{1, 0, 0};
+  constexpr double kAway = 2, kArm = 0.4, kRate = 0.2;
+  p.targets[0].X_WT.p = Vector3d{kAway, 0, 0};
+  p.targets[0].V_WT = {{0, 0, kRate}, {0, 0, 0}};
+  p.targets[0].grasp_points[0].X_TG.p = {kArm, 0, 0};
+  p.targets[0].grasp_points[0].approach_direction = Vector3d{-1, 0, 0};
+  p.grasps[0].orientation = GraspSetup::Orientation::axis;
+  p.approach->window = CaptureWindow{5, 20, 1, Choose::soonest};
+  // The spoke at angle a: free from where it is perpendicular to the way from the joint, which is at the origin.
+  const double expected = std::acos(-kArm / kAway) / kRate;
+  const CaptureTime chosen = choose_capture_time(p);
+  ASSERT_EQ(chosen.failure, "");
+  std::printf("[ measured ] expected %.5f, soonest %.5f s\n", expected, chosen.window.time);
+  for (const WindowPoint& point : chosen.window.points) {
+    const double a = kRate * point.time;
+    const Vector3d way{kAway + kArm * std::cos(a), kArm * std::sin(a), 0}, inward{-std::cos(a), -std::sin(a), 0};
+    EXPECT_NEAR(point.direction_angle, std::acos(dot(way, inward) / norm(way)), 1e-9);
+    const bool away = point.direction_angle > 0.5 * std::numbers::pi;
+    EXPECT_EQ(point.reason.find("approach direction of grasp point") != std::string::npos, away) << point.time;
+  }
+  EXPECT_GE(chosen.window.time, expected);
+  // Where nobody asks for the direction it does not matter.
+  p.grasps[0].orientation = GraspSetup::Orientation::free;
+  const CaptureTime any = choose_capture_time(p);
+  EXPECT_EQ(any.window.time, 5);
+  EXPECT_GT(any.window.points.front().direction_angle, 0.5 * std::numbers::pi);
+}
+
+// No configuration of any robot, and no attitude of its bodies, brings a frame farther than the bound.
+TEST(ReachBound, HoldsForAnyConfiguration) {
+  int looked_at = 0;
+  double largest = 0;
+  for (int i = 0; i < 40; ++i) {
+    SCOPED_TRACE(seed_note(i));
+    Random random(1000 + i);
+    const CaptureProblem p = random_capture(i);
+    const CaptureSystem servicer = make_servicer(p);
+    const Model& model = servicer.model;
+    const std::array<int, 1> root = {servicer.base};
+    for (const int frame : servicer.end_effectors) {
+      const ReachBound floats = reach_bound(model, servicer.base, frame, true);
+      const ReachBound still = reach_bound(model, servicer.base, frame, false);
+      if (!std::isfinite(floats.length)) continue;
+      for (int k = 0; k < 50; ++k) {
+        State state = initial_servicer_state(p, servicer);
+        for (int j : servicer.robot_joints) {
+          const Body& body = model.bodies()[model.joints()[j]];
+          const JointLimits& limits = body.description.joint.limits;
+          const double most = slides_along_axis(body.description.joint.type) ? 1e300 : std::numbers::pi;
+          state.q[body.q] = random.uniform(std::max(limits.lower, -most), std::min(limits.upper, most));
+        }
+        const Kinematics now = forward_kinematics(model, state);
+        const Vector3d hand = frame_pose(model, now, frame).p;
+        const double away = norm(hand - center_of_mass(model, now, root));
+        EXPECT_LE(away, floats.length * (1 + 1e-12));
+        EXPECT_LE(norm(hand - now.X_WB[servicer.base] * still.from), still.length * (1 + 1e-12));
+        largest = std::max(largest, away / floats.length);
+        ++looked_at;
+      }
+    }
+  }
+  std::printf("[ measured ] %d configurations, largest share %.3f\n", looked_at, largest);
+  EXPECT_GT(looked_at, 500);
+  EXPECT_GT(largest, 0.8);
+}
+
+TEST(ReachBound, OfAStraightArmIsItsLength) {
+  const CaptureProblem p = one_arm();
+  const CaptureSystem servicer = make_servicer(p);
+  const int frame = servicer.end_effectors[0];
+  EXPECT_NEAR(reach_bound(servicer.model, servicer.base, frame, true).length, arms_reach(), 1e-14);
+  EXPECT_NEAR(reach_bound(servicer.model, servicer.base, frame, false).length, 3 * kLink, 1e-14);
+}
+
+// Problems that a program makes, which no reader has looked at.
+TEST(CaptureWindow, ContradictionsOfAProgramAreRefused) {
+  double expected = 0;
+  const CaptureProblem good = coming_round(expected);
+  const auto fault = [&](const auto& change) {
+    CaptureProblem p = good;
+    change(p);
+    try {
+      simulate_capture(p);
+    } catch (const CaptureProblemError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_THAT(fault([](CaptureProblem& p) { p.approach->window->latest = 20; }), HasSubstr("times must be positive"));
+  EXPECT_THAT(fault([](CaptureProblem& p) { p.approach->plan.reset(); }), HasSubstr("needs plan"));
+  EXPECT_THAT(fault([](CaptureProblem& p) {
+                p.approach->waypoints.resize(1);
+                p.approach->waypoints[0].time = 25;
+                p.approach->waypoints[0].joints = {0, 0, 0};
+              }),
+              HasSubstr("times must increase within the approach"));
+}
+
+}  // namespace capture_window_test
+}  // namespace grapnel::testing
