@@ -55,6 +55,7 @@ std::vector<FigureOffer> study_offers() {
 std::vector<FigureOffer> run_offers(const RunSource& run) {
   std::vector<FigureOffer> offers = series_offers(run);
   if (has_impulses(run)) offers.push_back({"impulse", "impulse and angular impulse of every grasp"});
+  if (has_window(run)) offers.push_back({"window", "times of capture that were looked at, and what limits them"});
   if (run.scene) offers.push_back({"strobe", "superposed configurations of the whole system"});
   return offers;
 }
@@ -93,6 +94,7 @@ Figure make_figure(const FigureRequest& request) {
   const RunSource run = read_run_source(request.folder);
   if (request.what == "strobe") return strobe_figure(run, request);
   if (request.what == "impulse") return impulse_figure(run, request);
+  if (request.what == "window" && has_window(run)) return window_figure(run, request);
   if (const std::vector<FigureOffer> list = run_offers(run); !offers(list, request.what)) not_offered(request, list);
   return series_figure(run, request);
 }

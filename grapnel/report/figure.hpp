@@ -110,8 +110,8 @@ inline constexpr const char* kMuted = "#666666";
 inline constexpr const char* kBaseColor = "#5c6670";
 inline constexpr const char* kTargetColor = "#b8770b";
 
-// The figures there are: impulses as bars, quantities over time, sweeps, superposed configurations. A new one is
-// declared here, and offered and made in figure.cpp.
+// The figures there are: impulses as bars, times of capture, quantities over time, sweeps, superposed configurations. A
+// new one is declared here, and offered and made in figure.cpp.
 
 // ---- Impulses of a capture as bars ----
 
@@ -121,6 +121,16 @@ bool has_impulses(const RunSource& run);
 /// A pair of bars per grasp and impact: impulse and angular impulse, those as published beside them where there are
 /// any. Throws std::runtime_error if there was no impact.
 Figure impulse_figure(const RunSource& run, const FigureRequest& request);
+
+// ---- Times of capture ----
+
+/// Whether the run's summary.json has a window of capture times.
+bool has_window(const RunSource& run);
+
+/// Over the time of capture: how far the grasp points are against the arms' reach, how far off their approach
+/// directions, their speed and the plan's objective, and whether there is a plan. Throws std::runtime_error without a
+/// window.
+Figure window_figure(const RunSource& run, const FigureRequest& request);
 
 // ---- Quantities over time ----
 

@@ -324,5 +324,32 @@ TEST(StudyFigure, HasALinePerValueOfTheSecondAxis) {
             std::string::npos);
 }
 
+// Times of capture: what was looked at, where nothing is known a gap, and no such figure of other runs.
+TEST(WindowFigure, HasEveryTimeAndWhatLimitsIt) {
+  RunSource run = sample_run(false);
+  EXPECT_FALSE(has_window(run));
+  EXPECT_THROW(window_figure(run, request_for("window")), std::runtime_error);
+  run.summary = nlohmann::ordered_json::parse(R"({"approach": {"plan": {"window": {"time": 7.5, "not_before": 5.5,
+    "points": [{"time": 5, "reachable": false, "reason": "far", "objective": null, "speed": 0.5, "direction_angle": null, "reach_share": 1.25},
+               {"time": 7.5, "reachable": true, "reason": "", "objective": 2, "speed": 0.25, "direction_angle": null, "reach_share": 0.75}]}}}})");
+  ASSERT_TRUE(has_window(run));
+  const Figure figure = window_figure(run, request_for("window"));
+  ASSERT_EQ(figure.panels.size(), 3u);  // nothing has a direction
+  EXPECT_EQ(figure.panels.back().x_label, "time of capture [s]");
+  const std::vector<std::vector<double>>& rows = figure.blocks.at(0).rows;
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(rows[0][1], 1.25);
+  EXPECT_EQ(rows[0][5], 0);
+  EXPECT_TRUE(std::isnan(rows[0][4]));
+  EXPECT_EQ(rows[1][4], 2);
+  EXPECT_EQ(rows[1][5], 1);
+  const std::string data = figure_data(figure);
+  EXPECT_NE(data.find("chosen: t = 7.5 s"), std::string::npos);
+  EXPECT_NE(data.find("none before t = 5.5 s"), std::string::npos);
+  if (!has_gnuplot()) GTEST_SKIP() << "no gnuplot";
+  const TemporaryFolder folder;
+  EXPECT_TRUE(write_figure(figure, folder / "window.svg").drawn);
+}
+
 }  // namespace figure_test
 }  // namespace grapnel

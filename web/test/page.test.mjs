@@ -257,3 +257,22 @@ describe("files", () => {
     await context.close();
   });
 });
+
+describe("times of capture", () => {
+  test("a chart shows every time that was looked at, and which was chosen", async () => {
+    const out = path.join(folder, "window");
+    grapnel(["run", scenario("tumbling-window.yaml"), "-o", out, "--quiet", "--set", "post_impact.duration=1"]);
+    const { window } = JSON.parse(readFileSync(path.join(out, "summary.json"), "utf8")).approach.plan;
+    const reached = window.points.filter((point) => point.reachable).length;
+    assert.ok(reached > 0 && reached < window.points.length);
+    const { page, faults } = await open(browser, path.join(out, "report.html"));
+    // Share of the reach, direction, speed and, where there is a plan, objective.
+    assert.equal(await page.locator(".window-chart .reached").count(), 4 * reached);
+    assert.equal(await page.locator(".window-chart .missed").count(), 3 * (window.points.length - reached));
+    assert.equal(await page.locator(".window-chart .chosen").count(), 1);
+    assert.equal(await page.locator(".window-chart .limit").count(), 2);
+    assert.match(await page.locator("main").innerText(), new RegExp(`chosen of ${window.points.length} times between 30.s and 150.s; ${reached} can be reached`));
+    assert.deepEqual(faults, []);
+    await page.context().close();
+  });
+});

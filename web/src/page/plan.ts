@@ -4,21 +4,14 @@ import { number } from "../format";
 import type { PlanReport } from "../summary_types";
 import { list, num, text, withUnit, words, type Partly, type PartlySummary } from "./read";
 import { absent, fold, mark, pairs, table, type Cell, type Column } from "./table";
+import { windowPart } from "./window";
 
 export function planSection(s: PartlySummary): HTMLElement[] {
   const plan = s.approach?.plan;
   if (!plan) return [absent("This run has no plan of an approach.")];
   const looked = plan.found !== undefined;
   return [
-    looked
-      ? element(
-          "p",
-          {},
-          plan.found === true
-            ? mark("good", "final joint values found")
-            : mark("bad", "no solution found; the closest attempt is given"),
-        )
-      : element("p", { class: "lead" }, "The scenario gives the final joint values; they were not looked for."),
+    ...found(plan),
     pairs([
       [
         "made least",
@@ -36,11 +29,20 @@ export function planSection(s: PartlySummary): HTMLElement[] {
       ["smallest singular value of the goals", looked ? withUnit(num(plan.smallest_singular_value), "m/rad") : ""],
       ["evaluations of the base's motion", number(num(plan.rhs_evaluations), 6)],
     ]),
+    ...windowPart(plan),
     ...finalValues(s, plan),
     ...misses(plan),
     ...straightIn(plan),
     ...navigation(s),
   ];
+}
+
+// Whether final values were found, where they were looked for.
+function found(plan: Partly<PlanReport>): HTMLElement[] {
+  if (plan.found === undefined)
+    return plan.window ? [] : [element("p", { class: "lead" }, "The scenario gives the final joint values; they were not looked for.")];
+  const outcome = plan.found === true ? mark("good", "final joint values found") : mark("bad", "no solution found; the closest attempt is given");
+  return [element("p", {}, outcome)];
 }
 
 // Plans on the way, and how far off the estimates were that they rest on.
