@@ -117,7 +117,7 @@ def check(program, name):
         if header[0] != "Key" or "position and orientation" in cells[0] + cells[1]:
             continue
         prefixes = [prefix for prefix in re.findall(r"`([^`]+)`", section)] or [""]
-        if section in ("`plan`", "`waypoints[]`", "`pieces[]`"):
+        if section in ("`plan`", "`window`", "`waypoints[]`", "`pieces[]`"):
             prefixes = ["approach." + section.strip("`")]
         if section == "`base_control`":
             prefixes = ["approach.base_control", "post_impact.base_control"]
