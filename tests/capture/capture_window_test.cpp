@@ -224,7 +224,7 @@ TEST(CaptureWindow, TheObjectiveIsLeastWhereItSays) {
 TEST(CaptureWindow, ARunIsThatOfTheChosenTime) {
   double expected = 0;
   CaptureProblem p = coming_round(expected);
-  p.X_WB.p = {3, -2, 0};  // planned in another frame than W
+  p.X_WB.p = {31.7, -22.3, 0.4};  // planned in another frame than W
   set_coming_round(p);
   p.approach->window->choose = Choose::objective;
   p.output_interval = 0.5;
@@ -235,6 +235,10 @@ TEST(CaptureWindow, ARunIsThatOfTheChosenTime) {
   EXPECT_TRUE(same_points(*r.plan->window, *again.plan->window));
   EXPECT_EQ(r.plan->final_position, again.plan->final_position);
   EXPECT_EQ(r.series.time.back(), r.plan->window->time);
+  for (const WindowPoint& point : r.plan->window->points) {
+    if (point.time != r.plan->window->time) continue;
+    EXPECT_EQ(point.objective, r.plan->objective_value);  // to the last bit: planned as the run plans
+  }
 
   CaptureProblem stated = p;
   stated.approach->window.reset();
@@ -355,6 +359,23 @@ TEST(CaptureWindow, ADirectionThatPointsAwayIsNotFree) {
   const CaptureTime any = choose_capture_time(p);
   EXPECT_EQ(any.window.time, 5);
   EXPECT_GT(any.window.points.front().direction_angle, 0.5 * std::numbers::pi);
+}
+
+// Where something from outside moves the servicer, momentum does not say where it is, and distances rule nothing out.
+TEST(CaptureWindow, PushedServicersAreNotJudgedByDistance) {
+  double expected = 0;
+  CaptureProblem p = coming_round(expected);
+  p.approach->window = CaptureWindow{24, 26, 1, Choose::soonest};
+  p.loads.resize(1);
+  p.loads[0].body = "base";
+  p.loads[0].amplitude.linear = {1e-6, 0, 0};
+  const CaptureTime chosen = choose_capture_time(p);
+  EXPECT_FALSE(chosen.window.not_before);
+  for (const WindowPoint& point : chosen.window.points) {
+    EXPECT_GT(point.reach_share, 1);
+    EXPECT_THAT(point.reason, ::testing::StartsWith("planning the approach"));
+  }
+  EXPECT_THAT(chosen.failure, HasSubstr("which comes nearest: planning the approach"));
 }
 
 // No configuration of any robot, and no attitude of its bodies, brings a frame farther than the bound.

@@ -181,6 +181,10 @@ TEST(Quantity, WhatHasNoMeaningIsRefusedWithTheReason) {
   CaptureProblem fixed_rates = planned();
   fixed_rates.approach->final_rates = std::vector<double>(6, 0.0);
   EXPECT_THAT(refusal(fixed_rates, {set(QuantityKind::relative_speed, 0.1)}), HasSubstr("needs 'match'"));
+  CaptureProblem open = planned();
+  open.approach->window = CaptureWindow{10, 20};
+  open.targets[0].given_at = TargetSetup::Instant::start;
+  EXPECT_THAT(refusal(open, {set(QuantityKind::relative_speed, 0.1)}), HasSubstr("approach.window leaves open when"));
   CaptureProblem blunt = planned();
   blunt.robot.end_effectors[0].approach_axis.reset();
   EXPECT_THAT(refusal(blunt, {set(QuantityKind::approach_angle, 0.1)}), HasSubstr("no approach_axis"));
