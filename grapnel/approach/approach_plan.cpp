@@ -47,6 +47,7 @@ class Planner {
         watch_(most_evaluations(), look_of(progress, most_evaluations())),
         time_(begin) {
     base_.be_watched_by(&watch_);
+    if (approach_.plan && approach_.plan->idle_joints == PlanSetup::IdleJoints::held) hold_idle_joints();
     const std::size_t n = servicer_.robot_joints.size();
     position_ = problem.joint_position;
     rate_ = problem.joint_rate.empty() ? std::vector<double>(n, 0.0) : problem.joint_rate;
@@ -82,13 +83,10 @@ class Planner {
     const PlanSetup plan = approach_.plan.value_or(PlanSetup{});
     return fmt::format(
         "planning the approach: given up after {} evaluations of the servicer's motion, at the segment from t = {:.6g} "
-        "s "
-        "on; the approach lasts {:.6g} s, and the longer a segment, the further joints swing on it and the more each "
-        "of "
-        "the "
-        "search's {} initial guesses costs: a shorter last segment (waypoints, straight_in), fewer "
-        "approach.plan.starts or "
-        "approach.plan.objective: as_found take less, and approach.plan.max_evaluations allows more",
+        "s on; the approach lasts {:.6g} s, and the longer a segment, the further joints swing on it and the more each "
+        "of the search's {} initial guesses costs: a shorter last segment (waypoints, straight_in), fewer "
+        "approach.plan.starts or approach.plan.objective: as_found take less, and approach.plan.max_evaluations allows "
+        "more",
         plan.max_evaluations, time_, approach_.duration, plan.starts);
   }
 
@@ -103,6 +101,17 @@ class Planner {
   static WorkWatch::Look look_of(const CaptureProgress& progress, long most) {
     if (!progress) return {};
     return [&progress, most](long done) { progress(kPlanning, static_cast<double>(done), static_cast<double>(most)); };
+  }
+
+  // Joints that move no end-effector that grasps.
+  void hold_idle_joints() {
+    std::vector<bool> held(static_cast<std::size_t>(base_.joints()));
+    for (int j = 0; j < base_.joints(); ++j) {
+      held[static_cast<std::size_t>(j)] = std::none_of(
+          problem_.grasps.begin(), problem_.grasps.end(),
+          [&](const GraspSetup& g) { return base_.carries(j, servicer_.model.frame_index(g.end_effector)); });
+    }
+    base_.hold(std::move(held));
   }
 
   // --- Segments
@@ -137,6 +146,9 @@ class Planner {
     reach.goals = std::move(goals);
     reach.demand = demand;
     reach.lower = lower_, reach.upper = upper_;
+    for (std::size_t j = 0; j < position_.size(); ++j) {
+      if (base_.is_held(static_cast<int>(j))) reach.lower[j] = reach.upper[j] = position_[j];
+    }
     reach.rate_limit = rate_limit_;
     reach.guess = position_;
     reach.objective = Objective(Objective::Kind::excursion, reach.start, reach.guess, lower_, upper_);
@@ -144,7 +156,7 @@ class Planner {
   }
 
   // The settings of approach.plan.
-  void set_search(ReachProblem& reach) const {
+  void set_search(ReachProblem& reach) {
     const PlanSetup& plan = *approach_.plan;
     reach.starts = plan.starts, reach.seed = plan.seed;
     if (!plan.guess.empty()) reach.guess = plan.guess;
@@ -159,7 +171,15 @@ class Planner {
     if (plan.clearance || weight_of(plan, Objective::Kind::clearance) > 0) {
       way.bodies =
           way_bodies(problem_, servicer_, [this](std::size_t target, double t) { return target_at(target, t); });
+      if (way.bodies->model.pairs().empty()) {
+        throw Unplannable(
+            "planning the approach: approach.plan asks for clearance, and there are no two bodies whose distance could "
+            "be looked at: shapes ('geometry') of the robot's links and of the targets are missing, or "
+            "clearance.ignore leaves all pairs out");
+      }
     }
+    if (weight_of(plan, Objective::Kind::impulse) > 0 || weight_of(plan, Objective::Kind::impulse_index) > 0)
+      way.end_measure = capture_measure(problem_, base_, motion_, reach.start.end, targets_.capture);
     require_undisturbed(reach);
   }
 
@@ -168,7 +188,8 @@ class Planner {
     if (!disturbed() || !asks_of_way(reach)) return;
     throw Unplannable(
         fmt::format("planning the approach: limits on the way, clearance, base_turn, knots and the objectives effort, "
-                    "base_attitude, base_motion and clearance are planned by the conservation of momentum, which {} "
+                    "base_attitude, base_motion, clearance, impulse and impulse_index are planned by the conservation "
+                    "of momentum, which {} "
                     "disturb; leave them out, or these",
                     disturbances()));
   }

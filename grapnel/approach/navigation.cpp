@@ -72,6 +72,7 @@ CaptureProblem rest_of_approach(const CaptureProblem& problem, const CaptureSyst
   std::erase_if(approach.waypoints, [&](const Waypoint& w) { return w.time <= time; });
   approach.plan->guess = planned;
   approach.plan->objective = PlanSetup::Objective::as_found;
+  approach.plan->weights.reset();
   if (approach.base_control && attitude) approach.base_control->R_WD = *attitude;
   return rest;
 }

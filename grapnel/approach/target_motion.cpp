@@ -150,7 +150,8 @@ std::vector<StraightGoal> straight_goals(const CaptureProblem& problem, const Mo
     goals.push_back({model.frame_index(grasp.end_effector), grasp.end_effector,
                      static_cast<int>(target_index(problem, grasp.target)), point.X_TG,
                      point.approach_direction.value_or(Vector3d{1, 0, 0}), orientation_of(grasp),
-                     approach_axis(problem, grasp), grasp.target, grasp.grasp_point});
+                     approach_axis(problem, grasp), grasp.target, grasp.grasp_point,
+                     problem.approach->straight_in->roll == StraightIn::Roll::matched});
   }
   return goals;
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "grapnel/impact/impulse_measures.hpp"
 #include "grapnel/problem/capture_problem.hpp"
 
 namespace grapnel {
@@ -65,6 +66,8 @@ constexpr Weighing kWeighings[] = {
     {&PlanWeights::base_attitude, Kind::base_attitude, PlanSetup::Objective::base_attitude},
     {&PlanWeights::base_motion, Kind::base_motion, PlanSetup::Objective::base_motion},
     {&PlanWeights::clearance, Kind::clearance, PlanSetup::Objective::clearance},
+    {&PlanWeights::impulse, Kind::impulse, PlanSetup::Objective::impulse},
+    {&PlanWeights::impulse_index, Kind::impulse_index, PlanSetup::Objective::impulse_index},
 };
 
 }  // namespace
@@ -143,6 +146,59 @@ std::shared_ptr<const WayBodies> way_bodies(const CaptureProblem& problem, const
     bodies->hands.push_back(h);
   }
   return bodies;
+}
+
+std::function<double(Objective::Kind kind, std::span<const double> position, std::span<const double> rate,
+                     const Posed& X_WB)>
+capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMotion& motion, double end,
+                const std::vector<TargetMotion>& targets) {
+  struct Capture {
+    CaptureSystem system;
+    State state;
+    std::vector<GraspSetup> grasps;
+    std::vector<std::size_t> target_of;  // grasp
+    ImpactSetup::Joints joints;
+  };
+  auto capture = std::make_shared<Capture>(Capture{make_capture_system(problem), {}, problem.grasps, {}, {}});
+  const Model& model = capture->system.model;
+  capture->state = initial_servicer_state(problem, capture->system);
+  for (std::size_t t = 0; t < targets.size(); ++t) {
+    const int body = model.frames()[capture->system.target_frames[t]].body;
+    set_root_pose(model, body, targets[t].X_WT, capture->state);
+    set_root_twist(model, body, targets[t].V_WT, capture->state);
+  }
+  for (const GraspSetup& g : problem.grasps) capture->target_of.push_back(target_index(problem, g.target));
+  capture->joints = problem.impact ? problem.impact->joints : ImpactSetup::Joints::free;
+  return [capture, &base, motion, end](Objective::Kind kind, std::span<const double> position,
+                                       std::span<const double> rate, const Posed& X_WB) {
+    const CaptureSystem& system = capture->system;
+    State& state = capture->state;
+    std::vector<HeldRate> held;
+    for (std::size_t j = 0; j < position.size(); ++j) {
+      const Body& body = system.model.bodies()[system.model.joints()[system.robot_joints[j]]];
+      state.q[body.q] = position[j], state.v[body.v] = rate[j];
+      if (capture->joints == ImpactSetup::Joints::driven) held.push_back({body.v, rate[j]});
+      if (capture->joints == ImpactSetup::Joints::braked) held.push_back({body.v, 0.0});
+    }
+    base.place(position);
+    base.move(rate, motion.in_base(end, X_WB));
+    if (base.floats()) {
+      set_root_pose(system.model, system.base, X_WB, state);
+      const Twistd V_B = twist_from(base.base_twist());
+      set_root_twist(system.model, system.base, X_WB.R * V_B, state);
+    }
+    const Kinematics kinematics = forward_kinematics(system.model, state);
+    std::vector<Grasp> grasps;
+    for (std::size_t i = 0; i < capture->grasps.size(); ++i) {
+      const GraspSetup& g = capture->grasps[i];
+      const int frame = system.model.frame_index(g.end_effector);
+      const int target = system.model.frames()[system.target_frames[capture->target_of[i]]].body;
+      const Posed X_WE = frame_pose(system.model, kinematics, frame);
+      grasps.push_back({system.model.frames()[frame].body, target, g.model, X_WE.p, X_WE.R * g.hinge_axis});
+    }
+    const CoupledImpulse impulse = coupled_impulse(system.model, state, grasps, held);
+    return kind == Objective::Kind::impulse ? impulse.energy : impulse.mean_impulse;
+  };
 }
 
 }  // namespace grapnel

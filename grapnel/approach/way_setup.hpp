@@ -26,6 +26,15 @@ double weight_of(const PlanSetup& plan, Objective::Kind kind);
 /// What a term is called.
 PlanSetup::Objective objective_of(Objective::Kind kind);
 
+/// WaySetup::end_measure: the capture at the end of a segment, its grasps rigid and everything else about joints in the
+/// impact as the problem has it (free, or kept by drives or brakes). impulse: CoupledImpulse::energy; impulse_index:
+/// its mean. `base` is scratch, the servicer's; `motion` tells what it does at `end`; `targets` move as at the capture.
+/// The result refers to `base` alone.
+std::function<double(Objective::Kind kind, std::span<const double> position, std::span<const double> rate,
+                     const Posed& X_WB)>
+capture_measure(const CaptureProblem& problem, FloatingBase& base, const FreeMotion& motion, double end,
+                const std::vector<TargetMotion>& targets);
+
 /// The bodies that `clearance` watches, and besides them end-effectors with their own targets: these may touch within
 /// PlanSetup::near_grasp of the grasp point, by default as far as the shapes of the hand reach from its end-effector,
 /// and the clearance asked for. `target_at`: motion of a target at a time. The result refers to none of the arguments

@@ -118,21 +118,25 @@ Eigen::MatrixXd grasp_metric(const Model& model, const Kinematics& kinematics, s
 
 // Singular values of W^+ in the targets' metric and the index of the present motion: (13.5), (13.6). From Y of (7.5),
 // whose singular values are the roots of W's: W itself has lost half of the small ones' digits.
-void measure_coupled(const Eigen::MatrixXd& half, const Eigen::VectorXd& u, const Cholesky& metric,
-                     ImpulseMeasures& m) {
-  if (half.rows() == 0) return;  // everything is held: no impulse moves anything
+CoupledImpulse measure_coupled(const Eigen::MatrixXd& half, const Eigen::VectorXd& u, const Cholesky& metric) {
+  CoupledImpulse m;
+  if (half.rows() == 0) return m;  // everything is held: no impulse moves anything
   const Eigen::MatrixXd Y = lower_solution(metric, half.transpose()).transpose();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Y, Eigen::ComputeThinV);
   const Eigen::VectorXd& sigma = svd.singularValues();
   while (m.rank < sigma.size() && sigma[m.rank] > kRankTolerance * sigma[0]) ++m.rank;
-  if (m.rank == 0) return;
+  if (m.rank == 0) return m;
   const Eigen::VectorXd yields = sigma.head(m.rank).cwiseAbs2();
   m.smallest_impulse = 1 / yields[0];
   m.largest_impulse = 1 / yields[m.rank - 1];
+  m.mean_impulse = yields.cwiseInverse().mean();
   const Eigen::VectorXd motion = lower_solution(metric, u);
-  if (motion.norm() == 0) return;
+  if (motion.norm() == 0) return m;
   const Eigen::VectorXd along = svd.matrixV().leftCols(m.rank).transpose() * motion;
-  m.coupled_index = along.cwiseQuotient(yields).norm() / motion.norm();
+  const Eigen::VectorXd impulse = along.cwiseQuotient(yields);
+  m.coupled_index = impulse.norm() / motion.norm();
+  m.energy = 0.5 * impulse.squaredNorm();
+  return m;
 }
 
 // Null space of a response to impulses, D-orthonormal (13.9). `response` has rows that may be compared.
@@ -234,13 +238,24 @@ ImpulseMeasures impulse_measures(const Model& model, const State& state, int roo
   m.contact_inertia = J * change;
   if (J.rows() > 0) {
     const Cholesky metric(grasp_metric(model, kinematics, grasps, J.rows()));
-    measure_coupled(response.half(J.transpose()), J * velocity, metric, m);
+    static_cast<CoupledImpulse&>(m) = measure_coupled(response.half(J.transpose()), J * velocity, metric);
     measure_base(model, kinematics, root, M, change, metric, m);
   } else {
     m.base_response = m.zero_disturbance = m.zero_base_angular_velocity = Eigen::MatrixXd(6, 0);
   }
   if (!impulses.empty()) measure_lines(model, kinematics, root, grasps, impulses, m);
   return m;
+}
+
+CoupledImpulse coupled_impulse(const Model& model, const State& state, std::span<const Grasp> grasps,
+                               std::span<const HeldRate> held) {
+  const Kinematics kinematics = forward_kinematics(model, state);
+  const Eigen::MatrixXd M = mass_matrix(model, state), J = grasp_jacobian(model, kinematics, grasps);
+  if (J.rows() == 0) return {};
+  const Response response(M, held);
+  const Eigen::VectorXd velocity = velocity_with_held(M, state, held, response);
+  const Cholesky metric(grasp_metric(model, kinematics, grasps, J.rows()));
+  return measure_coupled(response.half(J.transpose()), J * velocity, metric);
 }
 
 }  // namespace grapnel

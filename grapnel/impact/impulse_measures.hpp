@@ -59,17 +59,22 @@ struct ImpulseLine {
                              // miss and couple are
 };
 
-struct ImpulseMeasures {
-  std::vector<EndEffectorMeasures> end_effectors;  // per grasp
-  /// Coupled over all r grasps, in their constrained directions (rows): W = J M^-1 J^T of (7.4), relative velocity per
-  /// impulse [1/(kg m^2), 1/(kg m), 1/kg].
-  Eigen::MatrixXd contact_inertia;
-  int rank = 0;  // of it
-  /// Largest and smallest singular value of (G^-1 W G^-T)^+ over its range, D = G G^T of (7.8): how much impulse a
-  /// relative motion brings at worst and at best, 1 where the robot is immovable and the target has one grasp [1].
-  double largest_impulse = 0, smallest_impulse = 0;
+/// All grasps together, in their constrained directions (rows): what needs no more than W = J M^-1 J^T of (7.4) and
+/// D = G G^T of (7.8).
+struct CoupledImpulse {
+  int rank = 0;  // of W
+  /// Largest and smallest singular value of (G^-1 W G^-T)^+ over its range: how much impulse a relative motion brings
+  /// at worst and at best, 1 where the robot is immovable and the target has one grasp; and their mean [1] (13.5).
+  double largest_impulse = 0, smallest_impulse = 0, mean_impulse = 0;
   /// The same for the present relative motion u of all grasps: sqrt(P^T D P / u^T D^-1 u), P = -W^+ u (13.6) [1].
   double coupled_index = 0;
+  double energy = 0;  // P^T D P / 2: what the impulses, grasp by grasp, would give the free targets [J]
+};
+
+struct ImpulseMeasures : CoupledImpulse {
+  std::vector<EndEffectorMeasures> end_effectors;  // per grasp
+  /// W: relative velocity per impulse [1/(kg m^2), 1/(kg m), 1/kg].
+  Eigen::MatrixXd contact_inertia;
   /// Change of the base's twist [angular; linear] at B's origin, in W, per impulse on the robot in each row, 6 x rows
   /// (13.8): [rad/s, m/s per N m s, N s]. Zero for a base that is fixed or held.
   Eigen::MatrixXd base_response;
@@ -90,6 +95,10 @@ struct ImpulseMeasures {
 /// @throws std::invalid_argument if `impulses` has another size than `grasps`, or the state another model's.
 ImpulseMeasures impulse_measures(const Model& model, const State& state, int root, std::span<const Grasp> grasps,
                                  std::span<const Impulsed> impulses, std::span<const HeldRate> held = {});
+
+/// What of them looks at all grasps together; no more than a plan evaluates again and again.
+CoupledImpulse coupled_impulse(const Model& model, const State& state, std::span<const Grasp> grasps,
+                               std::span<const HeldRate> held = {});
 
 /// Mass that a frictionless contact feels along a direction n of W (of any length): |n|^2 / (n^T L n) with L the linear
 /// block of an inverse inertia [kg] (13.3). Infinite where nothing yields.

@@ -214,9 +214,13 @@ void FloatingBase::frame_jacobian(int frame, Matrix6Xd& J) const {
 
 void FloatingBase::generalized_jacobian(int frame, Matrix6Xd& J) const {
   frame_jacobian(frame, J);
-  if (!floats_) return;
   const Vector3d p = frame_pose(frame).p;
-  for (int j = 0; j < joints(); ++j) J.col(j) += column(shift(twist_from(per_rate_.col(j)), p));
+  for (int j = 0; j < joints(); ++j) {
+    if (is_held(j))
+      J.col(j).setZero();
+    else if (floats_)
+      J.col(j) += column(shift(twist_from(per_rate_.col(j)), p));
+  }
 }
 
 }  // namespace grapnel

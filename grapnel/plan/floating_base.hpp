@@ -107,6 +107,10 @@ class FloatingBase {
   /// the planning. It must outlive the object; null: nobody watches.
   void be_watched_by(WorkWatch* watch) { watch_ = watch; }
 
+  /// Joints that no demand may move: generalized_jacobian() has zeros there. One entry per joint; empty: none.
+  void hold(std::vector<bool> joints) { held_ = std::move(joints); }
+  bool is_held(int joint) const { return !held_.empty() && held_[static_cast<std::size_t>(joint)]; }
+
   /// Places the links for these joint values (one per joint).
   void place(std::span<const double> theta);
   /// The links' poses alone, for frame_pose() and frame_jacobian(): a third of the work.
@@ -175,6 +179,7 @@ class FloatingBase {
   const Model& model_;
   bool floats_;
   WorkWatch* watch_ = nullptr;
+  std::vector<bool> held_;       // per joint, if any
   std::vector<int> joint_link_;  // per joint: its link in the tree
   std::vector<int> link_joint_;  // per link: its joint, -1 for the root
   std::vector<double> q_;        // coordinates with the root at the identity

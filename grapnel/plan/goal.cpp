@@ -76,14 +76,18 @@ void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goa
   }
 }
 
+Eigen::Vector3d across_in_world(const Goal& goal, const Eigen::Vector2d& error) {
+  return across(goal.direction_W).transpose() * error;
+}
+
 namespace {
 
-// How much of a twist [angular; linear] a demand looks at: always the velocity, and of the spin nothing, two components
-// across the goal's direction, or all.
+// How much of a twist [angular; linear] a demand looks at: always the velocity, and of the spin nothing, the component
+// along the goal's direction, the two across it, or all.
 int spin_rows(const Goal& g, RateDemand demand) {
   if (demand == RateDemand::linear) return 0;
   if (demand != RateDemand::task) return 3;
-  return rows_of(g) - 3;
+  return std::min(3, rows_of(g) - 3 + (g.roll ? 1 : 0));
 }
 
 int demanded_rows(std::span<const Goal> goals, RateDemand demand) {
@@ -111,6 +115,7 @@ void put_rows(const Goal& g, int row, int spin, const Twists& V, Matrix& all) {
   rows.topRows(3) = V.bottomRows(3);
   if (spin == 3) rows.bottomRows(3) = V.topRows(3);
   if (spin == 2) rows.bottomRows(2) = across(g.direction_W) * V.topRows(3);
+  if (spin == 1) rows.bottomRows(1) = column(g.direction_W).transpose() * V.topRows(3);
 }
 
 // [angular; linear] in W with the same product with every twist as the rows' weights have with its rows.
@@ -119,6 +124,7 @@ Vector6d weights_as_wrench(const Goal& g, int spin, const Eigen::VectorXd& weigh
   F.tail<3>() = weights.head<3>();
   if (spin == 3) F.head<3>() = weights.tail<3>();
   if (spin == 2) F.head<3>() = across(g.direction_W).transpose() * weights.tail<2>();
+  if (spin == 1) F.head<3>() = weights[3] * column(g.direction_W);
   return F;
 }
 
@@ -189,6 +195,7 @@ WeightedChange change_of_rows(FloatingBase& base, const Posed& X_WB, std::span<c
   });
   std::vector<double> one(n, 0.0);
   for (int j = 0; j < n; ++j) {
+    if (base.is_held(j)) continue;  // its column stays zero
     one[j] = 1;
     base.move(one, Momentumd::zero());
     one[j] = 0;

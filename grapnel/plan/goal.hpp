@@ -23,6 +23,8 @@ struct Goal {
   Orientation orientation = Orientation::free;
   Vector3d axis_E{1, 0, 0};
   Vector3d direction_W{1, 0, 0};
+  /// RateDemand::task asks for the spin about `direction_W` as well.
+  bool roll = false;
   /// Where no exact solution is found, the closest attempt will do if it leaves no more than this; 0: it will not.
   double accepted_distance = 0;  // [m]
   double accepted_angle = 0;     // [rad]
@@ -30,7 +32,8 @@ struct Goal {
 
 /// What the end-effectors' motion at the end is to be, as rows of a twist relation J_g theta_dot = demand.
 /// given: the rates are prescribed. velocity: the place's velocity, without spin. twist: the place's whole twist.
-/// linear: the place's velocity alone. task: the velocity, and as much of the spin as the orientation asks for.
+/// linear: the place's velocity alone. task: the velocity, and as much of the spin as the orientation asks for, with
+/// that about the direction if Goal::roll.
 enum class RateDemand { given, velocity, twist, linear, task };
 
 /// Number of rows of one goal's error, and of that of all.
@@ -43,6 +46,9 @@ int error_rows(std::span<const Goal> goals);
 /// values at a fixed base, and with a displacement of the base in B (exact where the error vanishes).
 void goal_error(const FloatingBase& base, const Posed& X_WB, std::span<const Goal> goals, Eigen::VectorXd& error,
                 Eigen::MatrixXd& J_joint, Eigen::MatrixXd& J_base);
+
+/// The two components of an axis goal's error in goal_error() as the rotation that they stand for, in W [rad].
+Eigen::Vector3d across_in_world(const Goal& goal, const Eigen::Vector2d& error);
 
 /// Least-squares joint rates of least norm that meet the demand at this configuration, through the generalized Jacobian
 /// (2.5) and the part of the twist that momentum carries (2.3), and what they leave unmet.
@@ -86,7 +92,9 @@ class Objective {
     effort,
     base_attitude,
     base_motion,
-    clearance
+    clearance,
+    impulse,
+    impulse_index
   };
   struct Term {
     Kind kind = Kind::as_found;
@@ -105,7 +113,7 @@ class Objective {
   /// Without those that count nothing; empty: the first solution will do.
   const std::vector<Term>& terms() const { return terms_; }
   bool is_empty() const { return terms_.empty(); }
-  /// Whether final values and rates are all that it depends on; else WayCost (way.hpp) knows the rest.
+  /// Whether final values and rates are all that it depends on; else keep_way() (way.hpp) knows the rest.
   bool depends_on_end_alone() const;
   /// The same for a segment with so many knots.
   Objective with_knots(int knots) const;

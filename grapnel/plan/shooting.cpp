@@ -20,14 +20,14 @@ constexpr double kWildest = 200;  // [rad or m]
 constexpr double kPredicted[] = {1e-7, 1e-9};
 constexpr int kMostSettlings = 25;
 
+}  // namespace
+
 Posed displaced(const Posed& X, const Vector6d& xi) {
   const Vector3d w{xi[0], xi[1], xi[2]};
   const double angle = norm(w);
   const Rotationd R = angle > 0 ? rotation_about((1 / angle) * w, angle) : Rotationd::identity();
   return {X.R * R, X.p + X.R * Vector3d{xi[3], xi[4], xi[5]}};
 }
-
-}  // namespace
 
 Shooting::Shooting(FloatingBase& base, const ReachProblem& problem)
     : base_(base), problem_(problem), segment_(base, problem.start, problem.motion) {}
@@ -273,8 +273,10 @@ NewtonStep least_norm_step(const Eigen::MatrixXd& J, const Eigen::VectorXd& e, c
   NewtonStep step;
   step.d = Eigen::VectorXd::Zero(n);
   if (n == 0 || e.size() == 0) return step;
-  std::vector<int> free(n);
-  for (int j = 0; j < n; ++j) free[j] = j;
+  std::vector<int> free;
+  for (int j = 0; j < n; ++j) {
+    if (lower[j] < upper[j] || x[j] != lower[j]) free.push_back(j);  // the others stay
+  }
   Eigen::VectorXd rest = e;  // what the fixed variables leave
   while (!free.empty()) {
     const Eigen::VectorXd d = solve(J(Eigen::all, free), rest, damping, step);

@@ -30,6 +30,9 @@ struct Shot {
   std::vector<double> rate_at(const std::vector<double>& other, std::span<const double> others = {}) const;
 };
 
+/// X displaced by xi [angular; linear], a small one, in its own frame.
+Posed displaced(const Posed& X, const Vector6d& xi);
+
 class Shooting {
  public:
   Shooting(FloatingBase& base, const ReachProblem& problem);

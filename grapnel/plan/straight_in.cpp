@@ -120,7 +120,7 @@ class Motion {
     base_.place(y.first(n_));
     goal_error(base_, X_WB, goals, error_, J_joint_, J_base_);
     demand_rows(base_, X_WB, h_B, goals, RateDemand::task, G_, b_);
-    b_ -= kGain * error_;  // rows of task and error agree
+    pull_in(goals);
     // Nothing is damped where every singular value is above the edge, for which a bound of the largest will do.
     const double largest = std::sqrt((G_ * G_.transpose()).cwiseAbs().rowwise().sum().maxCoeff());
     if (const auto rates = least_norm_above(G_, b_, kDampedBelow * largest)) {
@@ -150,6 +150,20 @@ class Motion {
     for (int j = 0; j < n_; ++j) theta_dot_[j] = rates[j];
     if (record_) path_.miss = misses(goals, error_);
     if (record_) note(t, smallest, edge, (G_ * rates - b_).lpNorm<Eigen::Infinity>());
+  }
+
+  // - k e of (1). Rows of task and error agree but for a roll, which is one row or makes two rows across the direction
+  // three in W.
+  void pull_in(std::span<const Goal> goals) {
+    Eigen::Index row = 0, at = 0;
+    for (const Goal& g : goals) {
+      const bool across = g.roll && g.orientation == Goal::Orientation::axis;
+      const Eigen::Index rows = across ? 3 : rows_of(g);
+      b_.segment(row, rows) -= kGain * error_.segment(at, rows);
+      if (across) b_.segment<3>(row + 3) -= kGain * across_in_world(g, error_.segment<2>(at + 3));
+      row += across ? 6 : rows + (g.roll && g.orientation == Goal::Orientation::free ? 1 : 0);
+      at += rows_of(g);
+    }
   }
 
   void note(double t, double smallest, double edge, double unmet) {
@@ -271,6 +285,7 @@ std::vector<Goal> goals_at(const StraightInProblem& problem, std::span<const Fre
     g.name = s.name, g.target = s.target_name, g.point = s.point;
     g.orientation = s.orientation;
     g.axis_E = s.axis_E;
+    g.roll = s.roll;
     g.direction_W = body.X_WT.R * s.direction_T;
     const Vector3d p_T = s.X_TG.p - distance * s.direction_T;
     g.X_WG = body.X_WT * Posed{s.X_TG.R, p_T};

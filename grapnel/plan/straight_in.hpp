@@ -5,9 +5,9 @@
 /// frame, from a stand-off distance to contact. Resolved-rate motion control through the generalized Jacobian
 /// (Umetani and Yoshida 1989), which is what (2.5) is for:
 ///   J_g theta_dot = V_d - (momentum's part, (2.3)) - k e                                             (1)
-/// with V_d the place's twist and e what is left of the error; solved by singular values, small ones damped, for the
-/// rates of least norm. The joint motion that comes out is kept as Chebyshev series, so that it can be followed exactly
-/// by a simulation that knows nothing of its origin.
+/// with V_d the place's twist and e what is left of the error (none of the roll, which has no value to keep); solved by
+/// singular values, small ones damped, for the rates of least norm. The joint motion that comes out is kept as
+/// Chebyshev series, so that it can be followed exactly by a simulation that knows nothing of its origin.
 
 #include <cstdint>
 #include <string>
@@ -37,6 +37,7 @@ struct StraightGoal {
   Goal::Orientation orientation = Goal::Orientation::free;
   Vector3d axis_E{1, 0, 0};
   std::string target_name = {}, point = {};  // for messages, as in Goal
+  bool roll = false;                         // the end-effector turns about the direction as the target does
 };
 
 struct StraightInProblem {

@@ -59,7 +59,11 @@ struct WaySetup {
   Rotationd R_WB0 = Rotationd::identity();
   std::optional<double> clearance;          // least distance [m]
   std::shared_ptr<const WayBodies> bodies;  // for clearance, kept or wanted
-  std::optional<int> knots;                 // absent: none, and where that does not do, kKnots
+  /// Value of Objective::Kind::impulse or impulse_index for final joint values, rates and base pose.
+  std::function<double(Objective::Kind kind, std::span<const double> position, std::span<const double> rate,
+                       const Posed& X_WB)>
+      end_measure;
+  std::optional<int> knots;  // absent: none, and where that does not do, kKnots
   static constexpr int kKnots = 4;
   bool keeps_something() const {
     return limits || base_turn < std::numeric_limits<double>::infinity() || clearance.has_value();

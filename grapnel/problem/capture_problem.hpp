@@ -229,8 +229,6 @@ struct ControlSetup {
   bool has_controller() const { return log || external || !plugin.empty() || !fmu.empty(); }
 };
 
-/// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
-/// grasp point.
 /// Weights of a plan's objectives, of which the weighted sum is minimized. What each is, with its unit: PlanTerm.
 struct PlanWeights {
   double excursion = 0;
@@ -241,8 +239,12 @@ struct PlanWeights {
   double base_attitude = 0;
   double base_motion = 0;
   double clearance = 0;
+  double impulse = 0;
+  double impulse_index = 0;
 };
 
+/// Final joint values are looked for: those with which the momentum-conserving motion brings every end-effector to its
+/// grasp point.
 struct PlanSetup {
   /// What is minimized among the solutions. excursion: the joints' motion on the way (Objective). nearest: squares of
   /// the distances from `guess`. limits: squares of the distances from the middle of the joints' ranges, relative to
@@ -250,7 +252,8 @@ struct PlanSetup {
   /// Newton's method with steps of least norm from the guess, or from the first other initial guess that leads to a
   /// solution. effort: squares of the joints' efforts, on the mean over the way. base_attitude: the square of the
   /// base's turn at the capture. base_motion: squares of the base's angular velocity on the way. clearance: minus the
-  /// minimum distance on the way.
+  /// minimum distance on the way. impulse: the impulses of the capture, as if the grasps were rigid; impulse_index:
+  /// what any relative motion there would bring, on the mean of its directions (both by the metric (7.8)).
   enum class Objective {
     excursion,
     nearest,
@@ -260,7 +263,9 @@ struct PlanSetup {
     effort,
     base_attitude,
     base_motion,
-    clearance
+    clearance,
+    impulse,
+    impulse_index
   };
   Objective objective = Objective::excursion;
   std::optional<PlanWeights> weights;  // in place of `objective`
@@ -279,6 +284,11 @@ struct PlanSetup {
   std::optional<double> near_grasp;  // from its grasp point, within which an end-effector may touch its target [m]
   std::optional<double> base_turn;   // largest turn of the base from its initial attitude [rad]
   std::optional<int> knots;          // inner knots of the joints' splines; absent: those that it takes
+
+  /// Joints that move no grasping end-effector. used: they move where that makes the objective less. held: they end
+  /// where they began, at rest.
+  enum class IdleJoints { used, held };
+  IdleJoints idle_joints = IdleJoints::used;
 };
 
 /// A place to pass on the way. Either joint values, or places of some end-effectors, found by planning.
@@ -300,6 +310,10 @@ struct StraightIn {
   double stand_off = 0;    // distance from the grasp point at which it begins, at rest relative to the target [m]
   double duration = 0;     // of this piece, within the approach's [s]
   double final_speed = 0;  // towards the grasp point, relative to it, at the end [m/s]
+  /// Of an end-effector about its approach direction, against its target. free: as the joints move least. matched: it
+  /// turns as the target does.
+  enum class Roll { free, matched };
+  Roll roll = Roll::free;
 };
 
 /// The time of capture is looked for between two times.

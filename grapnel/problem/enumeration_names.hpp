@@ -34,9 +34,13 @@ struct Described<JointProfile> : Enumeration<JointProfile, "JointProfile", "quar
 template <>
 struct Described<PlanSetup::Objective>
     : Enumeration<PlanSetup::Objective, "Objective", "excursion", "nearest", "limits", "manipulability", "as_found",
-                  "effort", "base_attitude", "base_motion", "clearance"> {};
+                  "effort", "base_attitude", "base_motion", "clearance", "impulse", "impulse_index"> {};
 template <>
 struct Described<PlanSetup::Limits> : Enumeration<PlanSetup::Limits, "PlanLimits", "at_end", "on_the_way"> {};
+template <>
+struct Described<PlanSetup::IdleJoints> : Enumeration<PlanSetup::IdleJoints, "IdleJoints", "used", "held"> {};
+template <>
+struct Described<StraightIn::Roll> : Enumeration<StraightIn::Roll, "Roll", "free", "matched"> {};
 template <>
 struct Described<CaptureWindow::Choose>
     : Enumeration<CaptureWindow::Choose, "Choose", "objective", "soonest", "slowest"> {};

@@ -126,6 +126,7 @@ class Conflicts : ConflictFinder {
       add_key("approach.plan", "approach.plan needs 'grasps': there is nothing to reach").relies_on = "grasps";
     if (approach.capture_at == ApproachSetup::CaptureAt::envelope) check_envelopes();
     if (approach.straight_in) check_directions();
+    if (approach.plan) check_plan(*approach.plan, approach.straight_in.has_value());
     if (approach.window) check_window(approach, *approach.window);
     const double straight = approach.straight_in ? approach.straight_in->duration : 0;
     const double duration = shortest(problem_.approach).value_or(0);
@@ -155,6 +156,32 @@ class Conflicts : ConflictFinder {
         add(path, "{} is {} [s], must be greater than {} of the piece before", path, until, begin);
     }
     if (!approach.sampled && approach.pieces.empty()) check_start(approach);
+  }
+
+  // What a plan minimizes and keeps, against what there is to look at.
+  void check_plan(const PlanSetup& plan, bool straight_in) {
+    using Objective = PlanSetup::Objective;
+    const PlanWeights none, &weights = plan.weights ? *plan.weights : none;
+    const auto minimizes = [&](Objective objective, double weight) {
+      return plan.weights ? weight > 0 : plan.objective == objective;
+    };
+    const std::string objective = plan.weights ? "approach.plan.weights." : "approach.plan.objective: ";
+    const std::string path = plan.weights ? "approach.plan.weights" : "approach.plan.objective";
+    if (!problem_.clearance.enabled) {
+      if (plan.clearance)
+        add("approach.plan.clearance", "approach.plan.clearance: 'clearance' is switched off, nothing is watched");
+      if (minimizes(Objective::clearance, weights.clearance))
+        add(path, "{}clearance: 'clearance' is switched off, nothing is watched", objective);
+    }
+    if (weights.nearest > 0 && plan.guess.empty())
+      add("approach.plan.weights.nearest", "approach.plan.weights.nearest needs approach.plan.guess");
+    if (!straight_in) return;
+    if (minimizes(Objective::impulse, weights.impulse) || minimizes(Objective::impulse_index, weights.impulse_index)) {
+      add(path,
+          "{}{}: the plan that is searched for ends at the stand-off of straight_in, where nothing is captured; leave "
+          "out one of them",
+          objective, minimizes(Objective::impulse, weights.impulse) ? "impulse" : "impulse_index");
+    }
   }
 
   // More times than this are a slip of the pen: a plan takes some 10 ms.

@@ -181,6 +181,13 @@ struct Described<PlanWeights> {
                              "the square of the segment's duration.")
           .at_least(0),
       field<&T::clearance>("clearance", "1/m", "Of minus the minimum clearance on the way.").at_least(0),
+      field<&T::impulse>("impulse", "1/J",
+                         "Of the capture's impulses: the energy that each of them alone would give the free target.")
+          .at_least(0),
+      field<&T::impulse_index>("impulse_index", "1",
+                               "Of what relative motions at the grasps bring, against an immovable robot, on the mean "
+                               "of their directions.")
+          .at_least(0),
   });
   static constexpr Type type = structure<T>(
       "weights", "Weights of objectives, the sum of which is minimized; those left out count nothing.", fields);
@@ -211,10 +218,9 @@ struct Described<PlanSetup> {
           "What is minimized among the solutions. excursion: the joints' ways. nearest: the distance from "
           "guess. limits: the distance from the middle of the joints' ranges. manipulability: minus the "
           "manipulability of the arms. as_found: nothing; the first solution from the guess is taken. effort: squares "
-          "of "
-          "the joints' efforts on the way. base_attitude: the base's turn at the capture. base_motion: squares of the "
-          "base's angular velocity on the way. clearance: minus the "
-          "minimum clearance on the way."),
+          "of the joints' efforts on the way. base_attitude: the base's turn at the capture. base_motion: squares of "
+          "the base's angular velocity on the way. clearance: minus the minimum clearance on the way. impulse: the "
+          "impulses of the capture, as of rigid grasps. impulse_index: what any relative motion there would bring."),
       field<&T::weights>("weights", "", "").optional(),
       field<&T::guess>("guess", "rad or m",
                        "Every moving joint's value where the search begins; absent: the initial values.")
@@ -253,6 +259,9 @@ struct Described<PlanSetup> {
           .at_least(0)
           .at_most(30)
           .optional(),
+      field<&T::idle_joints>("idle_joints", "",
+                             "Joints that move no grasping end-effector. used: they move where that makes the "
+                             "objective less. held: they end where they began, at rest."),
   });
   static constexpr auto rules = std::to_array<Rule>({
       when("objective", "nearest").require("guess"),
@@ -329,6 +338,9 @@ struct Described<StraightIn> {
           .required(),
       field<&T::duration>("duration", "s", "Of this piece, at the end of the approach.").above(0).required(),
       field<&T::final_speed>("final_speed", "m/s", "Towards the grasp point, relative to it, at the end.").at_least(0),
+      field<&T::roll>("roll", "",
+                      "Of an end-effector about its approach direction, against its target. free: as the joints move "
+                      "least. matched: it turns as the target does."),
   });
   static constexpr Type type = structure<T>(
       "straight_in",

@@ -208,6 +208,7 @@ PostureSpace posture_space(const CaptureProblem& problem) {
 void set_posture(const PostureSpace& space, const std::vector<double>& coordinates, CaptureProblem& problem) {
   PlanSetup& plan = *problem.approach->plan;
   plan.objective = PlanSetup::Objective::nearest;
+  plan.weights.reset();
   plan.guess = space.configuration;
   for (std::size_t k = 0; k < coordinates.size(); ++k) {
     for (std::size_t j = 0; j < plan.guess.size(); ++j) plan.guess[j] += coordinates[k] * space.directions[k][j];
