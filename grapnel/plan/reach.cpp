@@ -190,15 +190,16 @@ class Search {
     std::stable_sort(solutions_.begin(), solutions_.end(),
                      [&](const Shot& a, const Shot& b) { return is_better(a, b); });
     Shot best = solutions_.front();
+    std::size_t origin = 0;  // of the best one
     if (!problem_.objective.is_empty() && !result_.approximate) {
       constexpr std::size_t kImproved = 2;
       for (std::size_t i = 0; i < std::min(kImproved, solutions_.size()); ++i) {
         const std::optional<Shot> better = newton(best_near(base_, guided_, shooting_, solutions_[i]));
-        if (better && is_better(*better, best)) best = *better;
+        if (better && is_better(*better, best)) best = *better, origin = i;
       }
     }
     if (asks_of_way(problem_)) {
-      keep(std::move(best));
+      keep(std::move(best), origin);
     } else {
       take(best);
     }
@@ -222,12 +223,12 @@ class Search {
 
   // What is asked of the way, from the best solution, then from others, and with a spline that was not asked for where
   // nothing else does. Of a few that keep it the one with the least objective is taken.
-  void keep(Shot best) {
-    constexpr std::size_t kFrom = 2;  // solutions
+  void keep(Shot best, std::size_t origin) {
+    constexpr std::size_t kFrom = 3;  // solutions
     constexpr int kRandom = 3;        // further beginnings with random splines
     std::vector<Shot> from = {best};
     for (std::size_t i = 0; i < solutions_.size() && from.size() < kFrom; ++i) {
-      from.push_back(solutions_[i]);
+      if (i != origin) from.push_back(solutions_[i]);
     }
     std::optional<WayEnd> kept, nearest;
     const auto attempt = [&](const Shot& solution, int knots, int number) {
@@ -236,6 +237,12 @@ class Search {
       if (end.kept && (!kept || end.objective < kept->objective)) kept = end;
       if (!end.kept && end.shot && (!nearest || end.violation < nearest->violation)) nearest = std::move(end);
     };
+    // What one polynomial can do is where a spline that is asked for may begin too.
+    if (problem_.way.knots.value_or(0) > 0) {
+      attempt(best, 0, 0);
+      const std::optional<WayEnd>& simple = kept ? kept : nearest;
+      if (simple) from.push_back(*simple->shot);
+    }
     std::vector<int> counts = {problem_.way.knots.value_or(0)};
     if (!problem_.way.knots && problem_.way.keeps_something()) counts.push_back(WaySetup::kKnots);
     for (const int knots : counts) {
@@ -243,6 +250,7 @@ class Search {
       for (int i = 1; i <= kRandom && knots > 0 && !kept; ++i) attempt(best, knots, i);
       if (kept) break;
     }
+    if (!kept) keep_first(best, counts.back(), attempt);
     if (!kept) {
       result_.found = false;
       take(nearest ? *nearest->shot : best);
@@ -256,6 +264,20 @@ class Search {
     result_.knots = kept->knots, result_.coefficients = kept->coefficients;
     result_.way = kept->figures;
     result_.objective = kept->objective, result_.terms = kept->terms;
+  }
+
+  // Where the objective leads away from every way that keeps what is asked: one that does without it, and the objective
+  // from there.
+  template <class Attempt>
+  void keep_first(const Shot& best, int knots, Attempt&& attempt) {
+    if (problem_.objective.is_empty()) return;
+    ReachProblem simpler = problem_;
+    simpler.objective = problem_.objective.depends_on_end_alone() ? Objective() : guided_.objective;
+    const WayEnd first = keep_way(base_, simpler, best, knots, 0);
+    result_.rhs_evaluations += first.rhs_evaluations;
+    if (!first.kept) return;
+    attempt(*first.shot, knots, kAsItIs);
+    attempt(*first.shot, knots, 0);
   }
 
   void take(const Shot& shot) {

@@ -217,6 +217,7 @@ double SegmentWay::violation(const Instant& at, const PathSegment::WayPoint& w, 
 
 template <class At>
 void SegmentWay::look_at_joint(int joint, const PathSegment::WayPoint& w, WayFigures* figures, At&& at) {
+  if (is_held(joint)) return;
   const auto j = static_cast<std::size_t>(joint);
   const double above = w.position[j] - problem_.upper[j], below = problem_.lower[j] - w.position[j];
   at(Kept::position, 1.0, above), at(Kept::position, -1.0, below);
@@ -293,6 +294,14 @@ bool SegmentWay::may_touch(int pair, const PathSegment::WayPoint& w, const Kinem
   return norm(X_WE.p - at.X_WB[static_cast<std::size_t>(hand.target)] * hand.p_TG) <= hand.near;
 }
 
+bool SegmentWay::may_touch(const Instant& at) {
+  if (at.kept != Kept::clearance) return false;
+  const PathSegment::WayPoint w = segment().way_point(at.node);
+  Kinematics kinematics;
+  place(w, kinematics);
+  return may_touch(at.index, w, kinematics);
+}
+
 template <class Note>
 void SegmentWay::look_at_distances(int node, const PathSegment::WayPoint& w, const Kinematics& at, double band,
                                    double wanted, WayFigures* figures, Note&& note) {
@@ -307,10 +316,7 @@ void SegmentWay::look_at_distances(int node, const PathSegment::WayPoint& w, con
       figures->clearance = {d.distance, p, pair.body_a, pair.body_b, d.point_a, d.point_b, d.normal};
       figures->clearance_time = w.time;
     }
-    if (setup_.clearance)
-      note(Kept::clearance, p, 1.0, node, kept - d.distance);
-    else
-      note(Kept::clearance, p, 1.0, node, wanted - band - d.distance);
+    note(Kept::clearance, p, 1.0, node, std::max(kept, wanted - band) - d.distance);
   }
 }
 

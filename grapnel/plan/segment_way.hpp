@@ -49,13 +49,16 @@ class SegmentWay {
   /// By how much something is violated there, and the gradient for [theta_f, c] unless null.
   double value(const Instant& at, Eigen::VectorXd* gradient);
 
+  // Whether it is the distance of a hand from its target near the grasp point, of which nothing is asked.
+  bool may_touch(const Instant& at);
+
   // Distance of a pair, and how it changes.
   double distance(int pair, int node, Eigen::VectorXd* gradient);
 
   // --- The whole way
 
   // All instants at which something is violated by more than -`band`: the local maxima over the nodes. `wanted`: a
-  // distance below which pairs count whatever is asked.
+  // distance below which pairs count whatever is asked, as violated by wanted - band - distance where that is more.
   std::vector<Found> scan(double band, double wanted, WayFigures* figures);
 
   // In words, for users.

@@ -30,7 +30,7 @@ class Exchange {
     }
   }
 
-  WayEnd run(const Shot& solution, std::vector<double> coefficients) {
+  WayEnd run(const Shot& solution, std::vector<double> coefficients, bool improves) {
     std::vector<double> y = solution.position;
     y.insert(y.end(), coefficients.begin(), coefficients.end());
     y.resize(static_cast<std::size_t>(way_.unknowns()));
@@ -42,6 +42,8 @@ class Exchange {
       end.trouble = "the motion is not resolved", end.violation = kInfinite;
       return end;
     }
+    if (!improves) return finish(y);
+    settled_ = false;
     constexpr int kFiner = 4;
     for (int i = 0;; ++i) {
       exchange(y);
@@ -52,6 +54,9 @@ class Exchange {
     }
     return end;
   }
+
+  // Whether nothing was violated at the nodes in the end.
+  bool settled() const { return settled_; }
 
  private:
   static constexpr double kBand = 0.02;  // instants this near to a violation are kept as well
@@ -71,8 +76,8 @@ class Exchange {
       // From the same place with the same instants it would end there again.
       if (round > 0 && !moved_far_ && instants_.size() == known) return;
       const bool arrived = way_.shot().largest_error() <= 1e-5;
-      if (round == 0 && settled_as_is && worst <= -margin_ + kAimed && arrived) return;
-      if (round > 0 && worst <= -margin_ + kAimed && arrived && !moved_far_) return;
+      settled_ = arrived && worst <= -margin_ + kAimed;
+      if (settled_ && (round == 0 ? settled_as_is : !moved_far_)) return;
       if (worst > 0.7 * before && ++stuck > 5) return;
       before = std::min(before, worst);
       if (!improve(y) && ++stuck > 2) return;
@@ -88,9 +93,14 @@ class Exchange {
       least_ = figures.clearance.distance;
       wanted = least_ + kBand;
     }
+    // Hands that have come near their grasp points meanwhile are free there.
+    std::erase_if(instants_, [&](const Instant& i) { return way_.may_touch(i); });
+    const double band = kBand + margin_;
     double worst = -kInfinite;
-    for (const Found& f : way_.scan(kBand + margin_, wanted, nullptr)) {
-      if (f.at.kept != Kept::clearance || setup_.clearance) worst = std::max(worst, f.value);
+    for (const Found& f : way_.scan(band, wanted, nullptr)) {
+      const double kept = setup_.clearance.value_or(-kInfinite);
+      const double asked = f.at.kept == Kept::clearance ? std::max(0.0, wanted - band - kept) : 0.0;
+      worst = std::max(worst, f.value - asked);
       if (std::find(instants_.begin(), instants_.end(), f.at) == instants_.end()) instants_.push_back(f.at);
     }
     return worst;
@@ -112,7 +122,10 @@ class Exchange {
       z.push_back(std::isfinite(least_) ? least_ : 0), lower.back() = z.back() - 1, upper.back() = z.back() + 1;
     rows_ = independent_rows(way_.shot().J);
     // The optimizer's first guess of curvatures is one.
-    if (!p.objective.depends_on_end_alone()) scale_ = 1 / std::max(1e-9, std::abs(way_.objective(nullptr)));
+    if (!p.objective.depends_on_end_alone()) {
+      const double nearest = wants_clearance() && std::isfinite(least_) ? clearance_weight_ * std::abs(least_) : 0;
+      scale_ = 1 / std::max(1e-9, std::abs(way_.objective(nullptr)) + nearest);
+    }
     nlopt::opt optimizer(nlopt::LD_SLSQP, static_cast<unsigned>(size));
     optimizer.set_lower_bounds(lower);
     optimizer.set_upper_bounds(upper);
@@ -126,8 +139,10 @@ class Exchange {
     }
     const std::size_t inequalities =
         instants_.size() * (wants_clearance() && setup_.clearance ? 2 : 1) + 2 * final_rates_.size();
+    // Of its iterates the optimizer returns the best one that it takes for admissible: it never meets anything exactly.
+    constexpr double kMet = 2e-7;
     if (inequalities > 0)
-      optimizer.add_inequality_mconstraint(&Exchange::inequalities, this, std::vector<double>(inequalities, 1e-9));
+      optimizer.add_inequality_mconstraint(&Exchange::inequalities, this, std::vector<double>(inequalities, kMet));
     optimizer.set_xtol_abs(1e-7);
     optimizer.set_ftol_rel(1e-9);
     optimizer.set_maxeval(100);
@@ -294,7 +309,7 @@ class Exchange {
   const WaySetup& setup_;
   double clearance_weight_ = 0, scale_ = 1;
   double margin_ = 0, least_ = kInfinite;
-  bool moved_far_ = true;
+  bool moved_far_ = true, settled_ = false;
   std::vector<Instant> instants_;
   std::vector<int> final_rates_;
   Eigen::MatrixXd rows_;
@@ -332,7 +347,14 @@ WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& sol
       if (!base.is_held(static_cast<int>(i) % base.joints())) coefficients[i] = c;
     }
   }
-  WayEnd end = Exchange(way, finer).run(solution, std::move(coefficients));
+  if (attempt <= 0 && solution.coefficients.size() == coefficients.size()) coefficients = solution.coefficients;
+  Exchange exchange(way, finer);
+  WayEnd end = exchange.run(solution, std::move(coefficients), attempt != kAsItIs);
+  // More may be missing between the nodes than they show: where a hand comes near its grasp point, say.
+  if (!end.kept && end.shot && exchange.settled()) {
+    WayEnd closer = Exchange(finer, finer).run(*end.shot, end.coefficients, true);
+    if (closer.kept) end = std::move(closer);
+  }
   end.rhs_evaluations = way.rhs_evaluations() + finer.rhs_evaluations();
   return end;
 }

@@ -95,8 +95,10 @@ struct WayEnd {
 };
 
 /// From a solution of the goals without a spline (or with zero coefficients) to one that keeps the problem's way and
-/// has the least objective near it, on a segment with `knots`. `attempt`: 0 begins with zero coefficients, others with
-/// random ones.
+/// has the least objective near it, on a segment with `knots`. `attempt`: 0 begins with the solution's coefficients, or
+/// zero where it has none, higher ones with random coefficients. kAsItIs: the solution is looked at and polished, no
+/// more.
+inline constexpr int kAsItIs = -1;
 WayEnd keep_way(FloatingBase& base, const ReachProblem& problem, const Shot& solution, int knots, int attempt);
 
 /// Whether the problem asks anything of the way, or has an objective that depends on it.

@@ -110,6 +110,31 @@ std::string window_line(const CaptureResult& result) {
   return "\n" + paragraph("window: " + text, "");
 }
 
+// What a plan weighs, and how near it comes on its way to what it keeps.
+std::string plan_lines(const PlanReport& plan) {
+  std::string text;
+  if (plan.terms.size() > 1) {
+    std::string terms;
+    for (const PlanTerm& term : plan.terms) {
+      terms += fmt::format("{}{} x {} {}", terms.empty() ? "" : " + ", short_number(term.weight), term.name,
+                           short_number(term.value));
+    }
+    text += paragraph("objective: " + terms, "  ");
+  }
+  if (!plan.way) return text;
+  const PlannedWay& way = *plan.way;
+  std::string parts = fmt::format("on the way, with {} knots: ", way.knots);
+  if (way.clearance) {
+    parts += fmt::format("clearance {} m, {} and {} at t = {} s; ", short_number(*way.clearance), way.body_a, way.body_b,
+                         short_number(way.clearance_time));
+  }
+  parts += fmt::format("the base turns by up to {} rad", short_number(way.base_turn));
+  if (way.position_margin) parts += fmt::format("; joints stay {} within their limits", short_number(*way.position_margin));
+  if (way.rate_share) parts += fmt::format("; rates up to {:.1f} % of theirs", 100 * *way.rate_share);
+  if (way.effort_share) parts += fmt::format("; efforts up to {:.1f} % of theirs", 100 * *way.effort_share);
+  return text + paragraph(parts, "  ");
+}
+
 // What planning has found, where it had to look for something.
 std::string plan_table(const CaptureResult& result) {
   if (!result.plan || !result.plan->searched) return "";
@@ -117,6 +142,7 @@ std::string plan_table(const CaptureResult& result) {
   std::string out = fmt::format("\nplan: {}, {} of {} initial guesses, {} Newton steps, objective {} = {}\n",
                                 plan.found ? "found" : "NOT FOUND", plan.solutions, plan.starts, plan.iterations,
                                 plan.objective, short_number(plan.objective_value));
+  out += plan_lines(plan);
   TextTable table;
   table.row({"joint", "final value", "final rate"});
   table.row({"", "rad or m", "rad/s or m/s"});

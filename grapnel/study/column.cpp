@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "grapnel/problem/enumeration_names.hpp"
 #include "grapnel/result/load_table.hpp"
 #include "grapnel/result/result_documents.hpp"
 
@@ -114,6 +115,34 @@ class Builder {
       const JointDescription& joint = body.joint;
       if (has_one_axis(joint.type)) joint_columns(joint.name, axis_units(joint.type));
     }
+  }
+
+  // Where several objectives are weighed: each of them.
+  void plan() {
+    using Objective = PlanSetup::Objective;
+    if (!problem_.approach || !problem_.approach->plan || !problem_.approach->plan->weights) return;
+    add("plan/objective", "1", "what the plan minimizes",
+        [](const StudyCase&, const CaptureResult& r) { return r.plan && r.plan->found ? r.plan->objective_value : NAN; });
+    const auto term = [this](Objective objective, const char* unit, const char* description) {
+      const std::string name = name_of(objective);
+      add("plan/" + name, unit, description, [name](const StudyCase&, const CaptureResult& r) {
+        if (!r.plan) return double(NAN);
+        for (const PlanTerm& one : r.plan->terms) {
+          if (one.name == name) return one.value;
+        }
+        return double(NAN);
+      });
+    };
+    term(Objective::excursion, "rad^2", "half the sum of squares of the joints' ways; NaN, as below: without a weight");
+    term(Objective::nearest, "rad^2", "half the sum of squares of the distances from plan.guess");
+    term(Objective::limits, "1", "half the sum of squares of the distances from the middles of the joints' ranges");
+    term(Objective::manipulability, "1", "minus the logarithm of the manipulability of the arms");
+    term(Objective::effort, "(N m)^2", "half the mean of the sum of squares of the joints' efforts on the way");
+    term(Objective::base_attitude, "rad^2", "half the square of the base's turn at the capture");
+    term(Objective::base_motion, "rad^2", "half the mean square of the base's angular velocity, times the duration's");
+    term(Objective::clearance, "m", "minus the minimum clearance on the way");
+    term(Objective::impulse, "J", "energy that the capture's impulses would give the free targets, each alone");
+    term(Objective::impulse_index, "1", "impulse of relative motions at the grasps, against an immovable robot, mean");
   }
 
   void conservation_checks() {
@@ -401,6 +430,7 @@ std::vector<Column> standard_columns(const CaptureProblem& problem, bool with_mo
   build.grasps();
   build.impact();
   build.joints();
+  build.plan();
   build.ratings(with_motion_afterwards);
   build.conservation_checks();
   if (with_motion_afterwards) build.motion_afterwards();

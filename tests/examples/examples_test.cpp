@@ -26,7 +26,8 @@ const std::vector<std::string> kPlanned{"dual-arm-tumbling-targets", "dual-arm-e
                                         "heavy-satellite-flat-spin", "heavy-satellite-detumble",
                                         "six-arm-servicer",          "dual-arm-satellite-handles",
                                         "triple-arm-satellite",      "second-grip-later",
-                                        "dual-arm-detumbling",       "tumbling-window"};
+                                        "dual-arm-detumbling",       "tumbling-window",
+                                        "quiet-approach"};
 
 CaptureProblem load(const std::string& name, const std::vector<Override>& overrides = {}) {
   return load_scenario(kScenarios / (name + ".yaml"), overrides);
@@ -473,6 +474,23 @@ void expect_a_chosen_time(const CaptureResult& r) {
   EXPECT_LT(reached, window.points.size() - 20);
 }
 
+// What the plan weighs and keeps, in the flight: the base hardly turns, and the arms keep their distance but for what
+// tracking errs by.
+void expect_a_quiet_approach(const CaptureResult& r) {
+  double turn = 0;
+  const Rotationd R = pose_at(r, "base", 0).R;
+  for (std::size_t i = 0; i < first_sample(r, "post_impact"); ++i)
+    turn = std::max(turn, rotation_angle(transpose(R) * pose_at(r, "base", i).R));
+  ASSERT_TRUE(r.plan && r.plan->way && r.plan->way->clearance);
+  std::printf("[ measured ] the base turns by %.4f rad, planned %.4f; clearance %.4f m, planned %.4f\n", turn,
+              r.plan->way->base_turn, r.clearance.front().distance, *r.plan->way->clearance);
+  EXPECT_NEAR(turn, 0.0178, 2e-3);
+  EXPECT_NEAR(turn, r.plan->way->base_turn, 2e-4);
+  EXPECT_GE(*r.plan->way->clearance, 0.08 - 1e-6);
+  EXPECT_LT(r.plan->way->rate_share.value(), 1);
+  EXPECT_GT(r.clearance.front().distance, 0.078);
+}
+
 // What the report draws is what was simulated, and the summary keeps the published schema.
 TEST_P(Shipped, RunsAsItsFileSays) {
   const std::string name = GetParam();
@@ -519,6 +537,7 @@ TEST_P(Shipped, RunsAsItsFileSays) {
   if (name == "triple-arm-satellite") expect_closed_loops(r, 18, {1.6, 0.7, 0.5}, 2);
   if (name == "second-grip-later") expect_second_grasp_later(r);
   if (name == "tumbling-window") expect_a_chosen_time(r);
+  if (name == "quiet-approach") expect_a_quiet_approach(r);
 }
 
 // A search from where the one before came to rest may fail where others succeed: they are asked where it does not say

@@ -27,8 +27,11 @@ export function planSection(s: PartlySummary): HTMLElement[] {
           : "",
       ],
       ["smallest singular value of the goals", looked ? withUnit(num(plan.smallest_singular_value), "m/rad") : ""],
+      ["of which differ", looked ? number(num(plan.distinct_solutions)) : ""],
       ["evaluations of the base's motion", number(num(plan.rhs_evaluations), 6)],
     ]),
+    ...terms(plan),
+    ...way(plan),
     ...windowPart(plan),
     ...finalValues(s, plan),
     ...misses(plan),
@@ -43,6 +46,33 @@ function found(plan: Partly<PlanReport>): HTMLElement[] {
     return plan.window ? [] : [element("p", { class: "lead" }, "The scenario gives the final joint values; they were not looked for.")];
   const outcome = plan.found === true ? mark("good", "final joint values found") : mark("bad", "no solution found; the closest attempt is given");
   return [element("p", {}, outcome)];
+}
+
+// What the plan weighs, where that is more than one thing.
+function terms(plan: Partly<PlanReport>): HTMLElement[] {
+  const columns: Column[] = [{ head: "Objective" }, { head: "Weight", numeric: true }, { head: "Value", numeric: true }];
+  const rows = list(plan.terms).map((term): Cell[] => [words(text(term.name)), number(num(term.weight), 6), number(num(term.value), 6)]);
+  return rows.length < 2 ? [] : [table("Weighed objectives", columns, rows)];
+}
+
+// What it keeps on the way, and how near it comes to that.
+function way(plan: Partly<PlanReport>): HTMLElement[] {
+  const way = plan.way;
+  if (!way) return [];
+  const share = (value: number | null) => (value === null ? "" : `${number(100 * value, 3)} % of the limit`);
+  const bodies = text(way.body_a) ? `, ${text(way.body_a)} and ${text(way.body_b)} at t = ${number(num(way.clearance_time))} s` : "";
+  const clearance = num(way.clearance);
+  return [
+    element("h3", {}, "On the way, joints following exactly"),
+    pairs([
+      ["minimum clearance", clearance === null ? "" : withUnit(clearance, "m") + bodies],
+      ["largest turn of the base", withUnit(num(way.base_turn), "rad")],
+      ["joints within their limits by", withUnit(num(way.position_margin), "rad or m")],
+      ["largest rate", share(num(way.rate_share))],
+      ["largest effort", share(num(way.effort_share))],
+      ["inner knots of the splines", number(num(way.knots))],
+    ]),
+  ];
 }
 
 // Plans on the way, and how far off the estimates were that they rest on.

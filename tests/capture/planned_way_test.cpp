@@ -1,0 +1,311 @@
+/// What a plan keeps on its way and what it minimizes, from the run that flies it: distances by the run's own watch,
+/// efforts and rates from its time series, impulses from its impact.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/recorded.hpp"
+#include "grapnel/problem/enumeration_names.hpp"
+#include "grapnel/scenario/scenario.hpp"
+#include "support/sanitizers.hpp"
+
+namespace grapnel::testing {
+namespace planned_way_test {
+
+using Objective = PlanSetup::Objective;
+using ::testing::HasSubstr;
+
+// One arm reaches the grip of a sphere; the other arm is idle.
+CaptureProblem first_plan() {
+  CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/first-plan.yaml");
+  p.post_impact.reset();
+  p.output_interval = 0.02;
+  return p;
+}
+PlanSetup& plan_of(CaptureProblem& p) { return *p.approach->plan; }
+
+CaptureResult flown(const CaptureProblem& p) {
+  CaptureResult r = simulate_capture(p);
+  EXPECT_EQ(r.status, CaptureStatus::completed) << r.failure;
+  EXPECT_TRUE(r.plan && r.plan->found);
+  for (std::size_t g = 0; g < p.grasps.size(); ++g) {
+    EXPECT_LT(meeting(p, r, g, last_sample(r, "approach")).distance(), 1e-9);
+  }
+  return r;
+}
+
+double minimum_of(const CaptureResult& r) {
+  for (const MinimumClearance& c : r.clearance) {
+    if (c.phase == "approach") return c.distance;
+  }
+  ADD_FAILURE() << "clearance was not watched";
+  return 0;
+}
+
+double term_of(const CaptureResult& r, Objective objective) {
+  for (const PlanTerm& t : r.plan->terms) {
+    if (t.name == name_of(objective)) return t.value;
+  }
+  ADD_FAILURE() << "no term " << name_of(objective);
+  return 0;
+}
+
+// --- Clearance
+
+// The plan goes as near as it may and no nearer; near_grasp leaves the hand alone.
+TEST(PlannedClearance, IsKeptAndNoMoreThanThat) {
+  CaptureProblem p = first_plan();
+  plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
+  const double direct = minimum_of(flown(p));
+  EXPECT_LT(direct, 0.59);
+  for (const double clearance : {0.6, 0.65, 0.7}) {
+    SCOPED_TRACE(clearance);
+    plan_of(p).clearance = clearance, plan_of(p).near_grasp = 1.2;
+    const CaptureResult r = flown(p);
+    const double least = minimum_of(r);
+    std::printf("[ measured ] %.7f m\n", least);
+    EXPECT_GT(least, clearance - 1e-6);
+    EXPECT_LT(least, clearance + 1e-4);
+    ASSERT_TRUE(r.plan->way && r.plan->way->clearance);
+    EXPECT_NEAR(*r.plan->way->clearance, least, 1e-5);
+    EXPECT_EQ(r.plan->way->body_a, "base");
+    EXPECT_EQ(r.plan->way->body_b, "arm-1-link-2");
+  }
+}
+
+// The hand is watched against its own target farther away from the grasp point than near_grasp, and comes as near to it
+// as is asked for there.
+TEST(PlannedClearance, WatchesTheHandUntilItIsNear) {
+  CaptureProblem p = first_plan();
+  plan_of(p).clearance = 0.2, plan_of(p).near_grasp = 0.3;
+  const CaptureResult r = flown(p);
+  ASSERT_TRUE(r.plan->way && r.plan->way->clearance);
+  EXPECT_EQ(r.plan->way->body_a, "arm-1-link-3");
+  EXPECT_EQ(r.plan->way->body_b, "debris");
+  EXPECT_GE(*r.plan->way->clearance, 0.2 - 1e-6);
+  plan_of(p).clearance = 0.31;  // but the hand's link is within 0.3 m when its end is so near to the grasp point
+  const CaptureResult none = simulate_capture(p);
+  EXPECT_EQ(none.status, CaptureStatus::failed);
+  EXPECT_THAT(none.failure, HasSubstr("'arm-1-link-3' and 'debris' come within 0."));
+  EXPECT_THAT(none.failure, HasSubstr("0.31 m is to be kept"));
+}
+
+// Bodies are as far from each other at the start as they are, so that no plan has more; the best one has as much.
+TEST(PlannedClearance, AsObjectiveIsThatOfTheStart) {
+  CaptureProblem p = first_plan();
+  plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
+  const CaptureResult direct = flown(p);
+  const std::string distance = "clearance/minimum";
+  const double at_start = value_at(direct, distance, 0);
+  EXPECT_LT(minimum_of(direct), at_start - 0.1);
+  plan_of(p).objective = Objective::clearance;
+  for (const int knots : {0, 3}) {
+    plan_of(p).clearance = 0.3, plan_of(p).near_grasp = 10;
+    plan_of(p).knots = knots;
+    const CaptureResult r = flown(p);
+    std::printf("[ measured ] %.6f m, %.6f m at the start\n", *r.plan->way->clearance, at_start);
+    EXPECT_NEAR(*r.plan->way->clearance, at_start, 1e-4);
+    EXPECT_NEAR(minimum_of(r), at_start, 1e-4);
+    EXPECT_DOUBLE_EQ(r.plan->objective_value, -*r.plan->way->clearance);
+  }
+}
+
+TEST(PlannedClearance, WithoutShapesIsNoPlan) {
+  CaptureProblem p = first_plan();
+  plan_of(p).clearance = 0.1;
+  p.robot.geometry.clear();
+  for (TargetSetup& t : p.targets) t.geometry.clear();
+  const CaptureResult r = simulate_capture(p);
+  EXPECT_THAT(r.failure, HasSubstr("there are no two bodies whose distance could be looked at"));
+}
+
+// --- Limits on the way
+
+double largest_share(const CaptureResult& r, const std::string& path, std::size_t joints, double limit) {
+  double largest = 0;
+  const std::size_t end = last_sample(r, "approach");
+  for (std::size_t i = 0; i <= end; ++i) {
+    for (std::size_t j = 0; j < joints; ++j) {
+      largest = std::max(largest, std::abs(value_at(r, path, i, static_cast<int>(j))) / limit);
+    }
+  }
+  return largest;
+}
+
+void limit_joints(CaptureProblem& p, double rate, double effort) {
+  for (BodyDescription& body : p.robot.bodies) {
+    if (!has_one_axis(body.joint.type)) continue;
+    body.joint.limits.rate = rate, body.joint.limits.effort = effort;
+  }
+}
+
+TEST(PlannedLimits, HoldInTheFlight) {
+  CaptureProblem p = first_plan();
+  p.impact.reset();
+  p.targets[0].V_WT.angular = Vector3d::zero();  // from rest to rest: no rate is asked for at the end
+  limit_joints(p, 1e6, 1e6);
+  const CaptureResult free = flown(p);
+  const std::size_t n = free.plan->joints.size();
+  const double fastest = largest_share(free, "joints/velocity", n, 1), strongest = largest_share(free, "joints/effort", n, 1);
+  limit_joints(p, 0.8 * fastest, 1e6);
+  plan_of(p).limits = PlanSetup::Limits::on_the_way;
+  const CaptureResult rates = flown(p);
+  const double rate = largest_share(rates, "joints/velocity", n, 0.8 * fastest);
+  limit_joints(p, 1e6, 0.8 * strongest);
+  const CaptureResult efforts = flown(p);
+  const double effort = largest_share(efforts, "joints/effort", n, 0.8 * strongest);
+  std::printf("[ measured ] rate %.7f, effort %.7f of the limit\n", rate, effort);
+  EXPECT_LT(rate, 1 + 1e-5);
+  EXPECT_NEAR(*rates.plan->way->rate_share, rate, 1e-3);
+  EXPECT_LT(effort, 1 + 1e-4);
+  EXPECT_NEAR(*efforts.plan->way->effort_share, effort, 1e-2);
+}
+
+// --- Attitude of the base
+
+TEST(PlannedAttitude, StaysWithinTheAngle) {
+  CaptureProblem p = first_plan();
+  p.impact.reset();
+  const auto largest_turn = [](const CaptureResult& r) {
+    double largest = 0;
+    const Rotationd R = pose_at(r, "base", 0).R;
+    for (std::size_t i = 0; i <= last_sample(r, "approach"); ++i)
+      largest = std::max(largest, rotation_angle(transpose(R) * pose_at(r, "base", i).R));
+    return largest;
+  };
+  EXPECT_GT(largest_turn(flown(p)), 0.1);
+  for (const double turn : {1e-2, 1e-4}) {
+    plan_of(p).base_turn = turn;
+    const CaptureResult r = flown(p);
+    const double measured = largest_turn(r);
+    std::printf("[ measured ] turned by %.3g rad, %d knots\n", measured, r.plan->way->knots);
+    EXPECT_LT(measured, turn + 2e-6);
+    EXPECT_NEAR(r.plan->way->base_turn, measured, 0.02 * turn);
+  }
+}
+
+TEST(PlannedAttitude, AsObjectiveIsThatOfTheStart) {
+  CaptureProblem p = first_plan();
+  plan_of(p).objective = Objective::base_attitude;
+  const CaptureResult r = flown(p);
+  const Rotationd turn = transpose(pose_at(r, "base", 0).R) * pose_at(r, "base", last_sample(r, "approach")).R;
+  EXPECT_LT(rotation_angle(turn), 1e-8);
+}
+
+// --- Impulses
+
+// What each impulse alone would give its free target, from the impact that was flown.
+double energy_of_impulses(const CaptureProblem& p, const CaptureResult& r) {
+  double energy = 0;
+  for (const GraspImpulse& g : r.impact->grasps) {
+    const auto at = std::find_if(p.grasps.begin(), p.grasps.end(),
+                                 [&](const GraspSetup& s) { return s.end_effector == g.end_effector; });
+    const TargetSetup& target = p.targets[target_index(p, at->target)];
+    const Posed X_WT = pose_at(r, "targets/" + target.name, last_sample(r, "approach"));
+    const Vector3d about = g.angular_impulse + cross(g.contact_point - X_WT * target.com, g.impulse);
+    const Vector3d l = transposed_times(X_WT.R, about);
+    const Symmetric3d& I = target.inertia;
+    Eigen::Matrix3d inertia;
+    inertia << I.xx, I.xy, I.xz, I.xy, I.yy, I.yz, I.xz, I.yz, I.zz;
+    const Eigen::Vector3d column{l[0], l[1], l[2]};
+    energy += 0.5 * dot(g.impulse, g.impulse) / target.mass + 0.5 * column.dot(inertia.inverse() * column);
+  }
+  return energy;
+}
+
+TEST(PlannedImpulse, IsThatOfTheImpactAndLessThanOtherwise) {
+  for (const ImpactSetup::Joints joints :
+       {ImpactSetup::Joints::free, ImpactSetup::Joints::braked, ImpactSetup::Joints::driven}) {
+    SCOPED_TRACE(static_cast<int>(joints));
+    CaptureProblem p = first_plan();
+    p.approach->match.reset(), p.approach->final_rates = std::vector<double>(6, 0.0);
+    p.approach->tracking = {};
+    p.impact->joints = joints;
+    const double direct = energy_of_impulses(p, flown(p));
+    plan_of(p).objective = Objective::impulse;
+    const CaptureResult r = flown(p);
+    const double energy = energy_of_impulses(p, r);
+    std::printf("[ measured ] %.6g J, %.6g J where joints move least\n", energy, direct);
+    EXPECT_NEAR(energy, r.plan->objective_value, 1e-8 * energy);
+    EXPECT_LT(energy, 0.999 * direct);
+  }
+}
+
+TEST(PlannedImpulse, IndexIsLessThanOtherwise) {
+  CaptureProblem p = first_plan();
+  plan_of(p).weights.emplace();
+  plan_of(p).weights->excursion = 1, plan_of(p).weights->impulse_index = 1e-9;
+  const CaptureResult direct = flown(p);
+  plan_of(p).weights.reset();
+  plan_of(p).objective = Objective::impulse_index;
+  const CaptureResult r = flown(p);
+  EXPECT_LT(term_of(r, Objective::impulse_index), 0.995 * term_of(direct, Objective::impulse_index));
+  // A mean lies between the extremes that the impact's measures tell.
+  EXPECT_LT(term_of(r, Objective::impulse_index), r.impact->measures->largest_impulse);
+  EXPECT_GT(term_of(r, Objective::impulse_index), r.impact->measures->smallest_impulse);
+}
+
+// --- Idle joints and roll
+
+TEST(IdleJoints, AreHeldOrUsed) {
+  CaptureProblem p = first_plan();
+  const CaptureResult used = flown(p);
+  plan_of(p).idle_joints = PlanSetup::IdleJoints::held;
+  for (const bool spline : {false, true}) {
+    if (spline) plan_of(p).knots = 3, plan_of(p).objective = Objective::base_motion;
+    const CaptureResult held = flown(p);
+    EXPECT_EQ(held.plan->way.has_value(), spline);
+    for (std::size_t i = 0; i <= last_sample(held, "approach"); ++i) {
+      for (int j = 3; j < 6; ++j) {
+        EXPECT_NEAR(value_at(held, "joints/position", i, j), p.joint_position[static_cast<std::size_t>(j)], 1e-14);
+        EXPECT_NEAR(value_at(held, "joints/velocity", i, j), 0, 1e-14);
+      }
+    }
+    if (!spline) {
+      EXPECT_GT(held.plan->objective_value, used.plan->objective_value * 1.05);
+    }
+  }
+  EXPECT_GT(std::abs(used.plan->final_position[3] - p.joint_position[3]), 0.01);
+}
+
+TEST(StraightIn, RollFollowsTheTargetIfAskedTo) {
+  CaptureProblem p = load_scenario(GRAPNEL_SOURCE_DIR "/scenarios/dual-arm-satellite-handles.yaml");
+  p.approach->tracking = {};
+  p.impact.reset(), p.post_impact.reset();
+  p.clearance.enabled = false;
+  const auto rolls = [&](StraightIn::Roll roll) {
+    p.approach->straight_in->roll = roll;
+    const CaptureResult r = flown(p);
+    double largest = 0;
+    const std::size_t begin = sample_at(r, "approach", 30), end = last_sample(r, "approach");
+    for (std::size_t i = begin; i <= end; ++i) {
+      for (std::size_t g = 0; g < 2; ++g) {
+        const Meeting m = meeting(p, r, g, i);
+        largest = std::max(largest, std::abs(dot(m.relative_spin(), m.direction_W)));
+        EXPECT_LT(m.axis_angle(), 1e-7);
+      }
+    }
+    return largest;
+  };
+  const double free = rolls(StraightIn::Roll::free), matched = rolls(StraightIn::Roll::matched);
+  std::printf("[ measured ] %.3g rad/s free, %.3g rad/s matched\n", free, matched);
+  EXPECT_GT(free, 0.01);
+  EXPECT_LT(matched, 1e-9);
+}
+
+// --- What stands against it
+
+TEST(PlannedWay, IsNotPlannedWhereSomethingDisturbsTheMomentum) {
+  CaptureProblem p = first_plan();
+  p.approach->base_control.emplace();
+  plan_of(p).base_turn = 0.1;
+  const CaptureResult r = simulate_capture(p);
+  EXPECT_EQ(r.status, CaptureStatus::failed);
+  EXPECT_THAT(r.failure, HasSubstr("are planned by the conservation of momentum"));
+}
+
+}  // namespace planned_way_test
+}  // namespace grapnel::testing
