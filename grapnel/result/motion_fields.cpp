@@ -109,7 +109,8 @@ const Type& type_of<PlanTerm>() {
   static constexpr Field fields[] = {
       field<&PlanTerm::name>("name", "as in approach.plan.weights"),
       field<&PlanTerm::weight>("weight", "1", "in the reciprocal of the value's unit"),
-      field<&PlanTerm::value>("value", "1", "[rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index: 1]")
+      field<&PlanTerm::value>(
+          "value", "1", "[rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index: 1]")
           .or_null(),
   };
   static constexpr Type type =

@@ -125,11 +125,12 @@ std::string plan_lines(const PlanReport& plan) {
   const PlannedWay& way = *plan.way;
   std::string parts = fmt::format("on the way, with {} knots: ", way.knots);
   if (way.clearance) {
-    parts += fmt::format("clearance {} m, {} and {} at t = {} s; ", short_number(*way.clearance), way.body_a, way.body_b,
-                         short_number(way.clearance_time));
+    parts += fmt::format("clearance {} m, {} and {} at t = {} s; ", short_number(*way.clearance), way.body_a,
+                         way.body_b, short_number(way.clearance_time));
   }
   parts += fmt::format("the base turns by up to {} rad", short_number(way.base_turn));
-  if (way.position_margin) parts += fmt::format("; joints stay {} within their limits", short_number(*way.position_margin));
+  if (way.position_margin)
+    parts += fmt::format("; joints stay {} within their limits", short_number(*way.position_margin));
   if (way.rate_share) parts += fmt::format("; rates up to {:.1f} % of theirs", 100 * *way.rate_share);
   if (way.effort_share) parts += fmt::format("; efforts up to {:.1f} % of theirs", 100 * *way.effort_share);
   return text + paragraph(parts, "  ");

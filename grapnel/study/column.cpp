@@ -121,8 +121,9 @@ class Builder {
   void plan() {
     using Objective = PlanSetup::Objective;
     if (!problem_.approach || !problem_.approach->plan || !problem_.approach->plan->weights) return;
-    add("plan/objective", "1", "what the plan minimizes",
-        [](const StudyCase&, const CaptureResult& r) { return r.plan && r.plan->found ? r.plan->objective_value : NAN; });
+    add("plan/objective", "1", "what the plan minimizes", [](const StudyCase&, const CaptureResult& r) {
+      return r.plan && r.plan->found ? r.plan->objective_value : NAN;
+    });
     const auto term = [this](Objective objective, const char* unit, const char* description) {
       const std::string name = name_of(objective);
       add("plan/" + name, unit, description, [name](const StudyCase&, const CaptureResult& r) {

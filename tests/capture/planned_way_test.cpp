@@ -149,7 +149,8 @@ TEST(PlannedLimits, HoldInTheFlight) {
   limit_joints(p, 1e6, 1e6);
   const CaptureResult free = flown(p);
   const std::size_t n = free.plan->joints.size();
-  const double fastest = largest_share(free, "joints/velocity", n, 1), strongest = largest_share(free, "joints/effort", n, 1);
+  const double fastest = largest_share(free, "joints/velocity", n, 1),
+               strongest = largest_share(free, "joints/effort", n, 1);
   limit_joints(p, 0.8 * fastest, 1e6);
   plan_of(p).limits = PlanSetup::Limits::on_the_way;
   const CaptureResult rates = flown(p);

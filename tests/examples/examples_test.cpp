@@ -22,11 +22,16 @@ namespace examples_test {
 const std::filesystem::path kScenarios = std::filesystem::path(GRAPNEL_SOURCE_DIR) / "scenarios";
 
 // Planned, tracked by torques, captured, followed afterwards.
-const std::vector<std::string> kPlanned{"dual-arm-tumbling-targets", "dual-arm-envelope-capture",
-                                        "heavy-satellite-flat-spin", "heavy-satellite-detumble",
-                                        "six-arm-servicer",          "dual-arm-satellite-handles",
-                                        "triple-arm-satellite",      "second-grip-later",
-                                        "dual-arm-detumbling",       "tumbling-window",
+const std::vector<std::string> kPlanned{"dual-arm-tumbling-targets",
+                                        "dual-arm-envelope-capture",
+                                        "heavy-satellite-flat-spin",
+                                        "heavy-satellite-detumble",
+                                        "six-arm-servicer",
+                                        "dual-arm-satellite-handles",
+                                        "triple-arm-satellite",
+                                        "second-grip-later",
+                                        "dual-arm-detumbling",
+                                        "tumbling-window",
                                         "quiet-approach"};
 
 CaptureProblem load(const std::string& name, const std::vector<Override>& overrides = {}) {

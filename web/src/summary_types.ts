@@ -351,13 +351,13 @@ export interface PlanTerm {
   name: string;
   /** in the reciprocal of the value's unit [1] */
   weight: number;
-  /** [rad^2; manipulability and limits: 1; effort: N^2 m^2; impulse: N^2 s^2; clearance: m] [1] */
+  /** [rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index: 1] [1] */
   value: number | null;
 }
 export const kPlanTerm: FieldNote[] = [
   ["name","","as in approach.plan.weights"],
   ["weight","1","in the reciprocal of the value's unit"],
-  ["value","1","[rad^2; manipulability and limits: 1; effort: N^2 m^2; impulse: N^2 s^2; clearance: m]"],
+  ["value","1","[rad^2; effort: (N m)^2; impulse: J; clearance: m; limits, manipulability, impulse_index: 1]"],
 ];
 
 // how far an end-effector stays from its goal when the plan is followed exactly; where nothing was found, in the closest attempt.
