@@ -23,11 +23,10 @@ export function planSection(s: PartlySummary): HTMLElement[] {
       [
         "initial guesses tried",
         looked
-          ? `${number(num(plan.starts))}, of which ${number(num(plan.solutions))} led to a solution in ${number(num(plan.iterations))} Newton steps`
+          ? `${number(num(plan.starts))}, of which ${number(num(plan.solutions))} led to a solution (${number(num(plan.distinct_solutions))} different ones) in ${number(num(plan.iterations))} Newton steps`
           : "",
       ],
       ["smallest singular value of the goals", looked ? withUnit(num(plan.smallest_singular_value), "m/rad") : ""],
-      ["of which differ", looked ? number(num(plan.distinct_solutions)) : ""],
       ["evaluations of the base's motion", number(num(plan.rhs_evaluations), 6)],
     ]),
     ...terms(plan),
