@@ -83,7 +83,8 @@ void read_whole_number(const ValueToRead& at) {
     at.type.set_whole(at.place, static_cast<std::int64_t>(*value));
 }
 NumberWriter whole_number_writer(const NumberPlace& at) {
-  const Type& type = at.field.type();
+  const Type& stated = at.field.type();
+  const Type& type = stated.kind == Type::Kind::optional ? stated.of() : stated;
   if (!at.is_number()) return nullptr;
   return [field = at.field, set = type.set_whole](CaptureProblem&, void* place, Numbers numbers) {
     if (numbers.size() != 1 || !allows(field, numbers) || numbers[0] != std::floor(numbers[0])) return false;

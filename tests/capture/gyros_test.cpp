@@ -11,6 +11,7 @@
 #include "grapnel/capture/simulate_capture.hpp"
 #include "grapnel/scenario/actuator_arrays.hpp"
 #include "grapnel/scenario/scenario.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel {
 namespace {
@@ -65,6 +66,7 @@ std::string fault_of(const std::string& text, std::vector<Override> more = {}) {
 
 // Every row holds until the next: the wheel's torque, the gimbal's rate, pulses of a thruster in every period.
 TEST(ActuatorLog, TellsEveryActuatorItsOwn) {
+  SKIP_UNDER_SANITIZERS();
   const Log log(kHead +
                 ",wheel.w,gyro.gyro-2,thruster.a,thruster.b\n0,0,0,0,0,0,0,0,0,0,0\n"
                 "60.5,0,0,0,0,0,0,0.3,0.2,0.25,0\n62.5,0,0,0,0,0,0,-0.1,-0.1,0,1\n63.5,0,0,0,0,0,0,0,0,0,0\n");
@@ -188,6 +190,7 @@ TEST(GyroCapture, ASingularArrayIsSaid) {
 // The arms alone keep the base's attitude beside gyros that nobody steers: the law knows that their motors keep gimbals
 // and rotors at their rates.
 TEST(GyroCapture, ArmsKeepTheBaseBesideGyrosThatStandStill) {
+  SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(load_scenario(
       kScenario,
       std::vector<Override>{{"post_impact", "{duration: 20, joints: keep_base_attitude, kp: 300, kd: 300}"}}));

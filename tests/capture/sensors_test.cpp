@@ -72,6 +72,7 @@ TEST(SensorNoise, IsWhiteNormalAndIndependentOfItsNeighbours) {
 }
 
 TEST(Sensors, ReadMultiplesOfTheirQuantumAtTheirSampleTimesWithTheirBias) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = sampled(5);
   p.sensors.emplace();
   p.sensors->joints.emplace();
@@ -284,6 +285,7 @@ CaptureProblem identified(double after) {
 }
 
 TEST(IdentificationInARun, FindsTheTargetToRoundingWithoutNoise) {
+  SKIP_UNDER_SANITIZERS();
   const CaptureResult r = simulate_capture(identified(45));
   expect_passes(r);
   ASSERT_TRUE(r.identification);
@@ -320,6 +322,7 @@ TEST(IdentificationInARun, IsWithinThreeDeviationsWithNoise) {
 }
 
 TEST(IdentificationInARun, SaysWhatAMotionDoesNotShow) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = identified(45);
   p.post_impact->identify->excitation.reset();
   p.post_impact->joints = PostImpactSetup::Joints::braked;
@@ -345,6 +348,7 @@ TEST(IdentificationInARun, WeighsBySensorsNoiseAndRounding) {
 }
 
 TEST(IdentificationInARun, EndsWhereTheTargetIsLetGo) {
+  SKIP_UNDER_SANITIZERS();
   CaptureProblem p = identified(45);
   p.post_impact->releases.push_back({20, {}});
   const CaptureResult r = simulate_capture(p);

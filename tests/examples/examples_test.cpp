@@ -103,7 +103,7 @@ std::string name_of_test(const ::testing::TestParamInfo<std::string>& file) {
 
 // Planned, tracked by torques, captured, followed afterwards.
 void expect_within_limits(const CaptureProblem& p, const CaptureResult& r) {
-  ASSERT_TRUE(p.approach->plan && p.approach->straight_in && p.post_impact);
+  ASSERT_TRUE(p.approach->plan && p.post_impact);
   EXPECT_NE(p.approach->tracking.mode, JointControl::prescribed);
   ASSERT_TRUE(p.momentum);
   EXPECT_GT(norm(p.momentum->linear), 1);
@@ -585,7 +585,7 @@ TEST_P(Planned, BringsEveryHandToItsGraspPoint) {
   ASSERT_TRUE(r.approach_end);
   const double T = p.approach->duration;
   EXPECT_EQ(r.approach_end->time, T);
-  const StraightIn& in = *p.approach->straight_in;
+  const StraightIn in = p.approach->straight_in.value_or(StraightIn{});  // none: the last instant is looked at
   const double begin = T - in.duration;
   const Vector3d drift = (1 / written_mass(p.robot)) * p.momentum->linear;
   const Vector3d com_at_start = written_com(p.robot, written_poses(p.robot, r, 0));
@@ -619,7 +619,8 @@ TEST_P(Planned, BringsEveryHandToItsGraspPoint) {
       if (k + 1 == samples) {
         worst_miss = std::max(worst_miss, norm(way));
         const double step = t - r.series.time[k - 1];
-        EXPECT_NEAR((along - before[i]) / step, in.final_speed, 0.01 * in.final_speed);  // 0.4 per cent: the jerk
+        EXPECT_NEAR((along - before[i]) / step, in.final_speed,
+                    0.01 * in.final_speed + 1e-4);  // 0.4 per cent: the jerk
         const EndEffectorMotion& end = r.approach_end->end_effectors[i];
         ASSERT_EQ(end.name, grasp.end_effector);
         EXPECT_NEAR(end.miss_distance, norm(way), 1e-12);

@@ -14,6 +14,7 @@
 #include "grapnel/identify/rate_noise.hpp"
 #include "support/eigen_values.hpp"
 #include "support/random_robot.hpp"
+#include "support/sanitizers.hpp"
 
 namespace grapnel::testing {
 namespace {
@@ -338,6 +339,7 @@ Statistics draw(const Model& model, const std::vector<MotionSample>& samples, co
 }
 
 TEST(Identification, ErrsAsMuchAsItSays) {
+  SKIP_UNDER_SANITIZERS();
   const Model model = robot();
   const RateNoise noise{5e-3, 3e-3, 8e-3};  // about two per cent of the rates
   for (const MeasuredBase base : {MeasuredBase::twist, MeasuredBase::rotation}) {

@@ -213,11 +213,12 @@ TEST(Summary, PutsEachValueOfLoopsUnderItsOwnKey) {
 TEST(Summary, HasPlanCaptureClearanceAndLimits) {
   const json summary = parsed(test::sample_result());
   const json& plan = summary["approach"]["plan"];
-  expect_keys(
-      plan,
-      {"joints", "final_position", "final_rates", "unmet_rate", "rhs_evaluations", "found", "objective",
-       "objective_value", "miss", "starts", "solutions", "iterations", "smallest_singular_value", "straight_in"},
-      "approach.plan");
+  expect_keys(plan,
+              {"joints", "final_position", "final_rates", "unmet_rate", "rhs_evaluations", "found", "objective",
+               "objective_value", "terms", "miss", "starts", "solutions", "distinct_solutions", "iterations",
+               "smallest_singular_value", "straight_in"},
+              "approach.plan");
+  expect_keys(plan["terms"][0], {"name", "weight", "value"}, "approach.plan.terms[]");
   expect_keys(plan["miss"][0], {"end_effector", "distance", "angle"}, "approach.plan.miss[]");
   expect_keys(plan["straight_in"],
               {"begin", "stand_off", "final_speed", "smallest_singular_value", "damped", "damped_interval", "unmet",
