@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "grapnel/capture/simulate_capture.hpp"
+#include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/lanes/lane_phase.hpp"
 #include "grapnel/lanes/lane_phase_setup.hpp"
 #include "grapnel/study/case_pool.hpp"
@@ -136,6 +137,10 @@ GroupQuantities quantities_of(const lanes::LaneTree& tree) {
   return {vector_of(tree.com), {vector_of(tree.angular), vector_of(tree.linear)}, tree.size};
 }
 
+ClosureDefect closure_defect_of(const lanes::LaneLoopDefect& defect) {
+  return {defect.position, defect.angle, defect.velocity, defect.angular_velocity};
+}
+
 PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
   PhaseMeasures measures;
   for (const lanes::LaneTreeRecord& tree : outcome.trees) {
@@ -148,10 +153,25 @@ PhaseMeasures measures_of(const lanes::LaneOutcome& outcome) {
     measures.scale.angular_momentum += tree.largest_angular;
     measures.scale.energy += tree.largest_energy;
   }
+  measures.closures = closure_defect_of(outcome.loops.largest);
   return measures;
 }
 
-PhaseOutcome outcome_of(const lanes::LaneOutcome& lane) {
+// See PhaseRun::outcome().
+LoopOutcome loops_of(const lanes::LaneStructure& structure, const lanes::LaneOutcome& lane) {
+  LoopOutcome loops;
+  for (const lanes::LoopTable& table : structure.loops) loops.rows += table.rows();
+  if (loops.rows == 0) return loops;
+  const double relative = structure.integration.relative_tolerance;
+  loops.rank = static_cast<int>(lane.loops.rank);
+  loops.unprojected = closure_defect_of(lane.loops.unprojected);
+  loops.correction_total = relative * lane.loops.corrections;
+  loops.integration_error =
+      relative * lane.loops.error_estimates + loop_limits::kRoundingOfStep * static_cast<double>(lane.steps + 1);
+  return loops;
+}
+
+PhaseOutcome outcome_of(const lanes::LaneStructure& structure, const lanes::LaneOutcome& lane) {
   PhaseOutcome outcome;
   outcome.finished = lane.finished();
   if (!outcome.finished) outcome.failure = lanes::explanation(lane);
@@ -162,6 +182,7 @@ PhaseOutcome outcome_of(const lanes::LaneOutcome& lane) {
   outcome.steps = static_cast<long>(lane.steps);
   outcome.rejected = static_cast<long>(lane.rejected);
   outcome.quaternion_defect = lane.quaternion_defect;
+  outcome.loops = loops_of(structure, lane);
   return outcome;
 }
 
@@ -289,13 +310,15 @@ class LaneBlock {
         if (flight.trouble) std::rethrow_exception(flight.trouble);
         const bool too_long = outcome.status == lanes::LaneStatus::too_many_steps &&
                               structure.integration.max_steps < flight.task->integration.max_steps;
-        // Alone it says what runs away, and changes modes at a wheel's largest rate.
+        // Alone it says what runs away, or why loops cannot be kept closed, and changes modes at a wheel's largest
+        // rate.
         const bool for_alone = outcome.status == lanes::LaneStatus::unstable_control ||
-                               outcome.status == lanes::LaneStatus::at_largest_rate;
+                               outcome.status == lanes::LaneStatus::at_largest_rate ||
+                               (!outcome.finished() && !structure.loops.empty());
         if (!too_long && !for_alone) {
           const std::shared_ptr<ControlClock>& clock = flight.task->setup->clock;
           if (clock && outcome.finished()) lanes::end_control(*lane.motion, outcome, *clock);
-          flight.steps->integrated(outcome_of(outcome), measures_of(outcome));
+          flight.steps->integrated(outcome_of(structure, outcome), measures_of(outcome));
         }
         go_on(flight);
       });

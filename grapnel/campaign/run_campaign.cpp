@@ -153,7 +153,9 @@ struct Setting {
   std::string_view reason, setting;
 };
 constexpr auto kSettings = std::to_array<Setting>({
-    {"loops are closed", "two or more grasps hold one target; simulate: impact leaves the motion afterwards out"},
+    {"loops are cut", "integration.loops"},
+    {"loops are kept closed otherwise than by projection", "integration.loops"},
+    {"efforts of joints that move as prescribed in closed loops are watched", "limits.effort of the robot's joints"},
     {"grasps close on arrival", "grasps[].closes_on_arrival, or approach.capture_at: envelope"},
     {"a law moves the joints together", "post_impact.joints"},
     {"sensors are read", "sensors"},

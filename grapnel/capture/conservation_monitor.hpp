@@ -68,6 +68,7 @@ struct TreeMeasures {
 struct PhaseMeasures {
   std::vector<TreeMeasures> trees;  // in the order of their roots
   LedgerScale scale;                // of everything; largest in the phase
+  ClosureDefect closures;           // largest of closed loops, from poses and twists
 };
 
 /// Checks momentum and energy of groups of bodies in motion and across impacts.

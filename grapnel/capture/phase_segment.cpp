@@ -56,11 +56,19 @@ double next_event(const CaptureRun& run, const MotionPhase& phase) {
 }
 
 // Why a segment has to be integrated here; empty: it need not.
-std::string reason_for_here(const CaptureRun& run, bool stops_on_arrival) {
+std::string reason_for_here(const CaptureRun& run, const PhaseSetup& setup, bool stops_on_arrival) {
   if (run.monitor.records()) return "it is recorded";
   if (run.monitor.seeks_loads()) return "loads are looked for";
   if (run.law.works()) return "a law moves the joints together";
-  if (!run.bodies.system.closures.empty()) return "loops are closed";
+  if (!run.bodies.system.closures.empty()) {
+    if (setup.closures.empty()) return "loops are cut";
+    // What braked joints bear depends on what the grasps pass on, which is worked out at samples alone.
+    const auto is_prescribed = [](const JointDrive& drive) {
+      return output_of(drive.control) == ControlOutput::motion;
+    };
+    if (run.monitor.watches_efforts() && std::any_of(setup.drives.begin(), setup.drives.end(), is_prescribed))
+      return "efforts of joints that move as prescribed in closed loops are watched";
+  }
   return stops_on_arrival ? "grasps close on arrival" : "";
 }
 
@@ -112,7 +120,7 @@ PhaseSegment::PhaseSegment(CaptureRun& run, const MotionPhase& phase)
   // Joints that follow a reference exactly are on it from the first instant on.
   bodies.state = dynamics_.unprojected_state(bodies.time, dynamics_.initial(bodies.state, bodies.time));
   describe(name, end, controlled);
-  task_.only_here = reason_for_here(run, stop_ != nullptr);
+  task_.only_here = reason_for_here(run, dynamics_.setup(), stop_ != nullptr);
   if (!task_.only_here.empty() || !monitor.watches()) return;
   if (monitor.watches_closely()) task_.longest_look = (end - bodies.time) / kLeastWatched;
   task_.watch = [this](double t, const State& state, std::span<const double> motor) {

@@ -57,7 +57,12 @@ class RunMonitor {
   /// forgetting them again, since the phase is integrated here after all,
   void restart_watch();
   /// and what its conservation checks have found.
-  void take(const PhaseMeasures& measures) { conservation_.take(measures); }
+  void take(const PhaseMeasures& measures) {
+    conservation_.take(measures);
+    loops_.take(measures.closures);
+  }
+  /// Whether joints' effort limits are watched.
+  bool watches_efforts() const { return watches_.watches_efforts(); }
   void note_last_look(double time) { last_look_ = time; }
   void end_phase(const PhaseOutcome& outcome);
 

@@ -22,6 +22,7 @@ class SafetyMonitor {
   void begin_phase(const std::string& name, const CaptureSystem& system, bool efforts_are_cut);
   /// Whether there is anything to watch in the phase.
   bool watching() const { return any_limit() || !model_.pairs().empty(); }
+  bool watches_efforts() const { return any_effort_limit_; }
   /// Forgets what has been seen of the phase under way, for one that is integrated once more.
   void restart_phase();
   /// The state at a time, later ones after earlier ones, with the motors' efforts per joint [N m or N]. Returns the
@@ -72,6 +73,8 @@ class LoopMonitor {
   /// Per grasp of the problem. `motor` receives what is to be added to the efforts of prescribed joints so that they
   /// and the grasps' wrenches belong together; per Model::joints().
   std::vector<GraspSample> sample(const PhaseSample& sample, const Kinematics& kinematics, std::span<double> motor);
+  /// Instead of all samples of a phase: the largest defects that somebody else has found.
+  void take(const ClosureDefect& largest) { phase_largest_.raise(largest); }
   void end_phase(const LoopOutcome& outcome);
   /// Reports, and the rows of the ledger.
   void write(CaptureResult& result) const;

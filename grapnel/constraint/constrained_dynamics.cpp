@@ -4,28 +4,17 @@
 #include <cmath>
 
 #include "grapnel/constraint/loop_columns.hpp"
+#include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/constraint/pivoted_cholesky.hpp"
 #include "grapnel/dynamics/recursion.hpp"
 
 namespace grapnel {
 namespace {
 
-// Pivots of the scaled W below this are redundant rows: squares, so directions a millionth as mobile as a free target
-// still count, and rounding, some 1e-15, does not.
-constexpr double kRankTolerance = 1e-12;
-// Defects above this are too large for one factorization to serve all iterations of a projection.
-constexpr double kRefactorBeyond = 1e-8;
+using namespace loop_limits;
+
 // Of the size of velocities: what is left of the closures' motion is not solved for again.
 constexpr double kRounding = 4e-16;
-// Keeps 0/0 away.
-constexpr double kSmallest = 1e-300;
-// [rad/s^2, m/s^2]
-constexpr double kUnnoticed = 1e-6;
-constexpr int kMostIterations = 20;
-// [m, rad]; a projection that ends above it has failed.
-constexpr double kClosed = 1e-12;
-// Of the velocities of the two sides: what prescribed joints may leave of their relative one.
-constexpr double kContradiction = 1e-6;
 
 void step_quaternion(double* q, const Vector3d& turn) {
   const double angle = norm(turn), half = 0.5 * angle;

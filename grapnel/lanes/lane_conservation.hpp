@@ -4,10 +4,12 @@
 /// Conservation checks in packs: momentum and energy of trees, link by link from poses and twists, independent of the
 /// kernel that accelerates and of what it conserves. The definitions are those of capture/conservation_monitor.cpp,
 /// whose text goes over the bodies of a Model, with sums over all trees beside: lanes have links only, in which bodies
-/// on fixed joints are one.
+/// on fixed joints are one. How far loops are open is measured on the same poses and twists, as
+/// constraint/loop_closure.cpp does.
 
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/momentum.hpp"
+#include "grapnel/lanes/lane_closure.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/lanes/pack.hpp"
 
@@ -93,23 +95,88 @@ template <class S>
 class LaneConservation {
  public:
   explicit LaneConservation(const PhaseTables& tables)
-      : tables_(tables), motion_(tables.link_count), momentum_(tables.link_count), center_(tables.link_count) {}
+      : tables_(tables),
+        motion_(tables.link_count),
+        momentum_(tables.link_count),
+        center_(tables.link_count),
+        at_origin_(tables.loop_count > 0 ? tables.coordinates : 0) {}
 
   /// Writes one entry per tree.
   void operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v, PackTree<S>* trees);
+  /// How far the loops of the state looked at last are open. `closure(k)`: the k-th one's numbers.
+  template <class Closure>
+  LaneDefect<S> loop_defects(Closure&& closure) const;
 
  private:
+  /// With loops: of the link's root.
+  Vector3<S> root_place(int n, std::span<const S> q) const {
+    while (tables_.links[n].parent >= 0) n = tables_.links[n].parent;
+    const std::size_t at = static_cast<std::size_t>(tables_.links[n].q);
+    return {q[at], q[at + 1], q[at + 2]};
+  }
+  void move(const Tree<S>& tree, std::span<const S> q, std::span<const S> v);
+
   const PhaseTables& tables_;
-  LaneArray<S, LinkMotion<S>> motion_;
+  LaneArray<S, LinkMotion<S>> motion_;  // with loops: as if the roots were at the origin
   LaneArray<S, Momentum<S>> momentum_;  // about the link's centre of mass, in W
   LaneArray<S, Vector3<S>> center_;     // of mass, in W
+  LaneArray<S> at_origin_;              // coordinates, with loops
 };
+
+// Where links are and how they move. Closures are relative, and rounding in the roots' distance from the origin is no
+// defect of theirs: where there are any, links are placed as if the roots were there.
+template <class S>
+void LaneConservation<S>::move(const Tree<S>& tree, std::span<const S> q, std::span<const S> v) {
+  const std::span<LinkMotion<S>> motion(motion_.data(), tree.links.size());
+  if (tables_.loop_count == 0) return link_motion<S>(tree, q, v, motion);
+  for (int i = 0; i < tables_.coordinates; ++i) at_origin_[i] = q[static_cast<std::size_t>(i)];
+  for (int n = 0; n < tables_.link_count; ++n) {
+    if (tables_.links[n].joint != JointType::free) continue;
+    for (int k = 0; k < 3; ++k) at_origin_[tables_.links[n].q + k] = S(0.0);
+  }
+  link_motion<S>(tree, std::span<const S>(at_origin_.data(), q.size()), v, motion);
+}
+
+template <class S>
+template <class Closure>
+LaneDefect<S> LaneConservation<S>::loop_defects(Closure&& closure) const {
+  LaneDefect<S> largest = LaneDefect<S>::none();
+  for (int k = 0; k < tables_.loop_count; ++k) {
+    const LaneClosure<S>& c = closure(k);
+    const LinkMotion<S>&a = motion_[tables_.loops[k].link_a], &b = motion_[tables_.loops[k].link_b];
+    const Pose<S> X_WC = a.X_WL * c.X_aC, X_WD = b.X_WL * c.X_bD;
+    const Twist<S> V_C = shift(a.V_WL, Vector3<S>(X_WC.p - a.X_WL.p)),
+                   V_D = shift(b.V_WL, Vector3<S>(X_WC.p - b.X_WL.p));
+    LaneDefect<S> d = LaneDefect<S>::none();
+    d.position = norm(Vector3<S>(X_WD.p - X_WC.p));
+    d.velocity = norm(Vector3<S>(V_D.linear - V_C.linear));
+    Vector3<S> w = V_D.angular - V_C.angular;
+    // Angles by chords, twice the sine of half the angle: of small ones they lose no digits.
+    if (tables_.loops[k].turns == 3) {
+      S sum(0.0);
+      for (int i = 0; i < 3; ++i) {
+        for (int j = 0; j < 3; ++j) {
+          const S difference = X_WD.R(i, j) - X_WC.R(i, j);
+          sum += difference * difference;
+        }
+      }
+      d.angle = sqrt(S(S(0.5) * sum));
+    } else if (tables_.loops[k].turns == 2) {
+      const Vector3<S> h = X_WC.R * c.hinge_C;
+      d.angle = norm(Vector3<S>(X_WD.R * c.hinge_C - h));
+      w -= dot(w, h) * h;
+    }
+    if (tables_.loops[k].turns > 0) d.angular_velocity = norm(w);
+    largest.raise(d);
+  }
+  return largest;
+}
 
 template <class S>
 void LaneConservation<S>::operator()(const Tree<S>& tree, std::span<const S> q, std::span<const S> v,
                                      PackTree<S>* trees) {
   const int count = tables_.link_count;
-  link_motion<S>(tree, q, v, std::span<LinkMotion<S>>(motion_.data(), tree.links.size()));
+  move(tree, q, v);
   const S zero(0.0), half(0.5);
   for (int t = 0; t < tables_.tree_count; ++t) {
     trees[t].com = trees[t].linear = trees[t].angular = Vector3<S>::zero();
@@ -126,6 +193,7 @@ void LaneConservation<S>::operator()(const Tree<S>& tree, std::span<const S> q, 
     const Vector3<S> h_L = I * w_L;
     momentum_[n] = {m.X_WL.R * h_L, link.inertia.mass * V_WC.linear};
     center_[n] = m.X_WL.p + arm;
+    if (tables_.loop_count > 0) center_[n] += root_place(n, q);
     b.size.mass += link.inertia.mass;
     b.com += link.inertia.mass * center_[n];
     b.linear += momentum_[n].linear;

@@ -6,8 +6,8 @@
 /// of motors and of friction, and all the others where anything acts from outside. Control laws, friction, what acts
 /// from outside and the kernels are the same text (simulate/{joint_control,attitude_control,orbit,external_load,
 /// phase_integrals}.hpp, dynamics/*_kernel.hpp); the order in which they are called is written twice, because
-/// PhaseDynamics has held roots and loops between them, and lanes leave out for all cases at once what none of them
-/// has.
+/// PhaseDynamics has held roots and events between them, and lanes leave out for all cases at once what none of them
+/// has. Closed loops are in lane_loops.hpp.
 ///
 /// A Tree<Pack> has one structure for all lanes (parents, kinds of joints, axes, which frames are rotated, which joints
 /// have rotors) and numbers per lane.
@@ -19,6 +19,7 @@
 #include "grapnel/dynamics/link_motion_kernel.hpp"
 #include "grapnel/dynamics/root_velocity_kernel.hpp"
 #include "grapnel/lanes/lane_free_bodies.hpp"
+#include "grapnel/lanes/lane_loops.hpp"
 #include "grapnel/lanes/lane_outside.hpp"
 #include "grapnel/lanes/lane_phase_tables.hpp"
 #include "grapnel/lanes/lane_wheels.hpp"
@@ -203,6 +204,7 @@ class LaneDynamics {
   void sample(const S& t, S* y);
   LaneCommands<S>& commands() { return commands_; }
   const LaneWheels<S>& wheels() const { return wheels_; }
+  LaneLoops<S>& loops() { return loops_; }
   /// Whether a velocity is a wheel's rate.
   bool is_wheel(int velocity) const { return is_wheel_[velocity] != 0; }
   /// From now on the noise is that between t and t + step (a short step for a step of 0), and no other.
@@ -213,8 +215,12 @@ class LaneDynamics {
   }
   /// Remembers, in the lanes of the mask, what the roots conserve in the state y at time t.
   void remember_momenta(const Mask& lanes, const S& t, S* y);
-  /// Puts prescribed joints where they are prescribed, and roots where the conserved momenta have them.
-  void settle(const S& t, S* y);
+  /// Puts prescribed joints where they are prescribed,
+  void put_prescribed(const S& t, S* y);
+  /// closes the loops of these lanes, leaving defects up to `negligible`,
+  LaneProjection<S> close_loops(const Mask& lanes, S* y, double negligible);
+  /// and puts roots where the conserved momenta have them: a closure is relative, and stays closed.
+  void recover(const S& t, S* y);
   /// dy/dt. Overwrites prescribed joints in y.
   void operator()(const S& t, S* y, S* dydt);
   /// What a link's motor does in the state evaluated last, whatever moves the joint; zero where none is driven.
@@ -230,6 +236,10 @@ class LaneDynamics {
   void refer_joint(const LinkTable& link, const S& t, BasicJointPoint<S>& reference) const;
   void impose(S* y);
   void actuate(const S* y);
+  S friction_of(int i) const {  // not zero where any rubs
+    return S((tables_.links[i].is_viscous ? drives_[i].viscous : S(0.0)) +
+             (tables_.links[i].has_coulomb ? drives_[i].coulomb : S(0.0)));
+  }
   void solve(const S* y, const LaneArray<S, std::uint8_t>& prescribed);
   void command(const S* y);
   void drive(const S& t, S* y);
@@ -242,6 +252,7 @@ class LaneDynamics {
   LaneFreeBodies<S> free_;  // roots that carry nothing,
   Tree<S> jointed_;         // and the others with what they carry
   DynamicsWorkspace<S> jointed_workspace_;
+  LaneLoops<S> loops_;  // in them
   LaneOutside<S> outside_;
   LaneWheels<S> wheels_;
   LaneArray<S, LaneDriveValues<S>> drives_;  // per link, as what follows
@@ -257,6 +268,7 @@ class LaneDynamics {
   LaneArray<S, RootMomentum<S>> momenta_, fresh_;
   int roots_ = 0;
   bool any_driven_ = false, any_computed_ = false;
+  Mask contradicted_ = Mask::from_bits(0);  // lanes in which closed loops let nothing move
   S momenta_time_ = S(0.0);
 };
 
@@ -264,6 +276,7 @@ template <class S>
 LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     : tables_(tables),
       free_(tables),
+      loops_(tables, jointed_),
       outside_(tables, free_),
       wheels_(tables),
       drives_(tables.link_count),
@@ -308,6 +321,7 @@ LaneDynamics<S>::LaneDynamics(const PhaseTables& tables)
     if (tables.links[i].parent >= 0) jointed_.links.back().parent = place[tables.links[i].parent];
   }
   jointed_workspace_ = DynamicsWorkspace<S>(jointed_);
+  loops_.lay_out(place);
 }
 
 template <class S>
@@ -343,6 +357,7 @@ void LaneDynamics<S>::load_case(int lane, const CaseRecord& record) {
   noise_.load_case(lane, record.noise);
   outside_.load_case(lane, record);
   wheels_.load_case(lane, record);
+  loops_.load_case(lane, record.loops);
   if (record.commands != nullptr) {
     commands_.load(lane, record.commands, record.on_their_way);
   } else {
@@ -437,11 +452,21 @@ void LaneDynamics<S>::remember_momenta(const Mask& lanes, const S& t, S* y) {
 }
 
 template <class S>
-void LaneDynamics<S>::settle(const S& t, S* y) {
-  if (any_driven_) {
-    refer(t);
-    impose(y);
-  }
+void LaneDynamics<S>::put_prescribed(const S& t, S* y) {
+  if (!any_driven_) return;
+  refer(t);
+  impose(y);
+}
+
+template <class S>
+LaneProjection<S> LaneDynamics<S>::close_loops(const Mask& lanes, S* y, double negligible) {
+  const std::size_t n = static_cast<std::size_t>(tables_.velocities);
+  return loops_.project(lanes, {prescribed_.data(), n}, jointed_workspace_,
+                        {y, static_cast<std::size_t>(tables_.coordinates)}, {y + tables_.coordinates, n}, negligible);
+}
+
+template <class S>
+void LaneDynamics<S>::recover(const S& t, S* y) {
   if (!tables_.recovers || roots_ == 0) return;
   const S elapsed = t - momenta_time_;
   recover_roots<S>(tree_, std::span<const RootMomentum<S>>(momenta_.data(), static_cast<std::size_t>(roots_)), elapsed,
@@ -487,7 +512,12 @@ void LaneDynamics<S>::solve(const S* y, const LaneArray<S, std::uint8_t>& prescr
     in.link_wrench = {outside_.on_jointed(), jointed_.links.size()};
     in.gravity = outside_.gravity();
   }
-  articulated_body<S>(jointed_, in, jointed_workspace_, std::span<S>(vdot_.data(), n), std::span<S>(solved_.data(), n));
+  const std::span<S> vdot(vdot_.data(), n), forces(solved_.data(), n);
+  if (loops_.any()) {
+    loops_.accelerate(in, jointed_workspace_, vdot, forces);
+  } else {
+    articulated_body<S>(jointed_, in, jointed_workspace_, vdot, forces);
+  }
 }
 
 // Efforts of laws that command accelerations: what these take without friction, cut at the limits.
@@ -498,11 +528,17 @@ void LaneDynamics<S>::command(const S* y) {
     if (has_one_axis(link.joint)) force_[link.v] = motor_[i];
   }
   solve(y, commanded_);
+  // Where nothing rubs and no effort is cut joints move as commanded, if loops let them.
+  Mask as_commanded = Mask::from_bits(Mask::kAllBits);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
+    if (has_one_axis(link.joint) && link.output != ControlOutput::motion)
+      as_commanded = as_commanded & (friction_of(i) == S(0.0));
     if (link.output != ControlOutput::acceleration) continue;
     motor_[i] = control_law::within_limit(solved_[link.v], drives_[i].effort);
+    as_commanded = as_commanded & (motor_[i] == solved_[link.v]);
   }
+  if (loops_.any()) contradicted_ = loops_.contradicted() & as_commanded;
 }
 
 // What acts from outside, and the motors' efforts.
@@ -543,6 +579,7 @@ void LaneDynamics<S>::sample(const S& t, S* y) {
 template <class S>
 void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
   const int nq = tables_.coordinates, nv = tables_.velocities;
+  contradicted_ = Mask::from_bits(0);
   drive(t, y);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];
@@ -553,6 +590,11 @@ void LaneDynamics<S>::operator()(const S& t, S* y, S* dydt) {
   if (outside_.acts()) outside_.push(free_, vdot_.data());
   coordinate_rates<S>(tree_, coordinates(y), velocities(y), {dydt, static_cast<std::size_t>(nq)});
   for (int i = 0; i < nv; ++i) dydt[nq + i] = vdot_[i];
+  if (loops_.any()) {
+    // No motion keeps the closures: a step that comes here is none, and a shorter one may avoid it.
+    contradicted_ = contradicted_ | loops_.contradicted();
+    if (any(contradicted_)) dydt[nq] = select(contradicted_, S(__builtin_nan("")), dydt[nq]);
+  }
   S motor_power(0.0), friction_power(0.0);
   for (int i = 0; i < tables_.link_count; ++i) {
     const LinkTable& link = tables_.links[i];

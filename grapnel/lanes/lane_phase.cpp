@@ -42,6 +42,7 @@ class Exchange {
     record.on_their_way = numbers == 0 ? 0 : static_cast<int>(next.commands.size() / numbers) - 1;
     record.noise = next.noise.data();
     record.outside = next.outside.data();
+    record.loops = next.loops.data();
     return true;
   }
 
@@ -57,6 +58,7 @@ class Exchange {
     o.integrals = phase_integrals(numbers_);
     o.steps = r.steps, o.rejected = r.rejected, o.evaluations = r.evaluations;
     o.quaternion_defect = r.quaternion_defect;
+    o.loops = r.loops;
     o.trees.assign(r.trees, r.trees + tables_.tree_count);
     o.commands.assign(r.commands, r.commands + structure_.control.command_numbers() * (1 + r.on_their_way));
     sink_(cases_[lane], o);
@@ -76,7 +78,8 @@ class Exchange {
     const auto size = [](int n) { return static_cast<std::size_t>(n); };
     if (c.links.size() != structure_.links.size() * size(kLinkNumbers) ||
         c.noise.size() != size(structure_.noise_numbers) || c.outside.size() != size(tables_.outside_numbers) ||
-        c.q.size() != size(structure_.coordinates) || c.v.size() != size(structure_.velocities)) {
+        c.loops.size() != structure_.loops.size() * size(kLoopNumbers) || c.q.size() != size(structure_.coordinates) ||
+        c.v.size() != size(structure_.velocities)) {
       throw std::invalid_argument("run_lanes: a case's numbers do not fit the structure");
     }
     if (!c.motion || c.motion->intervals.empty() || c.motion->intervals.back().end != c.motion->end_time ||
@@ -166,6 +169,7 @@ PhaseTables tables_of(const LaneStructure& s, const Trees& trees) {
   t.integral_count = disturbed ? integrals : kFrictionWork + 1;
   t.dimension = s.coordinates - t.quaternion_count + s.velocities + integrals;
   t.recovers = s.recover_roots && !disturbed;
+  t.loops = s.loops.data(), t.loop_count = static_cast<int>(s.loops.size());
   t.control = s.control;
   t.runaway = kRunaway;
   t.relative_tolerance = s.integration.relative_tolerance;
@@ -209,6 +213,11 @@ std::string explanation(const LaneOutcome& outcome) {
     case LaneStatus::at_largest_rate:
       return fmt::format("at t = {:.9g} s a reaction wheel comes near its largest rate, which lanes do not follow",
                          outcome.time);
+    case LaneStatus::loops_in_doubt:
+      return fmt::format(
+          "at t = {:.9g} s closed loops come near a configuration in which their rows change rank, or cannot be "
+          "closed, which lanes do not follow",
+          outcome.time);
     case LaneStatus::finished:
       break;
   }

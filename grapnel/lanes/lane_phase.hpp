@@ -2,7 +2,7 @@
 
 /// @file
 /// Many cases of one phase integrated at once, one in every SIMD lane: for campaigns, whose cases have one structure
-/// and differ in their numbers. What simulate_phase() does for one case, where no loop is closed and no root is held or
+/// and differ in their numbers. What simulate_phase() does for one case, where no root is held or
 /// fixed; lane_phase_setup.hpp makes structures and cases of models and phase setups.
 ///
 /// A case's numbers depend on the case alone, bit for bit: not on the cases beside it, their order or number, nor on
@@ -37,6 +37,7 @@ struct LaneStructure {
     if (!outside.has_numbers()) return 0;
     return kLoads + kLoadNumbers * static_cast<int>(loads.size()) + kWheelNumbers * outside.wheel_count;
   }
+  std::vector<LoopTable> loops;
   bool recover_roots = true;
   ControlTable control{false, 0, 0};
   IntegrationSetup integration;  // tolerances, max_step, max_steps; method adaptive_8
@@ -57,6 +58,7 @@ struct LaneCase {
   std::vector<double> links;  // kLinkNumbers each, in the order of lane_phase_tables.hpp
   std::vector<double> noise;
   std::vector<double> outside;   // as there
+  std::vector<double> loops;     // as there
   std::vector<double> q, v;      // the start
   std::vector<double> commands;  // ControlTable::command_numbers() each: what acts at the start, and what is on its way
   std::shared_ptr<const LaneMotion> motion;
@@ -82,7 +84,8 @@ struct LaneOutcome {
   std::int64_t steps = 0, rejected = 0, evaluations = 0;
   double quaternion_defect = 0;       // largest | |q| - 1 | before renormalization
   std::vector<LaneTreeRecord> trees;  // in the order of their roots
-  std::vector<double> commands;       // as in a case, as they are at the end
+  LaneLoopRecord loops{};
+  std::vector<double> commands;  // as in a case, as they are at the end
 
   bool finished() const { return status == LaneStatus::finished; }
 };

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "grapnel/lanes/lane_loops_setup.hpp"
 #include "grapnel/lanes/lane_outside_setup.hpp"
 
 namespace grapnel::lanes {
@@ -199,7 +200,6 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
     [[maybe_unused]] const auto& [root, R_WD, kp, kd, limit] = *attitude;
   }
   if (integration.method != IntegrationSetup::Method::adaptive_8) return "the method is not adaptive_8";
-  if (!closures.empty()) return "loops are closed";
   if (sensors) return "sensors are read";
   if (law_model) return "laws work with a model of their own";
   if (controller) return "a controller of its own is asked";
@@ -226,7 +226,7 @@ std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const Int
   for (const TreeLink<double>& link : model.tree().links) {
     if (link.parent < 0 && link.joint != JointType::free) return "a root is not free";
   }
-  return {};
+  return loop_obstacle(model, setup);
 }
 
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration, double t0,
@@ -268,6 +268,7 @@ LaneStructure lane_structure(const Model& model, const PhaseSetup& setup, const 
     s.noise_numbers += kNoiseNumbers;
   }
   describe_outside(s, model, setup);
+  s.loops = loop_tables(model, setup);
   return s;
 }
 
@@ -386,7 +387,10 @@ void lane_case(const LaneStructure& structure, const Model& model, const PhaseSe
       noise[2 + 2 * k] = tones[static_cast<std::size_t>(k)].phase;
     }
   }
+  if (loop_tables(model, setup) != structure.loops)
+    throw std::invalid_argument("lane_case: loops are closed otherwise than the structure has it");
   result.outside = outside_numbers(structure, model, setup);
+  result.loops = loop_numbers(model, setup);
   result.q = state.q;
   result.v = state.v;
   result.commands.clear();

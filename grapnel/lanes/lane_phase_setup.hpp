@@ -15,8 +15,8 @@
 namespace grapnel::lanes {
 
 /// Why run_lanes() cannot integrate such a phase; empty if it can. It knows gravity, loads, an orbit's field, attitude
-/// control, from outside or by reaction wheels below their largest rates, and sampled control, but no fixed or held
-/// roots, no closed loops and no method but adaptive_8.
+/// control, from outside or by reaction wheels below their largest rates, sampled control, and loops of a tree that are
+/// kept closed by projection, but no fixed or held roots and no method but adaptive_8.
 std::string lane_obstacle(const Model& model, const PhaseSetup& setup, const IntegrationSetup& integration);
 /// The same for the phase from t0 to t1, in which a prescribed joint must not stand still with a rate, as it would
 /// beyond the end of a trajectory that does not end at rest: roots' motion is integrated within steps, and follows from

@@ -104,6 +104,18 @@ inline constexpr int kGravity = 0, kOrbit = 3, kOrbitNumbers = 20, kAttitude = k
                      kLoadReach = 15, kLoadSpecular = 16, kLoadDiffuse = 17, kLoadNumbers = 18;
 inline constexpr int kWheelRow = 0, kWheelTorque = 3, kWheelRate = 4, kWheelNumbers = 5;
 
+/// A loop closure, as all cases have it: what constraint/loop_closure.hpp keeps together, as rows.
+struct LoopTable {
+  int link_a, link_b;  // in one tree
+  int turns;           // angular rows: 3 of a rigid grasp, 2 of a hinge, none of a point
+  constexpr int rows() const { return turns + 3; }
+  bool operator==(const LoopTable&) const = default;
+};
+/// A closure's numbers in a case, as LoopPath has them: X_aC and X_bD (p, then R row by row), the hinge, directions of
+/// the angular rows (row by row), both in C, and what scales angular and linear rows.
+inline constexpr int kLoopAC = 0, kLoopBD = 12, kLoopHinge = 24, kLoopTurns = 27, kLoopAngularScale = 36,
+                     kLoopLinearScale = 37, kLoopNumbers = 38;
+
 /// Sampled control, as all cases have it. A command has an effort per channel and a torque on the base (3).
 struct ControlTable {
   bool is_sampled;
@@ -132,6 +144,8 @@ struct PhaseTables {
   int integral_count;   // among the numbers that are integrated: works of motors and friction, or all of phase_integral
   int dimension;        // of the error norm
   bool recovers;        // roots from conserved momenta
+  const LoopTable* loops;
+  int loop_count;
   ControlTable control;
   double runaway;  // a rate beyond which sampled control is unstable [rad/s or m/s]
   double relative_tolerance;
@@ -152,19 +166,22 @@ struct CaseRecord {
   const double* blocks;  // of piece_numbers each
   const double* noise;
   const double* outside;   // PhaseTables::outside_numbers
+  const double* loops;     // kLoopNumbers each
   const double* commands;  // ControlTable::command_numbers() each: what acts before the first interval, and what is on
   int on_their_way;        // its way then
 };
 
-/// at_largest_rate: a wheel comes near its largest rate, where modes change at events, which lanes do not have; the
-/// case is to be integrated alone.
+/// at_largest_rate: a wheel comes near its largest rate, where modes change at events, which lanes do not have.
+/// loops_in_doubt: closed loops come near a configuration in which their rows change rank, or they cannot be closed.
+/// In both the case is to be integrated alone.
 enum class LaneStatus : std::uint8_t {
   finished,
   step_too_small,
   too_many_steps,
   non_finite,
   unstable_control,
-  at_largest_rate
+  at_largest_rate,
+  loops_in_doubt
 };
 
 /// One tree of the system at one instant, as capture/conservation_monitor.hpp has it.
@@ -183,6 +200,20 @@ struct LaneTreeRecord {
   double energy_deviation;   // |U - U(start) - work of motors, friction and from outside|, U the inner energy [J]
   double linear_scale, angular_scale, energy_scale;        // group_scale()
   double largest_linear, largest_angular, largest_energy;  // of GroupSize: without floors
+};
+
+/// How far closures are open, at the largest over them; see ClosureDefect.
+struct LaneLoopDefect {
+  double position, angle, velocity, angular_velocity;
+};
+/// How loops were kept closed over a phase; zero without any.
+struct LaneLoopRecord {
+  double rank;                 // independent rows as the phase began
+  LaneLoopDefect unprojected;  // largest that one step left
+  LaneLoopDefect largest;      // over the start and all accepted steps, from poses and twists
+  // In the norm that judges steps:
+  double corrections;      // sum of the projections
+  double error_estimates;  // sum of the steps'
 };
 
 /// A case at its start, or after an accepted step.
@@ -205,7 +236,8 @@ struct CaseResult {
   std::int64_t evaluations;
   double quaternion_defect;
   const LaneTreeRecord* trees;  // PhaseTables::tree_count of them, in the order of their roots
-  const double* commands;       // as in a record, as they are at the end
+  LaneLoopRecord loops;
+  const double* commands;  // as in a record, as they are at the end
   int on_their_way;
 };
 

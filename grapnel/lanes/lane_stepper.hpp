@@ -97,6 +97,7 @@ struct LaneState {
   bool broken = false;     // the derivative at its start is not finite
   bool runs_away = false;  // sampled control is unstable
   bool leaves = false;     // a wheel comes near its largest rate
+  bool in_doubt = false;   // closed loops are near a change of rank, or cannot be closed
   CaseRecord record{};
   const LaneInterval* interval = nullptr;
   double time = 0;
@@ -145,7 +146,14 @@ class LaneStepper {
   void leave_near_largest_rate(unsigned lanes, const S* y, const S* y_end, const S* dydt, const S* dydt_end,
                                const S& h);
   void take_commands(unsigned beginning, unsigned entering, const S& t, S* y);
+  bool has_loops() { return dynamics_.loops().any(); }
+  void settle(unsigned lanes, const S& t, S* y, double negligible);
+  void leave_in_doubt(unsigned lanes);
+  void note_loops(unsigned accepted, const Mask& good, const S& error);
   void check_conservation();
+  LaneDefect<S> loop_defects() {
+    return conservation_.loop_defects([&](int k) -> const LaneClosure<S>& { return dynamics_.loops().closure(k); });
+  }
   PackIntegrals<S> since_start(int tree) const;
   void show(unsigned lanes, const S* y);
 
@@ -162,10 +170,15 @@ class LaneStepper {
   // A case that could be evaluated, for lanes without one: numbers that are not finite would be slow.
   bool has_model_ = false;
   double model_time_ = 0;
-  LaneArray<S, double> model_links_, model_noise_, model_outside_, model_block_, model_y_;
+  LaneArray<S, double> model_links_, model_noise_, model_outside_, model_loops_, model_block_, model_y_;
   LaneArray<S, PackTree<S>> start_trees_, now_trees_, fresh_trees_;  // per tree
   LaneArray<S, PackDeviation<S>> deviations_;
   LaneArray<S, LaneTreeRecord> result_trees_;
+  // How loops are kept closed; see LaneLoopRecord.
+  LaneProjection<S> projection_;  // the last
+  S correction_ = S(0.0);         // its size
+  LaneDefect<S> unprojected_ = LaneDefect<S>::none(), open_ = LaneDefect<S>::none();
+  S rank_ = S(0.0), corrections_ = S(0.0), error_estimates_ = S(0.0);
 };
 
 /// The entry point of an instruction set.
@@ -198,6 +211,7 @@ LaneStepper<S>::LaneStepper(const PhaseTables& tables, CaseExchange& exchange)
       model_links_(tables.link_count * kLinkNumbers),
       model_noise_(tables.noise_numbers),
       model_outside_(tables.outside_numbers),
+      model_loops_(tables.loop_count * kLoopNumbers),
       model_block_(tables.piece_numbers),
       model_y_(size_),
       start_trees_(tables.tree_count),
@@ -247,6 +261,7 @@ void LaneStepper<S>::keep_as_model(int l) {
   for (int i = 0; i < model_links_.size(); ++i) model_links_[i] = record.links[i];
   for (int i = 0; i < model_noise_.size(); ++i) model_noise_[i] = record.noise[i];
   for (int i = 0; i < model_outside_.size(); ++i) model_outside_[i] = record.outside[i];
+  for (int i = 0; i < tables_.loop_count * kLoopNumbers; ++i) model_loops_[i] = record.loops[i];
   for (int i = 0; i < model_block_.size(); ++i) model_block_[i] = block_of(lanes_[l], *record.intervals)[i];
   for (int i = 0; i < size_; ++i) model_y_[i] = y_[i].get(l);
   model_time_ = record.start_time;
@@ -262,6 +277,7 @@ void LaneStepper<S>::rest(int l) {
   record.links = model_links_.data();
   record.noise = model_noise_.data();
   record.outside = model_outside_.data();
+  record.loops = model_loops_.data();
   dynamics_.load_case(l, record);
   dynamics_.load_block(l, model_block_.data());
   for (int i = 0; i < size_; ++i) {
@@ -281,10 +297,18 @@ void LaneStepper<S>::begin(unsigned starting) {
   normalize(trial_.data());
   dynamics_.enter_step(t, S(0.0));
   dynamics_.remember_momenta(lanes, t, trial_.data());
-  dynamics_.settle(t, trial_.data());
+  dynamics_.loops().take_doubts();
+  settle(starting, t, trial_.data(), 0);
   for (int i = 0; i < size_; ++i) trial_[i] = y_[i] = select(lanes, trial_[i], y_[i]);
   take_commands(starting, 0, t, trial_.data());
   dynamics_(t, trial_.data(), stage(13));
+  if (has_loops()) {
+    leave_in_doubt(starting);
+    rank_ = select(lanes, dynamics_.loops().rank(), rank_);
+    unprojected_.take(lanes, projection_.before);
+    corrections_ = select(lanes, correction_, corrections_);
+    error_estimates_ = select(lanes, S(0.0), error_estimates_);
+  }
   for (int i = 0; i < size_; ++i) stage(1)[i] = select(lanes, stage(13)[i], stage(1)[i]);
   const unsigned sound = finite(stage(1)).bits();
   show(starting & sound, trial_.data());
@@ -301,6 +325,7 @@ void LaneStepper<S>::begin(unsigned starting) {
     now_trees_[i].take(lanes, fresh_trees_[i]);
     deviations_[i].begin(lanes, fresh_trees_[i].size);
   }
+  if (has_loops()) open_.take(lanes, loop_defects());
   if (dynamics_.wheels().any()) leave_near_largest_rate(starting, y_.data(), y_.data(), stage(1), stage(1), S(0.0));
   choose_first_steps(starting);
 }
@@ -314,6 +339,31 @@ void LaneStepper<S>::leave_near_largest_rate(unsigned lanes, const S* y, const S
       lanes & dynamics_.wheels().near_largest_rate(y + nq, y_end + nq, dydt + nq, dydt_end + nq, h).bits();
   for (int l = 0; l < kWidth; ++l) {
     if (((near >> l) & 1U) != 0) lanes_[l].leaves = true;
+  }
+}
+
+// Prescribed joints where they are prescribed, in these lanes loops closed, and roots where momenta have them.
+template <class S>
+void LaneStepper<S>::settle(unsigned lanes, const S& t, S* y, double negligible) {
+  dynamics_.put_prescribed(t, y);
+  if (has_loops()) {
+    for (int i = 0; i < size_; ++i) error5_[i] = y[i];
+    projection_ = dynamics_.close_loops(Mask::from_bits(lanes), y, negligible);
+    for (int i = 0; i < size_; ++i) error5_[i] = y[i] - error5_[i];
+    correction_ = select(Mask::from_bits(projection_.changed), norm_.of(y, error5_.data()), S(0.0));
+    for (int l = 0; l < kWidth; ++l) {
+      if (((projection_.failed >> l) & 1U) != 0) lanes_[l].in_doubt = true;
+    }
+  }
+  dynamics_.recover(t, y);
+}
+
+// Of these lanes, those in which a rank has been in doubt.
+template <class S>
+void LaneStepper<S>::leave_in_doubt(unsigned lanes) {
+  const unsigned doubts = lanes & dynamics_.loops().take_doubts();
+  for (int l = 0; l < kWidth; ++l) {
+    if (((doubts >> l) & 1U) != 0) lanes_[l].in_doubt = true;
   }
 }
 
@@ -334,6 +384,7 @@ void LaneStepper<S>::choose_first_steps(unsigned starting) {
   for (int i = 0; i < size_; ++i) trial_[i] = increment * stage(1)[i] + y_[i];
   dynamics_.enter_step(t, increment);
   dynamics_(S(t + increment), trial_.data(), stage(13));
+  if (has_loops()) leave_in_doubt(starting);
   for (int i = 0; i < size_; ++i) error5_[i] = stage(13)[i] - stage(1)[i];
   const S change = norm_.of(y_.data(), error5_.data());
   for (int l = 0; l < kWidth; ++l) {
@@ -378,6 +429,9 @@ void LaneStepper<S>::finish(int l, LaneStatus status) {
   result.quaternion_defect = lane.defect;
   for (int i = 0; i < tables_.tree_count; ++i) result_trees_[i] = deviations_[i].get(l, start_trees_[i], now_trees_[i]);
   result.trees = result_trees_.data();
+  if (has_loops()) {
+    result.loops = {rank_.get(l), unprojected_.get(l), open_.get(l), corrections_.get(l), error_estimates_.get(l)};
+  }
   if (tables_.control.is_sampled) dynamics_.commands().write(l, result_commands_.data());
   result.commands = result_commands_.data();
   result.on_their_way = dynamics_.commands().on_their_way(l);
@@ -414,6 +468,7 @@ template <class S>
 bool LaneStepper<S>::plan_lane(LaneState<S>& lane, LaneStatus& status) const {
   if (lane.runs_away) return status = LaneStatus::unstable_control, false;
   if (lane.leaves) return status = LaneStatus::at_largest_rate, false;
+  if (lane.in_doubt) return status = LaneStatus::loops_in_doubt, false;
   if (lane.broken) return status = LaneStatus::non_finite, false;
   if (lane.time == lane.record.end_time) return status = LaneStatus::finished, false;
   if (lane.accepted + lane.rejections >= tables_.max_steps) return status = LaneStatus::too_many_steps, false;
@@ -468,12 +523,13 @@ void LaneStepper<S>::attempt() {
   norm_.sums(y_.data(), end_.data(), error5_.data(), error3_.data(), sum5, sum3);
   const S error = dop853::combined_error(h, sum5, sum3, tables_.dimension);
   const unsigned accepted = active & (error <= S(1.0)).bits();
+  if (has_loops()) leave_in_doubt(active);
   unsigned good = 0;
   S defect(0.0);
   if (accepted != 0) {
     defect = normalize(end_.data());
     const S t_new = enter_intervals(accepted);
-    dynamics_.settle(t_new, end_.data());
+    settle(accepted, t_new, end_.data(), loop_limits::kNegligible);
     unsigned entering = 0;
     for (int l = 0; l < kWidth; ++l) {
       if (((accepted >> l) & 1U) != 0 && enters(lanes_[l])) entering |= 1U << l;
@@ -483,6 +539,7 @@ void LaneStepper<S>::attempt() {
     good = accepted & finite(stage(13)).bits();
     show(good, end_.data());
     const Mask lanes = Mask::from_bits(good);
+    if (has_loops()) note_loops(accepted, lanes, error);
     if (dynamics_.wheels().any()) leave_near_largest_rate(good, y_.data(), end_.data(), stage(1), stage(13), h);
     for (int i = 0; i < size_; ++i) {
       y_[i] = select(lanes, end_[i], y_[i]);
@@ -491,6 +548,17 @@ void LaneStepper<S>::attempt() {
     check_conservation();
   }
   judge(accepted, good, error, defect);
+}
+
+// What it took to keep loops closed in the step just made.
+template <class S>
+void LaneStepper<S>::note_loops(unsigned accepted, const Mask& good, const S& error) {
+  leave_in_doubt(accepted);
+  LaneDefect<S> largest = unprojected_;
+  largest.raise(projection_.before);
+  unprojected_.take(good, largest);
+  corrections_ = select(good, S(corrections_ + correction_), corrections_);
+  error_estimates_ = select(good, S(error_estimates_ + error), error_estimates_);
 }
 
 // Where an accepted step ends at a break, what follows speaks there: its derivative is the next step's first.
@@ -587,6 +655,7 @@ template <class S>
 void LaneStepper<S>::check_conservation() {
   conservation_(dynamics_.tree(), dynamics_.coordinates(y_.data()), dynamics_.velocities(y_.data()), now_trees_.data());
   for (int i = 0; i < tables_.tree_count; ++i) deviations_[i].look(start_trees_[i], now_trees_[i], since_start(i));
+  if (has_loops()) open_.raise(loop_defects());
 }
 
 }  // namespace grapnel::lanes

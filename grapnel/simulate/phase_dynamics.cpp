@@ -7,16 +7,13 @@
 #include <limits>
 #include <stdexcept>
 
+#include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/simulate/arm_reaction.hpp"
 #include "grapnel/simulate/joint_motor.hpp"
 #include "grapnel/simulate/simulate_phase.hpp"
 
 namespace grapnel {
 namespace {
-
-// Redundant rows that disagree by more than this share of the accelerations at hand contradict each other; rounding
-// leaves some 1e-13.
-constexpr double kContradiction = 1e-6;
 
 using namespace phase_integral;
 
@@ -752,7 +749,7 @@ void PhaseDynamics::operator()(double t, std::span<const double> y, std::span<do
   const int nq = model_.coordinates(), nv = model_.velocities();
   load(t, y);
   accelerate(t);
-  if (solver_ && !(solver_->contradiction() <= kContradiction)) {
+  if (solver_ && !(solver_->contradiction() <= loop_limits::kContradiction)) {
     // No motion keeps the closures: nothing finite can be returned, and a shorter step may avoid it.
     if (std::isfinite(solver_->contradiction())) {
       trouble_ =

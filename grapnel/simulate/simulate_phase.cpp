@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "grapnel/constraint/loop_limits.hpp"
 #include "grapnel/integrate/dormand_prince_853.hpp"
 #include "grapnel/integrate/integrate.hpp"
 #include "grapnel/integrate/runge_kutta_4.hpp"
@@ -32,15 +33,6 @@ class OutputTimes {
   double t0_ = 0, t1_ = 0, step_ = 0;
   std::size_t regular_ = 0;  // instants after t0, without the end
 };
-
-// What rounding in a step is worth in the measure of corrections: where light links close heavy loops, projection
-// answers rounding with corrections of that size.
-constexpr double kRounding = 1e-12;
-// Defects of a step that are left to the next ones: rounding goes to and fro, and correcting it each time would add it
-// up. Samples are closed all the same. [m, rad, and these per second]
-constexpr double kNegligible = 3e-14;
-// Of the velocities of a closure's two sides: what joints that move as prescribed may leave of their relative one.
-constexpr double kVelocityContradiction = 1e-6;
 
 // One phase with one stepper.
 template <class Method>
@@ -124,7 +116,8 @@ class PhaseRun {
     for (std::size_t i = 0; i < y.size(); ++i) correction_[i] = y[i] - correction_[i];
     loops_.correction_total += relative_tolerance_ * norm_(y, correction_);
     if (result.converged) return true;
-    broken_off_ = dynamics_.loops()->contradiction() > kVelocityContradiction ? contradiction(t) : unclosed(t, result);
+    broken_off_ =
+        dynamics_.loops()->contradiction() > loop_limits::kContradiction ? contradiction(t) : unclosed(t, result);
     return true;
   }
 
@@ -148,7 +141,7 @@ class PhaseRun {
     stepper_.step(dynamics_);
     if (!usable() || !dynamics_.loops()) return;
     std::copy(stepper_.state().begin(), stepper_.state().end(), y_.begin());
-    if (close_loops(stepper_.time(), y_, kNegligible) && usable()) stepper_.set_state(dynamics_, y_);
+    if (close_loops(stepper_.time(), y_, loop_limits::kNegligible) && usable()) stepper_.set_state(dynamics_, y_);
   }
 
   void look(double t, std::span<const double> y) {
@@ -277,8 +270,8 @@ class PhaseRun {
           dynamics_.loops()->rank(), dynamics_.loops()->rows(), loops_.rank, dynamics_.loops()->least_pivot());
     }
     outcome.loops = loops_;
-    outcome.loops.integration_error =
-        relative_tolerance_ * done_.sum_of_error_estimates + kRounding * static_cast<double>(done_.accepted + 1);
+    outcome.loops.integration_error = relative_tolerance_ * done_.sum_of_error_estimates +
+                                      loop_limits::kRoundingOfStep * static_cast<double>(done_.accepted + 1);
     outcome.end_time = t;
     outcome.end_state = dynamics_.state(t, y);
     outcome.integrals = dynamics_.integrals(y);

@@ -236,6 +236,9 @@ inline void expect_same_bits(const LaneOutcome& a, const LaneOutcome& b) {
                             static_cast<double>(o.evaluations)};
     const std::vector<double> integrals = numbers_of(o.integrals);
     all.insert(all.end(), integrals.begin(), integrals.end());
+    for (const LaneLoopDefect& d : {o.loops.unprojected, o.loops.largest})
+      all.insert(all.end(), {d.position, d.angle, d.velocity, d.angular_velocity});
+    all.insert(all.end(), {o.loops.rank, o.loops.corrections, o.loops.error_estimates});
     for (const LaneTreeRecord& t : o.trees) {
       all.insert(all.end(),
                  {t.linear_deviation, t.angular_deviation, t.energy_deviation, t.linear_scale, t.angular_scale,

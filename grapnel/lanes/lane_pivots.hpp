@@ -1,0 +1,154 @@
+#pragma once
+
+/// @file
+/// Cholesky factorization with pivoting in packs: what constraint/pivoted_cholesky.hpp does to one matrix. Every lane
+/// takes its pivots in an order of its own and stops at a rank of its own. Rows stay where they are, and every step
+/// changes the whole of what is left, so that lanes go through the same operations whatever their orders: where they
+/// take different rows a column is blended from all, where they take the same one it is read. Both give the same bits.
+
+#include "grapnel/constraint/loop_limits.hpp"
+#include "grapnel/lanes/pack.hpp"
+
+namespace grapnel::lanes {
+
+template <class S>
+class LanePivots {
+ public:
+  using Mask = typename S::Mask;
+
+  explicit LanePivots(int size)
+      : size_(size),
+        matrix_(size * size),
+        column_(size),
+        factor_(size * size),
+        inverse_(size),
+        forward_(size),
+        choice_(size * size),
+        agreed_(size),
+        going_(size),
+        taken_(size) {}
+
+  /// The matrix to factor, of which the lower triangle (row >= column) is read; factor() uses it up.
+  S& at(int row, int column) { return matrix_[row * size_ + column]; }
+
+  /// Factors, and stops, in each lane, where no remaining pivot exceeds the rank's tolerance times max(1, largest
+  /// diagonal). NaN leaves rank 0.
+  void factor() {
+    using namespace loop_limits;
+    S largest(1.0);
+    for (int i = 0; i < size_; ++i) largest = max(at(i, i), largest), taken_[i] = 0;
+    const S least = S(kRankTolerance) * largest;
+    const S certain = S(kRankTolerance * kDoubtful) * largest, nothing = S(kRankTolerance / kDoubtful) * largest;
+    unsigned going = Mask::kAllBits;
+    rank_ = S(0.0);
+    doubtful_ = 0;
+    for (steps_ = 0; steps_ < size_; ++steps_) {
+      const S pivot = choose(steps_);
+      doubtful_ |= going & ((pivot > nothing) & (pivot < certain)).bits();
+      going &= (pivot > least).bits();
+      if (going == 0) return;
+      const Mask go = Mask::from_bits(going);
+      going_[steps_] = going;
+      inverse_[steps_] = select(go, S(S(1.0) / pivot), S(0.0));
+      rank_ += select(go, S(1.0), S(0.0));
+      eliminate(steps_, going);
+    }
+  }
+
+  /// Lanes in which a pivot of the last factorization was so near the tolerance that rounding may have decided.
+  unsigned doubtful() const { return doubtful_; }
+  /// Independent rows.
+  const S& rank() const { return rank_; }
+
+  /// Solves A x = b with x zero in the rows not taken. `residual` (which may be b) receives, per row, what A x leaves
+  /// of b there (exactly zero in rows taken).
+  void solve(const S* b, S* x, S* residual) {
+    for (int i = 0; i < size_; ++i) residual[i] = b[i], x[i] = S(0.0);
+    for (int s = 0; s < steps_; ++s) {
+      const S own = chosen(s, residual);
+      forward_[s] = own * inverse_[s];
+      const S* L = factor_.data() + s * size_;
+      for (int i = 0; i < size_; ++i) residual[i] -= L[i] * own;
+      put(s, S(0.0), residual);
+    }
+    for (int s = steps_; s-- > 0;) {
+      const S* L = factor_.data() + s * size_;
+      S sum = forward_[s];
+      for (int i = 0; i < size_; ++i) sum -= L[i] * x[i];
+      put(s, sum, x);
+    }
+  }
+
+ private:
+  // Pivots within this factor of the tolerance are in doubt. Rounding leaves some 1e-15 of redundant rows.
+  static constexpr double kDoubtful = 30;
+
+  const S& symmetric(int i, int j) const { return matrix_[i >= j ? i * size_ + j : j * size_ + i]; }
+
+  // The largest remaining diagonal of every lane, the first of equal ones, becomes step s's choice.
+  S choose(int s) {
+    unsigned* choice = choice_.data() + s * size_;
+    S best(-1.0);
+    for (int i = 0; i < size_; ++i) column_[i] = select(Mask::from_bits(taken_[i]), S(-1.0), at(i, i));
+    for (int i = 0; i < size_; ++i) best = max(column_[i], best);
+    unsigned open = Mask::kAllBits;
+    agreed_[s] = -1;
+    for (int i = 0; i < size_; ++i) {
+      choice[i] = open & (column_[i] == best).bits();
+      open &= ~choice[i];
+      if (choice[i] == Mask::kAllBits) agreed_[s] = i;
+    }
+    return best;
+  }
+
+  // A vector's entry in the chosen rows.
+  S chosen(int s, const S* x) const {
+    if (agreed_[s] >= 0) return x[agreed_[s]];
+    S value = x[0];
+    for (int i = 1; i < size_; ++i) value = select(Mask::from_bits(choice_[s * size_ + i]), x[i], value);
+    return value;
+  }
+  // The same written, in lanes that have taken the row.
+  void put(int s, const S& value, S* x) const {
+    for (int i = 0; i < size_; ++i) {
+      const unsigned lanes = choice_[s * size_ + i] & going_[s];
+      if (lanes != 0) x[i] = select(Mask::from_bits(lanes), value, x[i]);
+    }
+  }
+
+  // Takes the chosen rows out of what is left: A - l d l^T.
+  void eliminate(int s, unsigned going) {
+    S* L = factor_.data() + s * size_;
+    const unsigned* choice = choice_.data() + s * size_;
+    for (int i = 0; i < size_; ++i) {
+      if (agreed_[s] >= 0) {
+        column_[i] = symmetric(i, agreed_[s]);
+      } else {
+        S value = symmetric(i, 0);
+        for (int p = 1; p < size_; ++p) value = select(Mask::from_bits(choice[p]), symmetric(i, p), value);
+        column_[i] = value;
+      }
+      taken_[i] |= choice[i] & going;
+      if (taken_[i] != 0) column_[i] = select(Mask::from_bits(taken_[i]), S(0.0), column_[i]);
+      L[i] = column_[i] * inverse_[s];
+    }
+    for (int i = 0; i < size_; ++i) {
+      if (taken_[i] == Mask::kAllBits) continue;
+      for (int j = 0; j <= i; ++j) at(i, j) -= column_[i] * L[j];
+    }
+  }
+
+  int size_;
+  int steps_ = 0;
+  unsigned doubtful_ = 0;
+  S rank_ = S(0.0);
+  LaneArray<S> matrix_, column_;
+  LaneArray<S> factor_;             // step after step: a column of L without its one, zero in rows taken before
+  LaneArray<S> inverse_, forward_;  // per step; the first zero where a lane has come to its rank
+  LaneArray<S, unsigned> choice_;   // per step and row: lanes that take it
+  LaneArray<S, int> agreed_;        // per step: the row that all lanes take; -1: they take several
+  LaneArray<S, unsigned> going_;    // per step: lanes that have not come to their rank
+  LaneArray<S, unsigned> taken_;    // per row
+};
+
+}  // namespace grapnel::lanes

@@ -1,0 +1,309 @@
+/// Closed loops in lanes against one at a time: two, three and four arms on one target or two, in the plane, where rows
+/// are redundant, and in space; free joints and driven ones; and what leaves the lanes.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "constraint/closed_case.hpp"
+#include "lanes/lane_phases.hpp"
+#include "support/sanitizers.hpp"
+
+namespace grapnel::testing {
+namespace loops_test {
+
+struct Loops {
+  JointControl control = JointControl::free;
+  bool friction = false;
+  double effort = std::numeric_limits<double>::infinity();
+  int most_driven = 1000;  // of the joints, the last ones
+  double rate = 0.5;       // of joints at the start
+  double length = 0.6;     // [s]
+  bool gravity = false;
+  bool turned = false;  // closures' frames turned any way, so that redundant rows are no axes
+  std::optional<ControlTiming> sampled = {};
+};
+
+// A start on the closures, near `start`.
+State closed_near(const Model& model, const std::vector<LoopClosure>& closures, State start, const Loops& kind,
+                  Random& random) {
+  for (int joint : model.joints()) {
+    const Body& body = model.bodies()[static_cast<std::size_t>(joint)];
+    start.q[static_cast<std::size_t>(body.q)] += random.uniform(-0.02, 0.02);
+    start.v[static_cast<std::size_t>(body.v)] *= kind.rate * random.uniform(0.8, 1.2);
+  }
+  Workspace workspace(model);
+  LoopSolver solver(model, closures);
+  EXPECT_TRUE(solver.project({}, workspace, start.q, start.v).converged);
+  return start;
+}
+
+std::vector<Phase> phases_of(const ClosedCase& c, int index, int count, const Loops& kind) {
+  Random random(7000 + index);
+  Model nominal = c.model;
+  if (kind.friction || std::isfinite(kind.effort))
+    nominal = with_friction(nominal, kind.friction ? 0.4 : 0, kind.friction ? 0.3 : 0, kind.effort);
+  std::vector<LoopClosure> closures = c.closures;
+  if (kind.turned) {
+    for (LoopClosure& closure : closures) {
+      const Rotationd R = random.rotation();
+      closure.X_AC.R = closure.X_AC.R * R, closure.X_BD.R = closure.X_BD.R * R;
+      closure.hinge_C = transposed_times(R, closure.hinge_C);
+    }
+  }
+  std::vector<std::uint8_t> is_driven(nominal.joints().size());
+  for (std::size_t j = is_driven.size(); j-- > 0;)
+    is_driven[j] = is_driven.size() - j <= static_cast<std::size_t>(kind.most_driven);
+  std::vector<Phase> phases;
+  for (int i = 0; i < count; ++i) {
+    Phase p{perturbed(nominal, random), {}, {}, 1, 1 + kind.length};
+    p.setup.closures = closures;
+    p.start = closed_near(p.model, closures, c.state, kind, random);
+    p.setup.drives = random_drives(p.model, p.start, kind.control, 1.3, random, 1);
+    for (std::size_t j = 0; j < p.setup.drives.size(); ++j) {
+      JointDrive& drive = p.setup.drives[j];
+      if (is_driven[j] == 0) drive = {};
+      JointPath* path =
+          drive.trajectory.pieces.empty() ? nullptr : std::get_if<JointPath>(&drive.trajectory.pieces[0].shape);
+      // Joints that are braked are at rest.
+      if (path && kind.control == JointControl::prescribed)
+        path->end = path->start, path->start_rate = path->end_rate = 0;
+    }
+    if (kind.gravity) p.setup.gravity = random.vector(2);
+    if (kind.sampled) {
+      for (JointDrive& drive : p.setup.drives) drive.kp = random.uniform(1, 3), drive.kd = random.uniform(0.5, 1);
+      p.setup.clock = std::make_shared<ControlClock>(*kind.sampled, p.model.joints().size());
+    }
+    phases.push_back(std::move(p));
+  }
+  return phases;
+}
+
+// A random closed case on a free base, whose loops lanes can take.
+bool is_for_lanes(const ClosedCase& c) {
+  PhaseSetup setup;
+  setup.closures = c.closures;
+  return !c.closures.empty() && lane_obstacle(c.model, setup, tight()).empty();
+}
+
+// The first cases, from `first` on in steps, whose loops lanes can take.
+std::vector<int> cases_for_lanes(int first, int step, int count) {
+  std::vector<int> found;
+  for (int index = first; static_cast<int>(found.size()) < count; index += step) {
+    if (is_for_lanes(random_closed(index))) found.push_back(index);
+  }
+  return found;
+}
+
+// How loops were kept closed, in lanes and alone: the same ranks, accounts of the same size, and loops that are closed.
+void expect_accounts_alike(const std::vector<Phase>& phases, const IntegrationSetup& integration) {
+  const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, integration);
+  for (InstructionSet set : supported_instruction_sets()) {
+    for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
+      const Phase& p = phases[id];
+      PhaseDynamics dynamics(p.model, p.own_setup());
+      const LoopOutcome alone = simulate_phase(dynamics, p.start, p.begin, p.end, 0, integration).loops;
+      EXPECT_EQ(o.loops.rank, alone.rank);
+      EXPECT_LE(o.loops.rank, alone.rows);
+      for (const double open : {o.loops.largest.position, o.loops.largest.angle, o.loops.largest.velocity,
+                                o.loops.largest.angular_velocity})
+        EXPECT_LT(open, 3e-13);  // measured 6e-14
+      // Largest of single steps, whose sizes rounding may change.
+      const double before = std::max(alone.unprojected.position, alone.unprojected.angle),
+                   here = std::max(o.loops.unprojected.position, o.loops.unprojected.angle);
+      EXPECT_LT(here, 4 * before + 1e-13);
+      EXPECT_GT(here, before / 4 - 1e-13);
+      const double relative = integration.relative_tolerance;
+      EXPECT_NEAR(relative * o.loops.corrections, alone.correction_total, 0.7 * alone.correction_total + 1e-12);
+      EXPECT_NEAR(relative * o.loops.error_estimates + 1e-12 * static_cast<double>(o.steps + 1),
+                  alone.integration_error, 0.7 * alone.integration_error);
+    }
+  }
+}
+
+// Rounding has a say in the steps, in small motions a large one.
+void expect_loops_alike(const char* what, int index, const Loops& kind, double bound = 3e-10, double more_steps = 0.2) {
+  SCOPED_TRACE(seed_note(index) + ", " + what);
+  const std::vector<Phase> phases = phases_of(random_closed(index), index, test::repetitions(4) + 1, kind);
+  expect_alike(what, phases, bound, tight(3e-13), 1e-11, more_steps);
+}
+
+TEST(LaneLoops, FreeJointsAgree) {
+  for (int index : cases_for_lanes(0, 1, test::repetitions(14) + 1)) expect_loops_alike("free", index, {});
+}
+
+// All axes of a loop are parallel: three rows of a rigid closure are redundant, in whatever axes they are.
+TEST(LaneLoops, RedundantRowsAgree) {
+  Loops kind;
+  kind.turned = true;
+  bool any = false;
+  for (int index : cases_for_lanes(2, 3, test::repetitions(6) + 1)) {
+    expect_loops_alike("redundant", index, kind);
+    const std::vector<Phase> phases = phases_of(random_closed(index), index, 5, kind);
+    expect_accounts_alike(phases, tight(1e-10));
+    PhaseDynamics dynamics(phases[0].model, phases[0].setup);
+    const PhaseOutcome alone = simulate_phase(dynamics, phases[0].start, 1, 1.01, 0, tight());
+    any = any || alone.loops.rank < alone.loops.rows;
+  }
+  EXPECT_TRUE(any);
+}
+
+TEST(LaneLoops, AccountsAgree) {
+  for (int index : cases_for_lanes(0, 1, test::repetitions(5) + 1))
+    expect_accounts_alike(phases_of(random_closed(index), index, 5, {}), tight(1e-9));
+}
+
+TEST(LaneLoops, DrivesAgree) {
+  Loops pd, limited, braked, computed, gravity, sampled;
+  pd.control = JointControl::pd, pd.friction = true;
+  limited = pd, limited.effort = 8;
+  braked.control = JointControl::prescribed, braked.most_driven = 2, braked.friction = true;
+  computed.control = JointControl::computed_torque, computed.most_driven = 1, computed.friction = true;
+  gravity.gravity = true;
+  sampled.control = JointControl::pd, sampled.sampled = ControlTiming{0.05, 0.07};
+  for (int index : cases_for_lanes(0, 1, test::repetitions(2) + 1)) {
+    expect_loops_alike("pd, friction", index, pd, 1e-9);
+    expect_loops_alike("pd, friction, limits", index, limited, 3e-8);  // which bend accelerations
+    expect_loops_alike("braked", index, braked, 1e-9, 0.5);
+    expect_loops_alike("computed torque", index, computed, 3e-8);
+    expect_loops_alike("gravity", index, gravity, 1e-9);
+    expect_loops_alike("sampled pd", index, sampled, 1e-9);
+  }
+}
+
+// One evaluation: over a time so short that a step is one, velocities change by accelerations.
+TEST(LaneLoops, AccelerationsAgree) {
+  Loops kind;
+  kind.length = 1e-3;
+  double worst = 0;
+  for (int index : cases_for_lanes(0, 1, test::repetitions(20) + 1)) {
+    const std::vector<Phase> phases = phases_of(random_closed(index), index, 5, kind);
+    const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-9));
+    for (InstructionSet set : supported_instruction_sets()) {
+      for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
+        const Phase& p = phases[id];
+        PhaseDynamics dynamics(p.model, p.own_setup());
+        const State alone = simulate_phase(dynamics, p.start, p.begin, p.end, 0, tight(1e-9)).end_state;
+        const State start = simulate_phase(dynamics, p.start, p.begin, p.begin, 0, tight(1e-9)).end_state;
+        double change = 0, off = 0, fastest = 0;
+        for (std::size_t i = 0; i < alone.v.size(); ++i) {
+          change = std::max(change, std::abs(alone.v[i] - start.v[i]));
+          off = std::max(off, std::abs(alone.v[i] - o.v[i]));
+          fastest = std::max(fastest, std::abs(alone.v[i]));
+        }
+        EXPECT_GT(change, 1e-8);
+        worst = std::max(worst, off / fastest);
+      }
+    }
+  }
+  std::printf("[ measured ] velocities after one step: %.1e of them\n", worst);
+  EXPECT_LT(worst, 1e-13);
+}
+
+TEST(LaneLoops, BitsDependOnTheCaseAlone) {
+  Loops turned, braked;
+  turned.turned = true;
+  braked.control = JointControl::prescribed, braked.most_driven = 2;
+  for (int index : cases_for_lanes(2, 3, 2))
+    expect_bits_of_the_case_alone(phases_of(random_closed(index), index, 13, turned));
+  for (int index : cases_for_lanes(0, 3, 2))
+    expect_bits_of_the_case_alone(phases_of(random_closed(index), index, 13, braked));
+}
+
+// --- What leaves the lanes. -----------------------------------------------------------------------------------------
+
+// Two arms of two links each in a plane, hands on one target: with both elbows at `bend` everything lies nearly on one
+// line, along which the closure then hardly gives way.
+Phase stretched(double bend) {
+  ModelBuilder builder;
+  const auto add = [&](const std::string& name, const std::string& parent, JointType type, double x) {
+    BodyDescription b;
+    b.name = b.joint.name = name, b.parent = parent, b.joint.type = type, b.joint.axis = {0, 0, 1};
+    b.X_PF.p = {x, 0, 0};
+    b.mass = 2, b.com = {0.1, 0.02, 0}, b.inertia = Symmetric3d::diagonal(0.2, 0.3, 0.4);
+    builder.add(b);
+  };
+  add("base", "", JointType::free, 0);
+  add("a1", "base", JointType::revolute, 0.5), add("a2", "a1", JointType::revolute, 1);
+  add("target", "a2", JointType::fixed, 1);
+  add("b1", "base", JointType::revolute, -0.5), add("b2", "b1", JointType::revolute, 2);
+  Phase p{builder.build(), {}, {}, 0, 1};
+  p.start = zero_state(p.model);
+  p.start.q[static_cast<std::size_t>(p.model.bodies()[p.model.body_index("a2")].q)] = bend;
+  p.start.q[static_cast<std::size_t>(p.model.bodies()[p.model.body_index("b2")].q)] = -bend;
+  LoopClosure grasp;
+  grasp.name = "b on target";
+  grasp.body_a = p.model.body_index("b2"), grasp.body_b = p.model.body_index("target");
+  grasp.X_AC = {Rotationd::identity(), {0.9, 0, 0}};
+  const Kinematics k = forward_kinematics(p.model, p.start);
+  grasp.X_BD = inverse(k.X_WB[grasp.body_b]) * (k.X_WB[grasp.body_a] * grasp.X_AC);
+  grasp.model = GraspModel::point;
+  p.setup.closures = {grasp};
+  return p;
+}
+
+TEST(LaneLoops, LeaveWhereRanksAreInDoubt) {
+  const std::vector<Phase> phases{stretched(0.3), stretched(1e-6), stretched(0), stretched(0.2), stretched(2e-6)};
+  for (InstructionSet set : supported_instruction_sets()) {
+    SCOPED_TRACE(std::string(name(set)));
+    const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight());
+    for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
+      const bool in_doubt = id == 1 || id == 4;
+      EXPECT_EQ(o.status, in_doubt ? LaneStatus::loops_in_doubt : LaneStatus::finished) << id << explanation(o);
+      if (in_doubt) {
+        EXPECT_NE(explanation(o).find("closed loops come near"), std::string::npos);
+        continue;
+      }
+      EXPECT_EQ(o.loops.rank, id == 2 ? 1 : 2);  // of three rows
+    }
+  }
+}
+
+// Joints that are driven against the loop: no motion there is, in lanes or alone.
+TEST(LaneLoops, LeaveWhereDrivesContradictThem) {
+  std::vector<Phase> phases;
+  for (int i = 0; i < 5; ++i) {
+    Phase p = stretched(0.3 + 0.1 * i);
+    for (int joint : p.model.joints()) {
+      const Body& body = p.model.bodies()[static_cast<std::size_t>(joint)];
+      const double at = p.start.q[static_cast<std::size_t>(body.q)];
+      const bool turns = i < 3;
+      p.setup.drives.push_back(
+          {JointControl::prescribed, {0, JointPath{JointProfile::quintic, 2, at, at + (turns ? 0.2 : 0)}}});
+    }
+    phases.push_back(p);
+  }
+  for (InstructionSet set : supported_instruction_sets()) {
+    const LaneStructure structure = lane_structure(phases[0].model, phases[0].setup, tight(1e-9));
+    for (const auto& [id, o] : run(structure, phases, all_of(phases), set)) {
+      PhaseDynamics dynamics(phases[id].model, phases[id].setup);
+      const bool alone = simulate_phase(dynamics, phases[id].start, 0, 1, 0, tight(1e-9)).finished;
+      EXPECT_EQ(alone, id >= 3);
+      EXPECT_EQ(o.finished(), alone) << explanation(o);
+    }
+  }
+}
+
+TEST(LaneLoops, AreOnesThatProjectionKeepsClosed) {
+  Phase p = stretched(0.3);
+  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "");
+  p.setup.loop_feedback = 10;
+  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are kept closed otherwise than by projection");
+  p.setup.loop_feedback = 0, p.setup.project_loops = false;
+  EXPECT_EQ(lane_obstacle(p.model, p.setup, tight()), "loops are kept closed otherwise than by projection");
+}
+
+// A case of another grasp's kind is of another structure.
+TEST(LaneLoops, HaveOneStructure) {
+  const Phase p = stretched(0.3);
+  Phase other = p;
+  other.setup.closures[0].model = GraspModel::rigid;
+  const LaneStructure structure = lane_structure(p.model, p.setup, tight());
+  LaneCase c;
+  const auto motion = lane_motion(structure, p.model, p.setup, 0, 1);
+  EXPECT_NO_THROW(lane_case(structure, p.model, p.setup, p.start, motion, c));
+  EXPECT_THROW(lane_case(structure, other.model, other.setup, other.start, motion, c), std::invalid_argument);
+}
+
+}  // namespace loops_test
+}  // namespace grapnel::testing
